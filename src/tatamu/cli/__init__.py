@@ -1,0 +1,36 @@
+"""The command line: parse, call, print. One module per command; each adds itself to `app`."""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+
+from tatamu.cli.app import app
+from tatamu.cli import simulate as _simulate  # noqa: F401, I001
+from tatamu.errors import InputError, TatamuError
+
+
+def main() -> None:
+    """Run the command line; a wrong input is one line on standard error and exit code 2."""
+    try:
+        code = app(standalone_mode=False)
+    except InputError as error:
+        _stop(str(error), 2)
+    except TatamuError as error:
+        _stop(str(error), 1)
+    except typer.Abort:
+        _stop("aborted", 130)
+    except KeyboardInterrupt:
+        _stop("interrupted; what was finished is kept", 130)
+    except Exception as error:
+        if not hasattr(error, "format_message"):
+            raise
+        _stop(error.format_message(), 2)
+    else:
+        sys.exit(code if isinstance(code, int) else 0)
+
+
+def _stop(message: str, code: int) -> None:
+    print(f"tatamu: {' '.join(message.split())}", file=sys.stderr)
+    sys.exit(code)

@@ -1,0 +1,34 @@
+"""The typer application that the commands add themselves to."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from tatamu import __version__
+
+app = typer.Typer(
+    name="tatamu",
+    help="Learn in simulation how a dual-arm robot folds cloth.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode="markdown",
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+def _version(value: bool) -> None:
+    if value:
+        print(__version__)
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    pass

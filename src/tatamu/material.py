@@ -1,0 +1,40 @@
+"""The material of a cloth: a thin elastic sheet with Coulomb friction, in SI units."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+
+GRAVITY = 9.81
+"""Standard acceleration of free fall used where nothing else is said [m/s^2]."""
+
+Friction = Annotated[float, Field(ge=0.0, le=10.0, allow_inf_nan=False)]
+
+
+class Material(BaseModel):
+    """What a simulator needs to know of a fabric; isotropic, without memory of past deformation."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    areal_density: float = Field(ge=1e-3, le=20.0)
+    """Mass per area, rho [kg/m^2]."""
+    stretch_stiffness: float = Field(ge=1e-1, le=1e6)
+    """Membrane stiffness Y: tension per width per strain [N/m]."""
+    poisson_ratio: float = Field(0.25, ge=-0.95, le=0.95)
+    """In-plane Poisson ratio nu [-]."""
+    bending_rigidity: float = Field(ge=0.0, le=1.0)
+    """Bending rigidity B: moment per width per curvature [N m]."""
+    thickness: float = Field(1e-3, ge=1e-5, le=0.05)
+    """Layers rest this far apart [m]."""
+    friction_table: Friction = 0.5
+    """Coulomb coefficient of cloth on table, static = kinetic [-]."""
+    friction_cloth: Friction = 0.5
+    """Coulomb coefficient of cloth on cloth, static = kinetic [-]."""
+    air_drag: float = Field(0.0, ge=0.0, le=1e3)
+    """Force per area per velocity [N s/m^3]."""
+
+    @property
+    def bending_length(self) -> float:
+        """l_b = (B / (rho g))^(1/3) [m]: over this length the cloth bends under its own weight."""
+        return (self.bending_rigidity / (self.areal_density * GRAVITY)) ** (1.0 / 3.0)

@@ -1,0 +1,52 @@
+"""A rollout: what a simulator makes of a scene."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tatamu.errors import InputError
+from tatamu.files import write_npz
+
+
+@dataclass(frozen=True)
+class Rollout:
+    """Positions of the cloth over time; frame 0 is the start."""
+
+    times: np.ndarray
+    """Time of each frame [s], shape (f,)."""
+    positions: np.ndarray
+    """Vertex positions [m], shape (f, n, 3)."""
+    faces: np.ndarray
+    """Triangles, shape (m, 3)."""
+    info: dict[str, Any]
+    """simulator, version, wall_seconds, setup_seconds, steps, warnings."""
+    extra: dict[str, np.ndarray] = field(default_factory=dict)
+    """Further arrays that travel in the same file, such as `target`, shape (n, 3)."""
+
+    def save(self, path: Path | str) -> None:
+        """Write the .npz; nothing in it is pickled."""
+        arrays = {"times": self.times, "positions": self.positions, "faces": self.faces, **self.extra}
+        write_npz(Path(path), {**arrays, "info": np.array(json.dumps(self.info))})
+
+    @classmethod
+    def load(cls, path: Path | str) -> Rollout:
+        """Read a rollout.
+
+        Raises:
+            InputError: The file cannot be read or is not a rollout.
+        """
+        try:
+            with np.load(path, allow_pickle=False) as archive:
+                arrays = {name: archive[name] for name in archive.files}
+            info = json.loads(str(arrays.pop("info")))
+            return cls(arrays.pop("times"), arrays.pop("positions"), arrays.pop("faces"), info, arrays)
+        except OSError as error:
+            raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+        except (KeyError, ValueError, zipfile.BadZipFile) as error:
+            raise InputError(f"{path}: is not a rollout file ({error})") from None

@@ -1,0 +1,211 @@
+"""A scene: everything that a simulator needs in order to make a rollout. See docs/conventions.md.
+
+SI units, z up. The table's top is at z = `height`; `tilt` turns it about y, so that +x is downhill.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, model_validator
+
+from tatamu.errors import InputError
+from tatamu.files import read_json, validated, write_text
+from tatamu.material import GRAVITY, Material
+from tatamu.topology import check_mesh
+
+LARGEST = 1e3
+"""Coordinates and displacements beyond this [m] are refused: they are a unit error, not a cloth."""
+
+
+def _floats(value: Any) -> np.ndarray:
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueError("must be a list of [x, y, z] numbers in metres") from None
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ValueError(f"must be a list of [x, y, z], given an array of shape {array.shape}")
+    if not np.isfinite(array).all():
+        raise ValueError(f"must be finite, row {int(np.argmin(np.isfinite(array).all(1)))} is not")
+    if np.abs(array).max(initial=0.0) > LARGEST:
+        raise ValueError(f"must lie within {LARGEST:g} m of the origin, given {np.abs(array).max():g} m")
+    array.setflags(write=False)
+    return array
+
+
+def _indices(value: Any, width: int, what: str) -> np.ndarray:
+    array = np.array(value if len(value) else np.empty((0, width)))
+    if array.ndim != 2 or array.shape[1] != width:
+        raise ValueError(f"must be a list of {what}, given an array of shape {array.shape}")
+    whole = array.astype(np.int64) if np.issubdtype(array.dtype, np.number) else None
+    if whole is None or array.dtype == bool or not (whole == array).all():
+        raise ValueError(f"must be a list of {what} with whole numbers")
+    whole.setflags(write=False)
+    return whole
+
+
+def _faces(value: Any) -> np.ndarray:
+    return _guarded(value, 3, "[i, j, k]")
+
+
+def _edges(value: Any) -> np.ndarray:
+    return _guarded(value, 2, "[i, j]")
+
+
+def _guarded(value: Any, width: int, what: str) -> np.ndarray:
+    try:
+        return _indices(value, width, what)
+    except (TypeError, OverflowError):
+        raise ValueError(f"must be a list of {what}") from None
+    except ValueError as error:
+        text = str(error)
+        raise ValueError(text if text.startswith("must") else f"must be a list of {what}") from None
+
+
+def _plain(array: np.ndarray) -> list[Any]:
+    return array.tolist()
+
+
+Points = Annotated[np.ndarray, BeforeValidator(_floats), PlainSerializer(_plain)]
+Triangles = Annotated[np.ndarray, BeforeValidator(_faces), PlainSerializer(_plain)]
+Edges = Annotated[np.ndarray, BeforeValidator(_edges), PlainSerializer(_plain)]
+Index = Annotated[int, Field(ge=0, strict=True)]
+
+
+class Record(BaseModel):
+    """Base of the scene's parts: frozen, every field known, every number finite."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True)
+
+
+class Cloth(Record):
+    """A triangle mesh of the cloth's mid-surface."""
+
+    vertices: Points
+    """Start positions [m], shape (n, 3)."""
+    faces: Triangles
+    """Triangles, shape (m, 3)."""
+    rest_vertices: Points | None = None
+    """The unstrained shape [m], shape (n, 3); None: `vertices`."""
+    seams: Edges = Field(default_factory=lambda: _edges([]))
+    """Mesh edges that hinge freely, shape (s, 2)."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.rest_vertices is not None and self.rest_vertices.shape != self.vertices.shape:
+            raise ValueError(
+                f"rest_vertices must be as many as vertices ({len(self.vertices)}), given {len(self.rest_vertices)}"
+            )
+        check_mesh(self.rest, self.faces, self.seams)
+        return self
+
+    @property
+    def rest(self) -> np.ndarray:
+        """The unstrained shape [m], shape (n, 3)."""
+        return self.vertices if self.rest_vertices is None else self.rest_vertices
+
+
+class Table(Record):
+    """A plane that the cloth lies on: z = height - x tan(tilt)."""
+
+    height: float = Field(0.0, ge=-LARGEST, le=LARGEST)
+    """Top at x = 0 [m]."""
+    tilt: float = Field(0.0, ge=-1.5533, le=1.5533)
+    """Turned about y [rad], at most 89 degrees: +x is downhill."""
+
+
+class Gripper(Record):
+    """Vertices held from `closes` to `opens`; they keep their arrangement and follow `displacements`."""
+
+    vertices: Annotated[list[Index], Field(min_length=1)]
+    """The held vertices."""
+    closes: float = Field(0.0, ge=0.0)
+    """When the gripper closes [s]."""
+    opens: float | None = None
+    """When it opens again [s]; None: never."""
+    times: Annotated[list[float], Field(min_length=1)]
+    """Knots of the motion [s], increasing."""
+    displacements: Points
+    """Displacement from where it closed at each knot [m], shape (k, 3); linear between, held after the last."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if len(set(self.vertices)) != len(self.vertices):
+            raise ValueError("vertices must be different from one another")
+        if self.opens is not None and not self.opens > self.closes:
+            raise ValueError(f"opens must be later than closes ({self.closes:g} s), given {self.opens:g} s")
+        if not all(later > earlier for earlier, later in pairwise(self.times)):
+            raise ValueError("times must increase from knot to knot")
+        if len(self.times) != len(self.displacements):
+            raise ValueError(
+                f"displacements must be as many as times ({len(self.times)}), given {len(self.displacements)}"
+            )
+        return self
+
+    def displacement(self, time: float) -> np.ndarray:
+        """Displacement from where it closed [m], shape (3,)."""
+        if time < self.times[0]:
+            return np.zeros(3)
+        return np.array([np.interp(time, self.times, column) for column in self.displacements.T])
+
+    def holds(self, other: Gripper) -> bool:
+        """Whether both ever hold one vertex at one time."""
+        end, other_end = (g.opens if g.opens is not None else np.inf for g in (self, other))
+        together = self.closes < other_end and other.closes < end
+        return together and not set(self.vertices).isdisjoint(other.vertices)
+
+
+class Scene(Record):
+    """Cloth, material, table, hands and time: the whole input of a simulator."""
+
+    version: Literal[1] = 1
+    cloth: Cloth
+    material: Material
+    table: Table | None = None
+    grippers: list[Gripper] = Field(default_factory=list)
+    gravity: float = Field(GRAVITY, ge=0.0, le=1e3)
+    """Downward acceleration [m/s^2]."""
+    duration: float = Field(gt=0.0, le=3600.0)
+    """Length of the rollout [s]."""
+    frame_rate: float = Field(60.0, gt=0.0, le=1e4)
+    """Frames per second of the rollout [1/s]."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        count = len(self.cloth.vertices)
+        for number, gripper in enumerate(self.grippers):
+            if max(gripper.vertices) >= count:
+                raise ValueError(
+                    f"grippers.{number}.vertices must be below {count}, the number of vertices, "
+                    f"given {max(gripper.vertices)}"
+                )
+            for other in range(number):
+                if gripper.holds(self.grippers[other]):
+                    raise ValueError(f"grippers {other} and {number} hold the same vertex at the same time")
+        if self.frames > 200_000:
+            raise ValueError(f"duration x frame_rate must be at most 200000 frames, given {self.frames}")
+        return self
+
+    @property
+    def frames(self) -> int:
+        """Number of frames of the rollout, the start included."""
+        return int(np.floor(self.duration * self.frame_rate + 1e-6)) + 1
+
+    def save(self, path: Path | str) -> None:
+        """Write the scene file."""
+        write_text(Path(path), self.model_dump_json(exclude_none=False) + "\n")
+
+    @classmethod
+    def load(cls, path: Path | str) -> Scene:
+        """Read and validate a scene file.
+
+        Raises:
+            InputError: The file cannot be read, or a field is wrong; the message names both.
+        """
+        value = read_json(Path(path))
+        if not isinstance(value, dict):
+            raise InputError(f"{path}: (whole file): must be a JSON object, given {type(value).__name__}")
+        return validated(cls, value, path)

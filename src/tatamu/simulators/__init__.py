@@ -1,0 +1,51 @@
+"""Simulators by name. A simulator is a function from a Scene to a Rollout; each lives in a folder of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib import import_module
+from typing import Protocol, cast
+
+from tatamu.errors import InputError
+from tatamu.rollout import Rollout
+from tatamu.scene import Scene
+
+SIMULATORS = {"native": "tatamu.simulators.native"}
+"""Name of each simulator and the module that has its `simulate` and `simulate_many`; imported when first used."""
+
+
+class Simulator(Protocol):
+    """What the module of a simulator offers."""
+
+    def simulate(self, scene: Scene) -> Rollout:
+        """Run one scene.
+
+        Raises:
+            SimulationError: The rollout passed a limit of the model.
+        """
+        ...
+
+    def simulate_many(self, scenes: Sequence[Scene]) -> list[Rollout]:
+        """Run several scenes; the same positions as one by one."""
+        ...
+
+
+def named(name: str) -> Simulator:
+    """The simulator called `name`.
+
+    Raises:
+        InputError: There is none of that name.
+    """
+    if name not in SIMULATORS:
+        raise InputError(f"simulator: must be one of {', '.join(SIMULATORS)}, given {name!r}")
+    return cast(Simulator, import_module(SIMULATORS[name]))
+
+
+def simulate(scene: Scene, simulator: str = "native") -> Rollout:
+    """Make a rollout of a scene in the simulator of that name."""
+    return named(simulator).simulate(scene)
+
+
+def simulate_many(scenes: Sequence[Scene], simulator: str = "native") -> list[Rollout]:
+    """Make rollouts of several scenes; the same positions as one by one."""
+    return named(simulator).simulate_many(scenes)

@@ -1,0 +1,113 @@
+"""Membrane: St. Venant-Kirchhoff elasticity on linear triangles, written in squared edge lengths.
+
+    eps_q = |x_b - x_a|^2 - L_q^2            edge q, opposite corner q: exact Green strain along it, no square root
+    eps   = P (E_xx, E_yy, 2 E_xy),          rows of P: 2 (dx^2, dy^2, dx dy) of the rest edge
+    W     = A/2 E' C E = 1/2 eps' S eps,     S = A P^-T C P^-1, plane stress C with stiffness Y and ratio nu
+    f_a   = -2 tau_q (x_a - x_b) - ..,       tau = S eps
+
+Damping is Kelvin-Voigt: lengths and edges are taken at x + tau_d v. Source: design.md section 5, facts/solver.md.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from tatamu.material import Material
+
+DAMPING_TIME = 2e-5
+"""tau_d [s]: internal friction that quietens waves far faster than any fold."""
+
+
+def rest_frames(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Corners of every triangle in a plane of its own [m], shape (m, 3, 2): corner 0 at 0, corner 1 on +x."""
+    a, b, c = (rest[faces[:, k]] for k in range(3))
+    length = np.linalg.norm(b - a, axis=1)
+    along = (b - a) / length[:, None]
+    x = np.einsum("ij,ij->i", c - a, along)
+    y = np.linalg.norm((c - a) - x[:, None] * along, axis=1)
+    frames = np.zeros((len(faces), 3, 2))
+    frames[:, 1, 0] = length
+    frames[:, 2, 0], frames[:, 2, 1] = x, y
+    return frames
+
+
+def constants(frames: np.ndarray, material: Material) -> tuple[np.ndarray, np.ndarray]:
+    """S as (S00, S01, S02, S11, S12, S22), doubled for the force, shape (6, m); L^2 [m^2], shape (3, m)."""
+    edges = frames[:, [2, 0, 1]] - frames[:, [1, 2, 0]]  # edge q is opposite corner q
+    dx, dy = edges[..., 0], edges[..., 1]
+    inverse = np.linalg.inv(2 * np.stack([dx * dx, dy * dy, dx * dy], axis=-1))
+    area = 0.5 * np.abs(edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0])
+    nu = material.poisson_ratio
+    plane = np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]]) * material.stretch_stiffness / (1 - nu * nu)
+    s = area[:, None, None] * (inverse.transpose(0, 2, 1) @ plane @ inverse)
+    upper = s[:, [0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]]
+    return 2 * upper.T, (dx * dx + dy * dy).T
+
+
+def gradients(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """d eps_q / d x of each corner at rest, shape (m, 3 edges, 3 corners, 3)."""
+    out = np.zeros((len(faces), 3, 3, 3))
+    for q in range(3):
+        i, j = (q + 1) % 3, (q + 2) % 3
+        edge = rest[faces[:, j]] - rest[faces[:, i]]
+        out[:, q, j], out[:, q, i] = 2 * edge, -2 * edge
+    return out
+
+
+@njit(cache=True, error_model="numpy")
+def _tension(X, a, b, c, n, S, L2, e, tau):  # type: ignore[no-untyped-def]
+    """tau = 2 S eps of the triangles (a+j, b+j, c+j), whose constants begin at place e."""
+    x, y, z = X[0], X[1], X[2]
+    t0, t1, t2 = tau[0], tau[1], tau[2]
+    for j in range(n):
+        ux, uy, uz = x[c + j] - x[b + j], y[c + j] - y[b + j], z[c + j] - z[b + j]
+        vx, vy, vz = x[a + j] - x[c + j], y[a + j] - y[c + j], z[a + j] - z[c + j]
+        wx, wy, wz = x[b + j] - x[a + j], y[b + j] - y[a + j], z[b + j] - z[a + j]
+        e0 = ux * ux + uy * uy + uz * uz - L2[0, e + j]
+        e1 = vx * vx + vy * vy + vz * vz - L2[1, e + j]
+        e2 = wx * wx + wy * wy + wz * wz - L2[2, e + j]
+        t0[j] = S[0, e + j] * e0 + S[1, e + j] * e1 + S[2, e + j] * e2
+        t1[j] = S[1, e + j] * e0 + S[3, e + j] * e1 + S[4, e + j] * e2
+        t2[j] = S[2, e + j] * e0 + S[4, e + j] * e1 + S[5, e + j] * e2
+
+
+@njit(cache=True, error_model="numpy")
+def _pull(X, F, a, b, c, n, tau_b, tau_c):  # type: ignore[no-untyped-def]
+    """Pull corner a towards b by tau_b and towards c by tau_c."""
+    for k in range(3):
+        x, f = X[k], F[k]
+        for j in range(n):
+            f[a + j] += tau_b[j] * (x[b + j] - x[a + j]) + tau_c[j] * (x[c + j] - x[a + j])
+
+
+@njit(cache=True, error_model="numpy")
+def add_force(X, F, table, S, L2, tau):  # type: ignore[no-untyped-def]
+    """Add the membrane force at X, shape (3, slots), to F, shape (3, slots) [N]; `tau` is scratch."""
+    for r in range(table.shape[0]):
+        e, n, a, b, c = table[r, 0], table[r, 1], table[r, 2], table[r, 3], table[r, 4]
+        _tension(X, a, b, c, n, S, L2, e, tau)
+        _pull(X, F, a, b, c, n, tau[2], tau[1])
+        _pull(X, F, b, c, a, n, tau[0], tau[2])
+        _pull(X, F, c, a, b, n, tau[1], tau[0])
+
+
+@njit(cache=True, error_model="numpy")
+def largest_stretch(X, table, L2):  # type: ignore[no-untyped-def]
+    """Largest |x_b - x_a| / L of any edge, NaN if anything is not finite."""
+    worst = 0.0
+    for r in range(table.shape[0]):
+        e, n = table[r, 0], table[r, 1]
+        for q in range(3):
+            i, k = table[r, 2 + (q + 1) % 3], table[r, 2 + (q + 2) % 3]
+            for j in range(n):
+                if L2[q, e + j] > 0.0:
+                    s = 0.0
+                    for d in range(3):
+                        s += (X[d, k + j] - X[d, i + j]) ** 2
+                    s /= L2[q, e + j]
+                    if not s <= worst:
+                        worst = s
+                        if s != s:
+                            return np.nan
+    return np.sqrt(worst)

@@ -1,0 +1,111 @@
+"""Edges, hinges and borders of a triangle mesh, and whether it is a mesh that cloth can be made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Topology:
+    """Who touches whom in a triangle mesh."""
+
+    faces: np.ndarray
+    """Triangles, shape (m, 3)."""
+
+    @cached_property
+    def _sides(self) -> tuple[np.ndarray, np.ndarray]:
+        """All 3m directed sides as sorted pairs, and the vertex opposite each; side s is in face s % m."""
+        corners = [(1, 2, 0), (2, 0, 1), (0, 1, 2)]
+        pairs = np.concatenate([self.faces[:, [i, j]] for i, j, _ in corners])
+        opposite = np.concatenate([self.faces[:, k] for _, _, k in corners])
+        return np.sort(pairs, axis=1), opposite
+
+    @cached_property
+    def _grouped(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        return np.unique(self._sides[0], axis=0, return_inverse=True, return_counts=True)
+
+    @property
+    def edges(self) -> np.ndarray:
+        """Edges as sorted pairs, shape (e, 2), in lexical order."""
+        return self._grouped[0]
+
+    @property
+    def faces_per_edge(self) -> np.ndarray:
+        """How many triangles share each edge, shape (e,)."""
+        return self._grouped[2]
+
+    @cached_property
+    def border(self) -> np.ndarray:
+        """Edges that belong to one triangle only, shape (b, 2)."""
+        return self.edges[self.faces_per_edge == 1]
+
+    @cached_property
+    def face_edges(self) -> np.ndarray:
+        """Edge opposite each corner of each triangle, shape (m, 3)."""
+        return self._grouped[1].reshape(3, -1).T
+
+    @cached_property
+    def hinges(self) -> np.ndarray:
+        """Interior edges with the two vertices opposite: (x0, x1, x2, x3), shape (h, 4), in the order of `edges`.
+
+        (x0, x1, x2) has the orientation of its triangle in `faces`.
+        """
+        pairs, opposite = self._sides
+        order = np.argsort(self._grouped[1].ravel(), kind="stable")
+        inner = order[np.repeat(self.faces_per_edge, self.faces_per_edge) == 2].reshape(-1, 2)
+        first = self._corner_order(inner[:, 0])
+        return np.column_stack([first, opposite[inner[:, 0]], opposite[inner[:, 1]]])
+
+    def _corner_order(self, sides: np.ndarray) -> np.ndarray:
+        """The two ends of sides in their own triangle's order, shape (s, 2)."""
+        count = len(self.faces)
+        corner, face = sides // count, sides % count
+        return np.column_stack([self.faces[face, (corner + 1) % 3], self.faces[face, (corner + 2) % 3]])
+
+
+def areas(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Triangle areas, shape (m,), from points of shape (n, 3)."""
+    a, b, c = (points[faces[:, k]] for k in range(3))
+    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+
+
+def check_mesh(rest: np.ndarray, faces: np.ndarray, seams: np.ndarray) -> None:
+    """Refuse what is not a cloth.
+
+    Raises:
+        ValueError: No triangles, an index out of range, a triangle without area, a vertex in no triangle,
+            an edge with more than two triangles, or a seam that is not an inner edge.
+    """
+    count = len(rest)
+    if not len(faces):
+        raise ValueError("faces must hold at least one triangle, given none")
+    if faces.min() < 0 or faces.max() >= count:
+        wrong = int(np.argmax((faces < 0).any(1) | (faces >= count).any(1)))
+        raise ValueError(f"faces must use vertices 0 to {count - 1}, triangle {wrong} is {faces[wrong].tolist()}")
+    area = areas(rest, faces)
+    longest = np.max([np.linalg.norm(rest[faces[:, i]] - rest[faces[:, i - 1]], axis=1) for i in range(3)], axis=0)
+    flat = area < 1e-6 * longest**2
+    if flat.any() or not area.min() > 1e-12:
+        wrong = int(np.argmax(flat | (area <= 1e-12)))
+        raise ValueError(f"faces must have an area, triangle {wrong} {faces[wrong].tolist()} has none")
+    loose = np.setdiff1d(np.arange(count), faces)
+    if len(loose):
+        raise ValueError(f"vertices must each belong to a triangle, vertex {loose[0]} belongs to none")
+    topology = Topology(faces)
+    if topology.faces_per_edge.max() > 2:
+        wrong = int(np.argmax(topology.faces_per_edge))
+        raise ValueError(
+            f"faces must form a manifold: edge {topology.edges[wrong].tolist()} belongs to "
+            f"{topology.faces_per_edge[wrong]} triangles, at most 2 are allowed"
+        )
+    _check_seams(topology, seams)
+
+
+def _check_seams(topology: Topology, seams: np.ndarray) -> None:
+    inner = {tuple(edge) for edge in topology.edges[topology.faces_per_edge == 2].tolist()}
+    for seam in seams.tolist():
+        if tuple(sorted(seam)) not in inner:
+            raise ValueError(f"seams must be edges shared by two triangles, {seam} is not")
