@@ -74,11 +74,11 @@ def bezier_manipulation(fold: Fold, grasps: tuple[int, int], x1: float, z1: floa
 
 
 def patch(fold: Fold, vertex: int) -> list[int]:
-    """Vertices that a finger pad covers when it pinches the edge at a vertex; at least that vertex."""
+    """Vertices that a finger pad covers when it pinches the edge at a vertex; on a coarse mesh its neighbours too."""
     offset = np.abs(fold.garment.vertices[:, :2] - fold.garment.vertices[vertex, :2])
     inwards = offset @ np.abs(fold.normal)
     sideways = offset @ np.abs(fold.normal[::-1])
-    return np.flatnonzero((sideways <= PAD / 2 + 1e-9) & (inwards <= PINCH + 1e-9)).tolist()
+    return np.flatnonzero((sideways <= max(PAD / 2, 1.3 * fold.garment.spacing)) & (inwards <= PINCH + 1e-9)).tolist()
 
 
 def scene_of(fold: Fold, manipulation: Manipulation) -> Scene:
