@@ -8,7 +8,7 @@ layers stay a thickness apart; the tangential part of a correction is Coulomb fr
     l_n = (target - gap) / W,   l_t = min(|slip| / W, mu l_n)
 
 Which side a pair is on is always read off the previous, legal positions, never off the moved ones.
-Source: design.md section 5, facts/solver.md round two.
+Derived in docs/native.md.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ class Lists(NamedTuple):
     wake: np.ndarray  # (n, 2): travelled distance at which the pair must be looked at again
     pairs: np.ndarray  # (p, 2): edge pairs
     pair_wake: np.ndarray  # (p,)
-    count: np.ndarray  # (1,): edge pairs in use
+    used: np.ndarray  # (1,): edge pairs in use
     travelled: np.ndarray  # (1,): bound on the motion of any vertex against any other since the rebuild
 
 
@@ -174,7 +174,7 @@ def _fill_pairs(x, mesh, lists, face_normal, grid):  # type: ignore[no-untyped-d
                             lists.pairs[count, 0], lists.pairs[count, 1] = e, o
                             lists.pair_wake[count] = 0.0
                             count += 1
-    lists.count[0] = count
+    lists.used[0] = count
 
 
 @njit(cache=True, error_model="numpy")
@@ -292,7 +292,7 @@ def _sweep_pairs(x, before, mesh, lists, step, deep):  # type: ignore[no-untyped
     thickness = EDGE_GAP * mesh.reach[0]
     limit = DEEP * thickness if deep else thickness
     smallest = thickness
-    for p in range(lists.count[0]):
+    for p in range(lists.used[0]):
         if lists.pair_wake[p] > lists.travelled[0]:
             continue
         a, b = edges[lists.pairs[p, 0], 0], edges[lists.pairs[p, 0], 1]

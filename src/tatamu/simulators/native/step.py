@@ -1,10 +1,10 @@
 """Time stepping: symplectic Euler at three rates.
 
 Per outer step: bending kicks the velocities (once or more); between the kicks membrane, gravity and drag run in small
-substeps, as gravity given in one blow per outer step would ring in the membrane and fall 0.2 % too far in half a second;
-then contact and the table correct the positions, and the velocities by the same corrections. There is no linear solve, no
-iteration to a tolerance. Held vertices have inverse mass zero and follow their path at constant velocity within an outer
-step.
+substeps, as gravity given in one blow per outer step would ring in the membrane and fall 0.2 % too far in half a
+second; then contact and the table correct the positions, and the velocities by the same corrections. There is no
+linear solve, no iteration to a tolerance. Held vertices have inverse mass zero and follow their path at constant
+velocity within an outer step.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ import numpy as np
 from numba import njit
 
 from tatamu.simulators.native import bending, contact, membrane, table
-from tatamu.simulators.native.model import Elastic
 
 MEMBRANE_DAMPING = 2e-5
 """tau_d of the membrane's Kelvin-Voigt damping [s], at most a tenth of the substep."""
@@ -103,7 +102,14 @@ def _bend(state, elastic, h):  # type: ignore[no-untyped-def]
     state.F[:] = 0.0
     copy_out(state.X, elastic.hinge_copies, slots)
     bending.add_force(
-        state.X, state.F, elastic.hinges, elastic.rest_moment, elastic.weights, elastic.others, state.H, state.moment
+        state.X,
+        state.F,
+        elastic.hinges,
+        elastic.rest_moment,
+        elastic.weights,
+        elastic.others,
+        state.H,
+        state.moment,
     )
     _add_back(state.F, elastic.hinge_copies, slots)
     _kick(state.V, state.F, state.inverse_mass, h)

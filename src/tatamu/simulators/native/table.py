@@ -1,8 +1,8 @@
 """Cloth against the table: a plane with Coulomb friction, applied to positions once per step.
 
 With depth d below the plane and slip s along it, both since the step began: d is undone, and s shrinks by
-min(1, mu d / |s|). A resting cloth that gravity pulls by g cos(theta) h^2 into the table and by g sin(theta) h^2 along it
-therefore sticks exactly when tan(theta) < mu. Source: facts/solver.md round one.
+min(1, mu d / |s|). A resting cloth that gravity pulls by g cos(theta) h^2 into the table and by g sin(theta) h^2 along
+it therefore sticks exactly when tan(theta) < mu. Source: docs/native.md.
 """
 
 from __future__ import annotations
