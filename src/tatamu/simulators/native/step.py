@@ -19,6 +19,9 @@ from tatamu.simulators.native import bending, contact, membrane, table
 MEMBRANE_DAMPING = 2e-5
 """tau_d of the membrane's Kelvin-Voigt damping [s], at most a tenth of the substep."""
 
+SWEEPS = 8
+"""Contact and table are swept again up to so often while some pair is deep."""
+
 
 class State(NamedTuple):
     """What changes from step to step, and scratch memory."""
@@ -156,23 +159,29 @@ def _collide(state, mesh, lists, world, step):  # type: ignore[no-untyped-def]
     for v in range(x.shape[0]):
         for k in range(3):
             x[v, k] = state.X[k, slot[v]]
-    state.moved[:] = x
-    contact.resolve(x, state.before, mesh, lists, world.friction_cloth, step)
-    if world.has_table:
-        table.resolve(
-            x,
-            state.before,
-            mesh.inverse_mass,
-            world.height,
-            world.sine,
-            world.cosine,
-            world.half_thickness,
-            world.friction_table,
-            step,
-        )
+    moved, before = state.moved, state.before
+    moved[:] = x
+    contact.refresh(x, before, mesh, lists)
+    for number in range(SWEEPS):
+        again = contact.sweep(x, before, moved, mesh, lists, world.friction_cloth, step, number > 0)
+        if world.has_table:  # last, so that it carries what the layers hand down
+            table.sweep(
+                x,
+                before,
+                moved,
+                mesh.inverse_mass,
+                world.height,
+                world.sine,
+                world.cosine,
+                world.half_thickness,
+                world.friction_table,
+                step,
+            )
+        if not again:
+            break
     for v in range(x.shape[0]):
         for k in range(3):
-            state.V[k, slot[v]] += (x[v, k] - state.moved[v, k]) / step
+            state.V[k, slot[v]] += (x[v, k] - moved[v, k]) / step
             state.X[k, slot[v]] = x[v, k]
 
 
