@@ -9,6 +9,6 @@
 from __future__ import annotations
 
 from tatamu.report.page import write_report
-from tatamu.report.picture import picture
+from tatamu.report.still import picture
 
 __all__ = ["picture", "write_report"]

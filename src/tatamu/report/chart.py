@@ -13,10 +13,10 @@ FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, s
 def axis(title: str, **more: Any) -> dict[str, Any]:
     """A quiet axis with its title and unit."""
     return {
-        "title": {"text": title, "standoff": 8},
+        "title": {"text": title, "standoff": 8, "font": {"size": 12.5}},
+        "zeroline": False,
         "gridcolor": "@line",
         "linecolor": "@line",
-        "zerolinecolor": "@line",
         "automargin": True,
         "ticks": "outside",
         "ticklen": 4,
@@ -35,6 +35,7 @@ def layout(**more: Any) -> dict[str, Any]:
         "hoverlabel": {"font": {"family": FONT}},
         "showlegend": False,
         "dragmode": False,
+        "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": "@muted", "activecolor": "@ink"},
         **more,
     }
 

@@ -60,16 +60,16 @@ def _figure(fold: LearnedFold, area: Extent, values: np.ndarray) -> Figure:
         "zmax": round(1e3 * largest(fold.errors), 6),
         "colorscale": [[k / 4, stop] for k, stop in enumerate(SCALE)],
         "colorbar": {
-            "title": {"text": "eᵢ [mm]", "side": "right"}, "thickness": 10, "outlinewidth": 0, "len": 0.9
+            "title": {"text": "e<sub>i</sub> [mm]", "side": "top"}, "thickness": 10, "outlinewidth": 0, "len": 0.9
         },
         "hoverongaps": False,
-        "hovertemplate": "x %{x:.0f} mm, y %{y:.0f} mm<br>eᵢ = %{z:.2f} mm<extra></extra>",
+        "hovertemplate": "x %{x:.0f} mm, y %{y:.0f} mm<br>e<sub>i</sub> = %{z:.2f} mm<extra></extra>",
     }
     return {
         "data": [heat, *_grasps(fold)],
         "layout": layout(
-            xaxis=axis("x [mm]", showgrid=False, zeroline=False, constrain="domain"),
-            yaxis=axis("y [mm]", showgrid=False, zeroline=False, scaleanchor="x", scaleratio=1, constrain="domain"),
+            xaxis=axis("x [mm]", showgrid=False, constrain="domain"),
+            yaxis=axis("y [mm]", showgrid=False, scaleanchor="x", scaleratio=1, constrain="domain"),
             shapes=_crease(fold),
         ),
     }

@@ -26,11 +26,11 @@ def sentence(fold: LearnedFold) -> str:
     if error is None:
         return "The best trial has no measures."
     took = f" and {result.wall_seconds:.0f} s" if result.wall_seconds is not None else ""
-    success = "counts" if error < SUCCESS else "does not count"
+    side = "below" if error < SUCCESS else "not below"
     count = len(result.trials)
     return (
-        f"The cloth comes to rest <strong>{1e3 * error:.1f} mm</strong> from its target on average, which "
-        f"{success} as a success. Found in {count} trial{'s' if count != 1 else ''}{took} of search; "
+        f"The cloth comes to rest <strong>{1e3 * error:.1f} mm</strong> from its target on average, {side} the "
+        f"{1e3 * SUCCESS:g} mm that count as success. Found in {count} trial{'s' if count != 1 else ''}{took} of search; "
         f"trial {result.best} was the best."
     )
 
@@ -52,7 +52,7 @@ def gauge(fold: LearnedFold) -> str:
         f'<span class="tick" style="left:{_share(end):.2f}%">{1e3 * end:g}{" mm" if end == 0.02 else ""}</span>'
         for end, _ in GRADES
     )
-    success = f'<span class="tick success" style="left:{_share(SUCCESS):.2f}%">12.5</span>'
+    success = f'<span class="tick success" style="left:{_share(SUCCESS):.2f}%">success below 12.5 mm</span>'
     error = fold.result.best_trial.mean_vertex_distance
     needle = "" if error is None else f'<span class="needle" style="left:{_share(error):.2f}%"></span>'
     label = f"Mean vertex distance on the scale of the thresholds: {word(fold)}"
@@ -63,6 +63,18 @@ def _share(distance: float) -> float:
     """Place on the gauge [%] of a distance [m]."""
     low, high = np.log(GAUGE)
     return float(np.clip(100 * (np.log(max(distance, 1e-9)) - low) / (high - low), 1.0, 99.0))
+
+
+def events(fold: LearnedFold) -> str:
+    """Marks under the time slider: when the hands start, arrive and open, as HTML."""
+    end = float(fold.rollout.times[-1])
+    timing = fold.manipulation.timing
+    known = (("starts", "start"), ("arrives", "arrive"), ("opens", "open"))
+    return "".join(
+        f'<span style="--at:{min(timing[name] / end, 1.0):.4f}">{word}</span>'
+        for name, word in known
+        if name in timing and end > 0
+    )
 
 
 def tiles(fold: LearnedFold) -> str:
@@ -78,7 +90,7 @@ def _tile(measure: Measure, fold: LearnedFold) -> str:
     limit = {"mean_vertex_distance": "success below 12.5 mm", "mask_iou": "success from 0.80",
              "area_error": "others reach 2.77 %"}.get(measure.key, measure.meaning)
     return (
-        f'<div class="tile {state}"><span class="name">{measure.title}</span>'
-        f'<span class="value">{measure.text(best)}<i>{measure.unit}</i></span>'
+        f'<div class="tile {state}"><span class="value">{measure.text(best)}<i>{measure.unit}</i></span>'
+        f'<span class="name">{measure.title}</span>'
         f'<span class="limit">{limit}</span></div>'
     )

@@ -38,18 +38,18 @@ def histogram(errors: np.ndarray, width: float, end: float | None = None) -> Fig
         "y": counts.tolist(),
         "width": round(width * 1e3, 6),
         "marker": {"color": ["@front" if middle <= beyond else "@warm" for middle in middles], "line": {"width": 0}},
-        "hovertemplate": f"eᵢ %{{x:.3~g}} ± {width * 500:.2g} mm<br>%{{y}} vertices<extra></extra>",
+        "hovertemplate": f"e<sub>i</sub> %{{x:.3~g}} ± {width * 500:.2g} mm<br>%{{y}} vertices<extra></extra>",
     }
     top = float(counts.max()) * 1.12
     marks = [line("x", mean), line("x", beyond)]
-    words = [note(mean, 1, "μ", yref="paper", yanchor="bottom"),
+    words = [note(mean, 1, "μ", yref="paper", yanchor="bottom", xanchor="right"),
              note(beyond, 1, "μ+1.28σ", yref="paper", yanchor="bottom", xanchor="left")]
     return {
         "data": [bars],
         "layout": layout(
             bargap=0,
             margin={"l": 52, "r": 14, "t": 26, "b": 44},
-            xaxis=axis("error eᵢ [mm]", range=[0, last * width * 1e3], showgrid=False),
+            xaxis=axis("error e<sub>i</sub> [mm]", range=[0, last * width * 1e3], showgrid=False),
             yaxis=axis("vertices", range=[0, top]),
             shapes=marks,
             annotations=words,

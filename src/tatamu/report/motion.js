@@ -75,6 +75,17 @@ class Motion {
     return out;
   }
 
+  /* How far each vertex is from its place in the target, third of four numbers. */
+  away() {
+    const out = new Float32Array(4 * this.count);
+    for (let i = 0; i < this.count; i++) {
+      const at = 3 * i;
+      const [a, b] = [this.points, this.target];
+      out[4 * i + 2] = Math.hypot(a[at] - b[at], a[at + 1] - b[at + 1], a[at + 2] - b[at + 2]);
+    }
+    return out;
+  }
+
   /* Edges that belong to one triangle only, as pairs of vertices. */
   findBorders() {
     const seen = new Map();

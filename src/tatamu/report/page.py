@@ -60,6 +60,7 @@ def _head(fold: LearnedFold) -> dict[str, str]:
         "sentence": headline.sentence(fold),
         "gauge": headline.gauge(fold),
         "tiles": headline.tiles(fold),
+        "events": headline.events(fold),
         "learn_command": text(command.learn(fold)),
         "simulate_command": text(command.simulate(fold)),
         "version": text(fold.result.tatamu or __version__),
@@ -69,10 +70,12 @@ def _head(fold: LearnedFold) -> dict[str, str]:
 def _body(fold: LearnedFold, charts: dict[str, Figure]) -> dict[str, str]:
     """The figures' places; what fills them is added to `charts`."""
     moments = histogram.along(fold.moments)
+    maps = [(name, "", figure) for name, figure in errormap.maps(fold)]
     own = histogram.histogram(fold.errors, histogram.bin_width(float(fold.errors.max())))
     return {
         "topviews": topview.figures(fold),
-        "maps": _multiples(charts, "map", [(name, "", figure) for name, figure in errormap.maps(fold)]),
+        "maps": _multiples(charts, "map", maps),
+        "map_count": str(len(maps)),
         "own": _multiples(charts, "own", [("Errors at their own scale", "", own)]),
         "histograms": _multiples(charts, "moment", moments),
         "objective": _multiples(charts, "objective", [("Best so far", "", search.objective(fold.result))]),

@@ -9,6 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+BLOCK = 300_000
+"""About how many pixels are looked at together; bounds the memory."""
+
 
 @dataclass(frozen=True)
 class View:
@@ -65,35 +68,59 @@ class Visible:
 
 def rasterise(projected: np.ndarray, faces: np.ndarray, shape: tuple[int, int]) -> Visible:
     """Draw triangles (m, 3) with corners `projected` (x, y, depth), shape (n, 3)."""
-    face = np.full(shape, -1, dtype=np.int64)
-    weights, nearest = np.zeros((*shape, 3)), np.full(shape, -np.inf)
+    face, nearest = np.full(shape, -1, dtype=np.int64), np.full(shape, -np.inf)
+    weights = np.zeros((*shape, 3))
     corners = projected[faces]
-    low = np.clip(np.floor(corners[:, :, 1::-1].min(axis=1) - 0.5), 0, shape).astype(int)
-    high = np.clip(np.ceil(corners[:, :, 1::-1].max(axis=1) + 0.5), 0, shape).astype(int)
-    for number in np.flatnonzero((high > low).all(axis=1)):
-        window = tuple(slice(*span) for span in zip(low[number], high[number], strict=True))
-        inside = _barycentric(corners[number], window)
-        if inside is None:
-            continue
-        depth = inside @ corners[number, :, 2]
-        seen = (inside.min(axis=-1) >= 0) & (depth > nearest[window])
-        nearest[window][seen] = depth[seen]
-        face[window][seen] = number
-        weights[window][seen] = inside[seen]
+    low = np.clip(np.floor(corners[:, :, :2].min(axis=1) - 0.5), 0, shape[::-1]).astype(int)
+    high = np.clip(np.ceil(corners[:, :, :2].max(axis=1) + 0.5), 0, shape[::-1]).astype(int)
+    for block in _blocks((high - low).prod(axis=1)):
+        owner, column, row = _candidates(block, low, high)
+        shares = _barycentric(corners[owner], column + 0.5, row + 0.5)
+        inside = np.flatnonzero(shares.min(axis=1) >= 0)
+        owner, column, row, shares = owner[inside], column[inside], row[inside], shares[inside]
+        depth = np.einsum("pc,pc->p", shares, corners[owner, :, 2])
+        kept = _front(row * shape[1] + column, depth)
+        kept = kept[depth[kept] > nearest[row[kept], column[kept]]]
+        at = row[kept], column[kept]
+        nearest[at], face[at], weights[at] = depth[kept], owner[kept], shares[kept]
     return Visible(face, weights)
 
 
-def _barycentric(corners: np.ndarray, window: tuple[slice, ...]) -> np.ndarray | None:
-    """Barycentric coordinates of the pixel centres in a window, shape (h, w, 3); None for an edge-on triangle."""
-    (ax, ay), (bx, by), (cx, cy) = corners[:, :2]
-    twice_area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
-    if abs(twice_area) < 1e-12:
-        return None
-    y = np.arange(window[0].start, window[0].stop)[:, None] + 0.5
-    x = np.arange(window[1].start, window[1].stop)[None, :] + 0.5
-    b = ((x - ax) * (cy - ay) - (cx - ax) * (y - ay)) / twice_area
-    c = ((bx - ax) * (y - ay) - (x - ax) * (by - ay)) / twice_area
-    return np.stack([1.0 - b - c, b, c], axis=-1)
+def _blocks(areas: np.ndarray) -> list[np.ndarray]:
+    """Triangles in groups whose windows hold about BLOCK pixels together."""
+    drawn = np.flatnonzero(areas > 0)
+    group = np.cumsum(areas[drawn]) // BLOCK
+    return np.split(drawn, np.flatnonzero(np.diff(group)) + 1) if len(drawn) else []
+
+
+def _candidates(block: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Triangle, column and row of every pixel in the windows of some triangles, shapes (p,)."""
+    width, height = (high - low)[block].T
+    owner = np.repeat(block, width * height)
+    first = np.cumsum(width * height) - width * height
+    place = np.arange(len(owner)) - np.repeat(first, width * height)
+    across = np.repeat(width, width * height)
+    return owner, low[owner, 0] + place % across, low[owner, 1] + place // across
+
+
+def _barycentric(corners: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Barycentric coordinates of places in their triangles, (p, 3, ..) to (p, 3); -1 for an edge-on triangle."""
+    a, b, c = (corners[:, k, :2] for k in range(3))
+    (ux, uy), (vx, vy) = (b - a).T, (c - a).T
+    wx, wy = x - a[:, 0], y - a[:, 1]
+    twice_area = ux * vy - vx * uy
+    flat = np.abs(twice_area) < 1e-12
+    safe = np.where(flat, 1.0, twice_area)
+    second, third = (wx * vy - vx * wy) / safe, (ux * wy - wx * uy) / safe
+    weights = np.column_stack([1.0 - second - third, second, third])
+    return np.where(flat[:, None], -1.0, weights)
+
+
+def _front(pixel: np.ndarray, depth: np.ndarray) -> np.ndarray:
+    """The nearest candidate of each pixel, as indices."""
+    order = np.lexsort((depth, pixel))
+    sorted_pixel = pixel[order]
+    return order[np.append(sorted_pixel[1:] != sorted_pixel[:-1], True)[: len(order)]]
 
 
 def vertex_normals(points: np.ndarray, faces: np.ndarray) -> np.ndarray:

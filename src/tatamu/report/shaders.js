@@ -20,7 +20,7 @@ const shaders = (() => {
       return sum / 25.0;
     }
     vec3 lit(vec3 colour, vec3 n, vec3 place, float sun) {
-      float sky = 0.40 + 0.18 * n.z;
+      float sky = 0.45 + 0.18 * n.z;
       vec3 half_way = normalize(u_sun + normalize(u_eye - place));
       float sheen = 0.05 * pow(max(dot(n, half_way), 0.0), 18.0) * sun;
       return colour * (sky + 0.62 * sun * max(dot(n, u_sun), 0.0)) + sheen;
@@ -84,12 +84,15 @@ const shaders = (() => {
       colour = vec4(screen(lit(linear(u_colour), normalize(v_normal), v_point, 1.0)) * alpha, alpha);
     }`;
 
+  /* a_extra.z: how far the cloth is from here; the ghost goes where the cloth has come. */
   const ghost = `${head}${inputs}
     uniform vec3 u_colour, u_eye;
-    uniform float u_alpha;
+    uniform float u_alpha, u_fade;
     void main() {
+      float away = smoothstep(0.004, 0.05, v_extra.z);
+      if (u_fade * (1.0 - away) > 0.98) discard;
       float edge = 1.0 - abs(dot(normalize(v_normal), normalize(u_eye - v_point)));
-      float alpha = u_alpha * (0.24 + 0.35 * edge * edge);
+      float alpha = u_alpha * (0.42 + 0.3 * edge * edge) * mix(1.0, away, u_fade);
       colour = vec4(u_colour * alpha, alpha);
     }`;
 

@@ -26,11 +26,13 @@ class Mesh:
     """Linear light, shape (3,)."""
     back: np.ndarray
     """Linear light, shape (3,)."""
+    flat: np.ndarray | None = None
+    """Places on the flat cloth [m], shape (n, 2), where lines are drawn every 5 cm; None: no lines."""
 
 
-def cloth(points: np.ndarray, faces: np.ndarray) -> Mesh:
-    """The cloth in its two colours."""
-    return Mesh(points, faces, rgb(FRONT), rgb(BACK))
+def cloth(points: np.ndarray, faces: np.ndarray, start: np.ndarray | None = None) -> Mesh:
+    """The cloth in its two colours, with the lines of its flat `start` (n, 3)."""
+    return Mesh(points, faces, rgb(FRONT), rgb(BACK), None if start is None else start[:, :2])
 
 
 def see(view: View, mesh: Mesh) -> tuple[Visible, np.ndarray]:
@@ -50,8 +52,16 @@ def shade(view: View, mesh: Mesh, visible: Visible, sunlit: np.ndarray | float =
     facing = _facing(view, mesh)[visible.face[visible.mask]]
     normals = np.where((np.einsum("pk,pk->p", normals, eye) > 0)[:, None], normals, -normals)
     colour = np.where(facing[:, None], mesh.front, mesh.back)
-    sky = 0.42 + 0.16 * normals[:, 2]
+    if mesh.flat is not None:
+        colour = colour * (1.0 - 0.13 * _threads(visible.sample(mesh.flat, mesh.faces)))[:, None]
+    sky = 0.44 + 0.16 * normals[:, 2]
     return colour * (sky + 0.55 * sunlit * np.maximum(normals @ SUN, 0.0))[:, None]
+
+
+def _threads(flat: np.ndarray) -> np.ndarray:
+    """1 on the lines every 5 cm to 0 beside them, shape (p,), for places on the flat cloth [m], (p, 2)."""
+    off = np.abs(flat / 0.05 - np.rint(flat / 0.05)).min(axis=1) * 0.05
+    return np.clip(1.5 - off / 0.0008, 0.0, 1.0)
 
 
 def _facing(view: View, mesh: Mesh) -> np.ndarray:

@@ -60,6 +60,11 @@ class Stage {
     });
   }
 
+  extra(mesh, values) {
+    this.gl.bindBuffer(this.gl.ARRAY_BUFFER, mesh.buffers[2]);
+    this.gl.bufferSubData(this.gl.ARRAY_BUFFER, 0, values);
+  }
+
   shadowMap(size) {
     const gl = this.gl;
     const texture = gl.createTexture();

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import numpy as np
 
 from tatamu.report.fold import LearnedFold
@@ -55,9 +53,10 @@ def parameters(fold: LearnedFold) -> str:
         if name in given
     ]
     count = fold.result.task.candidates
-    of = f" of {count} grasps" if count else ""
+    of = f" of {count}" if count else ""
+    # The paper searches g1 and g2 as continuous numbers and takes their floor.
     grasps = [
-        (f"g{'₁₂'[k]}, {hand} hand", f"{given[name]:.2f}{of}")
+        (f"g{'₁₂'[k]}, {hand} grasp", f"{int(given[name])}{of}")
         for k, (name, hand) in enumerate((("g1", "left"), ("g2", "right")))
         if name in given
     ]
@@ -84,15 +83,20 @@ def _place(point: np.ndarray) -> str:
 
 def timing(fold: LearnedFold) -> str:
     """When the hands close, go, arrive, open."""
-    units = {"top_speed": ("top speed", "m/s")}
-    return rows(_named(fold.manipulation.timing.items(), units, "s"))
-
-
-def _named(
-    pairs: Iterable[tuple[str, float]], units: dict[str, tuple[str, str]], unit: str
-) -> list[tuple[str, str]]:
-    named = [(*units.get(name, (name.replace("_", " "), unit)), value) for name, value in pairs]
-    return [(name, f"{value:g} {unit}".strip()) for name, unit, value in named]
+    known = {
+        "closes": "hands close",
+        "starts": "hands start",
+        "arrives": "hands arrive",
+        "opens": "hands open",
+        "ends": "cloth at rest",
+        "top_speed": "top speed",
+    }
+    given = fold.manipulation.timing
+    return rows(
+        (word, f"{given[name]:.3g} {'m/s' if name == 'top_speed' else 's'}")
+        for name, word in known.items()
+        if name in given
+    )
 
 
 def material(fold: LearnedFold) -> str:

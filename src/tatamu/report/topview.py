@@ -13,9 +13,9 @@ from tatamu.report import png
 from tatamu.report.fold import LearnedFold
 from tatamu.report.palette import LEFT, RIGHT, TARGET, rgb
 from tatamu.report.raster import View
-from tatamu.report.shading import Mesh, cloth, occlusion, see, shade, shrink, to_pixels
+from tatamu.report.shading import cloth, occlusion, see, shade, shrink, to_pixels
 
-WIDE = 720
+WIDE = 600
 """Width of the images [pixels], before the screen scales them."""
 FINER = 2
 """The images are drawn this much larger and averaged, for smooth outlines."""
@@ -48,40 +48,43 @@ def extent(*shapes: np.ndarray, margin: float = 0.03) -> Extent:
     return Extent(points.min(axis=0) - margin, points.max(axis=0) + margin)
 
 
-def draw(points: np.ndarray, faces: np.ndarray, area: Extent, outline: np.ndarray | None = None) -> bytes:
-    """A PNG of the cloth from above, with the silhouette of another shape (n, 3) drawn over it."""
+def draw(fold: LearnedFold, points: np.ndarray, area: Extent) -> tuple[np.ndarray, np.ndarray]:
+    """The cloth (n, 3) from above, FINER than it will be: linear light (h, w, 4), and where it is (h, w)."""
     view = area.view(WIDE * FINER)
-    mesh = cloth(points, faces)
+    mesh = cloth(points, fold.faces, fold.start)
     visible, depth = see(view, mesh)
     image = np.zeros((*view.shape, 4))
     lower = occlusion(depth, float(points[:, 2].min()), 0.004 * view.scale, 0.002)
     image[..., 3] = 0.35 * lower
     image[visible.mask, :3] = shade(view, mesh, visible) * (1.0 - 0.55 * lower[visible.mask])[:, None]
     image[visible.mask, 3] = 1.0
-    if outline is not None:
-        _stroke(image, see(view, Mesh(outline, faces, mesh.front, mesh.back))[0].mask)
-    return png.encode(to_pixels(shrink(image, FINER)))
+    return image, visible.mask
 
 
-def _stroke(image: np.ndarray, mask: np.ndarray) -> None:
-    """Draw the border of a mask, three fine pixels wide on either side."""
-    border = binary_dilation(mask, iterations=3) & ~(~binary_dilation(~mask, iterations=3))
-    image[border, :3], image[border, 3] = rgb(TARGET), 1.0
+def outlined(image: np.ndarray, mask: np.ndarray) -> np.ndarray:
+    """A copy of an image with the border of a mask drawn over it, three fine pixels to either side."""
+    border = binary_dilation(mask, iterations=3) & binary_dilation(~mask, iterations=3)
+    copy = image.copy()
+    copy[border, :3], copy[border, 3] = rgb(TARGET), 1.0
+    return copy
 
 
 def figures(fold: LearnedFold) -> str:
     """Three pictures side by side, as HTML."""
     area = extent(fold.target, fold.final)
     ways = {arm.name: fold.hand(arm) for arm in fold.manipulation.arms}
+    target, wanted = draw(fold, fold.target, area)
+    final, _ = draw(fold, fold.final, area)
     pictures = [
-        ("Target", "the wanted shape", draw(fold.target, fold.faces, area), {}),
-        ("Learned fold", "where the cloth came to rest", draw(fold.final, fold.faces, area), ways),
-        ("Both", "the fold, with the target's outline", draw(fold.final, fold.faces, area, fold.target), {}),
+        ("Target", "the wanted shape", target, {}),
+        ("Learned fold", "where the cloth came to rest", final, ways),
+        ("Both", "the fold with the target’s outline", outlined(final, wanted), {}),
     ]
-    return "".join(_figure(title, note, data, area, lines) for title, note, data, lines in pictures)
+    return "".join(_figure(title, note, image, area, lines) for title, note, image, lines in pictures)
 
 
-def _figure(title: str, note: str, data: bytes, area: Extent, ways: dict[str, np.ndarray]) -> str:
+def _figure(title: str, note: str, image: np.ndarray, area: Extent, ways: dict[str, np.ndarray]) -> str:
+    data = png.encode(to_pixels(shrink(image, FINER)))
     width, height = (1000 * area.size).round(2)
     source = "data:image/png;base64," + base64.b64encode(data).decode()
     return (

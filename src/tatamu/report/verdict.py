@@ -34,12 +34,13 @@ class Measure:
     key: str
     """Its field in result.json."""
     title: str
+    """Its name, as HTML."""
     unit: str
     scale: float
     """From the file's unit to the shown one."""
     digits: int
     meaning: str
-    """In a few words."""
+    """In a few words, as HTML."""
     threshold: str = ""
     source: str = ""
     most: float | None = None
@@ -67,7 +68,7 @@ class Measure:
 
 MEASURES = (
     Measure(
-        "mean_vertex_distance", "Mean vertex distance", "mm", 1e3, 1, "mean of eᵢ over the mesh",
+        "mean_vertex_distance", "Mean vertex distance", "mm", 1e3, 1, "mean of e<sub>i</sub> over the mesh",
         "below 2 near perfect, to 5 good, above 20 failed; below 12.5 success",
         f"{DE_GUSSEME}; success: {BIFOLD}", most=SUCCESS,
     ),
@@ -76,15 +77,15 @@ MEASURES = (
         "at least 0.80", FOLDBACK, least=0.80,
     ),
     Measure(
-        "area_error", "Area error E_f", "%", 1.0, 2, "folded area against half of the flat one",
+        "area_error", "Area error E<sub>f</sub>", "%", 1.0, 2, "folded area against half of the flat one",
         "2.77 reached", GARCIA, most=2.77,
     ),
     Measure("slip", "Slip", "mm", 1e3, 1, "how far the part that should lie still moved"),
     Measure(
-        "residual_bend", "Residual bend", "mm", 1e3, 1, "largest eᵢ beyond μ + 1.28 σ",
+        "residual_bend", "Residual bend", "mm", 1e3, 1, "largest e<sub>i</sub> beyond μ + 1.28 σ",
         "", "the paper, Fig. 2",
     ),
-    Measure("trajectory_length", "Path length lₓ", "m", 1.0, 3, "length of a hand’s path", "", PAPER),
-    Measure("shape_distance", "Shape distance D", "m", 1.0, 3, "Σ wᵢ eᵢ; depends on the mesh", "", PAPER),
-    Measure("objective", "Objective C", "", 1.0, 4, "lₓ + 0.01 D, what the search minimised", "", PAPER),
+    Measure("trajectory_length", "Path length l<sub>x</sub>", "m", 1.0, 3, "length of a hand’s path", "", PAPER),
+    Measure("shape_distance", "Shape distance D", "m", 1.0, 3, "Σ w<sub>i</sub> e<sub>i</sub>; depends on the mesh", "", PAPER),
+    Measure("objective", "Objective C", "", 1.0, 4, "l<sub>x</sub> + 0.01 D, what the search minimised", "", PAPER),
 )

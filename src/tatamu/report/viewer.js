@@ -126,12 +126,13 @@ class Viewer {
   /* First its depth alone, then the nearest layer's colour: a folded ghost is not darker than a flat one. */
   drawGhost(common) {
     const { gl } = this.stage;
-    const look = { ...common, u_colour: this.colours.target, u_alpha: 1, u_back: 4e-4 };
+    const look = { ...common, u_colour: this.colours.target, u_alpha: 1, u_back: -5e-5, u_fade: 1 };
+    this.stage.extra(this.ghost, this.motion.away());
     gl.colorMask(false, false, false, false);
     this.stage.draw("ghost", this.ghost, look);
     gl.colorMask(true, true, true, true);
     this.stage.draw("ghost", this.ghost, look);
-    this.stage.draw("ghost", this.ghostBorder, { ...look, u_alpha: 3, u_back: 0 }, gl.LINES);
+    this.stage.draw("ghost", this.ghostBorder, { ...look, u_alpha: 2.5, u_fade: 0 }, gl.LINES);
   }
 
   drawPaths(common) {

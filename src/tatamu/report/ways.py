@@ -13,6 +13,8 @@ from tatamu.report.fold import LearnedFold
 from tatamu.report.records import Baseline
 
 DASHES = ("dash", "dot", "dashdot", "longdash", "longdashdot")
+ALIKE = 0.01
+"""Paths nearer to one another than this [m] are drawn once."""
 
 
 def curve(control: np.ndarray, count: int = 81) -> np.ndarray:
@@ -30,21 +32,29 @@ def figure(fold: LearnedFold) -> Figure:
         for number, baseline in enumerate(fold.result.baselines)
         for trace in _fixed(baseline, fold, DASHES[number % len(DASHES)])
     ]
-    for colour, arm in zip(("@left", "@right"), fold.manipulation.arms, strict=False):
-        control = arm.control_points - arm.control_points[0]
-        traces.append(_handles(control, colour))
-        way = fold.hand(arm)
-        traces.append(_line(way - way[0], f"learned, {arm.name} hand", color=colour, width=3))
+    for name, colour, control, way in _learned(fold):
+        traces += [_handles(control, colour), _line(way, name, color=colour, width=3)]
     return {
         "data": traces,
         "layout": layout(
             xaxis=axis("along the fold from the grasp, x [mm]", constrain="domain"),
             yaxis=axis("height above the grasp, z [mm]", scaleanchor="x", scaleratio=1, rangemode="tozero"),
             showlegend=True,
-            legend={"orientation": "h", "y": 1.02, "yanchor": "bottom", "x": 0, "font": {"color": "@ink"}},
+            legend={"orientation": "h", "y": 1.02, "yanchor": "bottom", "x": 0, "traceorder": "reversed", "font": {"color": "@ink"}},
             hovermode="closest",
         ),
     }
+
+
+def _learned(fold: LearnedFold) -> list[tuple[str, str, np.ndarray, np.ndarray]]:
+    """Name, colour, control points (4, 3) and path (f, 3) from the grasp; once for hands that move alike."""
+    arms = fold.manipulation.arms
+    ways = [fold.hand(arm) - np.array(arm.grasp.position) for arm in arms]
+    controls = [arm.control_points - arm.control_points[0] for arm in arms]
+    if len(arms) == 2 and np.abs((ways[1] - ways[0])[:, [0, 2]]).max() < ALIKE:
+        return [("learned, both hands", "@accent", controls[0], ways[0])]
+    names = [f"learned, {arm.name} hand" for arm in arms]
+    return list(zip(names, ("@left", "@right"), controls, ways, strict=False))
 
 
 def _fixed(baseline: Baseline, fold: LearnedFold, dash: str) -> list[dict[str, Any]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -38,8 +39,8 @@ def picture(folder: Path, out_png: Path) -> Path:
 def render(fold: LearnedFold) -> np.ndarray:
     """The picture in linear light, shape (h, w, 4), FINER times as large as it will be."""
     ways = [fold.hand(arm) for arm in fold.manipulation.arms]
-    body = cloth(fold.final, fold.faces)
-    flight = cloth(fold.rollout.positions[_highest(ways[0])], fold.faces)
+    body = cloth(fold.final, fold.faces, fold.start)
+    flight = cloth(fold.rollout.positions[_highest(ways[0])], fold.faces, fold.start)
     view = _eye(np.vstack([fold.final, flight.points, *ways]))
     sun = _Sun([body], np.vstack([fold.final, *ways]))
     image = _table(view, sun, _height(fold))
@@ -116,6 +117,7 @@ def _paint(
 
 def _table(view: View, sun: _Sun, height: float) -> np.ndarray:
     """The table with the cloth's shadow on it, fading to white far away, shape (h, w, 4)."""
+    view = replace(view, scale=view.scale / FINER, shape=SIZE)  # its light is soft: finer pixels show nothing
     rows, columns = view.shape
     y, x = np.mgrid[0:rows, 0:columns] + 0.5
     across = np.stack([(x - columns / 2) / view.scale, (rows / 2 - y) / view.scale], axis=-1)
@@ -126,4 +128,5 @@ def _table(view: View, sun: _Sun, height: float) -> np.ndarray:
     away = np.linalg.norm(points[..., :2] - view.centre[:2], axis=-1) * view.scale / columns
     fade = np.clip(1.5 * away - 0.2, 0.0, 1.0)[..., None] ** 1.5
     light = rgb(TABLE) * (0.62 + 0.38 * lit[..., None]) * (1 - fade) + fade
-    return np.concatenate([light, np.ones((rows, columns, 1))], axis=-1)
+    image = np.concatenate([light, np.ones((rows, columns, 1))], axis=-1)
+    return image.repeat(FINER, axis=0).repeat(FINER, axis=1)
