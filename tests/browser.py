@@ -1,6 +1,7 @@
-"""A headless Chromium on a pipe: pages, scripts, screenshots, and what the console said. No driver, no port.
+"""A headless Chromium on a pipe: pages, scripts, screenshots, and what the console said.
 
-Run it to look at a report: `python tests/browser.py REPORT.html OUT.png [WIDTHxHEIGHT] [SECONDS] [light|dark]`.
+No driver, no port, no package. Run it to look at a report:
+`python tests/browser.py REPORT.html OUT.png [WIDTHxHEIGHT] [SECONDS] [light|dark]`.
 """
 
 from __future__ import annotations
@@ -20,8 +21,9 @@ from typing import Any, Self
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 FLAGS = (
     "--headless --no-sandbox --disable-quic --no-first-run --disable-background-networking "
-    "--disable-component-update --disable-sync --hide-scrollbars --force-color-profile=srgb --disable-dev-shm-usage "
-    "--use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader --remote-debugging-pipe"
+    "--disable-component-update --disable-sync --hide-scrollbars --force-color-profile=srgb "
+    "--disable-dev-shm-usage --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader "
+    "--remote-debugging-pipe"
 ).split()
 PATIENCE = 120.0
 """How long one answer may take [s]; WebGL in software on a busy machine is slow."""
@@ -105,7 +107,11 @@ class Browser:
     def size(self, width: int, height: int, *, phone: bool = False) -> None:
         """Set the size of the window [CSS pixels]."""
         self.call(
-            "Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=phone
+            "Emulation.setDeviceMetricsOverride",
+            width=width,
+            height=height,
+            deviceScaleFactor=1,
+            mobile=phone,
         )
 
     def prefer(self, **features: str) -> None:
@@ -114,11 +120,12 @@ class Browser:
         self.call("Emulation.setEmulatedMedia", features=named)
 
     def open(self, path: Path, fragment: str = "") -> None:
-        """Open a file and wait until it has loaded."""
+        """Open a report and wait until it is ready."""
         self.events.clear()
         self.call("Page.navigate", url=path.resolve().as_uri() + fragment)
         while not any(event.get("method") == "Page.loadEventFired" for event in self.events):
             self.events.append(self._read())
+        self.run("window.tatamu && tatamu.ready")
 
     def run(self, script: str) -> Any:
         """The value of a JavaScript expression; a promise is waited for."""
@@ -151,7 +158,9 @@ class Browser:
 
     def screenshot(self, out: Path, *, whole: bool = True) -> None:
         """Save the page, or only the window, as a PNG."""
-        shot = self.call("Page.captureScreenshot", format="png", captureBeyondViewport=whole, **self._clip(whole))
+        shot = self.call(
+            "Page.captureScreenshot", format="png", captureBeyondViewport=whole, **self._clip(whole)
+        )
         out.write_bytes(base64.b64decode(shot["data"]))
 
     def _clip(self, whole: bool) -> dict[str, Any]:

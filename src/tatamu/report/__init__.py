@@ -1,9 +1,7 @@
 """The report of a learned fold: one page that opens offline, and a picture.
 
-    report, picture                      what is called from outside
-      page ── tables, figures, replay    what the page is put together from
-        fold ── records                  the result folder, read and checked
-        raster ── png                    pictures without a browser
+Imports point one way: `page` and `still` (a picture) call the figures, tables and the replay; those read a
+`fold`, which is made of `records`; pictures stand on `shading`, `raster` and `png`.
 """
 
 from __future__ import annotations

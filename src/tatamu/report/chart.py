@@ -1,4 +1,7 @@
-"""What all 2-D figures share. A colour "@name" is the page's custom property --name; charts.js fills it in."""
+"""What all 2-D figures share.
+
+A colour "@name" is the page's custom property --name; charts.js fills it in.
+"""
 
 from __future__ import annotations
 
@@ -42,7 +45,8 @@ def layout(**more: Any) -> dict[str, Any]:
 
 def note(x: float, y: float, text: str, **more: Any) -> dict[str, Any]:
     """A word in a figure, at data coordinates unless told otherwise."""
-    return {"x": x, "y": y, "text": text, "showarrow": False, "font": {"size": 11.5, "color": "@muted"}, **more}
+    font = {"size": 11.5, "color": "@muted"}
+    return {"x": x, "y": y, "text": text, "showarrow": False, "font": font, **more}
 
 
 def line(axis_name: str, at: float, *, dash: str = "dot", **more: Any) -> dict[str, Any]:

@@ -19,10 +19,11 @@ HIDDEN = 0.02
 
 
 def largest(errors: np.ndarray) -> float:
-    """End of the scale [m]: a round number not below the 99th percentile of e_i, so that one vertex cannot bleach it."""
+    """End of the scale [m], round; set by the 99th percentile of e_i, so that one vertex cannot bleach it."""
     goal = max(float(np.quantile(errors, 0.99)), 5e-4)
     power = 10.0 ** np.floor(np.log10(goal))
-    return float(next(step * power for step in (1, 1.5, 2, 3, 4, 5, 6, 8, 10) if step * power >= goal * (1 - 1e-9)))
+    rounds = (step * power for step in (1, 1.5, 2, 3, 4, 5, 6, 8, 10))
+    return float(next(end for end in rounds if end >= goal * (1 - 1e-9)))
 
 
 def maps(fold: LearnedFold) -> list[tuple[str, Figure]]:
@@ -37,7 +38,7 @@ def maps(fold: LearnedFold) -> list[tuple[str, Figure]]:
 
 
 def _seen(fold: LearnedFold, area: Extent, sign: float) -> tuple[np.ndarray, np.ndarray]:
-    """Triangle and e_i [mm] in each cell, from above (1) or below (-1), shapes (h, w); NaN beside the cloth."""
+    """Triangle and e_i [mm] in each cell, seen from above (1) or below (-1), shapes (h, w)."""
     view = area.view(round(np.sqrt(CELLS * area.size[0] / area.size[1])))
     projected = view.project(fold.start) * [1.0, 1.0, sign]
     visible = rasterise(projected, fold.faces, view.shape)
@@ -60,7 +61,10 @@ def _figure(fold: LearnedFold, area: Extent, values: np.ndarray) -> Figure:
         "zmax": round(1e3 * largest(fold.errors), 6),
         "colorscale": [[k / 4, stop] for k, stop in enumerate(SCALE)],
         "colorbar": {
-            "title": {"text": "e<sub>i</sub> [mm]", "side": "top"}, "thickness": 10, "outlinewidth": 0, "len": 0.9
+            "title": {"text": "e<sub>i</sub> [mm]", "side": "top"},
+            "thickness": 10,
+            "outlinewidth": 0,
+            "len": 0.9,
         },
         "hoverongaps": False,
         "hovertemplate": "x %{x:.0f} mm, y %{y:.0f} mm<br>e<sub>i</sub> = %{z:.2f} mm<extra></extra>",

@@ -14,8 +14,12 @@ from tatamu.report.records import Arm, Manipulation, Result
 from tatamu.rollout import Rollout
 from tatamu.scene import Gripper, Scene
 
-MOMENTS = {"error_first": "First trial", "error_10": "Best after 10", "error_50": "Best after 50"}
-"""Optional arrays of rollout.npz with e_i [m], shape (n,), and what they are called."""
+MOMENTS = {
+    "error_first": (1, "First trial"),
+    "error_10": (10, "Best after 10"),
+    "error_50": (50, "Best after 50"),
+}
+"""Optional arrays of rollout.npz with e_i [m], shape (n,): after how many trials, and their titles."""
 
 
 @dataclass(frozen=True)
@@ -56,11 +60,11 @@ class LearnedFold:
     @property
     def moments(self) -> list[tuple[str, np.ndarray]]:
         """e_i [m] along the search: title and shape (n,); ends with the learned fold."""
-        known = [(MOMENTS[name], self.rollout.extra[name]) for name in MOMENTS if name in self.rollout.extra]
+        known = {name: moment for name, moment in MOMENTS.items() if name in self.rollout.extra}
+        told = [(title, self.rollout.extra[name]) for name, (_, title) in known.items()]
         count = len(self.result.trials)
-        if count == 50 and "error_50" in self.rollout.extra:
-            return known
-        return [*known, (f"Best of all {count}", self.errors)]
+        ended = count in [after for after, _ in known.values()]
+        return told if ended else [*told, (f"Best of all {count}", self.errors)]
 
     def hand(self, arm: Arm) -> np.ndarray:
         """Where a hand is at each frame [m], shape (f, 3)."""

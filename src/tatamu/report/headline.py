@@ -22,21 +22,20 @@ def title(fold: LearnedFold) -> str:
 def sentence(fold: LearnedFold) -> str:
     """The verdict in words, as HTML."""
     result, best = fold.result, fold.result.best_trial
-    error = best.mean_vertex_distance
-    if error is None:
-        return "The best trial has no measures."
+    error = best.mean_vertex_distance or 0.0
     took = f" and {result.wall_seconds:.0f} s" if result.wall_seconds is not None else ""
     side = "below" if error < SUCCESS else "not below"
     count = len(result.trials)
+    trials = f"{count} trial{'s' if count != 1 else ''}"
     return (
-        f"The cloth comes to rest <strong>{1e3 * error:.1f} mm</strong> from its target on average, {side} the "
-        f"{1e3 * SUCCESS:g} mm that count as success. Found in {count} trial{'s' if count != 1 else ''}{took} of search; "
-        f"trial {result.best} was the best."
+        f"The cloth comes to rest <strong>{1e3 * error:.1f}&nbsp;mm</strong> from its target on average, "
+        f"{side} the {1e3 * SUCCESS:g}&nbsp;mm that count as success. "
+        f"Found in {trials}{took} of search; trial {result.best} was the best."
     )
 
 
 def word(fold: LearnedFold) -> str:
-    """near perfect, good, fair or failed."""
+    """The grade: near perfect, good, fair or failed."""
     return grade(fold.result.best_trial.mean_vertex_distance)
 
 
@@ -44,19 +43,25 @@ def gauge(fold: LearnedFold) -> str:
     """The mean vertex distance on a bar of the grades, as HTML."""
     ends = [GAUGE[0], *(end for end, _ in GRADES), GAUGE[1]]
     words = [*(name for _, name in GRADES), FAILED]
-    zones = "".join(
-        f'<span class="zone {name.replace(" ", "-")}" style="width:{_share(b) - _share(a):.2f}%">{name}</span>'
-        for name, a, b in zip(words, ends, ends[1:], strict=False)
-    )
-    ticks = "".join(
-        f'<span class="tick" style="left:{_share(end):.2f}%">{1e3 * end:g}{" mm" if end == 0.02 else ""}</span>'
-        for end, _ in GRADES
-    )
-    success = f'<span class="tick success" style="left:{_share(SUCCESS):.2f}%">success below 12.5 mm</span>'
-    error = fold.result.best_trial.mean_vertex_distance
-    needle = "" if error is None else f'<span class="needle" style="left:{_share(error):.2f}%"></span>'
+    zones = "".join(_zone(*zone) for zone in zip(words, ends, ends[1:], strict=False))
+    ticks = "".join(_tick(end, f"{1e3 * end:g}{' mm' if end == ends[-2] else ''}") for end, _ in GRADES)
+    success = _tick(SUCCESS, f"success below {1e3 * SUCCESS:g} mm", "success")
+    error = fold.result.best_trial.mean_vertex_distance or 0.0
+    needle = f'<span class="needle" style="left:{_share(error):.2f}%"></span>'
     label = f"Mean vertex distance on the scale of the thresholds: {word(fold)}"
-    return f'<div class="gauge" role="img" aria-label="{text(label)}"><div class="bar">{zones}{needle}</div>{ticks}{success}</div>'
+    return (
+        f'<div class="gauge" role="img" aria-label="{text(label)}">'
+        f'<div class="bar">{zones}{needle}</div>{ticks}{success}</div>'
+    )
+
+
+def _zone(name: str, start: float, end: float) -> str:
+    width = _share(end) - _share(start)
+    return f'<span class="zone {name.replace(" ", "-")}" style="width:{width:.2f}%">{name}</span>'
+
+
+def _tick(place: float, label: str, kind: str = "") -> str:
+    return f'<span class="tick {kind}" style="left:{_share(place):.2f}%">{label}</span>'
 
 
 def _share(distance: float) -> float:
@@ -87,8 +92,11 @@ def _tile(measure: Measure, fold: LearnedFold) -> str:
     best = fold.result.best_trial
     passes = measure.passes(best)
     state = {None: "", True: "yes", False: "no"}[passes]
-    limit = {"mean_vertex_distance": "success below 12.5 mm", "mask_iou": "success from 0.80",
-             "area_error": "others reach 2.77 %"}.get(measure.key, measure.meaning)
+    limit = {
+        "mean_vertex_distance": "success below 12.5 mm",
+        "mask_iou": "success from 0.80",
+        "area_error": "others reach 2.77 %",
+    }.get(measure.key, measure.meaning)
     return (
         f'<div class="tile {state}"><span class="value">{measure.text(best)}<i>{measure.unit}</i></span>'
         f'<span class="name">{measure.title}</span>'

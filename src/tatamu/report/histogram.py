@@ -37,13 +37,18 @@ def histogram(errors: np.ndarray, width: float, end: float | None = None) -> Fig
         "x": middles.round(4).tolist(),
         "y": counts.tolist(),
         "width": round(width * 1e3, 6),
-        "marker": {"color": ["@front" if middle <= beyond else "@warm" for middle in middles], "line": {"width": 0}},
-        "hovertemplate": f"e<sub>i</sub> %{{x:.3~g}} ± {width * 500:.2g} mm<br>%{{y}} vertices<extra></extra>",
+        "marker": {
+            "color": ["@plot" if middle <= beyond else "@warm" for middle in middles],
+            "line": {"width": 0},
+        },
+        "hovertemplate": f"%{{y}} vertices<br>%{{x:.3~g}} ± {width * 500:.2g} mm<extra></extra>",
     }
     top = float(counts.max()) * 1.12
     marks = [line("x", mean), line("x", beyond)]
-    words = [note(mean, 1, "μ", yref="paper", yanchor="bottom", xanchor="right"),
-             note(beyond, 1, "μ+1.28σ", yref="paper", yanchor="bottom", xanchor="left")]
+    words = [
+        note(mean, 1, "μ", yref="paper", yanchor="bottom", xanchor="right"),
+        note(beyond, 1, "μ+1.28σ", yref="paper", yanchor="bottom", xanchor="left"),
+    ]
     return {
         "data": [bars],
         "layout": layout(

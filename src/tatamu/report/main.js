@@ -2,24 +2,34 @@
 
 const contents = (id) => JSON.parse(document.getElementById(id).textContent);
 
-function startReplay() {
+async function startReplay() {
   const root = document.getElementById("replay");
-  const data = contents("replay-data");
   try {
-    const viewer = new Viewer(root.querySelector("canvas"), new Motion(data), data);
+    const data = contents("replay-data");
+    const viewer = new Viewer(root.querySelector("canvas"), await Motion.unpack(data), data);
     const player = new Player(viewer, root);
     openAt(player);
     /* For scripts and tests: go to a time [s]; what is being drawn. */
-    window.tatamu = {
-      seek: (time) => player.hold(time),
-      state: () => ({ time: viewer.time, centroid: viewer.motion.centroid(), draws: viewer.draws, running: player.running }),
-    };
+    window.tatamu.seek = (time) => player.hold(time);
+    window.tatamu.state = () => ({
+      time: viewer.time,
+      centroid: viewer.motion.centroid(),
+      draws: viewer.draws,
+      running: player.running,
+    });
     return () => viewer.recolour();
   } catch (error) {
     root.dataset.failed = "true";
     root.querySelector("[data-part=failure]").textContent = `The replay cannot be shown here (${error.message}).`;
     return () => {};
   }
+}
+
+async function startCharts() {
+  const script = document.createElement("script");
+  script.textContent = new TextDecoder().decode(await packing.bytes(document.getElementById("plotly").textContent));
+  document.head.append(script);
+  return new Charts(contents("chart-data"));
 }
 
 /* `report.html#t=1.5` opens at 1.5 s, at rest; otherwise the fold plays once, unless the reader wants less motion. */
@@ -45,10 +55,15 @@ function startCopying() {
     }));
 }
 
-const recolourReplay = startReplay();
-const charts = new Charts(contents("chart-data"));
-startCopying();
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
-  recolourReplay();
-  charts.draw();
-});
+async function start() {
+  startCopying();
+  const recolourReplay = await startReplay();
+  const charts = await startCharts();
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+    recolourReplay();
+    charts.draw();
+  });
+}
+
+window.tatamu = {};
+window.tatamu.ready = start();

@@ -1,32 +1,30 @@
 /* The replay's data: cloth and hands at any time, between frames by straight lines. Lengths in metres. */
 
 class Motion {
-  constructor(data) {
-    const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer;
-    Object.assign(this, { times: data.times, hands: data.hands, low: data.low, step: data.step });
-    this.count = data.count;
-    this.steps = new Uint16Array(bytes(data.positions));
-    this.faces = new Uint32Array(bytes(data.faces));
-    this.target = this.metres(new Uint16Array(bytes(data.target)), 0);
-    this.errors = Float32Array.from(data.errors);
+  static async unpack(data) {
+    const [steps, faces] = [await packing.bytes(data.positions), await packing.bytes(data.faces)];
+    return new Motion(data, packing.motion(steps, 3 * data.count), new Uint32Array(faces.buffer));
+  }
+
+  constructor({ times, hands, low, step, count }, steps, faces) {
+    Object.assign(this, { times, hands, low, step, count, steps, faces });
     this.flat = this.frame(0);
-    this.points = new Float32Array(3 * this.count);
+    this.target = this.frame(times.length);
+    this.points = new Float32Array(3 * count);
     this.borders = this.findBorders();
+    this.errors = this.distances(this.frame(times.length - 1));
   }
 
   get duration() {
     return this.times[this.times.length - 1];
   }
 
-  /* Whole steps to metres. */
-  metres(steps, start) {
-    const out = new Float32Array(3 * this.count);
-    for (let i = 0; i < out.length; i++) out[i] = this.low[i % 3] + this.step * steps[start + i];
-    return out;
-  }
-
+  /* A frame's positions; the one after the last is the target. */
   frame(number) {
-    return this.metres(this.steps, 3 * this.count * number);
+    const out = new Float32Array(3 * this.count);
+    const start = out.length * number;
+    for (let i = 0; i < out.length; i++) out[i] = this.low[i % 3] + this.step * this.steps[start + i];
+    return out;
   }
 
   /* The frame before `time`, and how far it is on the way to the next. */
@@ -75,15 +73,13 @@ class Motion {
     return out;
   }
 
-  /* How far each vertex is from its place in the target, third of four numbers. */
-  away() {
-    const out = new Float32Array(4 * this.count);
-    for (let i = 0; i < this.count; i++) {
+  /* How far each vertex of a shape is from its place in the target. */
+  distances(points) {
+    const { target } = this;
+    return Float32Array.from({ length: this.count }, (_, i) => {
       const at = 3 * i;
-      const [a, b] = [this.points, this.target];
-      out[4 * i + 2] = Math.hypot(a[at] - b[at], a[at + 1] - b[at + 1], a[at + 2] - b[at + 2]);
-    }
-    return out;
+      return Math.hypot(points[at] - target[at], points[at + 1] - target[at + 1], points[at + 2] - target[at + 2]);
+    });
   }
 
   /* Edges that belong to one triangle only, as pairs of vertices. */

@@ -12,10 +12,23 @@ from tatamu.report import command, errormap, headline, histogram, search, tables
 from tatamu.report.chart import Figure
 from tatamu.report.fold import LearnedFold, read_fold
 from tatamu.report.markup import filled, inline, text
+from tatamu.report.packing import packed
 from tatamu.report.palette import css
 from tatamu.report.replay import replay
 
-SCRIPTS = ("matrix", "motion", "shapes", "shaders", "stage", "camera", "viewer", "player", "charts", "main")
+SCRIPTS = (
+    "packing",
+    "matrix",
+    "motion",
+    "shapes",
+    "shaders",
+    "stage",
+    "camera",
+    "viewer",
+    "player",
+    "charts",
+    "main",
+)
 """In the order in which they need one another."""
 
 
@@ -39,7 +52,7 @@ def page(fold: LearnedFold) -> str:
     data = {
         "style": _resource("style.css"),
         "palette": css(),
-        "plotly": get_plotlyjs(),
+        "plotly": packed(get_plotlyjs().encode()),
         "scripts": "\n".join(_resource(f"{name}.js") for name in SCRIPTS),
         "chart_data": inline(charts),
         "replay_data": inline(replay(fold, errormap.largest(fold.errors))),
@@ -79,7 +92,9 @@ def _body(fold: LearnedFold, charts: dict[str, Figure]) -> dict[str, str]:
         "own": _multiples(charts, "own", [("Errors at their own scale", "", own)]),
         "histograms": _multiples(charts, "moment", moments),
         "objective": _multiples(charts, "objective", [("Best so far", "", search.objective(fold.result))]),
-        "distance": _multiples(charts, "distance", [("Each trial’s error", "", search.distance(fold.result))]),
+        "distance": _multiples(
+            charts, "distance", [("Each trial’s error", "", search.distance(fold.result))]
+        ),
         "ways": _multiples(charts, "ways", [("Hands in the x–z plane", "", ways.figure(fold))]),
     }
 

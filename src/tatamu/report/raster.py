@@ -104,7 +104,7 @@ def _candidates(block: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[n
 
 
 def _barycentric(corners: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Barycentric coordinates of places in their triangles, (p, 3, ..) to (p, 3); -1 for an edge-on triangle."""
+    """Barycentric coordinates of places in their triangles, shape (p, 3); -1 where edge-on."""
     a, b, c = (corners[:, k, :2] for k in range(3))
     (ux, uy), (vx, vy) = (b - a).T, (c - a).T
     wx, wy = x - a[:, 0], y - a[:, 1]

@@ -60,6 +60,12 @@ class Trial(Scores):
     error: str | None = None
     parameters: dict[str, float]
 
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.state == "complete" and (self.objective is None or self.mean_vertex_distance is None):
+            raise ValueError("objective and mean_vertex_distance must be numbers where state is complete")
+        return self
+
 
 class Baseline(Scores):
     """A fixed trajectory, folded and measured as the trials were."""

@@ -22,15 +22,17 @@ def objective(result: Result) -> Figure:
         "x": [*numbers, result.trials[-1].number],
         "y": [*best, best[-1]],
         "mode": "lines",
-        "line": {"color": "@front", "width": 2.5, "shape": "hv"},
+        "line": {"color": "@plot", "width": 2.5, "shape": "hv"},
         "hovertemplate": "best so far %{y:.4f}<extra></extra>",
     }
     return {
-        "data": [_dots(numbers, values, "C = %{y:.4f}"), steps, _failed(result.trials, top),
-                 _star(result.best, min(values), "C = %{y:.4f}")],
-        "layout": layout(
-            xaxis=_trials(result), yaxis=axis("objective C"), annotations=[], hovermode="closest"
-        ),
+        "data": [
+            _dots(numbers, values, "C = %{y:.4f}"),
+            steps,
+            _failed(result.trials, top),
+            _star(result.best, min(values), "C = %{y:.4f}"),
+        ],
+        "layout": layout(xaxis=_trials(result), yaxis=axis("objective C"), hovermode="closest"),
     }
 
 
@@ -39,25 +41,31 @@ def distance(result: Result) -> Figure:
     done = [trial for trial in result.trials if trial.mean_vertex_distance is not None]
     numbers = [trial.number for trial in done]
     values = [1e3 * max(trial.mean_vertex_distance or 0.0, 1e-5) for trial in done]
-    low, high = min(*values, 1.0) / 1.4, max(*values, 30.0) * 1.4
+    low, high = min([*values, 1.0]) / 1.4, max([*values, 30.0]) * 1.4
     best = 1e3 * (result.best_trial.mean_vertex_distance or 0.0)
     marks = [line("y", 1e3 * end, opacity=0.8) for end, _ in GRADES]
     ends = [low, *(1e3 * end for end, _ in GRADES), high]
     words = [*(word for _, word in GRADES), "failed"]
     # On a logarithmic axis Plotly takes annotations in powers of ten.
     notes = [
-        note(1, float(np.log10(np.sqrt(a * b))), word, xref="paper", xanchor="right", bgcolor="@card")
+        note(1, float(np.log10(np.sqrt(a * b))), word, xref="paper", xanchor="left", xshift=6)
         for word, a, b in zip(words, ends, ends[1:], strict=False)
     ]
     return {
-        "data": [_dots(numbers, values, "%{y:.2f} mm"), _failed(result.trials, high / 1.15),
-                 _star(result.best, max(best, 0.01), "%{y:.2f} mm")],
+        "data": [
+            _dots(numbers, values, "%{y:.2f} mm"),
+            _failed(result.trials, high / 1.15),
+            _star(result.best, max(best, 0.01), "%{y:.2f} mm"),
+        ],
         "layout": layout(
             xaxis=_trials(result),
             yaxis=axis(
-                "mean vertex distance [mm]", type="log", range=np.log10([low, high]).tolist(),
+                "mean vertex distance [mm]",
+                type="log",
+                range=np.log10([low, high]).tolist(),
                 tickvals=[0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500],
             ),
+            margin={"l": 52, "r": 86, "t": 16, "b": 44},
             shapes=marks,
             annotations=notes,
             hovermode="closest",
@@ -75,7 +83,7 @@ def _dots(numbers: list[int], values: list[float], text: str) -> dict[str, objec
         "x": numbers,
         "y": values,
         "mode": "markers",
-        "marker": {"size": 6.5, "color": "@front", "opacity": 0.45},
+        "marker": {"size": 6.5, "color": "@plot", "opacity": 0.5},
         "hovertemplate": f"trial %{{x}}<br>{text}<extra></extra>",
     }
 

@@ -50,7 +50,7 @@ def render(fold: LearnedFold) -> np.ndarray:
         light = rgb(colour)
         points, faces = tube(way, 0.0035)
         _paint(image, depth, view, Mesh(points, faces, light, light), None, 1.0)
-    _paint(image, depth, view, flight, None, 0.32)
+    _paint(image, depth, view, flight, None, 0.42)
     return image
 
 

@@ -15,13 +15,16 @@ def measures(fold: LearnedFold) -> str:
     others = fold.result.baselines
     head = ["measure", "learned", *(text(other.label) for other in others), "threshold", "source"]
     columns: list[Scores] = [fold.result.best_trial, *others]
-    return table(head, [_verdicts(columns), *(_measure(measure, columns) for measure in MEASURES)], "measures")
+    return table(
+        head, [_verdicts(columns), *(_measure(measure, columns) for measure in MEASURES)], "measures"
+    )
 
 
 def _verdicts(columns: list[Scores]) -> str:
     words = [grade(scores.mean_vertex_distance) for scores in columns]
     cells = "".join(f'<td><span class="pill {_slug(word)}">{word}</span></td>' for word in words)
-    return f'<tr><th scope="row">Verdict<small>by mean vertex distance</small></th>{cells}<td></td><td></td></tr>'
+    name = '<th scope="row">Verdict<small>by mean vertex distance</small></th>'
+    return f"<tr>{name}{cells}<td></td><td></td></tr>"
 
 
 def _slug(word: str) -> str:
@@ -88,7 +91,7 @@ def timing(fold: LearnedFold) -> str:
         "starts": "hands start",
         "arrives": "hands arrive",
         "opens": "hands open",
-        "ends": "cloth at rest",
+        "ends": "rollout ends",
         "top_speed": "top speed",
     }
     given = fold.manipulation.timing
@@ -121,16 +124,17 @@ def task(fold: LearnedFold) -> str:
     """What was simulated, with what, for how long."""
     chosen, info, result = fold.result.task, fold.rollout.info, fold.result
     size = " × ".join(f"{side:g}" for side in chosen.size) + " m" if chosen.size else ""
-    spacing = f", {1e3 * chosen.spacing:.3g} mm apart" if chosen.spacing else ""
     simulated = info.get("wall_seconds")
     pairs = [
-        ("garment", f"{chosen.garment} {size}".strip()),
+        ("garment", chosen.garment),
+        ("size", size),
         ("fold", chosen.fold),
-        ("mesh", f"{len(fold.start)} vertices{spacing}"),
+        ("vertices", str(len(fold.start))),
+        ("spacing", f"{1e3 * chosen.spacing:.3g} mm" if chosen.spacing else ""),
         ("simulator", f"{chosen.simulator} {info.get('version', '')}".strip()),
         ("one rollout", f"{simulated:.2f} s" if isinstance(simulated, int | float) else ""),
         ("sampler, seed", f"{result.sampler}, {result.seed}"),
-        ("trials", f"{len(result.trials)}, best is number {result.best}"),
+        ("trials", f"{len(result.trials)}, best no. {result.best}"),
         ("whole search", f"{result.wall_seconds:.3g} s" if result.wall_seconds is not None else ""),
     ]
     return rows([pair for pair in pairs if pair[1]])

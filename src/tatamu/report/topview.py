@@ -87,8 +87,9 @@ def _figure(title: str, note: str, image: np.ndarray, area: Extent, ways: dict[s
     data = png.encode(to_pixels(shrink(image, FINER)))
     width, height = (1000 * area.size).round(2)
     source = "data:image/png;base64," + base64.b64encode(data).decode()
+    label = html.escape(f"{title}, from above")
     return (
-        f'<figure><svg viewBox="0 0 {width} {height}" role="img" aria-label="{html.escape(title)}, from above">'
+        f'<figure><svg viewBox="0 0 {width} {height}" role="img" aria-label="{label}">'
         f'<image href="{source}" width="{width}" height="{height}"/>'
         f"{_ways(ways, area)}{_ruler(width, height)}</svg>"
         f"<figcaption><b>{html.escape(title)}</b> {html.escape(note)}</figcaption></figure>"

@@ -32,6 +32,10 @@ def _bands(count: int, sides: int) -> np.ndarray:
     """Triangles between neighbouring rings, facing outwards."""
     first = np.arange(sides)
     after = (first + 1) % sides
-    band = np.vstack([np.column_stack([first, after, first + sides]),
-                      np.column_stack([after, after + sides, first + sides])])
+    band = np.vstack(
+        [
+            np.column_stack([first, after, first + sides]),
+            np.column_stack([after, after + sides, first + sides]),
+        ]
+    )
     return np.vstack([band + ring * sides for ring in range(count - 1)])

@@ -25,6 +25,7 @@ class Viewer {
       stage.mesh({ points, normals: motion.normals(points), extra, faces });
     this.cloth = mesh(motion.flat, motion.faces);
     this.ghost = mesh(motion.target, motion.faces);
+    this.ghostExtra = new Float32Array(4 * motion.count);
     this.ghostBorder = mesh(motion.target, motion.borders);
     this.paths = motion.hands.map((hand) =>
       stage.solid(shapes.tube(hand.path, motion.times, 0.004 * this.radius)));
@@ -127,7 +128,9 @@ class Viewer {
   drawGhost(common) {
     const { gl } = this.stage;
     const look = { ...common, u_colour: this.colours.target, u_alpha: 1, u_back: -5e-5, u_fade: 1 };
-    this.stage.extra(this.ghost, this.motion.away());
+    const away = this.motion.distances(this.motion.points);
+    away.forEach((distance, i) => (this.ghostExtra[4 * i + 2] = distance));
+    this.stage.extra(this.ghost, this.ghostExtra);
     gl.colorMask(false, false, false, false);
     this.stage.draw("ghost", this.ghost, look);
     gl.colorMask(true, true, true, true);

@@ -40,7 +40,14 @@ def figure(fold: LearnedFold) -> Figure:
             xaxis=axis("along the fold from the grasp, x [mm]", constrain="domain"),
             yaxis=axis("height above the grasp, z [mm]", scaleanchor="x", scaleratio=1, rangemode="tozero"),
             showlegend=True,
-            legend={"orientation": "h", "y": 1.02, "yanchor": "bottom", "x": 0, "traceorder": "reversed", "font": {"color": "@ink"}},
+            legend={
+                "orientation": "h",
+                "y": 1.02,
+                "yanchor": "bottom",
+                "x": 0,
+                "traceorder": "reversed",
+                "font": {"color": "@ink"},
+            },
             hovermode="closest",
         ),
     }
