@@ -36,8 +36,9 @@ CREASE = 0.5
 """Edges whose triangles' normals have a cosine below this are guarded like borders."""
 EDGE_GAP = 0.75
 """Edges keep this part of a thickness; vertices against triangles keep the whole."""
-DEEP = 0.5
-"""Pairs closer than this part of what they should keep are swept again."""
+KEEP = (1.0, 0.5, 0.5, 0.3, 0.3, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2)
+"""Part of a thickness that each sweep restores. The first wants all of it; later ones, made only while some pair is
+still closer, want less: layers that a hand crushes have no room for all, but always for not passing through."""
 
 
 class Mesh(NamedTuple):
@@ -210,20 +211,19 @@ def _height(x, v, a, b, c):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _pushes(gap, gap_before, thickness, step):  # type: ignore[no-untyped-def]
+def _pushes(gap, gap_before, wanted, step):  # type: ignore[no-untyped-def]
     """How far to push a pair apart, and the part of it that must not become velocity."""
     before = max(gap_before, 0.0)
-    push = min(thickness, before + CLEARING_SPEED * step) - gap
-    lasting = min(thickness, before + RECOVERY_SPEED * step) - gap
+    push = min(wanted, before + CLEARING_SPEED * step) - gap
+    lasting = min(wanted, before + RECOVERY_SPEED * step) - gap
     return push, push - max(lasting, 0.0)
 
 
 @njit(cache=True, error_model="numpy")
-def _sweep_slots(x, before, moved, mesh, lists, friction, step, deep):  # type: ignore[no-untyped-def]
+def _sweep_slots(x, before, moved, mesh, lists, friction, step, keep):  # type: ignore[no-untyped-def]
     """One pass over all slots; with `deep`, only over pairs closer than DEEP thickness. The smallest gap seen."""
     faces, thickness, inverse_mass = mesh.faces, mesh.reach[0], mesh.inverse_mass
-    limit = DEEP * thickness if deep else thickness
-    smallest = thickness
+    wanted, smallest = keep * thickness, thickness
     for v in range(x.shape[0]):
         for s in range(2):
             t = lists.face[v, s]
@@ -253,14 +253,14 @@ def _sweep_slots(x, before, moved, mesh, lists, friction, step, deep):  # type: 
                 lists.side[v, s] = 1 if _height(before, v, a, b, c) >= 0.0 else -1
             side = lists.side[v, s]
             gap = side * height
-            if gap >= limit:
-                if not deep and gap > 1.1 * thickness:
+            if gap >= wanted:
+                if keep == 1.0 and gap > 1.1 * thickness:
                     lists.wake[v, s] = lists.travelled[0] + 0.8 * (gap - thickness)
                 continue
             weight = inverse_mass[v] + ba * ba * inverse_mass[a] + bb * bb * inverse_mass[b] + bc * bc * inverse_mass[c]
             if weight == 0.0:
                 continue
-            push, silent = _pushes(gap, side * _height(before, v, a, b, c), thickness, step)
+            push, silent = _pushes(gap, side * _height(before, v, a, b, c), wanted, step)
             if push <= 0.0:
                 continue
             smallest = min(smallest, gap)
@@ -293,19 +293,18 @@ def _sweep_slots(x, before, moved, mesh, lists, friction, step, deep):  # type: 
 
 
 @njit(cache=True, error_model="numpy")
-def _sweep_pairs(x, before, moved, mesh, lists, step, deep):  # type: ignore[no-untyped-def]
+def _sweep_pairs(x, before, moved, mesh, lists, step, keep):  # type: ignore[no-untyped-def]
     """One pass over the edge pairs, pushed apart along their closest points before the step."""
     edges, inverse_mass = mesh.edges, mesh.inverse_mass
     thickness = EDGE_GAP * mesh.reach[0]
-    limit = DEEP * thickness if deep else thickness
-    smallest = thickness
+    wanted, smallest = keep * thickness, thickness
     for p in range(lists.used[0]):
         if lists.pair_wake[p] > lists.travelled[0]:
             continue
         a, b = edges[lists.pairs[p, 0], 0], edges[lists.pairs[p, 0], 1]
         c, d = edges[lists.pairs[p, 1], 0], edges[lists.pairs[p, 1], 1]
         distance, s, t = closest_on_segments(before, a, b, c, d)
-        if not deep and distance > 1.5 * thickness:
+        if keep == 1.0 and distance > 1.5 * thickness:
             lists.pair_wake[p] = lists.travelled[0] + 0.9 * (distance - thickness)
             if distance > 3.0 * thickness:
                 continue
@@ -321,7 +320,7 @@ def _sweep_pairs(x, before, moved, mesh, lists, step, deep):  # type: ignore[no-
             + ny * (wa * x[a, 1] + wb * x[b, 1] + wc * x[c, 1] + wd * x[d, 1])
             + nz * (wa * x[a, 2] + wb * x[b, 2] + wc * x[c, 2] + wd * x[d, 2])
         )
-        if gap >= limit:
+        if gap >= wanted:
             continue
         weight = (
             wa * wa * inverse_mass[a]
@@ -329,7 +328,7 @@ def _sweep_pairs(x, before, moved, mesh, lists, step, deep):  # type: ignore[no-
             + wc * wc * inverse_mass[c]
             + wd * wd * inverse_mass[d]
         )
-        push, silent = _pushes(gap, distance, thickness, step)
+        push, silent = _pushes(gap, distance, wanted, step)
         if weight == 0.0 or push <= 0.0:
             continue
         smallest = min(smallest, gap)
@@ -369,8 +368,8 @@ def refresh(x, before, mesh, lists):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def sweep(x, before, moved, mesh, lists, friction, step, deep):  # type: ignore[no-untyped-def]
-    """Push all pairs apart once, with `deep` only those that are closer than DEEP of what they should be.
+def sweep(x, before, moved, mesh, lists, friction, step, keep):  # type: ignore[no-untyped-def]
+    """Push pairs apart once.
 
     Args:
         x: Positions to correct [m], shape (n, 3).
@@ -380,11 +379,11 @@ def sweep(x, before, moved, mesh, lists, friction, step, deep):  # type: ignore[
         lists: Its candidate pairs.
         friction: Coulomb coefficient of cloth on cloth.
         step: Outer step [s].
-        deep: Whether this is a second or later sweep.
+        keep: Part of the thickness to restore.
 
     Returns:
-        Whether another sweep is needed.
+        Smallest gap found before it was corrected, as part of what the pair should keep.
     """
-    edge_gap = _sweep_pairs(x, before, moved, mesh, lists, step, deep)
-    gap = _sweep_slots(x, before, moved, mesh, lists, friction, step, deep)
-    return gap < DEEP * mesh.reach[0] or edge_gap < DEEP * EDGE_GAP * mesh.reach[0]
+    edge_gap = _sweep_pairs(x, before, moved, mesh, lists, step, keep)
+    gap = _sweep_slots(x, before, moved, mesh, lists, friction, step, keep)
+    return min(gap, edge_gap / EDGE_GAP) / mesh.reach[0]

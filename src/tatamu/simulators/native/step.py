@@ -19,9 +19,6 @@ from tatamu.simulators.native import bending, contact, membrane, table
 MEMBRANE_DAMPING = 5e-5
 """tau_d of the membrane's Kelvin-Voigt damping [s], at most 0.3 of the substep."""
 
-SWEEPS = 8
-"""Contact and table are swept again up to so often while some pair is deep."""
-
 
 class State(NamedTuple):
     """What changes from step to step, and scratch memory."""
@@ -162,8 +159,11 @@ def _collide(state, mesh, lists, world, step):  # type: ignore[no-untyped-def]
     moved, before = state.moved, state.before
     moved[:] = x
     contact.refresh(x, before, mesh, lists)
-    for number in range(SWEEPS):
-        again = contact.sweep(x, before, moved, mesh, lists, world.friction_cloth, step, number > 0)
+    gap = 0.0
+    for keep in contact.KEEP:
+        if gap >= keep:
+            break
+        gap = contact.sweep(x, before, moved, mesh, lists, world.friction_cloth, step, keep)
         if world.has_table:  # last, so that it carries what the layers hand down
             table.sweep(
                 x,
@@ -177,8 +177,6 @@ def _collide(state, mesh, lists, world, step):  # type: ignore[no-untyped-def]
                 world.friction_table,
                 step,
             )
-        if not again:
-            break
     for v in range(x.shape[0]):
         for k in range(3):
             state.V[k, slot[v]] += (x[v, k] - moved[v, k]) / step
