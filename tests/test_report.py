@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fabricated import grid, write_fold
+from tests.fabricated import grid, write_fold
 from tatamu.errors import InputError
 from tatamu.report import picture, write_report
 from tatamu.report.errormap import largest, maps

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from browser import Browser, find
-from fabricated import write_fold
+from tests.browser import Browser, find
+from tests.fabricated import write_fold
 from tatamu.report import write_report
 from tatamu.rollout import Rollout
 
