@@ -13,7 +13,7 @@ from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 from tatamu.simulators.native import contact, membrane
 from tatamu.simulators.native.model import DENSEST_PAIRS, Model, model_of, steps_per_frame, substeps
-from tatamu.simulators.native.step import Hands, State, World, advance
+from tatamu.simulators.native.step import Hands, State, World, advance, copy_out
 
 LARGEST_STRETCH = 1.5
 """Edges longer than this times their rest length end the rollout: the membrane model means nothing there."""
@@ -143,6 +143,7 @@ class _Run:
         time = self.number * self.step
         if stopped:
             raise SimulationError(f"the cloth flew beyond {FARTHEST:g} m before t = {time:.3f} s")
+        copy_out(self.state.X, self.model.elastic.triangle_copies, self.model.slots)
         stretch = membrane.largest_stretch(self.state.X, self.model.elastic.triangles, self.model.elastic.L2)
         if not stretch <= LARGEST_STRETCH:
             raise SimulationError(
