@@ -31,7 +31,7 @@ class Crease:
     rise: float
     """Height of the upper clamp over the lower one [m]."""
 
-    def solve(self, links: int = 400) -> np.ndarray:
+    def solve(self, links: int = 200) -> np.ndarray:
         """Nodes of the chain at rest, shape (links + 1, 2): x, z over the table [m]; the loop points to +x."""
         energy = _Chain(self, links)
         theta = energy.start()
@@ -42,6 +42,12 @@ class Crease:
             theta = found.x
             energy.update(theta)
         return energy.nodes(theta)
+
+
+def start(length: float, bending_length: float, thickness: float, links: int = 200) -> np.ndarray:
+    """Nodes of a wide loop to begin from, shape (links + 1, 2) [m]: a half circle between two level runs."""
+    chain = _Chain(Crease(length, bending_length, thickness, 0.0), links)
+    return chain.nodes(chain.start())
 
 
 class _Chain:

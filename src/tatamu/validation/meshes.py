@@ -39,7 +39,7 @@ def staggered(length: float, width: float, spacing: float) -> Mesh:
     odd = np.concatenate([[0.0], 0.5 * (even[1:] + even[:-1]), [width]])
     plans = [odd if row % 2 else even for row in range(rows + 1)]
     points = np.concatenate(
-        [np.column_stack([np.full(len(y), row * length / rows), y]) for row, y in enumerate(plans)]
+        [np.column_stack([np.full(len(y), x), y]) for x, y in zip(np.linspace(0, length, rows + 1), plans, strict=True)]
     )
     starts = np.cumsum([0] + [len(y) for y in plans])
     faces = [_between(starts[row], starts[row + 1], cells, bool(row % 2)) for row in range(rows)]
