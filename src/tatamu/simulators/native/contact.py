@@ -25,7 +25,6 @@ from tatamu.simulators.native.geometry import (
     grid_cell,
     grid_of,
     normal_of,
-    point_triangle,
 )
 
 INSIDE = -0.02
@@ -69,6 +68,7 @@ class Lists(NamedTuple):
 
 @njit(cache=True, error_model="numpy")
 def _normals(x, faces, face_normal, vertex_normal, centroid):  # type: ignore[no-untyped-def]
+    """Unit normals of triangles and vertices, and centroids."""
     vertex_normal[:] = 0.0
     for t in range(faces.shape[0]):
         a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
@@ -79,73 +79,75 @@ def _normals(x, faces, face_normal, vertex_normal, centroid):  # type: ignore[no
             centroid[t, k] = (x[a, k] + x[b, k] + x[c, k]) / 3.0
             for v in (a, b, c):
                 vertex_normal[v, k] += value
+    for v in range(vertex_normal.shape[0]):
+        vertex_normal[v] /= np.sqrt(dot(vertex_normal[v], vertex_normal[v])) + 1e-30
 
 
 @njit(cache=True, error_model="numpy")
 def rebuild(x, mesh, lists):  # type: ignore[no-untyped-def]
     """Find the nearest triangle on either side of every vertex, and the pairs of guarded edges, at legal x."""
-    faces, n, m = mesh.faces, x.shape[0], mesh.faces.shape[0]
+    n, m = x.shape[0], mesh.faces.shape[0]
     face_normal, vertex_normal, centroid = np.empty((m, 3)), np.empty((n, 3)), np.empty((m, 3))
-    _normals(x, faces, face_normal, vertex_normal, centroid)
-    margin, radius = mesh.reach[1], mesh.reach[2]
-    origin, cell, shape, start, order = grid_of(centroid, margin + radius)
-    _fill_slots(x, mesh, lists, face_normal, vertex_normal, centroid, origin, cell, shape, start, order)
-    _fill_pairs(x, mesh, lists, face_normal, centroid, origin, cell, shape, start, order)
+    _normals(x, mesh.faces, face_normal, vertex_normal, centroid)
+    around = np.sqrt(mesh.reach[1] ** 2 + mesh.reach[2] ** 2)  # a layer at the margin has a centroid within this
+    grid = grid_of(centroid, around)
+    _fill_slots(x, mesh, lists, face_normal, vertex_normal, centroid, grid, around * around)
+    _fill_pairs(x, mesh, lists, face_normal, grid)
     lists.travelled[0] = 0.0
 
 
 @njit(cache=True, error_model="numpy")
-def _fill_slots(x, mesh, lists, face_normal, vertex_normal, centroid, origin, cell, shape, start, order):  # type: ignore[no-untyped-def]
-    faces, margin = mesh.faces, mesh.reach[1]
-    around = (margin + mesh.reach[2]) ** 2
+def _fill_slots(x, mesh, lists, face_normal, vertex_normal, centroid, grid, around):  # type: ignore[no-untyped-def]
+    """The triangle with the nearest centroid on either side of each vertex; slots walk on from there."""
+    faces = mesh.faces
+    sorted_centroid = centroid[grid.order]
     is_near = np.full(faces.shape[0], -1)
-    best = np.empty(2)
     for v in range(x.shape[0]):
         for i in range(mesh.near_start[v], mesh.near_start[v + 1]):
             is_near[mesh.near[i]] = v
-        best[:] = margin
-        lists.face[v, :] = -1
-        i0, j0, k0 = grid_cell(x[v], origin, cell, shape)
-        for i in range(max(i0 - 1, 0), min(i0 + 2, shape[0])):
-            for j in range(max(j0 - 1, 0), min(j0 + 2, shape[1])):
-                k_low, k_high = max(k0 - 1, 0), min(k0 + 2, shape[2])
-                row = (i * shape[1] + j) * shape[2]
-                for p in range(start[row + k_low], start[row + k_high]):
-                    t = order[p]
-                    dx, dy, dz = centroid[t, 0] - x[v, 0], centroid[t, 1] - x[v, 1], centroid[t, 2] - x[v, 2]
-                    if dx * dx + dy * dy + dz * dz > around:
+        best_below, best_above, below, above = around, around, -1, -1
+        vx, vy, vz = x[v, 0], x[v, 1], x[v, 2]
+        ux, uy, uz = vertex_normal[v, 0], vertex_normal[v, 1], vertex_normal[v, 2]
+        i0, j0, k0 = grid_cell(x[v], grid)
+        for i in range(max(i0 - 1, 0), min(i0 + 2, grid.shape[0])):
+            for j in range(max(j0 - 1, 0), min(j0 + 2, grid.shape[1])):
+                row = (i * grid.shape[1] + j) * grid.shape[2]
+                for p in range(grid.start[row + max(k0 - 1, 0)], grid.start[row + min(k0 + 2, grid.shape[2])]):
+                    dx = sorted_centroid[p, 0] - vx
+                    dy = sorted_centroid[p, 1] - vy
+                    dz = sorted_centroid[p, 2] - vz
+                    square = dx * dx + dy * dy + dz * dz
+                    if square >= best_above and square >= best_below:
                         continue
-                    a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
-                    if v == a or v == b or v == c:
+                    t = grid.order[p]
+                    up = dx * ux + dy * uy + dz * uz > 0.0
+                    if square >= (best_above if up else best_below):
                         continue
-                    if is_near[t] == v and dot(face_normal[t], vertex_normal[v]) > CREASE * np.sqrt(
-                        dot(vertex_normal[v], vertex_normal[v])
-                    ):
-                        continue  # still flat beside its own neighbours
-                    distance, above = point_triangle(x, v, a, b, c, vertex_normal[v])
-                    if distance < best[above]:
-                        best[above] = distance
-                        lists.face[v, above] = t
-        for s in range(2):
-            lists.wake[v, s] = 0.0
-            t = lists.face[v, s]
-            if t >= 0:
-                a = faces[t, 0]
-                height = 0.0
-                for k in range(3):
-                    height += face_normal[t, k] * (x[v, k] - x[a, k])
-                lists.side[v, s] = 1 if height >= 0.0 else -1
+                    if is_near[t] == v:
+                        if faces[t, 0] == v or faces[t, 1] == v or faces[t, 2] == v:
+                            continue
+                        n = face_normal[t]
+                        if n[0] * ux + n[1] * uy + n[2] * uz > CREASE:
+                            continue  # the cloth is still flat there
+                    if up:
+                        best_above, above = square, t
+                    else:
+                        best_below, below = square, t
+        lists.face[v, 0], lists.face[v, 1] = below, above
+        lists.side[v, :] = 0
+        lists.wake[v, :] = 0.0
 
 
 @njit(cache=True, error_model="numpy")
-def _fill_pairs(x, mesh, lists, face_normal, centroid, origin, cell, shape, start, order):  # type: ignore[no-untyped-def]
-    edges, margin = mesh.edges, mesh.reach[0] + 0.5 * (mesh.reach[1] - mesh.reach[0])
+def _fill_pairs(x, mesh, lists, face_normal, grid):  # type: ignore[no-untyped-def]
+    """All edges within reach of border edges and of creased edges."""
+    edges, count = mesh.edges, 0
+    reach = mesh.reach[0] + 0.5 * (mesh.reach[1] - mesh.reach[0])
     seen = np.full(edges.shape[0], -1)
     guarded = np.zeros(edges.shape[0], dtype=np.bool_)
     for e in range(edges.shape[0]):
         f, g = mesh.edge_faces[e, 0], mesh.edge_faces[e, 1]
         guarded[e] = g < 0 or dot(face_normal[f], face_normal[g]) < CREASE
-    count = 0
     middle = np.empty(3)
     for e in range(edges.shape[0]):
         if not guarded[e]:
@@ -153,25 +155,34 @@ def _fill_pairs(x, mesh, lists, face_normal, centroid, origin, cell, shape, star
         a, b = edges[e, 0], edges[e, 1]
         for k in range(3):
             middle[k] = 0.5 * (x[a, k] + x[b, k])
-        i0, j0, k0 = grid_cell(middle, origin, cell, shape)
-        for i in range(max(i0 - 1, 0), min(i0 + 2, shape[0])):
-            for j in range(max(j0 - 1, 0), min(j0 + 2, shape[1])):
-                row = (i * shape[1] + j) * shape[2]
-                for p in range(start[row + max(k0 - 1, 0)], start[row + min(k0 + 2, shape[2])]):
+        i0, j0, k0 = grid_cell(middle, grid)
+        for i in range(max(i0 - 2, 0), min(i0 + 3, grid.shape[0])):
+            for j in range(max(j0 - 2, 0), min(j0 + 3, grid.shape[1])):
+                row = (i * grid.shape[1] + j) * grid.shape[2]
+                for p in range(grid.start[row + max(k0 - 2, 0)], grid.start[row + min(k0 + 3, grid.shape[2])]):
                     for q in range(3):
-                        o = mesh.face_edges[order[p], q]
+                        o = mesh.face_edges[grid.order[p], q]
                         if seen[o] == e or o == e or (guarded[o] and o < e):
                             continue
                         seen[o] = e
                         c, d = edges[o, 0], edges[o, 1]
-                        if a == c or a == d or b == c or b == d:
+                        if a == c or a == d or b == c or b == d or count == lists.pairs.shape[0]:
                             continue
-                        distance = closest_on_segments(x, a, b, c, d)[0]
-                        if distance < margin and count < lists.pairs.shape[0]:
+                        if not _middles_within(x, c, d, middle, reach + 1.7 * mesh.reach[2]):
+                            continue
+                        if closest_on_segments(x, a, b, c, d)[0] < reach:
                             lists.pairs[count, 0], lists.pairs[count, 1] = e, o
                             lists.pair_wake[count] = 0.0
                             count += 1
     lists.count[0] = count
+
+
+@njit(cache=True, error_model="numpy")
+def _middles_within(x, c, d, middle, distance):  # type: ignore[no-untyped-def]
+    square = 0.0
+    for k in range(3):
+        square += (0.5 * (x[c, k] + x[d, k]) - middle[k]) ** 2
+    return square < distance * distance
 
 
 @njit(cache=True, error_model="numpy")

@@ -206,7 +206,7 @@ def _contact_mesh(topology: Topology, mass: np.ndarray, thickness: float, longes
         edge_faces,
         np.ascontiguousarray(topology.face_edges),
         1.0 / mass,
-        np.array([thickness, margin, 0.62 * longest]),
+        np.array([thickness, margin, 0.58 * longest]),
     )
 
 
