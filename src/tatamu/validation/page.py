@@ -95,7 +95,7 @@ def _table(rows: list[tuple[str, Row]]) -> str:
     head = "<th>case</th><th>quantity</th>" + "".join(
         f"<th class='n'>{name}</th>" for name in ("reference", "got", "error", "limit")
     )
-    lines = []
+    lines, before = [], ""
     for label, row in rows:
         quantity, *numbers, unit = cells(row)
         note = f"<small>{escape(row.note)}</small>" if row.note else ""
@@ -103,9 +103,10 @@ def _table(rows: list[tuple[str, Row]]) -> str:
         numbers[2:] = [f"{text} {unit}" if text != "–" and unit != "-" else text for text in numbers[2:]]
         columns = "".join(f"<td class='n'>{escape(text)}</td>" for text in numbers)
         lines.append(
-            f"<tr class='{'bad' if verdict == 'fail' else ''}'><td>{escape(label)}</td><td>{escape(quantity)}{note}</td>"
+            f"<tr class='{'bad' if verdict == 'fail' else ''}'><td>{'' if label == before else escape(label)}</td><td>{escape(quantity)}{note}</td>"
             f"{columns}<td><span class='badge {verdict}'>{verdict}</span></td></tr>"
         )
+        before = label
     return f"<table><thead><tr>{head}<th></th></tr></thead><tbody>{''.join(lines)}</tbody></table>"
 
 
@@ -120,7 +121,7 @@ def _plot(result: CheckResult, key: str, figure: Figure) -> str:
         place = names.index(curve.name) if not curve.reference else 0
         chart.add_trace(_trace(curve, figure, place, curve.name not in seen))
         seen.add(curve.name)
-    return chart.to_html(full_html=False, include_plotlyjs=False, config={"displaylogo": False, "responsive": True})
+    return chart.to_html(full_html=False, include_plotlyjs=False, config={"displayModeBar": False, "responsive": True})
 
 
 def _trace(curve: Curve, figure: Figure, place: int, first: bool) -> go.Scatter:

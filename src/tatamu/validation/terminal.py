@@ -16,18 +16,18 @@ from tatamu.validation.report import CheckResult, Report
 VERDICT = {True: "[green]pass[/]", False: "[bold red]FAIL[/]", None: "[dim]stated[/]"}
 
 
-def number(value: float | None) -> str:
-    """A number in at most five significant digits, or a dash."""
+def number(value: float | None, digits: int = 5) -> str:
+    """A number in a few significant digits, or a dash."""
     if value is None:
         return "–"
     if value == 0:
         return "0"
-    return f"{value:.5g}" if 1e-3 <= abs(value) < 1e5 else f"{value:.2e}"
+    return f"{value:.{digits}g}" if 1e-3 <= abs(value) < 1e5 else f"{value:.{digits - 1}e}"
 
 
 def cells(row: Row) -> list[str]:
     """Quantity, reference, got, error, limit and unit as text."""
-    return [row.quantity, number(row.reference), number(row.got), number(row.error), number(row.limit), row.unit]
+    return [row.quantity, number(row.reference), number(row.got), number(row.error, 3), number(row.limit), row.unit]
 
 
 def table(result: CheckResult) -> Table:

@@ -83,6 +83,8 @@ def on_table(subject: Subject, mu: float) -> Findings:
     found = threshold(slides, wanted, np.radians(2.0), np.radians(0.05))
     yield absolute("threshold [deg]", float(np.degrees(wanted)), float(np.degrees(found)), subject.limit("threshold"), "deg")
     yield Curve("threshold", subject.name, np.array([mu]), np.degrees([found]))
+    around = np.linspace(mu - 0.1, mu + 0.1, 21)
+    yield Curve("threshold", "arctan μ", around, np.degrees(np.arctan(around)), reference=True)
     creep = abs(final_speed(*travel(subject, incline(mu, wanted - np.radians(0.2), 2.0))))
     yield _speed("creep 0.2 deg below [mm/s]", creep, subject.limit("creep"))
     for degrees in (1.0, 10.0):
