@@ -55,7 +55,7 @@ class Mesh(NamedTuple):
 
 
 class Lists(NamedTuple):
-    """Candidate pairs; rebuilt when the cloth has moved by half the margin."""
+    """Candidate pairs; rebuilt when parts of the cloth may have come closer by the margin."""
 
     face: np.ndarray  # (n, 2): triangle in each slot, -1 for none
     side: np.ndarray  # (n, 2): +1 or -1, 0 while not known
@@ -63,7 +63,7 @@ class Lists(NamedTuple):
     pairs: np.ndarray  # (p, 2): edge pairs
     pair_wake: np.ndarray  # (p,)
     count: np.ndarray  # (1,): edge pairs in use
-    travelled: np.ndarray  # (1,): sum over steps of the largest motion of any vertex since the rebuild
+    travelled: np.ndarray  # (1,): bound on the motion of any vertex against any other since the rebuild
 
 
 @njit(cache=True, error_model="numpy")
@@ -252,7 +252,7 @@ def _sweep_slots(x, before, mesh, lists, friction, step, deep):  # type: ignore[
             gap = side * height
             if gap >= limit:
                 if not deep and gap > 1.1 * thickness:
-                    lists.wake[v, s] = lists.travelled[0] + 0.4 * (gap - thickness)
+                    lists.wake[v, s] = lists.travelled[0] + 0.8 * (gap - thickness)
                 continue
             weight = inverse_mass[v] + ba * ba * inverse_mass[a] + bb * bb * inverse_mass[b] + bc * bc * inverse_mass[c]
             if weight == 0.0:
@@ -299,7 +299,7 @@ def _sweep_pairs(x, before, mesh, lists, step, deep):  # type: ignore[no-untyped
         c, d = edges[lists.pairs[p, 1], 0], edges[lists.pairs[p, 1], 1]
         distance, s, t = closest_on_segments(before, a, b, c, d)
         if not deep and distance > 1.5 * thickness:
-            lists.pair_wake[p] = lists.travelled[0] + 0.45 * (distance - thickness)
+            lists.pair_wake[p] = lists.travelled[0] + 0.9 * (distance - thickness)
             if distance > 3.0 * thickness:
                 continue
         if distance < 1e-9:
@@ -336,16 +336,26 @@ def _sweep_pairs(x, before, mesh, lists, step, deep):  # type: ignore[no-untyped
 
 
 @njit(cache=True, error_model="numpy")
+def _relative_motion(x, before):  # type: ignore[no-untyped-def]
+    """A bound on how far any two vertices moved against each other: the diagonal of the box of all displacements."""
+    square = 0.0
+    for k in range(3):
+        low, high = np.inf, -np.inf
+        for v in range(x.shape[0]):
+            d = x[v, k] - before[v, k]
+            low, high = min(low, d), max(high, d)
+        square += (high - low) ** 2
+    return np.sqrt(square)
+
+
+@njit(cache=True, error_model="numpy")
 def resolve(x, before, mesh, lists, friction, step):  # type: ignore[no-untyped-def]
     """Correct the moved positions x, shape (n, 3), given the legal ones before the step."""
-    furthest = 0.0
-    for v in range(x.shape[0]):
-        dx, dy, dz = x[v, 0] - before[v, 0], x[v, 1] - before[v, 1], x[v, 2] - before[v, 2]
-        furthest = max(furthest, dx * dx + dy * dy + dz * dz)
-    lists.travelled[0] += np.sqrt(furthest)
-    if 2.0 * lists.travelled[0] > mesh.reach[1] - 1.5 * mesh.reach[0]:
+    moved = _relative_motion(x, before)
+    lists.travelled[0] += moved
+    if lists.travelled[0] > mesh.reach[1] - 1.5 * mesh.reach[0]:
         rebuild(before, mesh, lists)
-        lists.travelled[0] = np.sqrt(furthest)
+        lists.travelled[0] = moved
     for sweep in range(SWEEPS):
         deep = sweep > 0
         pair_gap = _sweep_pairs(x, before, mesh, lists, step, deep)

@@ -1,9 +1,10 @@
 """Time stepping: symplectic Euler at three rates.
 
 Per outer step: bending kicks the velocities (once or more); between the kicks membrane, gravity and drag run in small
-substeps, as gravity given in one blow per outer step would ring in the membrane and fall 0.2 % too far in half a second; then contact and the table correct the positions, and the velocities by the same corrections. There is no linear
-solve, no iteration to a tolerance. Held vertices have inverse mass zero and follow their path at constant velocity within
-an outer step.
+substeps, as gravity given in one blow per outer step would ring in the membrane and fall 0.2 % too far in half a second;
+then contact and the table correct the positions, and the velocities by the same corrections. There is no linear solve, no
+iteration to a tolerance. Held vertices have inverse mass zero and follow their path at constant velocity within an outer
+step.
 """
 
 from __future__ import annotations
@@ -112,15 +113,12 @@ def _bend(state, elastic, h):  # type: ignore[no-untyped-def]
 def _weigh(state, world, h):  # type: ignore[no-untyped-def]
     """Drag, then gravity: drag on the velocity alone does not change where the cloth comes to rest."""
     n = state.V.shape[1]
-    if world.drag > 0.0:
-        slower = -h * world.drag / (1.0 + h * world.drag)
-        for k in range(3):
-            v = state.V[k, :n]
-            for i in range(n):
-                v[i] += slower * state.free[i] * v[i]
-    v, fall = state.V[2, :n], h * world.gravity
-    for i in range(n):
-        v[i] -= fall * state.free[i]
+    free = state.free[:n]
+    slower = -h * world.drag / (1.0 + h * world.drag)
+    for k in range(3):
+        v, fall = state.V[k, :n], h * world.gravity if k == 2 else 0.0
+        for i in range(n):
+            v[i] += free[i] * (slower * v[i] - fall)
 
 
 @njit(cache=True, error_model="numpy")
