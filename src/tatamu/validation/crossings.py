@@ -1,8 +1,9 @@
 """Counting how often a cloth passes through itself: edges that cross triangles.
 
-An edge crosses a triangle when its ends lie strictly on opposite sides of the triangle's plane and its line passes
-strictly between the triangle's sides (five signed volumes). Pairs that share a vertex are left out; what only
-touches, or lies in one plane, does not count. Candidates come from a grid hashed by cell.
+An edge crosses a triangle when its ends lie strictly on opposite sides of the triangle's plane and its
+line passes strictly between the triangle's sides (five signed volumes). Pairs that share a vertex are
+left out; what only touches, or lies in one plane, does not count. Candidates come from a grid hashed by
+cell.
 """
 
 from __future__ import annotations
@@ -60,7 +61,7 @@ def _cross(p, q, a, b, c):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _count(points, faces, edges, low, high, origin, cell):  # type: ignore[no-untyped-def]
-    """Hash every edge by the cell of its lower corner; look from each triangle into the cells its edges may have."""
+    """Hash every edge by the cell of its lower corner; each triangle looks into the cells in reach."""
     size = 1
     while size < 2 * edges.shape[0]:
         size *= 2

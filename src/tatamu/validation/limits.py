@@ -1,7 +1,8 @@
 """How wrong a simulator may be: limits by simulator and quantity.
 
-A limit states what a simulator claims. They are data, so that a further simulator states its own; a quantity that a
-simulator has no limit for is printed and not judged. Fractions, SI units or degrees as said beside each.
+A limit states what a simulator claims. They are data, so that a further simulator states its own; a
+quantity that a simulator has no limit for is printed and not judged. Fractions, SI units or degrees as
+said beside each.
 """
 
 from __future__ import annotations

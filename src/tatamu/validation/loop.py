@@ -4,10 +4,10 @@ One inextensible chain of n links, of slopes theta_i and link length h:
 
     E = sum B / (2 h) (theta_i+1 - theta_i)^2 + sum w h z_i,   x, z the sums of h cos(theta), h sin(theta)
 
-with both ends clamped (theta = 0 below, pi above), the last node held at (0, z_lower + rise), the lower half not
-below the table and the upper half not below the lower one (a thickness apart). The chain starts as a wide loop and
-its least energy is found by Newton's method with augmented Lagrangians for the constraints, which has no spurious
-branch: a boundary-value solver falls into a loop of 2 mm. No friction.
+with both ends clamped (theta = 0 below, pi above), the last node held at (0, z_lower + rise), the lower
+half not below the table and the upper half not below the lower one (a thickness apart). The chain starts
+as a wide loop and its least energy is found by Newton's method with augmented Lagrangians for the
+constraints, which has no spurious branch: a boundary-value solver falls into a loop of 2 mm. No friction.
 """
 
 from __future__ import annotations
@@ -32,13 +32,19 @@ class Crease:
     """Height of the upper clamp over the lower one [m]."""
 
     def solve(self, links: int = 200) -> np.ndarray:
-        """Nodes of the chain at rest, shape (links + 1, 2): x, z over the table [m]; the loop points to +x."""
+        """Nodes at rest, shape (links + 1, 2): x, z over the table [m]; the loop points to +x."""
         energy = _Chain(self, links)
         theta = energy.start()
         for stiffness in (1e2, 1e3, 1e4, 1e4, 1e4, 1e4):
             energy.stiffness = stiffness
-            found = minimize(energy.value, theta, jac=energy.slope, hess=energy.curvature, method="trust-exact",
-                             options={"gtol": 1e-10, "maxiter": 400})  # fmt: skip
+            found = minimize(
+                energy.value,
+                theta,
+                jac=energy.slope,
+                hess=energy.curvature,
+                method="trust-exact",
+                options={"gtol": 1e-10, "maxiter": 400},
+            )
             theta = found.x
             energy.update(theta)
         return energy.nodes(theta)
@@ -56,7 +62,9 @@ class _Chain:
     def __init__(self, crease: Crease, links: int) -> None:
         self.crease, self.links = crease, links
         self.h = crease.length / crease.bending_length / links
-        self.floor = np.where(np.arange(1, links + 1) <= links // 2, 0.0, crease.thickness) / crease.bending_length
+        self.floor = (
+            np.where(np.arange(1, links + 1) <= links // 2, 0.0, crease.thickness) / crease.bending_length
+        )
         self.rise = crease.rise / crease.bending_length
         self.stiffness = 1e2
         self.push = np.zeros(links)
@@ -75,7 +83,7 @@ class _Chain:
     def nodes(self, theta: np.ndarray) -> np.ndarray:
         x, z = self._points(theta)
         points = np.vstack([[0.0, 0.0], np.column_stack([x, z])]) * self.crease.bending_length
-        return points + [0.0, self.crease.thickness / 2]
+        return points + np.array([0.0, self.crease.thickness / 2])
 
     def _turns(self, theta: np.ndarray) -> np.ndarray:
         """Turn at every node, the clamps included; a clamp turns over half a link: twice the moment."""
@@ -102,7 +110,9 @@ class _Chain:
         press = np.maximum(0.0, self.push - self.stiffness * (z - self.floor))[:-1]
         miss = np.array([x[-1], z[-1] - self.rise])
         held = self.pull @ miss + 0.5 * self.stiffness * miss @ miss
-        return float(turn + weight + (press @ press - self.push[:-1] @ self.push[:-1]) / (2 * self.stiffness) + held)
+        return float(
+            turn + weight + (press @ press - self.push[:-1] @ self.push[:-1]) / (2 * self.stiffness) + held
+        )
 
     def slope(self, theta: np.ndarray) -> np.ndarray:
         fx, fz, _ = self._forces(theta)

@@ -28,7 +28,7 @@ class Manipulation:
 
     @classmethod
     def random(cls, seed: int, fast: bool) -> Manipulation:
-        """A fold that lands near the other end; hands need not agree, but never pull the cloth between them apart."""
+        """A fold that lands near the other end; hands may differ but never pull apart."""
         random = np.random.default_rng(seed)
         points = np.zeros((2, 3, 3))
         points[:, 2, 0] = LENGTH * random.uniform(0.75, 1.0)
@@ -56,11 +56,21 @@ def scene_of(manipulation: Manipulation, material: Material, spacing: float, res
     near = plan[:, 0] < PATCH
     corners = (near & (plan[:, 1] > WIDTH - PATCH), near & (plan[:, 1] < PATCH))
     grippers = [
-        Gripper(vertices=np.flatnonzero(corner).tolist(), opens=manipulation.seconds + 0.1, times=times, displacements=path)
+        Gripper(
+            vertices=np.flatnonzero(corner).tolist(),
+            opens=manipulation.seconds + 0.1,
+            times=times,
+            displacements=path,
+        )
         for corner, path in zip(corners, manipulation.paths(), strict=True)
     ]
-    return Scene(cloth=flat(mesh, material.thickness / 2), material=material, table=Table(), grippers=grippers,
-                 duration=manipulation.seconds + 0.1 + rest)  # fmt: skip
+    return Scene(
+        cloth=flat(mesh, material.thickness / 2),
+        material=material,
+        table=Table(),
+        grippers=grippers,
+        duration=manipulation.seconds + 0.1 + rest,
+    )
 
 
 def half_fold_target(plan: np.ndarray, thickness: float) -> np.ndarray:

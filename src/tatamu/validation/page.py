@@ -24,7 +24,8 @@ body { font: 15px/1.5 system-ui, sans-serif; color: #1f2933; background: #f5f7fa
 main { max-width: 1080px; margin: 0 auto; padding: 32px 20px 80px }
 h1 { font-size: 26px; margin: 0 } h2 { font-size: 19px; margin: 0 }
 .lead { color: #52606d; margin: 4px 0 20px }
-section { background: #fff; border: 1px solid #e4e7eb; border-radius: 10px; padding: 18px 22px; margin: 18px 0 }
+section { background: #fff; border: 1px solid #e4e7eb; border-radius: 10px;
+  padding: 18px 22px; margin: 18px 0 }
 .head { display: flex; gap: 12px; align-items: baseline; justify-content: space-between }
 .reference { color: #52606d; margin: 2px 0 10px }
 .badge { font-size: 13px; font-weight: 600; border-radius: 20px; padding: 2px 11px; white-space: nowrap }
@@ -46,8 +47,11 @@ summary { cursor: pointer; color: #52606d; margin-top: 10px }
 
 def page(report: Report) -> str:
     """The whole page as HTML."""
-    verdict = "all pass" if report.failures == 0 else f"{report.failures} of {report.judged} judged quantities fail"
-    lead = f"{report.judged} judged, {len(report.rows) - report.judged} stated without a limit · tatamu {__version__}"
+    verdict = (
+        "all pass" if report.failures == 0 else f"{report.failures} of {report.judged} judged quantities fail"
+    )
+    stated = len(report.rows) - report.judged
+    lead = f"{report.judged} judged, {stated} stated without a limit · tatamu {__version__}"
     body = "".join(_section(result) for result in report.results)
     return (
         "<!doctype html><html lang='en'><head><meta charset='utf-8'>"
@@ -69,7 +73,11 @@ def _badge(result: CheckResult) -> str:
     failed, judged = sum(v is False for v in verdicts), sum(v is not None for v in verdicts)
     if failed:
         return f"<span class='badge fail'>{failed} of {judged} fail</span>"
-    return f"<span class='badge pass'>{judged} pass</span>" if judged else "<span class='badge stated'>stated</span>"
+    return (
+        f"<span class='badge pass'>{judged} pass</span>"
+        if judged
+        else "<span class='badge stated'>stated</span>"
+    )
 
 
 def _link(result: CheckResult) -> str:
@@ -83,10 +91,13 @@ def _section(result: CheckResult) -> str:
     failed = [(label, row) for label, row in rows if row.passed is False]
     table = _table(rows)
     if len(rows) > LONG:
-        table = (_table(failed) if failed else "") + f"<details><summary>All {len(rows)} rows</summary>{table}</details>"
+        table = (
+            _table(failed) if failed else ""
+        ) + f"<details><summary>All {len(rows)} rows</summary>{table}</details>"
     return (
         f"<section id='{check.name}'><div class='head'><h2>{escape(check.title)}</h2>{_badge(result)}</div>"
-        f"<p class='reference'>Reference: {escape(check.reference)} · <code>--only {check.name}</code> · {seconds:.1f} s</p>"
+        f"<p class='reference'>Reference: {escape(check.reference)} · <code>--only {check.name}</code>"
+        f" · {seconds:.1f} s</p>"
         f"<div class='plots'>{plots}</div>{table}</section>"
     )
 
@@ -103,7 +114,8 @@ def _table(rows: list[tuple[str, Row]]) -> str:
         numbers[2:] = [f"{text} {unit}" if text != "–" and unit != "-" else text for text in numbers[2:]]
         columns = "".join(f"<td class='n'>{escape(text)}</td>" for text in numbers)
         lines.append(
-            f"<tr class='{'bad' if verdict == 'fail' else ''}'><td>{'' if label == before else escape(label)}</td><td>{escape(quantity)}{note}</td>"
+            f"<tr class='{'bad' if verdict == 'fail' else ''}'><td>{'' if label == before else escape(label)}</td>"
+            f"<td>{escape(quantity)}{note}</td>"
             f"{columns}<td><span class='badge {verdict}'>{verdict}</span></td></tr>"
         )
         before = label
@@ -121,7 +133,9 @@ def _plot(result: CheckResult, key: str, figure: Figure) -> str:
         place = names.index(curve.name) if not curve.reference else 0
         chart.add_trace(_trace(curve, figure, place, curve.name not in seen))
         seen.add(curve.name)
-    return chart.to_html(full_html=False, include_plotlyjs=False, config={"displayModeBar": False, "responsive": True})
+    return chart.to_html(
+        full_html=False, include_plotlyjs=False, config={"displayModeBar": False, "responsive": True}
+    )
 
 
 def _trace(curve: Curve, figure: Figure, place: int, first: bool) -> go.Scatter:
@@ -135,13 +149,25 @@ def _trace(curve: Curve, figure: Figure, place: int, first: bool) -> go.Scatter:
             "marker": {"color": colour, "size": 6, "symbol": SYMBOLS[place % len(SYMBOLS)], "opacity": 0.8},
         }
     )
-    return go.Scatter(x=np.asarray(curve.x), y=np.asarray(curve.y), name=curve.name, legendgroup=curve.name,
-                      showlegend=first, **style)  # fmt: skip
+    return go.Scatter(
+        x=np.asarray(curve.x),
+        y=np.asarray(curve.y),
+        name=curve.name,
+        legendgroup=curve.name,
+        showlegend=first,
+        **style,
+    )
 
 
 def _layout(figure: Figure) -> go.Layout:
     kind = "log" if figure.log else "linear"
-    axis = {"gridcolor": GRID, "zerolinecolor": GRID, "linecolor": "#9aa5b1", "type": kind, "ticks": "outside"}
+    axis = {
+        "gridcolor": GRID,
+        "zerolinecolor": GRID,
+        "linecolor": "#9aa5b1",
+        "type": kind,
+        "ticks": "outside",
+    }
     tall = {"scaleanchor": "x", "scaleratio": 1} if figure.equal else {}
     return go.Layout(
         title={"text": figure.title, "font": {"size": 15}, "x": 0.02},

@@ -27,12 +27,21 @@ def number(value: float | None, digits: int = 5) -> str:
 
 def cells(row: Row) -> list[str]:
     """Quantity, reference, got, error, limit and unit as text."""
-    return [row.quantity, number(row.reference), number(row.got), number(row.error, 3), number(row.limit), row.unit]
+    return [
+        row.quantity,
+        number(row.reference),
+        number(row.got),
+        number(row.error, 3),
+        number(row.limit),
+        row.unit,
+    ]
 
 
 def table(result: CheckResult) -> Table:
     """All rows of one check; each case has a heading."""
-    out = Table(title=f"{result.check.title}: {result.check.reference}", title_justify="left", title_style="bold")
+    out = Table(
+        title=f"{result.check.title}: {result.check.reference}", title_justify="left", title_style="bold"
+    )
     out.add_column("quantity", ratio=1)
     for name in ("reference", "got", "error", "limit"):
         out.add_column(name, justify="right", no_wrap=True)
@@ -43,7 +52,9 @@ def table(result: CheckResult) -> Table:
             quantity, reference, got, error, limit, unit = cells(row)
             unit = "" if unit == "-" or error == "0" else f" {unit}"
             last = place == len(case.rows) - 1
-            out.add_row(f"  {quantity}", reference, got, error + unit, limit, VERDICT[row.passed], end_section=last)
+            out.add_row(
+                f"  {quantity}", reference, got, error + unit, limit, VERDICT[row.passed], end_section=last
+            )
             if row.passed is False and row.note:
                 out.add_row(f"    [dim]{row.note}[/]")
     return out

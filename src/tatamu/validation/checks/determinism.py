@@ -53,7 +53,9 @@ def in_another_process(scene: Scene, simulator: str) -> Rollout:
         scene.save(given)
         command = "import sys; from tatamu.cli import main; sys.argv[0] = 'tatamu'; main()"
         arguments = ["simulate", str(given), "--out", str(made), "--simulator", simulator]
-        done = subprocess.run([sys.executable, "-c", command, *arguments], capture_output=True, text=True, check=False)
+        done = subprocess.run(
+            [sys.executable, "-c", command, *arguments], capture_output=True, text=True, check=False
+        )
         if done.returncode:
             raise SimulationError(f"the other process failed: {done.stderr.strip()[-200:]}")
         return Rollout.load(made)
@@ -70,7 +72,9 @@ def batch(subject: Subject) -> Findings:
 
 CHECKS = (
     Check(
-        "determinism", "The same scene twice", "the same bytes",
+        "determinism",
+        "The same scene twice",
+        "the same bytes",
         (Case("in one process", again), Case("in two processes", elsewhere), Case("in a batch", batch)),
     ),
-)  # fmt: skip
+)

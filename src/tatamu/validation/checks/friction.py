@@ -1,7 +1,7 @@
 """Coulomb friction: a cloth on an incline, and cloths on cloths.
 
-The threshold is found by halving an interval of tilts; a cloth counts as sliding when its middle moves faster than
-`SLIDING` at the end of a second, which at 0.01 degrees over the threshold it does.
+The threshold is found by halving an interval of tilts; a cloth counts as sliding when its middle moves
+faster than `SLIDING` at the end of a second, which at 0.01 degrees over the threshold it does.
 """
 
 from __future__ import annotations
@@ -46,11 +46,18 @@ def layers(count: int, mu: float, tilt: float, duration: float) -> tuple[Scene, 
         distance = (layer + 0.5) * material.thickness
         parts.append((on_incline(plan - side / 2, distance, tilt), faces))
     vertices, faces, members = joined(parts)
-    scene = Scene(cloth=Cloth(vertices=vertices, faces=faces), material=material, table=Table(tilt=tilt), duration=duration)
+    scene = Scene(
+        cloth=Cloth(vertices=vertices, faces=faces),
+        material=material,
+        table=Table(tilt=tilt),
+        duration=duration,
+    )
     return scene, members
 
 
-def travel(subject: Subject, scene: Scene, members: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+def travel(
+    subject: Subject, scene: Scene, members: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Times [s], and how far the middle of a part has come down the incline [m]."""
     rollout = subject.simulate(scene)
     tilt = scene.table.tilt if scene.table else 0.0
@@ -81,7 +88,13 @@ def on_table(subject: Subject, mu: float) -> Findings:
         return final_speed(*travel(subject, incline(mu, tilt, 1.0))) > SLIDING
 
     found = threshold(slides, wanted, np.radians(2.0), np.radians(0.05))
-    yield absolute("threshold [deg]", float(np.degrees(wanted)), float(np.degrees(found)), subject.limit("threshold"), "deg")
+    yield absolute(
+        "threshold [deg]",
+        float(np.degrees(wanted)),
+        float(np.degrees(found)),
+        subject.limit("threshold"),
+        "deg",
+    )
     yield Curve("threshold", subject.name, np.array([mu]), np.degrees([found]))
     around = np.linspace(mu - 0.1, mu + 0.1, 21)
     yield Curve("threshold", "arctan μ", around, np.degrees(np.arctan(around)), reference=True)
@@ -92,10 +105,14 @@ def on_table(subject: Subject, mu: float) -> Findings:
         acceleration = incline_acceleration(tilt, mu, GRAVITY)
         times, way = travel(subject, incline(mu, tilt, 0.5))
         got = _acceleration(times, way)
-        yield relative(f"acceleration {degrees:g} deg above [m/s²]", acceleration, got, subject.limit("acceleration"))
+        yield relative(
+            f"acceleration {degrees:g} deg above [m/s²]", acceleration, got, subject.limit("acceleration")
+        )
         if degrees == 10.0:
             yield Curve("acceleration", f"{subject.name}, μ = {mu:g}", times[::3], way[::3])
-            yield Curve("acceleration", f"reference, μ = {mu:g}", times, 0.5 * acceleration * times**2, reference=True)
+            yield Curve(
+                "acceleration", f"reference, μ = {mu:g}", times, 0.5 * acceleration * times**2, reference=True
+            )
 
 
 def _speed(quantity: str, speed: float, limit: float | None) -> Row:
@@ -118,7 +135,9 @@ def on_cloth(subject: Subject, count: int, mu: float = 0.5) -> Findings:
 
     found = threshold(slides, wanted, np.radians(4.0), np.radians(0.25))
     limit = subject.limit("threshold between layers")
-    yield absolute("threshold of the top layer [deg]", float(np.degrees(wanted)), float(np.degrees(found)), limit, "deg")
+    yield absolute(
+        "threshold of the top layer [deg]", float(np.degrees(wanted)), float(np.degrees(found)), limit, "deg"
+    )
     for degrees in (1.0, 5.0):
         scene, members = layers(count, mu, wanted - np.radians(degrees), 2.0)
         creep = abs(final_speed(*travel(subject, scene, members[-1])))
@@ -127,19 +146,28 @@ def on_cloth(subject: Subject, count: int, mu: float = 0.5) -> Findings:
     if count == 2:
         acceleration = incline_acceleration(wanted + np.radians(3.0), mu, GRAVITY)
         got = _acceleration(*travel(subject, scene, members[-1]))
-        yield relative("acceleration 3 deg above [m/s²]", acceleration, got, None, "before it leaves the lower layer")
+        yield relative(
+            "acceleration 3 deg above [m/s²]", acceleration, got, None, "before it leaves the lower layer"
+        )
 
 
 _SWEEP = tuple(Case(f"μ = {mu:g}", partial(on_table, mu=mu), quick=mu in (0.2, 1.0)) for mu in COEFFICIENTS)
 
 CHECKS = (
     Check(
-        "incline", "Cloth on a tilted table", "sticks iff tan(θ) < μ; slides with g (sin θ - μ cos θ)", _SWEEP,
-        {"threshold": Figure("Where a cloth begins to slide", "μ", "tilt [deg]"),
-         "acceleration": Figure("10 deg above the threshold", "time [s]", "way [m]")},
+        "incline",
+        "Cloth on a tilted table",
+        "sticks iff tan(θ) < μ; slides with g (sin θ - μ cos θ)",
+        _SWEEP,
+        {
+            "threshold": Figure("Where a cloth begins to slide", "μ", "tilt [deg]"),
+            "acceleration": Figure("10 deg above the threshold", "time [s]", "way [m]"),
+        },
     ),
     Check(
-        "layers", "Cloth on cloth on a tilted table", "sticks iff tan(θ) < μ between all layers",
+        "layers",
+        "Cloth on cloth on a tilted table",
+        "sticks iff tan(θ) < μ between all layers",
         tuple(Case(f"{count} layers", partial(on_cloth, count=count), quick=False) for count in (2, 4)),
     ),
-)  # fmt: skip
+)

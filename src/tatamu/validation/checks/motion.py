@@ -62,7 +62,9 @@ def free_fall(subject: Subject) -> Findings:
     limit = subject.limit("fall")
     yield relative("height after 0.5 s [m]", float(wanted[-1]), float(worst), limit)
     course = float(np.abs(height - wanted[:, None]).max() / -wanted[-1])
-    yield small("largest error on the way / height", 100 * course, None if limit is None else 100 * limit, "%")
+    yield small(
+        "largest error on the way / height", 100 * course, None if limit is None else 100 * limit, "%"
+    )
     yield Curve("fall", "z = -g t²/2", rollout.times, wanted, reference=True)
     yield Curve("fall", subject.name, rollout.times[::5], height[::5].mean(axis=1))
 
@@ -83,18 +85,28 @@ def momentum(subject: Subject) -> Findings:
     arm = arm - arm.mean(axis=1, keepdims=True)
     spin = np.linalg.norm(np.einsum("n,fnk->fk", mass, np.cross(arm, v)), axis=1)
     turn = float((np.linalg.norm(arm, axis=2) * np.linalg.norm(v, axis=2) @ mass).max())
-    yield small("|sum m x × v| / sum m |x| |v|", float(spin.max()) / max(turn, 1e-30),
-                subject.limit("angular momentum"), "-", "velocities are differences of frames")  # fmt: skip
+    yield small(
+        "|sum m x × v| / sum m |x| |v|",
+        float(spin.max()) / max(turn, 1e-30),
+        subject.limit("angular momentum"),
+        "-",
+        "velocities are differences of frames",
+    )
 
 
 def spring(subject: Subject) -> Findings:
-    """A sheet rolled to a cylinder springs open where nothing weighs: at most its bending energy comes free."""
+    """A rolled sheet springs open where nothing weighs: at most its bending energy comes free."""
     cloth, area = rolled(0.2, 0.1, 0.02, 8.0)
     scene = Scene(cloth=cloth, material=FABRIC, gravity=0.0, duration=4.0, frame_rate=200)
     energy = kinetic(scene, subject.simulate(scene)) / arc_energy(FABRIC, 8.0, area)
     limit = subject.limit("energy")
-    yield small("kinetic energy above B k² A / 2", max(0.0, float(energy.max()) - 1), limit, "-",
-                f"largest {energy.max():.3f} of it; at least 0.5 must come free")  # fmt: skip
+    yield small(
+        "kinetic energy above B k² A / 2",
+        max(0.0, float(energy.max()) - 1),
+        limit,
+        "-",
+        f"largest {energy.max():.3f} of it; at least 0.5 must come free",
+    )
     yield small("bending energy that never came free", max(0.0, 0.5 - float(energy.max())), limit, "-")
     half = len(energy) // 2
     grown = float(energy[half:].max() - energy[:half].max())
@@ -128,13 +140,29 @@ def _never_up(subject: Subject, scene: Scene, height: float) -> Findings:
 
 CHECKS = (
     Check(
-        "fall", "Free fall", "z = -g t² / 2", (Case("level cloth", free_fall),),
+        "fall",
+        "Free fall",
+        "z = -g t² / 2",
+        (Case("level cloth", free_fall),),
         {"fall": Figure("Free fall", "time [s]", "height [m]")},
     ),
-    Check("momentum", "Momentum", "constant; zero from rest without outer forces", (Case("free strip", momentum),)),
     Check(
-        "energy", "Energy", "never above what was there at the start",
-        tuple(Case(label, partial(run)) for label, run in
-              [("rolled sheet springs open", spring), ("strip swings", swing), ("cloth drops", drop)]),
+        "momentum",
+        "Momentum",
+        "constant; zero from rest without outer forces",
+        (Case("free strip", momentum),),
     ),
-)  # fmt: skip
+    Check(
+        "energy",
+        "Energy",
+        "never above what was there at the start",
+        tuple(
+            Case(label, partial(run))
+            for label, run in [
+                ("rolled sheet springs open", spring),
+                ("strip swings", swing),
+                ("cloth drops", drop),
+            ]
+        ),
+    ),
+)

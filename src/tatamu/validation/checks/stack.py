@@ -1,4 +1,4 @@
-"""Stacks: layers at rest on one another carry each other's weight a thickness apart, and stay where they are."""
+"""Stacks: layers at rest carry each other's weight a thickness apart, and stay where they are."""
 
 from __future__ import annotations
 
@@ -26,7 +26,9 @@ def stack(count: int, duration: float) -> tuple[Scene, list[np.ndarray]]:
         plan, faces = layouts[layer % 2](SIDE, SIDE, 0.02)
         parts.append((raised(plan - SIDE / 2, (layer + 0.5) * FABRIC.thickness), faces))
     vertices, faces, members = joined(parts)
-    return Scene(cloth=Cloth(vertices=vertices, faces=faces), material=FABRIC, table=Table(), duration=duration), members
+    return Scene(
+        cloth=Cloth(vertices=vertices, faces=faces), material=FABRIC, table=Table(), duration=duration
+    ), members
 
 
 def at_rest(subject: Subject, count: int, duration: float = 10.0) -> Findings:
@@ -41,18 +43,29 @@ def at_rest(subject: Subject, count: int, duration: float = 10.0) -> Findings:
     limit = subject.limit("layer gap")
     yield relative("gap between layers that is furthest off [mm]", 1e3 * thickness, 1e3 * worst, limit)
     top = (count - 0.5) * thickness
-    yield relative("height of the top layer [mm]", 1e3 * top, 1e3 * float(heights[-1]), limit, "the weight is carried")
+    yield relative(
+        "height of the top layer [mm]", 1e3 * top, 1e3 * float(heights[-1]), limit, "the weight is carried"
+    )
     second = round(1.0 * scene.frame_rate)
     crept = float(np.linalg.norm(positions[-1][:, :2] - positions[second][:, :2], axis=1).max())
     limit = subject.limit("stack creep")
-    yield small(f"creep in the {duration - 1:g} s after the first [mm]", 1e3 * crept, None if limit is None else 1e3 * limit, "mm")
+    yield small(
+        f"creep in the {duration - 1:g} s after the first [mm]",
+        1e3 * crept,
+        None if limit is None else 1e3 * limit,
+        "mm",
+    )
     yield Curve("stack", f"{count} layers", np.arange(count) + 1, 1e3 * heights)
 
 
 CHECKS = (
     Check(
-        "stack", "Stacks at rest for 10 s", "layers a thickness apart, nothing moves",
-        tuple(Case(f"{count} layers", partial(at_rest, count=count), quick=count == 2) for count in (2, 4, 8)),
+        "stack",
+        "Stacks at rest for 10 s",
+        "layers a thickness apart, nothing moves",
+        tuple(
+            Case(f"{count} layers", partial(at_rest, count=count), quick=count == 2) for count in (2, 4, 8)
+        ),
         {"stack": Figure("Heights in a stack", "layer", "height [mm]")},
     ),
-)  # fmt: skip
+)

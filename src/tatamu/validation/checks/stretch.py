@@ -1,7 +1,7 @@
 """Stretch: hanging strain, shear, contraction and the catenary.
 
-Waves in a membrane die slowly by themselves, so these static scenes carry air drag near critical damping of their
-slowest wave; it does not change where the cloth comes to rest.
+Waves in a membrane die slowly by themselves, so these static scenes carry air drag near critical damping
+of their slowest wave; it does not change where the cloth comes to rest.
 """
 
 from __future__ import annotations
@@ -45,14 +45,23 @@ def hang(subject: Subject, fabric: str, layout: str, spacing: float = 0.02) -> F
     start = np.column_stack([0 * plan[:, 0], plan[:, 1], -plan[:, 0]])
     grippers = [held(np.flatnonzero(plan[:, 0] == 0))]
     cloth = Cloth(vertices=start, faces=faces)
-    end = subject.simulate(Scene(cloth=cloth, material=material, grippers=grippers, duration=duration)).positions[-1]
+    end = subject.simulate(
+        Scene(cloth=cloth, material=material, grippers=grippers, duration=duration)
+    ).positions[-1]
     sunk = start[:, 2] - end[:, 2]
     wanted = hang_displacement(plan[:, 0], length, plain, GRAVITY)
     last = plan[:, 0] > length - 1e-9
-    yield relative("mean strain [-]", wanted.max() / length, float(sunk[last].mean()) / length, subject.limit("hang strain"),
-                   "rho g L / 2Y")  # fmt: skip
+    yield relative(
+        "mean strain [-]",
+        wanted.max() / length,
+        float(sunk[last].mean()) / length,
+        subject.limit("hang strain"),
+        "rho g L / 2Y",
+    )
     limit = subject.limit("hang profile")
-    band = np.rint(plan[:, 0] / spacing).astype(int)  # the reference has one dimension: compare means over the width
+    band = np.rint(plan[:, 0] / spacing).astype(
+        int
+    )  # the reference has one dimension: compare means over the width
     off = 100 * float(np.abs(np.bincount(band, sunk - wanted) / np.bincount(band)).max() / wanted.max())
     yield small("off the linear strain profile / end", off, None if limit is None else 100 * limit, "%")
     if layout == "staggered":
@@ -78,9 +87,16 @@ def shear(subject: Subject, layout: str) -> Findings:
     wanted = shear_sag(plan[middle, 0], span, PLANE, GRAVITY)
     share = float(sunk[middle] @ wanted / (wanted @ wanted))
     peak = float(shear_sag(np.array([span / 2]), span, PLANE, GRAVITY)[0])
-    yield relative("sag of the middle [mm]", 1e3 * peak, 1e3 * peak * share, subject.limit("shear"), "rho g D² / 8G")
-    yield Curve("shear", "reference", 100 * np.linspace(0, span, 41),
-                1e3 * shear_sag(np.linspace(0, span, 41), span, PLANE, GRAVITY), reference=True)  # fmt: skip
+    yield relative(
+        "sag of the middle [mm]", 1e3 * peak, 1e3 * peak * share, subject.limit("shear"), "rho g D² / 8G"
+    )
+    yield Curve(
+        "shear",
+        "reference",
+        100 * np.linspace(0, span, 41),
+        1e3 * shear_sag(np.linspace(0, span, 41), span, PLANE, GRAVITY),
+        reference=True,
+    )
     yield Curve("shear", layout, 100 * plan[middle, 0], 1e3 * sunk[middle])
 
 
@@ -91,17 +107,29 @@ def pull(subject: Subject, layout: str, stretch: float = 1.01) -> Findings:
     plan = mesh[0]
     wave = np.pi / length * np.sqrt(PLANE.stretch_stiffness / PLANE.areal_density)
     material, duration = settling(PLANE, wave)
-    pulled = Gripper(vertices=np.flatnonzero(plan[:, 0] == length).tolist(), times=[0.0, ramp],
-                     displacements=[[0, 0, 0], [length * (stretch - 1), 0, 0]])  # fmt: skip
+    pulled = Gripper(
+        vertices=np.flatnonzero(plan[:, 0] == length).tolist(),
+        times=[0.0, ramp],
+        displacements=[[0, 0, 0], [length * (stretch - 1), 0, 0]],
+    )
     grippers = [held(np.flatnonzero(plan[:, 0] == 0)), pulled]
-    scene = Scene(cloth=flat(mesh), material=material, grippers=grippers, gravity=0.0, duration=ramp + duration)
+    scene = Scene(
+        cloth=flat(mesh), material=material, grippers=grippers, gravity=0.0, duration=ramp + duration
+    )
     moved = subject.simulate(scene).positions[-1][:, :2] - plan
     middle = np.abs(plan[:, 0] - length / 2) < length / 10
-    along, across = (np.polyfit(plan[middle, k] - plan[middle, k].mean(), moved[middle, k], 1)[0] for k in (0, 1))
+    along, across = (
+        np.polyfit(plan[middle, k] - plan[middle, k].mean(), moved[middle, k], 1)[0] for k in (0, 1)
+    )
     wanted = (1 + along) * pulled_width(1 + along, PLANE.poisson_ratio) - 1
     got = (1 + along) * (1 + across) - 1
-    yield relative("change of area A/A0 - 1 [-]", float(wanted), float(got), subject.limit("pulled area"),
-                   f"at the stretch measured in the middle, {1 + along:.5f}")  # fmt: skip
+    yield relative(
+        "change of area A/A0 - 1 [-]",
+        float(wanted),
+        float(got),
+        subject.limit("pulled area"),
+        f"at the stretch measured in the middle, {1 + along:.5f}",
+    )
 
 
 def hands(subject: Subject, length: float = 0.5, span: float = 0.4) -> Findings:
@@ -110,39 +138,62 @@ def hands(subject: Subject, length: float = 0.5, span: float = 0.4) -> Findings:
     plan, way = mesh[0], (length - span) / 2
     limp = Material(areal_density=0.2, stretch_stiffness=1000.0, bending_rigidity=1e-7, air_drag=3.0)
     grippers = [
-        Gripper(vertices=np.flatnonzero(plan[:, 0] == end).tolist(), times=[0.0, 0.5],
-                displacements=[[0, 0, 0], [sign * way, 0, 0]])
+        Gripper(
+            vertices=np.flatnonzero(plan[:, 0] == end).tolist(),
+            times=[0.0, 0.5],
+            displacements=[[0, 0, 0], [sign * way, 0, 0]],
+        )
         for end, sign in ((0.0, 1), (length, -1))
-    ]  # fmt: skip
+    ]
     cloth = Cloth(vertices=raised(plan), faces=mesh[1])
     end = subject.simulate(Scene(cloth=cloth, material=limp, grippers=grippers, duration=4.0)).positions[-1]
     curve = catenary(span, length)
     middle = np.abs(plan[:, 0] - length / 2) < 1e-9
-    yield relative("sag [mm]", -1e3 * float(curve[:, 1].min()), -1e3 * float(end[middle, 2].mean()),
-                   subject.limit("catenary"), f"L = {length} m, D = {span} m")  # fmt: skip
+    yield relative(
+        "sag [mm]",
+        -1e3 * float(curve[:, 1].min()),
+        -1e3 * float(end[middle, 2].mean()),
+        subject.limit("catenary"),
+        f"L = {length} m, D = {span} m",
+    )
     yield Curve("catenary", "catenary", 100 * curve[:, 0], 100 * curve[:, 1], reference=True)
     yield Curve("catenary", subject.name, 100 * (end[:, 0] - length / 2), 100 * end[:, 2])
 
 
 CHECKS = (
     Check(
-        "hang", "Sheet hung by an edge", "strain rho g (L - s) / Y",
-        tuple(Case(f"{fabric}, {layout}", partial(hang, fabric=fabric, layout=layout), quick=fabric == "woven")
-              for fabric in FABRICS for layout in MESHES),
-        {"hang": Figure("Displacement of a hanging sheet", "distance from the held edge [cm]", "moved down [mm]")},
+        "hang",
+        "Sheet hung by an edge",
+        "strain rho g (L - s) / Y",
+        tuple(
+            Case(f"{fabric}, {layout}", partial(hang, fabric=fabric, layout=layout), quick=fabric == "woven")
+            for fabric in FABRICS
+            for layout in MESHES
+        ),
+        {
+            "hang": Figure(
+                "Displacement of a hanging sheet", "distance from the held edge [cm]", "moved down [mm]"
+            )
+        },
     ),
     Check(
-        "shear", "Shear of a panel under its own weight", "plane stress, G = Y / (2 (1 + nu))",
+        "shear",
+        "Shear of a panel under its own weight",
+        "plane stress, G = Y / (2 (1 + nu))",
         tuple(Case(layout, partial(shear, layout=layout), quick=layout == "staggered") for layout in MESHES),
         {"shear": Figure("Panel held along its sides", "across [cm]", "sag [mm]")},
     ),
     Check(
-        "pull", "Area of a pulled sheet", "plane stress, contraction nu",
+        "pull",
+        "Area of a pulled sheet",
+        "plane stress, contraction nu",
         tuple(Case(layout, partial(pull, layout=layout), quick=layout == "staggered") for layout in MESHES),
     ),
     Check(
-        "catenary", "Limp strip between two hands", "2a sinh(D / 2a) = L",
+        "catenary",
+        "Limp strip between two hands",
+        "2a sinh(D / 2a) = L",
         (Case("0.5 m over 0.4 m", hands),),
         {"catenary": Figure("Strip between two hands", "x [cm]", "z [cm]", equal=True)},
     ),
-)  # fmt: skip
+)

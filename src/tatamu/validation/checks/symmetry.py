@@ -1,7 +1,8 @@
 """Symmetry: turned and shifted, mirrored and renumbered scenes have turned, mirrored and renumbered rollouts.
 
-Before contact the answer must agree to rounding; after contact rounding grows with every impact, so the difference is
-stated only. The scene is a towel carried up by two hands of one side, and the same carried over a table.
+Before contact the answer must agree to rounding; after contact rounding grows with every impact, so the
+difference is stated only. The scene is a towel carried up by two hands of one side, and the same carried
+over a table.
 """
 
 from __future__ import annotations
@@ -46,10 +47,15 @@ class Change:
         vertices = self.points(scene.cloth.vertices)[self.order]
         cloth = Cloth(vertices=vertices, faces=faces[:, ::-1] if self.flips else faces)
         grippers = [
-            Gripper(vertices=place[g.vertices].tolist(), closes=g.closes, opens=g.opens, times=g.times,
-                    displacements=self.vectors(g.displacements))
+            Gripper(
+                vertices=place[g.vertices].tolist(),
+                closes=g.closes,
+                opens=g.opens,
+                times=g.times,
+                displacements=self.vectors(g.displacements),
+            )
             for g in scene.grippers
-        ]  # fmt: skip
+        ]
         return scene.model_copy(update={"cloth": cloth, "grippers": grippers})
 
 
@@ -78,9 +84,14 @@ def carried() -> Scene:
     mesh = staggered(0.3, 0.2, 0.02)
     plan = mesh[0]
     corners = ((plan[:, 0] < 0.03) & (plan[:, 1] < 0.03), (plan[:, 0] < 0.03) & (plan[:, 1] > 0.17))
-    grippers = [Gripper(vertices=np.flatnonzero(corner).tolist(), times=[0.0, 0.4],
-                        displacements=[[0, 0, 0], [0.05, 0.01 * sign, 0.1]])
-                for corner, sign in zip(corners, (1, -2), strict=True)]  # fmt: skip
+    grippers = [
+        Gripper(
+            vertices=np.flatnonzero(corner).tolist(),
+            times=[0.0, 0.4],
+            displacements=[[0, 0, 0], [0.05, 0.01 * sign, 0.1]],
+        )
+        for corner, sign in zip(corners, (1, -2), strict=True)
+    ]
     return Scene(cloth=flat(mesh), material=FABRIC, grippers=grippers, duration=0.4)
 
 
@@ -99,13 +110,20 @@ def changed(subject: Subject, change: Callable[[int], Change]) -> Findings:
         first = subject.simulate(scene).positions
         second = subject.simulate(there.scene(scene)).positions
         apart = np.linalg.norm(there.points(first)[:, there.order] - second, axis=2)
-        yield small(f"furthest apart {what} [m]", float(apart.max()), limit, "m",
-                    "" if limit is not None else f"at the end {apart[-1].max():.2g} m, stated only")  # fmt: skip
+        yield small(
+            f"furthest apart {what} [m]",
+            float(apart.max()),
+            limit,
+            "m",
+            "" if limit is not None else f"at the end {apart[-1].max():.2g} m, stated only",
+        )
 
 
 CHECKS = (
     Check(
-        "symmetry", "The same scene in other words", "the same answer",
+        "symmetry",
+        "The same scene in other words",
+        "the same answer",
         tuple(Case(label, partial(changed, change=change)) for label, change in CHANGES.items()),
     ),
-)  # fmt: skip
+)
