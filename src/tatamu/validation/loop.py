@@ -41,9 +41,9 @@ class Crease:
                 energy.value,
                 theta,
                 jac=energy.slope,
-                hess=energy.curvature,
-                method="trust-exact",
-                options={"gtol": 1e-10, "maxiter": 400},
+                hessp=energy.curved,
+                method="trust-krylov",
+                options={"gtol": 1e-7, "maxiter": 400},
             )
             theta = found.x
             energy.update(theta)
@@ -120,19 +120,18 @@ class _Chain:
         moment = -np.diff(self._weights * self._turns(theta))
         return moment + self.h * (sz * np.cos(theta) - sx * np.sin(theta))
 
-    def curvature(self, theta: np.ndarray) -> np.ndarray:
+    def curved(self, theta: np.ndarray, p: np.ndarray) -> np.ndarray:
+        """Second derivative of the energy times a direction p, without the matrix."""
         fx, fz, pressed = self._forces(theta)
         sx, sz = (np.cumsum(f[::-1])[::-1] for f in (fx, fz))
-        weights = self._weights
-        out = np.diag(weights[:-1] + weights[1:]) - np.diag(weights[1:-1], 1) - np.diag(weights[1:-1], -1)
-        out += np.diag(-self.h * (sz * np.sin(theta) + sx * np.cos(theta)))
-        stiff = self.stiffness * pressed
-        stiff[-1] = self.stiffness
-        later = np.cumsum(stiff[::-1])[::-1]
-        i = np.arange(self.links)
-        reach = later[np.maximum.outer(i, i)]
         cosine, sine = self.h * np.cos(theta), self.h * np.sin(theta)
-        return out + reach * np.outer(cosine, cosine) + self.stiffness * np.outer(sine, sine)
+        weights, stiff = self._weights, self.stiffness * pressed
+        stiff[-1] = self.stiffness
+        out = (weights[:-1] + weights[1:] - sz * sine - sx * cosine) * p
+        out[:-1] -= weights[1:-1] * p[1:]
+        out[1:] -= weights[1:-1] * p[:-1]
+        out += cosine * np.cumsum((stiff * np.cumsum(cosine * p))[::-1])[::-1]
+        return np.asarray(out + self.stiffness * sine * (sine @ p))
 
     def update(self, theta: np.ndarray) -> None:
         """Raise the multipliers by what the constraints still miss."""

@@ -40,7 +40,7 @@ table { border-collapse: collapse; width: 100%; font-size: 13.5px; margin-top: 1
 th { text-align: left; font-weight: 600; color: #52606d; border-bottom: 2px solid #e4e7eb; padding: 4px 8px }
 td { border-bottom: 1px solid #eef1f4; padding: 4px 8px; vertical-align: top }
 td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap }
-td small { color: #7b8794; display: block } tr.bad td { background: #fff5f5 }
+td small { color: #7b8794; display: block } tr.fail-row td { background: #fff5f5 }
 summary { cursor: pointer; color: #52606d; margin-top: 10px }
 """
 
@@ -114,7 +114,7 @@ def _table(rows: list[tuple[str, Row]]) -> str:
         numbers[2:] = [f"{text} {unit}" if text != "–" and unit != "-" else text for text in numbers[2:]]
         columns = "".join(f"<td class='n'>{escape(text)}</td>" for text in numbers)
         lines.append(
-            f"<tr class='{'bad' if verdict == 'fail' else ''}'><td>{'' if label == before else escape(label)}</td>"
+            f"<tr class='{verdict}-row'><td>{'' if label == before else escape(label)}</td>"
             f"<td>{escape(quantity)}{note}</td>"
             f"{columns}<td><span class='badge {verdict}'>{verdict}</span></td></tr>"
         )

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
@@ -53,10 +54,16 @@ def table(result: CheckResult) -> Table:
             unit = "" if unit == "-" or error == "0" else f" {unit}"
             last = place == len(case.rows) - 1
             out.add_row(
-                f"  {quantity}", reference, got, error + unit, limit, VERDICT[row.passed], end_section=last
+                f"  {escape(quantity)}",
+                reference,
+                got,
+                error + unit,
+                limit,
+                VERDICT[row.passed],
+                end_section=last,
             )
             if row.passed is False and row.note:
-                out.add_row(f"    [dim]{row.note}[/]")
+                out.add_row(f"    [dim]{escape(row.note)}[/]")
     return out
 
 
