@@ -30,5 +30,12 @@ def subject(motion: Motion) -> Subject:
 
 
 def still(shape: Callable[[Scene], np.ndarray]) -> Motion:
-    """At once in a final shape."""
-    return lambda scene, time: shape(scene)
+    """At once in a final shape, which is worked out once per scene."""
+    known: list[tuple[Scene, np.ndarray]] = []
+
+    def motion(scene: Scene, time: float) -> np.ndarray:
+        if not known or known[0][0] is not scene:
+            known[:] = [(scene, shape(scene))]
+        return known[0][1]
+
+    return motion

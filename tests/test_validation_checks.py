@@ -60,7 +60,7 @@ def opens(scene: Scene, time: float, factor: float = 1.0) -> np.ndarray:
     speed = np.sqrt(
         0.8 * factor * scene.material.bending_rigidity * curvature**2 / scene.material.areal_density
     )
-    return scene.cloth.vertices + [0, 0, speed / rate * np.sin(rate * time)]
+    return scene.cloth.vertices + np.array([0, 0, speed / rate * np.sin(rate * time)])
 
 
 def hangs(scene: Scene, factor: float = 1.0) -> np.ndarray:
