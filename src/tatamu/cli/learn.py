@@ -38,16 +38,13 @@ def learn(
     """Learn to fold a garment: search grasps and hand trajectory in the simulator.
 
     Examples:
-
     `tatamu learn towel --out runs/towel`
 
     `tatamu learn towel --size 0.30x0.50 --trials 20 --seed 1 --out runs/small`
 
     Run the same command again to go on with a study that was interrupted, or with more `--trials`.
     """
-    from tatamu.cli.progress import reporting
     from tatamu.folding.task import make_task
-    from tatamu.learning import learn as run
     from tatamu.material import load_material
 
     if grasps not in ("integer", "continuous"):
@@ -60,6 +57,9 @@ def learn(
         spacing=spacing,
         simulator=simulator,
     )
+    from tatamu.cli.progress import reporting
+    from tatamu.learning import learn as run  # last, as it takes seconds to import
+
     with reporting(task, trials) as progress:
         report = run(
             task,

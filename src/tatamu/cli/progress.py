@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 from rich.progress import Progress as Bar
 
 from tatamu.folding.task import Task
-from tatamu.learning import Progress
+
+if TYPE_CHECKING:
+    from tatamu.learning import Progress
 
 EVERY = 10
 """Without a terminal, every so many trials get a line."""

@@ -36,7 +36,7 @@ class Crease:
     """Height of the mid-surface over the table [m], shape (k,)."""
 
     def place(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """x and z of points at arc lengths u; beyond the profile the layers lie flat and flush."""
+        """X and z of points at arc lengths u; beyond the profile the layers lie flat and flush."""
         inside = np.abs(u) <= self.arc[-1]
         x = np.where(inside, np.interp(u, self.arc, self.x), np.abs(u))
         z = np.where(inside, np.interp(u, self.arc, self.z), np.where(u > 0, self.z[-1], self.z[0]))
@@ -82,7 +82,12 @@ def _shape(thickness: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         },
     ]
     result = minimize(
-        energy, _guess(step), jac=True, method="SLSQP", constraints=constraints, options={"maxiter": 300, "ftol": 1e-8}
+        energy,
+        _guess(step),
+        jac=True,
+        method="SLSQP",
+        constraints=constraints,
+        options={"maxiter": 300, "ftol": 1e-8},
     )
     x, z = nodes(result.x)
     arc = HALF_LENGTH - step * np.arange(LINKS + 1)

@@ -81,11 +81,10 @@ def _edge_candidates(garment: Garment) -> tuple[np.ndarray, np.ndarray]:
     x, y = garment.vertices[border, 0], garment.vertices[border, 1]
     edge = border[x < x.min() + 0.25 * garment.spacing]
     y = garment.vertices[edge, 1]
-    left, right = edge[y >= HAND_CLEARANCE / 2], edge[y <= -HAND_CLEARANCE / 2]
+    clearance = max(HAND_CLEARANCE, 2.7 * garment.spacing)  # coarse meshes: the pinches share no vertex
+    left, right = edge[y >= clearance / 2], edge[y <= -clearance / 2]
     if not (len(left) and len(right)):
-        raise InputError(
-            f"size: two hands {HAND_CLEARANCE:g} m apart do not fit on an edge of {garment.size[0]:g} m"
-        )
+        raise InputError(f"size: two hands {clearance:g} m apart do not fit on an edge of {garment.size[0]:g} m")
     count = min(len(left), len(right))
     order_left = left[np.argsort(-garment.vertices[left, 1])]
     order_right = right[np.argsort(garment.vertices[right, 1])]

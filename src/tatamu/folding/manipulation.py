@@ -65,7 +65,9 @@ class Manipulation:
         return WAIT + np.arange(count + 1) / FRAME_RATE, path.along(self.displacement, fraction)
 
 
-def bezier_manipulation(fold: Fold, grasps: tuple[int, int], x1: float, z1: float, x2: float, z2: float) -> Manipulation:
+def bezier_manipulation(
+    fold: Fold, grasps: tuple[int, int], x1: float, z1: float, x2: float, z2: float
+) -> Manipulation:
     """The paper's manipulation, Eq. (9): P1 and P2 are given relative to P0, x along the fold, z up [m]."""
     across = np.array([*fold.normal, 0.0])
     up = np.array([0.0, 0.0, 1.0])
@@ -109,7 +111,7 @@ def described(fold: Fold, manipulation: Manipulation) -> dict[str, Any]:
     """What `manipulation.json` holds; see docs/result-folder.md."""
     times, displacements = manipulation.motion()
     via = np.unique(np.append(np.arange(0, len(times), VIA_EVERY), len(times) - 1))
-    arms = []
+    arms: list[dict[str, Any]] = []
     for name, vertex in zip(("left", "right"), manipulation.grasps, strict=True):
         grasp = fold.garment.vertices[vertex]
         points = manipulation.control_points

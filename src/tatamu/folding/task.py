@@ -14,7 +14,7 @@ from tatamu.folding.score import ALPHA, Score, score, shape_distance, vertex_dis
 from tatamu.garments import make_garment
 from tatamu.material import Material
 from tatamu.rollout import Rollout
-from tatamu.simulators import simulate
+from tatamu.simulators import named, simulate
 
 TABLE_MARGIN = 0.5
 """The table reaches this far beyond the flat garment; a trial whose cloth ends farther out has left the table [m]."""
@@ -107,4 +107,5 @@ def make_task(
     Raises:
         InputError: One of the names is unknown, or the garment cannot be made or folded so.
     """
+    named(simulator)
     return Task(make_fold(fold, make_garment(garment, size, material, spacing)), fold, simulator)

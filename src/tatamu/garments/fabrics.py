@@ -15,7 +15,8 @@ TERRY = Material(
 """Terry cotton of a light towel.
 
 areal_density: light terry is sold at 300 to 400 g/m^2 (retail pages).
-stretch_stiffness: woven cotton, 0.821 MPa x 0.318 mm = 261 N/m (Penava 2014); terry itself: no figure found, assumed alike.
+stretch_stiffness: woven cotton, 0.821 MPa x 0.318 mm = 261 N/m (Penava 2014); terry itself: no figure
+    found, assumed alike.
 poisson_ratio: the same woven cotton, 0.243, rounded.
 bending_rigidity: assumed. Measured blankets and towels-like fabrics span 36 to 299 uN m (Wang et al. 2011, polyester
     blanket); 60 uN m gives a bending length of 2.6 cm, within the 1.7 to 3.4 cm of measured fabrics.

@@ -12,7 +12,7 @@ from tatamu.material import Material
 SIZE = (0.34, 0.80)
 """Width and length of a face towel [m]."""
 CELLS_PER_BENDING_LENGTH = 2.0
-"""Mesh spacing is half a bending length: folds are right up to 0.55 of it (facts/solver.md, round two)."""
+"""Mesh spacing is half a bending length: folds are right up to 0.55 of it (docs/native.md)."""
 COARSEST, FINEST = 0.02, 0.004
 """Spacing chosen from the bending length stays within these [m]."""
 SMALLEST_SIDE, LARGEST_SIDE = 0.05, 5.0
@@ -22,9 +22,7 @@ SHEAR = 0.25
 equilateral, and those at the straight sides are not so small that they would slow the explicit steps down."""
 
 
-def towel(
-    size: tuple[float, float] = SIZE, material: Material = TERRY, spacing: float | None = None
-) -> Garment:
+def towel(size: tuple[float, float] = SIZE, material: Material = TERRY, spacing: float | None = None) -> Garment:
     """A towel of width (y) and length (x) [m], centred at the origin; mesh rows run across its length.
 
     Raises:
@@ -32,9 +30,7 @@ def towel(
     """
     for name, side in zip(("width", "length"), size, strict=True):
         if not SMALLEST_SIDE <= side <= LARGEST_SIDE:
-            raise InputError(
-                f"size: {name} must be from {SMALLEST_SIDE:g} to {LARGEST_SIDE:g} m, given {side:g} m"
-            )
+            raise InputError(f"size: {name} must be from {SMALLEST_SIDE:g} to {LARGEST_SIDE:g} m, given {side:g} m")
     chosen = spacing if spacing is not None else spacing_for(material)
     if not 1e-3 <= chosen <= min(size) / 4:
         raise InputError(

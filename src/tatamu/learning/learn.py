@@ -28,8 +28,6 @@ class Progress:
 
     done: int
     trials: int
-    last: float
-    """Objective of the last trial."""
     best: float | None
     """Least objective so far."""
     best_distance: float | None
@@ -139,7 +137,6 @@ class _Runner:
         return Progress(
             done=len(done),
             trials=trials,
-            last=done[-1].value if done else float("nan"),
             best=None if best is None else done[best].value,
             best_distance=None if best is None else done[best].user_attrs["mean_vertex_distance"],
         )
@@ -152,7 +149,9 @@ class _Runner:
         result.write_result(folder, identity, trials, self.study.baselines)
         best = result.best_number(trials)
         if best is None:
-            raise TatamuError(f"{folder}: all {len(trials)} trials failed; the last said: {trials[-1].user_attrs['error']}")
+            raise TatamuError(
+                f"{folder}: all {len(trials)} trials failed; the last said: {trials[-1].user_attrs['error']}"
+            )
         shown = self._shown()
         errors = {
             name: result.errors_of(self.task, self._outcome(shown[name]).rollout)  # type: ignore[arg-type]

@@ -61,12 +61,20 @@ def baseline_records(task: Task) -> list[dict[str, Any]]:
         attributes["seconds"] = outcome.rollout.info["wall_seconds"] if outcome.rollout else 0.0
         path = manipulation.displacement[:: max(1, len(manipulation.displacement) // 100)]
         records.append(
-            {"name": name, "title": title, "objective": outcome.objective, **attributes, "path": path.tolist()}
+            {
+                "name": name,
+                "title": title,
+                "objective": outcome.objective,
+                **attributes,
+                "path": path.tolist(),
+            }
         )
     return records
 
 
-def write_result(folder: Path, identity: dict[str, Any], trials: list[FrozenTrial], baselines: list[Any] | None) -> None:
+def write_result(
+    folder: Path, identity: dict[str, Any], trials: list[FrozenTrial], baselines: list[Any] | None
+) -> None:
     """Write `result.json`."""
     records = [trial_record(trial) for trial in trials]
     write_json(

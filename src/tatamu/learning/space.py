@@ -17,8 +17,8 @@ HIGHEST = 0.75
 def search_space(fold: Fold, grasps: Grasps) -> dict[str, BaseDistribution]:
     """Bounds of the search.
 
-    P1 and P2 lie between grasp and release, from the height of the grasp up to `HIGHEST` spans. Grasps are whole numbers
-    0 .. M-1, or the paper's real numbers 0 .. M that are floored when used.
+    P1 and P2 lie between grasp and release, from the height of the grasp up to `HIGHEST` spans. Grasps are whole
+    numbers 0 .. M-1, or the paper's real numbers 0 .. M that are floored when used.
     """
     ahead, up = FloatDistribution(0.0, fold.span), FloatDistribution(0.0, HIGHEST * fold.span)
     count = fold.candidates

@@ -6,7 +6,7 @@
 
 R maps the curvatures of a quadratic deflection to the small hinge angles of the six-point patch around T; the hinges
 that a border or a seam lacks are condensed out. Bending carries no Poisson coupling, so a narrow strip and a wide
-sheet have the same moment per width per curvature, B. Source: design.md section 5, facts/solver.md round two.
+sheet have the same moment per width per curvature, B. Derived in docs/native.md.
 """
 
 from __future__ import annotations
@@ -45,7 +45,12 @@ def _rows(rest: np.ndarray, faces: np.ndarray, frames: np.ndarray, hinges: np.nd
         outward = np.column_stack([d[:, 1], -d[:, 0]]) / np.linalg.norm(d, axis=1)[:, None]
         far = p + t_far[:, None] * d + l_far[:, None] * outward
         points = (p, frames[has, j], frames[has, k], far)
-        weights = ((1 - t_own) / l_own + (1 - t_far) / l_far, t_own / l_own + t_far / l_far, -1 / l_own, -1 / l_far)
+        weights = (
+            (1 - t_own) / l_own + (1 - t_far) / l_far,
+            t_own / l_own + t_far / l_far,
+            -1 / l_own,
+            -1 / l_far,
+        )
         sign = np.where(own_second == forward, -1.0, 1.0)
         for x, w in zip(points, weights, strict=True):
             u, v = x[:, 0], x[:, 1]

@@ -8,7 +8,7 @@ layers stay a thickness apart; the tangential part of a correction is Coulomb fr
     l_n = (target - gap) / W,   l_t = min(|slip| / W, mu l_n)
 
 Which side a pair is on is always read off the previous, legal positions, never off the moved ones.
-Source: design.md section 5, facts/solver.md round two.
+Derived in docs/native.md.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ from tatamu.simulators.native.geometry import (
 
 INSIDE = -0.02
 """A barycentric coordinate above this counts as inside the triangle."""
-RECOVERY_SPEED = 0.1
-"""Layers that start too close drift apart at this speed [m/s] instead of jumping."""
+CLEARING_SPEED, RECOVERY_SPEED = 0.5, 0.1
+"""Layers that begin a step too close come apart at the first of these speeds [m/s], but keep no more than the second:
+what begins in a tangle does not explode."""
 CREASE = 0.5
 """Edges whose triangles' normals have a cosine below this are guarded like borders."""
 EDGE_GAP = 0.75
 """Edges keep this part of a thickness; vertices against triangles keep the whole."""
 DEEP = 0.5
-"""Pairs closer than this part of a thickness are swept again, at most `SWEEPS` times."""
-SWEEPS = 6
+"""Pairs closer than this part of what they should keep are swept again."""
 
 
 class Mesh(NamedTuple):
@@ -62,7 +62,7 @@ class Lists(NamedTuple):
     wake: np.ndarray  # (n, 2): travelled distance at which the pair must be looked at again
     pairs: np.ndarray  # (p, 2): edge pairs
     pair_wake: np.ndarray  # (p,)
-    count: np.ndarray  # (1,): edge pairs in use
+    used: np.ndarray  # (1,): edge pairs in use
     travelled: np.ndarray  # (1,): bound on the motion of any vertex against any other since the rebuild
 
 
@@ -174,7 +174,7 @@ def _fill_pairs(x, mesh, lists, face_normal, grid):  # type: ignore[no-untyped-d
                             lists.pairs[count, 0], lists.pairs[count, 1] = e, o
                             lists.pair_wake[count] = 0.0
                             count += 1
-    lists.count[0] = count
+    lists.used[0] = count
 
 
 @njit(cache=True, error_model="numpy")
@@ -210,13 +210,16 @@ def _height(x, v, a, b, c):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _target(gap, gap_before, thickness, step):  # type: ignore[no-untyped-def]
-    """Gap to restore: the thickness, or a little more than before where the pair began too close."""
-    return max(gap, min(thickness, max(gap_before, 0.0) + RECOVERY_SPEED * step))
+def _pushes(gap, gap_before, thickness, step):  # type: ignore[no-untyped-def]
+    """How far to push a pair apart, and the part of it that must not become velocity."""
+    before = max(gap_before, 0.0)
+    push = min(thickness, before + CLEARING_SPEED * step) - gap
+    lasting = min(thickness, before + RECOVERY_SPEED * step) - gap
+    return push, push - max(lasting, 0.0)
 
 
 @njit(cache=True, error_model="numpy")
-def _sweep_slots(x, before, mesh, lists, friction, step, deep):  # type: ignore[no-untyped-def]
+def _sweep_slots(x, before, moved, mesh, lists, friction, step, deep):  # type: ignore[no-untyped-def]
     """One pass over all slots; with `deep`, only over pairs closer than DEEP thickness. The smallest gap seen."""
     faces, thickness, inverse_mass = mesh.faces, mesh.reach[0], mesh.inverse_mass
     limit = DEEP * thickness if deep else thickness
@@ -257,11 +260,11 @@ def _sweep_slots(x, before, mesh, lists, friction, step, deep):  # type: ignore[
             weight = inverse_mass[v] + ba * ba * inverse_mass[a] + bb * bb * inverse_mass[b] + bc * bc * inverse_mass[c]
             if weight == 0.0:
                 continue
-            target = _target(gap, side * _height(before, v, a, b, c), thickness, step)
-            if target <= gap:
+            push, silent = _pushes(gap, side * _height(before, v, a, b, c), thickness, step)
+            if push <= 0.0:
                 continue
             smallest = min(smallest, gap)
-            push = min(target - gap, thickness)
+            silent /= weight
             nx, ny, nz = side * nx, side * ny, side * nz
             sx = x[v, 0] - before[v, 0]
             sy = x[v, 1] - before[v, 1]
@@ -282,17 +285,21 @@ def _sweep_slots(x, before, mesh, lists, friction, step, deep):  # type: ignore[
                 x[o, 0] += f * px
                 x[o, 1] += f * py
                 x[o, 2] += f * pz
+                if silent > 0.0:
+                    moved[o, 0] += f * silent * nx
+                    moved[o, 1] += f * silent * ny
+                    moved[o, 2] += f * silent * nz
     return smallest
 
 
 @njit(cache=True, error_model="numpy")
-def _sweep_pairs(x, before, mesh, lists, step, deep):  # type: ignore[no-untyped-def]
+def _sweep_pairs(x, before, moved, mesh, lists, step, deep):  # type: ignore[no-untyped-def]
     """One pass over the edge pairs, pushed apart along their closest points before the step."""
     edges, inverse_mass = mesh.edges, mesh.inverse_mass
     thickness = EDGE_GAP * mesh.reach[0]
     limit = DEEP * thickness if deep else thickness
     smallest = thickness
-    for p in range(lists.count[0]):
+    for p in range(lists.used[0]):
         if lists.pair_wake[p] > lists.travelled[0]:
             continue
         a, b = edges[lists.pairs[p, 0], 0], edges[lists.pairs[p, 0], 1]
@@ -322,16 +329,19 @@ def _sweep_pairs(x, before, mesh, lists, step, deep):  # type: ignore[no-untyped
             + wc * wc * inverse_mass[c]
             + wd * wd * inverse_mass[d]
         )
-        target = _target(gap, distance, thickness, step)
-        if weight == 0.0 or target <= gap:
+        push, silent = _pushes(gap, distance, thickness, step)
+        if weight == 0.0 or push <= 0.0:
             continue
         smallest = min(smallest, gap)
-        push = min(target - gap, thickness) / weight
         for o, w in ((a, wa), (b, wb), (c, wc), (d, wd)):
-            f = w * inverse_mass[o] * push
-            x[o, 0] += f * nx
-            x[o, 1] += f * ny
-            x[o, 2] += f * nz
+            f = w * inverse_mass[o] / weight
+            x[o, 0] += f * push * nx
+            x[o, 1] += f * push * ny
+            x[o, 2] += f * push * nz
+            if silent > 0.0:
+                moved[o, 0] += f * silent * nx
+                moved[o, 1] += f * silent * ny
+                moved[o, 2] += f * silent * nz
     return smallest
 
 
@@ -349,16 +359,32 @@ def _relative_motion(x, before):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def resolve(x, before, mesh, lists, friction, step):  # type: ignore[no-untyped-def]
-    """Correct the moved positions x, shape (n, 3), given the legal ones before the step."""
-    moved = _relative_motion(x, before)
-    lists.travelled[0] += moved
+def refresh(x, before, mesh, lists):  # type: ignore[no-untyped-def]
+    """Count the motion from `before` to x; rebuild the lists at the legal positions `before` if they are worn out."""
+    motion = _relative_motion(x, before)
+    lists.travelled[0] += motion
     if lists.travelled[0] > mesh.reach[1] - 1.5 * mesh.reach[0]:
         rebuild(before, mesh, lists)
-        lists.travelled[0] = moved
-    for sweep in range(SWEEPS):
-        deep = sweep > 0
-        pair_gap = _sweep_pairs(x, before, mesh, lists, step, deep)
-        slot_gap = _sweep_slots(x, before, mesh, lists, friction, step, deep)
-        if slot_gap >= DEEP * mesh.reach[0] and pair_gap >= DEEP * EDGE_GAP * mesh.reach[0]:
-            break
+        lists.travelled[0] = motion
+
+
+@njit(cache=True, error_model="numpy")
+def sweep(x, before, moved, mesh, lists, friction, step, deep):  # type: ignore[no-untyped-def]
+    """Push all pairs apart once, with `deep` only those that are closer than DEEP of what they should be.
+
+    Args:
+        x: Positions to correct [m], shape (n, 3).
+        before: Legal positions at the start of the step [m], shape (n, 3).
+        moved: Reference for the change of velocity [m], shape (n, 3); shifted by what shall not become velocity.
+        mesh: The mesh.
+        lists: Its candidate pairs.
+        friction: Coulomb coefficient of cloth on cloth.
+        step: Outer step [s].
+        deep: Whether this is a second or later sweep.
+
+    Returns:
+        Whether another sweep is needed.
+    """
+    edge_gap = _sweep_pairs(x, before, moved, mesh, lists, step, deep)
+    gap = _sweep_slots(x, before, moved, mesh, lists, friction, step, deep)
+    return gap < DEEP * mesh.reach[0] or edge_gap < DEEP * EDGE_GAP * mesh.reach[0]

@@ -5,7 +5,7 @@
     W     = A/2 E' C E = 1/2 eps' S eps,     S = A P^-T C P^-1, plane stress C with stiffness Y and ratio nu
     f_a   = -2 tau_q (x_a - x_b) - ..,       tau = S eps
 
-Damping is Kelvin-Voigt: lengths and edges are taken at x + tau_d v. Source: design.md section 5, facts/solver.md.
+Damping is Kelvin-Voigt: lengths and edges are taken at x + tau_d v. Derived in docs/native.md.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def constants(frames: np.ndarray, material: Material) -> tuple[np.ndarray, np.nd
 
 
 def gradients(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """d eps_q / d x of each corner at rest, shape (m, 3 edges, 3 corners, 3)."""
+    """D eps_q / d x of each corner at rest, shape (m, 3 edges, 3 corners, 3)."""
     out = np.zeros((len(faces), 3, 3, 3))
     for q in range(3):
         i, j = (q + 1) % 3, (q + 2) % 3
@@ -57,7 +57,7 @@ def gradients(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 @njit(cache=True, error_model="numpy")
 def _tension(X, a, b, c, n, S, L2, e, tau):  # type: ignore[no-untyped-def]
-    """tau = 2 S eps of the n triangles (a+j, b+j, c+j), whose constants begin at place e.
+    """Tau = 2 S eps of the n triangles (a+j, b+j, c+j), whose constants begin at place e.
 
     Rows are cut out one by one, as only a one-dimensional cut is known to be contiguous when this is compiled.
     """

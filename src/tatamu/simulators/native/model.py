@@ -86,7 +86,9 @@ def _build(cloth: Cloth, material: Material) -> Model:
     triangles, hinges = bands(slot[faces], count), bands(slot[topology.hinges], count)
     frames = membrane.rest_frames(rest, faces)
     S, L2 = membrane.constants(frames, material)
-    weights, others = bending.constants(rest, topology, frames, _seams(topology, cloth.seams), material.bending_rigidity)
+    weights, others = bending.constants(
+        rest, topology, frames, _seams(topology, cloth.seams), material.bending_rigidity
+    )
     mass = _lumped(areas(rest, faces) * material.areal_density, faces, len(rest))
     gradient, angle = _rest_hinges(rest, topology.hinges)
     rest_moment = (weights * angle[others]).sum(0)
@@ -133,7 +135,7 @@ def _seams(topology: Topology, seams: np.ndarray) -> np.ndarray:
 
 
 def _rest_hinges(rest: np.ndarray, hinges: np.ndarray) -> tuple[sparse.csr_array, np.ndarray]:
-    """d theta / d x at rest as a matrix, shape (h, 3n), and g at rest, shape (h,)."""
+    """D theta / d x at rest as a matrix, shape (h, 3n), and g at rest, shape (h,)."""
     count = len(hinges)
     X = np.ascontiguousarray(rest[hinges.T.ravel()].T)
     table = np.array([[0, count, 0, count, 2 * count, 3 * count]])
@@ -154,16 +156,15 @@ def _membrane_frequency(rest: np.ndarray, faces: np.ndarray, S: np.ndarray, mass
     rows = np.broadcast_to(np.arange(3 * count).reshape(count, 3, 1, 1), (count, 3, 3, 3))
     columns = np.broadcast_to((3 * faces[:, None, :, None] + np.arange(3)), (count, 3, 3, 3))
     gradient = sparse.csr_array(
-        (membrane.gradients(rest, faces).ravel(), (rows.ravel(), columns.ravel())), shape=(3 * count, 3 * len(rest))
+        (membrane.gradients(rest, faces).ravel(), (rows.ravel(), columns.ravel())),
+        shape=(3 * count, 3 * len(rest)),
     )
     full = 0.5 * S[[0, 1, 2, 1, 3, 4, 2, 4, 5]].T.reshape(count, 3, 3)
     stiffness = sparse.bsr_array((full, np.arange(count), np.arange(count + 1)))
     return _largest_frequency(gradient, stiffness, mass)
 
 
-def _bending_frequency(
-    gradient: sparse.csr_array, weights: np.ndarray, others: np.ndarray, mass: np.ndarray
-) -> float:
+def _bending_frequency(gradient: sparse.csr_array, weights: np.ndarray, others: np.ndarray, mass: np.ndarray) -> float:
     """Largest angular frequency of bending at rest [1/s]."""
     count = weights.shape[1]
     if not weights.any():

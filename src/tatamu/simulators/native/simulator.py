@@ -185,7 +185,7 @@ def _lists(mesh: contact.Mesh) -> contact.Lists:
         wake=np.zeros((count, 2)),
         pairs=np.empty((room, 2), dtype=np.int64),
         pair_wake=np.empty(room),
-        count=np.zeros(1, dtype=np.int64),
+        used=np.zeros(1, dtype=np.int64),
         travelled=np.zeros(1),
     )
 

@@ -1,10 +1,10 @@
 """Time stepping: symplectic Euler at three rates.
 
 Per outer step: bending kicks the velocities (once or more); between the kicks membrane, gravity and drag run in small
-substeps, as gravity given in one blow per outer step would ring in the membrane and fall 0.2 % too far in half a second;
-then contact and the table correct the positions, and the velocities by the same corrections. There is no linear solve, no
-iteration to a tolerance. Held vertices have inverse mass zero and follow their path at constant velocity within an outer
-step.
+substeps, as gravity given in one blow per outer step would ring in the membrane and fall 0.2 % too far in half a
+second; then contact and the table correct the positions, and the velocities by the same corrections. There is no
+linear solve, no iteration to a tolerance. Held vertices have inverse mass zero and follow their path at constant
+velocity within an outer step.
 """
 
 from __future__ import annotations
@@ -15,10 +15,12 @@ import numpy as np
 from numba import njit
 
 from tatamu.simulators.native import bending, contact, membrane, table
-from tatamu.simulators.native.model import Elastic
 
 MEMBRANE_DAMPING = 2e-5
 """tau_d of the membrane's Kelvin-Voigt damping [s], at most a tenth of the substep."""
+
+SWEEPS = 8
+"""Contact and table are swept again up to so often while some pair is deep."""
 
 
 class State(NamedTuple):
@@ -103,7 +105,14 @@ def _bend(state, elastic, h):  # type: ignore[no-untyped-def]
     state.F[:] = 0.0
     copy_out(state.X, elastic.hinge_copies, slots)
     bending.add_force(
-        state.X, state.F, elastic.hinges, elastic.rest_moment, elastic.weights, elastic.others, state.H, state.moment
+        state.X,
+        state.F,
+        elastic.hinges,
+        elastic.rest_moment,
+        elastic.weights,
+        elastic.others,
+        state.H,
+        state.moment,
     )
     _add_back(state.F, elastic.hinge_copies, slots)
     _kick(state.V, state.F, state.inverse_mass, h)
@@ -150,23 +159,29 @@ def _collide(state, mesh, lists, world, step):  # type: ignore[no-untyped-def]
     for v in range(x.shape[0]):
         for k in range(3):
             x[v, k] = state.X[k, slot[v]]
-    state.moved[:] = x
-    contact.resolve(x, state.before, mesh, lists, world.friction_cloth, step)
-    if world.has_table:
-        table.resolve(
-            x,
-            state.before,
-            mesh.inverse_mass,
-            world.height,
-            world.sine,
-            world.cosine,
-            world.half_thickness,
-            world.friction_table,
-            step,
-        )
+    moved, before = state.moved, state.before
+    moved[:] = x
+    contact.refresh(x, before, mesh, lists)
+    for number in range(SWEEPS):
+        again = contact.sweep(x, before, moved, mesh, lists, world.friction_cloth, step, number > 0)
+        if world.has_table:  # last, so that it carries what the layers hand down
+            table.sweep(
+                x,
+                before,
+                moved,
+                mesh.inverse_mass,
+                world.height,
+                world.sine,
+                world.cosine,
+                world.half_thickness,
+                world.friction_table,
+                step,
+            )
+        if not again:
+            break
     for v in range(x.shape[0]):
         for k in range(3):
-            state.V[k, slot[v]] += (x[v, k] - state.moved[v, k]) / step
+            state.V[k, slot[v]] += (x[v, k] - moved[v, k]) / step
             state.X[k, slot[v]] = x[v, k]
 
 
