@@ -8,7 +8,6 @@ from functools import partial
 import numpy as np
 import pytest
 
-from fakes import Motion, still, subject
 from tatamu.errors import SimulationError
 from tatamu.scene import Scene
 from tatamu.validation.check import Case
@@ -30,6 +29,7 @@ from tatamu.validation.loop import Crease
 from tatamu.validation.references import catenary, hang_displacement, shear_sag
 from tatamu.validation.report import run
 from tatamu.validation.subject import Subject
+from tests.fakes import Motion, still, subject
 
 Question = Callable[[Subject], Findings]
 
