@@ -158,9 +158,7 @@ class Browser:
 
     def screenshot(self, out: Path, *, whole: bool = True) -> None:
         """Save the page, or only the window, as a PNG."""
-        shot = self.call(
-            "Page.captureScreenshot", format="png", captureBeyondViewport=whole, **self._clip(whole)
-        )
+        shot = self.call("Page.captureScreenshot", format="png", captureBeyondViewport=whole, **self._clip(whole))
         out.write_bytes(base64.b64decode(shot["data"]))
 
     def _clip(self, whole: bool) -> dict[str, Any]:

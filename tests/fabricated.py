@@ -143,9 +143,7 @@ def baselines(vertices: int, start: np.ndarray) -> list[dict[str, Any]]:
     return entries
 
 
-def write_fold(
-    folder: Path, *, spacing: float = 0.04, count: int = 50, size: float = 0.0018, frames: int = 93
-) -> Path:
+def write_fold(folder: Path, *, spacing: float = 0.04, count: int = 50, size: float = 0.0018, frames: int = 93) -> Path:
     """Write a result folder with a mesh of `spacing` [m], `count` trials and a mean error of `size` [m]."""
     folder.mkdir(parents=True, exist_ok=True)
     start, faces = grid(spacing)
@@ -201,9 +199,7 @@ def _result(
     return head | {"trials": entries, "baselines": baselines(vertices, start)}
 
 
-def _manipulation(
-    arms: list[dict[str, Any]], times: np.ndarray, ways: dict[str, np.ndarray]
-) -> dict[str, Any]:
+def _manipulation(arms: list[dict[str, Any]], times: np.ndarray, ways: dict[str, np.ndarray]) -> dict[str, Any]:
     via = {"every_frames": 10, "times": times[::5].tolist()}
     via |= {name: way[::5].tolist() for name, way in ways.items()}
     return {"version": 1, "frame_rate": 60, "arms": arms, "timing": TIMING, "via_points": via}

@@ -340,9 +340,7 @@ def decoded(data: bytes) -> np.ndarray:
 
 @pytest.mark.parametrize("name", ["result.json", "manipulation.json", "scene.json", "rollout.npz"])
 @pytest.mark.parametrize("broken", [None, "", "{", "[1]"])
-def test_a_wrong_folder_is_refused_in_one_line_that_names_the_file(
-    folder: Path, name: str, broken: str | None
-) -> None:
+def test_a_wrong_folder_is_refused_in_one_line_that_names_the_file(folder: Path, name: str, broken: str | None) -> None:
     if broken is None:
         (folder / name).unlink()
     else:

@@ -89,9 +89,7 @@ def read_fold(folder: Path) -> LearnedFold:
         InputError: A file is missing, broken, of another version or does not fit the others.
     """
     result = validated(Result, _object(folder / "result.json"), folder / "result.json")
-    manipulation = validated(
-        Manipulation, _object(folder / "manipulation.json"), folder / "manipulation.json"
-    )
+    manipulation = validated(Manipulation, _object(folder / "manipulation.json"), folder / "manipulation.json")
     scene = Scene.load(folder / "scene.json")
     rollout = Rollout.load(folder / "rollout.npz")
     _check(rollout, len(scene.cloth.vertices), folder / "rollout.npz")

@@ -92,9 +92,7 @@ def _body(fold: LearnedFold, charts: dict[str, Figure]) -> dict[str, str]:
         "own": _multiples(charts, "own", [("Errors at their own scale", "", own)]),
         "histograms": _multiples(charts, "moment", moments),
         "objective": _multiples(charts, "objective", [("Best so far", "", search.objective(fold.result))]),
-        "distance": _multiples(
-            charts, "distance", [("Each trial’s error", "", search.distance(fold.result))]
-        ),
+        "distance": _multiples(charts, "distance", [("Each trial’s error", "", search.distance(fold.result))]),
         "ways": _multiples(charts, "ways", [("Hands in the x–z plane", "", ways.figure(fold))]),
     }
 
@@ -105,9 +103,7 @@ def _multiples(charts: dict[str, Figure], name: str, figures: list[tuple[str, st
         key = f"{name}-{number}"
         charts[key] = figure
         says = f"<b>{text(title)}</b> {text(caption)}"
-        places.append(
-            f'<figure><figcaption>{says}</figcaption><div class="chart {name}" id="{key}"></div></figure>'
-        )
+        places.append(f'<figure><figcaption>{says}</figcaption><div class="chart {name}" id="{key}"></div></figure>')
     return "".join(places)
 
 

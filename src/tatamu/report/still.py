@@ -101,9 +101,7 @@ class _Sun:
         return total / len(offsets)
 
 
-def _paint(
-    image: np.ndarray, depth: np.ndarray, view: View, mesh: Mesh, sun: _Sun | None, alpha: float
-) -> None:
+def _paint(image: np.ndarray, depth: np.ndarray, view: View, mesh: Mesh, sun: _Sun | None, alpha: float) -> None:
     """Draw a mesh over the image where it is nearer than what is there."""
     visible, near = see(view, mesh)
     lit = 1.0 if sun is None else 0.25 + 0.75 * sun.reaches(visible.sample(mesh.points, mesh.faces))

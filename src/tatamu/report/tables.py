@@ -15,9 +15,7 @@ def measures(fold: LearnedFold) -> str:
     others = fold.result.baselines
     head = ["measure", "learned", *(text(other.label) for other in others), "threshold", "source"]
     columns: list[Scores] = [fold.result.best_trial, *others]
-    return table(
-        head, [_verdicts(columns), *(_measure(measure, columns) for measure in MEASURES)], "measures"
-    )
+    return table(head, [_verdicts(columns), *(_measure(measure, columns) for measure in MEASURES)], "measures")
 
 
 def _verdicts(columns: list[Scores]) -> str:

@@ -111,9 +111,7 @@ MEASURES = (
         "",
         "the paper, Fig. 2",
     ),
-    Measure(
-        "trajectory_length", "Path length l<sub>x</sub>", "m", 1.0, 3, "length of a hand’s path", "", PAPER
-    ),
+    Measure("trajectory_length", "Path length l<sub>x</sub>", "m", 1.0, 3, "length of a hand’s path", "", PAPER),
     Measure(
         "shape_distance",
         "Shape distance D",
@@ -124,7 +122,5 @@ MEASURES = (
         "",
         PAPER,
     ),
-    Measure(
-        "objective", "Objective C", "", 1.0, 4, "l<sub>x</sub> + 0.01 D, what the search minimised", "", PAPER
-    ),
+    Measure("objective", "Objective C", "", 1.0, 4, "l<sub>x</sub> + 0.01 D, what the search minimised", "", PAPER),
 )

@@ -15,9 +15,6 @@ from numba import njit
 
 from tatamu.material import Material
 
-DAMPING_TIME = 2e-5
-"""tau_d [s]: internal friction that quietens waves far faster than any fold."""
-
 
 def rest_frames(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Corners of every triangle in a plane of its own [m], shape (m, 3, 2): corner 0 at 0, corner 1 on +x."""

@@ -16,8 +16,8 @@ from numba import njit
 
 from tatamu.simulators.native import bending, contact, membrane, table
 
-MEMBRANE_DAMPING = 2e-5
-"""tau_d of the membrane's Kelvin-Voigt damping [s], at most a tenth of the substep."""
+MEMBRANE_DAMPING = 5e-5
+"""tau_d of the membrane's Kelvin-Voigt damping [s], at most 0.3 of the substep."""
 
 SWEEPS = 8
 """Contact and table are swept again up to so often while some pair is deep."""
@@ -190,7 +190,7 @@ def advance(state, elastic, mesh, lists, hands, world, first, count, step, bends
     """Run `count` outer steps of `step` seconds from number `first`; stop early when anything is too fast."""
     kick = step / bends
     h = kick / stretches
-    damping = min(MEMBRANE_DAMPING, 0.1 * h)
+    damping = min(MEMBRANE_DAMPING, 0.3 * h)
     for number in range(first, first + count):
         state.before[:] = state.x
         _lead(state, hands, number, step)
