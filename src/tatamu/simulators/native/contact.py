@@ -7,6 +7,9 @@ layers stay a thickness apart; the tangential part of a correction is Coulomb fr
     W   = w_v + sum b_k^2 w_k                       inverse mass seen by the contact, barycentric b
     l_n = (target - gap) / W,   l_t = min(|slip| / W, mu l_n)
 
+slip is measured from where the vertex began to stick, not from the last step: what the table or another layer undoes
+of a correction is then corrected in the next step, so that layers at rest do not creep.
+
 Which side a pair is on is always read off the previous, legal positions, never off the moved ones.
 Derived in docs/native.md.
 """
@@ -63,6 +66,8 @@ class Lists(NamedTuple):
     pairs: np.ndarray  # (p, 2): edge pairs
     pair_wake: np.ndarray  # (p,)
     used: np.ndarray  # (1,): edge pairs in use
+    anchor_face: np.ndarray  # (n, 2): triangle that the vertex sticks to, -1 for none
+    anchor: np.ndarray  # (n, 2, 3): where it sticks on it, barycentric
     travelled: np.ndarray  # (1,): bound on the motion of any vertex against any other since the rebuild
 
 
@@ -219,6 +224,16 @@ def _pushes(gap, gap_before, thickness, step):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
+def _slip(x, v, a, b, c, anchor, nx, ny, nz):  # type: ignore[no-untyped-def]
+    """How far v is from its anchor on the triangle (a, b, c), along the triangle."""
+    sx = x[v, 0] - anchor[0] * x[a, 0] - anchor[1] * x[b, 0] - anchor[2] * x[c, 0]
+    sy = x[v, 1] - anchor[0] * x[a, 1] - anchor[1] * x[b, 1] - anchor[2] * x[c, 1]
+    sz = x[v, 2] - anchor[0] * x[a, 2] - anchor[1] * x[b, 2] - anchor[2] * x[c, 2]
+    along = sx * nx + sy * ny + sz * nz
+    return sx - along * nx, sy - along * ny, sz - along * nz
+
+
+@njit(cache=True, error_model="numpy")
 def _sweep_slots(x, before, moved, mesh, lists, friction, step, deep):  # type: ignore[no-untyped-def]
     """One pass over all slots; with `deep`, only over pairs closer than DEEP thickness. The smallest gap seen."""
     faces, thickness, inverse_mass = mesh.faces, mesh.reach[0], mesh.inverse_mass
@@ -255,6 +270,7 @@ def _sweep_slots(x, before, moved, mesh, lists, friction, step, deep):  # type: 
             gap = side * height
             if gap >= limit:
                 if not deep and gap > 1.1 * thickness:
+                    lists.anchor_face[v, s] = -1
                     lists.wake[v, s] = lists.travelled[0] + 0.8 * (gap - thickness)
                 continue
             weight = inverse_mass[v] + ba * ba * inverse_mass[a] + bb * bb * inverse_mass[b] + bc * bc * inverse_mass[c]
@@ -266,17 +282,18 @@ def _sweep_slots(x, before, moved, mesh, lists, friction, step, deep):  # type: 
             smallest = min(smallest, gap)
             silent /= weight
             nx, ny, nz = side * nx, side * ny, side * nz
-            sx = x[v, 0] - before[v, 0]
-            sy = x[v, 1] - before[v, 1]
-            sz = x[v, 2] - before[v, 2]
-            for o, w in ((a, ba), (b, bb), (c, bc)):
-                sx -= w * (x[o, 0] - before[o, 0])
-                sy -= w * (x[o, 1] - before[o, 1])
-                sz -= w * (x[o, 2] - before[o, 2])
-            along = sx * nx + sy * ny + sz * nz
-            sx, sy, sz = sx - along * nx, sy - along * ny, sz - along * nz
+            anchor = lists.anchor[v, s]
+            if lists.anchor_face[v, s] != t:
+                lists.anchor_face[v, s] = t
+                anchor[0], anchor[1], anchor[2] = _barycentric(before, v, a, b, c)[:3]
+            sx, sy, sz = _slip(x, v, a, b, c, anchor, nx, ny, nz)
             slip = np.sqrt(sx * sx + sy * sy + sz * sz) + 1e-30
             held = min(1.0, friction * push / slip)
+            keep = 2.0 * friction * push / slip
+            if keep < 1.0:  # slides: the anchor is dragged along, no further behind than the next step can hold
+                anchor[0] = ba + keep * (anchor[0] - ba)
+                anchor[1] = bb + keep * (anchor[1] - bb)
+                anchor[2] = bc + keep * (anchor[2] - bc)
             px = (push * nx - held * sx) / weight
             py = (push * ny - held * sy) / weight
             pz = (push * nz - held * sz) / weight
