@@ -28,6 +28,7 @@ from tatamu.simulators.native.geometry import (
     grid_cell,
     grid_of,
     normal_of,
+    point_triangle,
 )
 
 INSIDE = -0.02
@@ -103,14 +104,18 @@ def rebuild(x, mesh, lists):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def _fill_slots(x, mesh, lists, face_normal, vertex_normal, centroid, grid, around):  # type: ignore[no-untyped-def]
-    """The triangle with the nearest centroid on either side of each vertex; slots walk on from there."""
+    """The nearest triangle on either side of each vertex; slots walk on from there.
+
+    Nearest in distance, not by its centroid: of two layers a thickness apart, the further one may well have the nearer
+    centroid, and a slot never walks from one layer to another.
+    """
     faces = mesh.faces
     sorted_centroid = centroid[grid.order]
     is_near = np.full(faces.shape[0], -1)
     for v in range(x.shape[0]):
         for i in range(mesh.near_start[v], mesh.near_start[v + 1]):
             is_near[mesh.near[i]] = v
-        best_below, best_above, below, above = around, around, -1, -1
+        best_below, best_above, below, above = mesh.reach[1], mesh.reach[1], -1, -1
         vx, vy, vz = x[v, 0], x[v, 1], x[v, 2]
         ux, uy, uz = vertex_normal[v, 0], vertex_normal[v, 1], vertex_normal[v, 2]
         i0, j0, k0 = grid_cell(x[v], grid)
@@ -121,23 +126,24 @@ def _fill_slots(x, mesh, lists, face_normal, vertex_normal, centroid, grid, arou
                     dx = sorted_centroid[p, 0] - vx
                     dy = sorted_centroid[p, 1] - vy
                     dz = sorted_centroid[p, 2] - vz
-                    square = dx * dx + dy * dy + dz * dz
-                    if square >= best_above and square >= best_below:
+                    if dx * dx + dy * dy + dz * dz >= around:
                         continue
                     t = grid.order[p]
-                    up = dx * ux + dy * uy + dz * uz > 0.0
-                    if square >= (best_above if up else best_below):
-                        continue
+                    n = face_normal[t]
+                    off = abs(n[0] * dx + n[1] * dy + n[2] * dz)
+                    if off >= best_above and off >= best_below:
+                        continue  # even its plane is further than what is known
+                    a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
                     if is_near[t] == v:
-                        if faces[t, 0] == v or faces[t, 1] == v or faces[t, 2] == v:
+                        if a == v or b == v or c == v:
                             continue
-                        n = face_normal[t]
                         if n[0] * ux + n[1] * uy + n[2] * uz > CREASE:
                             continue  # the cloth is still flat there
-                    if up:
-                        best_above, above = square, t
-                    else:
-                        best_below, below = square, t
+                    distance, up = point_triangle(x, v, a, b, c, vertex_normal[v])
+                    if up and distance < best_above:
+                        best_above, above = distance, t
+                    elif not up and distance < best_below:
+                        best_below, below = distance, t
         lists.face[v, 0], lists.face[v, 1] = below, above
         lists.side[v, :] = 0
         lists.wake[v, :] = 0.0
