@@ -14,6 +14,7 @@ ORDER = [
     ["topology", "material"],
     ["scene", "rollout"],
     ["simulators"],
+    ["validation"],
     ["garments"],
     ["folding"],
     ["report"],

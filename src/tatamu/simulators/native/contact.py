@@ -7,6 +7,9 @@ layers stay a thickness apart; the tangential part of a correction is Coulomb fr
     W   = w_v + sum b_k^2 w_k                       inverse mass seen by the contact, barycentric b
     l_n = (target - gap) / W,   l_t = min(|slip| / W, mu l_n)
 
+slip is measured from where the vertex began to stick, not from the last step: what the table or another layer undoes
+of a correction is then corrected in the next step, so that layers at rest do not creep.
+
 Which side a pair is on is always read off the previous, legal positions, never off the moved ones.
 Derived in docs/native.md.
 """
@@ -25,6 +28,7 @@ from tatamu.simulators.native.geometry import (
     grid_cell,
     grid_of,
     normal_of,
+    point_triangle,
 )
 
 INSIDE = -0.02
@@ -64,6 +68,8 @@ class Lists(NamedTuple):
     pairs: np.ndarray  # (p, 2): edge pairs
     pair_wake: np.ndarray  # (p,)
     used: np.ndarray  # (1,): edge pairs in use
+    anchor_face: np.ndarray  # (n, 2): triangle that the vertex sticks to, -1 for none
+    anchor: np.ndarray  # (n, 2, 3): where it sticks on it, barycentric
     travelled: np.ndarray  # (1,): bound on the motion of any vertex against any other since the rebuild
 
 
@@ -99,14 +105,18 @@ def rebuild(x, mesh, lists):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def _fill_slots(x, mesh, lists, face_normal, vertex_normal, centroid, grid, around):  # type: ignore[no-untyped-def]
-    """The triangle with the nearest centroid on either side of each vertex; slots walk on from there."""
+    """The nearest triangle on either side of each vertex; slots walk on from there.
+
+    Nearest in distance, not by its centroid: of two layers a thickness apart, the further one may well have the nearer
+    centroid, and a slot never walks from one layer to another.
+    """
     faces = mesh.faces
     sorted_centroid = centroid[grid.order]
     is_near = np.full(faces.shape[0], -1)
     for v in range(x.shape[0]):
         for i in range(mesh.near_start[v], mesh.near_start[v + 1]):
             is_near[mesh.near[i]] = v
-        best_below, best_above, below, above = around, around, -1, -1
+        best_below, best_above, below, above = mesh.reach[1], mesh.reach[1], -1, -1
         vx, vy, vz = x[v, 0], x[v, 1], x[v, 2]
         ux, uy, uz = vertex_normal[v, 0], vertex_normal[v, 1], vertex_normal[v, 2]
         i0, j0, k0 = grid_cell(x[v], grid)
@@ -117,23 +127,24 @@ def _fill_slots(x, mesh, lists, face_normal, vertex_normal, centroid, grid, arou
                     dx = sorted_centroid[p, 0] - vx
                     dy = sorted_centroid[p, 1] - vy
                     dz = sorted_centroid[p, 2] - vz
-                    square = dx * dx + dy * dy + dz * dz
-                    if square >= best_above and square >= best_below:
+                    if dx * dx + dy * dy + dz * dz >= around:
                         continue
                     t = grid.order[p]
-                    up = dx * ux + dy * uy + dz * uz > 0.0
-                    if square >= (best_above if up else best_below):
-                        continue
+                    n = face_normal[t]
+                    off = abs(n[0] * dx + n[1] * dy + n[2] * dz)
+                    if off >= best_above and off >= best_below:
+                        continue  # even its plane is further than what is known
+                    a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
                     if is_near[t] == v:
-                        if faces[t, 0] == v or faces[t, 1] == v or faces[t, 2] == v:
+                        if a == v or b == v or c == v:
                             continue
-                        n = face_normal[t]
                         if n[0] * ux + n[1] * uy + n[2] * uz > CREASE:
                             continue  # the cloth is still flat there
-                    if up:
-                        best_above, above = square, t
-                    else:
-                        best_below, below = square, t
+                    distance, up = point_triangle(x, v, a, b, c, vertex_normal[v])
+                    if up and distance < best_above:
+                        best_above, above = distance, t
+                    elif not up and distance < best_below:
+                        best_below, below = distance, t
         lists.face[v, 0], lists.face[v, 1] = below, above
         lists.side[v, :] = 0
         lists.wake[v, :] = 0.0
@@ -220,8 +231,18 @@ def _pushes(gap, gap_before, wanted, step):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
+def _slip(x, v, a, b, c, anchor, nx, ny, nz):  # type: ignore[no-untyped-def]
+    """How far v is from its anchor on the triangle (a, b, c), along the triangle."""
+    sx = x[v, 0] - anchor[0] * x[a, 0] - anchor[1] * x[b, 0] - anchor[2] * x[c, 0]
+    sy = x[v, 1] - anchor[0] * x[a, 1] - anchor[1] * x[b, 1] - anchor[2] * x[c, 1]
+    sz = x[v, 2] - anchor[0] * x[a, 2] - anchor[1] * x[b, 2] - anchor[2] * x[c, 2]
+    along = sx * nx + sy * ny + sz * nz
+    return sx - along * nx, sy - along * ny, sz - along * nz
+
+
+@njit(cache=True, error_model="numpy")
 def _sweep_slots(x, before, moved, mesh, lists, friction, step, keep):  # type: ignore[no-untyped-def]
-    """One pass over all slots; with `deep`, only over pairs closer than DEEP thickness. The smallest gap seen."""
+    """One pass over all slots that restores `keep` of the thickness; the smallest gap seen before."""
     faces, thickness, inverse_mass = mesh.faces, mesh.reach[0], mesh.inverse_mass
     wanted, smallest = keep * thickness, thickness
     for v in range(x.shape[0]):
@@ -255,6 +276,7 @@ def _sweep_slots(x, before, moved, mesh, lists, friction, step, keep):  # type: 
             gap = side * height
             if gap >= wanted:
                 if keep == 1.0 and gap > 1.1 * thickness:
+                    lists.anchor_face[v, s] = -1
                     lists.wake[v, s] = lists.travelled[0] + 0.8 * (gap - thickness)
                 continue
             weight = inverse_mass[v] + ba * ba * inverse_mass[a] + bb * bb * inverse_mass[b] + bc * bc * inverse_mass[c]
@@ -266,17 +288,18 @@ def _sweep_slots(x, before, moved, mesh, lists, friction, step, keep):  # type: 
             smallest = min(smallest, gap)
             silent /= weight
             nx, ny, nz = side * nx, side * ny, side * nz
-            sx = x[v, 0] - before[v, 0]
-            sy = x[v, 1] - before[v, 1]
-            sz = x[v, 2] - before[v, 2]
-            for o, w in ((a, ba), (b, bb), (c, bc)):
-                sx -= w * (x[o, 0] - before[o, 0])
-                sy -= w * (x[o, 1] - before[o, 1])
-                sz -= w * (x[o, 2] - before[o, 2])
-            along = sx * nx + sy * ny + sz * nz
-            sx, sy, sz = sx - along * nx, sy - along * ny, sz - along * nz
+            anchor = lists.anchor[v, s]
+            if lists.anchor_face[v, s] != t:
+                lists.anchor_face[v, s] = t
+                anchor[0], anchor[1], anchor[2] = _barycentric(before, v, a, b, c)[:3]
+            sx, sy, sz = _slip(x, v, a, b, c, anchor, nx, ny, nz)
             slip = np.sqrt(sx * sx + sy * sy + sz * sz) + 1e-30
             held = min(1.0, friction * push / slip)
+            lag = 2.0 * friction * push / slip
+            if keep == 1.0 and lag < 1.0:  # slides: drags the anchor along, as far behind as the next step can hold
+                anchor[0] = ba + lag * (anchor[0] - ba)
+                anchor[1] = bb + lag * (anchor[1] - bb)
+                anchor[2] = bc + lag * (anchor[2] - bc)
             px = (push * nx - held * sx) / weight
             py = (push * ny - held * sy) / weight
             pz = (push * nz - held * sz) / weight
@@ -294,7 +317,7 @@ def _sweep_slots(x, before, moved, mesh, lists, friction, step, keep):  # type: 
 
 @njit(cache=True, error_model="numpy")
 def _sweep_pairs(x, before, moved, mesh, lists, step, keep):  # type: ignore[no-untyped-def]
-    """One pass over the edge pairs, pushed apart along their closest points before the step."""
+    """One pass over the edge pairs, along their closest points before the step; the smallest gap seen before."""
     edges, inverse_mass = mesh.edges, mesh.inverse_mass
     thickness = EDGE_GAP * mesh.reach[0]
     wanted, smallest = keep * thickness, thickness

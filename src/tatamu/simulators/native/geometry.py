@@ -59,6 +59,31 @@ def closest_on_segments(x, a, b, c, d):  # type: ignore[no-untyped-def]
     return np.sqrt(dx * dx + dy * dy + dz * dz), s, t
 
 
+@njit(cache=True, error_model="numpy")
+def point_triangle(x, v, a, b, c, up):  # type: ignore[no-untyped-def]
+    """Distance of v from triangle (a, b, c), and whether the closest point lies towards `up`."""
+    abx, aby, abz = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
+    acx, acy, acz = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
+    apx, apy, apz = x[v, 0] - x[a, 0], x[v, 1] - x[a, 1], x[v, 2] - x[a, 2]
+    d1, d2 = abx * apx + aby * apy + abz * apz, acx * apx + acy * apy + acz * apz
+    bb, cc, bc = abx * abx + aby * aby + abz * abz, acx * acx + acy * acy + acz * acz, abx * acx + aby * acy + abz * acz
+    area = bb * cc - bc * bc + 1e-30
+    s, t = (cc * d1 - bc * d2) / area, (bb * d2 - bc * d1) / area
+    if s < 0.0 or t < 0.0 or s + t > 1.0:  # nearest point of the three edges
+        e1 = _clamp(d1 / bb)
+        e2 = _clamp(d2 / cc)
+        e3 = _clamp((d2 - d1 + bb - bc) / (bb + cc - 2.0 * bc))
+        best = np.inf
+        for p, q in ((e1, 0.0), (0.0, e2), (1.0 - e3, e3)):
+            dx, dy, dz = p * abx + q * acx - apx, p * aby + q * acy - apy, p * abz + q * acz - apz
+            square = dx * dx + dy * dy + dz * dz
+            if square < best:
+                best, s, t = square, p, q
+    dx, dy, dz = s * abx + t * acx - apx, s * aby + t * acy - apy, s * abz + t * acz - apz
+    above = dx * up[0] + dy * up[1] + dz * up[2] > 0.0
+    return np.sqrt(dx * dx + dy * dy + dz * dz), above
+
+
 class Grid(NamedTuple):
     """Points sorted into cells; cell (i, j, k) is number (i * shape[1] + j) * shape[2] + k."""
 

@@ -186,6 +186,8 @@ def _lists(mesh: contact.Mesh) -> contact.Lists:
         pairs=np.empty((room, 2), dtype=np.int64),
         pair_wake=np.empty(room),
         used=np.zeros(1, dtype=np.int64),
+        anchor_face=np.full((count, 2), -1),
+        anchor=np.zeros((count, 2, 3)),
         travelled=np.zeros(1),
     )
 

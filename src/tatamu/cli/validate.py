@@ -1,0 +1,46 @@
+"""`tatamu validate`: every check on a simulator; a table, a JSON file and a page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tatamu.cli.app import app
+
+
+@app.command()
+def validate(
+    simulator: Annotated[str, typer.Option(help="Which simulator.")] = "native",
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Where validation.json and validation.html go.")
+    ] = None,
+    only: Annotated[list[str] | None, typer.Option(metavar="CHECK", help="Only this check; may be repeated.")] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Leave out long cases: under a minute.")] = False,
+) -> None:
+    """Compare a simulator with what is known of cloth.
+
+    Exits with 0 if every judged quantity is within its limit, with 1 if not.
+
+    Example: `tatamu validate --only hang --only cantilever --out runs/validation`
+    """
+    from tatamu.files import write_json, write_text
+    from tatamu.validation import Subject
+    from tatamu.validation import validate as run
+    from tatamu.validation.report import chosen
+    from tatamu.validation.terminal import console, display, summary
+
+    subject, names = Subject.named(simulator), only or []
+    total = sum(len(cases) for _, cases in chosen(names, quick))
+    screen = console()
+    with display(screen, total) as shown:
+        report = run(subject, names, quick, shown.before, shown.after)
+    screen.print(summary(report))
+    if out is not None:
+        from tatamu.validation.page import page
+
+        write_json(out / "validation.json", report.to_json())
+        write_text(out / "validation.html", page(report))
+        screen.print(f"{out / 'validation.html'}")
+    raise typer.Exit(1 if report.failures else 0)

@@ -1,0 +1,9 @@
+"""Validation: what a simulator does against what an ideal cloth does.
+
+A check builds scenes and reads rollouts; it knows no simulator. docs/validation.md lists the checks.
+"""
+
+from tatamu.validation.report import Report, validate
+from tatamu.validation.subject import Subject
+
+__all__ = ["Report", "Subject", "validate"]

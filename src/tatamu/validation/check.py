@@ -1,0 +1,32 @@
+"""A check: a question to a simulator, split in cases that run on their own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from tatamu.validation.findings import Figure, Findings
+from tatamu.validation.subject import Subject
+
+
+@dataclass(frozen=True)
+class Case:
+    """One scene, or a few that are read together."""
+
+    label: str
+    run: Callable[[Subject], Findings]
+    quick: bool = True
+    """Whether `--quick` runs it."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """Cases under one name."""
+
+    name: str
+    """What `--only` takes."""
+    title: str
+    reference: str
+    """Where the right answer comes from, one line."""
+    cases: tuple[Case, ...]
+    figures: dict[str, Figure] = field(default_factory=dict)

@@ -1,0 +1,21 @@
+"""All checks by name, in the order in which they run."""
+
+from __future__ import annotations
+
+from tatamu.validation.check import Check
+from tatamu.validation.checks import (
+    bending,
+    determinism,
+    friction,
+    motion,
+    refinement,
+    stack,
+    stretch,
+    symmetry,
+    tangle,
+)
+
+FAMILIES = (motion, stretch, bending, friction, stack, tangle, refinement, symmetry, determinism)
+
+CHECKS: dict[str, Check] = {check.name: check for family in FAMILIES for check in family.CHECKS}
+"""Name to check."""

@@ -1,0 +1,214 @@
+"""Bending: cantilevers against the heavy elastica, and the crease of a fold against a heavy chain.
+
+Cantilever: a strip twice the length is held by one row of vertices across its middle and droops on both
+sides. By symmetry its slope there is zero, so the reference has exactly the length from that row to the
+tip. The check `clamp` holds a whole end instead, as a robot or a ruler does; the bend of the triangles
+behind the last held row then belongs to the free part, and the clamp sits half a cell behind that row.
+
+Strips settle with air drag near critical damping, which does not change where they come to rest.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from tatamu.material import GRAVITY, Material
+from tatamu.scene import Cloth, Gripper, Scene, Table
+from tatamu.validation.check import Case, Check
+from tatamu.validation.elastica import cantilever, chord
+from tatamu.validation.findings import Curve, Figure, Findings, Row, absolute, relative
+from tatamu.validation.loop import Crease, start
+from tatamu.validation.meshes import LAYOUTS, mirrored, right, staggered
+from tatamu.validation.scenes import held, raised
+from tatamu.validation.subject import Subject
+
+LENGTH, WIDTH = 0.10, 0.06
+GAMMAS = (1.0, 3.0, 10.0, 30.0, 100.0)
+SPACINGS = (0.02, 0.01, 0.005)
+DENSITY = 0.2
+
+
+def strip_material(gamma: float, length: float) -> tuple[Material, float]:
+    """A fabric with w L^3 / B = gamma and drag near critical, and the time to settle [s]."""
+    slowest = max(3.52 / np.sqrt(gamma), 1.2) * np.sqrt(GRAVITY / length)
+    rigidity = DENSITY * GRAVITY * length**3 / gamma
+    material = Material(
+        areal_density=DENSITY,
+        stretch_stiffness=500.0,
+        bending_rigidity=rigidity,
+        air_drag=2 * slowest * DENSITY,
+    )
+    return material, 16.0 / slowest
+
+
+def droop(subject: Subject, gamma: float, layout: str, spacing: float) -> tuple[np.ndarray, np.ndarray]:
+    """Plan x [m] and (reach, drop) [m] of each vertex of a strip held by its middle row."""
+    mesh = mirrored(LAYOUTS[layout](LENGTH, WIDTH, spacing))
+    plan = mesh[0]
+    material, duration = strip_material(gamma, LENGTH)
+    cloth = Cloth(vertices=raised(plan), faces=mesh[1])
+    grippers = [held(np.flatnonzero(np.abs(plan[:, 0]) < 1e-12))]
+    scene = Scene(cloth=cloth, material=material, grippers=grippers, duration=duration)
+    end = subject.simulate(scene).positions[-1]
+    return np.abs(plan[:, 0]), np.column_stack([np.abs(end[:, 0]), -end[:, 2]])
+
+
+def tip_of(along: np.ndarray, shape: np.ndarray, length: float) -> np.ndarray:
+    """Mean position of the end row, shape (2,)."""
+    return shape[along > length - 1e-9].mean(axis=0)
+
+
+def both_sides(subject: Subject, gamma: float, layout: str) -> Findings:
+    """Droop of one strip on three meshes, and the order with which its tip converges."""
+    wanted = cantilever(gamma)[-1] * LENGTH
+    angle = np.degrees(chord(gamma))
+    misses = []
+    for spacing in SPACINGS:
+        along, shape = droop(subject, gamma, layout, spacing)
+        tip = tip_of(along, shape, LENGTH)
+        misses.append(float(np.linalg.norm(tip - wanted)) / LENGTH)
+        limit = subject.limit(f"chord at {1e3 * spacing:g} mm")
+        got = float(np.degrees(np.arctan2(tip[1], tip[0])))
+        yield absolute(
+            f"chord at {1e3 * spacing:g} mm [deg]",
+            angle,
+            got,
+            limit,
+            "deg",
+            f"tip off by {100 * misses[-1]:.2f} % of L",
+        )
+        if layout == "right triangles":
+            yield Curve("cantilever", f"{1e3 * spacing:g} mm", 100 * shape[:, 0], -100 * shape[:, 1])
+    yield from _order(subject, layout, gamma, misses)
+    if layout == "right triangles":
+        curve = 100 * LENGTH * cantilever(gamma)
+        yield Curve("cantilever", "heavy elastica", curve[:, 0], -curve[:, 1], reference=True)
+
+
+def _order(subject: Subject, layout: str, gamma: float, misses: list[float]) -> Findings:
+    order = float(np.polyfit(np.log(SPACINGS), np.log(np.maximum(misses, 1e-9)), 1)[0])
+    least = subject.limit("order")
+    yield Row(
+        "observed order of the tip's error",
+        least,
+        order,
+        0.0 if least is None else max(0.0, least - order),
+        None if least is None else 0.0,
+        "-",
+        "at least",
+    )
+    yield Curve("order", f"{layout}, Γ = {gamma:g}", 1e3 * np.array(SPACINGS), 100 * np.array(misses))
+
+
+def clamped(subject: Subject, gamma: float, spacing: float) -> Findings:
+    """A strip held over a whole end; the reference begins half a cell behind the last held row."""
+    back = 2 * spacing
+    plan, faces = right(LENGTH + back, WIDTH, spacing)
+    plan = plan - [back, 0.0]
+    material, duration = strip_material(gamma, LENGTH)
+    grippers = [held(np.flatnonzero(plan[:, 0] < 1e-9))]
+    cloth = Cloth(vertices=raised(plan), faces=faces)
+    scene = Scene(cloth=cloth, material=material, grippers=grippers, duration=duration)
+    end = subject.simulate(scene).positions[-1]
+    tip = tip_of(plan[:, 0], np.column_stack([end[:, 0], -end[:, 2]]), LENGTH)
+    for behind, limit in ((spacing / 2, subject.limit(f"chord at {1e3 * spacing:g} mm")), (0.0, None)):
+        wanted = np.degrees(chord(gamma * ((LENGTH + behind) / LENGTH) ** 3))
+        got = float(np.degrees(np.arctan2(tip[1], tip[0] + behind)))
+        yield absolute(
+            f"chord at {1e3 * spacing:g} mm, clamp {1e3 * behind:g} mm behind [deg]",
+            wanted,
+            got,
+            limit,
+            "deg",
+            "stated only" if behind == 0.0 else "",
+        )
+
+
+def crease(subject: Subject, bending_length: float, spacing: float) -> Findings:
+    """A strip folded over itself on the table, its upper end held a little over its lower one."""
+    length, width, rise, thickness = 0.4, 0.06, 0.004, 0.001
+    plan, faces = staggered(length, width, spacing)
+    row = length / (len(np.unique(plan[:, 0])) - 1)
+    material = Material(
+        areal_density=DENSITY,
+        stretch_stiffness=500.0,
+        thickness=thickness,
+        friction_table=0.0,
+        bending_rigidity=DENSITY * GRAVITY * bending_length**3,
+        friction_cloth=0.0,
+        air_drag=15 * DENSITY,
+    )
+    chain = start(length, bending_length, thickness, 8 * len(np.unique(plan[:, 0])))
+    arc = np.linspace(0, length, len(chain))
+    vertices = np.column_stack(
+        [np.interp(plan[:, 0], arc, chain[:, 0]), plan[:, 1], np.interp(plan[:, 0], arc, chain[:, 1])]
+    )
+    down = rise + thickness / 2 - chain[-1, 1]
+    upper = np.flatnonzero(plan[:, 0] > length - 1.5 * row)
+    grippers = [
+        held(np.flatnonzero(plan[:, 0] < 1.5 * row)),
+        Gripper(vertices=upper.tolist(), times=[0.0, 0.8], displacements=[[0, 0, 0], [0, 0, down]]),
+    ]
+    cloth = Cloth(vertices=vertices, faces=faces, rest_vertices=raised(plan))
+    scene = Scene(cloth=cloth, material=material, grippers=grippers, table=Table(), duration=3.5)
+    end = subject.simulate(scene).positions[-1]
+    wanted = Crease(length - 2 * row, bending_length, thickness, rise).solve() + np.array([row, 0.0])
+    limit = subject.limit("loop height") if spacing <= 0.55 * bending_length else None
+    yield relative("height of the loop [mm]", 1e3 * float(wanted[:, 1].max()), 1e3 * float(end[:, 2].max()), limit)
+    yield absolute("reach of the loop [mm]", 1e3 * float(wanted[:, 0].max()), 1e3 * float(end[:, 0].max()), None, "mm")
+    name = f"l_b = {100 * bending_length:g} cm"
+    yield Curve("crease", f"{name}: chain", 100 * wanted[:, 0], 100 * wanted[:, 1], reference=True)
+    yield Curve("crease", f"{name}, {1e3 * spacing:g} mm", 100 * end[:, 0], 100 * end[:, 2])
+
+
+CHECKS = (
+    Check(
+        "cantilever",
+        "Strip held by its middle row",
+        "heavy elastica of the length from that row to the tip",
+        tuple(
+            Case(
+                f"Γ = {gamma:g}, {layout}",
+                partial(both_sides, gamma=gamma, layout=layout),
+                quick=gamma == 10.0 and layout == "right triangles",
+            )
+            for gamma in GAMMAS
+            for layout in LAYOUTS
+        ),
+        {
+            "cantilever": Figure("Right triangles, Γ = 1, 3, 10, 30, 100", "reach [cm]", "height [cm]", equal=True),
+            "order": Figure("Convergence of the tip", "spacing [mm]", "tip off by [% of L]", log=True, joined=True),
+        },
+    ),
+    Check(
+        "clamp",
+        "Strip held over a whole end",
+        "heavy elastica, clamp half a cell behind the last held row",
+        tuple(
+            Case(
+                f"Γ = {gamma:g}, {1e3 * spacing:g} mm",
+                partial(clamped, gamma=gamma, spacing=spacing),
+                quick=gamma == 10.0 and spacing == 0.01,
+            )
+            for gamma in GAMMAS
+            for spacing in SPACINGS[1:]
+        ),
+    ),
+    Check(
+        "crease",
+        "Crease of a fold on the table",
+        "heavy inextensible chain with contact, least energy",
+        tuple(
+            Case(
+                f"l_b = {100 * length:g} cm, {1e3 * spacing:g} mm",
+                partial(crease, bending_length=length, spacing=spacing),
+                quick=spacing == 0.014,
+            )
+            for length in (0.037, 0.022)
+            for spacing in (0.02, 0.014, 0.01)
+        ),
+        {"crease": Figure("Crease of a fold", "x [cm]", "z [cm]", equal=True)},
+    ),
+)

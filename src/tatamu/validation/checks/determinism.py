@@ -1,0 +1,78 @@
+"""Determinism: the same scene gives the same bytes, again, in another process and in a batch."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from tatamu.errors import SimulationError
+from tatamu.rollout import Rollout
+from tatamu.scene import Scene
+from tatamu.simulators import SIMULATORS
+from tatamu.validation.check import Case, Check
+from tatamu.validation.checks.symmetry import carried, folded
+from tatamu.validation.findings import Findings, small
+from tatamu.validation.subject import Subject
+
+
+def different(first: Rollout, second: Rollout) -> float:
+    """How many bytes of the positions differ; all, when there are not as many."""
+    a, b = first.positions.tobytes(), second.positions.tobytes()
+    if len(a) != len(b):
+        return float(max(len(a), len(b)))
+    return float((np.frombuffer(a, np.uint8) != np.frombuffer(b, np.uint8)).sum())
+
+
+def again(subject: Subject) -> Findings:
+    """Twice in this process, another scene in between."""
+    scene = folded()
+    first = subject.simulate(scene)
+    subject.simulate(carried())
+    second = subject.simulate(scene)
+    yield small("bytes that differ", different(first, second), subject.limit("bytes"), "-")
+
+
+def elsewhere(subject: Subject) -> Findings:
+    """Here and in a process of its own."""
+    if subject.name not in SIMULATORS:
+        return
+    scene = folded()
+    first = subject.simulate(scene)
+    second = in_another_process(scene, subject.name)
+    yield small("bytes that differ", different(first, second), subject.limit("bytes"), "-")
+
+
+def in_another_process(scene: Scene, simulator: str) -> Rollout:
+    """Simulate by the command line."""
+    with TemporaryDirectory() as folder:
+        given, made = Path(folder) / "scene.json", Path(folder) / "rollout.npz"
+        scene.save(given)
+        command = "import sys; from tatamu.cli import main; sys.argv[0] = 'tatamu'; main()"
+        arguments = ["simulate", str(given), "--out", str(made), "--simulator", simulator]
+        done = subprocess.run([sys.executable, "-c", command, *arguments], capture_output=True, text=True, check=False)
+        if done.returncode:
+            raise SimulationError(f"the other process failed: {done.stderr.strip()[-200:]}")
+        return Rollout.load(made)
+
+
+def batch(subject: Subject) -> Findings:
+    """One by one and by `simulate_many`."""
+    scenes = [folded(), carried(), folded()]
+    together = subject.simulate_many(scenes)
+    alone = [subject.simulate(scene) for scene in scenes[:2]]
+    count = sum(different(together[k], alone[k % 2]) for k in range(3))
+    yield small("bytes that differ", count, subject.limit("bytes"), "-")
+
+
+CHECKS = (
+    Check(
+        "determinism",
+        "The same scene twice",
+        "the same bytes",
+        (Case("in one process", again), Case("in two processes", elsewhere), Case("in a batch", batch)),
+    ),
+)

@@ -1,0 +1,168 @@
+"""Coulomb friction: a cloth on an incline, and cloths on cloths.
+
+The threshold is found by halving an interval of tilts; a cloth counts as sliding when its middle moves
+faster than `SLIDING` at the end of a second, which at 0.01 degrees over the threshold it does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from tatamu.material import GRAVITY, Material
+from tatamu.scene import Cloth, Scene, Table
+from tatamu.validation.check import Case, Check
+from tatamu.validation.findings import Curve, Figure, Findings, Row, absolute, relative, small
+from tatamu.validation.meshes import right, staggered
+from tatamu.validation.references import incline_acceleration, incline_threshold
+from tatamu.validation.scenes import joined, on_incline
+from tatamu.validation.subject import Subject
+
+COEFFICIENTS = (0.2, 0.4, 0.6, 0.8, 1.0)
+FABRIC = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-4)
+SLIDING = 1e-3
+"""Speed at which a cloth is said to slide [m/s]."""
+SHIFTED = 1e-3
+"""Way in 0.4 s after which a layer is said to slide [m]: 0.1 degrees over the threshold it comes further."""
+GRIP = 3.0
+"""Friction of the table under stacks: the lowest layer stays."""
+
+
+def incline(mu: float, tilt: float, duration: float) -> Scene:
+    """A square of cloth at rest on a tilted table."""
+    plan, faces = right(0.1, 0.1, 0.02)
+    material = FABRIC.model_copy(update={"friction_table": mu})
+    cloth = Cloth(vertices=on_incline(plan, material.thickness / 2, tilt), faces=faces)
+    return Scene(cloth=cloth, material=material, table=Table(tilt=tilt), duration=duration)
+
+
+def layers(count: int, mu: float, tilt: float, duration: float) -> tuple[Scene, list[np.ndarray]]:
+    """Squares of cloth on one another, each smaller than the one below, and the vertices of each."""
+    material = FABRIC.model_copy(update={"friction_table": GRIP, "friction_cloth": mu})
+    parts = []
+    for layer in range(count):
+        side = 0.10 + 0.04 * (count - 1 - layer)
+        plan, faces = staggered(side, side, 0.02)
+        distance = (layer + 0.5) * material.thickness
+        parts.append((on_incline(plan - side / 2, distance, tilt), faces))
+    vertices, faces, members = joined(parts)
+    scene = Scene(
+        cloth=Cloth(vertices=vertices, faces=faces),
+        material=material,
+        table=Table(tilt=tilt),
+        duration=duration,
+    )
+    return scene, members
+
+
+def travel(subject: Subject, scene: Scene, members: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """Times [s], and how far the middle of a part has come down the incline [m]."""
+    rollout = subject.simulate(scene)
+    tilt = scene.table.tilt if scene.table else 0.0
+    middle = rollout.positions[:, slice(None) if members is None else members].mean(axis=1)
+    return rollout.times, (middle - middle[0]) @ [np.cos(tilt), 0.0, -np.sin(tilt)]
+
+
+def final_speed(times: np.ndarray, way: np.ndarray) -> float:
+    """Mean speed over the last fifth [m/s]."""
+    late = len(times) * 4 // 5
+    return float((way[-1] - way[late]) / (times[-1] - times[late]))
+
+
+def threshold(slides: Callable[[float], bool], guess: float, within: float, to: float) -> float:
+    """Tilt between sticking and sliding [rad], by halving guess - within .. guess + within down to `to`."""
+    low, high = guess - within, guess + within
+    while high - low > to:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if slides(middle) else (middle, high)
+    return 0.5 * (low + high)
+
+
+def on_table(subject: Subject, mu: float) -> Findings:
+    """Threshold, creep below it and acceleration above it for one coefficient."""
+    wanted = incline_threshold(mu)
+
+    def slides(tilt: float) -> bool:
+        return final_speed(*travel(subject, incline(mu, tilt, 1.0))) > SLIDING
+
+    found = threshold(slides, wanted, np.radians(2.0), np.radians(0.05))
+    yield absolute(
+        "threshold [deg]",
+        float(np.degrees(wanted)),
+        float(np.degrees(found)),
+        subject.limit("threshold"),
+        "deg",
+    )
+    yield Curve("threshold", subject.name, np.array([mu]), np.degrees([found]))
+    around = np.linspace(mu - 0.1, mu + 0.1, 21)
+    yield Curve("threshold", "arctan μ", around, np.degrees(np.arctan(around)), reference=True)
+    creep = abs(final_speed(*travel(subject, incline(mu, wanted - np.radians(0.2), 2.0))))
+    yield _speed("creep 0.2 deg below [mm/s]", creep, subject.limit("creep"))
+    for degrees in (1.0, 10.0):
+        tilt = wanted + np.radians(degrees)
+        acceleration = incline_acceleration(tilt, mu, GRAVITY)
+        times, way = travel(subject, incline(mu, tilt, 0.5))
+        got = _acceleration(times, way)
+        yield relative(f"acceleration {degrees:g} deg above [m/s²]", acceleration, got, subject.limit("acceleration"))
+        if degrees == 10.0:
+            yield Curve("acceleration", f"{subject.name}, μ = {mu:g}", times[::3], way[::3])
+            yield Curve("acceleration", f"reference, μ = {mu:g}", times, 0.5 * acceleration * times**2, reference=True)
+
+
+def _speed(quantity: str, speed: float, limit: float | None) -> Row:
+    return small(quantity, 1e3 * speed, None if limit is None else 1e3 * limit, "mm/s")
+
+
+def _acceleration(times: np.ndarray, way: np.ndarray) -> float:
+    """Twice the leading coefficient of a parabola through the second half of the way [m/s^2]."""
+    half = len(times) // 2
+    return float(2 * np.polyfit(times[half:], way[half:], 2)[0])
+
+
+def on_cloth(subject: Subject, count: int, mu: float = 0.5) -> Findings:
+    """Threshold and creep of the layers that lie on a lowest layer."""
+    wanted = incline_threshold(mu)
+
+    def slides(tilt: float) -> bool:
+        scene, members = layers(count, mu, tilt, 0.4)  # short: it must not slide off the layer below
+        _, way = travel(subject, scene, members[-1])
+        return float(way.max()) > SHIFTED
+
+    found = threshold(slides, wanted, np.radians(4.0), np.radians(0.25))
+    limit = subject.limit("threshold between layers")
+    yield absolute(
+        "threshold of the top layer [deg]", float(np.degrees(wanted)), float(np.degrees(found)), limit, "deg"
+    )
+    for degrees in (1.0, 5.0):
+        scene, members = layers(count, mu, wanted - np.radians(degrees), 2.0)
+        creep = abs(final_speed(*travel(subject, scene, members[-1])))
+        yield _speed(f"creep of the top layer {degrees:g} deg below [mm/s]", creep, None)
+    scene, members = layers(count, mu, wanted + np.radians(3.0), 0.25)
+    if count == 2:
+        acceleration = incline_acceleration(wanted + np.radians(3.0), mu, GRAVITY)
+        got = _acceleration(*travel(subject, scene, members[-1]))
+        yield relative("acceleration 3 deg above [m/s²]", acceleration, got, None, "before it leaves the lower layer")
+
+
+_SWEEP = tuple(Case(f"μ = {mu:g}", partial(on_table, mu=mu), quick=mu in (0.2, 1.0)) for mu in COEFFICIENTS)
+
+CHECKS = (
+    Check(
+        "incline",
+        "Cloth on a tilted table",
+        "sticks iff tan(θ) < μ; slides with g (sin θ - μ cos θ)",
+        _SWEEP,
+        {
+            "threshold": Figure("Where a cloth begins to slide", "μ", "tilt [deg]"),
+            "acceleration": Figure("10 deg above the threshold", "time [s]", "way [m]"),
+        },
+    ),
+    Check(
+        "layers",
+        "Cloth on cloth on a tilted table",
+        "sticks iff tan(θ) < μ between all layers",
+        tuple(Case(f"{count} layers", partial(on_cloth, count=count), quick=False) for count in (2, 4)),
+    ),
+)

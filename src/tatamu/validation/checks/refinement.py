@@ -1,0 +1,85 @@
+"""Refinement: does half the mesh spacing change which manipulation is best?
+
+Thirty random folds of one towel are scored by their mean vertex distance to the half fold, on a mesh and
+on one of half its spacing; what a search would learn is the order of the scores. Half the time step is
+not asked yet: a scene has no time step, every simulator chooses its own.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+from scipy.stats import spearmanr
+
+from tatamu.errors import SimulationError
+from tatamu.material import Material
+from tatamu.scene import Scene
+from tatamu.validation.check import Case, Check
+from tatamu.validation.findings import Curve, Figure, Findings, Row, absolute, small
+from tatamu.validation.manipulations import LENGTH, Manipulation, half_fold_target, scene_of
+from tatamu.validation.scenes import vertex_areas
+from tatamu.validation.subject import Subject
+
+TOWEL = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-4)
+COUNT = 30
+
+
+def score(subject: Subject, scene: Scene) -> float:
+    """Area-weighted mean distance of the cloth to the half fold at the end [m]; failed: half the towel."""
+    try:
+        end = subject.simulate(scene).positions[-1]
+    except SimulationError:
+        return LENGTH / 2
+    plan = scene.cloth.rest[:, :2]
+    distance = np.linalg.norm(end - half_fold_target(plan, scene.material.thickness), axis=1)
+    return float(np.average(distance, weights=vertex_areas(scene.cloth.rest, scene.cloth.faces)))
+
+
+def half_the_mesh(subject: Subject, spacing: float, count: int = COUNT) -> Findings:
+    """Order and best of random folds on two meshes."""
+    folds = [Manipulation.random(100 + seed, fast=False) for seed in range(count)]
+    coarse, fine = (
+        np.array([score(subject, scene_of(fold, TOWEL, s)) for fold in folds]) for s in (spacing, spacing / 2)
+    )
+    least = subject.limit("rank correlation")
+    found = float(spearmanr(coarse, fine).statistic)
+    yield Row(
+        "rank correlation of the scores",
+        least,
+        found,
+        1 - found,
+        None if least is None else 1 - least,
+        "-",
+        "error is 1 minus it",
+    )
+    limit = subject.limit("best")
+    yield absolute(
+        f"best score of {count} [mm]",
+        1e3 * float(fine.min()),
+        1e3 * float(coarse.min()),
+        None if limit is None else 1e3 * limit,
+        "mm",
+        "reference: finer mesh",
+    )
+    chosen = float(fine[np.argmin(coarse)] - fine.min())
+    yield small(
+        "finer mesh's score of the coarse mesh's best, above the best [mm]",
+        1e3 * chosen,
+        None if limit is None else 1e3 * limit,
+        "mm",
+    )
+    yield Curve("refinement", f"{1e3 * spacing:g} mm", 1e3 * fine, 1e3 * coarse)
+    ends = 1e3 * np.array([fine.min(), fine.max()])
+    yield Curve("refinement", "equal", ends, ends, reference=True)
+
+
+CHECKS = (
+    Check(
+        "refinement",
+        "30 random manipulations on half the mesh spacing",
+        "the same order, the same best",
+        (Case("20 and 10 mm", partial(half_the_mesh, spacing=0.02), quick=False),),
+        {"refinement": Figure("Scores of random folds", "finer mesh [mm]", "coarser mesh [mm]", equal=True)},
+    ),
+)

@@ -1,0 +1,67 @@
+"""Stacks: layers at rest carry each other's weight a thickness apart, and stay where they are."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from tatamu.material import Material
+from tatamu.scene import Cloth, Scene, Table
+from tatamu.validation.check import Case, Check
+from tatamu.validation.findings import Curve, Figure, Findings, relative, small
+from tatamu.validation.meshes import staggered, staggered_across
+from tatamu.validation.scenes import joined, raised
+from tatamu.validation.subject import Subject
+
+FABRIC = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=2e-5, thickness=0.001)
+SIDE = 0.16
+
+
+def stack(count: int, duration: float) -> tuple[Scene, list[np.ndarray]]:
+    """Equal squares of cloth on a level table, turned in turns so that no vertex lies on another."""
+    layouts = (staggered, staggered_across)
+    parts = []
+    for layer in range(count):
+        plan, faces = layouts[layer % 2](SIDE, SIDE, 0.02)
+        parts.append((raised(plan - SIDE / 2, (layer + 0.5) * FABRIC.thickness), faces))
+    vertices, faces, members = joined(parts)
+    return Scene(
+        cloth=Cloth(vertices=vertices, faces=faces), material=FABRIC, table=Table(), duration=duration
+    ), members
+
+
+def at_rest(subject: Subject, count: int, duration: float = 10.0) -> Findings:
+    """Gaps and creep of a stack left alone."""
+    scene, members = stack(count, duration)
+    positions = subject.simulate(scene).positions
+    inner = [part[(np.abs(scene.cloth.vertices[part, :2]) < 0.4 * SIDE).all(axis=1)] for part in members]
+    heights = np.array([positions[-1][part, 2].mean() for part in inner])
+    gaps = np.diff(heights)
+    thickness = scene.material.thickness
+    worst = float(gaps[np.argmax(np.abs(gaps - thickness))])
+    limit = subject.limit("layer gap")
+    yield relative("gap between layers that is furthest off [mm]", 1e3 * thickness, 1e3 * worst, limit)
+    top = (count - 0.5) * thickness
+    yield relative("height of the top layer [mm]", 1e3 * top, 1e3 * float(heights[-1]), limit, "the weight is carried")
+    second = round(1.0 * scene.frame_rate)
+    crept = float(np.linalg.norm(positions[-1][:, :2] - positions[second][:, :2], axis=1).max())
+    limit = subject.limit("stack creep")
+    yield small(
+        f"creep in the {duration - 1:g} s after the first [mm]",
+        1e3 * crept,
+        None if limit is None else 1e3 * limit,
+        "mm",
+    )
+    yield Curve("stack", f"{count} layers", np.arange(count) + 1, 1e3 * heights)
+
+
+CHECKS = (
+    Check(
+        "stack",
+        "Stacks at rest for 10 s",
+        "layers a thickness apart, nothing moves",
+        tuple(Case(f"{count} layers", partial(at_rest, count=count), quick=count == 2) for count in (2, 4, 8)),
+        {"stack": Figure("Heights in a stack", "layer", "height [mm]")},
+    ),
+)

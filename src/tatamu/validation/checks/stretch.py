@@ -1,0 +1,185 @@
+"""Stretch: hanging strain, shear, contraction and the catenary.
+
+Waves in a membrane die slowly by themselves, so these static scenes carry air drag near critical damping
+of their slowest wave; it does not change where the cloth comes to rest.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from tatamu.material import GRAVITY, Material
+from tatamu.scene import Cloth, Gripper, Scene
+from tatamu.validation.check import Case, Check
+from tatamu.validation.findings import Curve, Figure, Findings, relative, small
+from tatamu.validation.meshes import LAYOUTS, right
+from tatamu.validation.references import catenary, hang_displacement, pulled_width, shear_sag
+from tatamu.validation.scenes import flat, held, raised, upright
+from tatamu.validation.subject import Subject
+
+FABRICS = {
+    "woven": Material(areal_density=0.2, stretch_stiffness=1000.0, poisson_ratio=0.0, bending_rigidity=2e-5),
+    "jersey": Material(areal_density=0.15, stretch_stiffness=150.0, poisson_ratio=0.0, bending_rigidity=5e-6),
+}
+"""Without Poisson ratio, so that the held edge does not disturb the uniaxial reference."""
+PLANE = Material(areal_density=0.2, stretch_stiffness=100.0, poisson_ratio=0.3, bending_rigidity=2e-5)
+MESHES = ("right triangles", "staggered", "irregular")
+
+
+def settling(material: Material, slowest: float) -> tuple[Material, float]:
+    """The material with critical drag for a slowest angular frequency [rad/s], and the time to settle [s]."""
+    drag = min(2 * slowest * material.areal_density, 1e3)
+    rate = min(slowest, drag / material.areal_density / 2)
+    return material.model_copy(update={"air_drag": drag}), 18.0 / rate
+
+
+def hang(subject: Subject, fabric: str, layout: str, spacing: float = 0.02) -> Findings:
+    """A sheet hangs from one edge."""
+    length = 0.3
+    plan, faces = LAYOUTS[layout](length, 0.1, spacing)
+    plain = FABRICS[fabric]
+    wave = np.pi / (2 * length) * np.sqrt(plain.stretch_stiffness / plain.areal_density)
+    material, duration = settling(plain, wave)
+    start = np.column_stack([0 * plan[:, 0], plan[:, 1], -plan[:, 0]])
+    grippers = [held(np.flatnonzero(plan[:, 0] == 0))]
+    cloth = Cloth(vertices=start, faces=faces)
+    end = subject.simulate(Scene(cloth=cloth, material=material, grippers=grippers, duration=duration)).positions[-1]
+    sunk = start[:, 2] - end[:, 2]
+    wanted = hang_displacement(plan[:, 0], length, plain, GRAVITY)
+    last = plan[:, 0] > length - 1e-9
+    yield relative(
+        "mean strain [-]",
+        wanted.max() / length,
+        float(sunk[last].mean()) / length,
+        subject.limit("hang strain"),
+        "rho g L / 2Y",
+    )
+    limit = subject.limit("hang profile")
+    band = np.rint(plan[:, 0] / spacing).astype(int)  # the reference has one dimension: compare means over the width
+    off = 100 * float(np.abs(np.bincount(band, sunk - wanted) / np.bincount(band)).max() / wanted.max())
+    yield small("off the linear strain profile / end", off, None if limit is None else 100 * limit, "%")
+    if layout == "staggered":
+        order = np.argsort(plan[:, 0])
+        fine = np.linspace(0, length, 61)
+        curve = hang_displacement(fine, length, plain, GRAVITY)
+        yield Curve("hang", f"{fabric}: reference", 100 * fine, 1e3 * curve, reference=True)
+        yield Curve("hang", f"{fabric}: {subject.name}", 100 * plan[order, 0], 1e3 * sunk[order])
+
+
+def shear(subject: Subject, layout: str) -> Findings:
+    """A tall panel, held along its upright sides, sags in its plane by shear."""
+    span, height = 0.1, 0.4
+    mesh = LAYOUTS[layout](span, height, 0.01)
+    plan = mesh[0]
+    modulus = PLANE.stretch_stiffness / (2 * (1 + PLANE.poisson_ratio))
+    material, duration = settling(PLANE, np.pi / span * np.sqrt(modulus / PLANE.areal_density))
+    sides = np.flatnonzero((plan[:, 0] == 0) | (plan[:, 0] == span))
+    cloth = upright(mesh)
+    scene = Scene(cloth=cloth, material=material, grippers=[held(sides)], duration=duration)
+    sunk = cloth.vertices[:, 2] - subject.simulate(scene).positions[-1][:, 2]
+    middle = np.abs(plan[:, 1] - height / 2) < height / 8
+    wanted = shear_sag(plan[middle, 0], span, PLANE, GRAVITY)
+    share = float(sunk[middle] @ wanted / (wanted @ wanted))
+    peak = float(shear_sag(np.array([span / 2]), span, PLANE, GRAVITY)[0])
+    yield relative("sag of the middle [mm]", 1e3 * peak, 1e3 * peak * share, subject.limit("shear"), "rho g D² / 8G")
+    yield Curve(
+        "shear",
+        "reference",
+        100 * np.linspace(0, span, 41),
+        1e3 * shear_sag(np.linspace(0, span, 41), span, PLANE, GRAVITY),
+        reference=True,
+    )
+    yield Curve("shear", layout, 100 * plan[middle, 0], 1e3 * sunk[middle])
+
+
+def pull(subject: Subject, layout: str, stretch: float = 1.01) -> Findings:
+    """A weightless sheet is pulled by its ends; far from them its sides come in freely."""
+    length, width, ramp = 0.4, 0.1, 0.05
+    mesh = LAYOUTS[layout](length, width, 0.01)
+    plan = mesh[0]
+    wave = np.pi / length * np.sqrt(PLANE.stretch_stiffness / PLANE.areal_density)
+    material, duration = settling(PLANE, wave)
+    pulled = Gripper(
+        vertices=np.flatnonzero(plan[:, 0] == length).tolist(),
+        times=[0.0, ramp],
+        displacements=[[0, 0, 0], [length * (stretch - 1), 0, 0]],
+    )
+    grippers = [held(np.flatnonzero(plan[:, 0] == 0)), pulled]
+    scene = Scene(cloth=flat(mesh), material=material, grippers=grippers, gravity=0.0, duration=ramp + duration)
+    moved = subject.simulate(scene).positions[-1][:, :2] - plan
+    middle = np.abs(plan[:, 0] - length / 2) < length / 10
+    along, across = (np.polyfit(plan[middle, k] - plan[middle, k].mean(), moved[middle, k], 1)[0] for k in (0, 1))
+    wanted = (1 + along) * pulled_width(1 + along, PLANE.poisson_ratio) - 1
+    got = (1 + along) * (1 + across) - 1
+    yield relative(
+        "change of area A/A0 - 1 [-]",
+        float(wanted),
+        float(got),
+        subject.limit("pulled area"),
+        f"at the stretch measured in the middle, {1 + along:.5f}",
+    )
+
+
+def hands(subject: Subject, length: float = 0.5, span: float = 0.4) -> Findings:
+    """Two hands hold a limp strip by its ends and bring them together."""
+    mesh = right(length, 0.06, 0.01)
+    plan, way = mesh[0], (length - span) / 2
+    limp = Material(areal_density=0.2, stretch_stiffness=1000.0, bending_rigidity=1e-7, air_drag=3.0)
+    grippers = [
+        Gripper(
+            vertices=np.flatnonzero(plan[:, 0] == end).tolist(),
+            times=[0.0, 0.5],
+            displacements=[[0, 0, 0], [sign * way, 0, 0]],
+        )
+        for end, sign in ((0.0, 1), (length, -1))
+    ]
+    cloth = Cloth(vertices=raised(plan), faces=mesh[1])
+    end = subject.simulate(Scene(cloth=cloth, material=limp, grippers=grippers, duration=4.0)).positions[-1]
+    curve = catenary(span, length)
+    middle = np.abs(plan[:, 0] - length / 2) < 1e-9
+    yield relative(
+        "sag [mm]",
+        -1e3 * float(curve[:, 1].min()),
+        -1e3 * float(end[middle, 2].mean()),
+        subject.limit("catenary"),
+        f"L = {length} m, D = {span} m",
+    )
+    yield Curve("catenary", "catenary", 100 * curve[:, 0], 100 * curve[:, 1], reference=True)
+    yield Curve("catenary", subject.name, 100 * (end[:, 0] - length / 2), 100 * end[:, 2])
+
+
+CHECKS = (
+    Check(
+        "hang",
+        "Sheet hung by an edge",
+        "strain rho g (L - s) / Y",
+        tuple(
+            Case(f"{fabric}, {layout}", partial(hang, fabric=fabric, layout=layout), quick=fabric == "woven")
+            for fabric in FABRICS
+            for layout in MESHES
+        ),
+        {"hang": Figure("Displacement of a hanging sheet", "distance from the held edge [cm]", "moved down [mm]")},
+    ),
+    Check(
+        "shear",
+        "Shear of a panel under its own weight",
+        "plane stress, G = Y / (2 (1 + nu))",
+        tuple(Case(layout, partial(shear, layout=layout), quick=layout == "staggered") for layout in MESHES),
+        {"shear": Figure("Panel held along its sides", "across [cm]", "sag [mm]")},
+    ),
+    Check(
+        "pull",
+        "Area of a pulled sheet",
+        "plane stress, contraction nu",
+        tuple(Case(layout, partial(pull, layout=layout), quick=layout == "staggered") for layout in MESHES),
+    ),
+    Check(
+        "catenary",
+        "Limp strip between two hands",
+        "2a sinh(D / 2a) = L",
+        (Case("0.5 m over 0.4 m", hands),),
+        {"catenary": Figure("Strip between two hands", "x [cm]", "z [cm]", equal=True)},
+    ),
+)

@@ -1,0 +1,145 @@
+"""Tangles: limp cloth pressed, dragged and folded must never pass through itself.
+
+Crossings are pairs of an edge and a triangle that pass through each other, counted in every frame. Two
+separate layers are also asked which is above: a vertex of the upper layer that is found under the lower
+one has passed through it, even if no edge crosses any more.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+from scipy.interpolate import LinearNDInterpolator
+
+from tatamu.errors import SimulationError
+from tatamu.material import Material
+from tatamu.rollout import Rollout
+from tatamu.scene import Cloth, Gripper, Scene, Table
+from tatamu.validation.check import Case, Check
+from tatamu.validation.crossings import crossings_over_time
+from tatamu.validation.findings import Curve, Figure, Findings, small
+from tatamu.validation.manipulations import PATCH, Manipulation, scene_of
+from tatamu.validation.meshes import irregular, staggered
+from tatamu.validation.scenes import joined, raised
+from tatamu.validation.subject import Subject
+
+LIMP = Material(areal_density=0.15, stretch_stiffness=200.0, bending_rigidity=2e-6, thickness=0.001)
+SIDE = 0.2
+BATCH = 8
+
+
+def dragged(speed: float, press: float) -> tuple[Scene, np.ndarray, np.ndarray]:
+    """A sheet on a sheet: a hand presses the upper one's middle down and drags it; both layers' vertices.
+
+    Args:
+        speed: Of the hand [m/s].
+        press: How far the hand goes down [m].
+    """
+    lower, upper = staggered(SIDE, SIDE, 0.01), irregular(0.7 * SIDE, 0.7 * SIDE, 0.01)
+    plan = upper[0] - 0.35 * SIDE
+    vertices, faces, members = joined(
+        [
+            (raised(lower[0] - SIDE / 2, 0.5 * LIMP.thickness), lower[1]),
+            (raised(plan, 1.5 * LIMP.thickness), upper[1]),
+        ]
+    )
+    patch = members[1][(np.abs(plan) < PATCH).all(axis=1)]
+    way, down = 0.08, 0.1
+    hand = Gripper(
+        vertices=patch.tolist(),
+        times=[0.0, down, down + way / speed, down + 2 * way / speed],
+        displacements=[[0, 0, 0], [0, 0, -press], [way, 0, -press], [way, way / 2, -press]],
+    )
+    scene = Scene(
+        cloth=Cloth(vertices=vertices, faces=faces),
+        material=LIMP,
+        table=Table(),
+        grippers=[hand],
+        duration=down + 2 * way / speed + 0.3,
+    )
+    return scene, members[0], members[1]
+
+
+def wrong_side(rollout: Rollout, lower: np.ndarray, upper: np.ndarray) -> int:
+    """Vertices of the upper layer at or below the lower layer's surface at the end."""
+    end = rollout.positions[-1]
+    surface = LinearNDInterpolator(end[lower, :2], end[lower, 2])
+    below = surface(end[upper, :2])
+    return int((end[upper, 2] <= below + 1e-6).sum())  # outside the lower layer `below` is NaN
+
+
+def press_and_drag(subject: Subject, speed: float, press: float) -> Findings:
+    """Crossings while one limp layer is pressed on another and dragged over it."""
+    scene, lower, upper = dragged(speed, press)
+    rollout = subject.simulate(scene)
+    counts = crossings_over_time(rollout.positions, rollout.faces)
+    limit = subject.limit("crossings")
+    yield small(
+        "crossings, most in one frame",
+        float(counts.max()),
+        limit,
+        "-",
+        f"{(counts > 0).sum()} of {len(counts)} frames",
+    )
+    yield small("vertices on the wrong side at the end", float(wrong_side(rollout, lower, upper)), limit, "-")
+
+
+def random_folds(subject: Subject, seeds: range, fast: bool, spacing: float) -> Findings:
+    """A batch of random folds of limp cloth."""
+    scenes = [scene_of(Manipulation.random(seed, fast), LIMP, spacing) for seed in seeds]
+    most = []
+    for scene in scenes:
+        try:
+            rollout = subject.simulate(scene)
+        except SimulationError:
+            most.append(np.nan)
+            continue
+        most.append(float(crossings_over_time(rollout.positions, rollout.faces).max()))
+    limit = subject.limit("crossings")
+    found = np.array(most)
+    stopped = int(np.isnan(found).sum())
+    yield small(
+        f"folds of {len(most)} with a crossing in any frame",
+        float((found > 0).sum()),
+        limit,
+        "-",
+        f"most crossings in one frame {np.nanmax(found, initial=0):.0f}",
+    )
+    yield small(f"folds of {len(most)} that ended in an error", float(stopped), limit, "-")
+    yield Curve("folds", "fast" if fast else "slow", np.array(seeds), np.nan_to_num(found))
+
+
+def _fold_cases() -> tuple[Case, ...]:
+    cases = []
+    for fast in (True, False):
+        for first in range(0, 32, BATCH):
+            seeds = range(first, first + BATCH)
+            label = f"{'fast' if fast else 'slow'} folds {first + 1} to {first + BATCH}"
+            cases.append(Case(label, partial(random_folds, seeds=seeds, fast=fast, spacing=0.012), quick=False))
+    return tuple(cases)
+
+
+CHECKS = (
+    Check(
+        "drag",
+        "Limp layers pressed and dragged",
+        "no vertex on the wrong side, ever",
+        tuple(
+            Case(
+                f"{speed:g} m/s, pressed {1e3 * press:g} mm",
+                partial(press_and_drag, speed=speed, press=press),
+                quick=(speed, press) == (0.5, 0.0),
+            )
+            for speed in (0.1, 0.5, 1.0)
+            for press in (0.0, 0.0005)
+        ),
+    ),
+    Check(
+        "folds",
+        "64 random folds of limp cloth, B = 2e-6 N m",
+        "no vertex on the wrong side, ever",
+        _fold_cases(),
+        {"folds": Figure("Most crossings in one frame", "fold", "crossings")},
+    ),
+)

@@ -1,0 +1,100 @@
+"""Counting how often a cloth passes through itself: edges that cross triangles.
+
+An edge crosses a triangle when its ends lie strictly on opposite sides of the triangle's plane and its
+line passes strictly between the triangle's sides (five signed volumes). Pairs that share a vertex are
+left out; what only touches, or lies in one plane, does not count. Candidates come from a grid hashed by
+cell.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from tatamu.topology import Topology
+
+
+def crossings(points: np.ndarray, faces: np.ndarray, edges: np.ndarray | None = None) -> int:
+    """How many edges cross triangles that they share no vertex with.
+
+    Args:
+        points: Positions [m], shape (n, 3).
+        faces: Triangles, shape (m, 3).
+        edges: Edges to try, shape (e, 2); None: all of the mesh.
+
+    Returns:
+        Number of (edge, triangle) pairs that cross.
+    """
+    edges = Topology(faces).edges if edges is None else edges
+    points = np.ascontiguousarray(points, dtype=np.float64)
+    if not np.isfinite(points).all():
+        return len(edges)
+    side = points[edges]
+    low, high = side.min(axis=1), side.max(axis=1)
+    cell = max(float((high - low).max()), 1e-9)
+    return int(_count(points, faces, edges, low, high, points.min(axis=0), cell))
+
+
+def crossings_over_time(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Crossings in every frame, shape (f,), from positions of shape (f, n, 3)."""
+    edges = Topology(faces).edges
+    return np.array([crossings(points, faces, edges) for points in positions])
+
+
+@njit(cache=True)
+def _volume(p, q, r, s):  # type: ignore[no-untyped-def]
+    """Six times the signed volume of a tetrahedron."""
+    ax, ay, az = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+    bx, by, bz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
+    cx, cy, cz = s[0] - p[0], s[1] - p[1], s[2] - p[2]
+    return ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+
+
+@njit(cache=True)
+def _cross(p, q, a, b, c):  # type: ignore[no-untyped-def]
+    """Whether the edge p-q passes strictly through the triangle a, b, c."""
+    if not _volume(a, b, c, p) * _volume(a, b, c, q) < 0.0:
+        return False
+    u, v, w = _volume(p, q, a, b), _volume(p, q, b, c), _volume(p, q, c, a)
+    return (u > 0.0 and v > 0.0 and w > 0.0) or (u < 0.0 and v < 0.0 and w < 0.0)
+
+
+@njit(cache=True)
+def _count(points, faces, edges, low, high, origin, cell):  # type: ignore[no-untyped-def]
+    """Hash every edge by the cell of its lower corner; each triangle looks into the cells in reach."""
+    size = 1
+    while size < 2 * edges.shape[0]:
+        size *= 2
+    head = np.full(size, -1)
+    after = np.full(edges.shape[0], -1)
+    key = np.empty((edges.shape[0], 3), np.int64)
+    for e in range(edges.shape[0]):
+        for d in range(3):
+            key[e, d] = int(np.floor((low[e, d] - origin[d]) / cell))
+        slot = (key[e, 0] * 73856093 ^ key[e, 1] * 19349663 ^ key[e, 2] * 83492791) & (size - 1)
+        after[e] = head[slot]
+        head[slot] = e
+    found = 0
+    first, last = np.empty(3, np.int64), np.empty(3, np.int64)
+    least, most = np.empty(3), np.empty(3)
+    for f in range(faces.shape[0]):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        for d in range(3):
+            least[d] = min(points[a, d], points[b, d], points[c, d])
+            most[d] = max(points[a, d], points[b, d], points[c, d])
+            first[d] = int(np.floor((least[d] - cell - origin[d]) / cell))
+            last[d] = int(np.floor((most[d] - origin[d]) / cell))
+        for i in range(first[0], last[0] + 1):
+            for j in range(first[1], last[1] + 1):
+                for k in range(first[2], last[2] + 1):
+                    e = head[(i * 73856093 ^ j * 19349663 ^ k * 83492791) & (size - 1)]
+                    while e >= 0:
+                        p, q = edges[e, 0], edges[e, 1]
+                        apart = p == a or p == b or p == c or q == a or q == b or q == c
+                        apart = apart or key[e, 0] != i or key[e, 1] != j or key[e, 2] != k
+                        for d in range(3):
+                            apart = apart or low[e, d] > most[d] or high[e, d] < least[d]
+                        if not apart and _cross(points[p], points[q], points[a], points[b], points[c]):
+                            found += 1
+                        e = after[e]
+    return found

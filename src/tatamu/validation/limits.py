@@ -1,0 +1,43 @@
+"""How wrong a simulator may be: limits by simulator and quantity.
+
+A limit states what a simulator claims. They are data, so that a further simulator states its own; a
+quantity that a simulator has no limit for is printed and not judged. Fractions, SI units or degrees as
+said beside each.
+"""
+
+from __future__ import annotations
+
+NATIVE = {
+    # motion
+    "fall": 1e-3,  # of the height fallen
+    "momentum": 1e-6,  # of sum m |v|
+    "angular momentum": 1e-2,  # of sum m |x| |v|; its reading by differences of frames is good to about this
+    "energy": 1e-3,  # of the energy turned over: never up but for the reading by differences of frames
+    # stretch
+    "hang strain": 0.01,
+    "hang profile": 0.01,  # of the end's displacement
+    "shear": 0.02,
+    "pulled area": 0.02,  # of the change of area
+    "catenary": 0.01,
+    # bending
+    "chord at 10 mm": 1.0,  # degrees
+    "chord at 5 mm": 0.5,  # degrees
+    "order": 1.0,  # at least
+    "loop height": 0.05,
+    # contact
+    "threshold": 0.2,  # degrees
+    "creep": 1e-4,  # m/s
+    "acceleration": 0.01,
+    "threshold between layers": 1.0,  # degrees
+    "layer gap": 0.10,
+    "stack creep": 1e-4,  # m in 10 s
+    "crossings": 0,
+    # mesh
+    "rank correlation": 0.95,  # at least
+    "best": 2e-3,  # m
+    # symmetry and determinism
+    "symmetry": 1e-6,  # m, before contact
+    "bytes": 0,
+}
+
+LIMITS = {"native": NATIVE}

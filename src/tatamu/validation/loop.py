@@ -1,0 +1,137 @@
+"""The crease of a fold: a strip folded over itself on a table, under its own weight.
+
+One inextensible chain of n links, of slopes theta_i and link length h:
+
+    E = sum B / (2 h) (theta_i+1 - theta_i)^2 + sum w h z_i,   x, z the sums of h cos(theta), h sin(theta)
+
+with both ends clamped (theta = 0 below, pi above), the last node held at (0, z_lower + rise), the lower
+half not below the table and the upper half not below the lower one (a thickness apart). The chain starts
+as a wide loop and its least energy is found by Newton's method with augmented Lagrangians for the
+constraints, which has no spurious branch: a boundary-value solver falls into a loop of 2 mm. No friction.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize
+
+
+@dataclass(frozen=True)
+class Crease:
+    """A strip folded once, per unit of width."""
+
+    length: float
+    """Of the whole strip [m]."""
+    bending_length: float
+    """l_b = (B / w)^(1/3) [m]."""
+    thickness: float
+    """Layers rest this far apart [m]."""
+    rise: float
+    """Height of the upper clamp over the lower one [m]."""
+
+    def solve(self, links: int = 200) -> np.ndarray:
+        """Nodes at rest, shape (links + 1, 2): x, z over the table [m]; the loop points to +x."""
+        energy = _Chain(self, links)
+        theta = energy.start()
+        for stiffness in (1e2, 1e3, 1e4, 1e4, 1e4, 1e4):
+            energy.stiffness = stiffness
+            found = minimize(
+                energy.value,
+                theta,
+                jac=energy.slope,
+                hessp=energy.curved,
+                method="trust-krylov",
+                options={"gtol": 1e-7, "maxiter": 400},
+            )
+            theta = found.x
+            energy.update(theta)
+        return energy.nodes(theta)
+
+
+def start(length: float, bending_length: float, thickness: float, links: int = 200) -> np.ndarray:
+    """Nodes of a wide loop to begin from, shape (links + 1, 2) [m]: a half circle between two level runs."""
+    chain = _Chain(Crease(length, bending_length, thickness, 0.0), links)
+    return chain.nodes(chain.start())
+
+
+class _Chain:
+    """Energy of the chain in units of w l_b^2, lengths in l_b, as a function of the inner link slopes."""
+
+    def __init__(self, crease: Crease, links: int) -> None:
+        self.crease, self.links = crease, links
+        self.h = crease.length / crease.bending_length / links
+        self.floor = np.where(np.arange(1, links + 1) <= links // 2, 0.0, crease.thickness) / crease.bending_length
+        self.rise = crease.rise / crease.bending_length
+        self.stiffness = 1e2
+        self.push = np.zeros(links)
+        self.pull = np.zeros(2)
+
+    def start(self) -> np.ndarray:
+        """A half circle between two straight runs; its radius about one bending length."""
+        arc = (np.arange(self.links) + 0.5) * self.h
+        total = self.links * self.h
+        radius = min(1.0, 0.2 * total)
+        return np.clip((arc - (total - np.pi * radius) / 2) / radius, 0.0, np.pi)
+
+    def _points(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return np.cumsum(self.h * np.cos(theta)), np.cumsum(self.h * np.sin(theta))
+
+    def nodes(self, theta: np.ndarray) -> np.ndarray:
+        x, z = self._points(theta)
+        points = np.vstack([[0.0, 0.0], np.column_stack([x, z])]) * self.crease.bending_length
+        return points + np.array([0.0, self.crease.thickness / 2])
+
+    def _turns(self, theta: np.ndarray) -> np.ndarray:
+        """Turn at every node, the clamps included; a clamp turns over half a link: twice the moment."""
+        return np.diff(np.concatenate([[0.0], theta, [np.pi]]))
+
+    @property
+    def _weights(self) -> np.ndarray:
+        return np.concatenate([[2.0], np.ones(self.links - 1), [2.0]]) / self.h
+
+    def _forces(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """dE/dx, dE/dz of every node but the first, and which contacts press."""
+        x, z = self._points(theta)
+        press = np.maximum(0.0, self.push - self.stiffness * (z - self.floor))
+        fz = np.full(self.links, self.h) - press
+        fx = np.zeros(self.links)
+        fz[-1] += press[-1] - 0.5 * self.h + self.pull[1] + self.stiffness * (z[-1] - self.rise)
+        fx[-1] = self.pull[0] + self.stiffness * x[-1]
+        return fx, fz, press > 0
+
+    def value(self, theta: np.ndarray) -> float:
+        x, z = self._points(theta)
+        turn = 0.5 * float(self._weights @ self._turns(theta) ** 2)
+        weight = self.h * (z.sum() - 0.5 * z[-1])
+        press = np.maximum(0.0, self.push - self.stiffness * (z - self.floor))[:-1]
+        miss = np.array([x[-1], z[-1] - self.rise])
+        held = self.pull @ miss + 0.5 * self.stiffness * miss @ miss
+        return float(turn + weight + (press @ press - self.push[:-1] @ self.push[:-1]) / (2 * self.stiffness) + held)
+
+    def slope(self, theta: np.ndarray) -> np.ndarray:
+        fx, fz, _ = self._forces(theta)
+        sx, sz = (np.cumsum(f[::-1])[::-1] for f in (fx, fz))
+        moment = -np.diff(self._weights * self._turns(theta))
+        return moment + self.h * (sz * np.cos(theta) - sx * np.sin(theta))
+
+    def curved(self, theta: np.ndarray, p: np.ndarray) -> np.ndarray:
+        """Second derivative of the energy times a direction p, without the matrix."""
+        fx, fz, pressed = self._forces(theta)
+        sx, sz = (np.cumsum(f[::-1])[::-1] for f in (fx, fz))
+        cosine, sine = self.h * np.cos(theta), self.h * np.sin(theta)
+        weights, stiff = self._weights, self.stiffness * pressed
+        stiff[-1] = self.stiffness
+        out = (weights[:-1] + weights[1:] - sz * sine - sx * cosine) * p
+        out[:-1] -= weights[1:-1] * p[1:]
+        out[1:] -= weights[1:-1] * p[:-1]
+        out += cosine * np.cumsum((stiff * np.cumsum(cosine * p))[::-1])[::-1]
+        return np.asarray(out + self.stiffness * sine * (sine @ p))
+
+    def update(self, theta: np.ndarray) -> None:
+        """Raise the multipliers by what the constraints still miss."""
+        x, z = self._points(theta)
+        self.push = np.maximum(0.0, self.push - self.stiffness * (z - self.floor))
+        self.push[-1] = 0.0
+        self.pull = self.pull + self.stiffness * np.array([x[-1], z[-1] - self.rise])

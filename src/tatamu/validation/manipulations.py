@@ -1,0 +1,81 @@
+"""Random folds of a towel: two hands take one end and carry it over the other along Bezier curves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tatamu.material import Material
+from tatamu.scene import Gripper, Scene, Table
+from tatamu.validation.meshes import staggered
+from tatamu.validation.scenes import flat
+
+LENGTH, WIDTH = 0.30, 0.20
+PATCH = 0.025
+"""Side of the corner that a hand holds [m]."""
+KNOTS = 41
+
+
+@dataclass(frozen=True)
+class Manipulation:
+    """What both hands do, as fractions of the towel's length."""
+
+    control: np.ndarray
+    """Bezier points P1, P2, P3 of each hand, relative to P0, (x, y, z) [m], shape (2, 3, 3)."""
+    seconds: float
+    """How long the hands move."""
+
+    @classmethod
+    def random(cls, seed: int, fast: bool) -> Manipulation:
+        """A fold that lands near the other end; hands may differ but never pull apart."""
+        random = np.random.default_rng(seed)
+        points = np.zeros((2, 3, 3))
+        points[:, 2, 0] = LENGTH * random.uniform(0.75, 1.0)
+        points[:, 0, 0] = LENGTH * random.uniform(-0.1, 0.5)
+        points[:, 1, 0] = LENGTH * random.uniform(0.4, 1.0)
+        points[:, :2, 2] = LENGTH * random.uniform(0.15, 0.9, 2)
+        points[:, :, ::2] += random.uniform(-0.01, 0.01, (2, 3, 2))
+        points[:, :, 1] += random.uniform(0.0, 0.02, (2, 3)) * [[-1], [1]]
+        points[:, 2, 2] = random.uniform(0.003, 0.02)
+        return cls(points, float(random.uniform(0.5, 0.9) if fast else random.uniform(1.8, 3.0)))
+
+    def paths(self) -> np.ndarray:
+        """Displacements of each hand at even times, smooth at both ends, shape (2, KNOTS, 3) [m]."""
+        u = np.linspace(0, 1, KNOTS)
+        t = (u * u * (3 - 2 * u))[:, None]
+        p1, p2, p3 = (self.control[:, k, None] for k in range(3))
+        return 3 * (1 - t) ** 2 * t * p1 + 3 * (1 - t) * t**2 * p2 + t**3 * p3
+
+
+def scene_of(manipulation: Manipulation, material: Material, spacing: float, rest: float = 0.6) -> Scene:
+    """The manipulation on a mesh: both near corners are held, carried over, and let go."""
+    mesh = staggered(LENGTH, WIDTH, spacing)
+    plan = mesh[0]
+    times = (np.linspace(0, 1, KNOTS) * manipulation.seconds).tolist()
+    near = plan[:, 0] < PATCH
+    corners = (near & (plan[:, 1] > WIDTH - PATCH), near & (plan[:, 1] < PATCH))
+    grippers = [
+        Gripper(
+            vertices=np.flatnonzero(corner).tolist(),
+            opens=manipulation.seconds + 0.1,
+            times=times,
+            displacements=path,
+        )
+        for corner, path in zip(corners, manipulation.paths(), strict=True)
+    ]
+    return Scene(
+        cloth=flat(mesh, material.thickness / 2),
+        material=material,
+        table=Table(),
+        grippers=grippers,
+        duration=manipulation.seconds + 0.1 + rest,
+    )
+
+
+def half_fold_target(plan: np.ndarray, thickness: float) -> np.ndarray:
+    """The towel folded over its middle, the held end on top of the other, shape (n, 3) [m]."""
+    over = plan[:, 0] < LENGTH / 2
+    return np.column_stack(
+        [np.where(over, LENGTH - plan[:, 0], plan[:, 0]), plan[:, 1], np.where(over, 1.5, 0.5) * thickness]
+    )

@@ -1,0 +1,81 @@
+"""Closed-form references: what an ideal cloth does, solved here from first principles.
+
+Symbols: g gravity [m/s^2], rho areal density [kg/m^2], Y membrane stiffness [N/m], nu Poisson ratio [-],
+mu Coulomb coefficient [-], L length [m]. Longer solutions have modules of their own: `elastica`, `loop`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import brentq
+
+from tatamu.material import Material
+
+
+def fall(time: np.ndarray, gravity: float) -> np.ndarray:
+    """Height of free fall from rest, z = -g t^2 / 2 [m]."""
+    return -0.5 * gravity * time**2
+
+
+def hang_displacement(distance: np.ndarray, length: float, material: Material, gravity: float) -> np.ndarray:
+    """How far a point of a hanging sheet moves down [m].
+
+    The tension per width at `distance` s below the held edge carries what hangs below it, rho g (L - s); with
+    strain = tension / Y, u(s) = rho g (L s - s^2 / 2) / Y. Uniaxial: exact for nu = 0.
+
+    Args:
+        distance: Unstrained distance from the held edge [m].
+        length: Unstrained length [m].
+        material: Of the sheet.
+        gravity: [m/s^2].
+    """
+    weight = material.areal_density * gravity
+    return weight * (length * distance - distance**2 / 2) / material.stretch_stiffness
+
+
+def shear_sag(across: np.ndarray, span: float, material: Material, gravity: float) -> np.ndarray:
+    """How far a tall vertical panel, held along both upright sides, sags in its own plane [m].
+
+    Far from its top and bottom the panel is in pure shear: G u'' = -rho g, so u = rho g x (D - x) / (2 G),
+    with G = Y / (2 (1 + nu)) of isotropic plane stress.
+
+    Args:
+        across: Distance x from one held side [m].
+        span: Distance D between the sides [m].
+        material: Of the panel.
+        gravity: [m/s^2].
+    """
+    modulus = material.stretch_stiffness / (2 * (1 + material.poisson_ratio))
+    return material.areal_density * gravity * across * (span - across) / (2 * modulus)
+
+
+def pulled_width(stretch: float, poisson_ratio: float) -> float:
+    """Width over unstrained width of a sheet pulled to `stretch`, sides free: 1 - nu (stretch - 1)."""
+    return 1.0 - poisson_ratio * (stretch - 1.0)
+
+
+def catenary(span: float, length: float, count: int = 201) -> np.ndarray:
+    """An inextensible limp strip between two hands at one height, shape (count, 2): x, z [m] at equal arc.
+
+    2 a sinh(D / 2a) = L gives a; z = a cosh(x / a).
+    """
+    low, high = span / 40, 40 * span
+    a = brentq(lambda a: 2 * a * np.sinh(span / (2 * a)) - length, low, high, xtol=1e-14)
+    arc = np.linspace(-length / 2, length / 2, count)
+    x = a * np.arcsinh(arc / a)
+    return np.column_stack([x, a * (np.cosh(x / a) - np.cosh(span / (2 * a)))])
+
+
+def incline_threshold(mu: float) -> float:
+    """Tilt at which a resting sheet begins to slide [rad]: tan(theta) = mu."""
+    return float(np.arctan(mu))
+
+
+def incline_acceleration(tilt: float, mu: float, gravity: float) -> float:
+    """Acceleration down an incline [m/s^2]: g (sin - mu cos), zero when it sticks."""
+    return float(max(0.0, gravity * (np.sin(tilt) - mu * np.cos(tilt))))
+
+
+def arc_energy(material: Material, curvature: float, area: float) -> float:
+    """Bending energy of a flat sheet rolled to a cylinder of one curvature [J]: B k^2 A / 2."""
+    return 0.5 * material.bending_rigidity * curvature**2 * area

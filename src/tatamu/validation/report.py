@@ -1,0 +1,145 @@
+"""Running checks and keeping what they find."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from tatamu import __version__
+from tatamu.errors import InputError, SimulationError
+from tatamu.validation.check import Case, Check
+from tatamu.validation.checks import CHECKS
+from tatamu.validation.findings import Curve, Row
+from tatamu.validation.subject import Subject
+
+
+@dataclass
+class CaseResult:
+    """What one case found."""
+
+    label: str
+    rows: list[Row] = field(default_factory=list)
+    curves: list[Curve] = field(default_factory=list)
+    seconds: float = 0.0
+
+    @property
+    def failed(self) -> bool:
+        """Whether a judged row is beyond its limit."""
+        return any(row.passed is False for row in self.rows)
+
+
+@dataclass
+class CheckResult:
+    """What one check found."""
+
+    check: Check
+    cases: list[CaseResult]
+
+
+@dataclass
+class Report:
+    """What all checks found in one simulator."""
+
+    simulator: str
+    results: list[CheckResult]
+
+    @property
+    def rows(self) -> list[Row]:
+        """All rows."""
+        return [row for result in self.results for case in result.cases for row in case.rows]
+
+    @property
+    def failures(self) -> int:
+        """Number of rows beyond their limits."""
+        return sum(row.passed is False for row in self.rows)
+
+    @property
+    def judged(self) -> int:
+        """Number of rows with a limit."""
+        return sum(row.passed is not None for row in self.rows)
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data; numbers that are not finite become null."""
+        return {
+            "version": 1,
+            "tatamu": __version__,
+            "simulator": self.simulator,
+            "passed": self.failures == 0,
+            "judged": self.judged,
+            "failures": self.failures,
+            "checks": [_check_data(result) for result in self.results],
+        }
+
+
+def _check_data(result: CheckResult) -> dict[str, Any]:
+    check = result.check
+    cases = [
+        {"case": case.label, "seconds": round(case.seconds, 3), "rows": [_row_data(row) for row in case.rows]}
+        for case in result.cases
+    ]
+    return {"name": check.name, "title": check.title, "reference": check.reference, "cases": cases}
+
+
+def _row_data(row: Row) -> dict[str, Any]:
+    numbers = {name: getattr(row, name) for name in ("reference", "got", "error", "limit")}
+    plain = {k: float(v) if v is not None and np.isfinite(v) else None for k, v in numbers.items()}
+    return {"quantity": row.quantity, **plain, "unit": row.unit, "pass": row.passed, "note": row.note}
+
+
+def chosen(names: Iterable[str], quick: bool) -> list[tuple[Check, list[Case]]]:
+    """Checks of those names, all if none is given, and the cases to run.
+
+    Raises:
+        InputError: There is no check of one of the names.
+    """
+    names = list(names)
+    for name in names:
+        if name not in CHECKS:
+            raise InputError(f"--only: must be one of {', '.join(CHECKS)}, given {name!r}")
+    checks = [check for name, check in CHECKS.items() if not names or name in names]
+    pairs = [(check, [case for case in check.cases if case.quick or not quick]) for check in checks]
+    return [(check, cases) for check, cases in pairs if cases]
+
+
+def validate(
+    subject: Subject,
+    names: Iterable[str] = (),
+    quick: bool = False,
+    before: Callable[[Check, Case], None] = lambda check, case: None,
+    after: Callable[[CheckResult], None] = lambda result: None,
+) -> Report:
+    """Run checks on a simulator.
+
+    Args:
+        subject: The simulator.
+        names: Checks to run; none: all.
+        quick: Leave out the long cases.
+        before: Told before each case.
+        after: Told after each check.
+    """
+    results = []
+    for check, cases in chosen(names, quick):
+        done = []
+        for case in cases:
+            before(check, case)
+            done.append(run(case, subject))
+        results.append(CheckResult(check, done))
+        after(results[-1])
+    return Report(subject.name, results)
+
+
+def run(case: Case, subject: Subject) -> CaseResult:
+    """Run one case; a simulation that fails is a failed row."""
+    result = CaseResult(case.label)
+    started = perf_counter()
+    try:
+        for finding in case.run(subject):
+            (result.rows if isinstance(finding, Row) else result.curves).append(finding)  # type: ignore[arg-type]
+    except SimulationError as error:
+        result.rows.append(Row("ran to the end", None, np.nan, np.nan, 0.0, "-", str(error)))
+    result.seconds = perf_counter() - started
+    return result

@@ -1,0 +1,104 @@
+"""The report on a terminal: one table per check, progress below."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from tatamu.validation.check import Case, Check
+from tatamu.validation.findings import Row
+from tatamu.validation.report import CheckResult, Report
+
+VERDICT = {True: "[green]pass[/]", False: "[bold red]FAIL[/]", None: "[dim]stated[/]"}
+
+
+def number(value: float | None, digits: int = 5) -> str:
+    """A number in a few significant digits, or a dash."""
+    if value is None:
+        return "–"
+    if value == 0:
+        return "0"
+    return f"{value:.{digits}g}" if 1e-3 <= abs(value) < 1e5 else f"{value:.{digits - 1}e}"
+
+
+def cells(row: Row) -> list[str]:
+    """Quantity, reference, got, error, limit and unit as text."""
+    return [
+        row.quantity,
+        number(row.reference),
+        number(row.got),
+        number(row.error, 3),
+        number(row.limit),
+        row.unit,
+    ]
+
+
+def table(result: CheckResult) -> Table:
+    """All rows of one check; each case has a heading."""
+    out = Table(title=f"{result.check.title}: {result.check.reference}", title_justify="left", title_style="bold")
+    out.add_column("quantity", ratio=1)
+    for name in ("reference", "got", "error", "limit"):
+        out.add_column(name, justify="right", no_wrap=True)
+    out.add_column("pass", no_wrap=True)
+    for case in result.cases:
+        out.add_row(f"[cyan]{case.label}[/]")
+        for place, row in enumerate(case.rows):
+            quantity, reference, got, error, limit, unit = cells(row)
+            unit = "" if unit == "-" or error == "0" else f" {unit}"
+            last = place == len(case.rows) - 1
+            out.add_row(
+                f"  {escape(quantity)}",
+                reference,
+                got,
+                error + unit,
+                limit,
+                VERDICT[row.passed],
+                end_section=last,
+            )
+            if row.passed is False and row.note:
+                out.add_row(f"    [dim]{escape(row.note)}[/]")
+    return out
+
+
+def summary(report: Report) -> str:
+    """One line: how many rows passed, failed and are stated only."""
+    stated = len(report.rows) - report.judged
+    verdict = "[green]all pass[/]" if report.failures == 0 else f"[bold red]{report.failures} fail[/]"
+    return f"{report.simulator}: {report.judged} judged, {verdict}; {stated} stated without a limit"
+
+
+def console() -> Console:
+    """The terminal, or a hundred columns where there is none."""
+    plain = Console(highlight=False)
+    return plain if plain.is_terminal else Console(highlight=False, width=100)
+
+
+class Display:
+    """A progress bar with tables above it."""
+
+    def __init__(self, console: Console, progress: Progress, total: int) -> None:
+        self.console, self.progress = console, progress
+        self.task = progress.add_task("", total=total)
+        self.begun = False
+
+    def before(self, check: Check, case: Case) -> None:
+        """A case begins."""
+        self.progress.update(self.task, description=f"{check.name}: {case.label}", advance=int(self.begun))
+        self.begun = True
+
+    def after(self, result: CheckResult) -> None:
+        """A check is done."""
+        self.console.print(table(result))
+
+
+@contextmanager
+def display(console: Console, total: int) -> Iterator[Display]:
+    """Show progress over `total` cases."""
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as progress:
+        yield Display(console, progress, total)

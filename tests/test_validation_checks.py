@@ -1,0 +1,271 @@
+"""Every check passes on a simulator that knows the answer, and fails on one that is a little wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+import pytest
+
+from tatamu.errors import SimulationError
+from tatamu.scene import Scene
+from tatamu.validation.check import Case
+from tatamu.validation.checks import (
+    CHECKS,
+    bending,
+    determinism,
+    friction,
+    motion,
+    refinement,
+    stack,
+    stretch,
+    symmetry,
+    tangle,
+)
+from tatamu.validation.elastica import cantilever
+from tatamu.validation.findings import Findings, Row
+from tatamu.validation.loop import Crease
+from tatamu.validation.references import catenary, hang_displacement, shear_sag
+from tatamu.validation.report import run
+from tatamu.validation.subject import Subject
+from tests.fakes import Motion, still, subject
+
+Question = Callable[[Subject], Findings]
+
+
+def failures(question: Question, motion: Motion) -> list[str]:
+    """Quantities beyond their limits."""
+    return [row.quantity for row in rows(question, subject(motion)) if row.passed is False]
+
+
+def rows(question: Question, simulator: Subject) -> list[Row]:
+    return run(Case("", question), simulator).rows
+
+
+def falls(scene: Scene, time: float, factor: float = 1.0) -> np.ndarray:
+    return scene.cloth.vertices - [0, 0, 0.5 * factor * scene.gravity * time**2]
+
+
+def breathes(scene: Scene, time: float, drift: float = 0.0) -> np.ndarray:
+    """Vibrates about the mean of its vertices' masses, which may drift."""
+    mass = motion.masses(scene)
+    arm = scene.cloth.vertices - mass @ scene.cloth.vertices / mass.sum()
+    return scene.cloth.vertices + 0.01 * np.sin(20 * time) * arm + np.array([drift * time, 0, 0])
+
+
+def opens(scene: Scene, time: float, factor: float = 1.0) -> np.ndarray:
+    """Moves to and fro with a peak kinetic energy that is a share of the bending energy."""
+    curvature, rate = 8.0, 30.0
+    speed = np.sqrt(0.8 * factor * scene.material.bending_rigidity * curvature**2 / scene.material.areal_density)
+    return scene.cloth.vertices + np.array([0, 0, speed / rate * np.sin(rate * time)])
+
+
+def hangs(scene: Scene, factor: float = 1.0) -> np.ndarray:
+    start = scene.cloth.vertices
+    down = hang_displacement(-start[:, 2], 0.3, scene.material, scene.gravity)
+    return start - np.column_stack([0 * down, 0 * down, factor * down])
+
+
+def shears(scene: Scene, factor: float = 1.0) -> np.ndarray:
+    start = scene.cloth.vertices
+    down = shear_sag(start[:, 0], 0.1, scene.material, scene.gravity)
+    return start - np.column_stack([0 * down, 0 * down, factor * down])
+
+
+def pulls(scene: Scene, factor: float = 1.0) -> np.ndarray:
+    nu = factor * scene.material.poisson_ratio
+    return scene.cloth.vertices * [1.01, 1 - 0.01 * nu, 1]
+
+
+def sags(scene: Scene, factor: float = 1.0) -> np.ndarray:
+    x, y, _ = scene.cloth.vertices.T
+    curve, arc = catenary(0.4, 0.5), np.linspace(0, 0.5, 201)
+    there = np.interp(x, arc, curve[:, 0]) + 0.25
+    return np.column_stack([there, y, factor * np.interp(x, arc, curve[:, 1])])
+
+
+def droops(scene: Scene, behind: float = 0.0, softer: float = 1.0) -> np.ndarray:
+    """The heavy elastica, clamped `behind` the line x = 0, on both sides of it."""
+    x, y, _ = scene.cloth.vertices.T
+    length = 0.1 + behind
+    weight = scene.material.areal_density * scene.gravity
+    curve = length * cantilever(softer * weight * length**3 / scene.material.bending_rigidity)
+    arc = np.linspace(0, length, len(curve))
+    free = np.sign(x) * (np.interp(np.abs(x) + behind, arc, curve[:, 0]) - behind)
+    return np.column_stack([free, y, -np.interp(np.abs(x) + behind, arc, curve[:, 1])])
+
+
+def loops(scene: Scene, higher: float = 1.0) -> np.ndarray:
+    plan = scene.cloth.rest
+    row = np.diff(np.unique(plan[:, 0]))[0]
+    nodes = Crease(0.4 - 2 * row, scene.material.bending_length, 0.001, 0.004).solve(100)
+    arc = np.linspace(row, 0.4 - row, len(nodes))
+    x, z = (np.interp(plan[:, 0], arc, nodes[:, k]) for k in range(2))
+    return np.column_stack([x + row, plan[:, 1], higher * z])
+
+
+def slides(scene: Scene, time: float, rougher: float = 1.0, creep: float = 0.0) -> np.ndarray:
+    assert scene.table
+    tilt = scene.table.tilt
+    pull = np.sin(tilt) - rougher * scene.material.friction_table * np.cos(tilt)
+    way = 0.5 * max(0.0, scene.gravity * pull) * time**2 + creep * time
+    return scene.cloth.vertices + way * np.array([np.cos(tilt), 0, -np.sin(tilt)])
+
+
+def layers_slide(scene: Scene, time: float, rougher: float = 1.0) -> np.ndarray:
+    """All but the lowest layer slide together."""
+    assert scene.table
+    tilt = scene.table.tilt
+    over = scene.cloth.vertices @ [np.sin(tilt), 0, np.cos(tilt)] > scene.material.thickness
+    pull = np.sin(tilt) - rougher * scene.material.friction_cloth * np.cos(tilt)
+    way = over * 0.5 * max(0.0, scene.gravity * pull) * time**2
+    return scene.cloth.vertices + way[:, None] * np.array([np.cos(tilt), 0, -np.sin(tilt)])
+
+
+def rests(scene: Scene, time: float, squeezed: float = 1.0, creep: float = 0.0) -> np.ndarray:
+    return scene.cloth.vertices * [1, 1, squeezed] + [creep * time, 0, 0]
+
+
+def pokes(scene: Scene, time: float) -> np.ndarray:
+    """A vertex of the upper layer goes through the lower one."""
+    out = scene.cloth.vertices.copy()
+    out[np.argmax(out[:, 2] > scene.material.thickness) + 60, 2] = -0.01
+    return out
+
+
+def sinks(scene: Scene, time: float) -> np.ndarray:
+    """All layers come to lie in one plane, as without contact."""
+    return scene.cloth.vertices * [1, 1, 0] + [0, 0, 0.0005]
+
+
+PAIRS: dict[str, tuple[Question, Motion, Motion]] = {
+    "fall": (motion.free_fall, falls, partial(falls, factor=1.002)),
+    "momentum": (motion.momentum, breathes, partial(breathes, drift=1e-5)),
+    "spring": (motion.spring, opens, partial(opens, factor=1.4)),
+    "spring that stays shut": (motion.spring, opens, partial(opens, factor=0.4)),
+    "swing": (motion.swing, falls, partial(falls, factor=1.01)),
+    "hang": (
+        partial(stretch.hang, fabric="woven", layout="irregular"),
+        still(hangs),
+        still(partial(hangs, factor=1.02)),
+    ),
+    "shear": (partial(stretch.shear, layout="staggered"), still(shears), still(partial(shears, factor=1.03))),
+    "pull": (partial(stretch.pull, layout="staggered"), still(pulls), still(partial(pulls, factor=1.1))),
+    "catenary": (stretch.hands, still(sags), still(partial(sags, factor=1.02))),
+    "cantilever": (
+        partial(bending.both_sides, gamma=10.0, layout="irregular"),
+        still(droops),
+        still(partial(droops, softer=1.1)),
+    ),
+    "clamp": (
+        partial(bending.clamped, gamma=10.0, spacing=0.01),
+        still(partial(droops, behind=0.005)),
+        still(droops),
+    ),
+    "crease": (
+        partial(bending.crease, bending_length=0.037, spacing=0.02),
+        still(loops),
+        still(partial(loops, higher=1.1)),
+    ),
+    "incline": (partial(friction.on_table, mu=0.6), slides, partial(slides, rougher=1.02)),
+    "incline that creeps": (partial(friction.on_table, mu=0.6), slides, partial(slides, creep=2e-4)),
+    "layers": (partial(friction.on_cloth, count=2), layers_slide, partial(layers_slide, rougher=1.1)),
+    "stack": (partial(stack.at_rest, count=4, duration=2.0), rests, partial(rests, squeezed=0.8)),
+    "stack that creeps": (partial(stack.at_rest, count=2, duration=2.0), rests, partial(rests, creep=1e-3)),
+    "drag": (partial(tangle.press_and_drag, speed=1.0, press=0.0), rests, pokes),
+    "drag without contact": (partial(tangle.press_and_drag, speed=1.0, press=0.0), rests, sinks),
+}
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_check_passes_on_the_right_answer(name: str) -> None:
+    question, right, _ = PAIRS[name]
+    judged = [q for q in failures(question, right) if "order" not in q]  # an exact answer has no order
+    assert judged == []
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_check_fails_on_a_wrong_answer(name: str) -> None:
+    question, _, wrong = PAIRS[name]
+    assert failures(question, wrong)
+
+
+def test_order_is_one_when_the_error_halves_with_the_spacing() -> None:
+    (row, _) = bending._order(subject(rests), "", 1.0, [0.04, 0.02, 0.01])
+    assert isinstance(row, Row) and row.passed and row.got == pytest.approx(1.0)
+    (row, _) = bending._order(subject(rests), "", 1.0, [0.04, 0.03, 0.02])
+    assert isinstance(row, Row) and row.passed is False
+
+
+def test_folds_that_cross_or_stop_are_counted() -> None:
+    def crosses(scene: Scene, time: float) -> np.ndarray:
+        folded = scene.cloth.vertices.copy()
+        far = folded[:, 0] > 0.15
+        folded[far] = folded[far] * [-1, 1, 1] + [0.3, 0.003, 0.0]
+        folded[:, 2] += 0.01 * np.sin(40 * folded[:, 0]) * np.where(far, 1, -1)
+        return folded
+
+    question = partial(tangle.random_folds, seeds=range(2), fast=True, spacing=0.02)
+    assert failures(question, rests) == []
+    assert failures(question, crosses) == ["folds of 2 with a crossing in any frame"]
+
+    def stops(scene: Scene, time: float) -> np.ndarray:
+        raise SimulationError("the cloth was stretched")
+
+    assert failures(question, stops) == ["folds of 2 that ended in an error"]
+
+
+@pytest.mark.parametrize("change", symmetry.CHANGES)
+def test_symmetry_notices_a_simulator_with_a_favourite_direction(change: str) -> None:
+    def drifts(scene: Scene, time: float) -> np.ndarray:
+        first = scene.cloth.vertices[0, 1]
+        return scene.cloth.vertices + time * np.array([1e-4, 1e-4 + 1e-4 * first, -0.5])
+
+    question = partial(symmetry.changed, change=symmetry.CHANGES[change])
+    assert failures(question, falls) == []
+    assert failures(question, drifts)
+
+
+def test_determinism_notices_one_bit() -> None:
+    calls = [0]
+
+    def forgets(scene: Scene, time: float) -> np.ndarray:
+        calls[0] += 1
+        return scene.cloth.vertices * (1 + 1e-15 * calls[0])
+
+    assert failures(determinism.again, rests) == []
+    assert failures(determinism.again, forgets)
+    assert failures(determinism.batch, rests) == []
+    assert failures(determinism.batch, forgets)
+
+
+def test_refinement_notices_another_order() -> None:
+    def ends(scene: Scene, shuffled: bool) -> np.ndarray:
+        """Somewhere that depends on the path of the hands, and on the mesh if shuffled."""
+        reach = scene.grippers[0].displacements[-1, 0] * (len(scene.cloth.vertices) if shuffled else 1)
+        target = refinement.half_fold_target(scene.cloth.rest[:, :2], scene.material.thickness)
+        return target + np.array([0, 0, 0.02 + 0.02 * np.sin(50 * reach)])
+
+    question = partial(refinement.half_the_mesh, spacing=0.04, count=12)
+    assert failures(question, still(partial(ends, shuffled=False))) == []
+    assert failures(question, still(partial(ends, shuffled=True)))
+
+
+def test_a_simulation_that_fails_is_a_failed_row() -> None:
+    def stops(scene: Scene, time: float) -> np.ndarray:
+        raise SimulationError("the cloth was stretched to 2.00 of its length")
+
+    (row,) = rows(motion.free_fall, subject(stops))
+    assert row.passed is False and "2.00" in row.note
+
+
+def test_no_check_is_left_without_a_test() -> None:
+    tested = {name.split()[0] for name in PAIRS} | {
+        "energy",
+        "folds",
+        "symmetry",
+        "determinism",
+        "refinement",
+    }
+    assert set(CHECKS) <= tested

@@ -1,0 +1,133 @@
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tatamu.cli import main
+from tatamu.errors import InputError
+from tatamu.scene import Scene
+from tatamu.validation import Subject, validate
+from tatamu.validation.checks import CHECKS
+from tatamu.validation.findings import Row, absolute, relative, small
+from tatamu.validation.limits import LIMITS
+from tatamu.validation.page import page
+from tatamu.validation.report import chosen
+from tatamu.validation.terminal import console, number, table
+from tests.fakes import subject
+
+
+def falls(scene: Scene, time: float, factor: float = 1.0) -> np.ndarray:
+    return scene.cloth.vertices - [0, 0, 0.5 * factor * scene.gravity * time**2]
+
+
+def falls_too_far(scene: Scene, time: float) -> np.ndarray:
+    return falls(scene, time, 1.01)
+
+
+def command(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
+    monkeypatch.setattr(sys, "argv", ["tatamu", "validate", *arguments])
+    with pytest.raises(SystemExit) as stopped:
+        main()
+    assert isinstance(stopped.value.code, int)
+    return stopped.value.code
+
+
+def test_a_row_passes_up_to_its_limit_and_never_with_nan() -> None:
+    assert small("creep", 1.0, 1.0, "mm").passed is True
+    assert small("creep", 1.1, 1.0, "mm").passed is False
+    assert small("creep", float("nan"), 1.0, "mm").passed is False
+    assert small("creep", 1.1, None, "mm").passed is None
+    assert relative("strain", 2.0, 1.9, 0.06).error == pytest.approx(5.0)
+    assert absolute("chord", 40.0, 41.5, 1.0, "deg").error == pytest.approx(1.5)
+
+
+def test_command_exits_with_0_and_writes_both_files(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(Subject, "named", lambda name: subject(falls))
+    assert command(monkeypatch, "--only", "fall", "--out", str(tmp_path)) == 0
+    written = json.loads((tmp_path / "validation.json").read_text())
+    assert written["passed"] is True and written["failures"] == 0
+    (check,) = written["checks"]
+    row = check["cases"][0]["rows"][0]
+    assert check["name"] == "fall" and row["pass"] is True
+    assert row["reference"] == pytest.approx(-0.5 * 9.81 * 0.25)
+    html = (tmp_path / "validation.html").read_text()
+    assert "Plotly.newPlot" in html and "src=" not in html.split("<body>")[1]
+    assert "[m]" in capsys.readouterr().out
+
+
+def test_command_exits_with_1_when_a_check_fails(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(Subject, "named", lambda name: subject(falls_too_far))
+    assert command(monkeypatch, "--only", "fall", "--out", str(tmp_path)) == 1
+    assert json.loads((tmp_path / "validation.json").read_text())["passed"] is False
+
+
+@pytest.mark.parametrize("arguments", [["--only", "colour"], ["--simulator", "papier"]])
+def test_command_exits_with_2_on_wrong_input(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], arguments: list[str]
+) -> None:
+    assert command(monkeypatch, *arguments) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1 and arguments[1] in error and "must be one of" in error
+
+
+def test_numbers_that_are_not_finite_become_null() -> None:
+    def vanishes(scene: Scene, time: float) -> np.ndarray:
+        return scene.cloth.vertices * np.nan
+
+    report = validate(subject(vanishes), ["fall"])
+    assert report.failures == 2
+    json.dumps(report.to_json(), allow_nan=False)
+    page(report)
+
+
+def test_quick_leaves_out_cases_and_never_adds_any() -> None:
+    every = {check.name: cases for check, cases in chosen([], quick=False)}
+    quick = {check.name: cases for check, cases in chosen([], quick=True)}
+    assert list(every) == list(CHECKS)
+    assert all(set(cases) <= set(every[name]) for name, cases in quick.items())
+    assert 0 < sum(map(len, quick.values())) < sum(map(len, every.values()))
+    with pytest.raises(InputError, match="colour"):
+        chosen(["colour"], quick=False)
+
+
+def test_every_limit_is_used_and_a_simulator_without_limits_is_not_judged() -> None:
+    source = "".join(f.read_text() for f in (Path(__file__).parents[1] / "src/tatamu/validation").rglob("*.py"))
+    for quantity in LIMITS["native"]:
+        assert f'"{quantity}"' in source.replace("chord at {1e3 * spacing:g} mm", 'chord at 10 mm" "chord at 5 mm')
+    known = subject(falls)
+    stranger = Subject("stranger", known.simulate, known.simulate_many)
+    report = validate(stranger, ["fall"])
+    assert report.judged == 0 and len(report.rows) == 2
+
+
+def test_table_shows_units_and_verdicts() -> None:
+    report = validate(subject(falls_too_far), ["fall"])
+    screen = console()
+    with screen.capture() as capture:
+        screen.print(table(report.results[0]))
+    assert "height after 0.5 s [m]" in capture.get() and "FAIL" in capture.get()
+    assert [number(v) for v in (None, 0.0, 1.23456789, 1.5e-7)] == ["–", "0", "1.2346", "1.5000e-07"]
+    assert isinstance(report.rows[0], Row)
+
+
+EASY = ["fall", "momentum", "energy", "hang", "shear", "pull", "catenary", "clamp", "incline"]
+
+
+@pytest.mark.parametrize("name", EASY)
+def test_native_passes_quick_checks(name: str) -> None:
+    report = validate(Subject.named("native"), [name], quick=True)
+    assert report.judged > 0
+    assert [row for row in report.rows if row.passed is False] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CHECKS)
+def test_native_passes_whole_checks(name: str) -> None:
+    report = validate(Subject.named("native"), [name])
+    assert [row for row in report.rows if row.passed is False] == []
