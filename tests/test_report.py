@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.fabricated import grid, write_fold
 from tatamu.errors import InputError
 from tatamu.report import picture, write_report
 from tatamu.report.errormap import largest, maps
@@ -29,6 +28,7 @@ from tatamu.report.replay import FRAMES, frames, replay
 from tatamu.report.verdict import MEASURES, grade
 from tatamu.report.ways import curve, figure
 from tatamu.rollout import Rollout
+from tests.fabricated import grid, write_fold
 
 
 @pytest.fixture

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.browser import Browser, find
-from tests.fabricated import write_fold
 from tatamu.report import write_report
 from tatamu.rollout import Rollout
+from tests.browser import Browser, find
+from tests.fabricated import write_fold
 
 PIXELS = """(() => {
   const gl = document.querySelector("canvas").getContext("webgl2");
