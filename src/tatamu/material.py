@@ -34,6 +34,9 @@ class Material(BaseModel):
     air_drag: float = Field(0.0, ge=0.0, le=1e3)
     """Force per area per velocity [N s/m^3]."""
 
+    blender: dict[str, float | str | bool] | None = None
+    """Blender's own numbers by their property names, used as they are by that simulator alone; it checks them."""
+
     @property
     def bending_length(self) -> float:
         """l_b = (B / (rho g))^(1/3) [m]: over this length the cloth bends under its own weight."""
