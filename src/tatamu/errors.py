@@ -1,8 +1,8 @@
 """What can go wrong, as a tree.
 
-    TatamuError
-    ├── InputError         a file, an option or a scene is wrong; the command line exits with 2
-    └── SimulationError    a rollout passed a limit of its model (stretch, speed, not finite)
+TatamuError
+├── InputError         a file, an option or a scene is wrong; the command line exits with 2
+└── SimulationError    a rollout passed a limit of its model (stretch, speed, not finite)
 """
 
 

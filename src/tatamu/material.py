@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
+
+from tatamu.errors import InputError
+from tatamu.files import read_toml, validated
 
 GRAVITY = 9.81
 """Standard acceleration of free fall used where nothing else is said [m/s^2]."""
@@ -41,3 +45,15 @@ class Material(BaseModel):
     def bending_length(self) -> float:
         """l_b = (B / (rho g))^(1/3) [m]: over this length the cloth bends under its own weight."""
         return (self.bending_rigidity / (self.areal_density * GRAVITY)) ** (1.0 / 3.0)
+
+
+def load_material(path: Path) -> Material:
+    """Read a material from the `[material]` table of a TOML file.
+
+    Raises:
+        InputError: The file cannot be read, or a field is wrong; the message names both.
+    """
+    value = read_toml(path)
+    if not isinstance(value.get("material"), dict):
+        raise InputError(f"{path}: material: Field required, a table [material] with areal_density, ..")
+    return validated(Material, value["material"], path)

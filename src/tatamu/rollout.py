@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import zipfile
+import zlib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -48,5 +49,5 @@ class Rollout:
             return cls(arrays.pop("times"), arrays.pop("positions"), arrays.pop("faces"), info, arrays)
         except OSError as error:
             raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
-        except (KeyError, ValueError, zipfile.BadZipFile) as error:
+        except (KeyError, TypeError, ValueError, EOFError, zlib.error, zipfile.BadZipFile) as error:
             raise InputError(f"{path}: is not a rollout file ({error})") from None

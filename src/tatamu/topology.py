@@ -53,7 +53,7 @@ class Topology:
 
         (x0, x1, x2) has the orientation of its triangle in `faces`.
         """
-        pairs, opposite = self._sides
+        _, opposite = self._sides
         order = np.argsort(self._grouped[1].ravel(), kind="stable")
         inner = order[np.repeat(self.faces_per_edge, self.faces_per_edge) == 2].reshape(-1, 2)
         first = self._corner_order(inner[:, 0])

@@ -6,7 +6,7 @@
 
 R maps the curvatures of a quadratic deflection to the small hinge angles of the six-point patch around T; the hinges
 that a border or a seam lacks are condensed out. Bending carries no Poisson coupling, so a narrow strip and a wide
-sheet have the same moment per width per curvature, B. Source: design.md section 5, facts/solver.md round two.
+sheet have the same moment per width per curvature, B. Derived in docs/native.md.
 """
 
 from __future__ import annotations
@@ -45,7 +45,12 @@ def _rows(rest: np.ndarray, faces: np.ndarray, frames: np.ndarray, hinges: np.nd
         outward = np.column_stack([d[:, 1], -d[:, 0]]) / np.linalg.norm(d, axis=1)[:, None]
         far = p + t_far[:, None] * d + l_far[:, None] * outward
         points = (p, frames[has, j], frames[has, k], far)
-        weights = ((1 - t_own) / l_own + (1 - t_far) / l_far, t_own / l_own + t_far / l_far, -1 / l_own, -1 / l_far)
+        weights = (
+            (1 - t_own) / l_own + (1 - t_far) / l_far,
+            t_own / l_own + t_far / l_far,
+            -1 / l_own,
+            -1 / l_far,
+        )
         sign = np.where(own_second == forward, -1.0, 1.0)
         for x, w in zip(points, weights, strict=True):
             u, v = x[:, 0], x[:, 1]
@@ -100,78 +105,106 @@ def constants(
 
 
 @njit(cache=True, error_model="numpy")
-def _angles(X, a, b, c, d, n, e, H):  # type: ignore[no-untyped-def]
-    """Per hinge into H: gradients d2 (rows 0-2) and d3 (3-5), feet t2, t3 (6, 7), g (8), g' (9)."""
-    x, y, z = X[0], X[1], X[2]
+def _normals(X, a, b, c, n, H, row, foot, e):  # type: ignore[no-untyped-def]
+    """Edge x apex, into rows row .. row + 2 of H, and the foot of apex c on edge (a, b) as a fraction of it."""
+    xa, ya, za = X[0, a : a + n], X[1, a : a + n], X[2, a : a + n]
+    xb, yb, zb = X[0, b : b + n], X[1, b : b + n], X[2, b : b + n]
+    xc, yc, zc = X[0, c : c + n], X[1, c : c + n], X[2, c : c + n]
+    h0, h1, h2, h3 = H[row, e : e + n], H[row + 1, e : e + n], H[row + 2, e : e + n], H[foot, e : e + n]
     for j in range(n):
-        ex, ey, ez = x[b + j] - x[a + j], y[b + j] - y[a + j], z[b + j] - z[a + j]
-        px, py, pz = x[c + j] - x[a + j], y[c + j] - y[a + j], z[c + j] - z[a + j]
-        qx, qy, qz = x[d + j] - x[a + j], y[d + j] - y[a + j], z[d + j] - z[a + j]
-        n1x, n1y, n1z = ey * pz - ez * py, ez * px - ex * pz, ex * py - ey * px
-        n2x, n2y, n2z = qy * ez - qz * ey, qz * ex - qx * ez, qx * ey - qy * ex
-        ee = ex * ex + ey * ey + ez * ez + TINY
-        length = np.sqrt(ee)
-        s1 = n1x * n1x + n1y * n1y + n1z * n1z + TINY
-        s2 = n2x * n2x + n2y * n2y + n2z * n2z + TINY
+        ex, ey, ez = xb[j] - xa[j], yb[j] - ya[j], zb[j] - za[j]
+        px, py, pz = xc[j] - xa[j], yc[j] - ya[j], zc[j] - za[j]
+        h0[j], h1[j], h2[j] = ey * pz - ez * py, ez * px - ex * pz, ex * py - ey * px
+        h3[j] = (px * ex + py * ey + pz * ez) / (ex * ex + ey * ey + ez * ez + TINY)
+
+
+@njit(cache=True, error_model="numpy")
+def _gradients(X, a, b, n, H, e):  # type: ignore[no-untyped-def]
+    """Turn the normals in H into gradients of theta; cosine and sine of theta into rows 8 and 9."""
+    xa, ya, za = X[0, a : a + n], X[1, a : a + n], X[2, a : a + n]
+    xb, yb, zb = X[0, b : b + n], X[1, b : b + n], X[2, b : b + n]
+    h0, h1, h2 = H[0, e : e + n], H[1, e : e + n], H[2, e : e + n]
+    h3, h4, h5 = H[3, e : e + n], H[4, e : e + n], H[5, e : e + n]
+    h8, h9 = H[8, e : e + n], H[9, e : e + n]
+    for j in range(n):
+        ex, ey, ez = xb[j] - xa[j], yb[j] - ya[j], zb[j] - za[j]
+        px, py, pz, qx, qy, qz = h0[j], h1[j], h2[j], -h3[j], -h4[j], -h5[j]
+        length = np.sqrt(ex * ex + ey * ey + ez * ez + TINY)
+        s1 = px * px + py * py + pz * pz + TINY
+        s2 = qx * qx + qy * qy + qz * qz + TINY
         scale = 1.0 / np.sqrt(s1 * s2)
-        cosine = (n1x * n2x + n1y * n2y + n1z * n2z) * scale
-        cx, cy, cz = n1y * n2z - n1z * n2y, n1z * n2x - n1x * n2z, n1x * n2y - n1y * n2x
-        sine = (cx * ex + cy * ey + cz * ez) * scale / length
-        half_cos = np.sqrt(max(0.5 + 0.5 * cosine, 0.0))
-        root = np.sqrt(max(0.5 - 0.5 * cosine, 0.0))
-        wide = root if sine >= 0.0 else -root
-        half_sin = wide if cosine < -0.5 else 0.5 * sine / max(half_cos, 0.4)
-        t = half_sin / (1.0 + half_cos)
+        cx, cy, cz = py * qz - pz * qy, pz * qx - px * qz, px * qy - py * qx
+        h8[j] = (px * qx + py * qy + pz * qz) * scale
+        h9[j] = (cx * ex + cy * ey + cz * ez) * scale / length
         g1, g2 = -length / s1, -length / s2
-        H[0, e + j], H[1, e + j], H[2, e + j] = g1 * n1x, g1 * n1y, g1 * n1z
-        H[3, e + j], H[4, e + j], H[5, e + j] = g2 * n2x, g2 * n2y, g2 * n2z
-        H[6, e + j] = (px * ex + py * ey + pz * ez) / ee
-        H[7, e + j] = (qx * ex + qy * ey + qz * ez) / ee
-        H[8, e + j] = 4.0 * t
-        H[9, e + j] = 1.0 + t * t
+        h0[j], h1[j], h2[j] = g1 * px, g1 * py, g1 * pz
+        h3[j], h4[j], h5[j] = g2 * qx, g2 * qy, g2 * qz
 
 
 @njit(cache=True, error_model="numpy")
-def _moments(H, g0, weights, others, moment):  # type: ignore[no-untyped-def]
-    """-(K (g - g0)) g' of every hinge."""
-    g = H[8]
+def _half_angles(H):  # type: ignore[no-untyped-def]
+    """Turn cosine and sine of theta (rows 8, 9 of H) into g = 4 tan(theta/4) and g' = 1 + tan^2(theta/4)."""
+    cosines, sines = H[8], H[9]
+    for j in range(H.shape[1]):
+        cosine, sine = cosines[j], sines[j]
+        half_cos = np.sqrt(max(0.5 + 0.5 * cosine, 0.0))
+        wide = np.copysign(np.sqrt(max(0.5 - 0.5 * cosine, 0.0)), sine)  # exact where half_cos is small
+        narrow = 0.5 * sine / max(half_cos, 0.4)
+        t = (wide if cosine < -0.5 else narrow) / (1.0 + half_cos)
+        cosines[j] = 4.0 * t
+        sines[j] = 1.0 + t * t
+
+
+@njit(cache=True, error_model="numpy")
+def _moments(g, slope, rest, weights, others, moment):  # type: ignore[no-untyped-def]
+    """(K g0 - K g) g' of every hinge, with `rest` = K g0."""
+    w0, w1, w2, w3, w4 = weights[0], weights[1], weights[2], weights[3], weights[4]
+    o1, o2, o3, o4 = others[1], others[2], others[3], others[4]
     for h in range(moment.shape[0]):
-        m = 0.0
-        for k in range(5):
-            o = others[k, h]
-            m += weights[k, h] * (g[o] - g0[o])
-        moment[h] = -m * H[9, h]
+        near = w1[h] * g[o1[h]] + w2[h] * g[o2[h]] + w3[h] * g[o3[h]] + w4[h] * g[o4[h]]
+        moment[h] = (rest[h] - w0[h] * g[h] - near) * slope[h]
 
 
 @njit(cache=True, error_model="numpy")
-def _push(F, a, b, c, d, n, e, H, moment):  # type: ignore[no-untyped-def]
-    """Force on the four vertices of each hinge: moment times the gradient of its angle."""
-    t2, t3 = H[6], H[7]
+def _push_apex(F, c, n, moment, H, row, e):  # type: ignore[no-untyped-def]
+    """Force on the apex whose gradient stands in rows row .. row + 2 of H."""
+    m = moment[e : e + n]
     for k in range(3):
-        f, d2, d3 = F[k], H[k], H[3 + k]
+        f, d = F[k, c : c + n], H[row + k, e : e + n]
         for j in range(n):
-            f[c + j] += moment[e + j] * d2[e + j]
+            f[j] += m[j] * d[j]
+
+
+@njit(cache=True, error_model="numpy")
+def _push_ends(F, a, b, n, moment, H, e):  # type: ignore[no-untyped-def]
+    """The ends of the hinge's edge balance force and torque of its two apices."""
+    m, t2, t3 = moment[e : e + n], H[6, e : e + n], H[7, e : e + n]
+    for k in range(3):
+        fa, fb, d2, d3 = F[k, a : a + n], F[k, b : b + n], H[k, e : e + n], H[3 + k, e : e + n]
         for j in range(n):
-            f[d + j] += moment[e + j] * d3[e + j]
+            fa[j] -= m[j] * ((1.0 - t2[j]) * d2[j] + (1.0 - t3[j]) * d3[j])
         for j in range(n):
-            f[a + j] -= moment[e + j] * ((1.0 - t2[e + j]) * d2[e + j] + (1.0 - t3[e + j]) * d3[e + j])
-        for j in range(n):
-            f[b + j] -= moment[e + j] * (t2[e + j] * d2[e + j] + t3[e + j] * d3[e + j])
+            fb[j] -= m[j] * (t2[j] * d2[j] + t3[j] * d3[j])
 
 
 @njit(cache=True, error_model="numpy")
 def measure(X, table, H):  # type: ignore[no-untyped-def]
-    """Fill H, shape (10, places), with angles and gradients at X."""
+    """Fill H, shape (10, places): d theta / d x2 (rows 0-2) and x3 (3-5), feet t2, t3 (6, 7), g (8), g' (9)."""
     for r in range(table.shape[0]):
         e, n, a, b, c, d = table[r, 0], table[r, 1], table[r, 2], table[r, 3], table[r, 4], table[r, 5]
-        _angles(X, a, b, c, d, n, e, H)
+        _normals(X, a, b, c, n, H, 0, 6, e)
+        _normals(X, a, b, d, n, H, 3, 7, e)
+        _gradients(X, a, b, n, H, e)
+    _half_angles(H)
 
 
 @njit(cache=True, error_model="numpy")
-def add_force(X, F, table, g0, weights, others, H, moment):  # type: ignore[no-untyped-def]
-    """Add the bending force at X, shape (3, slots), to F, shape (3, slots) [N]; H and moment are scratch."""
+def add_force(X, F, table, rest, weights, others, H, moment):  # type: ignore[no-untyped-def]
+    """Add the bending force at X, shape (3, slots), to F [N]; `rest` is K g0, H and moment are scratch."""
     measure(X, table, H)
-    _moments(H, g0, weights, others, moment)
+    _moments(H[8], H[9], rest, weights, others, moment)
     for r in range(table.shape[0]):
         e, n, a, b, c, d = table[r, 0], table[r, 1], table[r, 2], table[r, 3], table[r, 4], table[r, 5]
-        _push(F, a, b, c, d, n, e, H, moment)
+        _push_apex(F, c, n, moment, H, 0, e)
+        _push_apex(F, d, n, moment, H, 3, e)
+        _push_ends(F, a, b, n, moment, H, e)

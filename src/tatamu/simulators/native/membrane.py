@@ -5,7 +5,7 @@
     W     = A/2 E' C E = 1/2 eps' S eps,     S = A P^-T C P^-1, plane stress C with stiffness Y and ratio nu
     f_a   = -2 tau_q (x_a - x_b) - ..,       tau = S eps
 
-Damping is Kelvin-Voigt: lengths and edges are taken at x + tau_d v. Source: design.md section 5, facts/solver.md.
+Damping is Kelvin-Voigt: lengths and edges are taken at x + tau_d v. Derived in docs/native.md.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def constants(frames: np.ndarray, material: Material) -> tuple[np.ndarray, np.nd
 
 
 def gradients(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """d eps_q / d x of each corner at rest, shape (m, 3 edges, 3 corners, 3)."""
+    """D eps_q / d x of each corner at rest, shape (m, 3 edges, 3 corners, 3)."""
     out = np.zeros((len(faces), 3, 3, 3))
     for q in range(3):
         i, j = (q + 1) % 3, (q + 2) % 3
@@ -57,28 +57,36 @@ def gradients(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 @njit(cache=True, error_model="numpy")
 def _tension(X, a, b, c, n, S, L2, e, tau):  # type: ignore[no-untyped-def]
-    """tau = 2 S eps of the triangles (a+j, b+j, c+j), whose constants begin at place e."""
-    x, y, z = X[0], X[1], X[2]
-    t0, t1, t2 = tau[0], tau[1], tau[2]
+    """Tau = 2 S eps of the n triangles (a+j, b+j, c+j), whose constants begin at place e.
+
+    Rows are cut out one by one, as only a one-dimensional cut is known to be contiguous when this is compiled.
+    """
+    xa, ya, za = X[0, a : a + n], X[1, a : a + n], X[2, a : a + n]
+    xb, yb, zb = X[0, b : b + n], X[1, b : b + n], X[2, b : b + n]
+    xc, yc, zc = X[0, c : c + n], X[1, c : c + n], X[2, c : c + n]
+    s0, s1, s2 = S[0, e : e + n], S[1, e : e + n], S[2, e : e + n]
+    s3, s4, s5 = S[3, e : e + n], S[4, e : e + n], S[5, e : e + n]
+    l0, l1, l2 = L2[0, e : e + n], L2[1, e : e + n], L2[2, e : e + n]
+    t0, t1, t2 = tau[0, :n], tau[1, :n], tau[2, :n]
     for j in range(n):
-        ux, uy, uz = x[c + j] - x[b + j], y[c + j] - y[b + j], z[c + j] - z[b + j]
-        vx, vy, vz = x[a + j] - x[c + j], y[a + j] - y[c + j], z[a + j] - z[c + j]
-        wx, wy, wz = x[b + j] - x[a + j], y[b + j] - y[a + j], z[b + j] - z[a + j]
-        e0 = ux * ux + uy * uy + uz * uz - L2[0, e + j]
-        e1 = vx * vx + vy * vy + vz * vz - L2[1, e + j]
-        e2 = wx * wx + wy * wy + wz * wz - L2[2, e + j]
-        t0[j] = S[0, e + j] * e0 + S[1, e + j] * e1 + S[2, e + j] * e2
-        t1[j] = S[1, e + j] * e0 + S[3, e + j] * e1 + S[4, e + j] * e2
-        t2[j] = S[2, e + j] * e0 + S[4, e + j] * e1 + S[5, e + j] * e2
+        ux, uy, uz = xc[j] - xb[j], yc[j] - yb[j], zc[j] - zb[j]
+        vx, vy, vz = xa[j] - xc[j], ya[j] - yc[j], za[j] - zc[j]
+        wx, wy, wz = xb[j] - xa[j], yb[j] - ya[j], zb[j] - za[j]
+        e0 = ux * ux + uy * uy + uz * uz - l0[j]
+        e1 = vx * vx + vy * vy + vz * vz - l1[j]
+        e2 = wx * wx + wy * wy + wz * wz - l2[j]
+        t0[j] = s0[j] * e0 + s1[j] * e1 + s2[j] * e2
+        t1[j] = s1[j] * e0 + s3[j] * e1 + s4[j] * e2
+        t2[j] = s2[j] * e0 + s4[j] * e1 + s5[j] * e2
 
 
 @njit(cache=True, error_model="numpy")
 def _pull(X, F, a, b, c, n, tau_b, tau_c):  # type: ignore[no-untyped-def]
-    """Pull corner a towards b by tau_b and towards c by tau_c."""
+    """Pull corners a towards b by tau_b and towards c by tau_c."""
     for k in range(3):
-        x, f = X[k], F[k]
+        xa, xb, xc, f = X[k, a : a + n], X[k, b : b + n], X[k, c : c + n], F[k, a : a + n]
         for j in range(n):
-            f[a + j] += tau_b[j] * (x[b + j] - x[a + j]) + tau_c[j] * (x[c + j] - x[a + j])
+            f[j] += tau_b[j] * (xb[j] - xa[j]) + tau_c[j] * (xc[j] - xa[j])
 
 
 @njit(cache=True, error_model="numpy")

@@ -1,0 +1,87 @@
+"""`tatamu learn`: a garment in, a learned fold and its report out."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tatamu.cli.app import app
+from tatamu.errors import InputError
+
+
+@app.command()
+def learn(
+    garment: Annotated[str, typer.Argument(metavar="GARMENT", help="What to fold: towel.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the study; an unfinished one goes on.")],
+    size: Annotated[
+        str | None, typer.Option(metavar="WxL", help="Width x length in metres, such as 0.34x0.80.")
+    ] = None,
+    fold: Annotated[str, typer.Option(help="How to fold it: half.")] = "half",
+    material: Annotated[
+        Path | None, typer.Option(metavar="FILE.toml", help="A material; default: the garment's own fabric.")
+    ] = None,
+    spacing: Annotated[
+        float | None, typer.Option(help="Mesh spacing in metres; default: half the bending length.")
+    ] = None,
+    simulator: Annotated[str, typer.Option(help="Which simulator.")] = "native",
+    sampler: Annotated[str, typer.Option(help="How to search: gp, tpe or random.")] = "gp",
+    grasps: Annotated[
+        str, typer.Option(help="Search grasps as integer, or continuous and floored as in the paper.")
+    ] = "integer",
+    trials: Annotated[int, typer.Option(help="Trials of the study in the end.")] = 50,
+    seed: Annotated[int, typer.Option(help="Seed of the search.")] = 0,
+    baselines: Annotated[bool, typer.Option(help="Also score three fixed trajectories.")] = True,
+) -> None:
+    """Learn to fold a garment: search grasps and hand trajectory in the simulator.
+
+    Examples:
+    `tatamu learn towel --out runs/towel`
+
+    `tatamu learn towel --size 0.30x0.50 --trials 20 --seed 1 --out runs/small`
+
+    Run the same command again to go on with a study that was interrupted, or with more `--trials`.
+    """
+    from tatamu.folding.task import make_task
+    from tatamu.material import load_material
+
+    if grasps not in ("integer", "continuous"):
+        raise InputError(f"grasps: must be integer or continuous, given {grasps!r}")
+    task = make_task(
+        garment,
+        size=_size(size),
+        fold=fold,
+        material=load_material(material) if material else None,
+        spacing=spacing,
+        simulator=simulator,
+    )
+    from tatamu.cli.progress import reporting
+    from tatamu.learning import learn as run  # last, as it takes seconds to import
+
+    with reporting(task, trials) as progress:
+        report = run(
+            task,
+            out,
+            trials=trials,
+            seed=seed,
+            sampler=sampler,
+            grasps=grasps,  # type: ignore[arg-type]
+            baselines=baselines,
+            progress=progress,
+        )
+    print(f"report: {report}")
+
+
+def _size(text: str | None) -> tuple[float, float] | None:
+    """Width and length from "0.34x0.80"."""
+    if text is None:
+        return None
+    try:
+        width, length = (float(part) for part in text.lower().split("x"))
+    except ValueError:
+        raise InputError(f"size: must be WIDTHxLENGTH in metres, such as 0.34x0.80, given {text!r}") from None
+    if not (math.isfinite(width) and math.isfinite(length)):
+        raise InputError(f"size: must be finite, given {text!r}")
+    return width, length

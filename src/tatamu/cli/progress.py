@@ -1,0 +1,58 @@
+"""What a person sees while a study runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+from rich.progress import Progress as Bar
+
+from tatamu.folding.task import Task
+
+if TYPE_CHECKING:
+    from tatamu.learning import Progress
+
+EVERY = 10
+"""Without a terminal, every so many trials get a line."""
+
+
+@contextmanager
+def reporting(task: Task, trials: int) -> Iterator[Callable[[Progress], None]]:
+    """A callback that draws a progress bar, or prints a line now and then where there is no terminal."""
+    console = Console()
+    garment = task.fold.garment
+    console.print(
+        f"{garment.name} {garment.size[0]:g} x {garment.size[1]:g} m, {len(garment.vertices)} vertices, "
+        f"fold {task.fold_name}, simulator {task.simulator}. The first run compiles the simulator: about a minute."
+    )
+    if not console.is_terminal:
+        yield lambda p: _line(console, p)
+        return
+    columns = (
+        TextColumn("trial"),
+        MofNCompleteColumn(),
+        BarColumn(),
+        TextColumn("{task.fields[best]}"),
+        TimeRemainingColumn(elapsed_when_finished=True),
+    )
+    with Bar(*columns, console=console) as bar:
+        line = bar.add_task("trials", total=trials, best="")
+
+        def update(progress: Progress) -> None:
+            bar.update(line, completed=progress.done, best=_best(progress))
+
+        yield update
+
+
+def _line(console: Console, progress: Progress) -> None:
+    if progress.done and (progress.done % EVERY == 0 or progress.done == progress.trials):
+        console.print(f"trial {progress.done}/{progress.trials}: {_best(progress)}")
+
+
+def _best(progress: Progress) -> str:
+    if progress.best is None or progress.best_distance is None:
+        return "no fold yet" if progress.done else "preparing"
+    return f"best C = {progress.best:.4f}, {1000 * progress.best_distance:.1f} mm from the target"

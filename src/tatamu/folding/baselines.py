@@ -1,0 +1,50 @@
+"""Fixed trajectories to compare a learned one with; hands at the corners."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from tatamu.folding import path
+from tatamu.folding.fold import Fold
+from tatamu.folding.manipulation import Manipulation, bezier_manipulation
+
+LI_2015 = ((0.53996, 0.20555), (0.78185, 0.45923))
+"""P1 and P2 as fractions of the span, in both axes: the curve shipped with the code of Li et al. 2015
+(Yinxiaoli/iros2015_folding), which is exactly this cubic Bezier."""
+
+
+def li_2015(fold: Fold) -> Manipulation:
+    """The curve shipped with Li et al. 2015's code."""
+    (x1, z1), (x2, z2) = np.array(LI_2015) * fold.span
+    return bezier_manipulation(fold, _corners(fold), x1, z1, x2, z2)
+
+
+def triangle(fold: Fold) -> Manipulation:
+    """Straight up to half the span above the fold line, straight down."""
+    top = 0.5 * fold.translation + [0.0, 0.0, 0.5 * fold.span]
+    return _polyline(fold, np.stack([np.zeros(3), top, fold.translation]))
+
+
+def circle(fold: Fold) -> Manipulation:
+    """Half a circle about the fold line, as if the moving side were a stiff board."""
+    angle = np.linspace(0.0, np.pi, path.SAMPLES + 1)
+    along = 0.5 * (1.0 - np.cos(angle))[:, None] * fold.translation
+    return _polyline(fold, along + np.sin(angle)[:, None] * [0.0, 0.0, 0.5 * fold.span])
+
+
+BASELINES: dict[str, tuple[str, Callable[[Fold], Manipulation]]] = {
+    "li-2015": ("Curve shipped with Li et al. 2015", li_2015),
+    "triangle": ("Straight lines over half the span", triangle),
+    "circle": ("Circular arc about the fold line", circle),
+}
+"""Name, title and maker of each baseline."""
+
+
+def _corners(fold: Fold) -> tuple[int, int]:
+    return int(fold.left[0]), int(fold.right[0])
+
+
+def _polyline(fold: Fold, points: np.ndarray) -> Manipulation:
+    return Manipulation(_corners(fold), points, None)

@@ -1,0 +1,106 @@
+"""How good a fold is: the paper's objective and the measures of the field, computed here and nowhere else.
+
+    C   = l_x + alpha D                               (10)
+    D   = sum_i w_i e_i                               (11)
+    e_i = |q_i - y_i|                                 (12)
+    w_i = max(e_i - (mu_e + 1.28 sigma_e), 0) + 1     (13)
+
+q_i are the vertices of the wanted shape S_t, y_i those of the outcome S_x, in metres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from numba import njit
+
+from tatamu.folding.fold import Fold
+
+ALPHA = 0.01
+"""alpha of Eq. (10), as in the paper."""
+TAIL = 1.28
+"""Errors beyond mu + 1.28 sigma count as unnecessary bending (Eq. 13)."""
+PIXEL = 0.001
+"""Resolution of the top view [m]."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """All measures of one fold; docs/result-folder.md names their sources."""
+
+    objective: float
+    """C of Eq. (10)."""
+    trajectory_length: float
+    """l_x [m]."""
+    shape_distance: float
+    """D of Eq. (11)."""
+    mean_vertex_distance: float
+    """Mean of e_i [m]: below 0.002 near perfect, 0.005 good, above 0.02 failed (De Gusseme and wyffels 2022)."""
+    mask_iou: float
+    """Intersection over union of the outcome's and the target's view from above; success at 0.80 (FoldBack 2026)."""
+    area_error: float
+    """E_f = 100/0.5 |A_f/A_i - 0.5| [%] (Garcia-Camacho et al. 2020)."""
+    slip: float
+    """Mean horizontal way of the part that should lie still [m]."""
+    residual_bend: float
+    """Largest e_i beyond mu + 1.28 sigma [m] (the paper's Fig. 2)."""
+
+    def as_dict(self) -> dict[str, float]:
+        """Plain numbers by name."""
+        return asdict(self)
+
+
+def vertex_distances(target: np.ndarray, outcome: np.ndarray) -> np.ndarray:
+    """e_i of Eq. (12) [m], shape (n,)."""
+    return np.linalg.norm(target - outcome, axis=1)
+
+
+def shape_distance(e: np.ndarray) -> float:
+    """D of Eq. (11) from e_i [m]."""
+    w = np.maximum(e - (e.mean() + TAIL * e.std()), 0.0) + 1.0
+    return float((w * e).sum())
+
+
+def score(fold: Fold, trajectory_length: float, outcome: np.ndarray) -> Score:
+    """Score the final positions of a trial, shape (n, 3)."""
+    e = vertex_distances(fold.target, outcome)
+    distance = shape_distance(e)
+    reached, wanted, start = top_views(fold.garment.faces, outcome, fold.target, fold.garment.vertices)
+    still = fold.still()
+    return Score(
+        objective=trajectory_length + ALPHA * distance,
+        trajectory_length=trajectory_length,
+        shape_distance=distance,
+        mean_vertex_distance=float(e.mean()),
+        mask_iou=float((reached & wanted).sum() / max((reached | wanted).sum(), 1)),
+        area_error=float(200.0 * abs(reached.sum() / start.sum() - 0.5)),
+        slip=float(np.linalg.norm((outcome - fold.garment.vertices)[still, :2], axis=1).mean()) if still.any() else 0.0,
+        residual_bend=float(max(e.max() - (e.mean() + TAIL * e.std()), 0.0)),
+    )
+
+
+def top_views(faces: np.ndarray, *shapes: np.ndarray) -> list[np.ndarray]:
+    """Masks of shapes seen from above, on one raster of `PIXEL`; pixels count by their centre."""
+    low = np.min([shape[:, :2].min(0) for shape in shapes], axis=0) - PIXEL
+    high = np.max([shape[:, :2].max(0) for shape in shapes], axis=0) + PIXEL
+    size = np.minimum(np.ceil((high - low) / PIXEL).astype(int), 8000)
+    return [_raster(np.ascontiguousarray((shape[:, :2] - low) / PIXEL), faces, size[0], size[1]) for shape in shapes]
+
+
+@njit(cache=True)
+def _raster(points, faces, columns, rows):  # type: ignore[no-untyped-def]
+    mask = np.zeros((columns, rows), dtype=np.bool_)
+    for t in range(faces.shape[0]):
+        ax, ay = points[faces[t, 0]]
+        bx, by = points[faces[t, 1]]
+        cx, cy = points[faces[t, 2]]
+        for i in range(max(int(min(ax, bx, cx)), 0), min(int(max(ax, bx, cx)) + 1, columns)):
+            for j in range(max(int(min(ay, by, cy)), 0), min(int(max(ay, by, cy)) + 1, rows)):
+                x, y = i + 0.5, j + 0.5
+                u = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
+                v = (cx - bx) * (y - by) - (cy - by) * (x - bx)
+                w = (ax - cx) * (y - cy) - (ay - cy) * (x - cx)
+                if (u >= 0 and v >= 0 and w >= 0) or (u <= 0 and v <= 0 and w <= 0):
+                    mask[i, j] = True
+    return mask

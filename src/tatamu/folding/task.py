@@ -1,0 +1,111 @@
+"""A task: one fold in one simulator; parameters in, score out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from tatamu.errors import SimulationError
+from tatamu.folding.fold import Fold, make_fold
+from tatamu.folding.manipulation import Manipulation, bezier_manipulation, scene_of
+from tatamu.folding.score import ALPHA, Score, score, shape_distance, vertex_distances
+from tatamu.garments import make_garment
+from tatamu.material import Material
+from tatamu.rollout import Rollout
+from tatamu.simulators import named, simulate
+
+TABLE_MARGIN = 0.5
+"""The table reaches this far beyond the flat garment; a trial whose cloth ends farther out has left the table [m]."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a manipulation."""
+
+    score: Score | None
+    """None when the trial failed."""
+    objective: float
+    """C, or a finite penalty when the trial failed."""
+    error: str | None
+    """Why it failed."""
+    rollout: Rollout | None
+    """The motion; None when the simulator gave up."""
+
+    @property
+    def failed(self) -> bool:
+        """Whether this trial counts as failed."""
+        return self.score is None
+
+
+@dataclass(frozen=True)
+class Task:
+    """Fold this garment in this way, in this simulator."""
+
+    fold: Fold
+    fold_name: str
+    simulator: str
+
+    def describe(self) -> dict[str, Any]:
+        """The task as `result.json` holds it; two tasks are the same when these are."""
+        garment = self.fold.garment
+        return {
+            "garment": garment.name,
+            "size": list(garment.size),
+            "fold": self.fold_name,
+            "material": garment.material.model_dump(),
+            "spacing": garment.spacing,
+            "vertices": len(garment.vertices),
+            "simulator": self.simulator,
+            "fold_line": self.fold.line.tolist(),
+            "translation": self.fold.translation.tolist(),
+            "candidates": self.fold.candidates,
+        }
+
+    def manipulation(self, parameters: dict[str, float]) -> Manipulation:
+        """The manipulation of x = (x1, z1, x2, z2, g1, g2), Eq. (9); continuous grasps are floored."""
+        g1, g2 = (min(int(parameters[name]), self.fold.candidates - 1) for name in ("g1", "g2"))
+        grasps = int(self.fold.left[g1]), int(self.fold.right[g2])
+        return bezier_manipulation(self.fold, grasps, *(parameters[name] for name in ("x1", "z1", "x2", "z2")))
+
+    def evaluate(self, manipulation: Manipulation) -> Outcome:
+        """Simulate and score; what goes wrong in the simulation is an outcome, not an exception."""
+        way = manipulation.trajectory_length
+        try:
+            rollout = simulate(scene_of(self.fold, manipulation), self.simulator)
+        except SimulationError as error:
+            return Outcome(None, self.penalty(way), str(error), None)
+        outcome = rollout.positions[-1]
+        if self._left_table(outcome):
+            return Outcome(None, self.penalty(way), "the cloth left the table", rollout)
+        reached = score(self.fold, way, outcome)
+        return Outcome(reached, reached.objective, None, rollout)
+
+    def penalty(self, trajectory_length: float) -> float:
+        """Objective of a failed trial: twice as far from the target as a cloth that nobody touched."""
+        untouched = shape_distance(vertex_distances(self.fold.target, self.fold.garment.vertices))
+        return trajectory_length + 2.0 * ALPHA * untouched
+
+    def _left_table(self, positions: np.ndarray) -> bool:
+        flat = self.fold.garment.vertices[:, :2]
+        low, high = flat.min(0) - TABLE_MARGIN, flat.max(0) + TABLE_MARGIN
+        return bool((positions[:, :2] < low).any() or (positions[:, :2] > high).any())
+
+
+def make_task(
+    garment: str,
+    *,
+    size: tuple[float, float] | None = None,
+    fold: str = "half",
+    material: Material | None = None,
+    spacing: float | None = None,
+    simulator: str = "native",
+) -> Task:
+    """The task of folding a named garment.
+
+    Raises:
+        InputError: One of the names is unknown, or the garment cannot be made or folded so.
+    """
+    named(simulator)
+    return Task(make_fold(fold, make_garment(garment, size, material, spacing)), fold, simulator)

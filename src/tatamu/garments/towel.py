@@ -1,0 +1,70 @@
+"""A towel: one rectangular panel on a near-equilateral mesh."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tatamu.errors import InputError
+from tatamu.garments.fabrics import TERRY
+from tatamu.garments.garment import Garment
+from tatamu.material import Material
+
+SIZE = (0.34, 0.80)
+"""Width and length of a face towel [m]."""
+CELLS_PER_BENDING_LENGTH = 2.0
+"""Mesh spacing is half a bending length: folds are right up to 0.55 of it (docs/native.md)."""
+COARSEST, FINEST = 0.02, 0.004
+"""Spacing chosen from the bending length stays within these [m]."""
+SMALLEST_SIDE, LARGEST_SIDE = 0.05, 5.0
+MOST_VERTICES = 50_000
+SHEAR = 0.25
+"""Columns of even and odd rows are shifted by this part of a cell, one left, one right: interior triangles are then
+equilateral, and those at the straight sides are not so small that they would slow the explicit steps down."""
+
+
+def towel(size: tuple[float, float] = SIZE, material: Material = TERRY, spacing: float | None = None) -> Garment:
+    """A towel of width (y) and length (x) [m], centred at the origin; mesh rows run across its length.
+
+    Raises:
+        InputError: A size or a spacing that no towel has.
+    """
+    for name, side in zip(("width", "length"), size, strict=True):
+        if not SMALLEST_SIDE <= side <= LARGEST_SIDE:
+            raise InputError(f"size: {name} must be from {SMALLEST_SIDE:g} to {LARGEST_SIDE:g} m, given {side:g} m")
+    chosen = spacing if spacing is not None else spacing_for(material)
+    if not 1e-3 <= chosen <= min(size) / 4:
+        raise InputError(
+            f"spacing: must be from 0.001 m to a quarter of the shorter side ({min(size) / 4:g} m), given {chosen:g} m"
+        )
+    if size[0] * size[1] / chosen**2 > 0.8 * MOST_VERTICES:
+        raise InputError(f"spacing: {chosen:g} m makes more than {MOST_VERTICES} vertices; give a larger one")
+    vertices, faces = staggered_rectangle(*size, chosen)
+    vertices[:, 2] = 0.5 * material.thickness
+    return Garment("towel", size, chosen, vertices, faces, material)
+
+
+def spacing_for(material: Material) -> float:
+    """Mesh spacing that resolves the folds of a material [m]."""
+    return float(np.clip(material.bending_length / CELLS_PER_BENDING_LENGTH, FINEST, COARSEST))
+
+
+def staggered_rectangle(width: float, length: float, spacing: float) -> tuple[np.ndarray, np.ndarray]:
+    """Near-equilateral mesh of a rectangle: rows along y, stacked along x.
+
+    Returns:
+        Vertices [m], shape (n, 3), z = 0, centred; triangles, shape (m, 3), normals up.
+    """
+    columns = max(3, round(width / spacing))
+    rows = max(4, round(length / (width / columns * np.sqrt(0.75))))
+    rows += rows % 2  # an even number, so that a row lies on the fold line of a half fold
+    r, c = np.meshgrid(np.arange(rows + 1), np.arange(columns + 1), indexing="ij")
+    shift = np.where((c > 0) & (c < columns), np.where(r % 2 == 0, -SHEAR, SHEAR), 0.0)
+    x = (r / rows - 0.5) * length
+    y = ((c + shift) / columns - 0.5) * width
+    number = r * (columns + 1) + c
+    a, b = number[:-1, :-1].ravel(), number[1:, :-1].ravel()
+    even = (r[:-1, :-1] % 2 == 0).ravel()[:, None]
+    first = np.where(even, np.column_stack([a, b, a + 1]), np.column_stack([a, b, b + 1]))
+    second = np.where(even, np.column_stack([b, b + 1, a + 1]), np.column_stack([a, b + 1, a + 1]))
+    vertices = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+    return vertices, np.stack([first, second], axis=1).reshape(-1, 3)

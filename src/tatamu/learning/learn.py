@@ -1,0 +1,178 @@
+"""Learning: ask, simulate, score, tell, until the trials are done; then write the folder."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import torch
+from filelock import FileLock, Timeout
+
+from tatamu.errors import InputError, TatamuError
+from tatamu.folding.task import Outcome, Task
+from tatamu.learning import result
+from tatamu.learning.samplers import SAMPLERS
+from tatamu.learning.space import Grasps, search_space
+from tatamu.learning.study import Study
+
+HISTOGRAM_TRIALS = {"error_first": 1, "error_10": 10, "error_50": 50}
+"""States of the search that the paper's Fig. 6 shows: best of so many trials."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a study is; given to the caller after every trial."""
+
+    done: int
+    trials: int
+    best: float | None
+    """Least objective so far."""
+    best_distance: float | None
+    """Mean vertex distance of that trial [m]."""
+
+
+def learn(
+    task: Task,
+    folder: Path,
+    *,
+    trials: int = 50,
+    seed: int = 0,
+    sampler: str = "gp",
+    grasps: Grasps = "integer",
+    baselines: bool = True,
+    progress: Callable[[Progress], None] = lambda _: None,
+) -> Path:
+    """Learn a task, or go on where it stopped; the folder then holds everything.
+
+    Args:
+        task: What to fold.
+        folder: Where the study lives; made if it is not there.
+        trials: How many trials the study shall have in the end.
+        seed: Of the search.
+        sampler: Name of the sampler.
+        grasps: Search grasps as whole numbers, or as real numbers that are floored (the paper's way).
+        baselines: Also score the fixed trajectories.
+        progress: Called when the study is opened and after every trial.
+
+    Returns:
+        The report.
+
+    Raises:
+        InputError: An argument is out of range, or the folder cannot be used.
+        TatamuError: Every trial failed.
+    """
+    _check(trials, seed, sampler)
+    torch.set_num_threads(1)  # the matrices are small: threads cost more than they bring
+    with _locked(folder):
+        identity = {"task": task.describe(), "sampler": sampler, "grasps": grasps, "seed": seed}
+        study = Study(folder / "study.db", identity, search_space(task.fold, grasps))
+        done = len(study.trials)
+        if trials < done:
+            raise InputError(f"trials: {folder} has {done} trials already, given {trials}; give {done} or more")
+        if done == trials and _finished(folder, study, baselines):
+            return folder / "report.html"
+        runner = _Runner(task, study)
+        progress(runner.progress(trials))
+        for _ in range(done, trials):
+            runner.run_next()
+            progress(runner.progress(trials))
+        if baselines and study.baselines is None:
+            study.baselines = result.baseline_records(task)
+        return runner.write(folder, identity)
+
+
+def _check(trials: int, seed: int, sampler: str) -> None:
+    if not 1 <= trials <= 10_000:
+        raise InputError(f"trials: must be from 1 to 10000, given {trials}")
+    if not 0 <= seed < 2**32:
+        raise InputError(f"seed: must be from 0 to {2**32 - 1}, given {seed}")
+    if sampler not in SAMPLERS:
+        raise InputError(f"sampler: must be one of {', '.join(SAMPLERS)}, given {sampler!r}")
+
+
+def _locked(folder: Path) -> Any:
+    """A lock on the folder that ends with the process, however it ends."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        lock = FileLock(folder / ".lock")
+        return lock.acquire(timeout=0)
+    except Timeout:
+        raise InputError(f"{folder}: another run is learning here") from None
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written ({error.strerror or error})") from None
+
+
+def _finished(folder: Path, study: Study, baselines: bool) -> bool:
+    files = ("result.json", "manipulation.json", "scene.json", "rollout.npz", "report.html")
+    return all((folder / name).exists() for name in files) and not (baselines and study.baselines is None)
+
+
+class _Runner:
+    """Trials of one study; the outcomes that the report shows are kept, others are forgotten."""
+
+    def __init__(self, task: Task, study: Study) -> None:
+        self.task, self.study = task, study
+        self._kept: dict[int, Outcome] = {}
+
+    def run_next(self) -> None:
+        """Run the next trial."""
+        started = perf_counter()
+        parameters = self.study.ask()
+        manipulation = self.task.manipulation(parameters)
+        outcome = self.task.evaluate(manipulation)
+        attributes = result.attributes_of(outcome, manipulation.trajectory_length, perf_counter() - started)
+        self.study.tell(parameters, outcome.objective, attributes)
+        trials = self.study.trials
+        self._kept[len(trials) - 1] = outcome
+        needed = {*self._shown(), result.best_number(trials)}
+        self._kept = {number: kept for number, kept in self._kept.items() if number in needed}
+
+    def progress(self, trials: int) -> Progress:
+        """How far the study is."""
+        done = self.study.trials
+        best = result.best_number(done)
+        return Progress(
+            done=len(done),
+            trials=trials,
+            best=None if best is None else done[best].value,
+            best_distance=None if best is None else done[best].user_attrs["mean_vertex_distance"],
+        )
+
+    def write(self, folder: Path, identity: dict[str, Any]) -> Path:
+        """Write the folder and its report."""
+        from tatamu.report import write_report
+
+        trials = self.study.trials
+        result.write_result(folder, identity, trials, self.study.baselines)
+        best = result.best_number(trials)
+        if best is None:
+            raise TatamuError(
+                f"{folder}: all {len(trials)} trials failed; the last said: {trials[-1].user_attrs['error']}"
+            )
+        shown = self._shown()
+        errors = {
+            name: result.errors_of(self.task, self._outcome(shown[name]).rollout)  # type: ignore[arg-type]
+            for name in shown
+        }
+        outcome = self._outcome(best)
+        assert outcome.rollout is not None
+        result.write_best(folder, self.task, self.task.manipulation(trials[best].params), outcome.rollout, errors)
+        return write_report(folder)
+
+    def _shown(self) -> dict[str, int]:
+        """Trials that the histograms show: best of the first 1, 10 and 50, if there are so many."""
+        trials = self.study.trials
+        numbers = {
+            name: result.best_number(trials, count) for name, count in HISTOGRAM_TRIALS.items() if count <= len(trials)
+        }
+        return {name: number for name, number in numbers.items() if number is not None}
+
+    def _outcome(self, number: int) -> Outcome:
+        """The outcome of a finished trial, simulated again if it was before this run; the same to the last bit."""
+        if number not in self._kept:
+            parameters = self.study.trials[number].params
+            self._kept[number] = self.task.evaluate(self.task.manipulation(parameters))
+        return self._kept[number]

@@ -1,0 +1,26 @@
+"""What is searched: x = (x1, z1, x2, z2, g1, g2), Eq. (9)."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from optuna.distributions import BaseDistribution, FloatDistribution, IntDistribution
+
+from tatamu.folding.fold import Fold
+
+Grasps = Literal["integer", "continuous"]
+
+HIGHEST = 0.75
+"""P1 and P2 lie at most this part of the span over the grasp."""
+
+
+def search_space(fold: Fold, grasps: Grasps) -> dict[str, BaseDistribution]:
+    """Bounds of the search.
+
+    P1 and P2 lie between grasp and release, from the height of the grasp up to `HIGHEST` spans. Grasps are whole
+    numbers 0 .. M-1, or the paper's real numbers 0 .. M that are floored when used.
+    """
+    ahead, up = FloatDistribution(0.0, fold.span), FloatDistribution(0.0, HIGHEST * fold.span)
+    count = fold.candidates
+    grasp = IntDistribution(0, count - 1) if grasps == "integer" else FloatDistribution(0.0, float(count))
+    return {"x1": ahead, "z1": up, "x2": ahead, "z2": up, "g1": grasp, "g2": grasp}

@@ -1,0 +1,115 @@
+"""A study: the trials of one task, kept in an Optuna database that survives being killed at any moment.
+
+Only finished trials are written, each in one transaction, so that a killed run leaves nothing half-done behind.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import optuna
+from optuna.distributions import BaseDistribution
+from optuna.trial import FrozenTrial, TrialState, create_trial
+from sqlalchemy.exc import SQLAlchemyError
+
+from tatamu.errors import InputError
+from tatamu.learning.samplers import make_sampler
+
+NAME = "tatamu"
+KEY = "tatamu"
+"""User attribute of the study that says which task it belongs to."""
+
+optuna.logging.set_verbosity(optuna.logging.ERROR)
+
+
+class Study:
+    """Ask for parameters, tell what came of them."""
+
+    def __init__(self, path: Path, identity: dict[str, Any], space: dict[str, BaseDistribution]) -> None:
+        """Open the study at `path`, or begin one.
+
+        Args:
+            path: The database file.
+            identity: Task, sampler, grasps and seed; must be those that the study began with.
+            space: What is searched.
+
+        Raises:
+            InputError: The file is no such study, or it belongs to another task.
+        """
+        self.identity, self.space, self._path = identity, space, path
+        with self._readable():
+            self._study = optuna.create_study(
+                storage=f"sqlite:///{path}", study_name=NAME, direction="minimize", load_if_exists=True
+            )
+            held = self._study.user_attrs.get(KEY)
+            if held is None:
+                self._begin()
+            elif held != json.loads(json.dumps(identity)):
+                raise InputError(f"{path}: holds another study ({_difference(held, identity)}); give another folder")
+
+    def _begin(self) -> None:
+        if self._study.trials:
+            raise InputError(f"{self._path}: holds a study that is not tatamu's; give another folder")
+        self._study.set_user_attr(KEY, self.identity)
+
+    @property
+    def trials(self) -> list[FrozenTrial]:
+        """Finished trials in order."""
+        with self._readable():
+            return self._study.get_trials(deepcopy=False)
+
+    def ask(self) -> dict[str, float]:
+        """Parameters of the next trial."""
+        number = len(self.trials)
+        sampler = make_sampler(self.identity["sampler"], self.identity["seed"], number)
+        scratch = optuna.create_study(sampler=sampler, direction="minimize")
+        scratch.add_trials(self.trials)
+        return dict(scratch.ask(self.space).params)
+
+    def tell(self, parameters: dict[str, float], objective: float, attributes: dict[str, Any]) -> None:
+        """Record a finished trial."""
+        trial = create_trial(
+            state=TrialState.COMPLETE,
+            value=objective,
+            params=parameters,
+            distributions=self.space,
+            user_attrs=attributes,
+        )
+        trial.datetime_start = trial.datetime_complete = datetime.now()
+        with self._readable():
+            self._study.add_trial(trial)
+
+    @property
+    def baselines(self) -> list[dict[str, Any]] | None:
+        """Scores of the fixed trajectories, once they are known."""
+        with self._readable():
+            return self._study.user_attrs.get("baselines")
+
+    @baselines.setter
+    def baselines(self, value: list[dict[str, Any]]) -> None:
+        with self._readable():
+            self._study.set_user_attr("baselines", value)
+
+    @contextmanager
+    def _readable(self) -> Iterator[None]:
+        try:
+            yield
+        except (SQLAlchemyError, optuna.exceptions.OptunaError, KeyError, AssertionError) as error:
+            reason = " ".join(str(error).split())[:120]
+            raise InputError(
+                f"{self._path}: is not a readable Optuna study ({reason}); remove it or give another folder"
+            ) from None
+
+
+def _difference(held: Any, wanted: Any, where: str = "") -> str:
+    """The first place in which two plain structures differ."""
+    if isinstance(held, dict) and isinstance(wanted, dict):
+        for key in [*held, *(k for k in wanted if k not in held)]:
+            if held.get(key) != json.loads(json.dumps(wanted.get(key))):
+                return _difference(held.get(key), wanted.get(key), f"{where}.{key}" if where else key)
+    return f"{where} is {json.dumps(held)} there, {json.dumps(wanted)} here"

@@ -1,0 +1,12 @@
+"""The report of a learned fold: one page that opens offline, and a picture.
+
+Imports point one way: `page` and `still` (a picture) call the figures, tables and the replay; those read a
+`fold`, which is made of `records`; pictures stand on `shading`, `raster` and `png`.
+"""
+
+from __future__ import annotations
+
+from tatamu.report.page import write_report
+from tatamu.report.still import picture
+
+__all__ = ["picture", "write_report"]

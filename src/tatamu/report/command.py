@@ -1,0 +1,27 @@
+"""The commands that make a learned fold again."""
+
+from __future__ import annotations
+
+import shlex
+
+from tatamu.report.fold import LearnedFold
+
+
+def learn(fold: LearnedFold) -> str:
+    """The command that runs the same study; the recorded one if the study knows it."""
+    if fold.result.command:
+        return fold.result.command
+    task, result = fold.result.task, fold.result
+    words = ["tatamu", "learn", task.garment, "--out", fold.folder.resolve().name]
+    if task.size:
+        words += ["--size", "x".join(f"{side:g}" for side in task.size)]
+    words += ["--fold", task.fold, "--simulator", task.simulator, "--sampler", result.sampler]
+    words += ["--trials", str(len(result.trials)), "--seed", str(result.seed)]
+    return shlex.join(words)
+
+
+def simulate(fold: LearnedFold) -> str:
+    """The command that simulates the best trial alone."""
+    scene = f"{fold.folder.resolve().name}/scene.json"
+    words = ["tatamu", "simulate", scene, "--out", "again.npz", "--simulator", fold.result.task.simulator]
+    return shlex.join(words)

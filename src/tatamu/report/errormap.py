@@ -1,0 +1,106 @@
+"""A map of e_i on the flat cloth: which part of the garment misses its place."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from tatamu.report.chart import Figure, axis, layout
+from tatamu.report.fold import LearnedFold
+from tatamu.report.palette import SCALE
+from tatamu.report.raster import rasterise
+from tatamu.report.topview import Extent, extent
+
+CELLS = 45_000
+"""About how many cells a map has."""
+HIDDEN = 0.02
+"""A lower layer is shown apart if it hides in more than this share of the map."""
+
+
+def largest(errors: np.ndarray) -> float:
+    """End of the scale [m], round; set by the 99th percentile of e_i, so that one vertex cannot bleach it."""
+    goal = max(float(np.quantile(errors, 0.99)), 5e-4)
+    power = 10.0 ** np.floor(np.log10(goal))
+    rounds = (step * power for step in (1, 1.5, 2, 3, 4, 5, 6, 8, 10))
+    return float(next(end for end in rounds if end >= goal * (1 - 1e-9)))
+
+
+def maps(fold: LearnedFold) -> list[tuple[str, Figure]]:
+    """One map, or one of the upper and one of the lower layer, each with its name."""
+    area = extent(fold.start, margin=0.012)
+    upper, lower = (_seen(fold, area, sign) for sign in (1.0, -1.0))
+    both = (upper[0] >= 0) & (lower[0] >= 0)
+    apart = float((upper[0] != lower[0])[both].mean()) > HIDDEN
+    layers = [("Upper layer", upper[1]), ("Lower layer, seen through the upper", lower[1])]
+    chosen = layers if apart else [("The flat cloth", upper[1])]
+    return [(name, _figure(fold, area, values)) for name, values in chosen]
+
+
+def _seen(fold: LearnedFold, area: Extent, sign: float) -> tuple[np.ndarray, np.ndarray]:
+    """Triangle and e_i [mm] in each cell, seen from above (1) or below (-1), shapes (h, w)."""
+    view = area.view(round(np.sqrt(CELLS * area.size[0] / area.size[1])))
+    projected = view.project(fold.start) * [1.0, 1.0, sign]
+    visible = rasterise(projected, fold.faces, view.shape)
+    values = np.full(view.shape, np.nan)
+    values[visible.mask] = 1e3 * visible.sample(fold.errors, fold.faces)
+    return visible.face, values
+
+
+def _figure(fold: LearnedFold, area: Extent, values: np.ndarray) -> Figure:
+    height, width = values.shape
+    step = 1e3 * area.size / [width, height]
+    heat = {
+        "type": "heatmap",
+        "z": _plain(values[::-1]),
+        "x0": round(float(1e3 * area.low[0] + step[0] / 2), 3),
+        "dx": round(float(step[0]), 4),
+        "y0": round(float(1e3 * area.low[1] + step[1] / 2), 3),
+        "dy": round(float(step[1]), 4),
+        "zmin": 0,
+        "zmax": round(1e3 * largest(fold.errors), 6),
+        "colorscale": [[k / 4, stop] for k, stop in enumerate(SCALE)],
+        "colorbar": {
+            "title": {"text": "e<sub>i</sub> [mm]", "side": "top"},
+            "thickness": 10,
+            "outlinewidth": 0,
+            "len": 0.9,
+        },
+        "hoverongaps": False,
+        "hovertemplate": "x %{x:.0f} mm, y %{y:.0f} mm<br>e<sub>i</sub> = %{z:.2f} mm<extra></extra>",
+    }
+    return {
+        "data": [heat, *_grasps(fold)],
+        "layout": layout(
+            xaxis=axis("x [mm]", showgrid=False, constrain="domain"),
+            yaxis=axis("y [mm]", showgrid=False, scaleanchor="x", scaleratio=1, constrain="domain"),
+            shapes=_crease(fold),
+        ),
+    }
+
+
+def _plain(values: np.ndarray) -> list[list[float | None]]:
+    return [[None if value != value else value for value in row] for row in values.round(2).tolist()]
+
+
+def _grasps(fold: LearnedFold) -> list[dict[str, Any]]:
+    return [
+        {
+            "x": [1e3 * arm.grasp.position[0]],
+            "y": [1e3 * arm.grasp.position[1]],
+            "mode": "markers",
+            "cliponaxis": False,
+            "marker": {"size": 12, "color": colour, "line": {"color": "@card", "width": 2}},
+            "hovertemplate": f"grasp, vertex {arm.grasp.vertex}<extra></extra>",
+        }
+        for colour, arm in zip(("@left", "@right"), fold.manipulation.arms, strict=False)
+    ]
+
+
+def _crease(fold: LearnedFold) -> list[dict[str, Any]]:
+    ends = fold.result.task.fold_line
+    if not ends or any(len(end) < 2 for end in ends) or len(ends) != 2:
+        return []
+    (x0, y0), (x1, y1) = ((1e3 * end[0], 1e3 * end[1]) for end in ends)
+    style = {"color": "@ink", "width": 1.2, "dash": "dash"}
+    return [{"type": "line", "x0": x0, "y0": y0, "x1": x1, "y1": y1, "line": style}]

@@ -1,0 +1,73 @@
+"""Histograms of e_i: along the search as in Fig. 6 of the paper, and of the learned fold at its own scale."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tatamu.report.chart import Figure, axis, layout, line, note
+
+BINS = 40
+
+
+def along(moments: list[tuple[str, np.ndarray]]) -> list[tuple[str, str, Figure]]:
+    """Small multiples with one error axis: a title, a caption and a figure for each moment.
+
+    Args:
+        moments: Title and e_i [m], shape (n,), in the order of the search.
+    """
+    end = max(float(errors.max()) for _, errors in moments)
+    width = bin_width(end)
+    return [(title, _words(errors), histogram(errors, width, end)) for title, errors in moments]
+
+
+def histogram(errors: np.ndarray, width: float, end: float | None = None) -> Figure:
+    """How many vertices have which e_i.
+
+    Args:
+        errors: e_i [m], shape (n,).
+        width: Of a bin [m].
+        end: Where the axis ends at least [m].
+    """
+    last = int(np.floor(max(float(errors.max()), end or 0.0) / width)) + 1
+    counts = np.bincount((errors / width).astype(int), minlength=last)
+    middles = (np.arange(len(counts)) + 0.5) * width * 1e3
+    mean, beyond = 1e3 * errors.mean(), 1e3 * (errors.mean() + 1.28 * errors.std())
+    bars = {
+        "type": "bar",
+        "x": middles.round(4).tolist(),
+        "y": counts.tolist(),
+        "width": round(width * 1e3, 6),
+        "marker": {
+            "color": ["@plot" if middle <= beyond else "@warm" for middle in middles],
+            "line": {"width": 0},
+        },
+        "hovertemplate": f"%{{y}} vertices<br>%{{x:.3~g}} ± {width * 500:.2g} mm<extra></extra>",
+    }
+    top = float(counts.max()) * 1.12
+    marks = [line("x", mean), line("x", beyond)]
+    words = [
+        note(mean, 1, "μ", yref="paper", yanchor="bottom", xanchor="right"),
+        note(beyond, 1, "μ+1.28σ", yref="paper", yanchor="bottom", xanchor="left"),
+    ]
+    return {
+        "data": [bars],
+        "layout": layout(
+            bargap=0,
+            margin={"l": 52, "r": 14, "t": 26, "b": 44},
+            xaxis=axis("error e<sub>i</sub> [mm]", range=[0, last * width * 1e3], showgrid=False),
+            yaxis=axis("vertices", range=[0, top]),
+            shapes=marks,
+            annotations=words,
+        ),
+    }
+
+
+def bin_width(largest: float) -> float:
+    """A round width [m] that makes about BINS bins up to `largest` [m]."""
+    rough = max(largest, 1e-6) / BINS
+    power = 10.0 ** np.floor(np.log10(rough))
+    return float(power * min((1, 2, 2.5, 5, 10), key=lambda step: abs(np.log(step * power / rough))))
+
+
+def _words(errors: np.ndarray) -> str:
+    return f"mean {1e3 * errors.mean():.1f} mm, largest {1e3 * errors.max():.1f} mm"

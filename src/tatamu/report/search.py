@@ -1,0 +1,111 @@
+"""The search, trial by trial: the objective with the best so far, and the mean vertex distance."""
+
+from __future__ import annotations
+
+import html
+
+import numpy as np
+
+from tatamu.report.chart import Figure, axis, layout, line, note
+from tatamu.report.records import Result, Trial
+from tatamu.report.verdict import GRADES
+
+
+def objective(result: Result) -> Figure:
+    """Objective of each trial and best so far."""
+    done = [trial for trial in result.trials if trial.state == "complete" and trial.objective is not None]
+    numbers = [trial.number for trial in done]
+    values = [float(trial.objective) for trial in done if trial.objective is not None]
+    best = np.minimum.accumulate(values).tolist()
+    top = max(values) + 0.08 * (max(values) - min(values) or 1.0)
+    steps = {
+        "x": [*numbers, result.trials[-1].number],
+        "y": [*best, best[-1]],
+        "mode": "lines",
+        "line": {"color": "@plot", "width": 2.5, "shape": "hv"},
+        "hovertemplate": "best so far %{y:.4f}<extra></extra>",
+    }
+    return {
+        "data": [
+            _dots(numbers, values, "C = %{y:.4f}"),
+            steps,
+            _failed(result.trials, top),
+            _star(result.best, min(values), "C = %{y:.4f}"),
+        ],
+        "layout": layout(xaxis=_trials(result), yaxis=axis("objective C"), hovermode="closest"),
+    }
+
+
+def distance(result: Result) -> Figure:
+    """Mean vertex distance of each trial against the field's thresholds."""
+    done = [trial for trial in result.trials if trial.mean_vertex_distance is not None]
+    numbers = [trial.number for trial in done]
+    values = [1e3 * max(trial.mean_vertex_distance or 0.0, 1e-5) for trial in done]
+    low, high = min([*values, 1.0]) / 1.4, max([*values, 30.0]) * 1.4
+    best = 1e3 * (result.best_trial.mean_vertex_distance or 0.0)
+    marks = [line("y", 1e3 * end, opacity=0.8) for end, _ in GRADES]
+    ends = [low, *(1e3 * end for end, _ in GRADES), high]
+    words = [*(word for _, word in GRADES), "failed"]
+    # On a logarithmic axis Plotly takes annotations in powers of ten.
+    notes = [
+        note(1, float(np.log10(np.sqrt(a * b))), word, xref="paper", xanchor="left", xshift=6)
+        for word, a, b in zip(words, ends, ends[1:], strict=False)
+    ]
+    return {
+        "data": [
+            _dots(numbers, values, "%{y:.2f} mm"),
+            _failed(result.trials, high / 1.15),
+            _star(result.best, max(best, 0.01), "%{y:.2f} mm"),
+        ],
+        "layout": layout(
+            xaxis=_trials(result),
+            yaxis=axis(
+                "mean vertex distance [mm]",
+                type="log",
+                range=np.log10([low, high]).tolist(),
+                tickvals=[0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500],
+            ),
+            margin={"l": 52, "r": 86, "t": 16, "b": 44},
+            shapes=marks,
+            annotations=notes,
+            hovermode="closest",
+        ),
+    }
+
+
+def _trials(result: Result) -> dict[str, object]:
+    last = result.trials[-1].number
+    return axis("trial", range=[-0.03 * last - 0.5, last * 1.03 + 0.5], showgrid=False)
+
+
+def _dots(numbers: list[int], values: list[float], text: str) -> dict[str, object]:
+    return {
+        "x": numbers,
+        "y": values,
+        "mode": "markers",
+        "marker": {"size": 6.5, "color": "@plot", "opacity": 0.5},
+        "hovertemplate": f"trial %{{x}}<br>{text}<extra></extra>",
+    }
+
+
+def _star(number: int, value: float, text: str) -> dict[str, object]:
+    return {
+        "x": [number],
+        "y": [value],
+        "mode": "markers",
+        "marker": {"size": 13, "color": "@accent", "line": {"color": "@card", "width": 2}},
+        "hovertemplate": f"best: trial %{{x}}<br>{text}<extra></extra>",
+    }
+
+
+def _failed(trials: list[Trial], height: float) -> dict[str, object]:
+    """Crosses along the upper edge: a failed trial has a penalty, not a value."""
+    failed = [trial for trial in trials if trial.state == "failed"]
+    return {
+        "x": [trial.number for trial in failed],
+        "y": [height] * len(failed),
+        "text": [html.escape(trial.error or "no reason given") for trial in failed],
+        "mode": "markers",
+        "marker": {"symbol": "x-thin", "size": 7, "line": {"color": "@muted", "width": 1.5}},
+        "hovertemplate": "trial %{x} failed: %{text}<extra></extra>",
+    }

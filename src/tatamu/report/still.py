@@ -1,0 +1,132 @@
+"""One picture of a learned fold without a browser: the cloth at rest, in flight, and the hands' paths."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from tatamu.files import replacing
+from tatamu.report import png
+from tatamu.report.fold import LearnedFold, read_fold
+from tatamu.report.palette import LEFT, RIGHT, TABLE, rgb
+from tatamu.report.raster import View
+from tatamu.report.shading import SUN, Mesh, cloth, see, shade, shrink, to_pixels
+from tatamu.report.tube import tube
+
+SIZE = (720, 1280)
+"""Height and width of the picture [pixels]."""
+FINER = 2
+"""Drawn this much larger and averaged, for smooth edges."""
+SHADOW = 1200
+"""Height and width of the image from the sun that tells what lies in shadow [pixels]."""
+
+
+def picture(folder: Path, out_png: Path) -> Path:
+    """Draw the learned fold of a result folder into a PNG file.
+
+    Raises:
+        InputError: The folder does not hold a learned fold, or the file cannot be written.
+    """
+    fold = read_fold(Path(folder))
+    data = png.encode(to_pixels(shrink(render(fold), FINER)))
+    with replacing(Path(out_png)) as temporary:
+        temporary.write_bytes(data)
+    return Path(out_png)
+
+
+def render(fold: LearnedFold) -> np.ndarray:
+    """The picture in linear light, shape (h, w, 4), FINER times as large as it will be."""
+    ways = [fold.hand(arm) for arm in fold.manipulation.arms]
+    body = cloth(fold.final, fold.faces, fold.start)
+    flight = cloth(fold.rollout.positions[_highest(ways[0])], fold.faces, fold.start)
+    view = _eye(np.vstack([fold.final, flight.points, *ways]))
+    sun = _Sun([body], np.vstack([fold.final, *ways]))
+    image = _table(view, sun, _height(fold))
+    depth = np.full(view.shape, -np.inf)
+    _paint(image, depth, view, body, sun, 1.0)
+    for colour, way in zip((LEFT, RIGHT), ways, strict=False):
+        light = rgb(colour)
+        points, faces = tube(way, 0.0035)
+        _paint(image, depth, view, Mesh(points, faces, light, light), None, 1.0)
+    _paint(image, depth, view, flight, None, 0.42)
+    return image
+
+
+def _highest(way: np.ndarray) -> int:
+    """The frame in which a hand is highest."""
+    return int(np.argmax(way[:, 2]))
+
+
+def _height(fold: LearnedFold) -> float:
+    """Where the table is drawn [m]: half a thickness below the lowest vertex at the start."""
+    return float(fold.start[:, 2].min()) - fold.scene.material.thickness / 2
+
+
+def _eye(points: np.ndarray) -> View:
+    """A view from the front and above that just holds all points (n, 3)."""
+    turn, rise = np.radians(-62.0), np.radians(33.0)
+    near = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
+    right = np.cross([0.0, 0.0, 1.0], near) / np.cos(rise)
+    rotation = np.vstack([right, np.cross(near, right), near])
+    centre = (points.min(axis=0) + points.max(axis=0)) / 2
+    shape = (SIZE[0] * FINER, SIZE[1] * FINER)
+    distance = 3.2 * float(np.linalg.norm(points - centre, axis=1).max())
+    flat = View(centre, rotation, 1.0, (0, 0), distance).project(points)[:, :2]
+    middle = rotation[:2].T @ ((flat.min(axis=0) + flat.max(axis=0)) / 2 * [1, -1])
+    scale = float((0.86 * np.array(shape[::-1]) / np.ptp(flat, axis=0)).min())
+    return View(centre + middle, rotation, scale, shape, distance)
+
+
+class _Sun:
+    """What the sun sees first, so that the rest lies in shadow."""
+
+    def __init__(self, meshes: list[Mesh], around: np.ndarray) -> None:
+        right = np.cross([0.0, 1.0, 0.0], SUN) / np.linalg.norm(np.cross([0.0, 1.0, 0.0], SUN))
+        rotation = np.vstack([right, np.cross(SUN, right), SUN])
+        centre = around.mean(axis=0)
+        reach = 1.1 * float(np.linalg.norm(around - centre, axis=1).max())
+        self.view = View(centre, rotation, SHADOW / (2 * reach), (SHADOW, SHADOW))
+        self.depth = np.max([see(self.view, mesh)[1] for mesh in meshes], axis=0)
+
+    def reaches(self, points: np.ndarray) -> np.ndarray:
+        """0 in shadow to 1 in full light, shape (p,), averaged over a few neighbours for a soft edge."""
+        x, y, depth = self.view.project(points).T
+        total = np.zeros(len(points))
+        for dx, dy in (offsets := [(i, j) for i in (-5, -2, 0, 2, 5) for j in (-5, -2, 0, 2, 5)]):
+            column = np.clip((x + dx).astype(int), 0, SHADOW - 1)
+            row = np.clip((y + dy).astype(int), 0, SHADOW - 1)
+            total += self.depth[row, column] < depth + 0.003
+        return total / len(offsets)
+
+
+def _paint(
+    image: np.ndarray, depth: np.ndarray, view: View, mesh: Mesh, sun: _Sun | None, alpha: float
+) -> None:
+    """Draw a mesh over the image where it is nearer than what is there."""
+    visible, near = see(view, mesh)
+    lit = 1.0 if sun is None else 0.25 + 0.75 * sun.reaches(visible.sample(mesh.points, mesh.faces))
+    light = np.zeros((*view.shape, 3))
+    light[visible.mask] = shade(view, mesh, visible, lit)
+    nearer = near > depth
+    image[nearer, :3] = alpha * light[nearer] + (1 - alpha) * image[nearer, :3]
+    if alpha == 1.0:
+        depth[nearer] = near[nearer]
+
+
+def _table(view: View, sun: _Sun, height: float) -> np.ndarray:
+    """The table with the cloth's shadow on it, fading to white far away, shape (h, w, 4)."""
+    view = replace(view, scale=view.scale / FINER, shape=SIZE)  # its light is soft: finer pixels show nothing
+    rows, columns = view.shape
+    y, x = np.mgrid[0:rows, 0:columns] + 0.5
+    across = np.stack([(x - columns / 2) / view.scale, (rows / 2 - y) / view.scale], axis=-1)
+    eye = view.centre + view.distance * view.rotation[2]
+    ray = across @ view.rotation[:2] - view.distance * view.rotation[2]
+    points = eye + ray * ((height - eye[2]) / np.minimum(ray[..., 2:], -1e-9))
+    lit = sun.reaches(points.reshape(-1, 3)).reshape(rows, columns)
+    away = np.linalg.norm(points[..., :2] - view.centre[:2], axis=-1) * view.scale / columns
+    fade = np.clip(1.5 * away - 0.2, 0.0, 1.0)[..., None] ** 1.5
+    light = rgb(TABLE) * (0.62 + 0.38 * lit[..., None]) * (1 - fade) + fade
+    image = np.concatenate([light, np.ones((rows, columns, 1))], axis=-1)
+    return image.repeat(FINER, axis=0).repeat(FINER, axis=1)

@@ -1,0 +1,130 @@
+"""How good a fold is, in the field's own words and numbers. All thresholds with their sources are here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tatamu.report.records import Scores
+
+DE_GUSSEME = "De Gusseme and wyffels 2022, Front. Neurorobot. 16:989702"
+BIFOLD = "BiFold 2025"
+FOLDBACK = "FoldBack 2026"
+GARCIA = "Garcia-Camacho et al. 2020"
+PAPER = "the paper, Eq. 10 to 13"
+
+GRADES = ((0.002, "near perfect"), (0.005, "good"), (0.020, "fair"))
+"""Upper ends of the mean vertex distance [m] and their words; beyond the last: failed."""
+FAILED = "failed"
+SUCCESS = 0.0125
+"""Mean particle position error that counts as success [m]."""
+
+
+def grade(mean_vertex_distance: float | None) -> str:
+    """A word for a mean vertex distance [m]; None, a failed trial, has failed."""
+    if mean_vertex_distance is None:
+        return FAILED
+    below = (word for end, word in GRADES if mean_vertex_distance < end)
+    return next(below, FAILED)
+
+
+@dataclass(frozen=True)
+class Measure:
+    """One measure of a fold: how it is shown and what it is compared with."""
+
+    key: str
+    """Its field in result.json."""
+    title: str
+    """Its name, as HTML."""
+    unit: str
+    scale: float
+    """From the file's unit to the shown one."""
+    digits: int
+    meaning: str
+    """In a few words, as HTML."""
+    threshold: str = ""
+    source: str = ""
+    most: float | None = None
+    """Largest value that passes, in the file's unit."""
+    least: float | None = None
+    """Smallest value that passes."""
+
+    def value(self, scores: Scores) -> float | None:
+        """Its value in the file's unit."""
+        value = getattr(scores, self.key)
+        return None if value is None else float(value)
+
+    def text(self, scores: Scores) -> str:
+        """Its value in the shown unit."""
+        value = self.value(scores)
+        return "–" if value is None else f"{value * self.scale:.{self.digits}f}"
+
+    def passes(self, scores: Scores) -> bool | None:
+        """Whether the threshold is met; None where there is none or no value."""
+        value = self.value(scores)
+        if value is None or (self.most is None and self.least is None):
+            return None
+        return (self.most is None or value <= self.most) and (self.least is None or value >= self.least)
+
+
+MEASURES = (
+    Measure(
+        "mean_vertex_distance",
+        "Mean vertex distance",
+        "mm",
+        1e3,
+        1,
+        "mean of e<sub>i</sub> over the mesh",
+        "below 2 near perfect, to 5 good, above 20 failed; below 12.5 success",
+        f"{DE_GUSSEME}; success: {BIFOLD}",
+        most=SUCCESS,
+    ),
+    Measure(
+        "mask_iou",
+        "Mask IoU",
+        "",
+        1.0,
+        3,
+        "overlap of the two top views, intersection over union",
+        "at least 0.80",
+        FOLDBACK,
+        least=0.80,
+    ),
+    Measure(
+        "area_error",
+        "Area error E<sub>f</sub>",
+        "%",
+        1.0,
+        2,
+        "folded area against half of the flat one",
+        "2.77 reached",
+        GARCIA,
+        most=2.77,
+    ),
+    Measure("slip", "Slip", "mm", 1e3, 1, "how far the part that should lie still moved"),
+    Measure(
+        "residual_bend",
+        "Residual bend",
+        "mm",
+        1e3,
+        1,
+        "largest e<sub>i</sub> beyond μ + 1.28 σ",
+        "",
+        "the paper, Fig. 2",
+    ),
+    Measure(
+        "trajectory_length", "Path length l<sub>x</sub>", "m", 1.0, 3, "length of a hand’s path", "", PAPER
+    ),
+    Measure(
+        "shape_distance",
+        "Shape distance D",
+        "m",
+        1.0,
+        3,
+        "Σ w<sub>i</sub> e<sub>i</sub>; depends on the mesh",
+        "",
+        PAPER,
+    ),
+    Measure(
+        "objective", "Objective C", "", 1.0, 4, "l<sub>x</sub> + 0.01 D, what the search minimised", "", PAPER
+    ),
+)

@@ -1,0 +1,206 @@
+"""From a Scene to a Rollout."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from time import perf_counter
+
+import numpy as np
+
+from tatamu import __version__
+from tatamu.errors import SimulationError
+from tatamu.rollout import Rollout
+from tatamu.scene import Scene
+from tatamu.simulators.native import contact, membrane
+from tatamu.simulators.native.model import DENSEST_PAIRS, Model, model_of, steps_per_frame, substeps
+from tatamu.simulators.native.step import Hands, State, World, advance, copy_out
+
+LARGEST_STRETCH = 1.5
+"""Edges longer than this times their rest length end the rollout: the membrane model means nothing there."""
+FARTHEST = 1e4
+"""Cloth farther than this from the origin ends the rollout [m]."""
+
+
+def simulate(scene: Scene) -> Rollout:
+    """Run one scene.
+
+    Raises:
+        SimulationError: The cloth was stretched beyond `LARGEST_STRETCH` or flew away.
+    """
+    started = perf_counter()
+    run = _Run(scene)
+    setup = perf_counter() - started
+    positions = run.frames()
+    info = {
+        "simulator": "native",
+        "version": __version__,
+        "wall_seconds": perf_counter() - started - setup,
+        "setup_seconds": setup,
+        "steps": run.number,
+        "substeps": run.number * run.bends * run.stretches,
+        "warnings": run.warnings(),
+    }
+    times = np.arange(scene.frames) / scene.frame_rate
+    return Rollout(times, positions, np.array(scene.cloth.faces), info)
+
+
+def simulate_many(scenes: Sequence[Scene]) -> list[Rollout]:
+    """Run several scenes, one after the other."""
+    return [simulate(scene) for scene in scenes]
+
+
+class _Run:
+    """One rollout under way."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.model = model_of(scene.cloth, scene.material)
+        self.per_frame = steps_per_frame(scene.frame_rate)
+        self.step = 1.0 / (scene.frame_rate * self.per_frame)
+        self.bends, self.stretches = substeps(self.model, self.step)
+        self.mesh = self.model.mesh._replace(inverse_mass=self.model.mesh.inverse_mass.copy())
+        self.state = _state(scene, self.model)
+        self.lists = _lists(self.mesh)
+        self.world = _world(scene)
+        self.number = 0
+        self.closed: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+        self.paths = self._paths()
+        contact.rebuild(self.state.x, self.mesh, self.lists)
+
+    def frames(self) -> np.ndarray:
+        """All frames, shape (f, n, 3)."""
+        count = self.scene.frames
+        positions = np.empty((count, *self.state.x.shape))
+        positions[0] = self.state.x
+        for frame in range(1, count):
+            self._run_until(frame * self.per_frame)
+            positions[frame] = self.state.x
+        return positions
+
+    def warnings(self) -> list[str]:
+        """What the user should know of this rollout."""
+        if self.model.thick_for_mesh:
+            return ["the cloth is thicker than half its shortest edge: neighbouring triangles may push each other"]
+        return []
+
+    def _run_until(self, last: int) -> None:
+        while self.number < last:
+            self._work_grippers()
+            stop = min([last, *(n for n in self._events() if n > self.number)])
+            arguments = (self.number, stop - self.number, self.step, self.bends, self.stretches, FARTHEST)
+            reached = advance(
+                self.state, self.model.elastic, self.mesh, self.lists, self._hands(), self.world, *arguments
+            )
+            self.number = stop
+            self._check(reached < stop)
+
+    def _events(self) -> list[int]:
+        grippers = self.scene.grippers
+        return [self._at(time) for g in grippers for time in (g.closes, g.opens) if time is not None]
+
+    def _at(self, time: float) -> int:
+        """Outer step at which something at `time` happens."""
+        return round(min(time, 2 * self.scene.duration) / self.step)
+
+    def _paths(self) -> np.ndarray:
+        count = (self.scene.frames - 1) * self.per_frame + 1
+        times = np.arange(count) * self.step
+        paths = np.zeros((max(len(self.scene.grippers), 1), count, 3))
+        for path, gripper in zip(paths, self.scene.grippers, strict=False):
+            for k in range(3):
+                path[:, k] = np.interp(times, gripper.times, gripper.displacements[:, k])
+            path[times < gripper.times[0] - 1e-9] = 0.0
+        return paths
+
+    def _work_grippers(self) -> None:
+        """Open and close grippers that are due."""
+        for number, gripper in enumerate(self.scene.grippers):
+            due = self._at(gripper.closes) <= self.number
+            over = gripper.opens is not None and self._at(gripper.opens) <= self.number
+            vertices = np.array(gripper.vertices)
+            if due and not over and number not in self.closed:
+                self.closed[number] = (vertices, self.state.x[vertices].copy())
+                self._set_free(vertices, 0.0)
+            elif over and number in self.closed:
+                del self.closed[number]
+                self._set_free(vertices, 1.0)
+
+    def _set_free(self, vertices: np.ndarray, free: float) -> None:
+        slot = self.model.slot[vertices]
+        inverse = free / self.model.mass[vertices]
+        self.state.free[slot], self.state.inverse_mass[slot] = free, inverse
+        self.mesh.inverse_mass[vertices] = inverse
+
+    def _hands(self) -> Hands:
+        if not self.closed:
+            return Hands(np.empty(0, np.int64), np.empty((0, 3)), np.empty(0, np.int64), self.paths)
+        gripper = np.concatenate([np.full(len(v), number) for number, (v, _) in self.closed.items()])
+        vertex = np.concatenate([vertices for vertices, _ in self.closed.values()])
+        base = np.concatenate([positions for _, positions in self.closed.values()])
+        return Hands(vertex, base, gripper, self.paths)
+
+    def _check(self, stopped: bool) -> None:
+        time = self.number * self.step
+        if stopped:
+            raise SimulationError(f"the cloth flew beyond {FARTHEST:g} m before t = {time:.3f} s")
+        copy_out(self.state.X, self.model.elastic.triangle_copies, self.model.slots)
+        stretch = membrane.largest_stretch(self.state.X, self.model.elastic.triangles, self.model.elastic.L2)
+        if not stretch <= LARGEST_STRETCH:
+            raise SimulationError(
+                f"the cloth was stretched to {stretch:.2f} of its length by t = {time:.3f} s; "
+                f"the limit is {LARGEST_STRETCH:g}"
+            )
+
+
+def _state(scene: Scene, model: Model) -> State:
+    count, hinges = len(scene.cloth.vertices), model.elastic.weights.shape[1]
+    longest = int(model.elastic.triangles[:, 1].max())
+    X = np.zeros((3, model.width))
+    X[:, model.slot] = scene.cloth.vertices.T
+    inverse_mass, free = np.zeros(model.slots), np.zeros(model.slots)
+    inverse_mass[model.slot], free[model.slot] = 1.0 / model.mass, 1.0
+    x = np.array(scene.cloth.vertices, order="C")
+    return State(
+        X=X,
+        V=np.zeros((3, model.slots)),
+        Y=np.zeros_like(X),
+        F=np.zeros_like(X),
+        tau=np.zeros((3, longest)),
+        H=np.zeros((10, hinges)),
+        moment=np.zeros(hinges),
+        x=x,
+        before=np.empty((count, 3)),
+        moved=np.empty((count, 3)),
+        inverse_mass=inverse_mass,
+        free=free,
+        slot=model.slot,
+    )
+
+
+def _lists(mesh: contact.Mesh) -> contact.Lists:
+    count, room = len(mesh.inverse_mass), DENSEST_PAIRS * len(mesh.edges)
+    return contact.Lists(
+        face=np.full((count, 2), -1),
+        side=np.zeros((count, 2), dtype=np.int64),
+        wake=np.zeros((count, 2)),
+        pairs=np.empty((room, 2), dtype=np.int64),
+        pair_wake=np.empty(room),
+        used=np.zeros(1, dtype=np.int64),
+        travelled=np.zeros(1),
+    )
+
+
+def _world(scene: Scene) -> World:
+    material, table = scene.material, scene.table
+    tilt = table.tilt if table else 0.0
+    return World(
+        gravity=scene.gravity,
+        drag=material.air_drag / material.areal_density,
+        friction_cloth=material.friction_cloth,
+        friction_table=material.friction_table,
+        has_table=table is not None,
+        height=table.height if table else 0.0,
+        sine=float(np.sin(tilt)),
+        cosine=float(np.cos(tilt)),
+        half_thickness=0.5 * material.thickness,
+    )

@@ -1,0 +1,204 @@
+"""Time stepping: symplectic Euler at three rates.
+
+Per outer step: bending kicks the velocities (once or more); between the kicks membrane, gravity and drag run in small
+substeps, as gravity given in one blow per outer step would ring in the membrane and fall 0.2 % too far in half a
+second; then contact and the table correct the positions, and the velocities by the same corrections. There is no
+linear solve, no iteration to a tolerance. Held vertices have inverse mass zero and follow their path at constant
+velocity within an outer step.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from tatamu.simulators.native import bending, contact, membrane, table
+
+MEMBRANE_DAMPING = 2e-5
+"""tau_d of the membrane's Kelvin-Voigt damping [s], at most a tenth of the substep."""
+
+SWEEPS = 8
+"""Contact and table are swept again up to so often while some pair is deep."""
+
+
+class State(NamedTuple):
+    """What changes from step to step, and scratch memory."""
+
+    X: np.ndarray  # (3, width) positions in slots
+    V: np.ndarray  # (3, slots) velocities
+    Y: np.ndarray  # (3, width) scratch: damped positions
+    F: np.ndarray  # (3, width) scratch: forces
+    tau: np.ndarray  # (3, longest band) scratch
+    H: np.ndarray  # (10, hinges) scratch
+    moment: np.ndarray  # (hinges,) scratch
+    x: np.ndarray  # (n, 3) positions by vertex
+    before: np.ndarray  # (n, 3) positions at the start of the outer step
+    moved: np.ndarray  # (n, 3) positions before contact
+    inverse_mass: np.ndarray  # (slots,), 0 for held vertices and fillers
+    free: np.ndarray  # (slots,), 1 or 0 likewise
+    slot: np.ndarray  # (n,)
+
+
+class Hands(NamedTuple):
+    """Held vertices and their paths."""
+
+    vertex: np.ndarray  # (k,)
+    base: np.ndarray  # (k, 3) positions where the hand closed
+    gripper: np.ndarray  # (k,)
+    path: np.ndarray  # (grippers, outer steps + 1, 3) displacements
+
+
+class World(NamedTuple):
+    """Numbers of the scene."""
+
+    gravity: float
+    drag: float  # 1/s
+    friction_cloth: float
+    friction_table: float
+    has_table: bool
+    height: float
+    sine: float
+    cosine: float
+    half_thickness: float
+
+
+@njit(cache=True, error_model="numpy")
+def copy_out(X, copied, slots):  # type: ignore[no-untyped-def]
+    """Copy the values of slots `copied` behind the last slot."""
+    for k in range(3):
+        x = X[k]
+        for i in range(copied.shape[0]):
+            x[slots + i] = x[copied[i]]
+
+
+@njit(cache=True, error_model="numpy")
+def _add_back(F, copied, slots):  # type: ignore[no-untyped-def]
+    for k in range(3):
+        f = F[k]
+        for i in range(copied.shape[0]):
+            f[copied[i]] += f[slots + i]
+
+
+@njit(cache=True, error_model="numpy")
+def _kick(V, F, inverse_mass, h):  # type: ignore[no-untyped-def]
+    n = V.shape[1]
+    for k in range(3):
+        v, f = V[k, :n], F[k, :n]
+        for i in range(n):
+            v[i] += h * inverse_mass[i] * f[i]
+
+
+@njit(cache=True, error_model="numpy")
+def _drift(target, X, V, h):  # type: ignore[no-untyped-def]
+    n = V.shape[1]
+    for k in range(3):
+        y, x, v = target[k, :n], X[k, :n], V[k, :n]
+        for i in range(n):
+            y[i] = x[i] + h * v[i]
+
+
+@njit(cache=True, error_model="numpy")
+def _bend(state, elastic, h):  # type: ignore[no-untyped-def]
+    slots = state.V.shape[1]
+    state.F[:] = 0.0
+    copy_out(state.X, elastic.hinge_copies, slots)
+    bending.add_force(
+        state.X,
+        state.F,
+        elastic.hinges,
+        elastic.rest_moment,
+        elastic.weights,
+        elastic.others,
+        state.H,
+        state.moment,
+    )
+    _add_back(state.F, elastic.hinge_copies, slots)
+    _kick(state.V, state.F, state.inverse_mass, h)
+
+
+@njit(cache=True, error_model="numpy")
+def _weigh(state, world, h):  # type: ignore[no-untyped-def]
+    """Drag, then gravity: drag on the velocity alone does not change where the cloth comes to rest."""
+    n = state.V.shape[1]
+    free = state.free[:n]
+    slower = -h * world.drag / (1.0 + h * world.drag)
+    for k in range(3):
+        v, fall = state.V[k, :n], h * world.gravity if k == 2 else 0.0
+        for i in range(n):
+            v[i] += free[i] * (slower * v[i] - fall)
+
+
+@njit(cache=True, error_model="numpy")
+def _stretch(state, elastic, world, h, damping):  # type: ignore[no-untyped-def]
+    slots = state.V.shape[1]
+    state.F[:] = 0.0
+    _drift(state.Y, state.X, state.V, damping)
+    copy_out(state.Y, elastic.triangle_copies, slots)
+    membrane.add_force(state.Y, state.F, elastic.triangles, elastic.S, elastic.L2, state.tau)
+    _add_back(state.F, elastic.triangle_copies, slots)
+    _weigh(state, world, h)
+    _kick(state.V, state.F, state.inverse_mass, h)
+    _drift(state.X, state.X, state.V, h)
+
+
+@njit(cache=True, error_model="numpy")
+def _lead(state, hands, number, step):  # type: ignore[no-untyped-def]
+    """Give held vertices the velocity that brings them onto their path at the end of the step."""
+    for i in range(hands.vertex.shape[0]):
+        v = hands.vertex[i]
+        for k in range(3):
+            target = hands.base[i, k] + hands.path[hands.gripper[i], number + 1, k]
+            state.V[k, state.slot[v]] = (target - state.x[v, k]) / step
+
+
+@njit(cache=True, error_model="numpy")
+def _collide(state, mesh, lists, world, step):  # type: ignore[no-untyped-def]
+    x, slot = state.x, state.slot
+    for v in range(x.shape[0]):
+        for k in range(3):
+            x[v, k] = state.X[k, slot[v]]
+    moved, before = state.moved, state.before
+    moved[:] = x
+    contact.refresh(x, before, mesh, lists)
+    for number in range(SWEEPS):
+        again = contact.sweep(x, before, moved, mesh, lists, world.friction_cloth, step, number > 0)
+        if world.has_table:  # last, so that it carries what the layers hand down
+            table.sweep(
+                x,
+                before,
+                moved,
+                mesh.inverse_mass,
+                world.height,
+                world.sine,
+                world.cosine,
+                world.half_thickness,
+                world.friction_table,
+                step,
+            )
+        if not again:
+            break
+    for v in range(x.shape[0]):
+        for k in range(3):
+            state.V[k, slot[v]] += (x[v, k] - moved[v, k]) / step
+            state.X[k, slot[v]] = x[v, k]
+
+
+@njit(cache=True, error_model="numpy")
+def advance(state, elastic, mesh, lists, hands, world, first, count, step, bends, stretches, fastest):  # type: ignore[no-untyped-def]
+    """Run `count` outer steps of `step` seconds from number `first`; stop early when anything is too fast."""
+    kick = step / bends
+    h = kick / stretches
+    damping = min(MEMBRANE_DAMPING, 0.1 * h)
+    for number in range(first, first + count):
+        state.before[:] = state.x
+        _lead(state, hands, number, step)
+        for _ in range(bends):
+            _bend(state, elastic, kick)
+            for _ in range(stretches):
+                _stretch(state, elastic, world, h, damping)
+        if not np.abs(state.X).max() < fastest:
+            return number
+        _collide(state, mesh, lists, world, step)
+    return first + count

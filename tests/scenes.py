@@ -1,0 +1,45 @@
+"""Small scenes that several tests use."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from tatamu.garments.towel import staggered_rectangle
+from tatamu.material import Material
+from tatamu.scene import Cloth, Gripper, Scene, Table
+
+CLOTH = Material(
+    areal_density=0.2,
+    stretch_stiffness=300.0,
+    poisson_ratio=0.25,
+    bending_rigidity=1.5e-5,
+    thickness=0.001,
+    friction_table=0.5,
+    friction_cloth=0.5,
+)
+
+
+def sheet(width: float = 0.1, length: float = 0.2, spacing: float = 0.02, height: float = 0.0) -> Cloth:
+    """A flat sheet centred at the origin at some height."""
+    vertices, faces = staggered_rectangle(width, length, spacing)
+    vertices[:, 2] = height
+    return Cloth(vertices=vertices, faces=faces)
+
+
+def scene(**changes: Any) -> Scene:
+    """A sheet over a table; anything may be changed."""
+    parts: dict[str, Any] = {
+        "cloth": sheet(height=CLOTH.thickness / 2),
+        "material": CLOTH,
+        "table": Table(),
+        "duration": 0.5,
+    }
+    return Scene(**{**parts, **changes})
+
+
+def held(vertices: np.ndarray, **changes: Any) -> Gripper:
+    """A hand that holds vertices still from the start."""
+    parts: dict[str, Any] = {"vertices": vertices.tolist(), "times": [0.0], "displacements": [[0.0, 0.0, 0.0]]}
+    return Gripper(**{**parts, **changes})

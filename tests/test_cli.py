@@ -1,0 +1,91 @@
+"""The command line: one clear line and exit code 2 for what is wrong, nothing half-written."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tatamu import Rollout
+from tests.scenes import scene
+
+
+def tatamu(*arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-c", "from tatamu.cli import main; main()", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def test_simulate_writes_a_rollout(tmp_path: Path) -> None:
+    scene(duration=0.1).save(tmp_path / "scene.json")
+    done = tatamu("simulate", str(tmp_path / "scene.json"), "--out", str(tmp_path / "out" / "r.npz"))
+    assert done.returncode == 0, done.stderr
+    rollout = Rollout.load(tmp_path / "out" / "r.npz")
+    assert rollout.positions.shape[0] == len(rollout.times) == 7
+    assert rollout.times[-1] == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (["simulate", "none.json", "--out", "r.npz"], "none.json: cannot be read"),
+        (["simulate", "none.json"], "out"),
+        (["simulate", "SCENE", "--out", "r.npz", "--simulator", "magic"], "simulator: must be one of native"),
+        (["simulate", "SCENE", "--out", "/proc/nowhere/r.npz"], "cannot be written"),
+        (["learn", "sock", "--out", "DIR"], "garment: must be one of towel"),
+        (["learn", "towel"], "out"),
+        (["learn", "towel", "--out", "DIR", "--size", "0x0.8"], "width must be from"),
+        (["learn", "towel", "--out", "DIR", "--size", "big"], "size: must be WIDTHxLENGTH"),
+        (["learn", "towel", "--out", "DIR", "--size", "nanx0.8"], "finite"),
+        (["learn", "towel", "--out", "DIR", "--spacing", "-1"], "spacing"),
+        (["learn", "towel", "--out", "DIR", "--spacing", "nan"], "spacing"),
+        (["learn", "towel", "--out", "DIR", "--trials", "many"], "trials"),
+        (["learn", "towel", "--out", "DIR", "--trials", "0"], "trials: must be from 1"),
+        (["learn", "towel", "--out", "DIR", "--fold", "swan"], "fold: must be one of half"),
+        (["learn", "towel", "--out", "DIR", "--grasps", "teeth"], "grasps: must be integer or continuous"),
+        (["learn", "towel", "--out", "DIR", "--sampler", "x"], "sampler: must be one of"),
+        (["learn", "towel", "--out", "DIR", "--simulator", "x"], "simulator: must be one of"),
+        (["learn", "towel", "--out", "DIR", "--material", "none.toml"], "none.toml: cannot be read"),
+        (["fly"], "fly"),
+    ],
+)
+def test_what_is_wrong_gets_one_line_and_code_2(tmp_path: Path, arguments: list[str], named: str) -> None:
+    scene(duration=0.1).save(tmp_path / "scene.json")
+    places = {"SCENE": str(tmp_path / "scene.json"), "DIR": str(tmp_path / "out")}
+    done = tatamu(*(places.get(argument, argument) for argument in arguments))
+    assert done.returncode == 2
+    assert named in done.stderr
+    assert done.stderr.startswith("tatamu: ")
+    assert done.stderr.count("\n") == 1
+    assert {path.name for path in tmp_path.iterdir()} == {"scene.json"}
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ("", "material: Field required"),
+        ("[material]\nareal_density = -1\n", "areal_density"),
+        ("[material\n", "not valid TOML"),
+    ],
+)
+def test_a_wrong_material_file_is_named(tmp_path: Path, text: str, named: str) -> None:
+    (tmp_path / "m.toml").write_text(text)
+    done = tatamu("learn", "towel", "--out", str(tmp_path / "out"), "--material", str(tmp_path / "m.toml"))
+    assert done.returncode == 2
+    assert named in done.stderr
+    assert "m.toml" in done.stderr
+
+
+def test_help_shows_examples() -> None:
+    done = tatamu("learn", "--help")
+    assert done.returncode == 0
+    assert "tatamu learn towel --out runs/towel" in done.stdout
+
+
+def test_importing_tatamu_is_quick_and_light() -> None:
+    code = (
+        "import sys, tatamu; heavy = {'numba', 'torch', 'optuna', 'scipy', 'plotly'} & set(sys.modules); print(heavy)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "set()"

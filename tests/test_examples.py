@@ -1,0 +1,42 @@
+"""Every example runs and comes to the number that it promises."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+
+
+def main_of(name: str) -> Callable[..., float]:
+    spec = importlib.util.spec_from_file_location(name, EXAMPLES / f"{name}.py")
+    assert spec and spec.loader
+    module: Any = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    main: Callable[..., float] = module.main
+    return main
+
+
+def test_a_dropped_sheet_lies_half_a_thickness_high() -> None:
+    assert main_of("01_drop_a_sheet")() == pytest.approx(0.0005, rel=0.05)
+
+
+def test_a_hung_sheet_stretches_as_the_textbook_says() -> None:
+    assert main_of("02_hang_by_the_edge")() == pytest.approx(1.0, rel=0.03)
+
+
+def test_a_fold_by_hand_is_a_fold() -> None:
+    assert main_of("03_fold_once")() < 0.1
+
+
+def test_a_short_study_finds_a_fold(tmp_path: Path) -> None:
+    assert main_of("04_learn_a_fold")(tmp_path) < 1.0
+
+
+def test_no_example_is_forgotten() -> None:
+    tested = Path(__file__).read_text()
+    assert all(path.stem in tested for path in EXAMPLES.glob("*.py"))

@@ -1,0 +1,189 @@
+"""Studies: found again after any interruption, refused when they are another's."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import optuna
+import pytest
+
+from tatamu import InputError, Rollout, Scene, TatamuError, simulate
+from tatamu.folding.task import Outcome, Task, make_task
+from tatamu.learning import learn
+
+COARSE = {"spacing": 0.04, "size": (0.24, 0.5)}
+
+
+def task(**changes: Any) -> Task:
+    return make_task("towel", **{**COARSE, **changes})
+
+
+def timeless(folder: Path) -> str:
+    """result.json without its times."""
+    data = json.loads((folder / "result.json").read_text())
+    del data["wall_seconds"]
+    for record in [*data["trials"], *data["baselines"]]:
+        del record["seconds"]
+    return json.dumps(data)
+
+
+@pytest.fixture(scope="module")
+def learned(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("learned")
+    learn(task(), folder, trials=6)
+    return folder
+
+
+def test_the_folder_holds_what_the_contract_says(learned: Path) -> None:
+    names = {path.name for path in learned.iterdir()} - {".lock"}
+    assert names == {"result.json", "manipulation.json", "scene.json", "rollout.npz", "study.db", "report.html"}
+    data = json.loads((learned / "result.json").read_text())
+    assert [t["number"] for t in data["trials"]] == list(range(6))
+    best = data["trials"][data["best"]]
+    assert best["objective"] == min(t["objective"] for t in data["trials"])
+    assert set(best["parameters"]) == {"x1", "z1", "x2", "z2", "g1", "g2"}
+    assert best["objective"] == pytest.approx(best["trajectory_length"] + 0.01 * best["shape_distance"])
+    assert {b["name"] for b in data["baselines"]} == {"li-2015", "triangle", "circle"}
+
+
+def test_the_saved_scene_gives_the_saved_rollout(learned: Path) -> None:
+    rollout = Rollout.load(learned / "rollout.npz")
+    again = simulate(Scene.load(learned / "scene.json"))
+    assert again.positions.tobytes() == rollout.positions.tobytes()
+    assert rollout.extra["target"].shape == rollout.positions.shape[1:]
+
+
+def test_optuna_opens_the_study(learned: Path) -> None:
+    study = optuna.load_study(study_name=None, storage=f"sqlite:///{learned / 'study.db'}")
+    assert len(study.trials) == 6
+    assert all(t.state == optuna.trial.TrialState.COMPLETE for t in study.trials)
+
+
+def test_a_finished_study_is_left_alone(learned: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = {path.name: path.read_bytes() for path in learned.iterdir()}
+    monkeypatch.setattr(Task, "evaluate", None)
+    learn(task(), learned, trials=6)
+    assert {path.name: path.read_bytes() for path in learned.iterdir()} == before
+
+
+def test_more_trials_go_on_where_the_study_stopped(learned: Path, tmp_path: Path) -> None:
+    learn(task(), tmp_path, trials=2)
+    learn(task(), tmp_path, trials=6)
+    assert timeless(tmp_path) == timeless(learned)
+
+
+def test_a_run_that_is_killed_goes_on_to_the_same_result(learned: Path, tmp_path: Path) -> None:
+    arguments = ["towel", "--size", "0.24x0.5", "--spacing", "0.04", "--trials", "6", "--out", str(tmp_path)]
+    command = [sys.executable, "-c", "from tatamu.cli import main; main()", "learn", *arguments]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+    while process.poll() is None and _told(tmp_path) < 3:
+        time.sleep(0.02)
+    os.kill(process.pid, signal.SIGKILL)
+    process.wait()
+    assert 3 <= _told(tmp_path) < 6, "the run was killed in its middle"
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    assert timeless(tmp_path) == timeless(learned)
+
+
+def _told(folder: Path) -> int:
+    if not (folder / "study.db").exists():
+        return 0
+    try:
+        return len(optuna.load_study(study_name=None, storage=f"sqlite:///{folder / 'study.db'}").trials)
+    except Exception:  # the database is being made at this moment
+        return 0
+
+
+def test_continuous_grasps_are_floored(tmp_path: Path) -> None:
+    learn(task(), tmp_path, trials=2, grasps="continuous", sampler="random", baselines=False)
+    data = json.loads((tmp_path / "result.json").read_text())
+    parameters = data["trials"][0]["parameters"]
+    assert parameters["g1"] != int(parameters["g1"])
+    fold = task().fold
+    floored = {**parameters, "g1": int(parameters["g1"]), "g2": int(parameters["g2"])}
+    assert task().manipulation(parameters).grasps == task().manipulation(floored).grasps
+    assert task().manipulation(parameters).grasps[0] == fold.left[int(parameters["g1"])]
+
+
+def test_a_failed_trial_is_a_finite_penalty_that_the_search_keeps(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls = iter(range(100))
+    honest = Task.evaluate
+
+    def sometimes(self: Task, manipulation: Any) -> Outcome:
+        if next(calls) == 1:
+            return Outcome(None, self.penalty(manipulation.trajectory_length), "blew up", None)
+        return honest(self, manipulation)
+
+    monkeypatch.setattr(Task, "evaluate", sometimes)
+    learn(task(), tmp_path, trials=3, baselines=False)
+    trials = json.loads((tmp_path / "result.json").read_text())["trials"]
+    assert [t["state"] for t in trials] == ["complete", "failed", "complete"]
+    assert trials[1]["error"] == "blew up"
+    assert trials[1]["mean_vertex_distance"] is None
+    assert max(t["objective"] for t in trials) == trials[1]["objective"] < 1e3
+
+
+def test_a_study_in_which_all_fails_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Task, "evaluate", lambda self, m: Outcome(None, 9.0, "blew up", None))
+    with pytest.raises(TatamuError, match="all 2 trials failed; the last said: blew up"):
+        learn(task(), tmp_path, trials=2, baselines=False)
+
+
+@pytest.mark.parametrize(
+    ("changes", "named"),
+    [
+        ({"seed": 1}, "seed is 0 there, 1 here"),
+        ({"sampler": "random"}, 'sampler is "gp" there'),
+        ({"trials": 3}, "6 trials already"),
+    ],
+)
+def test_another_study_is_not_touched(learned: Path, changes: dict[str, Any], named: str) -> None:
+    with pytest.raises(InputError, match=named):
+        learn(task(), learned, **{"trials": 6, **changes})
+
+
+def test_another_towel_is_not_touched(learned: Path) -> None:
+    with pytest.raises(InputError, match=r"task\.size is \[0\.24, 0\.5\] there, \[0\.24, 0\.6\] here"):
+        learn(task(size=(0.24, 0.6)), learned, trials=6)
+
+
+@pytest.mark.parametrize("content", [b"not a database at all", b"SQLite format 3\x00" + b"\xff" * 4000])
+def test_a_corrupted_study_is_refused_and_kept(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "study.db").write_bytes(content)
+    with pytest.raises(InputError, match=r"study\.db: is not a readable Optuna study"):
+        learn(task(), tmp_path, trials=2)
+    assert (tmp_path / "study.db").read_bytes() == content
+
+
+def test_a_study_of_somebody_elses_is_refused(tmp_path: Path) -> None:
+    study = optuna.create_study(storage=f"sqlite:///{tmp_path / 'study.db'}", study_name="tatamu")
+    study.add_trial(optuna.trial.create_trial(value=1.0))
+    with pytest.raises(InputError, match="not tatamu's"):
+        learn(task(), tmp_path, trials=2)
+
+
+@pytest.mark.parametrize(
+    ("changes", "named"), [({"trials": 0}, "trials"), ({"seed": -1}, "seed"), ({"sampler": "magic"}, "one of gp")]
+)
+def test_arguments_out_of_range_are_refused_before_anything_is_made(
+    tmp_path: Path, changes: dict[str, Any], named: str
+) -> None:
+    with pytest.raises(InputError, match=named):
+        learn(task(), tmp_path / "new", **changes)
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_folder_that_is_a_file_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("mine")
+    with pytest.raises(InputError, match="cannot be written"):
+        learn(task(), tmp_path / "file", trials=1)
+    assert (tmp_path / "file").read_text() == "mine"

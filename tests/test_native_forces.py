@@ -1,0 +1,141 @@
+"""Forces of the embedded simulator: gradients of their energies, and energies that are right."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tatamu.garments.towel import staggered_rectangle
+from tatamu.simulators.native import bending, layout, membrane
+from tatamu.topology import Topology
+from tests.scenes import CLOTH
+
+Mesh = tuple[np.ndarray, np.ndarray]
+
+
+def regular() -> Mesh:
+    vertices, faces = staggered_rectangle(0.6, 0.8, 0.02)
+    return vertices, faces
+
+
+def shuffled() -> Mesh:
+    """The same mesh with its vertices in no order: nothing fits in bands."""
+    vertices, faces = staggered_rectangle(0.2, 0.3, 0.02)
+    order = np.random.default_rng(1).permutation(len(vertices))
+    return vertices[order], np.argsort(order)[faces]
+
+
+class Elastic:
+    """Membrane and bending of a mesh, through the memory layout of the simulator."""
+
+    def __init__(self, mesh: Mesh) -> None:
+        self.rest, self.faces = mesh
+        self.topology = Topology(self.faces)
+        self.slot, self.slots = layout.slots(len(self.rest), self.faces)
+        self.triangles = layout.bands(self.slot[self.faces], self.slots)
+        self.hinges = layout.bands(self.slot[self.topology.hinges], self.slots)
+        frames = membrane.rest_frames(self.rest, self.faces)
+        self.S, self.L2 = membrane.constants(frames, CLOTH)
+        free = np.zeros(len(self.topology.hinges), dtype=bool)
+        self.weights, self.others = bending.constants(self.rest, self.topology, frames, free, CLOTH.bending_rigidity)
+
+    def _slotted(self, x: np.ndarray, bands: layout.Bands) -> np.ndarray:
+        X = np.zeros((3, self.slots + len(bands.copied)))
+        X[:, self.slot] = x.T
+        X[:, self.slots :] = X[:, bands.copied]
+        return X
+
+    def _gathered(self, F: np.ndarray, bands: layout.Bands) -> np.ndarray:
+        np.add.at(F.T, bands.copied, F[:, self.slots :].T)
+        return F[:, self.slot].T
+
+    def membrane_force(self, x: np.ndarray) -> np.ndarray:
+        X = self._slotted(x, self.triangles)
+        F, tau = np.zeros_like(X), np.zeros((3, int(self.triangles.table[:, 1].max())))
+        S, L2 = self.triangles.spread(self.S), self.triangles.spread(self.L2)
+        membrane.add_force(X, F, self.triangles.table, S, L2, tau)
+        return self._gathered(F, self.triangles)
+
+    def membrane_energy(self, x: np.ndarray) -> float:
+        a, b, c = (x[self.faces[:, k]] for k in range(3))
+        eps = np.stack([((e) ** 2).sum(1) for e in (c - b, a - c, b - a)]) - self.L2
+        full = 0.5 * self.S[[0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(3, 3, -1)
+        return float(0.5 * np.einsum("it,ijt,jt", eps, full, eps))
+
+    def _hinge_state(self, x: np.ndarray) -> np.ndarray:
+        H = np.zeros((10, self.hinges.size))
+        bending.measure(self._slotted(x, self.hinges), self.hinges.table, H)
+        return H
+
+    def bending_force(self, x: np.ndarray) -> np.ndarray:
+        X, bands = self._slotted(x, self.hinges), self.hinges
+        others = np.tile(np.arange(bands.size), (5, 1))
+        others[:, bands.place] = bands.place[self.others]
+        F, none = np.zeros_like(X), np.zeros(bands.size)
+        bending.add_force(
+            X, F, bands.table, none, bands.spread(self.weights), others, np.zeros((10, bands.size)), none.copy()
+        )
+        return self._gathered(F, bands)
+
+    def bending_energy(self, x: np.ndarray) -> float:
+        g = self._hinge_state(x)[8][self.hinges.place]
+        return float(0.5 * (g * (self.weights * g[self.others]).sum(0)).sum())
+
+
+@pytest.fixture(params=[regular, shuffled], ids=["bands", "copies"])
+def elastic(request: pytest.FixtureRequest) -> Elastic:
+    return Elastic(request.param())
+
+
+@pytest.mark.parametrize("part", ["membrane", "bending"])
+def test_force_is_minus_the_gradient_of_the_energy(elastic: Elastic, part: str) -> None:
+    rng = np.random.default_rng(0)
+    x = elastic.rest + rng.normal(0.0, 0.003, elastic.rest.shape)
+    force, energy = getattr(elastic, f"{part}_force")(x), getattr(elastic, f"{part}_energy")
+    for v, k in zip(rng.integers(0, len(x), 12), rng.integers(0, 3, 12), strict=True):
+        step = np.zeros_like(x)
+        step[v, k] = 1e-6
+        slope = (energy(x + step) - energy(x - step)) / 2e-6
+        assert force[v, k] == pytest.approx(-slope, rel=1e-5, abs=1e-7 * np.abs(force).max())
+
+
+@pytest.mark.parametrize("part", ["membrane", "bending"])
+def test_forces_carry_no_momentum(elastic: Elastic, part: str) -> None:
+    x = elastic.rest + np.random.default_rng(2).normal(0.0, 0.003, elastic.rest.shape)
+    force = getattr(elastic, f"{part}_force")(x)
+    scale = np.abs(force).sum()
+    assert np.abs(force.sum(0)).max() < 1e-12 * scale
+    assert np.abs(np.cross(x, force).sum(0)).max() < 1e-12 * scale
+
+
+def test_rows_of_a_staggered_mesh_need_no_copies() -> None:
+    elastic = Elastic(regular())
+    assert len(elastic.triangles.copied) == 0
+    assert len(elastic.hinges.copied) == 0
+    assert elastic.triangles.size < 1.1 * len(elastic.faces)
+
+
+def test_uniaxial_stretch_costs_half_y_strain_squared() -> None:
+    elastic = Elastic(regular())
+    strain, nu = 1e-4, CLOTH.poisson_ratio
+    x = elastic.rest * [1 + strain, 1 - nu * strain, 1.0]
+    area = 0.6 * 0.8
+    assert elastic.membrane_energy(x) == pytest.approx(0.5 * CLOTH.stretch_stiffness * strain**2 * area, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("shape", "curvature", "tolerance"),
+    [
+        (lambda u, v: u * u / 2, 1.0, 0.05),  # cylinder along the rows
+        (lambda u, v: v * v / 2, 1.0, 0.05),
+        (lambda u, v: u * v, 2.0, 0.02),  # twist
+        (lambda u, v: (u * u + v * v) / 2, 2.0, 0.05),  # sphere
+    ],
+    ids=["cylinder-x", "cylinder-y", "twist", "sphere"],
+)
+def test_small_bending_energy_is_that_of_a_plate(shape: object, curvature: float, tolerance: float) -> None:
+    elastic = Elastic(regular())
+    x = elastic.rest.copy()
+    x[:, 2] = 1e-3 * shape(x[:, 0], x[:, 1])  # type: ignore[operator]
+    exact = 0.5 * CLOTH.bending_rigidity * curvature * 1e-6 * 0.6 * 0.8
+    assert elastic.bending_energy(x) == pytest.approx(exact, rel=tolerance)

@@ -1,0 +1,435 @@
+"""The report of a learned fold, without a browser."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import struct
+import sys
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fabricated import grid, write_fold
+from tatamu.errors import InputError
+from tatamu.report import picture, write_report
+from tatamu.report.errormap import largest, maps
+from tatamu.report.fold import read_fold
+from tatamu.report.histogram import bin_width, histogram
+from tatamu.report.markup import filled, inline
+from tatamu.report.packing import motion
+from tatamu.report.raster import View, rasterise, vertex_normals
+from tatamu.report.records import Scores
+from tatamu.report.replay import FRAMES, frames, replay
+from tatamu.report.verdict import MEASURES, grade
+from tatamu.report.ways import curve, figure
+from tatamu.rollout import Rollout
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return write_fold(tmp_path / "towel", spacing=0.08, frames=24)
+
+
+def changed(path: Path, change: Callable[[dict[str, Any]], object]) -> None:
+    value = json.loads(path.read_text())
+    change(value)
+    path.write_text(json.dumps(value))
+
+
+def rewritten(folder: Path, change: Callable[[dict[str, np.ndarray]], object]) -> None:
+    """Change the arrays of rollout.npz."""
+    with np.load(folder / "rollout.npz") as archive:
+        arrays = dict(archive)
+    change(arrays)
+    np.savez(folder / "rollout.npz", allow_pickle=False, **arrays)
+
+
+def test_the_report_is_one_page_with_every_figure(folder: Path) -> None:
+    out = write_report(folder)
+    page = out.read_text()
+    assert out == folder / "report.html"
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "manipulation.json",
+        "report.html",
+        "result.json",
+        "rollout.npz",
+        "scene.json",
+    ]
+    charts = json.loads(re.search(r'id="chart-data">(.*?)</script>', page, re.S)[1])  # type: ignore[index]
+    assert set(charts) == {
+        "map-0",
+        "own-0",
+        "moment-0",
+        "moment-1",
+        "moment-2",
+        "objective-0",
+        "distance-0",
+        "ways-0",
+    }
+    assert all(f'id="{name}"' in page for name in charts)
+    assert "Towel, half fold" in page and "near perfect" in page
+    assert "tatamu learn towel --out towel --size 0.34x0.8 --fold half" in page
+    assert "{{" not in page.split("<script")[0]
+
+
+def test_the_page_names_nothing_that_must_be_fetched(folder: Path) -> None:
+    page = write_report(folder).read_text()
+    fetched = re.findall(r"""(?:src|href|url\()\s*=?\s*["']?(\w+:[^"')\s]{0,30})""", page)
+    assert fetched and all(address.startswith("data:") for address in fetched)
+
+
+def test_the_same_fold_gives_the_same_bytes(folder: Path) -> None:
+    first = write_report(folder).read_bytes()
+    assert write_report(folder).read_bytes() == first
+
+
+def test_the_page_stays_small_for_a_fine_mesh(tmp_path: Path) -> None:
+    folder = write_fold(tmp_path / "fine", spacing=0.0125, frames=277)
+    assert write_report(folder).stat().st_size < 4_000_000
+
+
+def test_texts_from_files_are_escaped(folder: Path) -> None:
+    evil = "<script>alert(1)</script>&\"'"
+    changed(folder / "result.json", lambda r: r["task"].update(garment=evil))
+    changed(folder / "result.json", lambda r: r["baselines"][0].update(title=evil))
+    changed(folder / "result.json", lambda r: r["trials"][4].update(error=evil))
+    changed(folder / "manipulation.json", lambda m: m["arms"][0].update(name=evil))
+    rewritten(folder, lambda a: a.update(info=np.array(json.dumps({"warnings": [evil], "version": evil}))))
+    page = write_report(folder).read_text()
+    assert "<script>alert" not in page
+    assert "&lt;script&gt;alert(1)&lt;/script&gt;" in page
+
+
+@pytest.mark.parametrize(
+    ("distance", "word"),
+    [
+        (0.0019, "near perfect"),
+        (0.002, "good"),
+        (0.0049, "good"),
+        (0.0051, "fair"),
+        (0.0199, "fair"),
+        (0.0201, "failed"),
+        (float("nan"), "failed"),
+        (None, "failed"),
+    ],
+)
+def test_grades_follow_the_thresholds(distance: float | None, word: str) -> None:
+    assert grade(distance) == word
+
+
+def test_measures_know_what_passes() -> None:
+    passing = Scores(mean_vertex_distance=0.012, mask_iou=0.8, area_error=2.77, slip=1.0)
+    missing = Scores(mean_vertex_distance=0.013, mask_iou=0.79, area_error=2.78)
+    verdicts = {measure.key: (measure.passes(passing), measure.passes(missing)) for measure in MEASURES}
+    for key in ("mean_vertex_distance", "mask_iou", "area_error"):
+        assert verdicts[key] == (True, False)
+    assert verdicts["slip"] == (None, None)
+    assert [measure.text(Scores()) for measure in MEASURES] == ["–"] * len(MEASURES)
+
+
+def test_the_table_shows_baselines_beside_the_learned_fold(folder: Path) -> None:
+    page = write_report(folder).read_text()
+    for title in ("Curve shipped with Li 2015&#x27;s code", "Triangle", "Circular arc"):
+        assert f'<th scope="col">{title}</th>' in page
+    assert '<span class="pill failed">failed</span>' in page
+
+
+def test_a_report_without_baselines_and_moments_still_has_its_histogram(folder: Path) -> None:
+    changed(folder / "result.json", lambda r: r.pop("baselines"))
+    rewritten(folder, lambda a: [a.pop(name) for name in ("error_first", "error_10", "error_50")])
+    page = write_report(folder).read_text()
+    assert "<b>Best of all 50</b>" in page and "<b>First trial</b>" not in page
+
+
+@pytest.mark.parametrize(
+    ("count", "gone", "titles"),
+    [
+        (50, [], ["First trial", "Best after 10", "Best after 50"]),
+        (60, [], ["First trial", "Best after 10", "Best after 50", "Best of all 60"]),
+        (20, ["error_50"], ["First trial", "Best after 10", "Best of all 20"]),
+        (1, ["error_10", "error_50"], ["First trial"]),
+    ],
+)
+def test_histograms_follow_the_search(tmp_path: Path, count: int, gone: list[str], titles: list[str]) -> None:
+    folder = write_fold(tmp_path / "towel", spacing=0.08, frames=6, count=count)
+    rewritten(folder, lambda a: [a.pop(name) for name in gone])
+    assert [title for title, _ in read_fold(folder).moments] == titles
+    write_report(folder)
+
+
+def test_a_histogram_counts_every_vertex() -> None:
+    errors = np.array([0.0, 0.0011, 0.0012, 0.0100])
+    bars = histogram(errors, 0.001)["data"][0]
+    assert sum(bars["y"]) == 4
+    assert dict(zip(bars["x"], bars["y"], strict=True))[1.5] == 2
+    assert bars["x"][-1] > 10.0 > bars["x"][-2]
+
+
+def test_bins_are_round_and_about_forty() -> None:
+    for end in (1e-9, 0.0013, 0.02, 0.145, 0.5):
+        width = bin_width(end)
+        assert float(f"{width:.2g}") == pytest.approx(width)
+        assert 25 <= max(end, 1e-6) / width <= 60
+
+
+def unpacked(data: bytes, shape: tuple[int, ...]) -> np.ndarray:
+    """What packing.js does."""
+    low, high = np.frombuffer(data, np.uint8).reshape(2, -1).astype(np.int64)
+    folded = (low | high << 8).reshape(shape)
+    off = (folded >> 1) ^ -(folded & 1)
+    out = np.zeros((shape[0] + 2, *shape[1:]), dtype=np.int64)
+    for frame in range(shape[0]):
+        out[frame + 2] = (off[frame] + 2 * out[frame + 1] - out[frame]) % 65536
+    return out[2:]
+
+
+def test_packed_motion_comes_back_whole() -> None:
+    steps = np.random.default_rng(0).integers(0, 65536, size=(7, 5, 3))
+    steps[0, 0], steps[1, 0], steps[2, 0] = 0, 65535, 0
+    assert (unpacked(motion(steps), steps.shape) == steps).all()
+
+
+def test_the_replay_holds_the_cloth_to_a_tenth_of_a_millimetre(folder: Path) -> None:
+    fold = read_fold(folder)
+    data = replay(fold, 0.005)
+    steps = zlib.decompress(base64.b64decode(data["positions"]))
+    shown = np.array(data["low"]) + data["step"] * unpacked(steps, (25, data["count"], 3))
+    assert np.abs(shown[:-1] - fold.rollout.positions).max() < 5e-5
+    assert np.abs(shown[-1] - fold.target).max() < 5e-5
+    faces = np.frombuffer(zlib.decompress(base64.b64decode(data["faces"])), "<u4")
+    assert (faces.reshape(-1, 3) == fold.faces).all()
+    held = fold.rollout.positions[:, fold.manipulation.arms[0].grasp.vertex]
+    assert np.allclose(data["hands"][0]["path"], held, atol=2e-5)
+
+
+def test_a_replay_has_its_first_and_last_frame_and_not_too_many() -> None:
+    for count, vertices in ((1, 10), (2, 10), (1000, 10), (1000, 100_000)):
+        kept = frames(count, vertices)
+        assert kept[0] == 0 and kept[-1] == count - 1 and len(kept) <= FRAMES
+    assert (frames(100, 10) == np.arange(100)).all()
+    assert len(frames(1000, 100_000)) == 10
+
+
+def test_a_bezier_curve_meets_its_ends_and_leaves_along_its_handles() -> None:
+    control = np.array([[0.0, 0, 0], [0.1, 0, 0.3], [0.5, 0, 0.4], [0.8, 0, 0]])
+    path = curve(control, 2001)
+    assert np.allclose(path[[0, -1]], control[[0, -1]])
+    assert np.allclose((path[1] - path[0]) * 2000 / 3, control[1] - control[0], atol=1e-3)
+    assert np.allclose(path[1000], np.array([1, 3, 3, 1]) @ control / 8)
+
+
+def test_paths_of_baselines_come_from_control_points_or_parameters(folder: Path) -> None:
+    parameters = {"x1": 0.0, "z1": 0.4, "x2": 0.8, "z2": 0.4, "g1": 0.0, "g2": 0.0}
+
+    def change(result: dict[str, Any]) -> None:
+        first, second, third = result["baselines"]
+        first["control_points"] = [first["control_points"], first["control_points"]]
+        second |= {"control_points": None, "parameters": parameters}
+        third.pop("control_points")
+
+    changed(folder / "result.json", change)
+    traces = figure(read_fold(folder))["data"]
+    named = {trace["name"]: trace for trace in traces if "name" in trace}
+    assert set(named) == {"Curve shipped with Li 2015&#x27;s code", "Triangle", "learned, both hands"}
+    assert max(named["Triangle"]["y"]) == pytest.approx(300.0)
+    assert named["Triangle"]["x"][-1] == pytest.approx(800.0)
+
+
+def test_hands_that_part_are_drawn_apart(folder: Path) -> None:
+    changed(folder / "scene.json", lambda s: s["grippers"][0]["displacements"][5].__setitem__(2, 0.5))
+    names = {trace.get("name") for trace in figure(read_fold(folder))["data"]}
+    assert {"learned, left hand", "learned, right hand"} <= names
+
+
+def test_the_map_shows_each_error_at_its_place(folder: Path) -> None:
+    def tilt(arrays: dict[str, np.ndarray]) -> None:
+        arrays["positions"][-1] = arrays["target"]
+        arrays["positions"][-1, :, 2] += 0.001 * (arrays["positions"][0, :, 0] + 0.4)
+
+    rewritten(folder, tilt)
+    ((name, chart),) = maps(read_fold(folder))
+    heat = chart["data"][0]
+    values = np.array(heat["z"], dtype=float)
+    x = heat["x0"] + heat["dx"] * np.arange(values.shape[1])
+    inside = np.isfinite(values)
+    assert name == "The flat cloth" and 0.85 < inside.mean() < 0.95
+    assert np.abs(values - (x + 400) / 1000)[inside].max() < 0.011
+
+
+def test_two_layers_make_two_maps(folder: Path) -> None:
+    points, faces = grid(0.1)
+    above = points + np.array([0.0, 0.0, 0.002])
+    start = np.vstack([points, above])
+    both = np.vstack([faces, faces[:, ::-1] + len(points)])
+
+    def double(arrays: dict[str, np.ndarray]) -> None:
+        arrays["faces"] = both
+        arrays["positions"] = np.repeat(start[None], len(arrays["times"]), axis=0)
+        arrays["target"] = start + np.repeat([[0.001, 0, 0], [0.003, 0, 0]], len(points), axis=0)
+        for moment in ("error_first", "error_10", "error_50"):
+            arrays.pop(moment)
+
+    rewritten(folder, double)
+
+    def cloth(scene: dict[str, Any]) -> None:
+        scene["cloth"] |= {"vertices": start.tolist(), "faces": both.tolist()}
+        for gripper in scene["grippers"]:
+            gripper["vertices"] = [vertex for vertex in gripper["vertices"] if vertex < len(start)]
+
+    changed(folder / "scene.json", cloth)
+    (upper, high), (_, low) = maps(read_fold(folder))
+    assert upper == "Upper layer"
+    assert np.nanmean(np.array(high["data"][0]["z"], dtype=float)) == pytest.approx(3.0)
+    assert np.nanmean(np.array(low["data"][0]["z"], dtype=float)) == pytest.approx(1.0)
+
+
+def test_the_scale_of_the_map_is_round_and_not_set_by_one_vertex() -> None:
+    errors = np.full(1000, 0.0031)
+    errors[0] = 0.5
+    assert largest(errors) == pytest.approx(0.004)
+    assert largest(np.zeros(5)) == pytest.approx(5e-4)
+
+
+def test_the_nearest_triangle_is_seen() -> None:
+    points = np.array([[0, 0, 0], [8, 0, 0], [0, 8, 0], [0, 0, 1], [4, 0, 1], [0, 4, 1]], dtype=float)
+    seen = rasterise(points, np.array([[0, 1, 2], [3, 4, 5]]), (8, 8))
+    assert seen.face[1, 1] == 1 and seen.face[4, 2] == 0 and seen.face[7, 7] == -1
+    assert seen.mask.sum() == 36
+    assert np.allclose(seen.sample(points[:, 0], np.array([[0, 1, 2], [3, 4, 5]]))[:3], [0.5, 1.5, 2.5])
+
+
+def test_a_view_sees_up_as_up_and_near_as_large() -> None:
+    points = np.array([[0, 0, 0], [0, 0.1, 0], [0, 0.1, 1.0]], dtype=float)
+    flat = View(np.zeros(3), np.eye(3), 100.0, (40, 60)).project(points)
+    assert np.allclose(flat[:, :2], [[30, 20], [30, 10], [30, 10]])
+    near = View(np.zeros(3), np.eye(3), 100.0, (40, 60), distance=2.0).project(points)
+    assert np.allclose(near[:, 1], [20, 10, 0])
+    assert near[2, 2] > near[1, 2]
+
+
+def test_normals_of_a_flat_cloth_point_up() -> None:
+    points, faces = grid(0.1)
+    assert np.allclose(vertex_normals(points, faces), [0, 0, 1])
+
+
+def test_the_picture_is_a_png_of_cloth_and_paths(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys.modules["tatamu.report.still"], "SIZE", (90, 160))
+    out = picture(folder, folder / "picture.png")
+    pixels = decoded(out.read_bytes())
+    assert pixels.shape == (90, 160, 4) and (pixels[..., 3] == 255).all()
+    red, green, blue = (pixels[..., k].astype(int) for k in range(3))
+    assert ((red > 220) & (green > 150) & (blue < 150)).mean() > 0.05  # the cloth's other side is up
+    assert ((red > 150) & (green < 110)).sum() > 20  # left hand
+    assert ((red < 80) & (green > 90)).sum() > 20  # right hand
+
+
+def decoded(data: bytes) -> np.ndarray:
+    """Pixels (h, w, 4) of a PNG with filter "up" in every row."""
+    width, height = struct.unpack(">II", data[16:24])
+    body = data[data.index(b"IDAT") + 4 : data.index(b"IEND") - 8]
+    rows = np.frombuffer(zlib.decompress(body), np.uint8).reshape(height, 1 + 4 * width)
+    assert (rows[:, 0] == 2).all()
+    return np.cumsum(rows[:, 1:], axis=0, dtype=np.uint8).reshape(height, width, 4)
+
+
+@pytest.mark.parametrize("name", ["result.json", "manipulation.json", "scene.json", "rollout.npz"])
+@pytest.mark.parametrize("broken", [None, "", "{", "[1]"])
+def test_a_wrong_folder_is_refused_in_one_line_that_names_the_file(
+    folder: Path, name: str, broken: str | None
+) -> None:
+    if broken is None:
+        (folder / name).unlink()
+    else:
+        (folder / name).write_text(broken)
+    with pytest.raises(InputError, match=re.escape(str(folder / name))) as caught:
+        write_report(folder)
+    assert "\n" not in str(caught.value)
+    assert not (folder / "report.html").exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "field"),
+    [
+        ("result.json", lambda r: r.update(version=2), "version"),
+        ("result.json", lambda r: r.update(best=4), "best"),
+        ("result.json", lambda r: r.update(best=99), "best"),
+        ("result.json", lambda r: r["trials"][0].update(state="running"), "state"),
+        ("result.json", lambda r: r["trials"][0].update(objective=None), "objective"),
+        ("result.json", lambda r: r["baselines"][0].update(control_points=[[0, 0, 0]]), "control_points"),
+        ("manipulation.json", lambda m: m.update(version=7), "version"),
+        ("manipulation.json", lambda m: m.update(arms=[]), "arms"),
+    ],
+)
+def test_a_wrong_field_is_named(
+    folder: Path, name: str, change: Callable[[dict[str, Any]], object], field: str
+) -> None:
+    changed(folder / name, change)
+    with pytest.raises(InputError, match=rf"{name}: .*{field}"):
+        write_report(folder)
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        (lambda a: a.pop("target"), "target"),
+        (lambda a: a.update(target=a["target"][:-1]), "target"),
+        (lambda a: a.update(error_10=a["error_10"][:-1]), "error_10"),
+        (lambda a: a["positions"].__setitem__((-1, 0, 0), np.nan), "positions"),
+        (lambda a: a.update(positions=a["positions"][:, :-1]), "positions"),
+        (lambda a: a.update(times=a["times"][::-1]), "times"),
+        (lambda a: a.update(faces=a["faces"] + 1), "faces"),
+        (lambda a: a.update(faces=a["faces"][:, :2]), "faces"),
+    ],
+)
+def test_a_rollout_that_does_not_fit_is_refused(
+    folder: Path, change: Callable[[dict[str, np.ndarray]], object], field: str
+) -> None:
+    rewritten(folder, change)
+    with pytest.raises(InputError, match=rf"rollout\.npz: {field}"):
+        write_report(folder)
+
+
+def test_a_grasp_that_no_gripper_holds_is_refused(folder: Path) -> None:
+    changed(folder / "manipulation.json", lambda m: m["arms"][1]["grasp"].update(vertex=30))
+    with pytest.raises(InputError, match=r"scene\.json: grippers: none holds vertex 30"):
+        write_report(folder)
+
+
+def test_hands_follow_the_grippers_of_the_scene(folder: Path) -> None:
+    fold = read_fold(folder)
+    for arm in fold.manipulation.arms:
+        assert np.allclose(fold.hand(arm), fold.rollout.positions[:, arm.grasp.vertex], atol=1e-6)
+
+
+def test_a_cloth_exactly_on_its_target_has_a_report(folder: Path) -> None:
+    rewritten(folder, lambda a: a["positions"].__setitem__(-1, a["target"]))
+    write_report(folder)
+
+
+def test_a_scene_without_table_and_a_single_frame_have_a_report(folder: Path) -> None:
+    changed(folder / "scene.json", lambda s: s.update(table=None))
+    rewritten(folder, lambda a: a.update(times=a["times"][:1], positions=a["positions"][:1]))
+    assert len(Rollout.load(folder / "rollout.npz").times) == 1
+    write_report(folder)
+
+
+def test_the_recorded_command_is_shown_as_it_was(folder: Path) -> None:
+    changed(folder / "result.json", lambda r: r.update(command="tatamu learn 'my shirt.obj' --out <here>"))
+    assert "tatamu learn &#x27;my shirt.obj&#x27; --out &lt;here&gt;" in write_report(folder).read_text()
+
+
+def test_a_template_is_filled_in_one_pass() -> None:
+    assert filled("{{a}} {{b}}", {"a": "{{b}}", "b": "x"}) == "{{b}} x"
+    with pytest.raises(KeyError):
+        filled("{{c}}", {})
+
+
+def test_inline_data_cannot_close_its_script() -> None:
+    assert "</" not in inline({"a": "</script><!--"})
+    assert json.loads(inline({"a": "</script>\u2028é"})) == {"a": "</script>\u2028é"}

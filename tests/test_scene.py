@@ -1,0 +1,119 @@
+"""Scene and rollout files: validated on reading, the same after a round trip."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tatamu import InputError, Rollout, Scene
+from tests.scenes import held, scene
+
+
+def plain() -> dict[str, Any]:
+    value: dict[str, Any] = json.loads(scene(grippers=[held(np.array([0]))]).model_dump_json())
+    return value
+
+
+def changed(path: str, value: Any) -> dict[str, Any]:
+    data = plain()
+    *parents, last = path.split(".")
+    part: Any = data
+    for key in parents:
+        part = part[int(key)] if key.isdigit() else part[key]
+    part[last] = value
+    return data
+
+
+def test_a_scene_survives_a_round_trip(tmp_path: Path) -> None:
+    original = scene(grippers=[held(np.array([3, 4]), opens=0.4)])
+    original.save(tmp_path / "scene.json")
+    again = Scene.load(tmp_path / "scene.json")
+    assert again.model_dump_json() == original.model_dump_json()
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "named"),
+    [
+        ("version", 2, "version"),
+        ("cloth.vertices", [[0, 0]], "cloth.vertices"),
+        ("cloth.vertices", [[0, 0, "a"]], "cloth.vertices"),
+        ("cloth.vertices", [[0, 0, 1e9]], "cloth.vertices"),
+        ("cloth.faces", [[0, 1, 999]], "triangle 0"),
+        ("cloth.faces", [[0, 1, 1.5]], "cloth.faces"),
+        ("cloth.faces", [], "at least one triangle"),
+        ("cloth.faces", [[0, 1, 2]], "have an area"),
+        ("cloth.faces", [[0, 1, 6]], "belongs to none"),
+        ("cloth.rest_vertices", [[0, 0, 0]], "rest_vertices"),
+        ("cloth.seams", [[0, 1]], "seams"),
+        ("material.areal_density", -1, "material.areal_density"),
+        ("material.areal_density", float("nan"), "material.areal_density"),
+        ("material.poisson_ratio", 1.0, "material.poisson_ratio"),
+        ("material.colour", "red", "material.colour"),
+        ("table.tilt", 2.0, "table.tilt"),
+        ("grippers.0.vertices", [100000], "grippers.0.vertices"),
+        ("grippers.0.vertices", [0, 0], "different"),
+        ("grippers.0.opens", 0.0, "opens"),
+        ("grippers.0.times", [1.0, 1.0], "increase"),
+        ("grippers.0.displacements", [[0, 0, 0], [0, 0, 0]], "displacements"),
+        ("duration", 0, "duration"),
+        ("duration", "long", "duration"),
+        ("frame_rate", -1, "frame_rate"),
+    ],
+)
+def test_a_wrong_field_is_named_in_one_line(tmp_path: Path, path: str, value: Any, named: str) -> None:
+    file = tmp_path / "scene.json"
+    file.write_text(json.dumps(changed(path, value)))
+    with pytest.raises(InputError) as error:
+        Scene.load(file)
+    assert named in str(error.value)
+    assert str(file) in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_three_triangles_on_one_edge_are_no_cloth(tmp_path: Path) -> None:
+    data = plain()
+    data["cloth"]["vertices"] = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1]]
+    data["cloth"]["faces"] = [[0, 1, 2], [0, 1, 3], [0, 1, 4]]
+    file = tmp_path / "scene.json"
+    file.write_text(json.dumps(data))
+    with pytest.raises(InputError, match=r"manifold: edge \[0, 1\] belongs to 3 triangles"):
+        Scene.load(file)
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "7", '{"version": 1}'])
+def test_what_is_no_scene_is_refused(tmp_path: Path, text: str) -> None:
+    file = tmp_path / "scene.json"
+    file.write_text(text)
+    with pytest.raises(InputError, match=r"scene\.json"):
+        Scene.load(file)
+
+
+def test_two_hands_may_not_hold_one_vertex_at_once() -> None:
+    with pytest.raises(ValueError, match="hold the same vertex"):
+        scene(grippers=[held(np.array([1, 2])), held(np.array([2, 3]))])
+
+
+def test_two_hands_may_hold_one_vertex_in_turn() -> None:
+    scene(grippers=[held(np.array([1]), opens=0.2), held(np.array([1]), closes=0.2)])
+
+
+def test_a_rollout_survives_a_round_trip_without_pickles(tmp_path: Path) -> None:
+    rollout = Rollout(
+        np.arange(2.0), np.zeros((2, 3, 3)), np.array([[0, 1, 2]]), {"simulator": "x"}, {"target": np.ones((3, 3))}
+    )
+    rollout.save(tmp_path / "r.npz")
+    again = Rollout.load(tmp_path / "r.npz")
+    assert again.info == rollout.info
+    assert (again.extra["target"] == 1.0).all()
+    with np.load(tmp_path / "r.npz", allow_pickle=False) as archive:
+        assert set(archive.files) == {"times", "positions", "faces", "info", "target"}
+
+
+def test_what_is_no_rollout_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "r.npz").write_bytes(b"nothing")
+    with pytest.raises(InputError, match="not a rollout"):
+        Rollout.load(tmp_path / "r.npz")
