@@ -28,7 +28,7 @@ class Segment:
 
     @property
     def duration(self) -> float:
-        """[s]"""
+        """How long it lasts [s]."""
         return self.end - self.start
 
 
@@ -47,13 +47,13 @@ def segments(scene: Scene, longest: float) -> list[Segment]:
         if 0.0 < event < frames[-1] and np.abs(frames - event).min() > SAME:
             instants.append((event, False))
     instants = sorted(instants)
-    return [piece for (start, _), (end, frame) in pairwise(instants) for piece in _cut(scene, start, end, frame, longest)]
+    return [
+        piece for (start, _), (end, frame) in pairwise(instants) for piece in _cut(scene, start, end, frame, longest)
+    ]
 
 
 def _cut(scene: Scene, start: float, end: float, frame: bool, longest: float) -> list[Segment]:
     held = tuple(holds(gripper, start, end) for gripper in scene.grippers)
     pieces = max(1, int(np.ceil((end - start) / longest - 1e-6)))
     bounds = [start + (end - start) * k / pieces for k in range(pieces)] + [end]
-    return [
-        Segment(a, b, frame and number == pieces - 1, held) for number, (a, b) in enumerate(pairwise(bounds))
-    ]
+    return [Segment(a, b, frame and number == pieces - 1, held) for number, (a, b) in enumerate(pairwise(bounds))]

@@ -140,8 +140,8 @@ def _contact(mapping: Mapping, material: Material) -> None:
     }
     mapping.standoff = REST * 2.0 * reach / mapping.scale
     if layers > 0.501 * LAYERS * gap:
-        mapping.warn(f"layers rest {1e3 * 2 * layers / LAYERS / mapping.scale:.2g} mm apart, not {1e3 * material.thickness:.2g} mm")
-
+        apart = 2.0 * layers / LAYERS / mapping.scale
+        mapping.warn(f"layers rest {1e3 * apart:.2g} mm apart, not {1e3 * material.thickness:.2g} mm")
 
 
 def _friction(mapping: Mapping, name: str, coefficient: float) -> float:
@@ -171,12 +171,13 @@ def _substeps(mapping: Mapping, springs: Springs, longest: float) -> None:
 def _raw(scene: Scene, longest: float) -> Mapping:
     """Blender's numbers as a material gives them.
 
-    What it leaves out of the cloth's properties keeps Blender's default; contacts it leaves out come from the SI fields.
+    Properties of the cloth that it leaves out keep Blender's defaults; contacts that it leaves out come from the SI
+    fields.
     """
     raw = checked(scene.material.blender or {})
     mapping = Mapping()
     _contact(mapping, scene.material)
-    mapping.clock = raw.pop("time_scale", None)
+    mapping.clock = float(raw.pop("time_scale")) if "time_scale" in raw else None
     for name, value in raw.items():
         part = mapping.collision if name in COLLISION else mapping.collider if name in COLLIDER else mapping.settings
         part[name] = value

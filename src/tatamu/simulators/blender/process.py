@@ -56,8 +56,9 @@ class Worker:
         try:
             return str(self._receive()[0]["blender"])
         except WorkerDied:
+            words = self._last_words()
             self.close()
-            raise InputError(f"{self.command[0]}: does not run as Blender{self._last_words()}") from None
+            raise InputError(f"{self.command[0]}: does not run as Blender{words}") from None
         finally:
             limit.cancel()
 
@@ -104,7 +105,7 @@ class Worker:
 
     def close(self) -> None:
         """End the process and leave no zombie."""
-        for pipe in (self.process.stdin, self.process.stdout):
+        for pipe in (self.process.stdin, self.process.stdout, self.log):
             if pipe is not None:
                 with _quiet():
                     pipe.close()

@@ -104,7 +104,9 @@ def _collider(scene: Scene, origin: np.ndarray, mapping: Mapping) -> dict[str, A
 def _table_corners(scene: Scene, table: Table, drop: float) -> np.ndarray:
     """A rectangle `drop` [m] under the table's plane, as large as the cloth can get to, shape (4, 3)."""
     points = scene.cloth.vertices
-    reach = 1.0 + np.linalg.norm(np.ptp(points, axis=0)) + 0.5 * scene.gravity * np.sin(abs(table.tilt)) * scene.duration**2
+    reach = (
+        1.0 + np.linalg.norm(np.ptp(points, axis=0)) + 0.5 * scene.gravity * np.sin(abs(table.tilt)) * scene.duration**2
+    )
     for gripper in scene.grippers:
         reach += np.abs(gripper.displacements).max()
     reach = min(float(reach), 500.0)

@@ -130,13 +130,13 @@ class Hinges:
 
     @property
     def coefficients(self) -> np.ndarray:
-        """theta per elevation of the four vertices [1/m], shape (h, 4)."""
+        """The angle theta per elevation of the four vertices [1/m], shape (h, 4)."""
         share, inverse = self.feet / self.length, 1.0 / self.heights
         first, second = ((1.0 - share) * inverse).sum(0), (share * inverse).sum(0)
         return np.stack([-first, -second, inverse[0], inverse[1]], axis=1)
 
     def angle(self, direction: np.ndarray) -> np.ndarray:
-        """theta of each hinge on a cylinder of curvature 1 across `direction` [rad, from the edge], shape (h,)."""
+        """Angles of the hinges on a cylinder of curvature 1 across `direction` [rad, from the edge], shape (h,)."""
         zero = np.zeros_like(self.length)
         along = np.stack([zero, self.length, self.feet[0], self.feet[1]], axis=1)
         aside = np.stack([zero, zero, self.heights[0], -self.heights[1]], axis=1)

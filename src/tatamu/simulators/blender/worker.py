@@ -1,7 +1,7 @@
 """A program that runs inside Blender: recipes come in on standard input, positions go out on standard output.
 
-It is started by `tatamu.simulators.blender.process`, with a Python that has `bpy` or by `blender --background --python`;
-it imports nothing of tatamu and needs no numpy. A message is MARK, its length as four bytes (little endian), and JSON;
+`tatamu.simulators.blender.process` starts it, with a Python that has `bpy` or by `blender --background --python`; it
+imports nothing of tatamu and needs no numpy. A message is MARK, its length as four bytes (little endian), and JSON;
 a reply's JSON is followed by `bytes` bytes of float32 positions. Blender prints to standard output as it likes, so the
 reader skips to the next MARK, and everything but replies is sent to standard error from the first message on.
 """
@@ -17,6 +17,7 @@ import threading
 import time
 from array import array
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any, BinaryIO
 
 import bpy
@@ -80,10 +81,9 @@ def run(recipe: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
 def clear() -> None:
     """Remove whatever the last recipe made."""
     bpy.context.scene.frame_set(0)
-    for kind in (bpy.data.objects, bpy.data.meshes, bpy.data.shape_keys, bpy.data.actions):
+    for kind in (bpy.data.objects, bpy.data.meshes, bpy.data.actions):
         for item in list(kind):
-            if kind is not bpy.data.shape_keys:
-                kind.remove(item)
+            kind.remove(item)
 
 
 def mesh_object(name: str, vertices: list[list[float]], faces: list[list[int]]) -> Any:
@@ -126,6 +126,7 @@ class Hand:
 
     @staticmethod
     def hook(cloth: Any, name: str, vertices: list[int]) -> Any:
+        """An empty that carries vertices along."""
         empty = bpy.data.objects.new(name, None)
         bpy.context.scene.collection.objects.link(empty)
         cloth.vertex_groups.new(name=name).add(vertices, 1.0, "REPLACE")
@@ -143,7 +144,7 @@ class Hand:
             ]
         self.closed = displacement is not None
         for empty, offset in zip(self.hooks, self.offsets, strict=True):
-            empty.location = [a + b for a, b in zip(offset, displacement, strict=True)] if self.closed else (0, 0, 0)
+            empty.location = [a + b for a, b in zip(offset, displacement, strict=True)] if displacement else (0, 0, 0)
 
 
 def add_cloth(cloth: Any, recipe: dict[str, Any]) -> Any:
@@ -176,7 +177,7 @@ def add_table(collider: dict[str, Any]) -> None:
 
 
 def assign(target: Any, values: dict[str, Any]) -> None:
-    """Set properties by name; *_max follow their base, as Blender keeps them above it."""
+    """Set properties by name, each *_stiffness before its *_stiffness_max, which Blender keeps above it."""
     for name, value in sorted(values.items()):
         setattr(target, name, value)
 
@@ -210,7 +211,7 @@ def key(owner: Any, name: str, values: list[float]) -> None:
     if len(set(values)) == 1:
         return
     owner.keyframe_insert(name, frame=1)
-    for frame, (last, value) in enumerate(zip(values, values[1:], strict=False), start=3):
+    for frame, (last, value) in enumerate(pairwise(values), start=3):
         if value != last:
             setattr(owner, name, value)
             owner.keyframe_insert(name, frame=frame)

@@ -60,7 +60,7 @@ def _document(scene: Scene) -> str:
     parts = [
         "<mujoco>",
         f'<option gravity="0 0 {-scene.gravity!r}" integrator="discrete" solver="CG"',
-        ' cone="elliptic" impratio="10" tolerance="1e-6" iterations="200"/>',
+        ' cone="elliptic" impratio="10" tolerance="1e-4" iterations="200"/>',
         '<size memory="1G"/><worldbody>',
         "" if scene.table is None else _table(scene.table, scene.material),
         *_bodies(scene),
