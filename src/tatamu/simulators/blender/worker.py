@@ -72,7 +72,8 @@ def run(recipe: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
     modifier = add_cloth(cloth, recipe)
     if recipe["collider"] is not None:
         add_table(recipe["collider"])
-    animate(cloth, modifier, hands, recipe["segments"])
+    if recipe["segments"]:
+        animate(cloth, modifier, hands, recipe["segments"])
     ready = time.perf_counter()
     positions = step(cloth, hands, recipe["segments"])
     return {"setup_seconds": ready - begin, "wall_seconds": time.perf_counter() - ready}, positions
