@@ -31,6 +31,11 @@ from tatamu.report.ways import curve, figure
 from tatamu.rollout import Rollout
 
 
+@pytest.fixture(autouse=True)
+def small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tatamu.report.topview.WIDE", 120)
+
+
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     return write_fold(tmp_path / "towel", spacing=0.08, frames=24)
