@@ -205,8 +205,8 @@ def test_the_replay_holds_the_cloth_to_a_tenth_of_a_millimetre(folder: Path) -> 
     data = replay(fold, 0.005)
     steps = zlib.decompress(base64.b64decode(data["positions"]))
     shown = np.array(data["low"]) + data["step"] * unpacked(steps, (25, data["count"], 3))
-    assert np.abs(shown[:-1] - fold.rollout.positions).max() < 5e-5
-    assert np.abs(shown[-1] - fold.target).max() < 5e-5
+    assert np.abs(shown[:-1] - fold.rollout.positions).max() < 2.6e-5
+    assert np.abs(shown[-1] - fold.target).max() < 2.6e-5
     faces = np.frombuffer(zlib.decompress(base64.b64decode(data["faces"])), "<u4")
     assert (faces.reshape(-1, 3) == fold.faces).all()
     held = fold.rollout.positions[:, fold.manipulation.arms[0].grasp.vertex]
