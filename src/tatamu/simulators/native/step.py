@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from tatamu.simulators.native import bending, contact, membrane, table
+from tatamu.simulators.native import bending, candidates, contact, membrane, table
 
 MEMBRANE_DAMPING = 5e-5
 """tau_d of the membrane's Kelvin-Voigt damping [s], at most 0.3 of the substep."""
@@ -158,7 +158,7 @@ def _collide(state, mesh, lists, world, step):  # type: ignore[no-untyped-def]
             x[v, k] = state.X[k, slot[v]]
     moved, before = state.moved, state.before
     moved[:] = x
-    contact.refresh(x, before, mesh, lists)
+    candidates.refresh(x, before, mesh, lists)
     gap = 0.0
     for keep in contact.KEEP:
         if gap >= keep:
