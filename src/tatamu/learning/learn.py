@@ -8,7 +8,6 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-import torch
 from filelock import FileLock, Timeout
 
 from tatamu.errors import InputError, TatamuError
@@ -65,7 +64,6 @@ def learn(
         TatamuError: Every trial failed.
     """
     _check(trials, seed, sampler)
-    torch.set_num_threads(1)  # the matrices are small: threads cost more than they bring
     with _locked(folder):
         identity = {"task": task.describe(), "sampler": sampler, "grasps": grasps, "seed": seed}
         study = Study(folder / "study.db", identity, search_space(task.fold, grasps))

@@ -16,6 +16,7 @@ import optuna
 from optuna.distributions import BaseDistribution
 from optuna.trial import FrozenTrial, TrialState, create_trial
 from sqlalchemy.exc import SQLAlchemyError
+from threadpoolctl import threadpool_limits
 
 from tatamu.errors import InputError
 from tatamu.learning.samplers import make_sampler
@@ -69,7 +70,8 @@ class Study:
         sampler = make_sampler(self.identity["sampler"], self.identity["seed"], number)
         scratch = optuna.create_study(sampler=sampler, direction="minimize")
         scratch.add_trials(self.trials)
-        return dict(scratch.ask(self.space).params)
+        with threadpool_limits(1):  # the matrices are small: threads that wait for one another cost ten times the work
+            return dict(scratch.ask(self.space).params)
 
     def tell(self, parameters: dict[str, float], objective: float, attributes: dict[str, Any]) -> None:
         """Record a finished trial."""
