@@ -26,6 +26,7 @@ from tatamu.validation.checks import (
 from tatamu.validation.elastica import cantilever
 from tatamu.validation.findings import Findings, Row
 from tatamu.validation.loop import Crease
+from tatamu.validation.manipulations import half_fold_target
 from tatamu.validation.references import catenary, hang_displacement, shear_sag
 from tatamu.validation.report import run
 from tatamu.validation.subject import Subject
@@ -57,9 +58,7 @@ def breathes(scene: Scene, time: float, drift: float = 0.0) -> np.ndarray:
 def opens(scene: Scene, time: float, factor: float = 1.0) -> np.ndarray:
     """Moves to and fro with a peak kinetic energy that is a share of the bending energy."""
     curvature, rate = 8.0, 30.0
-    speed = np.sqrt(
-        0.8 * factor * scene.material.bending_rigidity * curvature**2 / scene.material.areal_density
-    )
+    speed = np.sqrt(0.8 * factor * scene.material.bending_rigidity * curvature**2 / scene.material.areal_density)
     return scene.cloth.vertices + np.array([0, 0, speed / rate * np.sin(rate * time)])
 
 
@@ -246,7 +245,7 @@ def test_refinement_notices_another_order() -> None:
     def ends(scene: Scene, shuffled: bool) -> np.ndarray:
         """Somewhere that depends on the path of the hands, and on the mesh if shuffled."""
         reach = scene.grippers[0].displacements[-1, 0] * (len(scene.cloth.vertices) if shuffled else 1)
-        target = refinement.half_fold_target(scene.cloth.rest[:, :2], scene.material.thickness)
+        target = half_fold_target(scene.cloth.rest[:, :2], scene.material.thickness)
         return target + np.array([0, 0, 0.02 + 0.02 * np.sin(50 * reach)])
 
     question = partial(refinement.half_the_mesh, spacing=0.04, count=12)

@@ -77,9 +77,7 @@ def test_chain_has_the_gradient_and_curvature_of_its_energy() -> None:
 @pytest.mark.parametrize(("bending_length", "height", "reach"), [(0.037, 33.8, 187.6), (0.022, 20.2, 192.7)])
 def test_crease_agrees_with_a_chain_made_apart(bending_length: float, height: float, reach: float) -> None:
     nodes = 1e3 * Crease(0.4, bending_length, 0.001, 0.004).solve()
-    assert_allclose(
-        nodes[:, 1].max(), height, atol=0.6
-    )  # that chain lay on z = 0, this one half a thickness higher
+    assert_allclose(nodes[:, 1].max(), height, atol=0.6)  # that chain lay on z = 0, this one half a thickness higher
     assert_allclose(nodes[:, 0].max(), reach, atol=0.4)
     assert_allclose(nodes[-1], [0.0, 4.5], atol=1e-3)
     assert nodes[: len(nodes) // 2, 1].min() > 0.49

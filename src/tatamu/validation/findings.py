@@ -76,9 +76,7 @@ def relative(quantity: str, reference: float, got: float, limit: float | None, n
     return Row(quantity, reference, got, error, None if limit is None else 100 * limit, "%", note)
 
 
-def absolute(
-    quantity: str, reference: float, got: float, limit: float | None, unit: str, note: str = ""
-) -> Row:
+def absolute(quantity: str, reference: float, got: float, limit: float | None, unit: str, note: str = "") -> Row:
     """A row whose error is |got - reference|; all in `unit`."""
     return Row(quantity, reference, got, abs(got - reference), limit, unit, note)
 

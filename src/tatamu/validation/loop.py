@@ -62,9 +62,7 @@ class _Chain:
     def __init__(self, crease: Crease, links: int) -> None:
         self.crease, self.links = crease, links
         self.h = crease.length / crease.bending_length / links
-        self.floor = (
-            np.where(np.arange(1, links + 1) <= links // 2, 0.0, crease.thickness) / crease.bending_length
-        )
+        self.floor = np.where(np.arange(1, links + 1) <= links // 2, 0.0, crease.thickness) / crease.bending_length
         self.rise = crease.rise / crease.bending_length
         self.stiffness = 1e2
         self.push = np.zeros(links)
@@ -110,9 +108,7 @@ class _Chain:
         press = np.maximum(0.0, self.push - self.stiffness * (z - self.floor))[:-1]
         miss = np.array([x[-1], z[-1] - self.rise])
         held = self.pull @ miss + 0.5 * self.stiffness * miss @ miss
-        return float(
-            turn + weight + (press @ press - self.push[:-1] @ self.push[:-1]) / (2 * self.stiffness) + held
-        )
+        return float(turn + weight + (press @ press - self.push[:-1] @ self.push[:-1]) / (2 * self.stiffness) + held)
 
     def slope(self, theta: np.ndarray) -> np.ndarray:
         fx, fz, _ = self._forces(theta)

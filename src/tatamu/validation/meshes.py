@@ -28,9 +28,7 @@ def right(length: float, width: float, spacing: float) -> Mesh:
     x, y = np.meshgrid(np.linspace(0, length, nx + 1), np.linspace(0, width, ny + 1), indexing="ij")
     number = np.arange((nx + 1) * (ny + 1)).reshape(nx + 1, ny + 1)
     a, b, c, d = (q.ravel() for q in (number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]))
-    return np.column_stack([x.ravel(), y.ravel()]), np.concatenate(
-        [np.stack([a, b, c], 1), np.stack([a, c, d], 1)]
-    )
+    return np.column_stack([x.ravel(), y.ravel()]), np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
 
 
 def staggered(length: float, width: float, spacing: float) -> Mesh:
@@ -41,10 +39,7 @@ def staggered(length: float, width: float, spacing: float) -> Mesh:
     odd = np.concatenate([[0.0], 0.5 * (even[1:] + even[:-1]), [width]])
     plans = [odd if row % 2 else even for row in range(rows + 1)]
     points = np.concatenate(
-        [
-            np.column_stack([np.full(len(y), x), y])
-            for x, y in zip(np.linspace(0, length, rows + 1), plans, strict=True)
-        ]
+        [np.column_stack([np.full(len(y), x), y]) for x, y in zip(np.linspace(0, length, rows + 1), plans, strict=True)]
     )
     starts = np.cumsum([0] + [len(y) for y in plans])
     faces = [_between(starts[row], starts[row + 1], cells, bool(row % 2)) for row in range(rows)]
@@ -107,9 +102,7 @@ def _triangulated(inner: np.ndarray, length: float, width: float, spacing: float
     points = np.concatenate([np.column_stack(side) for side in sides] + [inner])
     cosine, sine = np.cos(angle), np.sin(angle)
     along = points @ np.array([[cosine, -sine], [sine, cosine]])
-    faces = Delaunay(along + SHEAR * np.column_stack([along[:, 1], 0 * along[:, 0]])).simplices.astype(
-        np.int64
-    )
+    faces = Delaunay(along + SHEAR * np.column_stack([along[:, 1], 0 * along[:, 0]])).simplices.astype(np.int64)
     a, b, c = (points[faces[:, k]] for k in range(3))
     twice = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
     faces[twice < 0] = faces[twice < 0][:, ::-1]

@@ -19,6 +19,9 @@ SYMBOLS = ("circle", "square", "diamond", "triangle-up", "x", "cross")
 LONG = 16
 """Tables with more rows than this are folded away behind their failures."""
 
+FIT = "addEventListener('load', () => document.querySelectorAll('.js-plotly-plot').forEach(Plotly.Plots.resize))"
+"""A plot is drawn before its neighbour takes half of the row: fit all once they are there."""
+
 STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #1f2933; background: #f5f7fa; margin: 0 }
 main { max-width: 1080px; margin: 0 auto; padding: 32px 20px 80px }
@@ -32,9 +35,11 @@ section { background: #fff; border: 1px solid #e4e7eb; border-radius: 10px;
 .pass { color: #2b8a3e; background: #ebfbee } .fail { color: #c92a2a; background: #fff0f0 }
 .stated { color: #52606d; background: #f1f3f5 }
 .overview { display: grid; grid-template-columns: repeat(auto-fill, minmax(240px, 1fr)); gap: 8px }
-.overview a { display: flex; justify-content: space-between; gap: 8px; text-decoration: none; color: inherit;
+.overview a { display: flex; align-items: center; justify-content: space-between; gap: 8px;
+  text-decoration: none; color: inherit;
   background: #fff; border: 1px solid #e4e7eb; border-radius: 8px; padding: 7px 12px }
 .overview a:hover { border-color: #9aa5b1 }
+.plots > div { min-width: 0; overflow: hidden }
 .plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(440px, 1fr)); gap: 14px }
 table { border-collapse: collapse; width: 100%; font-size: 13.5px; margin-top: 10px }
 th { text-align: left; font-weight: 600; color: #52606d; border-bottom: 2px solid #e4e7eb; padding: 4px 8px }
@@ -47,9 +52,7 @@ summary { cursor: pointer; color: #52606d; margin-top: 10px }
 
 def page(report: Report) -> str:
     """The whole page as HTML."""
-    verdict = (
-        "all pass" if report.failures == 0 else f"{report.failures} of {report.judged} judged quantities fail"
-    )
+    verdict = "all pass" if report.failures == 0 else f"{report.failures} of {report.judged} judged quantities fail"
     stated = len(report.rows) - report.judged
     lead = f"{report.judged} judged, {stated} stated without a limit · tatamu {__version__}"
     body = "".join(_section(result) for result in report.results)
@@ -60,7 +63,7 @@ def page(report: Report) -> str:
         f"<div class='head'><h1>Validation of the simulator {escape(report.simulator)}</h1>"
         f"<span class='badge {'fail' if report.failures else 'pass'}'>{verdict}</span></div>"
         f"<p class='lead'>{lead}</p><nav class='overview'>{''.join(_link(r) for r in report.results)}</nav>"
-        f"{body}</main></body></html>\n"
+        f"{body}</main><script>{FIT}</script></body></html>\n"
     )
 
 
@@ -73,11 +76,7 @@ def _badge(result: CheckResult) -> str:
     failed, judged = sum(v is False for v in verdicts), sum(v is not None for v in verdicts)
     if failed:
         return f"<span class='badge fail'>{failed} of {judged} fail</span>"
-    return (
-        f"<span class='badge pass'>{judged} pass</span>"
-        if judged
-        else "<span class='badge stated'>stated</span>"
-    )
+    return f"<span class='badge pass'>{judged} pass</span>" if judged else "<span class='badge stated'>stated</span>"
 
 
 def _link(result: CheckResult) -> str:
@@ -133,9 +132,7 @@ def _plot(result: CheckResult, key: str, figure: Figure) -> str:
         place = names.index(curve.name) if not curve.reference else 0
         chart.add_trace(_trace(curve, figure, place, curve.name not in seen))
         seen.add(curve.name)
-    return chart.to_html(
-        full_html=False, include_plotlyjs=False, config={"displayModeBar": False, "responsive": True}
-    )
+    return chart.to_html(full_html=False, include_plotlyjs=False, config={"displayModeBar": False, "responsive": True})
 
 
 def _trace(curve: Curve, figure: Figure, place: int, first: bool) -> go.Scatter:
@@ -175,8 +172,9 @@ def _layout(figure: Figure) -> go.Layout:
         yaxis={"title": figure.y, **axis, **tall},
         font={"family": "system-ui, sans-serif", "color": INK, "size": 12},
         margin={"l": 60, "r": 10, "t": 42, "b": 46},
-        height=380,
+        height=400,
         plot_bgcolor="white",
         paper_bgcolor="white",
-        legend={"font": {"size": 11}},
+        legend={"font": {"size": 11}, "orientation": "h", "y": -0.2},
+        autosize=True,
     )

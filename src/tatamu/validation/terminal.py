@@ -33,16 +33,14 @@ def cells(row: Row) -> list[str]:
         number(row.reference),
         number(row.got),
         number(row.error, 3),
-        number(row.limit),
+        number(row.limit, 3),
         row.unit,
     ]
 
 
 def table(result: CheckResult) -> Table:
     """All rows of one check; each case has a heading."""
-    out = Table(
-        title=f"{result.check.title}: {result.check.reference}", title_justify="left", title_style="bold"
-    )
+    out = Table(title=f"{result.check.title}: {result.check.reference}", title_justify="left", title_style="bold")
     out.add_column("quantity", ratio=1)
     for name in ("reference", "got", "error", "limit"):
         out.add_column(name, justify="right", no_wrap=True)

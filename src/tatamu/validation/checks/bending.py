@@ -99,7 +99,7 @@ def _order(subject: Subject, layout: str, gamma: float, misses: list[float]) -> 
         "-",
         "at least",
     )
-    yield Curve("order", f"{layout}, Γ = {gamma:g}", 1e3 * np.array(SPACINGS), 100 * np.array(misses))
+    yield Curve("order", layout, 1e3 * np.array(SPACINGS), 100 * np.array(misses))
 
 
 def clamped(subject: Subject, gamma: float, spacing: float) -> Findings:
@@ -156,12 +156,8 @@ def crease(subject: Subject, bending_length: float, spacing: float) -> Findings:
     end = subject.simulate(scene).positions[-1]
     wanted = Crease(length - 2 * row, bending_length, thickness, rise).solve() + np.array([row, 0.0])
     limit = subject.limit("loop height") if spacing <= 0.55 * bending_length else None
-    yield relative(
-        "height of the loop [mm]", 1e3 * float(wanted[:, 1].max()), 1e3 * float(end[:, 2].max()), limit
-    )
-    yield absolute(
-        "reach of the loop [mm]", 1e3 * float(wanted[:, 0].max()), 1e3 * float(end[:, 0].max()), None, "mm"
-    )
+    yield relative("height of the loop [mm]", 1e3 * float(wanted[:, 1].max()), 1e3 * float(end[:, 2].max()), limit)
+    yield absolute("reach of the loop [mm]", 1e3 * float(wanted[:, 0].max()), 1e3 * float(end[:, 0].max()), None, "mm")
     name = f"l_b = {100 * bending_length:g} cm"
     yield Curve("crease", f"{name}: chain", 100 * wanted[:, 0], 100 * wanted[:, 1], reference=True)
     yield Curve("crease", f"{name}, {1e3 * spacing:g} mm", 100 * end[:, 0], 100 * end[:, 2])
@@ -182,12 +178,8 @@ CHECKS = (
             for layout in LAYOUTS
         ),
         {
-            "cantilever": Figure(
-                "Right triangles, Γ = 1, 3, 10, 30, 100", "reach [cm]", "height [cm]", equal=True
-            ),
-            "order": Figure(
-                "Convergence of the tip", "spacing [mm]", "tip off by [% of L]", log=True, joined=True
-            ),
+            "cantilever": Figure("Right triangles, Γ = 1, 3, 10, 30, 100", "reach [cm]", "height [cm]", equal=True),
+            "order": Figure("Convergence of the tip", "spacing [mm]", "tip off by [% of L]", log=True, joined=True),
         },
     ),
     Check(

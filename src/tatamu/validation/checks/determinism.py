@@ -53,9 +53,7 @@ def in_another_process(scene: Scene, simulator: str) -> Rollout:
         scene.save(given)
         command = "import sys; from tatamu.cli import main; sys.argv[0] = 'tatamu'; main()"
         arguments = ["simulate", str(given), "--out", str(made), "--simulator", simulator]
-        done = subprocess.run(
-            [sys.executable, "-c", command, *arguments], capture_output=True, text=True, check=False
-        )
+        done = subprocess.run([sys.executable, "-c", command, *arguments], capture_output=True, text=True, check=False)
         if done.returncode:
             raise SimulationError(f"the other process failed: {done.stderr.strip()[-200:]}")
         return Rollout.load(made)

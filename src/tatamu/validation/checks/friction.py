@@ -57,9 +57,7 @@ def layers(count: int, mu: float, tilt: float, duration: float) -> tuple[Scene, 
     return scene, members
 
 
-def travel(
-    subject: Subject, scene: Scene, members: np.ndarray | None = None
-) -> tuple[np.ndarray, np.ndarray]:
+def travel(subject: Subject, scene: Scene, members: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Times [s], and how far the middle of a part has come down the incline [m]."""
     rollout = subject.simulate(scene)
     tilt = scene.table.tilt if scene.table else 0.0
@@ -107,13 +105,11 @@ def on_table(subject: Subject, mu: float) -> Findings:
         acceleration = incline_acceleration(tilt, mu, GRAVITY)
         times, way = travel(subject, incline(mu, tilt, 0.5))
         got = _acceleration(times, way)
-        yield relative(
-            f"acceleration {degrees:g} deg above [m/s²]", acceleration, got, subject.limit("acceleration")
-        )
+        yield relative(f"acceleration {degrees:g} deg above [m/s²]", acceleration, got, subject.limit("acceleration"))
         if degrees == 10.0:
-            yield Curve("acceleration", f"{subject.name}, μ = {mu:g}", times[::3], way[::3])
+            yield Curve("acceleration", f"μ = {mu:g}", times[::3], way[::3])
             yield Curve(
-                "acceleration", f"reference, μ = {mu:g}", times, 0.5 * acceleration * times**2, reference=True
+                "acceleration", "g (sin θ - μ cos θ) t² / 2", times, 0.5 * acceleration * times**2, reference=True
             )
 
 
@@ -149,9 +145,7 @@ def on_cloth(subject: Subject, count: int, mu: float = 0.5) -> Findings:
     if count == 2:
         acceleration = incline_acceleration(wanted + np.radians(3.0), mu, GRAVITY)
         got = _acceleration(*travel(subject, scene, members[-1]))
-        yield relative(
-            "acceleration 3 deg above [m/s²]", acceleration, got, None, "before it leaves the lower layer"
-        )
+        yield relative("acceleration 3 deg above [m/s²]", acceleration, got, None, "before it leaves the lower layer")
 
 
 _SWEEP = tuple(Case(f"μ = {mu:g}", partial(on_table, mu=mu), quick=mu in (0.2, 1.0)) for mu in COEFFICIENTS)

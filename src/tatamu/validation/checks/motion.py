@@ -62,9 +62,7 @@ def free_fall(subject: Subject) -> Findings:
     limit = subject.limit("fall")
     yield relative("height after 0.5 s [m]", float(wanted[-1]), float(worst), limit)
     course = float(np.abs(height - wanted[:, None]).max() / -wanted[-1])
-    yield small(
-        "largest error on the way / height", 100 * course, None if limit is None else 100 * limit, "%"
-    )
+    yield small("largest error on the way / height", 100 * course, None if limit is None else 100 * limit, "%")
     yield Curve("fall", "z = -g t²/2", rollout.times, wanted, reference=True)
     yield Curve("fall", subject.name, rollout.times[::5], height[::5].mean(axis=1))
 

@@ -43,9 +43,7 @@ def at_rest(subject: Subject, count: int, duration: float = 10.0) -> Findings:
     limit = subject.limit("layer gap")
     yield relative("gap between layers that is furthest off [mm]", 1e3 * thickness, 1e3 * worst, limit)
     top = (count - 0.5) * thickness
-    yield relative(
-        "height of the top layer [mm]", 1e3 * top, 1e3 * float(heights[-1]), limit, "the weight is carried"
-    )
+    yield relative("height of the top layer [mm]", 1e3 * top, 1e3 * float(heights[-1]), limit, "the weight is carried")
     second = round(1.0 * scene.frame_rate)
     crept = float(np.linalg.norm(positions[-1][:, :2] - positions[second][:, :2], axis=1).max())
     limit = subject.limit("stack creep")
@@ -55,6 +53,8 @@ def at_rest(subject: Subject, count: int, duration: float = 10.0) -> Findings:
         None if limit is None else 1e3 * limit,
         "mm",
     )
+    layer = np.arange(count) + 1
+    yield Curve("stack", "a thickness apart", layer, 1e3 * thickness * (layer - 0.5), reference=True)
     yield Curve("stack", f"{count} layers", np.arange(count) + 1, 1e3 * heights)
 
 
@@ -63,9 +63,7 @@ CHECKS = (
         "stack",
         "Stacks at rest for 10 s",
         "layers a thickness apart, nothing moves",
-        tuple(
-            Case(f"{count} layers", partial(at_rest, count=count), quick=count == 2) for count in (2, 4, 8)
-        ),
+        tuple(Case(f"{count} layers", partial(at_rest, count=count), quick=count == 2) for count in (2, 4, 8)),
         {"stack": Figure("Heights in a stack", "layer", "height [mm]")},
     ),
 )

@@ -45,9 +45,7 @@ def hang(subject: Subject, fabric: str, layout: str, spacing: float = 0.02) -> F
     start = np.column_stack([0 * plan[:, 0], plan[:, 1], -plan[:, 0]])
     grippers = [held(np.flatnonzero(plan[:, 0] == 0))]
     cloth = Cloth(vertices=start, faces=faces)
-    end = subject.simulate(
-        Scene(cloth=cloth, material=material, grippers=grippers, duration=duration)
-    ).positions[-1]
+    end = subject.simulate(Scene(cloth=cloth, material=material, grippers=grippers, duration=duration)).positions[-1]
     sunk = start[:, 2] - end[:, 2]
     wanted = hang_displacement(plan[:, 0], length, plain, GRAVITY)
     last = plan[:, 0] > length - 1e-9
@@ -59,9 +57,7 @@ def hang(subject: Subject, fabric: str, layout: str, spacing: float = 0.02) -> F
         "rho g L / 2Y",
     )
     limit = subject.limit("hang profile")
-    band = np.rint(plan[:, 0] / spacing).astype(
-        int
-    )  # the reference has one dimension: compare means over the width
+    band = np.rint(plan[:, 0] / spacing).astype(int)  # the reference has one dimension: compare means over the width
     off = 100 * float(np.abs(np.bincount(band, sunk - wanted) / np.bincount(band)).max() / wanted.max())
     yield small("off the linear strain profile / end", off, None if limit is None else 100 * limit, "%")
     if layout == "staggered":
@@ -87,9 +83,7 @@ def shear(subject: Subject, layout: str) -> Findings:
     wanted = shear_sag(plan[middle, 0], span, PLANE, GRAVITY)
     share = float(sunk[middle] @ wanted / (wanted @ wanted))
     peak = float(shear_sag(np.array([span / 2]), span, PLANE, GRAVITY)[0])
-    yield relative(
-        "sag of the middle [mm]", 1e3 * peak, 1e3 * peak * share, subject.limit("shear"), "rho g D² / 8G"
-    )
+    yield relative("sag of the middle [mm]", 1e3 * peak, 1e3 * peak * share, subject.limit("shear"), "rho g D² / 8G")
     yield Curve(
         "shear",
         "reference",
@@ -113,14 +107,10 @@ def pull(subject: Subject, layout: str, stretch: float = 1.01) -> Findings:
         displacements=[[0, 0, 0], [length * (stretch - 1), 0, 0]],
     )
     grippers = [held(np.flatnonzero(plan[:, 0] == 0)), pulled]
-    scene = Scene(
-        cloth=flat(mesh), material=material, grippers=grippers, gravity=0.0, duration=ramp + duration
-    )
+    scene = Scene(cloth=flat(mesh), material=material, grippers=grippers, gravity=0.0, duration=ramp + duration)
     moved = subject.simulate(scene).positions[-1][:, :2] - plan
     middle = np.abs(plan[:, 0] - length / 2) < length / 10
-    along, across = (
-        np.polyfit(plan[middle, k] - plan[middle, k].mean(), moved[middle, k], 1)[0] for k in (0, 1)
-    )
+    along, across = (np.polyfit(plan[middle, k] - plan[middle, k].mean(), moved[middle, k], 1)[0] for k in (0, 1))
     wanted = (1 + along) * pulled_width(1 + along, PLANE.poisson_ratio) - 1
     got = (1 + along) * (1 + across) - 1
     yield relative(
@@ -170,11 +160,7 @@ CHECKS = (
             for fabric in FABRICS
             for layout in MESHES
         ),
-        {
-            "hang": Figure(
-                "Displacement of a hanging sheet", "distance from the held edge [cm]", "moved down [mm]"
-            )
-        },
+        {"hang": Figure("Displacement of a hanging sheet", "distance from the held edge [cm]", "moved down [mm]")},
     ),
     Check(
         "shear",

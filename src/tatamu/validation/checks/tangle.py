@@ -116,9 +116,7 @@ def _fold_cases() -> tuple[Case, ...]:
         for first in range(0, 32, BATCH):
             seeds = range(first, first + BATCH)
             label = f"{'fast' if fast else 'slow'} folds {first + 1} to {first + BATCH}"
-            cases.append(
-                Case(label, partial(random_folds, seeds=seeds, fast=fast, spacing=0.012), quick=False)
-            )
+            cases.append(Case(label, partial(random_folds, seeds=seeds, fast=fast, spacing=0.012), quick=False))
     return tuple(cases)
 
 
