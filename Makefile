@@ -4,10 +4,13 @@ VENV ?= .venv
 BIN = $(VENV)/bin
 READY = $(VENV)/.ready
 
-.PHONY: learn test test-slow lint format baselines clean
+.PHONY: learn blender test test-slow lint format baselines clean
 
 learn: $(READY)  ## learn to fold the default towel
 	$(BIN)/tatamu learn towel --trials 50 --seed 0 --out runs/towel
+
+blender: $(READY)  ## Blender, for `--simulator blender`, in a virtual environment of its own among the user's caches
+	$(BIN)/tatamu install blender
 
 test: $(READY)  ## the tests that take minutes
 	$(BIN)/python -m pytest -q

@@ -11,7 +11,6 @@ import argparse
 import json
 import resource
 from pathlib import Path
-from time import perf_counter
 from typing import Any
 
 from rich.console import Console
@@ -25,12 +24,11 @@ MEASURES = ("objective", "trajectory_length", "mean_vertex_distance", "mask_iou"
 
 def study(task: Task, folder: Path, sampler: str, seed: int, trials: int) -> dict[str, Any]:
     """Run one study, or read it; its best trial."""
-    started = perf_counter()
     learn(task, folder, trials=trials, seed=seed, sampler=sampler)
-    seconds = perf_counter() - started
     result = json.loads((folder / "result.json").read_text())
     best = result["trials"][result["best"]]
-    return {"sampler": sampler, "seed": seed, "best": result["best"], **best, "seconds": seconds, "all": result}
+    shown = {**best, "seconds": result["wall_seconds"]}
+    return {"sampler": sampler, "seed": seed, "best": result["best"], **shown, "all": result}
 
 
 def main() -> None:

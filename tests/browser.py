@@ -121,10 +121,12 @@ class Browser:
 
     def open(self, path: Path, fragment: str = "") -> None:
         """Open a report and wait until it is ready."""
-        self.events.clear()
-        self.call("Page.navigate", url=path.resolve().as_uri() + fragment)
-        while not any(event.get("method") == "Page.loadEventFired" for event in self.events):
-            self.events.append(self._read())
+        # From one fragment of a page to another Chromium would not load anything.
+        for url in ("about:blank", path.resolve().as_uri() + fragment):
+            self.events.clear()
+            self.call("Page.navigate", url=url)
+            while not any(event.get("method") == "Page.loadEventFired" for event in self.events):
+                self.events.append(self._read())
         self.run("window.tatamu && tatamu.ready")
 
     def run(self, script: str) -> Any:

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from browser import Browser, find
-from fabricated import write_fold
 from tatamu.report import write_report
 from tatamu.rollout import Rollout
+from tests.browser import Browser, find
+from tests.fabricated import write_fold
 
 PIXELS = """(() => {
   const gl = document.querySelector("canvas").getContext("webgl2");
@@ -80,7 +80,7 @@ def test_the_page_loads_without_complaint_and_draws_every_figure(browser: Browse
     count = "[...document.querySelectorAll('.chart')].map(c => c.querySelectorAll('svg').length)"
     charts = browser.run(count)
     assert len(charts) == 8 and min(charts) > 0
-    assert browser.run("[...document.images, ...document.querySelectorAll('svg image')].length") == 3
+    assert browser.run("document.querySelectorAll('.three svg image').length") == 3
 
 
 def test_the_slider_moves_the_cloth(browser: Browser, report: Path) -> None:
@@ -110,28 +110,21 @@ def test_the_cloth_has_two_colours(browser: Browser, report: Path) -> None:
     flat = pixels(browser)
     slide(browser, 4.6)
     folded = pixels(browser)
-    assert near(flat, front) > 0.05 > 0.005 > near(flat, back)
-    assert near(folded, back) > 0.03 and near(folded, front) < 0.01
+    assert near(flat, front) > 0.05 and near(flat, front) > 5 * near(folded, front)
+    assert near(folded, back) > 0.03 and near(folded, back) > 3 * near(flat, back)
 
 
-@pytest.mark.parametrize("switch", ["target", "paths", "error"])
-def test_a_switch_changes_the_picture(browser: Browser, report: Path, switch: str) -> None:
+def test_every_switch_and_view_changes_the_picture(browser: Browser, report: Path) -> None:
     browser.open(report, "#t=1.6")
     browser.settle()
-    before = pixels(browser)
-    browser.run(f"document.querySelector('[data-show={switch}]').click()")
-    browser.settle()
-    assert (np.abs(pixels(browser) - before).max(axis=1) > 15).mean() > 0.001
-
-
-@pytest.mark.parametrize("view", ["top", "side"])
-def test_a_view_changes_the_picture(browser: Browser, report: Path, view: str) -> None:
-    browser.open(report, "#t=1.6")
-    browser.settle()
-    before = pixels(browser)
-    browser.run(f"document.querySelector('[data-view={view}]').click()")
-    browser.settle()
-    assert (np.abs(pixels(browser) - before).max(axis=1) > 15).mean() > 0.05
+    last = pixels(browser)
+    names = ["show=target", "show=paths", "show=error", "view=top", "view=side", "view=three"]
+    for name, share in zip(names, (0.001, 0.001, 0.01, 0.05, 0.05, 0.05), strict=True):
+        browser.run(f"document.querySelector('[data-{name}]').click()")
+        browser.settle()
+        now = pixels(browser)
+        assert (np.abs(now - last).max(axis=1) > 15).mean() > share, name
+        last = now
 
 
 def test_the_replay_plays_once_and_the_keys_work(browser: Browser, report: Path) -> None:
@@ -139,10 +132,18 @@ def test_the_replay_plays_once_and_the_keys_work(browser: Browser, report: Path)
     browser.run("document.querySelector('canvas').focus()")
     assert not state(browser)["running"]
     press(browser, " ")
+    ended = browser.run(
+        "new Promise(done => { const look = () => tatamu.state().running ? setTimeout(look, 50)"
+        " : done(tatamu.state()); look(); })"
+    )
+    assert ended["time"] == pytest.approx(4.6)
+    browser.run("document.querySelector('[data-part=rate]').value = 0.25")
+    browser.run("document.querySelector('[data-part=rate]').dispatchEvent(new Event('change'))")
+    press(browser, " ")
     assert state(browser)["running"]
-    browser.run("new Promise(done => setTimeout(done, 700))")
-    ended = state(browser)
-    assert ended["time"] == pytest.approx(4.6) and not ended["running"]
+    press(browser, " ")
+    stopped = state(browser)
+    assert not stopped["running"] and stopped["time"] < 4.5
     press(browser, "Home")
     assert state(browser)["time"] == 0.0
     press(browser, ".")
@@ -174,12 +175,12 @@ def test_day_and_night_have_their_own_colours(browser: Browser, report: Path) ->
     assert browser.complaints() == []
 
 
-@pytest.mark.parametrize("width", [360, 768, 1600])
-def test_the_page_never_scrolls_sideways(browser: Browser, report: Path, width: int) -> None:
-    browser.size(width, 800, phone=width < 500)
-    browser.open(report, "#t=1")
-    browser.settle()
-    assert browser.run("document.documentElement.scrollWidth") <= width
+def test_the_page_never_scrolls_sideways(browser: Browser, report: Path) -> None:
+    for width in (360, 768, 1600):
+        browser.size(width, 800, phone=width < 500)
+        browser.open(report, "#t=1")
+        browser.settle()
+        assert browser.run("document.documentElement.scrollWidth") <= width
     browser.size(900, 700)
 
 
@@ -207,7 +208,10 @@ def test_a_poor_study_shows_without_complaint(browser: Browser, tmp_path: Path) 
 
 
 def test_without_webgl_the_rest_of_the_page_still_works(browser: Browser, report: Path) -> None:
-    hidden = "HTMLCanvasElement.prototype.getContext = function () { return null; };"
+    hidden = """const before = HTMLCanvasElement.prototype.getContext;
+    HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
+      return kind === "webgl2" ? null : before.call(this, kind, ...more);
+    };"""
     script = browser.call("Page.addScriptToEvaluateOnNewDocument", source=hidden)["identifier"]
     browser.open(report)
     browser.call("Page.removeScriptToEvaluateOnNewDocument", identifier=script)

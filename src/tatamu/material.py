@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, SerializerFunctionWrapHandler, model_serializer
 
 from tatamu.errors import InputError
 from tatamu.files import read_toml, validated
@@ -37,6 +37,17 @@ class Material(BaseModel):
     """Coulomb coefficient of cloth on cloth, static = kinetic [-]."""
     air_drag: float = Field(0.0, ge=0.0, le=1e3)
     """Force per area per velocity [N s/m^3]."""
+
+    blender: dict[str, float | str | bool] | None = None
+    """Blender's own numbers by their property names, used as they are by that simulator alone; it checks them."""
+
+    @model_serializer(mode="wrap")
+    def _plain(self, standard: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Plain data without the `blender` table where there is none: most scenes have nothing to say of it."""
+        plain: dict[str, Any] = standard(self)
+        if self.blender is None:
+            del plain["blender"]
+        return plain
 
     @property
     def bending_length(self) -> float:

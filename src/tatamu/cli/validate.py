@@ -16,9 +16,7 @@ def validate(
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Where validation.json and validation.html go.")
     ] = None,
-    only: Annotated[
-        list[str] | None, typer.Option(metavar="CHECK", help="Only this check; may be repeated.")
-    ] = None,
+    only: Annotated[list[str] | None, typer.Option(metavar="CHECK", help="Only this check; may be repeated.")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Leave out long cases: under a minute.")] = False,
 ) -> None:
     """Compare a simulator with what is known of cloth.

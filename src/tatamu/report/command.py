@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 
 from tatamu.report.fold import LearnedFold
@@ -17,6 +18,10 @@ def learn(fold: LearnedFold) -> str:
         words += ["--size", "x".join(f"{side:g}" for side in task.size)]
     words += ["--fold", task.fold, "--simulator", task.simulator, "--sampler", result.sampler]
     words += ["--trials", str(len(result.trials)), "--seed", str(result.seed)]
+    if result.grasps != "integer":
+        words += ["--grasps", result.grasps]
+    if task.spacing and not math.isclose(task.spacing, task.material.bending_length / 2):
+        words += ["--spacing", repr(task.spacing)]
     return shlex.join(words)
 
 

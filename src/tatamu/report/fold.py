@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -88,19 +87,12 @@ def read_fold(folder: Path) -> LearnedFold:
     Raises:
         InputError: A file is missing, broken, of another version or does not fit the others.
     """
-    result = validated(Result, _object(folder / "result.json"), folder / "result.json")
-    manipulation = validated(Manipulation, _object(folder / "manipulation.json"), folder / "manipulation.json")
+    result = validated(Result, read_json(folder / "result.json"), folder / "result.json")
+    manipulation = validated(Manipulation, read_json(folder / "manipulation.json"), folder / "manipulation.json")
     scene = Scene.load(folder / "scene.json")
     rollout = Rollout.load(folder / "rollout.npz")
     _check(rollout, len(scene.cloth.vertices), folder / "rollout.npz")
     return LearnedFold(folder, result, manipulation, scene, rollout)
-
-
-def _object(path: Path) -> Any:
-    value = read_json(path)
-    if not isinstance(value, dict):
-        raise InputError(f"{path}: (whole file): must be a JSON object, given {type(value).__name__}")
-    return value
 
 
 def _check(rollout: Rollout, count: int, path: Path) -> None:

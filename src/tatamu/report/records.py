@@ -75,6 +75,8 @@ class Baseline(Scores):
     parameters: dict[str, float] | None = None
     control_points: Annotated[list[np.ndarray], BeforeValidator(_paths)] | None = None
     """Control points of each hand's path [m], shapes (k, 3)."""
+    path: list[list[float]] | None = None
+    """Polyline relative to the grasp [m], shape (k, 3), for a path that is no Bezier curve."""
 
     @property
     def label(self) -> str:
@@ -110,6 +112,7 @@ class Result(Record):
     """The command line that made it; None: it is put together from the other fields."""
     task: Task
     sampler: str
+    grasps: str = "integer"
     seed: int
     wall_seconds: float | None = None
     best: Index

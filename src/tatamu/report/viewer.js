@@ -28,7 +28,7 @@ class Viewer {
     this.ghostExtra = new Float32Array(4 * motion.count);
     this.ghostBorder = mesh(motion.target, motion.borders);
     this.paths = motion.hands.map((hand) =>
-      stage.solid(shapes.tube(hand.path, motion.times, 0.004 * this.radius)));
+      stage.solid(shapes.tube(hand.path, motion.times, 0.005 * this.radius)));
     this.ball = stage.solid(shapes.ball());
     const table = this.settings.table;
     this.table = table && stage.solid(shapes.sheet(this.bounds.centre, 2.6 * this.radius, table));

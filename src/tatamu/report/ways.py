@@ -65,11 +65,11 @@ def _learned(fold: LearnedFold) -> list[tuple[str, str, np.ndarray, np.ndarray]]
 
 
 def _fixed(baseline: Baseline, fold: LearnedFold, dash: str) -> list[dict[str, Any]]:
-    controls = baseline.control_points or _from_parameters(baseline, fold)
-    return [
-        _line(curve(control - control[0]), baseline.label, color="@muted", width=1.8, dash=dash)
-        for control in controls[:1]
-    ]
+    if baseline.path is not None:
+        ways = [np.array(baseline.path)]
+    else:
+        ways = [curve(c - c[0]) for c in baseline.control_points or _from_parameters(baseline, fold)]
+    return [_line(way, baseline.label, color="@muted", width=1.8, dash=dash) for way in ways[:1]]
 
 
 def _from_parameters(baseline: Baseline, fold: LearnedFold) -> list[np.ndarray]:

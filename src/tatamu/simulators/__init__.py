@@ -10,7 +10,11 @@ from tatamu.errors import InputError
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 
-SIMULATORS = {"native": "tatamu.simulators.native"}
+SIMULATORS = {
+    "native": "tatamu.simulators.native",
+    "blender": "tatamu.simulators.blender",
+    "mujoco": "tatamu.simulators.mujoco",
+}
 """Name of each simulator and the module that has its `simulate` and `simulate_many`; imported when first used."""
 
 

@@ -1,5 +1,9 @@
 """The embedded simulator: explicit, multirate, on the processor. docs/native.md derives it."""
 
-from tatamu.simulators.native.simulator import simulate, simulate_many
+from tatamu.simulators.native.cache import forget_stale_kernels
+
+forget_stale_kernels()  # before any kernel is loaded
+
+from tatamu.simulators.native.simulator import simulate, simulate_many  # noqa: E402
 
 __all__ = ["simulate", "simulate_many"]

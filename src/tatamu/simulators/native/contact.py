@@ -16,19 +16,13 @@ Derived in docs/native.md.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
 
 from tatamu.simulators.native.geometry import (
     closest_on_segments,
     cross,
-    dot,
-    grid_cell,
-    grid_of,
     normal_of,
-    point_triangle,
 )
 
 INSIDE = -0.02
@@ -36,164 +30,11 @@ INSIDE = -0.02
 CLEARING_SPEED, RECOVERY_SPEED = 0.5, 0.1
 """Layers that begin a step too close come apart at the first of these speeds [m/s], but keep no more than the second:
 what begins in a tangle does not explode."""
-CREASE = 0.5
-"""Edges whose triangles' normals have a cosine below this are guarded like borders."""
 EDGE_GAP = 0.75
 """Edges keep this part of a thickness; vertices against triangles keep the whole."""
-DEEP = 0.5
-"""Pairs closer than this part of what they should keep are swept again."""
-
-
-class Mesh(NamedTuple):
-    """What contact needs to know of the mesh; it never changes during a rollout."""
-
-    faces: np.ndarray  # (m, 3)
-    neighbours: np.ndarray  # (m, 3): triangle across the edge opposite each corner, -1 at a border
-    near_start: np.ndarray  # (n + 1,): where a vertex's entries in `near` begin
-    near: np.ndarray  # triangles within two rings of each vertex
-    edges: np.ndarray  # (e, 2)
-    edge_faces: np.ndarray  # (e, 2): the triangles of each edge, -1 for none
-    face_edges: np.ndarray  # (m, 3)
-    inverse_mass: np.ndarray  # (n,); 0 while held
-    reach: np.ndarray  # (3,): thickness, margin of the lists, largest distance from centroid to corner
-
-
-class Lists(NamedTuple):
-    """Candidate pairs; rebuilt when parts of the cloth may have come closer by the margin."""
-
-    face: np.ndarray  # (n, 2): triangle in each slot, -1 for none
-    side: np.ndarray  # (n, 2): +1 or -1, 0 while not known
-    wake: np.ndarray  # (n, 2): travelled distance at which the pair must be looked at again
-    pairs: np.ndarray  # (p, 2): edge pairs
-    pair_wake: np.ndarray  # (p,)
-    used: np.ndarray  # (1,): edge pairs in use
-    anchor_face: np.ndarray  # (n, 2): triangle that the vertex sticks to, -1 for none
-    anchor: np.ndarray  # (n, 2, 3): where it sticks on it, barycentric
-    travelled: np.ndarray  # (1,): bound on the motion of any vertex against any other since the rebuild
-
-
-@njit(cache=True, error_model="numpy")
-def _normals(x, faces, face_normal, vertex_normal, centroid):  # type: ignore[no-untyped-def]
-    """Unit normals of triangles and vertices, and centroids."""
-    vertex_normal[:] = 0.0
-    for t in range(faces.shape[0]):
-        a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
-        nx, ny, nz = normal_of(x, a, b, c)
-        length = np.sqrt(nx * nx + ny * ny + nz * nz) + 1e-30
-        for k, value in enumerate((nx, ny, nz)):
-            face_normal[t, k] = value / length
-            centroid[t, k] = (x[a, k] + x[b, k] + x[c, k]) / 3.0
-            for v in (a, b, c):
-                vertex_normal[v, k] += value
-    for v in range(vertex_normal.shape[0]):
-        vertex_normal[v] /= np.sqrt(dot(vertex_normal[v], vertex_normal[v])) + 1e-30
-
-
-@njit(cache=True, error_model="numpy")
-def rebuild(x, mesh, lists):  # type: ignore[no-untyped-def]
-    """Find the nearest triangle on either side of every vertex, and the pairs of guarded edges, at legal x."""
-    n, m = x.shape[0], mesh.faces.shape[0]
-    face_normal, vertex_normal, centroid = np.empty((m, 3)), np.empty((n, 3)), np.empty((m, 3))
-    _normals(x, mesh.faces, face_normal, vertex_normal, centroid)
-    around = np.sqrt(mesh.reach[1] ** 2 + mesh.reach[2] ** 2)  # a layer at the margin has a centroid within this
-    grid = grid_of(centroid, around)
-    _fill_slots(x, mesh, lists, face_normal, vertex_normal, centroid, grid, around * around)
-    _fill_pairs(x, mesh, lists, face_normal, grid)
-    lists.travelled[0] = 0.0
-
-
-@njit(cache=True, error_model="numpy")
-def _fill_slots(x, mesh, lists, face_normal, vertex_normal, centroid, grid, around):  # type: ignore[no-untyped-def]
-    """The nearest triangle on either side of each vertex; slots walk on from there.
-
-    Nearest in distance, not by its centroid: of two layers a thickness apart, the further one may well have the nearer
-    centroid, and a slot never walks from one layer to another.
-    """
-    faces = mesh.faces
-    sorted_centroid = centroid[grid.order]
-    is_near = np.full(faces.shape[0], -1)
-    for v in range(x.shape[0]):
-        for i in range(mesh.near_start[v], mesh.near_start[v + 1]):
-            is_near[mesh.near[i]] = v
-        best_below, best_above, below, above = mesh.reach[1], mesh.reach[1], -1, -1
-        vx, vy, vz = x[v, 0], x[v, 1], x[v, 2]
-        ux, uy, uz = vertex_normal[v, 0], vertex_normal[v, 1], vertex_normal[v, 2]
-        i0, j0, k0 = grid_cell(x[v], grid)
-        for i in range(max(i0 - 1, 0), min(i0 + 2, grid.shape[0])):
-            for j in range(max(j0 - 1, 0), min(j0 + 2, grid.shape[1])):
-                row = (i * grid.shape[1] + j) * grid.shape[2]
-                for p in range(grid.start[row + max(k0 - 1, 0)], grid.start[row + min(k0 + 2, grid.shape[2])]):
-                    dx = sorted_centroid[p, 0] - vx
-                    dy = sorted_centroid[p, 1] - vy
-                    dz = sorted_centroid[p, 2] - vz
-                    if dx * dx + dy * dy + dz * dz >= around:
-                        continue
-                    t = grid.order[p]
-                    n = face_normal[t]
-                    off = abs(n[0] * dx + n[1] * dy + n[2] * dz)
-                    if off >= best_above and off >= best_below:
-                        continue  # even its plane is further than what is known
-                    a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
-                    if is_near[t] == v:
-                        if a == v or b == v or c == v:
-                            continue
-                        if n[0] * ux + n[1] * uy + n[2] * uz > CREASE:
-                            continue  # the cloth is still flat there
-                    distance, up = point_triangle(x, v, a, b, c, vertex_normal[v])
-                    if up and distance < best_above:
-                        best_above, above = distance, t
-                    elif not up and distance < best_below:
-                        best_below, below = distance, t
-        lists.face[v, 0], lists.face[v, 1] = below, above
-        lists.side[v, :] = 0
-        lists.wake[v, :] = 0.0
-
-
-@njit(cache=True, error_model="numpy")
-def _fill_pairs(x, mesh, lists, face_normal, grid):  # type: ignore[no-untyped-def]
-    """All edges within reach of border edges and of creased edges."""
-    edges, count = mesh.edges, 0
-    reach = mesh.reach[0] + 0.5 * (mesh.reach[1] - mesh.reach[0])
-    seen = np.full(edges.shape[0], -1)
-    guarded = np.zeros(edges.shape[0], dtype=np.bool_)
-    for e in range(edges.shape[0]):
-        f, g = mesh.edge_faces[e, 0], mesh.edge_faces[e, 1]
-        guarded[e] = g < 0 or dot(face_normal[f], face_normal[g]) < CREASE
-    middle = np.empty(3)
-    for e in range(edges.shape[0]):
-        if not guarded[e]:
-            continue
-        a, b = edges[e, 0], edges[e, 1]
-        for k in range(3):
-            middle[k] = 0.5 * (x[a, k] + x[b, k])
-        i0, j0, k0 = grid_cell(middle, grid)
-        for i in range(max(i0 - 2, 0), min(i0 + 3, grid.shape[0])):
-            for j in range(max(j0 - 2, 0), min(j0 + 3, grid.shape[1])):
-                row = (i * grid.shape[1] + j) * grid.shape[2]
-                for p in range(grid.start[row + max(k0 - 2, 0)], grid.start[row + min(k0 + 3, grid.shape[2])]):
-                    for q in range(3):
-                        o = mesh.face_edges[grid.order[p], q]
-                        if seen[o] == e or o == e or (guarded[o] and o < e):
-                            continue
-                        seen[o] = e
-                        c, d = edges[o, 0], edges[o, 1]
-                        if a == c or a == d or b == c or b == d or count == lists.pairs.shape[0]:
-                            continue
-                        if not _middles_within(x, c, d, middle, reach + 1.7 * mesh.reach[2]):
-                            continue
-                        if closest_on_segments(x, a, b, c, d)[0] < reach:
-                            lists.pairs[count, 0], lists.pairs[count, 1] = e, o
-                            lists.pair_wake[count] = 0.0
-                            count += 1
-    lists.used[0] = count
-
-
-@njit(cache=True, error_model="numpy")
-def _middles_within(x, c, d, middle, distance):  # type: ignore[no-untyped-def]
-    square = 0.0
-    for k in range(3):
-        square += (0.5 * (x[c, k] + x[d, k]) - middle[k]) ** 2
-    return square < distance * distance
+KEEP = (1.0, 0.5, 0.5, 0.3, 0.3, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2)
+"""Part of a thickness that each sweep restores. The first wants all of it; later ones, made only while some pair is
+still closer, want less: layers that a hand crushes have no room for all, but always for not passing through."""
 
 
 @njit(cache=True, error_model="numpy")
@@ -221,11 +62,11 @@ def _height(x, v, a, b, c):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _pushes(gap, gap_before, thickness, step):  # type: ignore[no-untyped-def]
+def _pushes(gap, gap_before, wanted, step):  # type: ignore[no-untyped-def]
     """How far to push a pair apart, and the part of it that must not become velocity."""
     before = max(gap_before, 0.0)
-    push = min(thickness, before + CLEARING_SPEED * step) - gap
-    lasting = min(thickness, before + RECOVERY_SPEED * step) - gap
+    push = min(wanted, before + CLEARING_SPEED * step) - gap
+    lasting = min(wanted, before + RECOVERY_SPEED * step) - gap
     return push, push - max(lasting, 0.0)
 
 
@@ -240,11 +81,10 @@ def _slip(x, v, a, b, c, anchor, nx, ny, nz):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _sweep_slots(x, before, moved, mesh, lists, friction, step, deep):  # type: ignore[no-untyped-def]
-    """One pass over all slots; with `deep`, only over pairs closer than DEEP thickness. The smallest gap seen."""
+def _sweep_slots(x, before, moved, mesh, lists, friction, step, keep):  # type: ignore[no-untyped-def]
+    """One pass over all slots that restores `keep` of the thickness; the smallest gap seen before."""
     faces, thickness, inverse_mass = mesh.faces, mesh.reach[0], mesh.inverse_mass
-    limit = DEEP * thickness if deep else thickness
-    smallest = thickness
+    wanted, smallest = keep * thickness, thickness
     for v in range(x.shape[0]):
         for s in range(2):
             t = lists.face[v, s]
@@ -274,15 +114,15 @@ def _sweep_slots(x, before, moved, mesh, lists, friction, step, deep):  # type: 
                 lists.side[v, s] = 1 if _height(before, v, a, b, c) >= 0.0 else -1
             side = lists.side[v, s]
             gap = side * height
-            if gap >= limit:
-                if not deep and gap > 1.1 * thickness:
+            if gap >= wanted:
+                if keep == 1.0 and gap > 1.1 * thickness:
                     lists.anchor_face[v, s] = -1
                     lists.wake[v, s] = lists.travelled[0] + 0.8 * (gap - thickness)
                 continue
             weight = inverse_mass[v] + ba * ba * inverse_mass[a] + bb * bb * inverse_mass[b] + bc * bc * inverse_mass[c]
             if weight == 0.0:
                 continue
-            push, silent = _pushes(gap, side * _height(before, v, a, b, c), thickness, step)
+            push, silent = _pushes(gap, side * _height(before, v, a, b, c), wanted, step)
             if push <= 0.0:
                 continue
             smallest = min(smallest, gap)
@@ -295,11 +135,11 @@ def _sweep_slots(x, before, moved, mesh, lists, friction, step, deep):  # type: 
             sx, sy, sz = _slip(x, v, a, b, c, anchor, nx, ny, nz)
             slip = np.sqrt(sx * sx + sy * sy + sz * sz) + 1e-30
             held = min(1.0, friction * push / slip)
-            keep = 2.0 * friction * push / slip
-            if keep < 1.0:  # slides: the anchor is dragged along, no further behind than the next step can hold
-                anchor[0] = ba + keep * (anchor[0] - ba)
-                anchor[1] = bb + keep * (anchor[1] - bb)
-                anchor[2] = bc + keep * (anchor[2] - bc)
+            lag = 2.0 * friction * push / slip
+            if keep == 1.0 and lag < 1.0:  # slides: drags the anchor along, as far behind as the next step can hold
+                anchor[0] = ba + lag * (anchor[0] - ba)
+                anchor[1] = bb + lag * (anchor[1] - bb)
+                anchor[2] = bc + lag * (anchor[2] - bc)
             px = (push * nx - held * sx) / weight
             py = (push * ny - held * sy) / weight
             pz = (push * nz - held * sz) / weight
@@ -316,19 +156,18 @@ def _sweep_slots(x, before, moved, mesh, lists, friction, step, deep):  # type: 
 
 
 @njit(cache=True, error_model="numpy")
-def _sweep_pairs(x, before, moved, mesh, lists, step, deep):  # type: ignore[no-untyped-def]
-    """One pass over the edge pairs, pushed apart along their closest points before the step."""
+def _sweep_pairs(x, before, moved, mesh, lists, step, keep):  # type: ignore[no-untyped-def]
+    """One pass over the edge pairs, along their closest points before the step; the smallest gap seen before."""
     edges, inverse_mass = mesh.edges, mesh.inverse_mass
     thickness = EDGE_GAP * mesh.reach[0]
-    limit = DEEP * thickness if deep else thickness
-    smallest = thickness
+    wanted, smallest = keep * thickness, thickness
     for p in range(lists.used[0]):
         if lists.pair_wake[p] > lists.travelled[0]:
             continue
         a, b = edges[lists.pairs[p, 0], 0], edges[lists.pairs[p, 0], 1]
         c, d = edges[lists.pairs[p, 1], 0], edges[lists.pairs[p, 1], 1]
         distance, s, t = closest_on_segments(before, a, b, c, d)
-        if not deep and distance > 1.5 * thickness:
+        if keep == 1.0 and distance > 1.5 * thickness:
             lists.pair_wake[p] = lists.travelled[0] + 0.9 * (distance - thickness)
             if distance > 3.0 * thickness:
                 continue
@@ -344,7 +183,7 @@ def _sweep_pairs(x, before, moved, mesh, lists, step, deep):  # type: ignore[no-
             + ny * (wa * x[a, 1] + wb * x[b, 1] + wc * x[c, 1] + wd * x[d, 1])
             + nz * (wa * x[a, 2] + wb * x[b, 2] + wc * x[c, 2] + wd * x[d, 2])
         )
-        if gap >= limit:
+        if gap >= wanted:
             continue
         weight = (
             wa * wa * inverse_mass[a]
@@ -352,7 +191,7 @@ def _sweep_pairs(x, before, moved, mesh, lists, step, deep):  # type: ignore[no-
             + wc * wc * inverse_mass[c]
             + wd * wd * inverse_mass[d]
         )
-        push, silent = _pushes(gap, distance, thickness, step)
+        push, silent = _pushes(gap, distance, wanted, step)
         if weight == 0.0 or push <= 0.0:
             continue
         smallest = min(smallest, gap)
@@ -369,31 +208,8 @@ def _sweep_pairs(x, before, moved, mesh, lists, step, deep):  # type: ignore[no-
 
 
 @njit(cache=True, error_model="numpy")
-def _relative_motion(x, before):  # type: ignore[no-untyped-def]
-    """A bound on how far any two vertices moved against each other: the diagonal of the box of all displacements."""
-    square = 0.0
-    for k in range(3):
-        low, high = np.inf, -np.inf
-        for v in range(x.shape[0]):
-            d = x[v, k] - before[v, k]
-            low, high = min(low, d), max(high, d)
-        square += (high - low) ** 2
-    return np.sqrt(square)
-
-
-@njit(cache=True, error_model="numpy")
-def refresh(x, before, mesh, lists):  # type: ignore[no-untyped-def]
-    """Count the motion from `before` to x; rebuild the lists at the legal positions `before` if they are worn out."""
-    motion = _relative_motion(x, before)
-    lists.travelled[0] += motion
-    if lists.travelled[0] > mesh.reach[1] - 1.5 * mesh.reach[0]:
-        rebuild(before, mesh, lists)
-        lists.travelled[0] = motion
-
-
-@njit(cache=True, error_model="numpy")
-def sweep(x, before, moved, mesh, lists, friction, step, deep):  # type: ignore[no-untyped-def]
-    """Push all pairs apart once, with `deep` only those that are closer than DEEP of what they should be.
+def sweep(x, before, moved, mesh, lists, friction, step, keep):  # type: ignore[no-untyped-def]
+    """Push pairs apart once.
 
     Args:
         x: Positions to correct [m], shape (n, 3).
@@ -403,11 +219,11 @@ def sweep(x, before, moved, mesh, lists, friction, step, deep):  # type: ignore[
         lists: Its candidate pairs.
         friction: Coulomb coefficient of cloth on cloth.
         step: Outer step [s].
-        deep: Whether this is a second or later sweep.
+        keep: Part of the thickness to restore.
 
     Returns:
-        Whether another sweep is needed.
+        Smallest gap found before it was corrected, as part of what the pair should keep.
     """
-    edge_gap = _sweep_pairs(x, before, moved, mesh, lists, step, deep)
-    gap = _sweep_slots(x, before, moved, mesh, lists, friction, step, deep)
-    return gap < DEEP * mesh.reach[0] or edge_gap < DEEP * EDGE_GAP * mesh.reach[0]
+    edge_gap = _sweep_pairs(x, before, moved, mesh, lists, step, keep)
+    gap = _sweep_slots(x, before, moved, mesh, lists, friction, step, keep)
+    return min(gap, edge_gap / EDGE_GAP) / mesh.reach[0]

@@ -13,7 +13,7 @@ from scipy.sparse.linalg import eigsh
 
 from tatamu.material import Material
 from tatamu.scene import Cloth
-from tatamu.simulators.native import bending, contact, membrane
+from tatamu.simulators.native import bending, candidates, membrane
 from tatamu.simulators.native.layout import Bands, bands, slots
 from tatamu.topology import Topology, areas
 
@@ -52,7 +52,7 @@ class Model:
     mass: np.ndarray
     """Lumped mass of each vertex [kg], shape (n,)."""
     elastic: Elastic
-    mesh: contact.Mesh
+    mesh: candidates.Mesh
     membrane_step: float
     """Largest step of the membrane [s]."""
     bending_step: float
@@ -185,7 +185,7 @@ def _largest_frequency(gradient: sparse.csr_array, stiffness: sparse.sparray, ma
     return float(1.01 * np.sqrt(top[0]))
 
 
-def _contact_mesh(topology: Topology, mass: np.ndarray, thickness: float, longest: float) -> contact.Mesh:
+def _contact_mesh(topology: Topology, mass: np.ndarray, thickness: float, longest: float) -> candidates.Mesh:
     faces, count = topology.faces, len(mass)
     edge_faces = np.full((len(topology.edges), 2), -1)
     order = np.argsort(topology.face_edges.T.ravel(), kind="stable")
@@ -198,7 +198,7 @@ def _contact_mesh(topology: Topology, mass: np.ndarray, thickness: float, longes
     neighbours = np.where(across[..., 0] == own, across[..., 1], across[..., 0])
     start, near = _near_faces(faces, count)
     margin = thickness + max(3.0 * thickness, min(0.01, 0.75 * longest))
-    return contact.Mesh(
+    return candidates.Mesh(
         np.ascontiguousarray(faces),
         np.ascontiguousarray(neighbours),
         start,

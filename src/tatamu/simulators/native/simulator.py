@@ -11,7 +11,7 @@ from tatamu import __version__
 from tatamu.errors import SimulationError
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
-from tatamu.simulators.native import contact, membrane
+from tatamu.simulators.native import candidates, membrane
 from tatamu.simulators.native.model import DENSEST_PAIRS, Model, model_of, steps_per_frame, substeps
 from tatamu.simulators.native.step import Hands, State, World, advance, copy_out
 
@@ -65,7 +65,7 @@ class _Run:
         self.number = 0
         self.closed: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         self.paths = self._paths()
-        contact.rebuild(self.state.x, self.mesh, self.lists)
+        candidates.rebuild(self.state.x, self.mesh, self.lists)
 
     def frames(self) -> np.ndarray:
         """All frames, shape (f, n, 3)."""
@@ -177,9 +177,9 @@ def _state(scene: Scene, model: Model) -> State:
     )
 
 
-def _lists(mesh: contact.Mesh) -> contact.Lists:
+def _lists(mesh: candidates.Mesh) -> candidates.Lists:
     count, room = len(mesh.inverse_mass), DENSEST_PAIRS * len(mesh.edges)
-    return contact.Lists(
+    return candidates.Lists(
         face=np.full((count, 2), -1),
         side=np.zeros((count, 2), dtype=np.int64),
         wake=np.zeros((count, 2)),

@@ -14,13 +14,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from tatamu.simulators.native import bending, contact, membrane, table
+from tatamu.simulators.native import bending, candidates, contact, membrane, table
 
 MEMBRANE_DAMPING = 5e-5
 """tau_d of the membrane's Kelvin-Voigt damping [s], at most 0.3 of the substep."""
-
-SWEEPS = 8
-"""Contact and table are swept again up to so often while some pair is deep."""
 
 
 class State(NamedTuple):
@@ -154,16 +151,37 @@ def _lead(state, hands, number, step):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
+def _gather(X, slot, x, moved):  # type: ignore[no-untyped-def]
+    """Positions from slots to vertices, twice."""
+    a, b, c = X[0], X[1], X[2]
+    for v in range(slot.shape[0]):
+        s = slot[v]
+        x[v, 0], x[v, 1], x[v, 2] = a[s], b[s], c[s]
+        moved[v, 0], moved[v, 1], moved[v, 2] = a[s], b[s], c[s]
+
+
+@njit(cache=True, error_model="numpy")
+def _scatter(x, moved, slot, X, V, rate):  # type: ignore[no-untyped-def]
+    """Corrected positions back to slots, and what was corrected to the velocities."""
+    a, b, c, u, v, w = X[0], X[1], X[2], V[0], V[1], V[2]
+    for i in range(slot.shape[0]):
+        s = slot[i]
+        a[s], b[s], c[s] = x[i, 0], x[i, 1], x[i, 2]
+        u[s] += rate * (x[i, 0] - moved[i, 0])
+        v[s] += rate * (x[i, 1] - moved[i, 1])
+        w[s] += rate * (x[i, 2] - moved[i, 2])
+
+
+@njit(cache=True, error_model="numpy")
 def _collide(state, mesh, lists, world, step):  # type: ignore[no-untyped-def]
-    x, slot = state.x, state.slot
-    for v in range(x.shape[0]):
-        for k in range(3):
-            x[v, k] = state.X[k, slot[v]]
-    moved, before = state.moved, state.before
-    moved[:] = x
-    contact.refresh(x, before, mesh, lists)
-    for number in range(SWEEPS):
-        again = contact.sweep(x, before, moved, mesh, lists, world.friction_cloth, step, number > 0)
+    x, moved, before = state.x, state.moved, state.before
+    _gather(state.X, state.slot, x, moved)
+    candidates.refresh(x, before, mesh, lists)
+    gap = 0.0
+    for keep in contact.KEEP:
+        if gap >= keep:
+            break
+        gap = contact.sweep(x, before, moved, mesh, lists, world.friction_cloth, step, keep)
         if world.has_table:  # last, so that it carries what the layers hand down
             table.sweep(
                 x,
@@ -177,12 +195,7 @@ def _collide(state, mesh, lists, world, step):  # type: ignore[no-untyped-def]
                 world.friction_table,
                 step,
             )
-        if not again:
-            break
-    for v in range(x.shape[0]):
-        for k in range(3):
-            state.V[k, slot[v]] += (x[v, k] - moved[v, k]) / step
-            state.X[k, slot[v]] = x[v, k]
+    _scatter(x, moved, state.slot, state.X, state.V, 1.0 / step)
 
 
 @njit(cache=True, error_model="numpy")

@@ -1,0 +1,23 @@
+"""`tatamu install`: what pip cannot install beside tatamu."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from tatamu.cli.app import app
+from tatamu.errors import InputError
+
+
+@app.command()
+def install(what: Annotated[str, typer.Argument(metavar="WHAT", help="What to install: blender.")]) -> None:
+    """Install Blender, for `--simulator blender`, where tatamu finds it (about 1 GB).
+
+    Example: `tatamu install blender`
+    """
+    if what != "blender":
+        raise InputError(f"install: must be blender, given {what!r}")
+    from tatamu.simulators.blender.install import install as make
+
+    print(f"blender: {make()}")

@@ -1,0 +1,57 @@
+"""Blender's cloth, the paper's simulator, as a process of its own. See docs/simulators.md.
+
+Scenes are translated into Blender's numbers (`mapping`, `springs`), written as recipes (`recipe`, `timeline`) and run
+by a program inside Blender (`worker`) at the end of a pipe (`process`).
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from tatamu.errors import SimulationError
+from tatamu.rollout import Rollout
+from tatamu.scene import Scene
+from tatamu.simulators.blender.process import WORKERS
+from tatamu.simulators.blender.recipe import written
+
+
+def simulate(scene: Scene) -> Rollout:
+    """Run one scene in Blender.
+
+    Raises:
+        InputError: There is no Blender, or the material's `blender` table is wrong.
+        SimulationError: The rollout is not finite, or Blender ends in the middle of it each time.
+    """
+    begin = time.perf_counter()
+    recipe = written(scene)
+    answer, numbers, version = WORKERS.run(recipe.request)
+    positions = _positions(scene, recipe.in_scene(numbers.reshape(-1, len(scene.cloth.vertices), 3)))
+    wall = answer["wall_seconds"]
+    info = {
+        "simulator": "blender",
+        "version": version,
+        "wall_seconds": wall,
+        "setup_seconds": time.perf_counter() - begin - wall,
+        "steps": recipe.steps,
+        "warnings": recipe.warnings,
+    }
+    return Rollout(np.arange(scene.frames) / scene.frame_rate, positions, scene.cloth.faces, info)
+
+
+def _positions(scene: Scene, moved: np.ndarray) -> np.ndarray:
+    """All frames [m], shape (f, n, 3), from all but the first."""
+    if not np.isfinite(moved).all():
+        frame = 1 + int(np.argmin(np.isfinite(moved).all(axis=(1, 2))))
+        raise SimulationError(f"blender: positions are no longer finite after {frame / scene.frame_rate:.3g} s")
+    return np.concatenate([scene.cloth.vertices[None], moved])
+
+
+def simulate_many(scenes: Sequence[Scene]) -> list[Rollout]:
+    """Run several scenes, one Blender per processor core."""
+    with ThreadPoolExecutor(max(1, min(len(scenes), os.cpu_count() or 1))) as pool:
+        return list(pool.map(simulate, scenes))

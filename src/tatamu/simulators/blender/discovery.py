@@ -1,0 +1,82 @@
+"""Where Blender is: the environment variable, then what `tatamu install blender` made, then the search path."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from pathlib import Path
+
+from tatamu.errors import InputError
+
+VARIABLE = "TATAMU_BLENDER"
+"""Names a Python that has `bpy`, or a Blender executable."""
+VERSION = "5.0.1"
+"""The Blender that `tatamu install blender` installs, and whose cloth docs/simulators.md measures."""
+HELP = (
+    f"blender: no Blender found; run `tatamu install blender`, or put `blender` on the search path, "
+    f"or let {VARIABLE} name a Blender executable or a Python that has bpy"
+)
+WORKER = Path(__file__).with_name("worker.py")
+
+
+def cache_folder() -> Path:
+    """The folder of the user's caches that belongs to tatamu."""
+    if sys.platform == "win32":
+        base = Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"))
+    elif sys.platform == "darwin":
+        base = Path.home() / "Library" / "Caches"
+    else:
+        base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    return base / "tatamu"
+
+
+def environment_folder() -> Path:
+    """The virtual environment that `tatamu install blender` makes."""
+    return cache_folder() / f"blender-{VERSION}"
+
+
+def python_of(folder: Path) -> Path:
+    """The Python of a virtual environment."""
+    return folder / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
+
+
+def command() -> list[str]:
+    """The command that starts a worker.
+
+    Raises:
+        InputError: There is no Blender, or the variable names something that is none.
+    """
+    named = os.environ.get(VARIABLE)
+    if named:
+        return started_by(_named(named))
+    installed = python_of(environment_folder())
+    if installed.exists():
+        return started_by(str(installed))
+    found = shutil.which("blender")
+    if found is None:
+        raise InputError(HELP)
+    return started_by(found)
+
+
+def _named(name: str) -> str:
+    program = shutil.which(os.path.expanduser(name))
+    if program is None:
+        raise InputError(f"{VARIABLE}: must name a Blender executable or a Python that has bpy, given {name!r}")
+    return program
+
+
+def started_by(program: str) -> list[str]:
+    """The command for a Python, by its name, or else a Blender executable."""
+    if Path(program).name.lower().startswith(("python", "pypy")):
+        return [program, str(WORKER)]
+    return [program, "--background", "--factory-startup", "--python-exit-code", "3", "--python", str(WORKER)]
+
+
+def available() -> bool:
+    """Whether a Blender is there to be started."""
+    try:
+        command()
+    except InputError:
+        return False
+    return True

@@ -1,0 +1,186 @@
+"""A material in SI units as Blender's own numbers. docs/simulators.md derives and measures each relation.
+
+Blender's clock: it multiplies gravity by 0.001 and counts frames, so its unit of time is sqrt(0.001) s = 31.6 ms, and a
+stiffness k over a mass m in its numbers is 1000 k/m in 1/s^2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from tatamu.material import Material
+from tatamu.scene import Scene
+from tatamu.simulators.blender.raw import COLLIDER, COLLISION, checked
+from tatamu.simulators.blender.springs import Springs
+
+UNIT = float(np.sqrt(1e-3))
+"""Blender's unit of time [s]."""
+THICKNESS = 0.01
+"""Blender is shown the scene so large that the cloth is this thick [m]: its least contact distance is 1 mm."""
+REACH = 2e-3
+"""Cloth and table keep at least this distance each [m], and the table's plane is lowered by as much: less lets cloth
+that falls 1 m through."""
+REST = 0.93
+"""Part of those distances that cloth on a table keeps: 1 under no load, 8/9 under load [measured]."""
+LAYERS = 1.125
+"""Layers rest 8/9 of twice `self_distance_min` apart [measured]."""
+LARGEST_STIFFNESS = 1e4
+LONGEST_STEP = 1.0 / 300.0
+"""Longest substep [s]: cloth at 1 m/s moves 1.7 mm."""
+STABLE = 1.4
+"""Largest substep times the largest bending frequency; explicit bending is lost at 2."""
+BENDING_DAMPING = 5e-4
+"""Bending damping over bending stiffness, in Blender's time: without any, a hanging strip shivers by 1 mm."""
+DAMPING_RATIO = 0.1
+"""Damping of one spring, as a part of the critical."""
+
+
+@dataclass
+class Mapping:
+    """What a scene's material, table and clock are called in Blender."""
+
+    settings: dict[str, Any] = field(default_factory=dict)
+    """Properties of the cloth."""
+    collision: dict[str, Any] = field(default_factory=dict)
+    """Properties of the cloth's contacts."""
+    collider: dict[str, Any] = field(default_factory=dict)
+    """Properties of the table."""
+    scale: float = 1.0
+    """Lengths in Blender over lengths in metres."""
+    clock: float | None = None
+    """Blender's time per frame of the rollout, where a raw `time_scale` gives it; None: Blender runs in real time."""
+    standoff: float = 0.0
+    """How far over the table's plane Blender keeps the cloth [m]."""
+    warnings: list[str] = field(default_factory=list)
+
+    def time_scale(self, duration: float, frame_rate: float) -> float:
+        """Blender's time for a stretch of `duration` [s]."""
+        return duration / UNIT if self.clock is None else self.clock * duration * frame_rate
+
+    def warn(self, text: str) -> None:
+        """Say what Blender cannot represent."""
+        self.warnings.append(f"blender: {text}")
+
+
+def mapped(scene: Scene, longest: float) -> Mapping:
+    """Blender's numbers for a scene whose longest segment lasts `longest` [s]."""
+    if scene.material.blender is not None:
+        return _raw(scene, longest)
+    springs = Springs(scene.cloth)
+    mapping = Mapping(scale=float(np.clip(THICKNESS / scene.material.thickness, 0.25, 20.0)))
+    mapping.settings["mass"] = 0.3
+    _elasticity(mapping, scene, springs)
+    _contact(mapping, scene.material)
+    _drag(mapping, scene.material)
+    _substeps(mapping, springs, longest)
+    return mapping
+
+
+def _elasticity(mapping: Mapping, scene: Scene, springs: Springs) -> None:
+    material, count = scene.material, len(scene.cloth.vertices)
+    vertex_mass = material.areal_density * springs.area / count
+    per_newton = 1e-3 * mapping.settings["mass"] / vertex_mass
+    spring = material.stretch_stiffness / springs.moduli.mean()
+    tension = spring * per_newton * springs.mean_length * mapping.scale
+    bending = material.bending_rigidity / springs.rigidities.mean() if len(springs.topology.hinges) else 0.0
+    bending *= per_newton
+    lighter = min(1.0, LARGEST_STIFFNESS / max(tension, bending, 1e-30))
+    mass = mapping.settings["mass"] * lighter
+    damping = 2.0 * DAMPING_RATIO * np.sqrt(spring * per_newton * lighter * mass)
+    mapping.settings |= {
+        "mass": mass,
+        "bending_model": "ANGULAR",
+        "bending_damping": BENDING_DAMPING * bending * lighter,
+        **_each("{}_stiffness", tension * lighter),
+        **_each("{}_damping", min(50.0, float(damping))),
+        **_pair("bending_stiffness", bending * lighter),
+    }
+    _isotropy(mapping, material, springs)
+
+
+def _each(name: str, value: float) -> dict[str, float]:
+    kinds = [name.format(kind) for kind in ("tension", "compression", "shear")]
+    return {key: number for kind in kinds for key, number in _pair(kind, value).items()}
+
+
+def _pair(name: str, value: float) -> dict[str, float]:
+    return {name: float(value)} | ({f"{name}_max": float(value)} if name.endswith("stiffness") else {})
+
+
+def _isotropy(mapping: Mapping, material: Material, springs: Springs) -> None:
+    mapping.warn(f"springs have a Poisson ratio of 1/3, not {material.poisson_ratio:g}")
+    spread = springs.moduli.max() / springs.moduli.min() - 1.0
+    if spread > 0.15:
+        mapping.warn(f"this mesh of springs is {100 * spread:.0f} % stiffer in one direction than in another")
+    rigidities = springs.rigidities
+    spread = rigidities.max() / max(rigidities.min(), 1e-30) - 1.0
+    if len(springs.topology.hinges) and spread > 0.15:
+        mapping.warn(f"this mesh bends {100 * spread:.0f} % harder in one direction than in another")
+
+
+def _contact(mapping: Mapping, material: Material) -> None:
+    gap = mapping.scale * material.thickness
+    layers = float(np.clip(0.5 * LAYERS * gap, 1e-3, 0.1))
+    reach = float(np.clip(max(REACH * mapping.scale, 0.5 * gap), 1e-3, 1.0))
+    mapping.collision |= {
+        "use_collision": True,
+        "use_self_collision": True,
+        "collision_quality": 4,
+        "distance_min": reach,
+        "self_distance_min": layers,
+        "self_friction": _friction(mapping, "friction_cloth", material.friction_cloth),
+    }
+    mapping.collider |= {
+        "thickness_outer": reach,
+        "cloth_friction": _friction(mapping, "friction_table", material.friction_table),
+        "damping": 0.0,
+    }
+    mapping.standoff = REST * 2.0 * reach / mapping.scale
+    if layers > 0.501 * LAYERS * gap:
+        apart = 2.0 * layers / LAYERS / mapping.scale
+        mapping.warn(f"layers rest {1e3 * apart:.2g} mm apart, not {1e3 * material.thickness:.2g} mm")
+
+
+def _friction(mapping: Mapping, name: str, coefficient: float) -> float:
+    if coefficient > 0.8:
+        mapping.warn(f"{name} is cut to 0.8, the most that it knows, from {coefficient:g}")
+    return min(80.0, 100.0 * coefficient)
+
+
+def _drag(mapping: Mapping, material: Material) -> None:
+    rate = material.air_drag / material.areal_density
+    mapping.settings["air_damping"] = 100.0 * mapping.settings["mass"] * rate * UNIT
+    if mapping.settings["air_damping"] > 10.0:
+        mapping.warn(f"air_drag is cut to {material.air_drag * 10.0 / mapping.settings['air_damping']:.3g} N s/m^3")
+        mapping.settings["air_damping"] = 10.0
+
+
+def _substeps(mapping: Mapping, springs: Springs, longest: float) -> None:
+    """Enough substeps for contact and for explicit bending."""
+    settings = mapping.settings
+    frequency = springs.bending_frequency() * np.sqrt(settings["bending_stiffness"] / settings["mass"]) / UNIT
+    step = min(LONGEST_STEP, STABLE / max(frequency, 1e-9))
+    settings["quality"] = int(np.clip(np.ceil(longest / step - 1e-6), 1, 1000))
+    if longest / settings["quality"] > 1.5 * step:
+        mapping.warn("bending is too stiff for its explicit steps: expect jitter")
+
+
+def _raw(scene: Scene, longest: float) -> Mapping:
+    """Blender's numbers as a material gives them.
+
+    Properties of the cloth that it leaves out keep Blender's defaults; contacts that it leaves out come from the SI
+    fields.
+    """
+    raw = checked(scene.material.blender or {})
+    mapping = Mapping()
+    _contact(mapping, scene.material)
+    mapping.clock = float(raw.pop("time_scale")) if "time_scale" in raw else None
+    for name, value in raw.items():
+        part = mapping.collision if name in COLLISION else mapping.collider if name in COLLIDER else mapping.settings
+        part[name] = value
+    mapping.settings.setdefault("quality", 5)
+    mapping.standoff = REST * (mapping.collision["distance_min"] + mapping.collider["thickness_outer"])
+    return mapping

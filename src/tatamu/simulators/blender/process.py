@@ -1,0 +1,174 @@
+"""Blender as a process of its own: started when first needed, started again when it dies, ended with us.
+
+Blender is GPL and has global state, so it is never imported here; a recipe goes in and positions come out by pipes.
+The worker ends itself when its standard input does, so it does not outlive us even where we are killed.
+"""
+
+from __future__ import annotations
+
+import atexit
+import json
+import os
+import struct
+import subprocess
+import tempfile
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import IO, Any, BinaryIO
+
+import numpy as np
+
+from tatamu.errors import InputError, SimulationError
+from tatamu.simulators.blender import discovery
+
+MARK = b"\x00\xfftatamu\xff\x00"
+"""Begins every message; what else comes over the pipe is Blender talking to itself."""
+START_LIMIT = 120.0
+"""A Blender that has not said hello after this long is ended [s]."""
+ATTEMPTS = 3
+"""How often one recipe is run before a dying Blender is held to be its fault."""
+
+
+class WorkerDied(Exception):
+    """The pipe ended before the answer came."""
+
+
+class Worker:
+    """One Blender process and the pipes to it."""
+
+    def __init__(self) -> None:
+        self.owner = os.getpid()
+        self.log: IO[bytes] = tempfile.TemporaryFile()
+        environment = {key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "PYTHONHOME")}
+        self.command = discovery.command()
+        try:
+            self.process = subprocess.Popen(
+                self.command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self.log, env=environment
+            )
+        except OSError as error:
+            raise InputError(f"{self.command[0]}: cannot be started ({error.strerror or error})") from None
+        self.version = self._greeting()
+
+    def _greeting(self) -> str:
+        limit = threading.Timer(START_LIMIT, self.process.kill)
+        limit.start()
+        try:
+            return str(self._receive()[0]["blender"])
+        except WorkerDied:
+            words = self._last_words()
+            self.close()
+            raise InputError(f"{self.command[0]}: does not run as Blender{words}") from None
+        finally:
+            limit.cancel()
+
+    def _last_words(self) -> str:
+        self.log.seek(0)
+        lines = self.log.read()[-2000:].decode(errors="replace").strip().splitlines()
+        return f" ({lines[-1].strip()})" if lines else ""
+
+    @property
+    def _out(self) -> BinaryIO:
+        assert self.process.stdout is not None
+        return self.process.stdout  # type: ignore[return-value]
+
+    def ask(self, request: dict[str, Any]) -> tuple[dict[str, Any], np.ndarray]:
+        """Run one recipe: the answer, and the positions as float32 numbers.
+
+        Raises:
+            WorkerDied: Blender ended first.
+        """
+        assert self.process.stdin is not None
+        text = json.dumps(request, allow_nan=False).encode()
+        try:
+            self.process.stdin.write(MARK + struct.pack("<I", len(text)) + text)
+            self.process.stdin.flush()
+        except OSError:
+            raise WorkerDied from None
+        return self._receive()
+
+    def _receive(self) -> tuple[dict[str, Any], np.ndarray]:
+        self._skip_to_mark()
+        answer = json.loads(self._exactly(struct.unpack("<I", self._exactly(4))[0]))
+        return answer, np.frombuffer(self._exactly(answer.get("bytes", 0)), dtype="<f4")
+
+    def _skip_to_mark(self) -> None:
+        window = self._exactly(len(MARK))
+        while window != MARK:
+            window = window[1:] + self._exactly(1)
+
+    def _exactly(self, count: int) -> bytes:
+        data = self._out.read(count)
+        if len(data) < count:
+            raise WorkerDied
+        return data
+
+    def close(self) -> None:
+        """End the process and leave no zombie."""
+        for pipe in (self.process.stdin, self.process.stdout, self.log):
+            if pipe is not None:
+                with _quiet():
+                    pipe.close()
+        if os.getpid() == self.owner:
+            self.process.kill()
+            self.process.wait()
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    try:
+        yield
+    except OSError:
+        pass
+
+
+class Workers:
+    """The idle workers of this process; each is used by one thread at a time."""
+
+    def __init__(self) -> None:
+        self._idle: list[Worker] = []
+        self._lock = threading.Lock()
+
+    def run(self, request: dict[str, Any]) -> tuple[dict[str, Any], np.ndarray, str]:
+        """Run one recipe, again where Blender dies of something: the answer, the positions, Blender's version.
+
+        Raises:
+            InputError: There is no Blender.
+            SimulationError: Blender refuses the recipe, or dies of it each time.
+        """
+        for _ in range(ATTEMPTS):
+            worker = self._take()
+            try:
+                answer, positions = worker.ask(request)
+            except WorkerDied:
+                worker.close()
+                continue
+            except BaseException:
+                worker.close()
+                raise
+            self._give(worker)
+            if "error" in answer:
+                raise SimulationError(f"blender: {answer['error']}")
+            return answer, positions, worker.version
+        raise SimulationError(f"blender: ended {ATTEMPTS} times in the middle of this scene")
+
+    def _take(self) -> Worker:
+        with self._lock:
+            mine = [worker for worker in self._idle if worker.owner == os.getpid()]
+            self._idle = mine[:-1]
+        return mine[-1] if mine else Worker()
+
+    def _give(self, worker: Worker) -> None:
+        with self._lock:
+            self._idle.append(worker)
+
+    def close(self) -> None:
+        """End all idle workers."""
+        with self._lock:
+            idle, self._idle = self._idle, []
+        for worker in idle:
+            worker.close()
+
+
+WORKERS = Workers()
+atexit.register(WORKERS.close)

@@ -1,0 +1,155 @@
+"""What sheet a mesh of Blender's springs and hinges amounts to: its elastic constants, averaged over directions.
+
+Notation: k spring constant of every edge [N/m], A area of the cloth, L rest length of an edge, n its direction,
+H_a, H_b heights of the two triangles over a shared edge, theta the angle between them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+
+from tatamu.scene import Cloth
+from tatamu.topology import Topology, areas
+
+DIRECTIONS = np.linspace(0.0, np.pi, 24, endpoint=False)
+"""Directions that constants are averaged over [rad]."""
+
+
+class Springs:
+    """The springs and hinges that Blender builds from a mesh of triangles."""
+
+    def __init__(self, cloth: Cloth) -> None:
+        self.rest = cloth.rest
+        self.faces = cloth.faces
+        self.topology = Topology(cloth.faces)
+        self.area = float(areas(self.rest, self.faces).sum())
+        edges = self.topology.edges
+        self.lengths = np.linalg.norm(self.rest[edges[:, 1]] - self.rest[edges[:, 0]], axis=1)
+
+    @property
+    def mean_length(self) -> float:
+        """Mean rest length of the springs [m]."""
+        return float(self.lengths.mean())
+
+    @cached_property
+    def _directions(self) -> np.ndarray:
+        """Direction of each triangle's three sides in a frame of its own plane, shape (m, 3, 2).
+
+        The frame is the world's x axis laid into the plane (y where the plane is normal to x), so that flat cloth has
+        one frame throughout.
+        """
+        corners = self.rest[self.faces]
+        sides = corners[:, [2, 0, 1]] - corners[:, [1, 2, 0]]
+        normals = np.cross(sides[:, 0], sides[:, 1])
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        axis = np.where(np.abs(normals[:, :1]) > 0.9, [[0.0, 1.0, 0.0]], [[1.0, 0.0, 0.0]])
+        first = axis - (axis * normals).sum(1, keepdims=True) * normals
+        first /= np.linalg.norm(first, axis=1, keepdims=True)
+        second = np.cross(normals, first)
+        second *= np.where(second.sum(1, keepdims=True) < 0.0, -1.0, 1.0)
+        return np.stack([np.einsum("mkx,mx->mk", sides, frame) for frame in (first, second)], axis=2)
+
+    @cached_property
+    def tensor(self) -> np.ndarray:
+        """Plane elasticity per spring constant, C/k, for (xx, yy, xy), shape (3, 3): (1/A) sum L^2 nn (x) nn."""
+        weight = 1.0 / self.topology.faces_per_edge[self.topology.face_edges]
+        x, y = self._directions[:, :, 0], self._directions[:, :, 1]
+        strain = np.stack([x * x, y * y, x * y])
+        return np.einsum("amk,bmk,mk->ab", strain, strain, weight / (x * x + y * y)) / self.area
+
+    @property
+    def moduli(self) -> np.ndarray:
+        """Stiffness of a strip cut in each direction, per spring constant, Y/k, shape (d,)."""
+        c, s = np.cos(DIRECTIONS), np.sin(DIRECTIONS)
+        stress = np.stack([c * c, s * s, c * s])
+        return 1.0 / np.einsum("ad,ab,bd->d", stress, np.linalg.inv(self.tensor), stress)
+
+    @cached_property
+    def _hinges(self) -> Hinges:
+        hinges = self.topology.hinges
+        a, b, c, d = (self.rest[hinges[:, k]] for k in range(4))
+        along = b - a
+        length = np.linalg.norm(along, axis=1)
+        feet = [np.einsum("hx,hx->h", p - a, along) / length for p in (c, d)]
+        heights = [np.linalg.norm(np.cross(along, p - a), axis=1) / length for p in (c, d)]
+        return Hinges(hinges, length, np.array(feet), np.array(heights))
+
+    @property
+    def rigidities(self) -> np.ndarray:
+        """Bending rigidity in each direction per Blender's bending stiffness, B/b, shape (d,).
+
+        Blender pushes each vertex opposite an edge with b L theta / 30 [measured, benchmarks/blender_laws.py], so a
+        hinge is as stiff as b L (H_a + H_b) / 60. Energy over area of a sheet bent to a cylinder across a direction.
+        """
+        hinges = self._hinges
+        angle = self._edge_angles[:, None]
+        theta = np.stack([hinges.angle(direction - angle[:, 0]) for direction in DIRECTIONS], axis=1)
+        height = hinges.heights.mean(0)
+        energy = (hinges.length * height / 30.0) @ theta**2
+        return np.asarray(energy / max((hinges.length * height / 1.5).sum() / 2.0, 1e-30))
+
+    @property
+    def _edge_angles(self) -> np.ndarray:
+        """Direction of each inner edge in its triangle's frame [rad], shape (h,)."""
+        angles = np.zeros(len(self.topology.edges))
+        angles[self.topology.face_edges] = np.arctan2(self._directions[:, :, 1], self._directions[:, :, 0])
+        return np.asarray(angles[self.topology.faces_per_edge == 2])
+
+    def bending_frequency(self) -> float:
+        """Largest angular frequency of the hinges, for b = 1 and a vertex mass of 1 [1/time unit].
+
+        From the linear force b L theta / 30 on the opposite vertices, the reverse on the edge's, by power iteration.
+        """
+        hinges = self._hinges
+        if not len(hinges.length):
+            return 0.0
+        push = np.array([1.0, 1.0, -1.0, -1.0]) * hinges.length[:, None] / 30.0
+        rows, columns = np.arange(len(push)).repeat(4), hinges.vertices.ravel()
+        shape = (len(push), len(self.rest))
+        theta = sparse.csr_array((-hinges.coefficients.ravel(), (rows, columns)), shape=shape)
+        force = sparse.csr_array((push.ravel(), (rows, columns)), shape=shape).T.tocsr()
+        return float(np.sqrt(_largest(force, theta, len(self.rest))))
+
+
+@dataclass(frozen=True)
+class Hinges:
+    """Inner edges with the two vertices opposite, laid flat: the edge from (0, 0) to (L, 0)."""
+
+    vertices: np.ndarray
+    """The edge's ends and the opposite vertices, shape (h, 4)."""
+    length: np.ndarray
+    """L [m], shape (h,)."""
+    feet: np.ndarray
+    """Where along the edge the opposite vertices stand [m], shape (2, h)."""
+    heights: np.ndarray
+    """H_a and H_b [m], shape (2, h)."""
+
+    @property
+    def coefficients(self) -> np.ndarray:
+        """The angle theta per elevation of the four vertices [1/m], shape (h, 4)."""
+        share, inverse = self.feet / self.length, 1.0 / self.heights
+        first, second = ((1.0 - share) * inverse).sum(0), (share * inverse).sum(0)
+        return np.stack([-first, -second, inverse[0], inverse[1]], axis=1)
+
+    def angle(self, direction: np.ndarray) -> np.ndarray:
+        """Angles of the hinges on a cylinder of curvature 1 across `direction` [rad, from the edge], shape (h,)."""
+        zero = np.zeros_like(self.length)
+        along = np.stack([zero, self.length, self.feet[0], self.feet[1]], axis=1)
+        aside = np.stack([zero, zero, self.heights[0], -self.heights[1]], axis=1)
+        elevation = 0.5 * (along * np.cos(direction)[:, None] + aside * np.sin(direction)[:, None]) ** 2
+        return np.asarray((self.coefficients * elevation).sum(1))
+
+
+def _largest(force: sparse.csr_array, theta: sparse.csr_array, count: int) -> float:
+    """Largest eigenvalue of force @ theta by power iteration from a fixed start."""
+    vector = np.cos(1.7 * np.arange(count) ** 1.3)
+    value = 0.0
+    for _ in range(200):
+        vector /= np.linalg.norm(vector)
+        vector = force @ (theta @ vector)
+        value = float(np.linalg.norm(vector))
+    return value

@@ -1,0 +1,244 @@
+"""A program that runs inside Blender: recipes come in on standard input, positions go out on standard output.
+
+`tatamu.simulators.blender.process` starts it, with a Python that has `bpy` or by `blender --background --python`; it
+imports nothing of tatamu and needs no numpy. A message is MARK, its length as four bytes (little endian), and JSON;
+a reply's JSON is followed by `bytes` bytes of float32 positions. Blender prints to standard output as it likes, so the
+reader skips to the next MARK, and everything but replies is sent to standard error from the first message on.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import queue
+import struct
+import sys
+import threading
+import time
+from array import array
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Any, BinaryIO
+
+import bpy
+
+MARK = b"\x00\xfftatamu\xff\x00"
+IDENTITY = ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1))
+
+
+def main() -> None:
+    """Answer recipes until standard input ends."""
+    out = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    recipes: queue.Queue[dict[str, Any]] = queue.Queue()
+    threading.Thread(target=listen, args=(sys.stdin.buffer, recipes), daemon=True).start()
+    send(out, {"blender": bpy.app.version_string})
+    while True:
+        try:
+            reply, positions = run(recipes.get())
+        except Exception as error:
+            reply, positions = {"error": f"{type(error).__name__}: {error}"}, b""
+        send(out, {**reply, "bytes": len(positions)}, positions)
+
+
+def listen(source: BinaryIO, recipes: queue.Queue[dict[str, Any]]) -> None:
+    """Put each recipe on the queue; when the other side is gone, so are we, even in the middle of a run."""
+    while header := source.read(len(MARK) + 4):
+        if len(header) < len(MARK) + 4:
+            break
+        recipes.put(json.loads(source.read(struct.unpack("<I", header[-4:])[0])))
+    os._exit(0)
+
+
+def send(out: BinaryIO, message: dict[str, Any], payload: bytes = b"") -> None:
+    """Write one message and its payload."""
+    text = json.dumps(message).encode()
+    out.write(MARK + struct.pack("<I", len(text)) + text + payload)
+    out.flush()
+
+
+def run(recipe: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
+    """Build the scene of a recipe and step through it."""
+    begin = time.perf_counter()
+    clear()
+    scene = bpy.context.scene
+    scene.gravity = recipe["gravity"]
+    scene.frame_start, scene.frame_end = 1, len(recipe["segments"]) + 1
+    cloth = mesh_object("cloth", recipe["vertices"], recipe["faces"])
+    cloth.vertex_groups.new(name="held")
+    hands = [Hand(cloth, number, grip) for number, grip in enumerate(recipe["grippers"])]
+    if not hands:
+        weigh(cloth, "nothing", [])
+    modifier = add_cloth(cloth, recipe)
+    if recipe["collider"] is not None:
+        add_table(recipe["collider"])
+    if recipe["segments"]:
+        animate(cloth, modifier, hands, recipe["segments"])
+    ready = time.perf_counter()
+    positions = step(cloth, hands, recipe["segments"])
+    return {"setup_seconds": ready - begin, "wall_seconds": time.perf_counter() - ready}, positions
+
+
+def clear() -> None:
+    """Remove whatever the last recipe made."""
+    bpy.context.scene.frame_set(0)
+    for kind in (bpy.data.objects, bpy.data.meshes, bpy.data.actions):
+        for item in list(kind):
+            kind.remove(item)
+
+
+def mesh_object(name: str, vertices: list[list[float]], faces: list[list[int]]) -> Any:
+    """A mesh in the scene, its coordinates in the world's frame."""
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(vertices, [], faces)
+    made = bpy.data.objects.new(name, mesh)
+    bpy.context.scene.collection.objects.link(made)
+    return made
+
+
+def weigh(cloth: Any, name: str, vertices: list[int]) -> Any:
+    """A modifier that adds a group of vertices to the held ones, by a factor that can be animated.
+
+    Editing the group itself in the middle of a run makes Blender build all springs anew from the present shape.
+    """
+    cloth.vertex_groups.new(name=name).add(vertices, 1.0, "REPLACE")
+    modifier = cloth.modifiers.new(f"hold {name}", "VERTEX_WEIGHT_MIX")
+    modifier.vertex_group_a, modifier.vertex_group_b = "held", name
+    modifier.mix_set, modifier.mix_mode = "B", "ADD"
+    modifier.mask_constant = 0.0
+    return modifier
+
+
+class Hand:
+    """One gripper: a weight that holds its vertices, and hooks that carry them.
+
+    A hand that closes at the start carries all its vertices with one hook; a later one has a hook for each vertex, as
+    they are no longer where the mesh has them.
+    """
+
+    def __init__(self, cloth: Any, number: int, grip: dict[str, Any]) -> None:
+        self.start = [cloth.data.vertices[vertex].co.copy() for vertex in grip["vertices"]]
+        self.vertices = grip["vertices"]
+        self.weight = weigh(cloth, f"hand {number}", self.vertices)
+        parts = [[vertex] for vertex in self.vertices] if grip["late"] else [self.vertices]
+        self.hooks = [self.hook(cloth, f"hook {number} {part}", group) for part, group in enumerate(parts)]
+        self.offsets = [(0.0, 0.0, 0.0) for _ in parts]
+        self.late, self.closed = grip["late"], False
+
+    @staticmethod
+    def hook(cloth: Any, name: str, vertices: list[int]) -> Any:
+        """An empty that carries vertices along."""
+        empty = bpy.data.objects.new(name, None)
+        bpy.context.scene.collection.objects.link(empty)
+        cloth.vertex_groups.new(name=name).add(vertices, 1.0, "REPLACE")
+        modifier = cloth.modifiers.new(name, "HOOK")
+        modifier.object, modifier.vertex_group, modifier.falloff_type = empty, name, "NONE"
+        modifier.matrix_inverse = IDENTITY
+        return empty
+
+    def move(self, now: array[float], displacement: list[float] | None) -> None:
+        """Carry the vertices to where they closed plus `displacement`; None: let go. `now`: present positions."""
+        if displacement is not None and not self.closed and self.late:
+            self.offsets = [
+                tuple(now[3 * vertex + k] - start[k] for k in range(3))
+                for vertex, start in zip(self.vertices, self.start, strict=True)
+            ]
+        self.closed = displacement is not None
+        for empty, offset in zip(self.hooks, self.offsets, strict=True):
+            empty.location = [a + b for a, b in zip(offset, displacement, strict=True)] if displacement else (0, 0, 0)
+
+
+def add_cloth(cloth: Any, recipe: dict[str, Any]) -> Any:
+    """The cloth modifier, last in the stack."""
+    if recipe["rest"] is not None:
+        cloth.shape_key_add(name="start", from_mix=False)
+        rest = cloth.shape_key_add(name="rest", from_mix=False)
+        rest.data.foreach_set("co", array("f", [c for point in recipe["rest"] for c in point]))
+        rest.value = 0.0
+    if recipe["bends"] is not None:
+        group = cloth.vertex_groups.new(name="bends")
+        group.add(recipe["bends"], 1.0, "REPLACE")
+    modifier = cloth.modifiers.new("cloth", "CLOTH")
+    modifier.point_cache.frame_start, modifier.point_cache.frame_end = 1, len(recipe["segments"]) + 1
+    modifier.settings.vertex_group_mass = "held"
+    if recipe["bends"] is not None:
+        modifier.settings.vertex_group_bending = "bends"
+    if recipe["rest"] is not None:
+        modifier.settings.rest_shape_key = cloth.data.shape_keys.key_blocks["rest"]
+    assign(modifier.settings, recipe["settings"])
+    assign(modifier.collision_settings, recipe["collision"])
+    return modifier
+
+
+def add_table(collider: dict[str, Any]) -> None:
+    """A rectangle that the cloth collides with."""
+    table = mesh_object("table", collider["vertices"], [[0, 1, 2, 3]])
+    table.modifiers.new("collision", "COLLISION")
+    assign(table.collision, collider["settings"])
+
+
+def assign(target: Any, values: dict[str, Any]) -> None:
+    """Set properties by name, each *_stiffness before its *_stiffness_max, which Blender keeps above it."""
+    for name, value in sorted(values.items()):
+        setattr(target, name, value)
+
+
+def animate(cloth: Any, modifier: Any, hands: list[Hand], segments: list[dict[str, Any]]) -> None:
+    """Give each frame its duration and each hand its times, by constant keyframes: they leave the springs alone."""
+    key(modifier.settings, "time_scale", [segment["time_scale"] for segment in segments])
+    for number, hand in enumerate(hands):
+        held = [1.0 if segment["displacements"][number] is not None else 0.0 for segment in segments]
+        key(hand.weight, "mask_constant", held)
+    if cloth.animation_data is not None:
+        for curve in curves(cloth.animation_data.action):
+            for point in curve.keyframe_points:
+                point.interpolation = "CONSTANT"
+
+
+def curves(action: Any) -> Iterator[Any]:
+    """All curves of an action, which Blender 5 keeps in layers."""
+    if hasattr(action, "fcurves"):
+        yield from action.fcurves
+        return
+    for layer in action.layers:
+        for strip in layer.strips:
+            for bag in strip.channelbags:
+                yield from bag.fcurves
+
+
+def key(owner: Any, name: str, values: list[float]) -> None:
+    """Keyframes for frames 2, 3, .. wherever the value changes; frame 1 has the first."""
+    setattr(owner, name, values[0])
+    if len(set(values)) == 1:
+        return
+    owner.keyframe_insert(name, frame=1)
+    for frame, (last, value) in enumerate(pairwise(values), start=3):
+        if value != last:
+            setattr(owner, name, value)
+            owner.keyframe_insert(name, frame=frame)
+
+
+def step(cloth: Any, hands: list[Hand], segments: list[dict[str, Any]]) -> bytes:
+    """Simulate frame by frame; returns the positions of the frames that are wanted, the start excluded."""
+    frames = bytearray()
+    bpy.context.scene.frame_set(1)
+    for frame, segment in enumerate(segments, start=2):
+        now = positions_of(cloth)
+        for hand, displacement in zip(hands, segment["displacements"], strict=True):
+            hand.move(now, displacement)
+        bpy.context.scene.frame_set(frame)
+        if segment["wanted"]:
+            frames += positions_of(cloth).tobytes()
+    return bytes(frames)
+
+
+def positions_of(cloth: Any) -> array[float]:
+    """Present positions [m], 3n numbers."""
+    mesh = cloth.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+    values = array("f", bytes(12 * len(mesh.vertices)))
+    mesh.vertices.foreach_get("co", values)
+    return values
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,130 @@
+"""MuJoCo's flex as a third simulator. See docs/simulators.md."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
+
+import numpy as np
+
+from tatamu.errors import SimulationError
+from tatamu.rollout import Rollout
+from tatamu.scene import Scene
+from tatamu.simulators.mujoco.hold import Hand
+from tatamu.simulators.mujoco.model import compiled, engine, vertex_masses
+from tatamu.simulators.timeline import Segment, segments
+from tatamu.topology import Topology
+
+LONGEST_STEP = 2e-3
+"""Longest time step [s]."""
+COARSEST = 0.37
+"""Cells larger than this many bending lengths let a quadratic bending energy collapse in a fold."""
+
+
+def simulate(scene: Scene) -> Rollout:
+    """Run one scene in MuJoCo.
+
+    Raises:
+        InputError: MuJoCo is not installed.
+        SimulationError: The rollout is not finite.
+    """
+    begin = time.perf_counter()
+    run = Run(scene)
+    ready = time.perf_counter()
+    positions = run.positions()
+    info = {
+        "simulator": "mujoco",
+        "version": engine().__version__,
+        "wall_seconds": time.perf_counter() - ready,
+        "setup_seconds": ready - begin,
+        "steps": run.steps,
+        "warnings": run.warnings(),
+    }
+    return Rollout(np.arange(scene.frames) / scene.frame_rate, positions, scene.cloth.faces, info)
+
+
+class Run:
+    """A scene under way: MuJoCo's model and state, and the hands."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.model = compiled(scene)
+        self.data = engine().MjData(self.model)
+        self.data.qpos[:] = (scene.cloth.vertices - scene.cloth.rest).ravel()
+        self.scratch = engine().MjData(self.model)
+        self.hands = [Hand(gripper, vertex_masses(scene)) for gripper in scene.grippers]
+        self.steps = 0
+
+    def positions(self) -> np.ndarray:
+        """All frames [m], shape (f, n, 3)."""
+        frames = [self.scene.cloth.vertices]
+        before: tuple[object, ...] = ()
+        for segment in segments(self.scene, np.inf):
+            pieces = max(1, int(np.ceil(segment.duration / LONGEST_STEP - 1e-6)))
+            situation = (round(segment.duration / pieces, 12), segment.held)
+            if situation != before:
+                self._change(*situation)
+                before = situation
+            self._through(segment, pieces)
+            if segment.frame:
+                frames.append(self._now(segment.end))
+        return np.array(frames)
+
+    def _change(self, step: float, held: tuple[bool, ...]) -> None:
+        """Another time step, or other vertices held: MuJoCo keeps a factor of mass and stiffness that knows both."""
+        for hand, holding in zip(self.hands, held, strict=True):
+            if not holding:
+                hand.open(self.model)
+        for hand, holding in zip(self.hands, held, strict=True):
+            if holding:
+                hand.close(self.model, self.data)
+        self.model.opt.timestep = step
+        engine().mj_setConst(self.model, self.scratch)
+
+    def _through(self, segment: Segment, pieces: int) -> None:
+        bounds = np.linspace(segment.start, segment.end, pieces + 1)
+        for start, end in pairwise(bounds.tolist()):
+            for hand in self.hands:
+                hand.aim(self.data, start, end)
+            engine().mj_step(self.model, self.data)
+            for hand in self.hands:
+                hand.settle(self.data, end)
+        self.steps += pieces
+
+    def _now(self, time: float) -> np.ndarray:
+        positions = self.scene.cloth.rest + self.data.qpos.reshape(-1, 3)
+        names = engine().mjtWarning
+        lost = any(self.data.warning[int(name)].number for name in (names.mjWARN_BADQPOS, names.mjWARN_BADQVEL))
+        if lost or not np.isfinite(positions).all():
+            raise SimulationError(f"mujoco: positions are no longer finite after {time:.3g} s")
+        return np.asarray(positions)
+
+    def warnings(self) -> list[str]:
+        """What MuJoCo warned of, and what it cannot represent."""
+        names = engine().mjtWarning
+        found = [
+            f"mujoco: {names(number).name.removeprefix('mjWARN_').lower()}, {warning.number} times"
+            for number, warning in enumerate(self.data.warning)
+            if warning.number
+        ]
+        return found + self._coarse()
+
+    def _coarse(self) -> list[str]:
+        cloth, length = self.scene.cloth, self.scene.material.bending_length
+        edges = cloth.rest[Topology(cloth.faces).edges]
+        spacing = float(np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1).mean())
+        if spacing <= COARSEST * length:
+            return []
+        return [
+            f"mujoco: bending is quadratic: with cells of {1e3 * spacing:.0f} mm over {1e3 * COARSEST * length:.0f} mm "
+            f"a fold falls into a flat crease"
+        ]
+
+
+def simulate_many(scenes: Sequence[Scene]) -> list[Rollout]:
+    """Run several scenes, one thread per processor core."""
+    with ThreadPoolExecutor(max(1, min(len(scenes), os.cpu_count() or 1))) as pool:
+        return list(pool.map(simulate, scenes))

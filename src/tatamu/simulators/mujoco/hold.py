@@ -1,0 +1,49 @@
+"""Holding vertices: MuJoCo has no cloth grippers, so held vertices are made immensely heavy and put on their path."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from tatamu.scene import Gripper
+
+HEAVY = 1e6
+"""A held vertex is this many times as heavy, so that the cloth cannot pull it off its path within a step."""
+
+
+class Hand:
+    """One gripper at work."""
+
+    def __init__(self, gripper: Gripper, masses: np.ndarray) -> None:
+        self.gripper = gripper
+        self.sliders = (3 * np.array(gripper.vertices)[:, None] + np.arange(3)).ravel()
+        self.armature = HEAVY * np.repeat(masses[gripper.vertices], 3)
+        self.closed_at: np.ndarray | None = None
+
+    def close(self, model: Any, data: Any) -> None:
+        """Take hold of the vertices where they are; the model's constants must be set anew afterwards."""
+        if self.closed_at is None:
+            self.closed_at = data.qpos[self.sliders].copy()
+            model.dof_armature[self.sliders] = self.armature
+
+    def open(self, model: Any) -> None:
+        """Let go of the vertices; the model's constants must be set anew afterwards."""
+        if self.closed_at is not None:
+            self.closed_at = None
+            model.dof_armature[self.sliders] = 0.0
+
+    def aim(self, data: Any, start: float, end: float) -> None:
+        """Before a step from `start` to `end` [s]: put the vertices on their path, with its velocity."""
+        if self.closed_at is not None:
+            data.qpos[self.sliders] = self._path(start)
+            data.qvel[self.sliders] = (self._path(end) - self._path(start)) / (end - start)
+
+    def settle(self, data: Any, end: float) -> None:
+        """After a step: take away what the cloth pulled them off by."""
+        if self.closed_at is not None:
+            data.qpos[self.sliders] = self._path(end)
+
+    def _path(self, time: float) -> np.ndarray:
+        assert self.closed_at is not None
+        return np.asarray(self.closed_at + np.tile(self.gripper.displacement(time), len(self.gripper.vertices)))

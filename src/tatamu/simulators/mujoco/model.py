@@ -1,0 +1,116 @@
+"""A scene as a MuJoCo model: one body with three sliders for each vertex, and a flex over them.
+
+The membrane is Saint Venant-Kirchhoff on triangles and bending a quadratic hinge model with cylinder rigidity
+D = E t^3 / 12 (1 - nu^2) (MuJoCo 4.0, XML reference, flex/elasticity). MuJoCo takes a Young modulus E and an elastic
+thickness t, which need not be the thickness of contact:
+
+    Y = E t,  B = E t^3 / 12 (1 - nu^2)   =>   t = sqrt(12 B (1 - nu^2) / Y),  E = Y / t
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from tatamu.errors import InputError
+from tatamu.material import Material
+from tatamu.scene import Scene, Table
+from tatamu.topology import Topology, areas
+
+CONTACT = 'solref="0.004 1" solimp="0.95 0.99 0.0002"'
+"""Contact stiffness and softness: MuJoCo's contacts are springs and dampers, here of 4 ms over 0.2 mm."""
+SLIDERS = "".join(f'<joint type="slide" axis="{axis}"/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
+
+
+def engine() -> Any:
+    """The `mujoco` package.
+
+    Raises:
+        InputError: It is not installed.
+    """
+    try:
+        import mujoco
+    except ImportError:
+        raise InputError("mujoco: is not installed; run `pip install 'tatamu[mujoco]'`") from None
+    if not hasattr(mujoco.mjtIntegrator, "mjINT_DISCRETE"):
+        raise InputError(f"mujoco: must be 4.0 or later, given {mujoco.__version__}; run `pip install -U mujoco`")
+    return mujoco
+
+
+def vertex_masses(scene: Scene) -> np.ndarray:
+    """Each vertex has a third of its triangles' mass [kg], shape (n,)."""
+    masses = np.zeros(len(scene.cloth.vertices))
+    shares = scene.material.areal_density * areas(scene.cloth.rest, scene.cloth.faces) / 3.0
+    np.add.at(masses, scene.cloth.faces, shares[:, None])
+    return masses
+
+
+def compiled(scene: Scene) -> Any:
+    """The model of a scene, its sliders at zero in the unstrained shape; its constants must be set before it runs."""
+    mujoco = engine()
+    model = mujoco.MjModel.from_xml_string(_document(scene))
+    _free_seams(model, scene)
+    drag = scene.material.air_drag / scene.material.areal_density * vertex_masses(scene)
+    model.dof_damping[:] = np.repeat(drag, 3)
+    return model
+
+
+def _document(scene: Scene) -> str:
+    parts = [
+        "<mujoco>",
+        f'<option gravity="0 0 {-scene.gravity!r}" integrator="discrete" solver="CG"',
+        ' cone="elliptic" impratio="10" tolerance="1e-4" iterations="200"/>',
+        '<size memory="1G"/><worldbody>',
+        "" if scene.table is None else _table(scene.table, scene.material),
+        *_bodies(scene),
+        "</worldbody><deformable>",
+        _flex(scene),
+        "</deformable></mujoco>",
+    ]
+    return "".join(parts)
+
+
+def _table(table: Table, material: Material) -> str:
+    half = 0.5 * table.tilt
+    return (
+        f'<geom type="plane" size="0 0 1" pos="0 0 {table.height!r}" quat="{np.cos(half)} 0 {np.sin(half)} 0"'
+        f' friction="{material.friction_table!r} 0 0" condim="3" priority="1" {CONTACT}/>'
+    )
+
+
+def _bodies(scene: Scene) -> list[str]:
+    lines = []
+    for number, (mass, (x, y, z)) in enumerate(zip(vertex_masses(scene), scene.cloth.rest.tolist(), strict=True)):
+        inertia = " ".join([repr(float(mass) * 1e-6)] * 3)
+        lines.append(
+            f'<body name="v{number}" pos="{x!r} {y!r} {z!r}">'
+            f'<inertial pos="0 0 0" mass="{float(mass)!r}" diaginertia="{inertia}"/>{SLIDERS}</body>'
+        )
+    return lines
+
+
+def _flex(scene: Scene) -> str:
+    material = scene.material
+    bodies = " ".join(f"v{number}" for number in range(len(scene.cloth.vertices)))
+    elements = " ".join(map(str, scene.cloth.faces.ravel().tolist()))
+    bends = material.bending_rigidity > 0.0
+    squeeze = 12.0 * (1.0 - material.poisson_ratio**2)
+    thickness = float(np.sqrt(squeeze * material.bending_rigidity / material.stretch_stiffness)) if bends else 1e-3
+    return (
+        f'<flex name="cloth" dim="2" radius="{0.5 * material.thickness!r}" body="{bodies}" element="{elements}">'
+        f'<elasticity young="{material.stretch_stiffness / thickness!r}" poisson="{material.poisson_ratio!r}"'
+        f' thickness="{thickness!r}" elastic2d="{"both" if bends else "stretch"}"/>'
+        f'<contact selfcollide="auto" condim="3" friction="{material.friction_cloth!r} 0 0" {CONTACT}/></flex>'
+    )
+
+
+def _free_seams(model: Any, scene: Scene) -> None:
+    """Set the bending of the edges that are seams to nothing."""
+    if not len(scene.cloth.seams) or not model.flex_bending.size:
+        return
+    edges = np.sort(model.flex_edge, axis=1)
+    assert np.array_equal(np.unique(edges, axis=0), Topology(scene.cloth.faces).edges)
+    seams = {tuple(sorted(seam)) for seam in scene.cloth.seams.tolist()}
+    free = np.array([tuple(edge) in seams for edge in edges.tolist()])
+    model.flex_bending.reshape(len(edges), -1)[free] = 0.0
