@@ -19,6 +19,9 @@ SYMBOLS = ("circle", "square", "diamond", "triangle-up", "x", "cross")
 LONG = 16
 """Tables with more rows than this are folded away behind their failures."""
 
+FIT = "addEventListener('load', () => document.querySelectorAll('.js-plotly-plot').forEach(Plotly.Plots.resize))"
+"""A plot is drawn before its neighbour takes half of the row: fit all once they are there."""
+
 STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #1f2933; background: #f5f7fa; margin: 0 }
 main { max-width: 1080px; margin: 0 auto; padding: 32px 20px 80px }
@@ -32,9 +35,11 @@ section { background: #fff; border: 1px solid #e4e7eb; border-radius: 10px;
 .pass { color: #2b8a3e; background: #ebfbee } .fail { color: #c92a2a; background: #fff0f0 }
 .stated { color: #52606d; background: #f1f3f5 }
 .overview { display: grid; grid-template-columns: repeat(auto-fill, minmax(240px, 1fr)); gap: 8px }
-.overview a { display: flex; justify-content: space-between; gap: 8px; text-decoration: none; color: inherit;
+.overview a { display: flex; align-items: center; justify-content: space-between; gap: 8px;
+  text-decoration: none; color: inherit;
   background: #fff; border: 1px solid #e4e7eb; border-radius: 8px; padding: 7px 12px }
 .overview a:hover { border-color: #9aa5b1 }
+.plots > div { min-width: 0; overflow: hidden }
 .plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(440px, 1fr)); gap: 14px }
 table { border-collapse: collapse; width: 100%; font-size: 13.5px; margin-top: 10px }
 th { text-align: left; font-weight: 600; color: #52606d; border-bottom: 2px solid #e4e7eb; padding: 4px 8px }
@@ -58,7 +63,7 @@ def page(report: Report) -> str:
         f"<div class='head'><h1>Validation of the simulator {escape(report.simulator)}</h1>"
         f"<span class='badge {'fail' if report.failures else 'pass'}'>{verdict}</span></div>"
         f"<p class='lead'>{lead}</p><nav class='overview'>{''.join(_link(r) for r in report.results)}</nav>"
-        f"{body}</main></body></html>\n"
+        f"{body}</main><script>{FIT}</script></body></html>\n"
     )
 
 
@@ -167,8 +172,9 @@ def _layout(figure: Figure) -> go.Layout:
         yaxis={"title": figure.y, **axis, **tall},
         font={"family": "system-ui, sans-serif", "color": INK, "size": 12},
         margin={"l": 60, "r": 10, "t": 42, "b": 46},
-        height=380,
+        height=400,
         plot_bgcolor="white",
         paper_bgcolor="white",
-        legend={"font": {"size": 11}},
+        legend={"font": {"size": 11}, "orientation": "h", "y": -0.2},
+        autosize=True,
     )

@@ -33,7 +33,7 @@ def cells(row: Row) -> list[str]:
         number(row.reference),
         number(row.got),
         number(row.error, 3),
-        number(row.limit),
+        number(row.limit, 3),
         row.unit,
     ]
 

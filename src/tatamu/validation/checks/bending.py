@@ -99,7 +99,7 @@ def _order(subject: Subject, layout: str, gamma: float, misses: list[float]) -> 
         "-",
         "at least",
     )
-    yield Curve("order", f"{layout}, Γ = {gamma:g}", 1e3 * np.array(SPACINGS), 100 * np.array(misses))
+    yield Curve("order", layout, 1e3 * np.array(SPACINGS), 100 * np.array(misses))
 
 
 def clamped(subject: Subject, gamma: float, spacing: float) -> Findings:

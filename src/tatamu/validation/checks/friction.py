@@ -107,8 +107,10 @@ def on_table(subject: Subject, mu: float) -> Findings:
         got = _acceleration(times, way)
         yield relative(f"acceleration {degrees:g} deg above [m/s²]", acceleration, got, subject.limit("acceleration"))
         if degrees == 10.0:
-            yield Curve("acceleration", f"{subject.name}, μ = {mu:g}", times[::3], way[::3])
-            yield Curve("acceleration", f"reference, μ = {mu:g}", times, 0.5 * acceleration * times**2, reference=True)
+            yield Curve("acceleration", f"μ = {mu:g}", times[::3], way[::3])
+            yield Curve(
+                "acceleration", "g (sin θ - μ cos θ) t² / 2", times, 0.5 * acceleration * times**2, reference=True
+            )
 
 
 def _speed(quantity: str, speed: float, limit: float | None) -> Row:

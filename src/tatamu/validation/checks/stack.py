@@ -53,6 +53,8 @@ def at_rest(subject: Subject, count: int, duration: float = 10.0) -> Findings:
         None if limit is None else 1e3 * limit,
         "mm",
     )
+    layer = np.arange(count) + 1
+    yield Curve("stack", "a thickness apart", layer, 1e3 * thickness * (layer - 0.5), reference=True)
     yield Curve("stack", f"{count} layers", np.arange(count) + 1, 1e3 * heights)
 
 
