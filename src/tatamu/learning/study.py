@@ -31,18 +31,21 @@ optuna.logging.set_verbosity(optuna.logging.ERROR)
 class Study:
     """Ask for parameters, tell what came of them."""
 
-    def __init__(self, path: Path, identity: dict[str, Any], space: dict[str, BaseDistribution]) -> None:
+    def __init__(
+        self, path: Path, identity: dict[str, Any], space: dict[str, BaseDistribution], ceiling: float = float("inf")
+    ) -> None:
         """Open the study at `path`, or begin one.
 
         Args:
             path: The database file.
             identity: Task, sampler, grasps and seed; must be those that the study began with.
             space: What is searched.
+            ceiling: The sampler is told no objective above this: how bad a bad fold is would only blur the good ones.
 
         Raises:
             InputError: The file is no such study, or it belongs to another task.
         """
-        self.identity, self.space, self._path = identity, space, path
+        self.identity, self.space, self.ceiling, self._path = identity, space, ceiling, path
         with self._readable():
             self._study = optuna.create_study(
                 storage=f"sqlite:///{path}", study_name=NAME, direction="minimize", load_if_exists=True
@@ -69,9 +72,13 @@ class Study:
         number = len(self.trials)
         sampler = make_sampler(self.identity["sampler"], self.identity["seed"], number)
         scratch = optuna.create_study(sampler=sampler, direction="minimize")
-        scratch.add_trials(self.trials)
+        scratch.add_trials([self._as_told(trial) for trial in self.trials])
         with threadpool_limits(1):  # the matrices are small: threads that wait for one another cost ten times the work
             return dict(scratch.ask(self.space).params)
+
+    def _as_told(self, trial: FrozenTrial) -> FrozenTrial:
+        value = min(trial.values[0], self.ceiling)
+        return create_trial(value=value, params=trial.params, distributions=trial.distributions)
 
     def tell(self, parameters: dict[str, float], objective: float, attributes: dict[str, Any]) -> None:
         """Record a finished trial."""
