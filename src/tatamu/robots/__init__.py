@@ -1,0 +1,13 @@
+"""Robots: a learned fold as joint trajectories of a dual-arm robot, checked, rehearsed and exported.
+
+    hands ─▶ reach ─▶ paths ─▶ motion ─▶ checks ─▶ plan ─▶ folder ─▶ rehearsal
+"""
+
+from __future__ import annotations
+
+from tatamu.robots.catalog import load
+from tatamu.robots.folder import save
+from tatamu.robots.model import Arm, Robot
+from tatamu.robots.plan import Plan, plan
+
+__all__ = ["Arm", "Plan", "Robot", "load", "plan", "save"]

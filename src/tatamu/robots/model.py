@@ -104,6 +104,22 @@ class Robot:
         """The compiled mujoco.MjModel, with a tool site for each arm and a table far below."""
         return with_tools(self.spec, self.arms).compile()
 
+    def scene(self, table_height: float) -> Any:
+        """A mujoco.MjSpec of the robot with its tool sites and the table top at a height in B [m]."""
+        spec = with_tools(self.spec, self.arms)
+        mujoco = needed("mujoco")
+        data = mujoco.MjData(self.model)
+        mujoco.mj_kinematics(self.model, data)
+        table = spec.geom(TABLE)
+        table.pos = [0, 0, data.body(self.base).xpos[2] + table_height - table.size[2]]
+        return spec
+
+    def xml(self, table_height: float) -> str:
+        """The robot with its tools and the table, as MJCF."""
+        spec = self.scene(table_height)
+        spec.compile()
+        return str(spec.to_xml())
+
     @cached_property
     def columns(self) -> dict[str, int]:
         """Where each joint's angle stands in qpos."""
