@@ -6,9 +6,8 @@ import sys
 
 import typer
 
+from tatamu.cli import plan, simulate  # noqa: F401
 from tatamu.cli.app import app
-from tatamu.cli import plan as _plan  # noqa: F401, I001
-from tatamu.cli import simulate as _simulate  # noqa: F401
 from tatamu.errors import InputError, TatamuError
 
 

@@ -17,13 +17,15 @@ def plan(
     out: Annotated[Path, typer.Option(metavar="PLAN", help="The folder that the plan goes to.")],
     robot: Annotated[str, typer.Option(help="hironx, nextage, or a .toml that describes a robot.")] = "hironx",
     table_height: Annotated[
-        float | None, typer.Option(help="Height of the table top in the robot's base frame [m]; else searched.")
+        float | None,
+        typer.Option(help="Height of the table top in the robot's base frame [m]; else searched."),
     ] = None,
     place: Annotated[
         str, typer.Option(metavar="auto|X,Y,YAW", help="Where the fold's frame lies in the base [m, m, rad].")
     ] = "auto",
     wrist_offset: Annotated[
-        float | None, typer.Option(help="HIRONX, NEXTAGE: from J4 to J5 along x [m]; -0.047, or -0.040 on old ones.")
+        float | None,
+        typer.Option(help="HIRONX, NEXTAGE: from J4 to J5 along x [m]; -0.047, or -0.040 on old ones."),
     ] = None,
     fingertip: Annotated[
         float | None, typer.Option(help="HIRONX, NEXTAGE: from the last joint to the fingertip [m].")
@@ -33,10 +35,9 @@ def plan(
 
     Example: `tatamu plan runs/towel --robot hironx --out runs/towel-plan`
     """
-    from tatamu.robots import load, save
-    from tatamu.robots import plan as planned
+    from tatamu.robots import load, plan_fold, save
 
-    result = planned(folder, load(robot, wrist_offset, fingertip), _place(place), table_height)
+    result = plan_fold(folder, load(robot, wrist_offset, fingertip), _place(place), table_height)
     save(result, out)
     print(f"{out}: {result.motion.times[-1]:.1f} s; the fold lies at {result.task.placement}")
     for name, check in result.checks.items():

@@ -1,6 +1,6 @@
 """Robots: a learned fold as joint trajectories of a dual-arm robot, checked, rehearsed and exported.
 
-    hands ─▶ reach ─▶ paths ─▶ motion ─▶ checks ─▶ plan ─▶ folder ─▶ rehearsal
+hands ─▶ reach ─▶ paths ─▶ motion ─▶ checks ─▶ plan ─▶ folder ─▶ rehearsal
 """
 
 from __future__ import annotations
@@ -8,6 +8,6 @@ from __future__ import annotations
 from tatamu.robots.catalog import load
 from tatamu.robots.folder import save
 from tatamu.robots.model import Arm, Robot
-from tatamu.robots.plan import Plan, plan
+from tatamu.robots.plan import Plan, plan_fold
 
-__all__ = ["Arm", "Plan", "Robot", "load", "plan", "save"]
+__all__ = ["Arm", "Plan", "Robot", "load", "plan_fold", "save"]

@@ -101,23 +101,25 @@ class Chain:
             angles: Joint angles [rad], shape (n, k).
         """
         count = len(angles)
-        R, p = np.broadcast_to(np.eye(3), (count, 3, 3)), np.zeros((count, 3))
+        R, p = np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 3))
         axes, origins, column = [], [], 0
         for (X_PL, K, K2, moves), link in zip(self._fixed, self.links, strict=True):
             p = p + R @ X_PL[:3, 3]
-            R = (R.reshape(-1, 3) @ X_PL[:3, :3]).reshape(-1, 3, 3)
+            R = _times(R, X_PL[:3, :3])
             if not moves:
                 continue
             axes.append(R @ link.axis)
             origins.append(p)
             angle = angles[:, column, None, None]
-            R = R @ (np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K2)
+            R = R + np.sin(angle) * _times(R, K) + (1 - np.cos(angle)) * _times(R, K2)  # Rodrigues
             column += 1
         p = p + R @ self.X_LT[:3, 3]
-        R = R @ self.X_LT[:3, :3]
-        axis = np.stack(axes, axis=2)  # (n, 3, k)
-        arms = p[:, :, None] - np.stack(origins, axis=2)
-        return pose(R, p), np.concatenate([np.cross(axis, arms, axis=1), axis], axis=1)
+        R = _times(R, self.X_LT[:3, :3])
+        jacobian = np.empty((count, 6, len(axes)))
+        for column, (axis, origin) in enumerate(zip(axes, origins, strict=True)):
+            jacobian[:, :3, column] = _cross(axis, p - origin)
+            jacobian[:, 3:, column] = axis
+        return pose(R, p), jacobian
 
     def solve(
         self, targets: np.ndarray, start: np.ndarray, steps: int = 12, tolerance: float = 1e-3
@@ -181,8 +183,20 @@ class Chain:
         """Distance from a singularity: least singular value of the Jacobian, metres over LENGTH, shape (n,)."""
         _, jacobian = self.tool(angles)
         jacobian = jacobian / np.array([LENGTH, LENGTH, LENGTH, 1, 1, 1])[:, None]
-        return np.linalg.svd(jacobian, compute_uv=False)[:, -1]
+        least = np.linalg.eigvalsh(jacobian @ jacobian.transpose(0, 2, 1))[:, 0]
+        return np.sqrt(np.maximum(least, 0.0))
 
     def margin(self, angles: np.ndarray) -> np.ndarray:
         """Distance to the nearest joint limit [rad], shape (n,)."""
         return np.minimum(angles - self.limits[:, 0], self.limits[:, 1] - angles).min(axis=1)
+
+
+def _times(R: np.ndarray, constant: np.ndarray) -> np.ndarray:
+    """R (n, 3, 3) times one matrix (3, 3), as one product."""
+    return (R.reshape(-1, 3) @ constant).reshape(-1, 3, 3)
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """a x b, shapes (n, 3)."""
+    (a0, a1, a2), (b0, b1, b2) = a.T, b.T
+    return np.stack([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0], axis=1)

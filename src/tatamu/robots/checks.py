@@ -14,8 +14,9 @@ from tatamu.robots.pose import rotation_vector
 
 EVERY = 4
 """Distances are taken at every so many samples: 50 a second."""
-LEAST_DISTANCE = {"between arms": 0.02, "to the trunk": 0.01, "within an arm": 0.01, "to the table": 0.002}
-"""[m]; the outermost centimetre of the fingers is not counted: it takes cloth off the table."""
+LEAST_DISTANCE = {"between arms": 0.015, "to the trunk": 0.005, "within an arm": 0.005, "to the table": 0.002}
+"""[m], between boxes that contain the links. The outermost centimetre of the fingers is not counted: it takes cloth off
+the table."""
 LEAST_MARGIN = 0.01
 """To joint limits [rad]."""
 LEAST_SINGULARITY = 0.03
@@ -24,7 +25,7 @@ PATH_ERROR = 1e-3
 """Of the tool, from the hand's Bezier curve [m]."""
 TURN_ERROR = 5e-3
 """Of the tool, from how it grasped [rad]."""
-SLOWEST = 3.0
+SLOWEST = 5.0
 """A fold driven more than this many times slower than it was simulated is another fold."""
 
 
@@ -81,9 +82,7 @@ class Checks:
         frame = self._task.hands.frame(float(motion.simulated(np.array([row]))[0]))
         return f"at frame {frame} ({time:.2f} s)", frame
 
-    def _check(
-        self, value: float, limit: float, unit: str, row: int, what: str = "", least: bool = False
-    ) -> Check:
+    def _check(self, value: float, limit: float, unit: str, row: int, what: str = "", least: bool = False) -> Check:
         where, frame = self._at(row)
         good = value >= limit if least else value <= limit
         return Check(float(value), float(limit), unit, bool(good), f"{what} {where}".strip(), frame)

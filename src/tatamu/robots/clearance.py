@@ -111,7 +111,9 @@ class Clearance:
 
     def _solid(self) -> list[int]:
         model = self.model
-        return [g for g in range(model.ngeom) if g != self._table and (model.geom_contype[g] or model.geom_conaffinity[g])]
+        return [
+            g for g in range(model.ngeom) if g != self._table and (model.geom_contype[g] or model.geom_conaffinity[g])
+        ]
 
     def _pairs_of(self, groups: dict[int, tuple[str, int]], only: str | None) -> dict[str, np.ndarray]:
         pairs: dict[str, list[tuple[int, int]]] = {kind: [] for kind in KINDS}

@@ -16,10 +16,10 @@ from tatamu import __version__
 from tatamu.errors import InputError
 from tatamu.files import write_json, write_text
 from tatamu.robots.bags import write_ros1, write_ros2
-from tatamu.robots.paths import tool_poses
-from tatamu.robots.plan import Plan
 from tatamu.robots.chain import Chain
+from tatamu.robots.paths import tool_poses
 from tatamu.robots.picture import reach_svg
+from tatamu.robots.plan import Plan
 from tatamu.robots.tables import joint_csv, pattern_json, trajectory_json
 
 
@@ -78,9 +78,7 @@ def plan_json(plan: Plan) -> dict[str, Any]:
         "joints": list(robot.joints),
         "duration": float(motion.times[-1]),
         "events": [{"time": event.time, "arm": event.arm, "event": event.event} for event in motion.events],
-        "stages": [
-            {"name": part.name, "start": part.start, "duration": part.timed.duration} for part in motion.parts
-        ],
+        "stages": [{"name": part.name, "start": part.start, "duration": part.timed.duration} for part in motion.parts],
         "checks": {
             name: {
                 "value": check.value,
@@ -113,4 +111,3 @@ def _via_points(plan: Plan) -> dict[str, Any]:
         "larm": tools[0].tolist(),
         "rarm": tools[1].tolist(),
     }
-

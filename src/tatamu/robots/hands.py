@@ -5,7 +5,6 @@ F is the fold's frame: the scene's, z = 0 at the table top. Time is the simulati
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -110,6 +109,30 @@ class Bezier:
         basis = np.hstack([(1 - u) ** 3, 3 * u * (1 - u) ** 2, 3 * u * u * (1 - u), u**3])
         return basis @ self.control
 
+    def along(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Parameters (n,) of points that follow one another along the curve, and their distances from it [m] (n,).
+
+        A curve may cross itself or turn back, so each point is looked for from the one before it onwards.
+        """
+        u = np.linspace(0, 1, 4001)
+        curve = self.at(u)
+        first, found, distances = 0, [], []
+        for point in points:
+            distance = np.linalg.norm(curve[first:] - point, axis=1)
+            near = distance < OFF_CURVE
+            start = int(near.argmax()) if near.any() else int(distance.argmin())
+            end = start + int((~near[start:]).argmax()) if (~near[start:]).any() else len(near)
+            first += start + int(distance[start : max(end, start + 1)].argmin())
+            found.append(u[first])
+            distances.append(np.linalg.norm(curve[first] - point))
+        return np.array(found), np.array(distances)
+
+    def lengths(self) -> tuple[np.ndarray, np.ndarray]:
+        """Parameters and the length of the curve up to each [m], shape (4001,) both."""
+        u = np.linspace(0, 1, 4001)
+        steps = np.linalg.norm(np.diff(self.at(u), axis=0), axis=1)
+        return u, np.append(0.0, np.cumsum(steps))
+
     def nearest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Parameters (n,) of the nearest points of the curve, and their distances [m] (n,)."""
         u = np.linspace(0, 1, 2001)
@@ -138,7 +161,8 @@ class Hands:
     """Of the via-points [s], from the last still one before the motion to the first after it, shape (v,)."""
     curves: tuple[Bezier, Bezier]
     """Left, right."""
-    _progress: tuple[PchipInterpolator | CubicSpline, ...]
+    _travelled: tuple[PchipInterpolator | CubicSpline, ...]
+    """How far each hand has come along its curve [m], over time."""
 
     @classmethod
     def load(cls, folder: Path) -> Hands:
@@ -161,31 +185,41 @@ class Hands:
         times = np.array(manipulation.via_points.times)
         values = []
         for hand, curve, point in zip(hands, curves, points, strict=True):
-            u, distance = curve.nearest(point)
+            u, distance = curve.along(point)
             if not distance.max() <= OFF_CURVE:
                 raise InputError(
                     f"{source}: via_points.{hand.name}.{int(distance.argmax())}: must lie on the hand's curve, "
                     f"given {1e3 * distance.max():.1f} mm beside it"
                 )
+            if np.isclose(curve.lengths()[1][-1], 0):
+                raise InputError(f"{source}: arms: the {hand.name} hand's control_points must not all be the same")
             values.append(u)
-        times, values = _moving(times, np.array(values), manipulation.timing)
-        for hand, u in zip(hands, values, strict=True):
-            if (np.diff(u) < -1e-6).any():
-                raise InputError(f"{source}: via_points.{hand.name}: must go forwards along the hand's curve")
+        times, moving = _moving(times, np.array(values), manipulation.timing)
+        lengths = [np.interp(u, *curve.lengths()) for curve, u in zip(curves, moving, strict=True)]
         return cls(
             manipulation.frame_rate,
             manipulation.via_points.every_frames,
             manipulation.timing,
             times,
             (curves[0], curves[1]),
-            tuple(_smooth(times, u) for u in values),
+            tuple(_smooth(times, length) for length in lengths),
         )
 
     def at(self, times: np.ndarray) -> np.ndarray:
         """Where the hands are at simulated times [s] (n,): positions in F [m], shape (2, n, 3)."""
         times = np.clip(times, self.times[0], self.times[-1])
-        pairs = zip(self.curves, self._progress, strict=True)
-        return np.array([curve.at(np.clip(progress(times), 0, 1)) for curve, progress in pairs])
+        points = []
+        for curve, travelled in zip(self.curves, self._travelled, strict=True):
+            u, length = curve.lengths()
+            points.append(curve.at(np.interp(travelled(times), length, u)))
+        return np.array(points)
+
+    def evenly(self, count: int) -> np.ndarray:
+        """Times [s] (count,) between which the hands go equally far."""
+        times = np.linspace(self.times[0], self.times[-1], 1001)
+        steps = np.linalg.norm(np.diff(self.at(times), axis=1), axis=2).mean(axis=0)
+        length = np.append(0.0, np.cumsum(steps + 1e-9))
+        return np.interp(np.linspace(0, length[-1], count), length, times)
 
     def frame(self, time: float) -> int:
         """The simulation's frame at a simulated time [s]."""
@@ -207,18 +241,16 @@ def _moving(times: np.ndarray, values: np.ndarray, timing: Timing) -> tuple[np.n
     if values[:, -1].min() < 1 - 1e-6:
         end = max(timing.arrives, times[-1] + 1e-3)
         times, values = np.append(times, end), np.hstack([values, np.ones((2, 1))])
-    first = int(np.argmax((values > 1e-6).any(axis=0))) - 1
-    last = len(times) - int(np.argmax((values < 1 - 1e-6).any(axis=0)[::-1]))
+    still = np.flatnonzero((values < 1e-6).all(axis=0)), np.flatnonzero((values > 1 - 1e-6).all(axis=0))
+    first, last = int(still[0][-1]), int(still[1][0])
     times = times[first : last + 1].copy()
     times[0] = timing.starts if times[0] < timing.starts < times[1] else times[0]
     times[-1] = timing.arrives if times[-2] < timing.arrives < times[-1] else times[-1]
     return times, values[:, first : last + 1]
 
 
-def _smooth(times: np.ndarray, u: np.ndarray) -> PchipInterpolator | CubicSpline:
-    """Progress along the curve: at rest at both ends, and never backwards."""
-    spline = CubicSpline(times, u, bc_type="clamped")
-    fine = spline(np.linspace(times[0], times[-1], 40 * len(times)))
-    if (np.diff(fine) >= -1e-9).all() and math.isfinite(fine.sum()):
-        return spline
-    return PchipInterpolator(times, u)
+def _smooth(times: np.ndarray, lengths: np.ndarray) -> PchipInterpolator | CubicSpline:
+    """Way travelled [m]: at rest at both ends, and never backwards."""
+    spline = CubicSpline(times, lengths, bc_type="clamped")
+    fine = np.diff(spline(np.linspace(times[0], times[-1], 40 * len(times))))
+    return spline if fine.min() >= -1e-9 else PchipInterpolator(times, lengths)

@@ -88,7 +88,7 @@ def arm(side: str, wrist_offset: float, mirrored: bool) -> tuple[Joint, ...]:
 BOXES: dict[str, tuple[tuple[Vector, Vector], ...]] = {
     "WAIST": (((-0.063, -0.0626, 0.0), (0.0629, 0.063, 0.2296)),),
     "CHEST_JOINT0_Link": (
-        ((-0.1868, -0.13, 0.2296), (0.0849, 0.13, 0.5539)),
+        ((-0.1868, -0.105, 0.2296), (0.0849, 0.105, 0.5539)),
         ((-0.1868, -0.2226, 0.42), (0.0849, 0.2226, 0.5539)),
     ),
     "HEAD_JOINT1_Link": (((-0.14, -0.1091, -0.02), (0.0999, 0.1091, 0.1288)),),
@@ -101,8 +101,8 @@ BOXES: dict[str, tuple[tuple[Vector, Vector], ...]] = {
 }
 """Smallest boxes around the visible links in their frames [m], computed from [H-DAE]; the right arm mirrors y.
 
-The chest's box, |y| up to 0.2226, holds the shoulders too, and the hanging arms would stand in it: at zero the upper
-arm's own box begins at |y| = 0.147 at z = 0.24. So below the shoulders (z < 0.42) the chest is taken as |y| <= 0.13.
+The chest's box, |y| up to 0.2226, holds the shoulders too, and the hanging arms would stand in it: the arms' first
+links themselves begin at |y| = 0.105. So below the shoulders (z < 0.42) the chest is taken as |y| <= 0.105.
 """
 
 BODIES: dict[str, Body] = {

@@ -133,7 +133,10 @@ def _box(body: Any, name: str, mujoco: Any) -> None:
 def _hand(body: Any, fingertip: float, mujoco: Any) -> None:
     """The hand as two boxes between the last link and the fingertip."""
     wrist = -facts.BOXES["LARM_JOINT5_Link"][0][0][0]
-    spans = {"hand": (wrist, fingertip - FINGER_LENGTH, HAND_HALF), "fingers": (0.0, fingertip - TIP, FINGER_HALF)}
+    spans = {
+        "hand": (wrist, fingertip - FINGER_LENGTH, HAND_HALF),
+        "fingers": (0.0, fingertip - TIP, FINGER_HALF),
+    }
     spans["fingers"] = (spans["hand"][1], *spans["fingers"][1:])
     for part, (start, end, (width, depth)) in spans.items():
         body.add_geom(

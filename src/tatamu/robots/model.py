@@ -163,6 +163,10 @@ def with_tools(spec: Any, arms: tuple[Arm, ...]) -> Any:
         X_WT = arm.tool_in_wrist
         copy.body(arm.link).add_site(name=arm.site, pos=X_WT[:3, 3], quat=to_quaternion(X_WT[:3, :3]))
     copy.worldbody.add_geom(
-        name=TABLE, type=mujoco.mjtGeom.mjGEOM_BOX, size=[1.5, 1.5, 0.02], pos=[0, 0, -10], rgba=[0.8, 0.7, 0.6, 1]
+        name=TABLE,
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=[1.5, 1.5, 0.02],
+        pos=[0, 0, -10],
+        rgba=[0.8, 0.7, 0.6, 1],
     )
     return copy

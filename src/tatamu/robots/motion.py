@@ -85,7 +85,10 @@ def motion(robot: Robot, hands: Hands, stages: list[Stage], pace: Pace) -> Motio
     waits = {
         "lead": (pace.lead, robot.initial),
         "close": (pace.closing, by_name["fold"].spline(hands.times[0])),
-        "settle": (max(0.0, hands.timing.opens - hands.timing.arrives), by_name["fold"].spline(hands.times[-1])),
+        "settle": (
+            max(0.0, hands.timing.opens - hands.timing.arrives),
+            by_name["fold"].spline(hands.times[-1]),
+        ),
         "open": (pace.opening, by_name["fold"].spline(hands.times[-1])),
     }
     parts: list[Part] = []
@@ -115,6 +118,4 @@ def _sampled(parts: list[Part], times: np.ndarray) -> np.ndarray:
 
 def _events(robot: Robot, parts: list[Part]) -> tuple[Event, ...]:
     starts = {part.name: part.start for part in parts}
-    return tuple(
-        Event(round(starts[name], 6), arm.name, name) for name in ("close", "open") for arm in robot.arms
-    )
+    return tuple(Event(round(starts[name], 6), arm.name, name) for name in ("close", "open") for arm in robot.arms)

@@ -95,6 +95,21 @@ FINE_HOLDS = _leaning([8, 15, 22, 30])
 """For the neighbourhood of a good placement."""
 
 
+TURNS = [
+    (float(np.radians(yaw)), trunk)
+    for yaw, trunk in (
+        (0, (0.0,)),
+        (25, (0.0, 1.0)),
+        (-25, (0.0, 1.0)),
+        (50, (0.5, 1.0)),
+        (-50, (0.5, 1.0)),
+        (75, (0.5, 1.0)),
+        (-75, (0.5, 1.0)),
+    )
+]
+"""Yaws of the fold [rad], and how much the trunk may turn with it: a fold that goes sideways needs it."""
+
+
 def grid(
     chains: tuple[Chain, Chain], points: np.ndarray, heights: tuple[float, float], front: float, trunk: bool
 ) -> list[Placement]:
@@ -112,31 +127,24 @@ def grid(
     levels = np.linspace(*heights, 1 if heights[0] == heights[1] else 4)
     return [
         _beginning(front + ahead * reach, shoulder[1] + aside * reach, float(level), yaw, points, turning)
-        for ahead in np.linspace(0, 0.4, 9)
+        for ahead in np.linspace(0, 0.36, 7)
         for aside in (-0.15, 0.0, 0.15)
-        for yaw in np.radians([-90, -60, -30, 0, 30, 60, 90])
+        for yaw, turnings in TURNS
         for level in levels
-        for turning in ((0.6, 1.0) if trunk and abs(yaw) > 0.8 else (0.0,))
+        for turning in (turnings if trunk else (0.0,))
     ]
 
 
-def neighbours(
-    best: Placement, points: np.ndarray, heights: tuple[float, float], front: float
-) -> list[Placement]:
+def neighbours(best: Placement, points: np.ndarray, heights: tuple[float, float], front: float) -> list[Placement]:
     """Placements around a good one, half a step of the grid away."""
     steps = np.array(
         [
-            [x, y, z, yaw]
-            for x in (-0.025, 0.0, 0.025)
-            for y in (-0.04, 0.0, 0.04)
-            for z in (-0.02, 0.0, 0.02)
-            for yaw in np.radians([-12, 0, 12])
+            *([x, y, z, 0.0] for x in (-0.02, 0.0, 0.02) for y in (-0.03, 0.0, 0.03) for z in (-0.02, 0.0, 0.02)),
+            *([0.0, 0.0, 0.0, yaw] for yaw in np.radians([-12, 12])),
         ]
     )
     found = [Placement(best.x + x, best.y + y, best.z + z, best.yaw + yaw, best.turning) for x, y, z, yaw in steps]
-    return [
-        place for place in found if heights[0] <= place.z <= heights[1] and place.begins(points) >= front
-    ]
+    return [place for place in found if heights[0] <= place.z <= heights[1] and place.begins(points) >= front]
 
 
 def _beginning(x: float, y: float, z: float, yaw: float, points: np.ndarray, turning: float) -> Placement:

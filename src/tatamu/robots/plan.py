@@ -52,7 +52,7 @@ class _Refused(TatamuError):
         self.progress = progress
 
 
-def plan(
+def plan_fold(
     folder: Path,
     robot: Robot,
     place: tuple[float, float, float] | None = None,
@@ -118,9 +118,7 @@ def _candidates(
     ]
 
 
-def _at(
-    robot: Robot, hands: Hands, place: tuple[float, float, float], heights: tuple[float, float]
-) -> Reach:
+def _at(robot: Robot, hands: Hands, place: tuple[float, float, float], heights: tuple[float, float]) -> Reach:
     """Ways to hold, and table heights where they are free, at a given place."""
     levels = np.linspace(*heights, 1 if heights[0] == heights[1] else 7)
     turning = (0.0, 0.6, 1.0) if robot.trunk else (0.0,)

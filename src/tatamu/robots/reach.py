@@ -18,24 +18,27 @@ from tatamu.robots.hands import Hands
 from tatamu.robots.model import Arm, Robot
 from tatamu.robots.placement import FINE_HOLDS, HOLDS, Hold, Placement, grid, neighbours, tool_paths
 
-SAMPLES = 9
-"""Points of the fold that are tried."""
-ROWS = (0, 1, 3, 5, 7, SAMPLES, SAMPLES + 1)
-"""The points, approach and retreat with them, that are asked for distances."""
+SAMPLES = 10
+"""Points of the fold that are tried, equally far apart along the hands' paths."""
 GOOD_MARGIN = 0.2
 """More distance than this from joint limits [rad] counts no further."""
 GOOD_SINGULARITY = 0.2
 """More distance than this from singularities (see `Chain.singularity`) counts no further."""
-GOOD_DISTANCE = {"between arms": 0.05, "to the trunk": 0.03, "within an arm": 0.03, "to the table": 0.01}
-"""More distance than these [m] counts no further."""
+DISTANCES = {
+    "between arms": (0.018, 0.06),
+    "to the trunk": (0.008, 0.04),
+    "within an arm": (0.008, 0.04),
+    "to the table": (0.003, 0.012),
+}
+"""Less distance than the first is not possible, more than the second counts no further [m]."""
 HOPELESS = -1.0
 """Worse than this is not followed up."""
-REFINED = 3
+REFINED = 2
 """So many of the best placements are searched around."""
-PAIRED = 60
-"""So many of the best placements are asked for the arms' distance from one another."""
-TRIED = 4
-"""So many ways to hold of each arm are paired."""
+ASKED = 80
+"""So many of the best placements are asked for distances."""
+CLEAR, TRIED = 3, 8
+"""Of each arm so many ways to hold that touch nothing are wanted, and so many are tried for them at most."""
 
 
 @dataclass(frozen=True)
@@ -50,8 +53,8 @@ class ArmReach:
     """[rad], shape (placements, holds, points, k)."""
 
     def best(self, placement: int) -> np.ndarray:
-        """The best ways to hold that are possible, the best first."""
-        order = np.argsort(-self.quality[placement], kind="stable")[:TRIED]
+        """The best ways to hold, the best first."""
+        order = np.argsort(-self.quality[placement], kind="stable")[:CLEAR]
         return order[self.quality[placement][order] > HOPELESS]
 
 
@@ -78,7 +81,7 @@ class Reach:
 def best_placements(robot: Robot, hands: Hands, heights: tuple[float, float]) -> Reach:
     """Search the ground before the robot with the table top between two heights in B [m]; the best comes first."""
     chains = Chain.of(robot, robot.larm), Chain.of(robot, robot.rarm)
-    points = hands.at(np.linspace(hands.times[0], hands.times[-1], SAMPLES))
+    points = hands.at(hands.evenly(SAMPLES))
     coarse = search(robot, hands, grid(chains, points, heights, robot.front, robot.trunk is not None), HOLDS)
     around = [
         placement
@@ -103,25 +106,16 @@ def joined(first: Reach, second: Reach) -> Reach:
 
 def search(robot: Robot, hands: Hands, placements: list[Placement], holds: Sequence[Hold]) -> Reach:
     """Try every placement; the best comes first."""
-    times = np.linspace(hands.times[0], hands.times[-1], SAMPLES)
+    times = hands.evenly(SAMPLES)
     if not placements:
         return Reach([], [], np.empty(0), np.empty((2, 0), dtype=np.int64), times)
-    step = float(times[1] - times[0])
     points = hands.at(times)
     trunk = np.stack([place.trunk(points)[[0, *range(SAMPLES), -1]] for place in placements])
     larm, rarm = (
-        follow(robot, arm, placements, holds, trunk, path, step) for arm, path in zip(robot.arms, points, strict=True)
+        follow(robot, arm, placements, holds, trunk, path, np.diff(times))
+        for arm, path in zip(robot.arms, points, strict=True)
     )
-    both = np.minimum(larm.quality.max(axis=1), rarm.quality.max(axis=1)) > HOPELESS
-    for arm, reach in zip(robot.arms, (larm, rarm), strict=True):
-        _keep_clear(robot, arm, placements, trunk, reach, both)
-    quality = np.minimum(larm.quality.max(axis=1), rarm.quality.max(axis=1))
-    chosen = np.stack([larm.quality.argmax(axis=1), rarm.quality.argmax(axis=1)])
-    between = Clearance(robot, kinds=("between arms",))
-    hopeful = np.argsort(-quality, kind="stable")
-    for rank, number in enumerate(hopeful[: int((quality > HOPELESS).sum())]):
-        worth = _pair(robot, between, larm, rarm, trunk, int(number)) if rank < PAIRED else (HOPELESS, 0, 0)
-        quality[number], chosen[:, number] = worth[0], worth[1:]
+    quality, chosen = _keep_clear(robot, placements, trunk, larm, rarm)
     reached = np.stack([larm.reached.max(axis=1), rarm.reached.max(axis=1)])
     # What cannot be followed is ordered by how far the worse arm came.
     order = np.argsort(-np.where(quality > HOPELESS, 2 + quality, reached.min(axis=0) / 1e3), kind="stable")
@@ -141,7 +135,7 @@ def follow(
     holds: Sequence[Hold],
     trunk: np.ndarray,
     path: np.ndarray,
-    step: float,
+    steps: np.ndarray,
 ) -> ArmReach:
     """Follow one hand's path from every placement.
 
@@ -152,7 +146,7 @@ def follow(
         holds: How the hand may be turned.
         trunk: The trunk's angle from each placement at each point [rad], shape (placements, n + 2).
         path: The hand's path in F [m], shape (n, 3).
-        step: From point to point [s].
+        steps: From point to point [s], shape (n - 1,).
     """
     chain = Chain.of(robot, arm)
     shape = (len(placements), len(holds))
@@ -161,7 +155,7 @@ def follow(
     angles, reached = _track(chain, targets, arm.initial)
     whole = np.flatnonzero(reached == targets.shape[1])
     quality = np.full(len(targets), 2 * HOPELESS)
-    quality[whole] = _quality(chain, arm, angles[whole], step)
+    quality[whole] = _quality(chain, arm, angles[whole], steps)
     tilt = np.array([hold.tilt for hold in holds])
     quality = quality.reshape(shape)
     quality = np.where(quality > 0, quality / (1 + 0.2 * tilt), quality)
@@ -169,15 +163,42 @@ def follow(
 
 
 def _keep_clear(
-    robot: Robot, arm: Arm, placements: list[Placement], trunk: np.ndarray, reach: ArmReach, which: np.ndarray
+    robot: Robot, placements: list[Placement], trunk: np.ndarray, larm: ArmReach, rarm: ArmReach
+) -> tuple[np.ndarray, np.ndarray]:
+    """Ask the most promising placements for distances.
+
+    Returns:
+        Quality with distances counted (n,), and the number of each arm's hold (2, n).
+    """
+    quality = np.minimum(larm.quality.max(axis=1), rarm.quality.max(axis=1))
+    chosen = np.stack([larm.quality.argmax(axis=1), rarm.quality.argmax(axis=1)])
+    alone = [Clearance(robot, ("to the trunk", "within an arm", "to the table"), arm.name) for arm in robot.arms]
+    between = Clearance(robot, ("between arms",))
+    promising = np.argsort(-quality, kind="stable")[: int((quality > HOPELESS).sum())]
+    quality[promising[ASKED:]] = HOPELESS
+    for number in promising[:ASKED]:
+        for arm, reach, clearance in zip(robot.arms, (larm, rarm), alone, strict=True):
+            clearance.set_table(placements[number].z)
+            _alone(robot, arm, clearance, trunk[number], reach.quality[number], reach.angles[number])
+        best = _pair(robot, between, larm, rarm, trunk[number], int(number))
+        quality[number], chosen[:, number] = best[0], best[1:]
+    return quality, chosen
+
+
+def _alone(
+    robot: Robot, arm: Arm, clearance: Clearance, trunk: np.ndarray, quality: np.ndarray, angles: np.ndarray
 ) -> None:
-    """Lower the quality of what comes near the trunk, itself or the table, for placements `which` (n,)."""
-    clearance = Clearance(robot, kinds=("to the trunk", "within an arm", "to the table"), arm=arm.name)
-    for number in np.flatnonzero(which):
-        clearance.set_table(placements[number].z)
-        for hold in np.flatnonzero(reach.quality[number] > HOPELESS):
-            whole = _whole(robot, arm, reach.angles[number, hold, ROWS], trunk[number, ROWS])
-            reach.quality[number, hold] = min(reach.quality[number, hold], _room(clearance, whole))
+    """Lower the quality of holds (h,) by how near the arm comes to the trunk, itself and the table.
+
+    The best are asked first; what is not asked, because enough are clear or too many are not, is hopeless.
+    """
+    clear = 0
+    for rank, hold in enumerate(np.argsort(-quality, kind="stable")):
+        if clear < CLEAR and rank < TRIED and quality[hold] > HOPELESS:
+            quality[hold] = min(quality[hold], _room(clearance, _whole(robot, arm, angles[hold], trunk)))
+            clear += quality[hold] >= 0
+        else:
+            quality[hold] = 2 * HOPELESS
 
 
 def _pair(
@@ -188,18 +209,20 @@ def _pair(
     for left in larm.best(number):
         for right in rarm.best(number):
             quality = min(larm.quality[number, left], rarm.quality[number, right])
-            if quality <= best[0]:
-                continue
-            angles = larm.angles[number, left, ROWS], rarm.angles[number, right, ROWS]
-            both = robot.configuration(*angles, trunk[number, ROWS])
-            quality = min(quality, _room(between, both))
-            best = max(best, (float(quality), int(left), int(right)))
+            if quality > best[0]:
+                both = robot.configuration(larm.angles[number, left], rarm.angles[number, right], trunk)
+                quality = min(quality, _room(between, both))
+                best = max(best, (float(quality), int(left), int(right)))
     return best
 
 
 def _room(clearance: Clearance, configurations: np.ndarray) -> float:
-    """The least distance of configurations (n, nq), as a part of what is good."""
-    return min(found.value / GOOD_DISTANCE[kind] for kind, found in clearance.least(configurations).items())
+    """The least distance of configurations (n, nq): 1 is as good as can be, negative too near."""
+    worst = 1.0
+    for kind, found in clearance.least(configurations).items():
+        low, high = DISTANCES[kind]
+        worst = min(worst, (found.value - low) / (high - low))
+    return worst
 
 
 def _whole(robot: Robot, arm: Arm, angles: np.ndarray, trunk: np.ndarray) -> np.ndarray:
@@ -225,17 +248,19 @@ def _track(chain: Chain, targets: np.ndarray, start: np.ndarray) -> tuple[np.nda
     return angles, reached
 
 
-def _quality(chain: Chain, arm: Arm, angles: np.ndarray, step: float) -> np.ndarray:
+def _quality(chain: Chain, arm: Arm, angles: np.ndarray, steps: np.ndarray) -> np.ndarray:
     """From angles (n, m, k): the least of the margins, less for folds that would have to be slowed down."""
     count, points, width = angles.shape
-    flat = angles.reshape(-1, width)
-    margin = chain.margin(flat).reshape(count, points).min(axis=1) / GOOD_MARGIN
-    singular = chain.singularity(flat).reshape(count, points).min(axis=1) / GOOD_SINGULARITY
-    return np.minimum(1.0, np.minimum(margin, singular)) / np.sqrt(slowing(arm, angles[:, 1:-1], step))
+    margin = chain.margin(angles.reshape(-1, width)).reshape(count, points).min(axis=1) / GOOD_MARGIN
+    some = angles[:, ::2]
+    singular = chain.singularity(some.reshape(-1, width)).reshape(count, -1).min(axis=1) / GOOD_SINGULARITY
+    return np.minimum(1.0, np.minimum(margin, singular)) / np.sqrt(slowing(arm, angles[:, 1:-1], steps))
 
 
-def slowing(arm: Arm, angles: np.ndarray, step: float) -> np.ndarray:
-    """How many times slower the path (n, m, k), `step` seconds a point, must be driven: about, at least 1."""
-    speed = np.abs(np.diff(angles, axis=1)) / step / arm.planned_speed
-    rate = np.abs(np.diff(angles, n=2, axis=1)) / step**2 / arm.planned_acceleration
-    return np.maximum(1.0, np.maximum(speed.max(axis=(1, 2)), np.sqrt(rate.max(axis=(1, 2)))))
+def slowing(arm: Arm, angles: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """How many times slower the path (n, m, k), `steps` (m - 1,) [s] apart, must be driven: about, at least 1."""
+    speed = np.diff(angles, axis=1) / steps[:, None]
+    rate = np.diff(speed, axis=1) / ((steps[1:] + steps[:-1]) / 2)[:, None]
+    fast = (np.abs(speed) / arm.planned_speed).max(axis=(1, 2))
+    hard = (np.abs(rate) / arm.planned_acceleration).max(axis=(1, 2))
+    return np.maximum(1.0, np.maximum(fast, np.sqrt(hard)))

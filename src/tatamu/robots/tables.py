@@ -46,8 +46,8 @@ def points(plan: Plan, joints: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]
     motion, robot = plan.motion, plan.task.robot
     first = int(np.ceil(motion.part("approach").start / motion.times[1] - 1e-6))
     rows = np.append(np.arange(first, len(motion.times) - 1, POINT_EVERY), len(motion.times) - 1)
-    angles = motion.angles[np.ix_(rows, [robot.columns[name] for name in joints])]
-    return np.round(motion.times[rows], 6), np.round(angles, DECIMALS)
+    angles = motion.angles[rows][:, [robot.columns[name] for name in joints]]
+    return np.round(motion.times[rows], 6), np.ascontiguousarray(np.round(angles, DECIMALS))
 
 
 def trajectory_json(plan: Plan) -> dict[str, Any]:
@@ -76,4 +76,8 @@ def pattern_json(plan: Plan) -> dict[str, Any]:
             "jointangles": angles.tolist(),
             "tm": np.round(np.diff(times, prepend=0.0), 6).tolist(),
         }
-    return {"version": 1, "units": {"jointangles": "rad", "tm": "s from the point before"}, "groups": patterns}
+    return {
+        "version": 1,
+        "units": {"jointangles": "rad", "tm": "s from the point before"},
+        "groups": patterns,
+    }

@@ -79,15 +79,16 @@ def timed(spline: CubicSpline, rate: float, speed: np.ndarray, acceleration: np.
         toppra.constraint.JointVelocityConstraint(np.stack([-bounds[0], bounds[0]], axis=1)),
         toppra.constraint.JointAccelerationConstraint(np.stack([-bounds[1], bounds[1]], axis=1)),
     ]
-    grid = np.unique(np.concatenate([np.linspace(*path.path_interval, 301), spline.x]))
+    grid = np.unique(np.concatenate([np.linspace(spline.x[0], spline.x[-1], 301), spline.x]))
     algorithm = toppra.algorithm.TOPPRA(constraints, path, gridpoints=grid, parametrizer="ParametrizeConstAccel")
     still = bool((np.abs(path(path.path_interval, 1)[:, :-1]) < 1e-6).all())
-    for ends in ([rate * 0.999, 0.0] if still else [0.0]):
+    for ends in [rate * 0.999, 0.0] if still else [0.0]:
         result = algorithm.compute_trajectory(ends, ends)
         if result is not None:
             break
     else:
         raise TatamuError("the path cannot be driven within the joints' limits (time parameterisation failed)")
+
     def parameter(times: np.ndarray) -> np.ndarray:
         return result(np.clip(times, 0, result.duration))[:, -1]
 
