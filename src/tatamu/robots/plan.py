@@ -77,7 +77,7 @@ def plan_fold(
         starting = robot.starting(start)
         heights = _heights(starting, table_height)
         if heights is None:
-            refusals.append(_Refused(f"at its pose '{start.name}' the robot stands in a table that high", -2))
+            refusals.append(_Refused(f"at its pose '{start.name}' the robot stands in a table that high", -3))
             continue
         for task, reach in _candidates(folder, starting, hands, place, heights, refusals):
             try:

@@ -253,7 +253,7 @@ def _quality(chain: Chain, arm: Arm, angles: np.ndarray, steps: np.ndarray) -> n
     count, points, width = angles.shape
     margin = chain.margin(angles.reshape(-1, width)).reshape(count, points).min(axis=1) / GOOD_MARGIN
     some = angles[:, ::2]
-    singular = chain.singularity(some.reshape(-1, width)).reshape(count, -1).min(axis=1) / GOOD_SINGULARITY
+    singular = chain.singularity(some.reshape(-1, width)).reshape(some.shape[:2]).min(axis=1) / GOOD_SINGULARITY
     return np.minimum(1.0, np.minimum(margin, singular)) / np.sqrt(slowing(arm, angles[:, 1:-1], steps))
 
 
