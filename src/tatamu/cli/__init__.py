@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from tatamu.cli import plan, simulate  # noqa: F401
+from tatamu.cli import plan, rehearse, simulate  # noqa: F401
 from tatamu.cli.app import app
 from tatamu.errors import InputError, TatamuError
 

@@ -48,6 +48,12 @@ class Clearance:
         self._pairs = {kind: pairs[kind] for kind in kinds if kind in pairs}
         self._radius = np.array(self.model.geom_rbound)
 
+    @property
+    def pairs(self) -> list[tuple[str, str]]:
+        """Names of the shapes whose distances are taken."""
+        rows = np.concatenate(list(self._pairs.values()))
+        return [(str(self.model.geom(a).name), str(self.model.geom(b).name)) for a, b in rows.tolist()]
+
     def set_table(self, height: float) -> None:
         """Put the table top at a height in B [m]."""
         self._mujoco.mj_kinematics(self.model, self._data)

@@ -20,7 +20,11 @@ from tatamu.robots.chain import Chain
 from tatamu.robots.paths import tool_poses
 from tatamu.robots.picture import reach_svg
 from tatamu.robots.plan import Plan
+from tatamu.robots.stage import stage_xml
 from tatamu.robots.tables import joint_csv, pattern_json, trajectory_json
+
+FOLD_FILES = ("manipulation.json", "scene.json", "rollout.npz")
+"""Of the learned fold's folder; the last two may be missing."""
 
 
 def save(plan: Plan, out: Path) -> None:
@@ -39,8 +43,17 @@ def save(plan: Plan, out: Path) -> None:
         write_json(folder / "play_pattern.json", pattern_json(plan))
         write_ros1(plan, folder / "joint_trajectory.bag")
         write_ros2(plan, folder / "joint_trajectory_ros2")
-        write_text(folder / "robot.xml", robot.xml(plan.task.placement.z))
+        write_text(folder / "robot.xml", stage_xml(robot, plan.task.placement.z))
         write_text(folder / "reach.svg", reach_svg(plan))
+        _carry_fold(plan.task.source, folder / "fold")
+
+
+def _carry_fold(source: Path, folder: Path) -> None:
+    """Copy what a rehearsal reads of the learned fold, so that a plan's folder can travel alone."""
+    folder.mkdir()
+    for name in FOLD_FILES:
+        if (source / name).is_file():
+            shutil.copyfile(source / name, folder / name)
 
 
 @contextmanager

@@ -104,22 +104,6 @@ class Robot:
         """The compiled mujoco.MjModel, with a tool site for each arm and a table far below."""
         return with_tools(self.spec, self.arms).compile()
 
-    def scene(self, table_height: float) -> Any:
-        """A mujoco.MjSpec of the robot with its tool sites and the table top at a height in B [m]."""
-        spec = with_tools(self.spec, self.arms)
-        mujoco = needed("mujoco")
-        data = mujoco.MjData(self.model)
-        mujoco.mj_kinematics(self.model, data)
-        table = spec.geom(TABLE)
-        table.pos = [0, 0, data.body(self.base).xpos[2] + table_height - table.size[2]]
-        return spec
-
-    def xml(self, table_height: float) -> str:
-        """The robot with its tools and the table, as MJCF."""
-        spec = self.scene(table_height)
-        spec.compile()
-        return str(spec.to_xml())
-
     @cached_property
     def columns(self) -> dict[str, int]:
         """Where each joint's angle stands in qpos."""
@@ -159,6 +143,8 @@ def with_tools(spec: Any, arms: tuple[Arm, ...]) -> Any:
     """A copy of the model with each arm's tool frame as a site, and a table."""
     mujoco = needed("mujoco")
     copy = spec.copy()
+    for number, geom in enumerate(copy.geoms):
+        geom.name = geom.name or f"{geom.parent.name}_geom{number}"
     for arm in arms:
         X_WT = arm.tool_in_wrist
         copy.body(arm.link).add_site(name=arm.site, pos=X_WT[:3, 3], quat=to_quaternion(X_WT[:3, :3]))
