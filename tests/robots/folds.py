@@ -19,7 +19,9 @@ def _weights(u: float) -> tuple[float, ...]:
     return v**3, 3 * v * v * u, 3 * v * u * u, u**3
 
 
-def manipulation(span: float = 0.34, width: float = 0.30, height: float = 0.15, duration: float = 3.0) -> dict[str, Any]:
+def manipulation(
+    span: float = 0.34, width: float = 0.30, height: float = 0.15, duration: float = 3.0
+) -> dict[str, Any]:
     """manipulation.json of a fold over `span` metres."""
     rate, every, starts = 60, 10, 0.1
     arrives = starts + duration

@@ -56,15 +56,8 @@ class Written:
 
 
 @pytest.fixture(scope="module")
-def fold(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return folder(tmp_path_factory.mktemp("fold"))
-
-
-@pytest.fixture(scope="module")
-def written(fold: Path, tmp_path_factory: pytest.TempPathFactory) -> Written:
-    out = tmp_path_factory.mktemp("plans") / "plan"
-    save(plan_fold(fold, load("hironx")), out)
-    return Written(out)
+def written(plan_folder: Path) -> Written:
+    return Written(plan_folder)
 
 
 def between(written: Written) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The exported bag through real ROS 1 middleware: roscore, rosbag play, and a subscriber that is somebody else's Python.
+"""The exported bag through real ROS 1: roscore, rosbag play, and a subscriber in the Python that has rospy.
 
 Debian: apt-get install python3-rospy python3-roslaunch python3-rosbag python3-trajectory-msgs
 """
@@ -15,12 +15,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from folds import folder
 
 pytest.importorskip("mink")
 pytest.importorskip("rosbags")
 
-from tatamu.robots import Plan, load, plan_fold, save  # noqa: E402
+from tatamu.robots import load
 
 PYTHON = "/usr/bin/python3"
 
@@ -37,14 +36,6 @@ def missing() -> str | None:
 
 
 needs_ros = pytest.mark.skipif(missing() is not None, reason=missing() or "")
-
-
-@pytest.fixture(scope="module")
-def plan(tmp_path_factory: pytest.TempPathFactory) -> tuple[Plan, Path]:
-    root = tmp_path_factory.mktemp("ros")
-    found = plan_fold(folder(root / "fold"), load("hironx"))
-    save(found, root / "plan")
-    return found, root / "plan"
 
 
 @pytest.fixture
@@ -99,12 +90,10 @@ def heard(bag: Path, controllers: dict[str, dict[str, float]], ros: dict[str, st
 
 @needs_ros
 def test_a_played_bag_brings_every_point_and_the_robot_to_the_planned_pose(
-    plan: tuple[Plan, Path], ros: dict[str, str], tmp_path: Path
+    plan_folder: Path, ros: dict[str, str], tmp_path: Path
 ) -> None:
-    found, out = plan
-    poses = {
-        arm.controller: dict(zip(arm.joints, arm.initial.tolist(), strict=True)) for arm in found.task.robot.arms
-    }
+    out = plan_folder
+    poses = {arm.controller: dict(zip(arm.joints, arm.initial.tolist(), strict=True)) for arm in load("hironx").arms}
     result = heard(out / "joint_trajectory.bag", poses, ros, tmp_path / "heard.json")
     wanted = json.loads((out / "joint_trajectory.json").read_text())["topics"]
     assert set(wanted) == {"/larm_controller/command", "/rarm_controller/command"}
@@ -112,21 +101,18 @@ def test_a_played_bag_brings_every_point_and_the_robot_to_the_planned_pose(
         got = result[topic.split("/")[1]]
         assert got["joint_names"] == sent["joint_names"]
         assert [point["positions"] for point in got["points"]] == [point["positions"] for point in sent["points"]]
-        times = [[point["time_from_start"] for point in points] for points in (got["points"], sent["points"])]
-        assert np.allclose(*times, rtol=0, atol=1e-9)
+        received, written = ([point["time_from_start"] for point in each["points"]] for each in (got, sent))
+        assert np.allclose(received, written, rtol=0, atol=1e-9)
         assert got["speed"] < 1.0
         last = dict(zip(sent["joint_names"], sent["points"][-1]["positions"], strict=True))
         assert got["pose"] == last
 
 
 @needs_ros
-def test_a_robot_that_is_elsewhere_is_not_made_to_jump(
-    plan: tuple[Plan, Path], ros: dict[str, str], tmp_path: Path
-) -> None:
-    found, out = plan
+def test_a_robot_that_is_elsewhere_is_not_made_to_jump(plan_folder: Path, ros: dict[str, str], tmp_path: Path) -> None:
+    out = plan_folder
     poses = {
-        arm.controller: dict(zip(arm.joints, (arm.initial + 0.5).tolist(), strict=True))
-        for arm in found.task.robot.arms
+        arm.controller: dict(zip(arm.joints, (arm.initial + 0.5).tolist(), strict=True)) for arm in load("hironx").arms
     }
     result = heard(out / "joint_trajectory.bag", poses, ros, tmp_path / "heard.json")
     assert all(entry["speed"] < 1.0 for entry in result.values())
@@ -138,10 +124,10 @@ def points(message: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("name", ["joint_trajectory.bag", "joint_trajectory_ros2"])
-def test_both_bags_hold_the_rows_of_the_table(plan: tuple[Plan, Path], name: str) -> None:
+def test_both_bags_hold_the_rows_of_the_table(plan_folder: Path, name: str) -> None:
     from rosbags.highlevel import AnyReader
 
-    _, out = plan
+    out = plan_folder
     header = (out / "joint_trajectory.csv").read_text().split("\n", 1)[0].split(",")
     table = np.loadtxt(out / "joint_trajectory.csv", delimiter=",", skiprows=1)
     topics = set()
@@ -151,19 +137,19 @@ def test_both_bags_hold_the_rows_of_the_table(plan: tuple[Plan, Path], name: str
             times, angles = points(message)
             rows = np.searchsorted(table[:, 0], times - 1e-4)
             columns = [header.index(joint) for joint in message.joint_names]
-            assert np.allclose(table[np.ix_(rows, [0])][:, 0], times, atol=1e-6)
-            assert np.allclose(table[np.ix_(rows, columns)], angles, atol=1e-8)
+            assert np.allclose(table[rows, 0], times, atol=1e-6)
+            assert np.allclose(table[rows][:, columns], angles, atol=1e-8)
             assert times[0] > 0 and np.allclose(angles[0], table[0, columns])
             topics.add(connection.topic)
     assert topics == {"/larm_controller/command", "/rarm_controller/command"}
 
 
-def test_the_ros2_bag_is_one_mcap(plan: tuple[Plan, Path]) -> None:
-    assert [path.name for path in plan[1].rglob("*.mcap")] == ["joint_trajectory_ros2.mcap"]
+def test_the_ros2_bag_is_one_mcap(plan_folder: Path) -> None:
+    assert [path.name for path in plan_folder.rglob("*.mcap")] == ["joint_trajectory_ros2.mcap"]
 
 
-def test_play_pattern_times_are_from_point_to_point(plan: tuple[Plan, Path]) -> None:
-    _, out = plan
+def test_play_pattern_times_are_from_point_to_point(plan_folder: Path) -> None:
+    out = plan_folder
     pattern = json.loads((out / "play_pattern.json").read_text())["groups"]
     trajectory = json.loads((out / "joint_trajectory.json").read_text())["topics"]
     for group in ("larm", "rarm"):

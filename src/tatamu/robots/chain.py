@@ -197,6 +197,6 @@ def _times(R: np.ndarray, constant: np.ndarray) -> np.ndarray:
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """a x b, shapes (n, 3)."""
+    """The cross product a x b, shapes (n, 3)."""
     (a0, a1, a2), (b0, b1, b2) = a.T, b.T
     return np.stack([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0], axis=1)

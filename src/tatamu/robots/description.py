@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from tatamu.errors import InputError
 from tatamu.files import read_toml, validated
-from tatamu.robots.extras import needed
+from tatamu.robots.extras import needed, one_line
 from tatamu.robots.model import Arm, Robot, StartPose
 from tatamu.robots.pose import from_rpy, pose, to_quaternion
 
@@ -145,7 +145,7 @@ def _read(path: Path, model: str) -> Any:
     try:
         spec = mujoco.MjSpec.from_file(str(file))
     except ValueError as error:
-        raise InputError(f"{file}: is no URDF or MJCF that MuJoCo reads ({error})") from None
+        raise InputError(f"{file}: is no URDF or MJCF that MuJoCo reads ({one_line(error)})") from None
     spec.compiler.fusestatic = False
     return spec
 
@@ -176,7 +176,7 @@ def _check(path: Path, robot: Robot) -> None:
     try:
         model = robot.model
     except ValueError as error:
-        raise InputError(f"{path}: the model does not compile ({error})") from None
+        raise InputError(f"{path}: the model does not compile ({one_line(error)})") from None
     if model.nq != model.njnt:
         raise InputError(f"{path}: model: every joint must be a hinge or a slide")
     for arm in robot.arms:

@@ -21,3 +21,8 @@ def needed(module: str) -> Any:
         raise InputError(
             f"robots need the package {package}, which is not installed: pip install 'tatamu[robot]'"
         ) from None
+
+
+def one_line(error: Exception) -> str:
+    """The text of somebody else's error in one line."""
+    return " ".join(str(error).split())

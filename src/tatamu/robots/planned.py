@@ -104,5 +104,3 @@ def fold_file(folder: Path, name: str) -> Path | None:
     """A file of the learned fold that the plan carries along, if it had it."""
     path = folder / "fold" / name
     return path if path.is_file() else None
-
-

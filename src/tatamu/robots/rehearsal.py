@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from tatamu.errors import InputError
-from tatamu.robots.extras import needed
+from tatamu.robots.extras import needed, one_line
 from tatamu.robots.model import TABLE
 from tatamu.robots.planned import ARMS, Planned
 from tatamu.scene import Gripper, Scene
@@ -68,7 +68,7 @@ class Rehearsal:
     def tool_error(self) -> float:
         """Largest distance of a tool from the plan while it holds the cloth [m]."""
         distance = np.linalg.norm(self.tools - self.wanted_tools, axis=2)
-        return float(max(distance[number, self._holding(arm)].max() for number, arm in enumerate(ARMS)))
+        return float(max(distance[number, self._holding(arm)].max(initial=0.0) for number, arm in enumerate(ARMS)))
 
     def _holding(self, arm: str) -> np.ndarray:
         closes, opens = self.planned.event(arm, "close"), self.planned.event(arm, "open")
@@ -157,7 +157,7 @@ def _stage(planned: Planned, mujoco: Any) -> Any:
         spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
         inertia = _inertia(spec.compile(), planned)
     except (ValueError, KeyError) as error:
-        raise InputError(f"{path}: cannot be rehearsed ({error})") from None
+        raise InputError(f"{path}: cannot be rehearsed ({one_line(error)})") from None
     for body in spec.bodies:
         body.gravcomp = 1.0
     for gain, kind in ((STIFFNESS**2, "position"), (2 * RATIO * STIFFNESS, "velocity")):
