@@ -32,8 +32,12 @@ def test_hands_never_leave_their_curve(tmp_path: Path) -> None:
     assert max(np.linalg.norm(curve - point, axis=1).min() for point in points) < 2e-4
 
 
-def test_hands_are_at_rest_before_and_after(tmp_path: Path) -> None:
-    hands = Hands.load(folder(tmp_path))
+def test_hands_are_at_rest_before_and_after_even_if_via_points_are_even(tmp_path: Path) -> None:
+    fold = manipulation()
+    for arm in fold["arms"]:
+        points = bezier(np.array(arm["control_points"]), np.linspace(0, 1, len(fold["via_points"]["times"])))
+        fold["via_points"][arm["name"]] = points.tolist()
+    hands = Hands.load(write(tmp_path / "even", fold))
     for time in (hands.times[0], hands.times[-1] - 1e-3):
         step = hands.at(np.array([time, time + 1e-3]))
         assert np.abs(np.diff(step, axis=1)).max() < 1e-5

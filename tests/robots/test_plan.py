@@ -15,7 +15,7 @@ pytest.importorskip("mink")
 pytest.importorskip("toppra")
 
 from tatamu.errors import InputError  # noqa: E402
-from tatamu.robots import load, plan_fold, save  # noqa: E402
+from tatamu.robots import check_out, load, plan_fold, save  # noqa: E402
 
 
 class Written:
@@ -206,6 +206,15 @@ def test_a_wrong_command_line_is_one_line_and_leaves_nothing(arguments: tuple[st
     assert len(result.stderr.strip().splitlines()) == 1 and "Traceback" not in result.stderr
     assert sorted(path.name for path in tmp_path.iterdir()) == ["long", "notes.txt"]
     assert (tmp_path / "notes.txt").read_text() == "mine"
+
+
+def test_a_folder_of_somebody_else_is_left_alone(plan_folder: Path, tmp_path: Path) -> None:
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "notes.txt").write_text("mine")
+    with pytest.raises(InputError, match="is no plan"):
+        check_out(tmp_path / "mine")
+    check_out(plan_folder)
+    check_out(tmp_path / "new")
 
 
 def test_the_command_writes_a_plan_and_its_figures(fold: Path, tmp_path: Path) -> None:

@@ -35,8 +35,9 @@ def plan(
 
     Example: `tatamu plan runs/towel --robot hironx --out runs/towel-plan`
     """
-    from tatamu.robots import load, plan_fold, save
+    from tatamu.robots import check_out, load, plan_fold, save
 
+    check_out(out)
     result = plan_fold(folder, load(robot, wrist_offset, fingertip), _place(place), table_height)
     save(result, out)
     print(f"{out}: {result.motion.times[-1]:.1f} s; the fold lies at {result.task.placement}")

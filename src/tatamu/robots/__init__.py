@@ -6,8 +6,9 @@ hands ─▶ reach ─▶ paths ─▶ motion ─▶ checks ─▶ plan ─▶ f
 from __future__ import annotations
 
 from tatamu.robots.catalog import load
-from tatamu.robots.folder import save
+from tatamu.robots.constraint import ReachConstraint
+from tatamu.robots.folder import check_out, save
 from tatamu.robots.model import Arm, Robot
 from tatamu.robots.plan import Plan, plan_fold
 
-__all__ = ["Arm", "Plan", "Robot", "load", "plan_fold", "save"]
+__all__ = ["Arm", "Plan", "ReachConstraint", "Robot", "check_out", "load", "plan_fold", "save"]

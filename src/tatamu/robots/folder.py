@@ -27,14 +27,23 @@ FOLD_FILES = ("manipulation.json", "scene.json", "rollout.npz")
 """Of the learned fold's folder; the last two may be missing."""
 
 
+def check_out(out: Path) -> None:
+    """Refuse a place where something is that is no plan; worth asking before a plan is made.
+
+    Raises:
+        InputError: Something else is there.
+    """
+    if out.exists() and not (out.is_dir() and (not any(out.iterdir()) or (out / "plan.json").is_file())):
+        raise InputError(f"{out}: is already there and is no plan: give another --out")
+
+
 def save(plan: Plan, out: Path) -> None:
     """Write the plan's folder; an earlier plan there is replaced, anything else is left alone.
 
     Raises:
         InputError: `out` cannot be written, or holds something that is no plan.
     """
-    if out.exists() and not (out.is_dir() and (not any(out.iterdir()) or (out / "plan.json").is_file())):
-        raise InputError(f"{out}: is already there and is no plan: give another --out")
+    check_out(out)
     with _replacing(out) as folder:
         robot = plan.task.robot
         write_json(folder / "plan.json", plan_json(plan))

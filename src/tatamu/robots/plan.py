@@ -14,18 +14,15 @@ import numpy as np
 
 from tatamu.errors import InputError, TatamuError
 from tatamu.robots.checks import Check, Checks, failing
-from tatamu.robots.clearance import Clearance
 from tatamu.robots.hands import Hands
 from tatamu.robots.model import Robot
 from tatamu.robots.motion import Motion, Pace, motion
 from tatamu.robots.paths import Paths, Task, Unreachable
 from tatamu.robots.placement import HOLDS, Placement
-from tatamu.robots.reach import Reach, best_placements, search
+from tatamu.robots.reach import Reach, best_placements, search, table_heights
 
 CANDIDATES = 12
 """So many placements are worked out in full before the fold is refused."""
-TABLE_ROOM = 0.01
-"""A table is chosen at least this far below the robot at its start [m]."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +72,7 @@ def plan_fold(
     refusals: list[_Refused] = []
     for start in robot.poses:
         starting = robot.starting(start)
-        heights = _heights(starting, table_height)
+        heights = table_heights(starting, table_height)
         if heights is None:
             refusals.append(_Refused(f"at its pose '{start.name}' the robot stands in a table that high", -3))
             continue
@@ -87,16 +84,6 @@ def plan_fold(
     best = max(refusals, key=lambda refusal: refusal.progress)
     scope = "refused" if place is not None else "no placement before the robot lets both arms do the fold"
     raise InputError(f"{folder}: {scope}: {best}")
-
-
-def _heights(robot: Robot, given: float | None) -> tuple[float, float] | None:
-    """Between which heights the table top may stand without touching the robot at its start; None: nowhere."""
-    clearance = Clearance(robot, kinds=("to the table",))
-    low, high = robot.table_heights if given is None else (given, given)
-    lowest = clearance.lowest(robot.initial)
-    if given is None:
-        high = min(high, lowest - TABLE_ROOM)
-    return (low, high) if low <= high and low < lowest else None
 
 
 def _candidates(

@@ -31,6 +31,8 @@ DISTANCES = {
     "to the table": (0.003, 0.012),
 }
 """Less distance than the first is not possible, more than the second counts no further [m]."""
+TABLE_ROOM = 0.01
+"""A table is chosen at least this far below the robot at its start [m]."""
 HOPELESS = -1.0
 """Worse than this is not followed up."""
 REFINED = 2
@@ -76,6 +78,15 @@ class Reach:
     def good(self) -> int:
         """How many placements both arms can follow the fold from; they come first."""
         return int((self.quality >= 0).sum())
+
+
+def table_heights(robot: Robot, given: float | None = None) -> tuple[float, float] | None:
+    """Between which heights the table top may stand in B [m] without touching the robot at its start; None: nowhere."""
+    lowest = Clearance(robot, kinds=("to the table",)).lowest(robot.initial)
+    low, high = robot.table_heights if given is None else (given, given)
+    if given is None:
+        high = min(high, lowest - TABLE_ROOM)
+    return (low, high) if low <= high and low < lowest else None
 
 
 def best_placements(robot: Robot, hands: Hands, heights: tuple[float, float]) -> Reach:
