@@ -20,6 +20,12 @@ def test_what_it_remembers_does_not_make_a_bad_fold_good() -> None:
     assert constraint(manipulation(height=0.14)) >= 0
 
 
+def test_a_fold_that_needs_another_place_is_searched_for_again() -> None:
+    constraint = ReachConstraint(load("hironx"))
+    constraint(manipulation())
+    assert constraint(manipulation(shift=0.3)) >= 0
+
+
 def test_it_names_what_is_wrong() -> None:
     with pytest.raises(InputError, match="arms"):
         ReachConstraint(load("hironx"))({**manipulation(), "arms": []})

@@ -10,6 +10,7 @@ pytest.importorskip("toppra")
 
 from tatamu.errors import InputError
 from tatamu.material import Material
+from tatamu.robots.film import save_film
 from tatamu.robots.planned import Planned
 from tatamu.robots.rehearsal import Rehearsal, rehearse
 from tatamu.robots.report import save, summary
@@ -87,6 +88,16 @@ def test_figures_of_the_fold_are_distances_of_vertices(done: Rehearsal, tmp_path
     assert figures["fold"]["mean_vertex_distance"] == pytest.approx(0.004)
     assert json.loads((tmp_path / "rehearsal.json").read_text()) == figures
     assert Scene.load(tmp_path / "scene.json").grippers[0].vertices == [3]
+
+
+def test_the_film_has_a_frame_for_every_eighth_of_a_second(done: Rehearsal, tmp_path: Path) -> None:
+    image = pytest.importorskip("PIL.Image")
+    why_not = save_film(done, None, tmp_path / "film.gif")
+    if why_not:
+        pytest.skip(f"this machine cannot draw: {why_not}")
+    with image.open(tmp_path / "film.gif") as film:
+        assert film.n_frames == pytest.approx(8 * done.times[-1], abs=2)
+        assert len(set(film.convert("L").get_flattened_data())) > 10
 
 
 @pytest.mark.parametrize(

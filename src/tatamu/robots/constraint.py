@@ -16,7 +16,7 @@ REMEMBERED = 8
 
 
 class ReachConstraint:
-    """How well a robot can do a fold; it has a memory, which changes how long an answer takes, not whether it is good."""
+    """How well a robot can do a fold; what it remembers of earlier folds makes answers faster, not better."""
 
     def __init__(self, robot: Robot) -> None:
         self._robots = [robot.starting(start) for start in robot.poses]
