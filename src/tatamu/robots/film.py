@@ -15,7 +15,7 @@ from tatamu.robots.planned import ARMS
 from tatamu.robots.rehearsal import Rehearsal
 from tatamu.rollout import Rollout
 
-RATE = 8
+RATE = 10
 """Frames per second."""
 WIDTH, HEIGHT = 480, 360
 """[pixels]."""
