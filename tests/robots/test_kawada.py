@@ -10,6 +10,7 @@ from tatamu.errors import InputError  # noqa: E402
 from tatamu.robots import load  # noqa: E402
 from tatamu.robots.chain import Chain  # noqa: E402
 from tatamu.robots.clearance import Clearance  # noqa: E402
+from tatamu.robots.extras import needed  # noqa: E402
 from tatamu.robots.model import Arm, Robot  # noqa: E402
 
 DATA = json.loads((Path(__file__).parent / "hironx_vectors.json").read_text())
@@ -104,3 +105,8 @@ def test_table_distance_is_measured_from_the_hand() -> None:
 def test_a_wrong_robot_is_refused_in_one_line(name: str, wrist: float | None, tip: float | None) -> None:
     with pytest.raises(InputError, match=r"must be|from"):
         load(name, wrist, tip)
+
+
+def test_a_missing_extra_is_named_with_how_to_install_it() -> None:
+    with pytest.raises(InputError, match=r"no_such_package.*pip install 'tatamu\[robot\]'"):
+        needed("no_such_package.inner")

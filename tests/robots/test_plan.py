@@ -167,6 +167,12 @@ def test_a_full_size_towel_is_refused_with_the_reason(tmp_path: Path) -> None:
         plan_fold(fold, load("hironx"))
 
 
+def test_a_fold_whose_arms_would_touch_is_refused_with_links_and_frame(tmp_path: Path) -> None:
+    fold = folder(tmp_path / "wide", span=0.46)
+    with pytest.raises(InputError, match=r"(distance .* and .* at|cannot follow its hand at) frame \d+"):
+        plan_fold(fold, load("hironx"))
+
+
 def test_a_given_place_is_kept(fold: Path) -> None:
     found = plan_fold(fold, load("hironx"), place=(0.28, 0.01, 0.02), table_height=-0.06)
     where = found.task.placement

@@ -39,8 +39,8 @@ class Check:
     ok: bool
     where: str
     """In words: which joint, which links, when."""
-    frame: int | None
-    """The simulation's frame, where the value stands within the fold."""
+    frame: int
+    """The simulation's frame where the value stands; the fold's first or last for what is before or after it."""
 
     def failed(self, name: str) -> str:
         """The line that refuses a plan."""
@@ -72,13 +72,15 @@ class Checks:
             "time_scaling": self._scaling(),
         }
 
-    def _at(self, row: int) -> tuple[str, int | None]:
-        """When a sample is, in words, and its frame if it is in the fold."""
+    def _at(self, row: int) -> tuple[str, int]:
+        """When a sample is, in words, and its frame: the fold's first before it, its last after it."""
         motion = self._motion
         time = motion.times[row]
         part = [part for part in motion.parts if part.start <= time + 1e-9][-1]
         if part.name != "fold":
-            return f"while the robot does '{part.name}' ({time:.2f} s)", None
+            before = part.start < motion.part("fold").start
+            frame = self._task.hands.frame(float(self._task.hands.times[0 if before else -1]))
+            return f"at frame {frame}, while the robot does '{part.name}' ({time:.2f} s)", frame
         frame = self._task.hands.frame(float(motion.simulated(np.array([row]))[0]))
         return f"at frame {frame} ({time:.2f} s)", frame
 

@@ -94,11 +94,12 @@ def _candidates(
     heights: tuple[float, float],
     refusals: list[_Refused],
 ) -> list[tuple[Task, Reach]]:
-    """The most promising tasks; what the search found against all others goes to `refusals`."""
+    """The most promising tasks; if there are none, why goes to `refusals`."""
     reach = best_placements(robot, hands, heights) if place is None else _at(robot, hands, place, heights)
     count = min(CANDIDATES, reach.good)
     if count == 0:
         refusals.append(_why(robot, hands, reach))
+        count = int(reach.reached[:, 0].min() == len(reach.times))  # worked out all the same: it names what touches
     return [
         (Task(robot, hands, placement, holds, folder), reach)
         for placement, holds in list(zip(reach.placements, reach.holds, strict=True))[:count]

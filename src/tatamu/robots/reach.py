@@ -192,7 +192,9 @@ def _keep_clear(
             clearance.set_table(placements[number].z)
             _alone(robot, arm, clearance, trunk[number], reach.quality[number], reach.angles[number])
         best = _pair(robot, between, larm, rarm, trunk[number], int(number))
-        quality[number], chosen[:, number] = best[0], best[1:]
+        quality[number] = best[0]
+        if best[0] > HOPELESS:
+            chosen[:, number] = best[1:]
     return quality, chosen
 
 
