@@ -1,0 +1,57 @@
+"""`tatamu plan`: a learned fold in, a robot's motion out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tatamu.cli.app import app
+from tatamu.errors import InputError
+
+
+@app.command()
+def plan(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a learned fold.")],
+    out: Annotated[Path, typer.Option(metavar="PLAN", help="The folder that the plan goes to.")],
+    robot: Annotated[str, typer.Option(help="hironx, nextage, or a .toml that describes a robot.")] = "hironx",
+    table_height: Annotated[
+        float | None,
+        typer.Option(help="Height of the table top in the robot's base frame [m]; else searched."),
+    ] = None,
+    place: Annotated[
+        str, typer.Option(metavar="auto|X,Y,YAW", help="Where the fold's frame lies in the base [m, m, rad].")
+    ] = "auto",
+    wrist_offset: Annotated[
+        float | None,
+        typer.Option(help="HIRONX, NEXTAGE: from J4 to J5 along x [m]; -0.047, or -0.040 on old ones."),
+    ] = None,
+    fingertip: Annotated[
+        float | None, typer.Option(help="HIRONX, NEXTAGE: from the last joint to the fingertip [m].")
+    ] = None,
+) -> None:
+    """Plan a learned fold for a dual-arm robot, check it, and write it for ROS.
+
+    Example: `tatamu plan runs/towel --robot hironx --out runs/towel-plan`
+    """
+    from tatamu.robots import check_out, load, plan_fold, save
+
+    check_out(out)
+    result = plan_fold(folder, load(robot, wrist_offset, fingertip), _place(place), table_height)
+    save(result, out)
+    print(f"{out}: {result.motion.times[-1]:.1f} s; the fold lies at {result.task.placement}")
+    for name, check in result.checks.items():
+        print(f"  {name.replace('_', ' '):28} {check.value:10.4g} {check.unit:8} (limit {check.limit:.4g})")
+
+
+def _place(text: str) -> tuple[float, float, float] | None:
+    if text == "auto":
+        return None
+    try:
+        x, y, yaw = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(f"--place: must be auto or x,y,yaw in metres and radians, given {text!r}") from None
+    if not (abs(x) < 10 and abs(y) < 10 and abs(yaw) < 6.3):
+        raise InputError(f"--place: x and y must be within 10 m and yaw within 6.3 rad, given {text!r}")
+    return x, y, yaw

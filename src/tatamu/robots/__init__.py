@@ -1,0 +1,14 @@
+"""Robots: a learned fold as joint trajectories of a dual-arm robot, checked, rehearsed and exported.
+
+hands ─▶ reach ─▶ paths ─▶ motion ─▶ checks ─▶ plan ─▶ folder ─▶ rehearsal
+"""
+
+from __future__ import annotations
+
+from tatamu.robots.catalog import load
+from tatamu.robots.constraint import ReachConstraint
+from tatamu.robots.folder import check_out, save
+from tatamu.robots.model import Arm, Robot
+from tatamu.robots.plan import Plan, plan_fold
+
+__all__ = ["Arm", "Plan", "ReachConstraint", "Robot", "check_out", "load", "plan_fold", "save"]

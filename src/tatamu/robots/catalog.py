@@ -1,0 +1,36 @@
+"""Robots by name, or from a description file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from tatamu.errors import InputError
+from tatamu.robots.description import described
+from tatamu.robots.kawada import kawada
+from tatamu.robots.model import Robot
+
+NAMED: dict[str, Callable[[float | None, float | None], Robot]] = {
+    "hironx": lambda wrist, tip: kawada("hironx", wrist, tip),
+    "nextage": lambda wrist, tip: kawada("nextage", wrist, tip, nextage=True),
+}
+
+
+def load(name: str, wrist_offset: float | None = None, fingertip: float | None = None) -> Robot:
+    """The robot of a name, or of a TOML file.
+
+    Args:
+        name: A name in `NAMED`, or the path of a description (see docs/robots.md).
+        wrist_offset: Of HIRONX and NEXTAGE Open [m]; see `kawada`.
+        fingertip: Of HIRONX and NEXTAGE Open [m]; see `kawada`.
+
+    Raises:
+        InputError: There is no such robot, or the description is wrong.
+    """
+    if name in NAMED:
+        return NAMED[name](wrist_offset, fingertip)
+    if not name.endswith(".toml"):
+        raise InputError(f"robot: must be {', '.join(NAMED)}, or a .toml file that describes one, given {name!r}")
+    if wrist_offset is not None or fingertip is not None:
+        raise InputError("wrist offset and fingertip: only for hironx and nextage; others say it in their .toml")
+    return described(Path(name))

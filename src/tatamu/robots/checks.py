@@ -1,0 +1,176 @@
+"""What a plan must satisfy before any robot may see it: a value, a limit, and where the value stands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tatamu.robots.clearance import KINDS, Clearance
+from tatamu.robots.model import Arm
+from tatamu.robots.motion import Motion
+from tatamu.robots.paths import Paths, Task, tool_poses
+from tatamu.robots.pose import rotation_vector
+
+EVERY = 4
+"""Distances are taken at every so many samples: 50 a second."""
+LEAST_DISTANCE = {"between arms": 0.015, "to the trunk": 0.005, "within an arm": 0.005, "to the table": 0.002}
+"""[m], between boxes that contain the links. The outermost centimetre of the fingers is not counted: it takes cloth off
+the table."""
+LEAST_MARGIN = 0.01
+"""To joint limits [rad]."""
+LEAST_SINGULARITY = 0.03
+"""See `Chain.singularity`."""
+PATH_ERROR = 1e-3
+"""Of the tool, from the hand's Bezier curve [m]."""
+TURN_ERROR = 5e-3
+"""Of the tool, from how it grasped [rad]."""
+SLOWEST = 5.0
+"""A fold driven more than this many times slower than it was simulated is another fold."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """One figure of a plan."""
+
+    value: float
+    limit: float
+    unit: str
+    ok: bool
+    where: str
+    """In words: which joint, which links, when."""
+    frame: int
+    """The simulation's frame where the value stands; the fold's first or last for what is before or after it."""
+
+    def failed(self, name: str) -> str:
+        """The line that refuses a plan."""
+        return (
+            f"{name.replace('_', ' ')} is {self.value:.4g} {self.unit}, the limit {self.limit:.4g} {self.unit}, "
+            f"{self.where}"
+        )
+
+
+class Checks:
+    """Checks one motion."""
+
+    def __init__(self, task: Task, paths: Paths, motion: Motion) -> None:
+        self._task, self._paths, self._motion = task, paths, motion
+        self._fold = motion.rows("fold")
+        self._tools = tool_poses(task.robot, paths.chains, motion.angles)
+
+    def all(self) -> dict[str, Check]:
+        """Every check by its name."""
+        return {
+            "joint_limit_margin": self._margin(),
+            "joint_speed": self._rate("rad/s", 1),
+            "joint_acceleration": self._rate("rad/s^2", 2),
+            "tool_path_error": self._path(),
+            "tool_turn_error": self._turn(),
+            "tool_speed": self._speed(),
+            **self._distances(),
+            "singularity": self._singularity(),
+            "time_scaling": self._scaling(),
+        }
+
+    def _at(self, row: int) -> tuple[str, int]:
+        """When a sample is, in words, and its frame: the fold's first before it, its last after it."""
+        motion = self._motion
+        time = motion.times[row]
+        part = [part for part in motion.parts if part.start <= time + 1e-9][-1]
+        if part.name != "fold":
+            before = part.start < motion.part("fold").start
+            frame = self._task.hands.frame(float(self._task.hands.times[0 if before else -1]))
+            return f"at frame {frame}, while the robot does '{part.name}' ({time:.2f} s)", frame
+        frame = self._task.hands.frame(float(motion.simulated(np.array([row]))[0]))
+        return f"at frame {frame} ({time:.2f} s)", frame
+
+    def _check(self, value: float, limit: float, unit: str, row: int, what: str = "", least: bool = False) -> Check:
+        where, frame = self._at(row)
+        good = value >= limit if least else value <= limit
+        return Check(float(value), float(limit), unit, bool(good), f"{what} {where}".strip(), frame)
+
+    def _columns(self, arm: Arm) -> list[int]:
+        return [self._task.robot.columns[name] for name in arm.joints]
+
+    def _margin(self) -> Check:
+        model, q = self._task.robot.model, self._motion.angles
+        names = [name for name in self._task.robot.joints if model.joint(name).limited[0]]
+        columns = [self._task.robot.columns[name] for name in names]
+        low, high = np.array([model.joint(name).range for name in names]).T
+        room = np.minimum(q[:, columns] - low, high - q[:, columns])
+        row, joint = np.unravel_index(int(room.argmin()), room.shape)
+        return self._check(room.min(), LEAST_MARGIN, "rad", int(row), names[joint], least=True)
+
+    def _rate(self, unit: str, order: int) -> Check:
+        """The joint nearest its speed or acceleration limit, by differences."""
+        limits = self._task.robot.planned()[order - 1]
+        rate = np.abs(np.diff(self._motion.angles, n=order, axis=0)) / self._motion.times[1] ** order
+        row, column = np.unravel_index(int((rate / limits).argmax()), rate.shape)
+        name = next(name for name, at in self._task.robot.columns.items() if at == column)
+        return self._check(rate[row, column], limits[column], unit, int(row), name)
+
+    def _path(self) -> Check:
+        X_BF = self._task.placement.matrix
+        p_BT = self._tools[:, :, :3, 3][:, self._fold]
+        p_FT = (p_BT - X_BF[:3, 3]) @ X_BF[:3, :3]
+        curves = self._task.hands.curves
+        error = np.array([curve.nearest(points)[1] for curve, points in zip(curves, p_FT, strict=True)])
+        arm, row = np.unravel_index(int(error.argmax()), error.shape)
+        return self._check(error.max(), PATH_ERROR, "m", int(self._fold[row]), self._task.robot.arms[arm].name)
+
+    def _turn(self) -> Check:
+        turned = []
+        for X_BT, hold in zip(self._tools, self._task.holds, strict=True):
+            turned.append(np.linalg.norm(rotation_vector(X_BT[self._fold, :3, :3] @ hold.rotation.T), axis=1))
+        arm, row = np.unravel_index(int(np.argmax(turned)), np.shape(turned))
+        name = self._task.robot.arms[arm].name
+        return self._check(np.max(turned), TURN_ERROR, "rad", int(self._fold[row]), name)
+
+    def _speed(self) -> Check:
+        """The tools against the hands that were simulated: never faster."""
+        p_BT = self._tools[:, :, :3, 3][:, self._fold]
+        speed = np.linalg.norm(np.diff(p_BT, axis=1), axis=2) / self._motion.times[1]
+        arm, row = np.unravel_index(int(speed.argmax()), speed.shape)
+        limit = 1.005 * self._task.hands.top_speed
+        return self._check(speed.max(), limit, "m/s", int(self._fold[row]), self._task.robot.arms[arm].name)
+
+    def _distances(self) -> dict[str, Check]:
+        clearance = Clearance(self._task.robot)
+        clearance.set_table(self._task.placement.z)
+        found = clearance.least(self._motion.angles[::EVERY])
+        return {
+            f"distance_{kind.replace(' ', '_')}": self._check(
+                found[kind].value,
+                LEAST_DISTANCE[kind],
+                "m",
+                found[kind].row * EVERY,
+                " and ".join(filter(None, found[kind].pair)),
+                least=True,
+            )
+            for kind in KINDS
+            if kind in found
+        }
+
+    def _singularity(self) -> Check:
+        worst = np.array(
+            [
+                chain.singularity(self._motion.angles[self._fold][:, self._columns(arm)])
+                for chain, arm in zip(self._paths.chains, self._task.robot.arms, strict=True)
+            ]
+        )
+        arm, row = np.unravel_index(int(worst.argmin()), worst.shape)
+        name = self._task.robot.arms[arm].name
+        return self._check(worst.min(), LEAST_SINGULARITY, "1", int(self._fold[row]), name, least=True)
+
+    def _scaling(self) -> Check:
+        """How many times slower the fold is driven than it was simulated."""
+        times, fold = self._task.hands.times, self._motion.part("fold")
+        rate = np.diff(self._motion.simulated(self._fold)) / self._motion.times[1]
+        slowest = int(self._fold[int(rate.argmin())]) if len(rate) else int(self._fold[0])
+        value = fold.timed.duration / float(times[-1] - times[0])
+        return self._check(value, SLOWEST, "1", slowest, "slowest")
+
+
+def failing(checks: dict[str, Check]) -> tuple[str, Check] | None:
+    """The first check that is not ok."""
+    return next(((name, check) for name, check in checks.items() if not check.ok), None)

@@ -1,0 +1,190 @@
+"""Any dual-arm robot: a short TOML file that names its model, arms, tool frames and limits. See docs/robots.md."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from tatamu.errors import InputError
+from tatamu.files import read_toml, validated
+from tatamu.robots.extras import needed, one_line
+from tatamu.robots.model import Arm, Robot, StartPose
+from tatamu.robots.pose import from_rpy, pose, to_quaternion
+
+Vector = tuple[float, float, float]
+Numbers = Annotated[list[float], Field(min_length=1)]
+
+
+class _Record(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Frame(_Record):
+    """A pose: fixed axes, x then y then z, as URDF."""
+
+    xyz: Vector = (0.0, 0.0, 0.0)
+    """[m]."""
+    rpy: Vector = (0.0, 0.0, 0.0)
+    """[rad]."""
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """Shape (4, 4)."""
+        return pose(from_rpy(*self.rpy), np.array(self.xyz))
+
+
+class ArmDescription(_Record):
+    """One arm."""
+
+    model: str | None = None
+    """URDF or MJCF of this arm alone, when two single arms make a pair; beside the description."""
+    mount: Frame = Frame()
+    """Where that arm's model stands in the pair's base."""
+    joints: Annotated[list[str], Field(min_length=5)]
+    """From the base outwards, as the model names them."""
+    link: str
+    """The body of the last joint, or one fixed to it: the wrist."""
+    tool: Frame
+    """Fingertips in the wrist; z is the direction of approach."""
+    initial: Numbers
+    """Where motions start [rad]."""
+    speed: Numbers
+    """Fastest of each joint [rad/s]."""
+    acceleration: Numbers
+    """Fastest of each joint [rad/s^2]."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        for name in ("initial", "speed", "acceleration"):
+            if len(getattr(self, name)) != len(self.joints):
+                raise ValueError(f"{name} must be as many as joints ({len(self.joints)})")
+        if min(self.speed) <= 0 or min(self.acceleration) <= 0:
+            raise ValueError("speed and acceleration must be above 0")
+        return self
+
+
+class Description(_Record):
+    """A robot."""
+
+    name: str
+    model: str | None = None
+    """URDF or MJCF of the whole robot; beside the description."""
+    base: str = "world"
+    """The body that plans are written in; it must not move."""
+    table_heights: tuple[float, float] = (0.0, 0.0)
+    """Between which heights a table may be chosen, in the base [m]."""
+    front: float = 0.1
+    """Where the table begins, along x of the base [m]."""
+    larm: ArmDescription
+    rarm: ArmDescription
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        alone = [arm.model is not None for arm in (self.larm, self.rarm)]
+        if self.model is None and not all(alone):
+            raise ValueError("must have a model for the whole robot, or one in each arm")
+        if self.model is not None and any(alone):
+            raise ValueError("must have a model for the whole robot, or one in each arm, not both")
+        if self.model is None and self.base != "world":
+            raise ValueError("base must be 'world' for a pair of single arms: each arm's mount says where it stands")
+        return self
+
+
+def described(path: Path) -> Robot:
+    """Read a description and the models that it names.
+
+    Raises:
+        InputError: A file cannot be read, a field is wrong, or the model has no such joint or body.
+    """
+    description = validated(Description, read_toml(path), path)
+    arms = {"larm": description.larm, "rarm": description.rarm}
+    spec = _pair(path, arms) if description.model is None else _read(path, description.model)
+    prefix = {name: f"{name}_" if description.model is None else "" for name in arms}
+    larm, rarm = (_arm(name, arm, prefix[name]) for name, arm in arms.items())
+    robot = Robot(
+        name=description.name,
+        spec=spec,
+        base=description.base,
+        larm=larm,
+        rarm=rarm,
+        joints=(*larm.joints, *rarm.joints),
+        trunk=None,
+        trunk_speed=(1.0, 1.0),
+        trunk_acceleration=1.0,
+        poses=(StartPose("initial", larm.initial, rarm.initial),),
+        table_heights=description.table_heights,
+        front=description.front,
+    )
+    _check(path, robot)
+    return robot
+
+
+def _arm(name: str, arm: ArmDescription, prefix: str) -> Arm:
+    speed = np.array(arm.speed)
+    return Arm(
+        name=name,
+        joints=tuple(prefix + joint for joint in arm.joints),
+        link=prefix + arm.link,
+        tool_in_wrist=arm.tool.matrix,
+        initial=np.array(arm.initial),
+        speed=speed,
+        planned_speed=speed,
+        planned_acceleration=np.array(arm.acceleration),
+    )
+
+
+def _read(path: Path, model: str) -> Any:
+    """A model file beside the description."""
+    mujoco = needed("mujoco")
+    file = path.parent / model
+    if not file.is_file():
+        raise InputError(f"{path}: model: there is no file {file}")
+    try:
+        spec = mujoco.MjSpec.from_file(str(file))
+    except ValueError as error:
+        raise InputError(f"{file}: is no URDF or MJCF that MuJoCo reads ({one_line(error)})") from None
+    spec.compiler.fusestatic = False
+    return spec
+
+
+def _pair(path: Path, arms: dict[str, ArmDescription]) -> Any:
+    """Two single arms in one model; their names get `larm_` and `rarm_` in front."""
+    mujoco = needed("mujoco")
+    spec = mujoco.MjSpec()
+    spec.compiler.degree = False
+    for name, arm in arms.items():
+        assert arm.model is not None
+        X_BM = arm.mount.matrix
+        frame = spec.worldbody.add_frame(pos=X_BM[:3, 3], quat=to_quaternion(X_BM[:3, :3]))
+        spec.attach(_read(path, arm.model), prefix=f"{name}_", frame=frame)
+    return spec
+
+
+def _check(path: Path, robot: Robot) -> None:
+    """The model must have what the description names."""
+    for arm in robot.arms:
+        if robot.spec.body(arm.link) is None:
+            raise InputError(f"{path}: {arm.name}.link: the model has no body {arm.link!r}")
+        for joint in arm.joints:
+            if robot.spec.joint(joint) is None:
+                raise InputError(f"{path}: {arm.name}.joints: the model has no joint {joint!r}")
+    if robot.base != "world" and robot.spec.body(robot.base) is None:
+        raise InputError(f"{path}: base: the model has no body {robot.base!r}")
+    try:
+        model = robot.model
+    except ValueError as error:
+        raise InputError(f"{path}: the model does not compile ({one_line(error)})") from None
+    if model.nq != model.njnt:
+        raise InputError(f"{path}: model: every joint must be a hinge or a slide")
+    for arm in robot.arms:
+        for joint, angle in zip(arm.joints, arm.initial, strict=True):
+            low, high = model.joint(joint).range
+            if not model.joint(joint).limited[0]:
+                raise InputError(f"{path}: {arm.name}.joints: {joint} has no limits in the model")
+            if not low <= angle <= high:
+                raise InputError(
+                    f"{path}: {arm.name}.initial: {joint} must be from {low:.4g} to {high:.4g} rad, given {angle:.4g}"
+                )

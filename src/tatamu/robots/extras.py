@@ -1,0 +1,28 @@
+"""The optional packages of this folder: what is missing is said in one line, with how to install it."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+from tatamu.errors import InputError
+
+
+def needed(module: str) -> Any:
+    """Import an optional package.
+
+    Raises:
+        InputError: It is not installed; the message says how to install it.
+    """
+    try:
+        return import_module(module)
+    except ModuleNotFoundError as error:
+        package = (error.name or module).split(".")[0]
+        raise InputError(
+            f"robots need the package {package}, which is not installed: pip install 'tatamu[robot]'"
+        ) from None
+
+
+def one_line(error: Exception) -> str:
+    """The text of somebody else's error in one line."""
+    return " ".join(str(error).split())

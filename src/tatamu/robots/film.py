@@ -1,0 +1,102 @@
+"""A film of a rehearsal: the robot, the table and the cloth, as an animated GIF."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tatamu.files import replacing
+from tatamu.robots.extras import needed, one_line
+from tatamu.robots.model import TABLE
+from tatamu.robots.planned import ARMS
+from tatamu.robots.rehearsal import Rehearsal
+from tatamu.rollout import Rollout
+
+RATE = 10
+"""Frames per second."""
+WIDTH, HEIGHT = 480, 360
+"""[pixels]."""
+CLOTH = "tatamu_cloth"
+
+
+def save_film(rehearsal: Rehearsal, fold: Rollout | None, path: Path) -> str | None:
+    """Write the GIF; returns why not, where this machine cannot draw (MuJoCo needs OpenGL: see MUJOCO_GL)."""
+    image = needed("PIL.Image")
+    try:
+        frames = [image.fromarray(pixels).quantize(64) for pixels in _frames(rehearsal, fold)]
+    except Exception as error:  # whatever a missing or broken OpenGL raises
+        return one_line(error)
+    buffer = io.BytesIO()
+    frames[0].save(buffer, "GIF", save_all=True, append_images=frames[1:], duration=1000 // RATE, loop=0)
+    with replacing(path) as temporary:
+        temporary.write_bytes(buffer.getvalue())
+    return None
+
+
+def _frames(rehearsal: Rehearsal, fold: Rollout | None) -> list[np.ndarray]:
+    mujoco = needed("mujoco")
+    planned = rehearsal.planned
+    spec = mujoco.MjSpec.from_file(str(planned.folder / "robot.xml"))
+    _dressed(spec, rehearsal, fold, mujoco)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    columns = [int(model.joint(name).qposadr[0]) for name in planned.plan.joints]
+    closes = min(planned.event(arm, "close") for arm in ARMS)
+    found = []
+    with mujoco.Renderer(model, HEIGHT, WIDTH) as renderer:
+        for time in np.arange(0, rehearsal.times[-1], 1 / RATE):
+            row = int(np.searchsorted(rehearsal.times, time))
+            data.qpos[columns] = rehearsal.angles[row]
+            mujoco.mj_forward(model, data)
+            if fold is not None:
+                frame = int(np.clip(np.searchsorted(fold.times, time - closes), 0, len(fold.times) - 1))
+                _lay(model, data, renderer, rehearsal, fold.positions[frame], mujoco)
+            renderer.update_scene(data, _camera(rehearsal, mujoco))
+            found.append(renderer.render().copy())
+    return found
+
+
+def _camera(rehearsal: Rehearsal, mujoco: Any) -> Any:
+    camera = mujoco.MjvCamera()
+    camera.lookat[:] = rehearsal.tools.mean(axis=(0, 1)) + np.array([0, 0, 0.1])
+    camera.distance, camera.azimuth, camera.elevation = 1.5, 215.0, -28.0
+    return camera
+
+
+def _dressed(spec: Any, rehearsal: Rehearsal, fold: Rollout | None, mujoco: Any) -> None:
+    """Light, a table of a table's size, and the cloth as a mesh that is moved frame by frame."""
+    spec.worldbody.add_light(pos=[0.5, 0.5, 2.0], dir=[0, -0.2, -1], castshadow=False)
+    spec.visual.headlight.ambient = [0.4, 0.4, 0.4]
+    table, middle = spec.geom(TABLE), rehearsal.tools.mean(axis=(0, 1))
+    table.size = [0.35, 0.55, table.size[2]]
+    table.pos = [max(middle[0], 0.45), 0.0, table.pos[2]]
+    if fold is not None:
+        vertices = _in_base(rehearsal, fold.positions[0])
+        both = np.concatenate([fold.faces, fold.faces[:, ::-1] + len(vertices)])  # seen from above and below
+        spec.add_mesh(
+            name=CLOTH,
+            uservert=np.tile(vertices, (2, 1)).ravel(),
+            userface=both.ravel(),
+            inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
+        )
+        kind = mujoco.mjtGeom.mjGEOM_MESH
+        spec.worldbody.add_geom(
+            name=CLOTH, type=kind, meshname=CLOTH, contype=0, conaffinity=0, rgba=[0.35, 0.55, 0.85, 1]
+        )
+
+
+def _in_base(rehearsal: Rehearsal, positions: np.ndarray) -> np.ndarray:
+    X_BF = rehearsal.planned.plan.task_in_base.matrix
+    return positions @ X_BF[:3, :3].T + X_BF[:3, 3] + np.array([0, 0, 0.002])
+
+
+def _lay(model: Any, data: Any, renderer: Any, rehearsal: Rehearsal, positions: np.ndarray, mujoco: Any) -> None:
+    """Move the cloth's mesh; MuJoCo keeps meshes in a frame of their own."""
+    geom = data.geom(CLOTH)
+    vertices = (_in_base(rehearsal, positions) - geom.xpos) @ geom.xmat.reshape(3, 3)
+    start = int(model.mesh(CLOTH).vertadr[0])
+    model.mesh_vert[start : start + 2 * len(vertices)] = np.tile(vertices, (2, 1))
+    mujoco.mjr_uploadMesh(model, renderer._mjr_context, model.mesh(CLOTH).id)

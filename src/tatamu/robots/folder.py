@@ -1,0 +1,135 @@
+"""The folder of a plan, written in one piece. See docs/robots.md."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tatamu import __version__
+from tatamu.errors import InputError
+from tatamu.files import write_json, write_text
+from tatamu.robots.bags import write_ros1, write_ros2
+from tatamu.robots.chain import Chain
+from tatamu.robots.paths import tool_poses
+from tatamu.robots.picture import reach_svg
+from tatamu.robots.plan import Plan
+from tatamu.robots.stage import stage_xml
+from tatamu.robots.tables import joint_csv, pattern_json, trajectory_json
+
+FOLD_FILES = ("manipulation.json", "scene.json", "rollout.npz")
+"""Of the learned fold's folder; the last two may be missing."""
+
+
+def check_out(out: Path) -> None:
+    """Refuse a place where something is that is no plan; worth asking before a plan is made.
+
+    Raises:
+        InputError: Something else is there.
+    """
+    if out.exists() and not (out.is_dir() and (not any(out.iterdir()) or (out / "plan.json").is_file())):
+        raise InputError(f"{out}: is already there and is no plan: give another --out")
+
+
+def save(plan: Plan, out: Path) -> None:
+    """Write the plan's folder; an earlier plan there is replaced, anything else is left alone.
+
+    Raises:
+        InputError: `out` cannot be written, or holds something that is no plan.
+    """
+    check_out(out)
+    with _replacing(out) as folder:
+        robot = plan.task.robot
+        write_json(folder / "plan.json", plan_json(plan))
+        write_text(folder / "joint_trajectory.csv", joint_csv(robot, plan.motion))
+        write_json(folder / "joint_trajectory.json", trajectory_json(plan))
+        write_json(folder / "play_pattern.json", pattern_json(plan))
+        write_ros1(plan, folder / "joint_trajectory.bag")
+        write_ros2(plan, folder / "joint_trajectory_ros2")
+        write_text(folder / "robot.xml", stage_xml(robot, plan.task.placement.z))
+        write_text(folder / "reach.svg", reach_svg(plan))
+        _carry_fold(plan.task.source, folder / "fold")
+
+
+def _carry_fold(source: Path, folder: Path) -> None:
+    """Copy what a rehearsal reads of the learned fold, so that a plan's folder can travel alone."""
+    folder.mkdir()
+    for name in FOLD_FILES:
+        if (source / name).is_file():
+            shutil.copyfile(source / name, folder / name)
+
+
+@contextmanager
+def _replacing(out: Path) -> Iterator[Path]:
+    """A temporary folder beside `out` that takes its place when the block ends well."""
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        temporary = Path(tempfile.mkdtemp(prefix=f".{out.name}.", dir=out.parent))
+        try:
+            yield temporary
+            temporary.chmod(0o755)
+            if out.exists():
+                shutil.rmtree(out)
+            os.replace(temporary, out)
+        finally:
+            shutil.rmtree(temporary, ignore_errors=True)
+    except OSError as error:
+        raise InputError(f"{out}: cannot be written ({error.strerror or error})") from None
+
+
+def plan_json(plan: Plan) -> dict[str, Any]:
+    """What plan.json holds."""
+    task, motion = plan.task, plan.motion
+    robot, placement = task.robot, task.placement
+    return {
+        "version": 1,
+        "tatamu": __version__,
+        "robot": robot.name,
+        "base_frame": robot.base,
+        "task_in_base": {"xyz": [placement.x, placement.y, placement.z], "yaw": placement.yaw},
+        "initial_pose": robot.start,
+        "trunk_turning": placement.turning,
+        "tool_in_wrist": {arm.name: arm.tool_in_wrist.tolist() for arm in robot.arms},
+        "wrist_frame": {arm.name: arm.link for arm in robot.arms},
+        "joints": list(robot.joints),
+        "duration": float(motion.times[-1]),
+        "events": [{"time": event.time, "arm": event.arm, "event": event.event} for event in motion.events],
+        "stages": [{"name": part.name, "start": part.start, "duration": part.timed.duration} for part in motion.parts],
+        "checks": {
+            name: {
+                "value": check.value,
+                "limit": check.limit,
+                "unit": check.unit,
+                "ok": check.ok,
+                "where": check.where,
+                "frame": check.frame,
+            }
+            for name, check in plan.checks.items()
+        },
+        "via_points": _via_points(plan),
+    }
+
+
+def _via_points(plan: Plan) -> dict[str, Any]:
+    """Both tools in B [m] at the via-points, when, and the joints there."""
+    task, fold = plan.task, plan.motion.part("fold")
+    times = plan.via_times
+    fine = np.linspace(0, fold.timed.duration, 20001)
+    driven = fold.start + np.interp(times, fold.timed.parameter(fine), fine)
+    q = np.array([fold.timed.angles(np.array([time - fold.start]))[0] for time in driven])
+    chains = tuple(Chain.of(task.robot, arm) for arm in task.robot.arms)
+    tools = tool_poses(task.robot, chains, q)[:, :, :3, 3]
+    return {
+        "every_frames": task.hands.every_frames,
+        "frames": [task.hands.frame(float(time)) for time in times],
+        "simulated_times": times.tolist(),
+        "times": driven.tolist(),
+        "larm": tools[0].tolist(),
+        "rarm": tools[1].tolist(),
+    }

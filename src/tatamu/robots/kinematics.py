@@ -1,0 +1,115 @@
+"""Inverse kinematics of both arms at once along tool paths, by mink."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tatamu.robots.chain import LENGTH
+from tatamu.robots.extras import needed
+from tatamu.robots.model import Robot
+from tatamu.robots.pose import to_quaternion
+
+REACHED = 2e-6
+"""Error at which a tool pose counts as solved [m, and rad times LENGTH]."""
+STEPS = 60
+
+
+@dataclass(frozen=True)
+class Missed:
+    """A tool pose that has no solution near the last one."""
+
+    point: int
+    """Which of the poses."""
+    arm: str
+    error: float
+    """What is left [m, and rad times LENGTH]."""
+    joint: str | None
+    """A joint that stands at its limit there, if any."""
+
+
+class Kinematics:
+    """Joint angles along tool paths; each pose is solved from the one before it, inside the joint limits."""
+
+    def __init__(self, robot: Robot) -> None:
+        mink = needed("mink")
+        self._mink, self._robot = mink, robot
+        model = robot.model
+        moving = {model.joint(name).dofadr[0] for arm in robot.arms for name in arm.joints}
+        still = [dof for dof in range(model.nv) if dof not in moving]
+        self._tasks = [
+            mink.FrameTask(arm.site, "site", position_cost=1.0, orientation_cost=LENGTH) for arm in robot.arms
+        ]
+        self._limits = [mink.ConfigurationLimit(model)]
+        self._frozen = [mink.DofFreezingTask(model, still)] if still else None
+        self._configuration = mink.Configuration(model)
+        world = needed("mujoco").MjData(model)
+        needed("mujoco").mj_kinematics(model, world)
+        base = world.body(robot.base)
+        self.R_WB, self.p_WB = base.xmat.reshape(3, 3).copy(), base.xpos.copy()
+
+    def path(
+        self, larm: np.ndarray, rarm: np.ndarray, trunk: np.ndarray, start: np.ndarray
+    ) -> tuple[np.ndarray, Missed | None]:
+        """Full configurations along both arms' tool poses.
+
+        Args:
+            larm: X_BT of the left arm, shape (n, 4, 4).
+            rarm: Of the right arm, shape (n, 4, 4).
+            trunk: The trunk's angle, which is given, not solved for [rad], shape (n,).
+            start: Configuration to begin from [rad], shape (nq,).
+
+        Returns:
+            Configurations [rad] (m, nq), and what was missed if m < n.
+        """
+        found: list[np.ndarray] = []
+        q = start
+        for point, targets in enumerate(zip(larm, rarm, strict=True)):
+            if self._robot.trunk is not None:
+                q = q.copy()
+                q[self._robot.columns[self._robot.trunk]] = trunk[point]
+            q, missed = self._solve(q, targets, point)
+            if missed:
+                return np.array(found).reshape(-1, len(start)), missed
+            found.append(q)
+        return np.array(found), None
+
+    def _solve(
+        self, start: np.ndarray, targets: tuple[np.ndarray, ...], point: int
+    ) -> tuple[np.ndarray, Missed | None]:
+        self._configuration.update(start)
+        for task, X_BT in zip(self._tasks, targets, strict=True):
+            task.set_target(self._target(X_BT))
+        errors = self._errors()
+        for _ in range(STEPS):
+            if max(errors) < REACHED:
+                return self._configuration.q.copy(), None
+            velocity = self._mink.solve_ik(
+                self._configuration,
+                self._tasks,
+                1.0,
+                "daqp",
+                damping=1e-9,
+                limits=self._limits,
+                constraints=self._frozen,
+            )
+            self._configuration.integrate_inplace(velocity / max(1.0, np.abs(velocity).max() / 0.3), 1.0)
+            errors = self._errors()
+        return start, self._missed(point, errors)
+
+    def _target(self, X_BT: np.ndarray) -> object:
+        R_WT, p_WT = self.R_WB @ X_BT[:3, :3], self.R_WB @ X_BT[:3, 3] + self.p_WB
+        return self._mink.SE3(np.concatenate([to_quaternion(R_WT), p_WT]))
+
+    def _errors(self) -> list[float]:
+        scale = np.array([1, 1, 1, LENGTH, LENGTH, LENGTH])
+        return [float(np.linalg.norm(task.compute_error(self._configuration) * scale)) for task in self._tasks]
+
+    def _missed(self, point: int, errors: list[float]) -> Missed:
+        worst = int(np.argmax(errors))
+        arm = self._robot.arms[worst]
+        angles = self._configuration.q[[self._robot.columns[name] for name in arm.joints]]
+        room = np.abs(angles[:, None] - self._robot.limits(arm)).min(axis=1)
+        joint = arm.joints[int(room.argmin())] if room.min() < 1e-4 else None
+        return Missed(point, arm.name, errors[worst], joint)

@@ -1,0 +1,158 @@
+"""A dual-arm robot: its MuJoCo model, its two arms, limits, and the pose that every motion starts from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from tatamu.robots.extras import needed
+from tatamu.robots.pose import to_quaternion
+
+TABLE = "tatamu_table"
+"""The geom of the table; its body is placed by `Robot.scene`."""
+SIDES = ("larm", "rarm")
+
+
+@dataclass(frozen=True)
+class Arm:
+    """One arm, from the base to the tool."""
+
+    name: str
+    """`larm` or `rarm`."""
+    joints: tuple[str, ...]
+    """From the base outwards."""
+    link: str
+    """The body that the last joint moves: the wrist frame W."""
+    tool_in_wrist: np.ndarray
+    """X_WT, shape (4, 4): T at the point between the fingertips, z the direction of approach, y across the fingers."""
+    initial: np.ndarray
+    """Joint angles at the pose that motions start from and end at [rad], shape (k,)."""
+    speed: np.ndarray
+    """Fastest speed that the hardware allows [rad/s], shape (k,)."""
+    planned_speed: np.ndarray
+    """Speed that plans keep to [rad/s], shape (k,)."""
+    planned_acceleration: np.ndarray
+    """Acceleration that plans keep to [rad/s^2], shape (k,)."""
+
+    @property
+    def site(self) -> str:
+        """The name of the tool frame T in the model."""
+        return f"{self.name}_tool"
+
+    @property
+    def controller(self) -> str:
+        """The name of the ROS controller."""
+        return f"{self.name}_controller"
+
+
+@dataclass(frozen=True)
+class StartPose:
+    """A pose that the robot's own software brings it to."""
+
+    name: str
+    larm: np.ndarray
+    """[rad], shape (k,)."""
+    rarm: np.ndarray
+
+
+@dataclass(frozen=True)
+class Robot:
+    """Two arms on one base."""
+
+    name: str
+    spec: Any
+    """mujoco.MjSpec; not to be changed after this object exists."""
+    base: str
+    """The frame B that plans are written in: a body that does not move, or `world`."""
+    larm: Arm
+    rarm: Arm
+    joints: tuple[str, ...]
+    """Every joint in the robot's own order; those of no arm stay at zero, but for the trunk's."""
+    trunk: str | None
+    """A joint that carries both arms and turns about z of B, if it has one."""
+    trunk_speed: tuple[float, float]
+    """What the hardware allows, and what plans keep to [rad/s]."""
+    trunk_acceleration: float
+    """What plans keep to [rad/s^2]."""
+    poses: tuple[StartPose, ...]
+    """Where its motions may start, the usual one first; the arms' `initial` is one of them."""
+    table_heights: tuple[float, float]
+    """Between which heights a table may be chosen for it, in B [m]."""
+    front: float
+    """The table begins here, along x of B [m]."""
+
+    @property
+    def arms(self) -> tuple[Arm, Arm]:
+        """The left arm, then the right arm."""
+        return self.larm, self.rarm
+
+    def starting(self, start: StartPose) -> Robot:
+        """The same robot, starting from another pose."""
+        larm, rarm = replace(self.larm, initial=start.larm), replace(self.rarm, initial=start.rarm)
+        return replace(self, larm=larm, rarm=rarm)
+
+    @property
+    def start(self) -> str:
+        """The name of the pose that motions start from."""
+        return next(pose.name for pose in self.poses if pose.larm is self.larm.initial)
+
+    @cached_property
+    def model(self) -> Any:
+        """The compiled mujoco.MjModel, with a tool site for each arm and a table far below."""
+        return with_tools(self.spec, self.arms).compile()
+
+    @cached_property
+    def columns(self) -> dict[str, int]:
+        """Where each joint's angle stands in qpos."""
+        return {name: int(self.model.joint(name).qposadr[0]) for name in self.joints}
+
+    def limits(self, arm: Arm) -> np.ndarray:
+        """Lower and upper joint limits [rad], shape (k, 2)."""
+        return np.array([self.model.joint(name).range for name in arm.joints])
+
+    def configuration(self, larm: np.ndarray, rarm: np.ndarray, trunk: np.ndarray | float = 0.0) -> np.ndarray:
+        """Full qpos from both arms' angles [rad], shapes (.., k) each, and the trunk's (..); the rest at zero."""
+        qpos = np.zeros((*larm.shape[:-1], self.model.nq))
+        for arm, angles in zip(self.arms, (larm, rarm), strict=True):
+            qpos[..., [self.columns[name] for name in arm.joints]] = angles
+        if self.trunk is not None:
+            qpos[..., self.columns[self.trunk]] = trunk
+        return qpos
+
+    def planned(self) -> tuple[np.ndarray, np.ndarray]:
+        """Speed [rad/s] and acceleration [rad/s^2] that plans keep to, for every value of qpos, shape (nq,) each."""
+        speed, acceleration = np.ones(self.model.nq), np.ones(self.model.nq)
+        for arm in self.arms:
+            columns = [self.columns[name] for name in arm.joints]
+            speed[columns], acceleration[columns] = arm.planned_speed, arm.planned_acceleration
+        if self.trunk is not None:
+            column = self.columns[self.trunk]
+            speed[column], acceleration[column] = self.trunk_speed[1], self.trunk_acceleration
+        return speed, acceleration
+
+    @property
+    def initial(self) -> np.ndarray:
+        """The full initial pose [rad], shape (nq,)."""
+        return self.configuration(self.larm.initial, self.rarm.initial)
+
+
+def with_tools(spec: Any, arms: tuple[Arm, ...]) -> Any:
+    """A copy of the model with each arm's tool frame as a site, and a table."""
+    mujoco = needed("mujoco")
+    copy = spec.copy()
+    for number, geom in enumerate(copy.geoms):
+        geom.name = geom.name or f"{geom.parent.name}_geom{number}"
+    for arm in arms:
+        X_WT = arm.tool_in_wrist
+        copy.body(arm.link).add_site(name=arm.site, pos=X_WT[:3, 3], quat=to_quaternion(X_WT[:3, :3]))
+    copy.worldbody.add_geom(
+        name=TABLE,
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=[1.5, 1.5, 0.02],
+        pos=[0, 0, -10],
+        rgba=[0.8, 0.7, 0.6, 1],
+    )
+    return copy

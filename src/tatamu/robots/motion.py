@@ -1,0 +1,121 @@
+"""The whole motion over time: stages, waits for the fingers, events; sampled at the robot's own rate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from tatamu.robots.hands import Hands
+from tatamu.robots.model import Robot
+from tatamu.robots.paths import Stage
+from tatamu.robots.timing import Timed, timed
+
+PERIOD = 0.005
+"""Between samples [s]: HIRONX is driven at 200 Hz."""
+JOINT_MOVE = 20.0
+"""Rate of stages from pose to pose, whose s goes from 0 to 1: only the joints' limits hold them back [1/s]."""
+
+
+class Pace(BaseModel):
+    """How careful the motion is. Times [s], speeds [m/s]."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    lead: float = Field(3.0, ge=0.1)
+    """Still at the start: a robot that is not quite there has this long to come."""
+    closing: float = Field(1.0, ge=0.0)
+    """Fingers take this long to close."""
+    opening: float = Field(1.5, ge=0.0)
+    """Fingers open slowly, so that the cloth keeps its shape (paper, section VI-C)."""
+    lower_speed: float = Field(0.10, gt=0)
+    raise_speed: float = Field(0.05, gt=0)
+
+
+@dataclass(frozen=True)
+class Part:
+    """A stage or a wait, with when it begins."""
+
+    name: str
+    start: float
+    timed: Timed
+
+
+@dataclass(frozen=True)
+class Event:
+    """Fingers are told to close or open."""
+
+    time: float
+    arm: str
+    event: str
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Joint angles over time."""
+
+    times: np.ndarray
+    """[s], PERIOD apart, shape (n,)."""
+    angles: np.ndarray
+    """Full configurations [rad], shape (n, nq)."""
+    parts: tuple[Part, ...]
+    events: tuple[Event, ...]
+
+    def part(self, name: str) -> Part:
+        """A part by its name."""
+        return next(part for part in self.parts if part.name == name)
+
+    def rows(self, name: str) -> np.ndarray:
+        """The samples within a part, shape (m,)."""
+        part = self.part(name)
+        inside = (self.times >= part.start) & (self.times <= part.start + part.timed.duration)
+        return np.flatnonzero(inside)
+
+    def simulated(self, rows: np.ndarray) -> np.ndarray:
+        """The simulated time [s] of samples of the fold, shape (m,)."""
+        fold = self.part("fold")
+        return fold.timed.parameter(self.times[rows] - fold.start)
+
+
+def motion(robot: Robot, hands: Hands, stages: list[Stage], pace: Pace) -> Motion:
+    """Time all stages under the robot's limits, with the waits between them."""
+    speed, acceleration = robot.planned()
+    by_name = {stage.name: stage for stage in stages}
+    waits = {
+        "lead": (pace.lead, robot.initial),
+        "close": (pace.closing, by_name["fold"].spline(hands.times[0])),
+        "settle": (
+            max(0.0, hands.timing.opens - hands.timing.arrives),
+            by_name["fold"].spline(hands.times[-1]),
+        ),
+        "open": (pace.opening, by_name["fold"].spline(hands.times[-1])),
+    }
+    parts: list[Part] = []
+    start = 0.0
+    for name in ("lead", "approach", "lower", "close", "fold", "settle", "open", "raise", "return"):
+        if name in waits:
+            driven = _still(*waits[name])
+        else:
+            stage = by_name[name]
+            driven = timed(stage.spline, min(stage.rate, JOINT_MOVE), speed, acceleration)
+        parts.append(Part(name, start, driven))
+        start += driven.duration
+    times = PERIOD * np.arange(int(np.ceil(start / PERIOD)) + 1)
+    return Motion(times, _sampled(parts, times), tuple(parts), _events(robot, parts))
+
+
+def _still(duration: float, q: np.ndarray) -> Timed:
+    return Timed(duration, lambda times: np.broadcast_to(q, (len(times), len(q))), lambda times: times)
+
+
+def _sampled(parts: list[Part], times: np.ndarray) -> np.ndarray:
+    starts = np.array([part.start for part in parts])
+    which = np.searchsorted(starts, times, side="right") - 1
+    angles = [part.timed.angles(times[which == number] - part.start) for number, part in enumerate(parts)]
+    return np.concatenate(angles)
+
+
+def _events(robot: Robot, parts: list[Part]) -> tuple[Event, ...]:
+    starts = {part.name: part.start for part in parts}
+    return tuple(Event(round(starts[name], 6), arm.name, name) for name in ("close", "open") for arm in robot.arms)

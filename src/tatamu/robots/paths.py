@@ -1,0 +1,166 @@
+"""The path of the whole motion in joint angles: approach, lower, fold, raise, return.
+
+The tool stays as it is turned from before the grasp until after the release, as in the paper (section VI-C): the
+curve is cut into via-points every ten frames, and the joints pass smoothly through all of them, both arms together.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from tatamu.errors import TatamuError
+from tatamu.robots.chain import Chain
+from tatamu.robots.hands import Hands
+from tatamu.robots.kinematics import Kinematics, Missed
+from tatamu.robots.model import Robot
+from tatamu.robots.placement import LIFT, Hold, Placement
+from tatamu.robots.pose import pose
+
+CLOSE_ENOUGH = 1.5e-4
+"""Between via-points the joints' splines may leave the hands' curves by this; else a point is put between [m]."""
+ROUNDS = 4
+
+
+class Unreachable(TatamuError):
+    """An arm cannot follow; `progress` says how far it came, from 0 to 1."""
+
+    def __init__(self, message: str, progress: float) -> None:
+        super().__init__(message)
+        self.progress = progress
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One part of the motion as q(s)."""
+
+    name: str
+    spline: CubicSpline
+    """Full configurations [rad] over s."""
+    rate: float
+    """The fastest ds/dt: with s in simulated seconds 1, with s in metres a speed."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """A fold put before a robot."""
+
+    robot: Robot
+    hands: Hands
+    placement: Placement
+    holds: tuple[Hold, Hold]
+    """Left, right."""
+    source: Path
+    """The folder of the fold, for messages."""
+
+    def trunk(self, times: np.ndarray) -> np.ndarray:
+        """The trunk's angle [rad] at simulated times (n,)."""
+        return self.placement.trunk(self.hands.at(times))
+
+    def tools(self, times: np.ndarray) -> np.ndarray:
+        """X_BT of both arms at simulated times (n,), shape (2, n, 4, 4)."""
+        X_BF = self.placement.matrix
+        points = self.hands.at(times) @ X_BF[:3, :3].T + X_BF[:3, 3]
+        return np.array([pose(hold.rotation, p) for hold, p in zip(self.holds, points, strict=True)])
+
+
+def tool_poses(robot: Robot, chains: tuple[Chain, ...], q: np.ndarray) -> np.ndarray:
+    """X_BT of both arms (2, n, 4, 4) at full configurations (n, nq) [rad]."""
+    trunk = q[:, robot.columns[robot.trunk]] if robot.trunk else np.zeros(len(q))
+    return np.array(
+        [
+            chain.trunk_pose(trunk) @ chain.tool(q[:, [robot.columns[name] for name in arm.joints]])[0]
+            for chain, arm in zip(chains, robot.arms, strict=True)
+        ]
+    )
+
+
+class Paths:
+    """Solves a task's stages."""
+
+    def __init__(self, task: Task) -> None:
+        self.task = task
+        self.chains = tuple(Chain.of(task.robot, arm) for arm in task.robot.arms)
+        self._kinematics = Kinematics(task.robot)
+
+    def stages(self, lower_speed: float, raise_speed: float, rate: float) -> list[Stage]:
+        """All stages in order.
+
+        Args:
+            lower_speed: Of the tools towards the cloth [m/s].
+            raise_speed: Of the tools off the cloth [m/s].
+            rate: The fold's fastest rate, in simulated seconds per second.
+
+        Raises:
+            Unreachable: An arm cannot follow the hands.
+        """
+        times = self.task.hands.times
+        lower = self._line(times[0], "lower", self._before())
+        fold = self._fold(lower(LIFT))
+        leave = self._line(times[-1], "raise", fold(times[-1]))
+        home = self.task.robot.initial
+        return [
+            Stage("approach", CubicSpline([0, 1], [home, lower(0)]), np.inf),
+            Stage("lower", lower, lower_speed),
+            Stage("fold", fold, rate),
+            Stage("raise", leave, raise_speed),
+            Stage("return", CubicSpline([0, 1], [leave(LIFT), home]), np.inf),
+        ]
+
+    def _before(self) -> np.ndarray:
+        """A configuration above the grasps, near the initial pose; arms that find none are left as they are."""
+        targets = self._back(float(self.task.hands.times[0]), np.array([LIFT]))
+        trunk = self.task.trunk(self.task.hands.times[:1])
+        larm, rarm = (
+            chain.solve(chain.before_trunk(X, trunk), arm.initial[None], steps=30)[0][0]
+            for chain, X, arm in zip(self.chains, targets, self.task.robot.arms, strict=True)
+        )
+        return self.task.robot.configuration(larm, rarm, trunk[0])
+
+    def _back(self, time: float, distances: np.ndarray) -> np.ndarray:
+        """Tool poses (2, n, 4, 4) at a time, drawn back by distances [m]."""
+        offsets = pose(np.eye(3), np.outer(-distances, [0.0, 0.0, 1.0]))
+        return self.task.tools(np.array([time])) @ offsets
+
+    def _line(self, time: float, name: str, start: np.ndarray) -> CubicSpline:
+        s = np.linspace(0, LIFT, 7)
+        tools = self._back(float(time), LIFT - s if name == "lower" else s)
+        trunk = np.full(len(s), self.task.trunk(np.array([time]))[0])
+        q, missed = self._kinematics.path(tools[0], tools[1], trunk, start)
+        if missed:
+            raise self._unreachable(missed, float(time), 0.0 if name == "lower" else 1.0)
+        return CubicSpline(s, q)
+
+    def _fold(self, start: np.ndarray) -> CubicSpline:
+        times = self.task.hands.times
+        for _ in range(ROUNDS):
+            tools = self.task.tools(times)
+            q, missed = self._kinematics.path(tools[0], tools[1], self.task.trunk(times), start)
+            if missed:
+                time = float(times[missed.point])
+                raise self._unreachable(missed, time, (time - times[0]) / (times[-1] - times[0]))
+            spline = CubicSpline(times, q, bc_type="clamped")
+            between = (times[1:] + times[:-1]) / 2
+            wrong = self._error(spline, between) > CLOSE_ENOUGH
+            if not wrong.any():
+                break
+            times = np.sort(np.append(times, between[wrong]))
+        return spline
+
+    def _error(self, spline: CubicSpline, times: np.ndarray) -> np.ndarray:
+        """How far the worse tool is from where its hand is at simulated times [m], shape (n,)."""
+        wanted, q = self.task.tools(times)[:, :, :3, 3], spline(times)
+        reached = tool_poses(self.task.robot, self.chains, q)[:, :, :3, 3]
+        return np.linalg.norm(reached - wanted, axis=2).max(axis=0)
+
+    def _unreachable(self, missed: Missed, time: float, progress: float) -> Unreachable:
+        frame = self.task.hands.frame(time)
+        why = f"{missed.joint} stands at its limit" if missed.joint else "it is out of reach"
+        return Unreachable(
+            f"{missed.arm} cannot follow its hand at frame {frame} ({time:.2f} s): {why}, "
+            f"{1e3 * missed.error:.1f} mm are left ({self.task.placement})",
+            progress,
+        )

@@ -1,0 +1,106 @@
+"""A plan's folder, read back: what a rehearsal needs to know of it."""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from tatamu.errors import InputError
+from tatamu.files import read_json, read_text, validated
+from tatamu.robots.pose import pose, turn
+
+ARMS = ("larm", "rarm")
+
+
+class _Record(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="ignore", allow_inf_nan=False)
+
+
+class Pose(_Record):
+    """X_BF."""
+
+    xyz: tuple[float, float, float]
+    yaw: float
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """Shape (4, 4)."""
+        return pose(turn(2, self.yaw), np.array(self.xyz))
+
+
+class Event(_Record):
+    """Fingers close or open."""
+
+    time: float = Field(ge=0)
+    arm: Literal["larm", "rarm"]
+    event: Literal["close", "open"]
+
+
+class PlanFile(_Record):
+    """plan.json, as far as a rehearsal reads it."""
+
+    version: Literal[1]
+    robot: str
+    base_frame: str
+    task_in_base: Pose
+    joints: list[str]
+    events: list[Event]
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A plan as written."""
+
+    folder: Path
+    plan: PlanFile
+    times: np.ndarray
+    """[s], shape (n,)."""
+    angles: np.ndarray
+    """Of `plan.joints` [rad], shape (n, j)."""
+
+    @classmethod
+    def load(cls, folder: Path) -> Planned:
+        """Read plan.json and joint_trajectory.csv.
+
+        Raises:
+            InputError: A file is missing or wrong.
+        """
+        if not folder.is_dir():
+            raise InputError(f"{folder}: must be the folder of a plan, and is no folder")
+        path = folder / "plan.json"
+        plan = validated(PlanFile, read_json(path), path)
+        if sorted((event.arm, event.event) for event in plan.events) != [
+            (arm, event) for arm in ARMS for event in ("close", "open")
+        ]:
+            raise InputError(f"{path}: events: must be one close and one open of each arm")
+        times, angles = _table(folder / "joint_trajectory.csv", plan.joints)
+        return cls(folder, plan, times, angles)
+
+    def event(self, arm: str, event: str) -> float:
+        """When an arm's fingers close or open [s]."""
+        return next(found.time for found in self.plan.events if (found.arm, found.event) == (arm, event))
+
+
+def _table(path: Path, joints: list[str]) -> tuple[np.ndarray, np.ndarray]:
+    rows = list(csv.reader(io.StringIO(read_text(path))))
+    if not rows or rows[0] != ["time", *joints]:
+        raise InputError(f"{path}: header: must be time and the joints of plan.json")
+    try:
+        table = np.array(rows[1:], dtype=float)
+    except ValueError:
+        raise InputError(f"{path}: must hold a number in every field") from None
+    if table.ndim != 2 or len(table) < 2 or not np.isfinite(table).all() or not (np.diff(table[:, 0]) > 0).all():
+        raise InputError(f"{path}: must hold at least two rows of finite numbers whose times increase")
+    return table[:, 0], table[:, 1:]
+
+
+def fold_file(folder: Path, name: str) -> Path | None:
+    """A file of the learned fold that the plan carries along, if it had it."""
+    path = folder / "fold" / name
+    return path if path.is_file() else None

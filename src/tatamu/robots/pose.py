@@ -1,0 +1,79 @@
+"""Poses as 4 x 4 matrices. X_AB is the pose of frame B in frame A; X_AC = X_AB @ X_BC."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def turn(axis: int, angle: float) -> np.ndarray:
+    """Rotation about the x, y or z axis (0, 1, 2) by an angle [rad], shape (3, 3)."""
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    rotation = np.eye(3)
+    rotation[i, i] = rotation[j, j] = np.cos(angle)
+    rotation[j, i] = np.sin(angle)
+    rotation[i, j] = -rotation[j, i]
+    return rotation
+
+
+def from_rpy(roll: float, pitch: float, yaw: float) -> np.ndarray:
+    """Rotation about fixed x, then y, then z [rad], as URDF writes it, shape (3, 3)."""
+    return turn(2, yaw) @ turn(1, pitch) @ turn(0, roll)
+
+
+def pose(rotation: np.ndarray, position: np.ndarray) -> np.ndarray:
+    """X_AB from R_AB (.., 3, 3) and p_AB (.., 3) [m], shape (.., 4, 4)."""
+    leading = np.broadcast_shapes(rotation.shape[:-2], position.shape[:-1])
+    matrix = np.broadcast_to(np.eye(4), (*leading, 4, 4)).copy()
+    matrix[..., :3, :3] = rotation
+    matrix[..., :3, 3] = position
+    return matrix
+
+
+def inverse(matrix: np.ndarray) -> np.ndarray:
+    """X_BA from X_AB, shape (4, 4)."""
+    rotation = matrix[:3, :3].T
+    return pose(rotation, -rotation @ matrix[:3, 3])
+
+
+def from_quaternion(quaternion: np.ndarray) -> np.ndarray:
+    """Rotation from a unit quaternion w, x, y, z, as MuJoCo orders it, shape (3, 3)."""
+    w, x, y, z = quaternion
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def to_quaternion(rotation: np.ndarray) -> np.ndarray:
+    """Unit quaternion w, x, y, z of a rotation (3, 3); w >= 0 (Bar-Itzhack 2000: the largest eigenvector)."""
+    (a, b, c), (d, e, f), (g, h, i) = rotation
+    symmetric = np.array(
+        [
+            [a + e + i, h - f, c - g, d - b],
+            [h - f, a - e - i, b + d, c + g],
+            [c - g, b + d, e - a - i, f + h],
+            [d - b, c + g, f + h, i - a - e],
+        ]
+    )
+    quaternion = np.linalg.eigh(symmetric)[1][:, -1]
+    return -quaternion if quaternion[0] < 0 else quaternion
+
+
+def rotation_vector(rotation: np.ndarray) -> np.ndarray:
+    """Axis times angle [rad] of rotations (n, 3, 3), shape (n, 3); accurate for small angles, safe up to pi."""
+    skew = np.stack(
+        [
+            rotation[:, 2, 1] - rotation[:, 1, 2],
+            rotation[:, 0, 2] - rotation[:, 2, 0],
+            rotation[:, 1, 0] - rotation[:, 0, 1],
+        ],
+        axis=1,
+    )
+    sine = np.linalg.norm(skew, axis=1) / 2  # |sin angle|
+    cosine = (np.trace(rotation, axis1=1, axis2=2) - 1) / 2
+    angle = np.arctan2(sine, cosine)
+    scale = np.where(sine > 1e-9, angle / np.maximum(2 * sine, 1e-12), 0.5)
+    return scale[:, None] * skew

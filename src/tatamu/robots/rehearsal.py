@@ -1,0 +1,217 @@
+"""A plan rehearsed: the robot's joints driven through it in MuJoCo, under gravity and with contacts.
+
+Each joint has position and velocity control, as a robot's drives have; links weigh what they weigh, with gravity
+compensated as the robot's own controller does. Contacts act between every pair that the plan checked, so that what
+should not touch is seen to touch. The cloth is light against the arms (a towel weighs less than a tenth of what an arm
+may carry), so it follows the hands and does not move them: `scene` gives the hands' rehearsed motion to any simulator.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from tatamu.errors import InputError
+from tatamu.robots.extras import needed, one_line
+from tatamu.robots.model import TABLE
+from tatamu.robots.planned import ARMS, Planned
+from tatamu.scene import Gripper, Scene
+
+STEP = 0.001
+"""Of the simulation [s]."""
+SAMPLE = 5
+"""Steps between samples."""
+STIFFNESS, RATIO = 60.0, 1.0
+"""Natural frequency of the joints' control [rad/s], about that of industrial drives, and its damping ratio."""
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Two links that touched."""
+
+    links: tuple[str, str]
+    first: float
+    """When [s]."""
+    depth: float
+    """The deepest [m]."""
+
+
+@dataclass(frozen=True)
+class Rehearsal:
+    """What happened."""
+
+    planned: Planned
+    times: np.ndarray
+    """[s], shape (n,)."""
+    angles: np.ndarray
+    """Of the plan's joints [rad], shape (n, j)."""
+    tools: np.ndarray
+    """Both tools in B [m], shape (2, n, 3)."""
+    wanted_tools: np.ndarray
+    """Where the plan has them [m], shape (2, n, 3)."""
+    contacts: list[Contact]
+    wall_seconds: float
+
+    @property
+    def joint_error(self) -> np.ndarray:
+        """Largest distance from the plan of each joint [rad], shape (j,)."""
+        planned = self.planned
+        wanted = np.array([np.interp(self.times, planned.times, column) for column in planned.angles.T]).T
+        return np.abs(self.angles - wanted).max(axis=0)
+
+    @property
+    def tool_error(self) -> float:
+        """Largest distance of a tool from the plan while it holds the cloth [m]."""
+        distance = np.linalg.norm(self.tools - self.wanted_tools, axis=2)
+        return float(max(distance[number, self._holding(arm)].max(initial=0.0) for number, arm in enumerate(ARMS)))
+
+    def _holding(self, arm: str) -> np.ndarray:
+        closes, opens = self.planned.event(arm, "close"), self.planned.event(arm, "open")
+        return (self.times >= closes) & (self.times <= opens)
+
+    @property
+    def real_time_factor(self) -> float:
+        """Simulated seconds per second."""
+        return float(self.times[-1] / self.wall_seconds)
+
+    def scene(self, learned: Scene) -> Scene:
+        """The learned fold's scene with the robot's hands in it: what a simulator makes of the rehearsal.
+
+        Time begins when the fingers close; each gripper follows where its tool really was.
+
+        Args:
+            learned: The scene of the fold, with the left hand's gripper first.
+        """
+        if len(learned.grippers) != 2:
+            raise InputError(f"scene.json: grippers: must be two, left and right, given {len(learned.grippers)}")
+        closes = min(self.planned.event(arm, "close") for arm in ARMS)
+        grippers = [
+            self._gripper(number, arm, gripper, closes)
+            for number, (arm, gripper) in enumerate(zip(ARMS, learned.grippers, strict=True))
+        ]
+        ends = [gripper.opens for gripper in learned.grippers if gripper.opens is not None]
+        rest = max(1.0, learned.duration - max(ends, default=learned.duration))
+        duration = max(self.planned.event(arm, "open") for arm in ARMS) - closes + rest
+        return learned.model_copy(update={"grippers": grippers, "duration": duration})
+
+    def _gripper(self, number: int, arm: str, learned: Gripper, closes: float) -> Gripper:
+        rows = np.flatnonzero(self._holding(arm))[::2]
+        R_BF = self.planned.plan.task_in_base.matrix[:3, :3]
+        moved = (self.tools[number, rows] - self.tools[number, rows[0]]) @ R_BF
+        return Gripper(
+            vertices=learned.vertices,
+            closes=self.planned.event(arm, "close") - closes,
+            opens=self.planned.event(arm, "open") - closes,
+            times=(self.times[rows] - closes + 1e-9).tolist(),
+            displacements=moved,
+        )
+
+
+def rehearse(planned: Planned) -> Rehearsal:
+    """Drive the robot through a plan.
+
+    Raises:
+        InputError: The plan's model cannot be read, or lacks a joint.
+    """
+    mujoco = needed("mujoco")
+    model = _stage(planned, mujoco)
+    columns = [int(model.joint(name).qposadr[0]) for name in planned.plan.joints]
+    data = mujoco.MjData(model)
+    data.qpos[columns] = planned.angles[0]
+    mujoco.mj_forward(model, data)
+    touched: dict[tuple[str, str], Contact] = {}
+    samples: list[tuple[float, np.ndarray, np.ndarray]] = []
+    begun = time.perf_counter()
+    for step, (wanted, speed) in enumerate(_commands(planned)):
+        data.ctrl[: len(columns)], data.ctrl[len(columns) :] = wanted, speed
+        if step % SAMPLE == 0:
+            samples.append((data.time, data.qpos[columns].copy(), _tools(data, planned)))
+        mujoco.mj_step(model, data)
+        _note(model, data, touched)
+    wall = time.perf_counter() - begun
+    times = np.array([sample[0] for sample in samples])
+    return Rehearsal(
+        planned=planned,
+        times=times,
+        angles=np.array([sample[1] for sample in samples]),
+        tools=np.stack([sample[2] for sample in samples], axis=1),
+        wanted_tools=_wanted(planned, model, columns, times, mujoco),
+        contacts=list(touched.values()),
+        wall_seconds=wall,
+    )
+
+
+def _stage(planned: Planned, mujoco: Any) -> Any:
+    """The plan's model with drives on its joints, and contacts where the plan wants none."""
+    path = planned.folder / "robot.xml"
+    if not path.is_file():
+        raise InputError(f"{path}: there is no such file; plan again")
+    try:
+        spec = mujoco.MjSpec.from_file(str(path))
+        spec.option.timestep = STEP
+        spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+        inertia = _inertia(spec.compile(), planned)
+    except (ValueError, KeyError) as error:
+        raise InputError(f"{path}: cannot be rehearsed ({one_line(error)})") from None
+    for body in spec.bodies:
+        body.gravcomp = 1.0
+    for gain, kind in ((STIFFNESS**2, "position"), (2 * RATIO * STIFFNESS, "velocity")):
+        for joint, mass in zip(planned.plan.joints, inertia, strict=True):
+            drive = spec.add_actuator(name=f"{joint}_{kind}", target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+            getattr(drive, f"set_to_{kind}")(**{"kp" if kind == "position" else "kv": gain * mass})
+    return spec.compile()
+
+
+def _inertia(model: Any, planned: Planned) -> np.ndarray:
+    """What each joint moves with all others at zero [kg m^2], shape (j,): its drive is tuned to it."""
+    return np.array([model.dof_M0[int(model.joint(name).dofadr[0])] for name in planned.plan.joints])
+
+
+def _commands(planned: Planned) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Wanted angles and speeds at every step, as the robot's interpolator gives them: linear between rows."""
+    for (early, start), (late, end) in pairwise(zip(planned.times, planned.angles, strict=True)):
+        count = max(1, round((late - early) / STEP))
+        speed = (end - start) / (late - early)
+        for step in range(count):
+            yield start + (end - start) * ((step + 1) / count), speed
+
+
+def _tools(data: Any, planned: Planned) -> np.ndarray:
+    """Both tools in B [m], shape (2, 3)."""
+    base = data.body(planned.plan.base_frame)
+    R_WB = base.xmat.reshape(3, 3)
+    return np.array([R_WB.T @ (data.site(f"{arm}_tool").xpos - base.xpos) for arm in ARMS])
+
+
+def _wanted(planned: Planned, model: Any, columns: list[int], times: np.ndarray, mujoco: Any) -> np.ndarray:
+    """Where the plan has the tools at times [m], shape (2, n, 3)."""
+    data, found = mujoco.MjData(model), []
+    wanted = np.array([np.interp(times, planned.times, column) for column in planned.angles.T]).T
+    for row in wanted:
+        data.qpos[columns] = row
+        mujoco.mj_kinematics(model, data)
+        found.append(_tools(data, planned))
+    return np.stack(found, axis=1)
+
+
+def _note(model: Any, data: Any, touched: dict[tuple[str, str], Contact]) -> None:
+    """Remember which links touch, since when and how deep."""
+    for number in range(data.ncon):
+        contact = data.contact[number]
+        if contact.dist > 0:
+            continue
+        names = tuple(sorted(_link(model, int(geom)) for geom in contact.geom))
+        known = touched.get((names[0], names[1]))
+        first, depth = (known.first, known.depth) if known else (float(data.time), 0.0)
+        touched[names[0], names[1]] = Contact((names[0], names[1]), first, max(depth, -float(contact.dist)))
+
+
+def _link(model: Any, geom: int) -> str:
+    if model.geom(geom).name == TABLE:
+        return "table"
+    return str(model.body(model.geom_bodyid[geom]).name)

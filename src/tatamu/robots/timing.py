@@ -1,0 +1,95 @@
+"""How fast a path may be driven: time-optimal path parameterisation (Pham and Pham 2018) by toppra.
+
+A path is q(s). Beside the joints' limits on speed and acceleration, s itself has a fastest rate: with s the
+simulated time and a rate of 1 the robot is never faster than the cloth motion that was simulated, anywhere.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from tatamu.errors import TatamuError
+from tatamu.robots.extras import needed
+
+KEEP = 0.98
+"""Part of each limit that is planned with: toppra holds its limits at grid points, not between them."""
+
+
+STILL = 1e-5
+"""Joints that move less than this [rad] are left out: their tiny coefficients upset the linear programs."""
+
+
+@dataclass(frozen=True)
+class Timed:
+    """A path with its timing."""
+
+    duration: float
+    """[s]."""
+    angles: Callable[[np.ndarray], np.ndarray]
+    """Times from 0 to `duration` [s] (n,) to angles [rad] (n, k)."""
+    parameter: Callable[[np.ndarray], np.ndarray]
+    """Times (n,) to s (n,)."""
+
+
+class _Path:
+    """Some values of q(s), and s itself as a last coordinate, as toppra asks for paths."""
+
+    def __init__(self, spline: CubicSpline, columns: np.ndarray) -> None:
+        self._spline, self._columns = spline, columns
+        self.path_interval = np.array([spline.x[0], spline.x[-1]])
+        self.waypoints = (spline.x, self(spline.x))
+
+    @property
+    def dof(self) -> int:
+        return int(self._columns.sum()) + 1
+
+    @property
+    def duration(self) -> float:
+        return float(self.path_interval[1] - self.path_interval[0])
+
+    def __call__(self, s: np.ndarray | float, order: int = 0) -> np.ndarray:
+        values = self._spline(s, order)[..., self._columns]
+        clock = (np.asarray(s, dtype=float), np.ones(np.shape(s)), np.zeros(np.shape(s)))[order]
+        return np.concatenate([values, clock[..., None]], axis=-1)
+
+
+def timed(spline: CubicSpline, rate: float, speed: np.ndarray, acceleration: np.ndarray) -> Timed:
+    """Drive a path as fast as allowed, from rest to rest.
+
+    Args:
+        spline: q(s) [rad], k values.
+        rate: The fastest ds/dt.
+        speed: Of the joints [rad/s], shape (k,).
+        acceleration: Of the joints [rad/s^2], shape (k,).
+    """
+    toppra = needed("toppra")
+    logging.getLogger("toppra").setLevel(logging.CRITICAL)
+    moving = np.ptp(spline(np.linspace(spline.x[0], spline.x[-1], 101)), axis=0) > STILL
+    path = _Path(spline, moving)
+    length = path.duration
+    # The rate itself changes gently enough that a still path does not jump, and quickly enough to cost nothing.
+    sudden = 50 * rate * max(1.0, rate / length)
+    bounds = np.append(KEEP * speed[moving], rate), np.append(KEEP * acceleration[moving], sudden)
+    constraints = [
+        toppra.constraint.JointVelocityConstraint(np.stack([-bounds[0], bounds[0]], axis=1)),
+        toppra.constraint.JointAccelerationConstraint(np.stack([-bounds[1], bounds[1]], axis=1)),
+    ]
+    grid = np.unique(np.concatenate([np.linspace(spline.x[0], spline.x[-1], 301), spline.x]))
+    algorithm = toppra.algorithm.TOPPRA(constraints, path, gridpoints=grid, parametrizer="ParametrizeConstAccel")
+    still = bool((np.abs(path(path.path_interval, 1)[:, :-1]) < 1e-6).all())
+    for ends in [rate * 0.999, 0.0] if still else [0.0]:
+        result = algorithm.compute_trajectory(ends, ends)
+        if result is not None:
+            break
+    else:
+        raise TatamuError("the path cannot be driven within the joints' limits (time parameterisation failed)")
+
+    def parameter(times: np.ndarray) -> np.ndarray:
+        return result(np.clip(times, 0, result.duration))[:, -1]
+
+    return Timed(float(result.duration), lambda times: spline(parameter(times)), parameter)

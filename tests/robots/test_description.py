@@ -1,0 +1,51 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+from arms import pair
+from folds import folder
+
+mujoco = pytest.importorskip("mujoco")
+pytest.importorskip("mink")
+pytest.importorskip("toppra")
+
+from tatamu.errors import InputError  # noqa: E402
+from tatamu.robots import load, plan_fold  # noqa: E402
+from tatamu.robots.chain import Chain  # noqa: E402
+
+
+def test_two_single_arms_make_a_pair_that_plans(tmp_path: Path) -> None:
+    robot = load(str(pair(tmp_path)))
+    plan = plan_fold(folder(tmp_path / "fold"), robot)
+    assert all(check.ok for check in plan.checks.values())
+    assert robot.joints[0] == "larm_pan" and robot.joints[6] == "rarm_pan"
+
+
+def test_the_urdf_arm_and_the_mjcf_arm_are_one_arm(tmp_path: Path) -> None:
+    robot = load(str(pair(tmp_path)))
+    angles = np.array([[0.3, -0.2, 1.1, 0.4, 0.5, -0.6]])
+    left, right = (Chain.of(robot, arm).tool(angles)[0][0] for arm in robot.arms)
+    assert np.allclose(left[:3, :3], right[:3, :3], atol=1e-9)
+    assert np.allclose(left[:3, 3] - right[:3, 3], [0, 0.5, 0], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "named"),
+    [
+        ('model = "arm.urdf"', 'model = "gone.urdf"', "gone.urdf"),
+        ('link = "turn_link"', 'link = "hand"', "no body"),
+        ('"elbow"', '"knee"', "no joint"),
+        ("speed = [2.0, ", "speed = [", "speed must be as many"),
+        ("initial = [0.0, -0.2, 1.9", "initial = [0.0, -0.2, 9.9", "must be from"),
+        ("front = 0.15", "fornt = 0.15", "fornt"),
+        ('name = "pair"', 'name = "pair"\nbase = "foot"', "base must be"),
+    ],
+)
+def test_a_wrong_description_names_its_field(tmp_path: Path, old: str, new: str, named: str) -> None:
+    path = pair(tmp_path)
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+    with pytest.raises(InputError, match=named) as error:
+        load(str(path))
+    assert "\n" not in str(error.value)

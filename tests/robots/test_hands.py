@@ -1,0 +1,82 @@
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from folds import bezier, folder, manipulation
+
+from tatamu.errors import InputError
+from tatamu.robots.hands import Hands
+
+
+def write(path: Path, value: Any) -> Path:
+    path.mkdir(exist_ok=True)
+    (path / "manipulation.json").write_text(json.dumps(value))
+    return path
+
+
+def test_hands_pass_every_via_point_at_its_time(tmp_path: Path) -> None:
+    fold = manipulation()
+    hands = Hands.load(folder(tmp_path))
+    via = fold["via_points"]
+    found = hands.at(np.array(via["times"]))
+    assert np.abs(found[0] - via["left"]).max() < 2e-4
+    assert np.abs(found[1] - via["right"]).max() < 2e-4
+
+
+def test_hands_never_leave_their_curve(tmp_path: Path) -> None:
+    hands = Hands.load(folder(tmp_path))
+    curve = bezier(np.array(manipulation()["arms"][0]["control_points"]), np.linspace(0, 1, 5000))
+    points = hands.at(np.linspace(0, 4, 200))[0]
+    assert max(np.linalg.norm(curve - point, axis=1).min() for point in points) < 2e-4
+
+
+def test_hands_are_at_rest_before_and_after_even_if_via_points_are_even(tmp_path: Path) -> None:
+    fold = manipulation()
+    for arm in fold["arms"]:
+        points = bezier(np.array(arm["control_points"]), np.linspace(0, 1, len(fold["via_points"]["times"])))
+        fold["via_points"][arm["name"]] = points.tolist()
+    hands = Hands.load(write(tmp_path / "even", fold))
+    for time in (hands.times[0], hands.times[-1] - 1e-3):
+        step = hands.at(np.array([time, time + 1e-3]))
+        assert np.abs(np.diff(step, axis=1)).max() < 1e-5
+
+
+def test_a_curve_that_turns_back_is_followed_in_order(tmp_path: Path) -> None:
+    fold = manipulation()
+    u = np.linspace(0, 1, 19)
+    for arm in fold["arms"]:
+        p0 = np.array(arm["control_points"][0])
+        control = p0 + np.array([[0, 0, 0], [0.5, 0, 0.2], [-0.3, 0, 0.25], [0.34, 0, 0.001]])
+        arm["control_points"] = control.tolist()
+        fold["via_points"][arm["name"]] = bezier(control, u).tolist()
+    fold["via_points"]["times"] = np.linspace(0.1, 3.1, 19).tolist()
+    hands = Hands.load(write(tmp_path / "loop", fold))
+    assert np.abs(hands.at(np.linspace(0.1, 3.1, 19))[0] - fold["via_points"]["left"]).max() < 2e-3
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        (lambda fold: fold["via_points"]["left"].pop(), "via_points"),
+        (lambda fold: fold["via_points"]["left"][5].__setitem__(2, 0.9), "via_points.left.5"),
+        (lambda fold: fold["arms"].pop(), "arms"),
+        (lambda fold: fold["arms"][0].update(name="right"), "arms"),
+        (lambda fold: fold["arms"][0]["control_points"].pop(), "control_points"),
+        (lambda fold: fold["timing"].update(arrives=0.0), "timing"),
+        (lambda fold: fold.update(frame_rate=0), "frame_rate"),
+        (lambda fold: fold.update(version=2), "version"),
+    ],
+)
+def test_a_wrong_field_is_named(tmp_path: Path, change: Any, field: str) -> None:
+    fold = manipulation()
+    change(fold)
+    with pytest.raises(InputError, match=field) as error:
+        Hands.load(write(tmp_path / "fold", fold))
+    assert "manipulation.json" in str(error.value) and "\n" not in str(error.value)
+
+
+def test_a_missing_folder_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="nowhere"):
+        Hands.load(tmp_path / "nowhere")
