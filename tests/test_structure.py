@@ -18,6 +18,7 @@ ORDER = [
     ["garments"],
     ["folding"],
     ["report"],
+    ["robots"],
     ["learning"],
     ["cli"],
 ]

@@ -7,7 +7,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from folds import folder
+
+from tests.robots.folds import folder
 
 if sys.platform == "linux" and "DISPLAY" not in os.environ:
     os.environ.setdefault("MUJOCO_GL", "egl")

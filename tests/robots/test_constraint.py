@@ -1,5 +1,6 @@
 import pytest
-from folds import manipulation
+
+from tests.robots.folds import manipulation
 
 pytest.importorskip("mujoco")
 

@@ -2,8 +2,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from arms import pair
-from folds import folder
+
+from tests.robots.arms import pair
+from tests.robots.folds import folder
 
 mujoco = pytest.importorskip("mujoco")
 pytest.importorskip("mink")

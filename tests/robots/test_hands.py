@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from folds import bezier, folder, manipulation
 
 from tatamu.errors import InputError
 from tatamu.robots.hands import Hands
+from tests.robots.folds import bezier, folder, manipulation
 
 
 def write(path: Path, value: Any) -> Path:

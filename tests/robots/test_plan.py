@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from folds import bezier, folder, manipulation
+
+from tests.robots.folds import bezier, folder, manipulation
 
 mujoco = pytest.importorskip("mujoco")
 pytest.importorskip("mink")

@@ -19,8 +19,6 @@ from tatamu.learning.study import Study
 
 HISTOGRAM_TRIALS = {"error_first": 1, "error_10": 10, "error_50": 50}
 """States of the search that the paper's Fig. 6 shows: best of so many trials."""
-CEILING = 2.0
-"""The sampler sees no objective above this many spans; a perfect fold by the shortest way costs one."""
 
 
 @dataclass(frozen=True)
@@ -68,8 +66,7 @@ def learn(
     _check(trials, seed, sampler)
     with _locked(folder):
         identity = {"task": task.describe(), "sampler": sampler, "grasps": grasps, "seed": seed}
-        ceiling = CEILING * task.fold.span
-        study = Study(folder / "study.db", identity, search_space(task.fold, grasps), ceiling)
+        study = Study(folder / "study.db", identity, search_space(task.fold, grasps), floor=task.fold.span)
         done = len(study.trials)
         if trials < done:
             raise InputError(f"trials: {folder} has {done} trials already, given {trials}; give {done} or more")
