@@ -3,8 +3,9 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 READY = $(VENV)/.ready
+DEV = $(VENV)/.ready-dev
 
-.PHONY: learn blender test test-slow lint format baselines clean
+.PHONY: learn blender test test-slow lint format learning validate clean
 
 learn: $(READY)  ## learn to fold the default towel
 	$(BIN)/tatamu learn towel --trials 50 --seed 0 --out runs/towel
@@ -12,29 +13,36 @@ learn: $(READY)  ## learn to fold the default towel
 blender: $(READY)  ## Blender, for `--simulator blender`, in a virtual environment of its own among the user's caches
 	$(BIN)/tatamu install blender
 
-test: $(READY)  ## the tests that take minutes
+test: $(DEV)  ## the tests that take minutes
 	$(BIN)/python -m pytest -q
 
-test-slow: $(READY)  ## the tests that take longer
+test-slow: $(DEV)  ## the tests that take longer
 	$(BIN)/python -m pytest -q -m slow
 
-lint: $(READY)  ## style and types
+lint: $(DEV)  ## style and types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
-format: $(READY)
+format: $(DEV)
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
 learning: $(READY)  ## the figures of docs/learning.md: five seeds, against random search and baselines
 	$(BIN)/python benchmarks/learning.py --out runs/learning
 
+validate: $(READY)  ## every textbook check, as a page
+	$(BIN)/tatamu validate --out runs/validation
+
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
-	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[dev]'
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable .
 	touch $(READY)
+
+$(DEV): $(READY)
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[dev]'
+	touch $(DEV)
 
 clean:
 	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache build

@@ -78,8 +78,8 @@ class Study:
     def _as_told(self, trial: FrozenTrial) -> FrozenTrial:
         """The trial with the logarithm of what its objective is above the floor, at most the floor again.
 
-        Objectives of good folds differ by hundredths, of bad ones by ones: a smooth Gaussian process over both would see
-        nothing of the good ones.
+        Objectives of good folds differ by hundredths, of bad ones by ones: a smooth Gaussian process over both would
+        see nothing of the good ones.
         """
         excess = trial.values[0] / self.floor - 1.0
         value = math.log(min(max(excess, 1e-6), 1.0))
