@@ -29,7 +29,7 @@ format: $(DEV)
 	$(BIN)/ruff check --fix .
 
 learning: $(READY)  ## the figures of docs/learning.md: five seeds, against random search and baselines
-	$(BIN)/python benchmarks/learning.py --out runs/learning
+	$(BIN)/python benchmarks/learning.py --out runs/learning --write-docs
 
 validate: $(READY)  ## every textbook check, as a page
 	$(BIN)/tatamu validate --out runs/validation

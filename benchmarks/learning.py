@@ -1,34 +1,73 @@
-"""Figures of docs/learning.md: five seeds of the default towel, against random search and the fixed trajectories.
+"""Figures of README and docs/learning.md: five seeds of the default towel, random search and the fixed trajectories.
 
-    python benchmarks/learning.py --out runs/learning [--seeds 5] [--trials 50]
+    python benchmarks/learning.py --out runs/learning [--seeds 5] [--trials 50] [--write-docs]
 
-Prints a table and writes `table.json`; a study that is there already is not run again.
+Prints a table and writes `table.json`; a study that is there already is not run again. With `--write-docs` the tables in
+README.md and docs/learning.md are written anew.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import re
 import resource
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
-from rich.table import Table
-
+from tatamu.files import write_json, write_text
 from tatamu.folding.task import Task, make_task
 from tatamu.learning import learn
 
-MEASURES = ("objective", "trajectory_length", "mean_vertex_distance", "mask_iou", "area_error", "slip", "residual_bend")
+COLUMNS = {
+    "search": lambda row: row["search"],
+    "seed": lambda row: row["seed"],
+    "best trial": lambda row: row["best"],
+    "C": lambda row: f"{row['objective']:.4f}",
+    "l_x [m]": lambda row: f"{row['trajectory_length']:.3f}",
+    "mean distance [mm]": lambda row: f"{1e3 * row['mean_vertex_distance']:.2f}",
+    "mask IoU": lambda row: f"{row['mask_iou']:.3f}",
+    "E_f [%]": lambda row: f"{row['area_error']:.2f}",
+    "slip [mm]": lambda row: f"{1e3 * row['slip']:.2f}",
+    "residual bend [mm]": lambda row: f"{1e3 * row['residual_bend']:.1f}",
+    "failed trials": lambda row: row["failed"],
+    "search [s]": lambda row: f"{row['seconds']:.0f}",
+}
+SHORT = ("search", "C", "mean distance [mm]", "mask IoU", "E_f [%]")
 
 
-def study(task: Task, folder: Path, sampler: str, seed: int, trials: int) -> dict[str, Any]:
-    """Run one study, or read it; its best trial."""
+def study(task: Task, folder: Path, sampler: str, seed: int, trials: int) -> tuple[dict[str, Any], list[Any]]:
+    """Run one study, or read it: its best trial, and its baselines."""
     learn(task, folder, trials=trials, seed=seed, sampler=sampler)
     result = json.loads((folder / "result.json").read_text())
-    best = result["trials"][result["best"]]
-    shown = {**best, "seconds": result["wall_seconds"]}
-    return {"sampler": sampler, "seed": seed, "best": result["best"], **shown, "all": result}
+    failed = sum(trial["state"] == "failed" for trial in result["trials"])
+    row = {**result["trials"][result["best"]], "seconds": result["wall_seconds"], "failed": failed}
+    return {"search": sampler, "seed": seed, "best": result["best"], **row}, result["baselines"]
+
+
+def markdown(rows: list[dict[str, Any]], columns: tuple[str, ...]) -> str:
+    """Rows as a Markdown table."""
+    lines = ["| " + " | ".join(columns) + " |", "|" + "---|" * len(columns)]
+    lines += ["| " + " | ".join(str(COLUMNS[name](row)) for name in columns) + " |" for row in rows]
+    return "\n".join(lines)
+
+
+def summary(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Worst seed of each search, and the baselines."""
+    searches = dict.fromkeys(row["search"] for row in rows)
+    worst = []
+    for search in searches:
+        own = [row for row in rows if row["search"] == search]
+        high = {key: max(row[key] for row in own) for key in ("objective", "mean_vertex_distance", "area_error")}
+        name = f"{search}, worst of {len(own)} seeds" if len(own) > 1 else search
+        worst.append({**own[0], **high, "mask_iou": min(row["mask_iou"] for row in own), "search": name})
+    return worst
+
+
+def insert(path: Path, table: str) -> None:
+    """Put a table between the marks of a document."""
+    text = path.read_text()
+    write_text(path, re.sub(r"(<!-- learning: \w+ -->\n).*?(<!-- end -->)", rf"\1{table}\n\2", text, flags=re.S))
 
 
 def main() -> None:
@@ -36,28 +75,20 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--trials", type=int, default=50)
+    parser.add_argument("--write-docs", action="store_true")
     options = parser.parse_args()
-    task = make_task("towel")
-    rows = [
-        study(task, options.out / f"{sampler}-{seed}", sampler, seed, options.trials)
-        for seed in range(options.seeds)
-        for sampler in ("gp", "random")
-    ]
-    rows += [{"sampler": b["name"], "seed": "", "best": "", **b} for b in rows[0]["all"]["baselines"]]
-    table = Table(
-        title=f"{task.fold.garment.name}, {len(task.fold.garment.vertices)} vertices, {options.trials} trials"
-    )
-    for column in ("search", "seed", "best trial", *MEASURES, "seconds"):
-        table.add_column(column.replace("_", " "))
-    for row in rows:
-        shown = [f"{row[name]:.4f}" for name in MEASURES]
-        table.add_row(row["sampler"], str(row["seed"]), str(row["best"]), *shown, f"{row['seconds']:.1f}")
-    Console(width=170).print(table)
-    for row in rows:
-        row.pop("all", None)
-    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    print(f"peak memory {memory:.0f} MB")
-    (options.out / "table.json").write_text(json.dumps({"rows": rows, "peak_memory_mb": memory}, indent=1))
+    task, rows, baselines = make_task("towel"), [], []
+    for sampler in ("gp", "random"):
+        for seed in range(options.seeds):
+            row, baselines = study(task, options.out / f"{sampler}-{seed}", sampler, seed, options.trials)
+            rows.append(row)
+    rows += [{"search": b["title"], "seed": "-", "best": "-", "failed": "-", **b} for b in baselines]
+    write_json(options.out / "table.json", rows)
+    print(markdown(rows, tuple(COLUMNS)))
+    print(f"\npeak memory of this process {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB")
+    if options.write_docs:
+        insert(Path("README.md"), markdown(summary(rows), SHORT))
+        insert(Path("docs/learning.md"), markdown(rows, tuple(COLUMNS)))
 
 
 if __name__ == "__main__":
