@@ -1,9 +1,9 @@
-"""Figures of README and docs/learning.md: five seeds of the default towel, random search and the fixed trajectories.
+"""Figures of README and docs/learning.md: five seeds of the default towel, random search, fixed trajectories.
 
     python benchmarks/learning.py --out runs/learning [--seeds 5] [--trials 50] [--write-docs]
 
-Prints a table and writes `table.json`; a study that is there already is not run again. With `--write-docs` the tables in
-README.md and docs/learning.md are written anew.
+Prints a table and writes `table.json`; a study that is there already is not run again. With `--write-docs` the tables
+in README.md and docs/learning.md are written anew.
 """
 
 from __future__ import annotations
