@@ -26,7 +26,8 @@ def reporting(task: Task, trials: int) -> Iterator[Callable[[Progress], None]]:
     garment = task.fold.garment
     console.print(
         f"{garment.name} {garment.size[0]:g} x {garment.size[1]:g} m, {len(garment.vertices)} vertices, "
-        f"fold {task.fold_name}, simulator {task.simulator}. The first run compiles the simulator: about a minute."
+        f"fold {task.fold_name}, simulator {task.simulator}. The first run compiles the simulator: about a minute.",
+        soft_wrap=True,
     )
     if not console.is_terminal:
         yield lambda p: _line(console, p)

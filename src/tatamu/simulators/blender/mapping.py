@@ -115,10 +115,14 @@ def _isotropy(mapping: Mapping, material: Material, springs: Springs) -> None:
     spread = springs.moduli.max() / springs.moduli.min() - 1.0
     if spread > 0.15:
         mapping.warn(f"this mesh of springs is {100 * spread:.0f} % stiffer in one direction than in another")
-    rigidities = springs.rigidities
-    spread = rigidities.max() / max(rigidities.min(), 1e-30) - 1.0
-    if len(springs.topology.hinges) and spread > 0.15:
-        mapping.warn(f"this mesh bends {100 * spread:.0f} % harder in one direction than in another")
+    if not len(springs.topology.hinges):
+        return
+    stiffest, softest = springs.rigidities.max(), springs.rigidities.min()
+    if softest < 1e-3 * stiffest:
+        mapping.warn("this mesh bends in some directions only")
+    elif stiffest / softest > 1.15:
+        harder = 100 * (stiffest / softest - 1.0)
+        mapping.warn(f"this mesh bends {harder:.0f} % harder in one direction than in another")
 
 
 def _contact(mapping: Mapping, material: Material) -> None:
