@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tatamu import Cloth, Scene, SimulationError, Table, simulate, simulate_many
-from tatamu.topology import areas
+from tatamu.topology import areas, lumped
 from tests.scenes import CLOTH, held, scene, sheet
 
 
@@ -100,8 +100,7 @@ def test_the_same_scene_gives_the_same_bytes_alone_and_among_others() -> None:
 
 
 def _lumped_mass(cloth: Cloth) -> np.ndarray:
-    share = np.repeat(areas(cloth.rest, cloth.faces) * CLOTH.areal_density / 3, 3)
-    return np.bincount(cloth.faces.ravel(), share)
+    return lumped(areas(cloth.rest, cloth.faces) * CLOTH.areal_density, cloth.faces, len(cloth.vertices))
 
 
 def test_a_flying_sheet_keeps_its_momentum_and_gains_no_energy() -> None:

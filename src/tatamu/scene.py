@@ -20,6 +20,9 @@ from tatamu.topology import check_mesh
 LARGEST = 1e3
 """Coordinates and displacements beyond this [m] are refused: they are a unit error, not a cloth."""
 
+SAME_TIME = 1e-9
+"""A time earlier by no more than this [s] counts as the same: a sum of steps misses a knot by as much."""
+
 
 def _floats(value: Any) -> np.ndarray:
     try:
@@ -145,11 +148,15 @@ class Gripper(Record):
             )
         return self
 
+    def path(self, times: np.ndarray) -> np.ndarray:
+        """Displacements from where it closed [m], shape (k, 3), at times [s], shape (k,); zero before the first."""
+        path = np.column_stack([np.interp(times, self.times, column) for column in self.displacements.T])
+        path[times < self.times[0] - SAME_TIME] = 0.0
+        return path
+
     def displacement(self, time: float) -> np.ndarray:
         """Displacement from where it closed [m], shape (3,)."""
-        if time < self.times[0]:
-            return np.zeros(3)
-        return np.array([np.interp(time, self.times, column) for column in self.displacements.T])
+        return self.path(np.array([time]))[0]
 
     def holds(self, other: Gripper) -> bool:
         """Whether both ever hold one vertex at one time."""

@@ -72,6 +72,11 @@ def areas(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
     return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
 
 
+def lumped(weight: np.ndarray, faces: np.ndarray, count: int) -> np.ndarray:
+    """Share the weight of every triangle, shape (m,), equally among its corners; shape (count,)."""
+    return np.bincount(faces.ravel(), np.repeat(weight / 3.0, 3), minlength=count)
+
+
 def check_mesh(rest: np.ndarray, faces: np.ndarray, seams: np.ndarray) -> None:
     """Refuse what is not a cloth.
 

@@ -68,8 +68,7 @@ class LearnedFold:
     def hand(self, arm: Arm) -> np.ndarray:
         """Where a hand is at each frame [m], shape (f, 3)."""
         gripper = self._gripper(arm)
-        moved = np.array([gripper.displacement(time) for time in self.rollout.times])
-        return np.array(arm.grasp.position) + moved
+        return np.array(arm.grasp.position) + gripper.path(self.rollout.times)
 
     def _gripper(self, arm: Arm) -> Gripper:
         for gripper in self.scene.grippers:

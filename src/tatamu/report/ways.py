@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import html
-from math import comb
 from typing import Any
 
 import numpy as np
 
+from tatamu.folding.path import bezier
 from tatamu.report.chart import Figure, axis, layout
 from tatamu.report.fold import LearnedFold
 from tatamu.report.records import Baseline
@@ -19,10 +19,7 @@ ALIKE = 0.01
 
 def curve(control: np.ndarray, count: int = 81) -> np.ndarray:
     """Places on the Bezier curve of control points (k, 3), Eq. 1; shape (count, 3)."""
-    t = np.linspace(0.0, 1.0, count)
-    n = len(control) - 1
-    basis = np.array([comb(n, k) * t**k * (1 - t) ** (n - k) for k in range(n + 1)])
-    return basis.T @ control
+    return bezier(control, np.linspace(0.0, 1.0, count))
 
 
 def figure(fold: LearnedFold) -> Figure:

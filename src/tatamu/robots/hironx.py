@@ -51,7 +51,6 @@ class Body(NamedTuple):
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 WRIST_OFFSET = -0.047
-LEGACY_WRIST_OFFSET = -0.040
 FINGERTIP = 0.093
 """Fingertip beyond the origin of the last link, along its -x [m]."""
 NEXTAGE_FINGERTIP = 0.19

@@ -13,7 +13,6 @@ from tatamu.robots.pose import to_quaternion
 
 TABLE = "tatamu_table"
 """The geom of the table; its body is placed by `Robot.scene`."""
-SIDES = ("larm", "rarm")
 
 
 @dataclass(frozen=True)

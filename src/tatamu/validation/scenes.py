@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tatamu.scene import Cloth, Gripper
+from tatamu.topology import areas, lumped
 from tatamu.validation.meshes import Mesh
 
 
@@ -48,8 +49,4 @@ def joined(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, 
 
 def vertex_areas(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """A third of the unstrained area of the triangles around each vertex [m^2], shape (n,)."""
-    a, b, c = (rest[faces[:, k]] for k in range(3))
-    third = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6
-    out = np.zeros(len(rest))
-    np.add.at(out, faces, third[:, None])
-    return out
+    return lumped(areas(rest, faces), faces, len(rest))

@@ -15,7 +15,7 @@ from tatamu.material import Material
 from tatamu.scene import Cloth
 from tatamu.simulators.native import bending, candidates, membrane
 from tatamu.simulators.native.layout import Bands, bands, slots
-from tatamu.topology import Topology, areas
+from tatamu.topology import Topology, areas, lumped
 
 OUTER_STEP = 1e-3
 """Contact and friction are resolved at least this often [s]."""
@@ -89,7 +89,7 @@ def _build(cloth: Cloth, material: Material) -> Model:
     weights, others = bending.constants(
         rest, topology, frames, _seams(topology, cloth.seams), material.bending_rigidity
     )
-    mass = _lumped(areas(rest, faces) * material.areal_density, faces, len(rest))
+    mass = lumped(areas(rest, faces) * material.areal_density, faces, len(rest))
     gradient, angle = _rest_hinges(rest, topology.hinges)
     rest_moment = (weights * angle[others]).sum(0)
     shortest = np.sqrt(L2.min())
@@ -114,10 +114,6 @@ def _build(cloth: Cloth, material: Material) -> Model:
         bending_step=BENDING_PHASE / _bending_frequency(gradient, weights, others, mass),
         thick_for_mesh=material.thickness > 0.5 * shortest,
     )
-
-
-def _lumped(weight: np.ndarray, faces: np.ndarray, count: int) -> np.ndarray:
-    return np.bincount(faces.ravel(), np.repeat(weight / 3.0, 3), minlength=count)
 
 
 def _placed(others: np.ndarray, hinges: Bands) -> np.ndarray:

@@ -107,9 +107,7 @@ class _Run:
         times = np.arange(count) * self.step
         paths = np.zeros((max(len(self.scene.grippers), 1), count, 3))
         for path, gripper in zip(paths, self.scene.grippers, strict=False):
-            for k in range(3):
-                path[:, k] = np.interp(times, gripper.times, gripper.displacements[:, k])
-            path[times < gripper.times[0] - 1e-9] = 0.0
+            path[:] = gripper.path(times)
         return paths
 
     def _work_grippers(self) -> None:
