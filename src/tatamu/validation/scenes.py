@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tatamu.scene import Cloth, Gripper
-from tatamu.topology import areas, lumped
+from tatamu.topology import Topology, areas, lumped
 from tatamu.validation.meshes import Mesh
 
 
@@ -45,6 +45,21 @@ def joined(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, 
     faces = np.concatenate([faces + start for start, (_, faces) in zip(starts, parts, strict=False)])
     members = [np.arange(starts[k], starts[k + 1]) for k in range(len(parts))]
     return np.concatenate([vertices for vertices, _ in parts]), faces, members
+
+
+def sewn(mesh: Mesh, gap: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Two layers of a mesh, `gap` apart [m] and joined along both sides of its length, as the body of a shirt is.
+
+    Returns:
+        Vertices [m], shape (n, 3), the lower layer at z = 0; triangles, shape (m, 3); seams, shape (s, 2).
+    """
+    plan, faces = mesh
+    side = (plan[:, 1] < 1e-9) | (plan[:, 1] > plan[:, 1].max() - 1e-9)
+    upper = np.where(side, np.arange(len(plan)), len(plan) - 1 + np.cumsum(~side))
+    vertices = np.concatenate([raised(plan, 0.0), raised(plan[~side], gap)])
+    vertices[: len(plan)][side, 2] = 0.5 * gap
+    border = Topology(faces).border
+    return vertices, np.concatenate([faces[:, ::-1], upper[faces]]), border[side[border].all(axis=1)]
 
 
 def vertex_areas(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
