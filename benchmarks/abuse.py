@@ -2,8 +2,8 @@
 
     python benchmarks/abuse.py [--scenes 10000] [--processes 2] [--out runs/abuse.json] [--write-docs]
 
-A scene is wrong that gives NaN, raises what is no error of ours, crashes, or takes longer than a minute; each is named by
-its seed (`tatamu.validation.abuse.scene(SEED)`), and the exit code is then 1.
+A scene is wrong that gives NaN, raises what is no error of ours, crashes, or takes longer than a minute; each is named
+by its seed (`tatamu.validation.abuse.scene(SEED)`), and the exit code is then 1.
 """
 
 from __future__ import annotations
@@ -17,9 +17,10 @@ from concurrent.futures import ThreadPoolExecutor
 from faulthandler import dump_traceback_later
 from pathlib import Path
 
+from tables import insert, markdown
+
 from tatamu.files import write_json
 from tatamu.validation.abuse import acceptable, outcome
-from tables import insert, markdown
 
 PATIENCE = 60.0
 """A scene that takes longer hangs [s]."""

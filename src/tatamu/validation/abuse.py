@@ -6,6 +6,7 @@ thousand take minutes.
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -66,7 +67,7 @@ def scene(seed: int) -> Scene:
         "duration": duration,
         "frame_rate": rate,
     }
-    return validated(Scene, raw, f"abuse {seed}")
+    return validated(Scene, raw, _name(seed))
 
 
 def outcome(seed: int, simulator: str = "native") -> str:
@@ -78,9 +79,13 @@ def outcome(seed: int, simulator: str = "native") -> str:
     try:
         return judged(simulate(scene(seed), simulator))
     except InputError as error:
-        return f"refused: {_kind(str(error))}"
+        return f"refused: {_kind(str(error).removeprefix(_name(seed) + ': '))}"
     except SimulationError as error:
         return f"stopped: {_kind(str(error))}"
+
+
+def _name(seed: int) -> str:
+    return f"abuse {seed}"
 
 
 def judged(rollout: Rollout) -> str:
@@ -94,9 +99,8 @@ def acceptable(kind: str) -> bool:
 
 
 def _kind(message: str) -> str:
-    """A message without its numbers and without the name of the scene."""
-    words = message.removeprefix("abuse").split()
-    return " ".join(word for word in words if not any(letter.isdigit() for letter in word))
+    """A message without its numbers."""
+    return re.sub(r"\d[\d.e+-]*", "..", message)
 
 
 def _log(random: np.random.Generator, low: float, high: float) -> float:
