@@ -4,8 +4,9 @@ VENV ?= .venv
 BIN = $(VENV)/bin
 READY = $(VENV)/.ready
 DEV = $(VENV)/.ready-dev
+NEWTON = .venv-newton/.ready
 
-.PHONY: learn blender test test-slow lint format learning validate clean
+.PHONY: learn blender test test-slow lint format learning validate bench abuse clean
 
 learn: $(READY)  ## learn to fold the default towel
 	$(BIN)/tatamu learn towel --trials 50 --seed 0 --out runs/towel
@@ -34,6 +35,18 @@ learning: $(READY)  ## the figures of docs/learning.md: five seeds, against rand
 validate: $(READY)  ## every textbook check, as a page
 	$(BIN)/tatamu validate --out runs/validation
 
+bench: $(DEV) $(NEWTON)  ## native, Blender, MuJoCo and Newton side by side: docs/benchmarks.md; hours
+	$(BIN)/tatamu install blender
+	$(BIN)/python benchmarks/speed.py --out runs/speed.json --write-docs
+
+abuse: $(READY)  ## ten thousand random scenes: each a rollout or a clear error
+	$(BIN)/python benchmarks/abuse.py --out runs/abuse.json --write-docs
+
+$(NEWTON):
+	$(PYTHON) -m venv $(dir $(NEWTON))
+	$(dir $(NEWTON))bin/python -m pip install --quiet 'newton==1.8.*'
+	touch $(NEWTON)
+
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
@@ -45,4 +58,4 @@ $(DEV): $(READY)
 	touch $(DEV)
 
 clean:
-	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache build
+	rm -rf $(VENV) .venv-newton .pytest_cache .mypy_cache .ruff_cache build

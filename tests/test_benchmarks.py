@@ -1,0 +1,60 @@
+"""The benchmarks time folds, and only what folded."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tatamu.rollout import Rollout
+from tatamu.simulators import simulate
+
+FOLDER = Path(__file__).parent.parent / "benchmarks"
+
+
+@pytest.fixture
+def modules(monkeypatch: pytest.MonkeyPatch) -> Any:
+    monkeypatch.syspath_prepend(str(FOLDER))
+    return importlib.import_module
+
+
+@pytest.mark.parametrize("kind", ["towel", "shirt"])
+def test_native_folds_what_the_benchmark_times(modules: Any, kind: str) -> None:
+    folds = modules("folds")
+    fold = getattr(folds, kind)(0.02)
+    assert fold.distance(simulate(fold.scene)) < folds.FOLDED
+
+
+def test_the_time_of_what_did_not_fold_is_not_given(modules: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    speed, folds = modules("speed"), modules("folds")
+    fold = folds.towel(0.04)
+    flat = np.stack([fold.scene.cloth.vertices] * 2)
+    monkeypatch.setattr(
+        speed, "run", lambda engine, scene: Rollout(np.zeros(2), flat, scene.cloth.faces, {"wall_seconds": 0.1})
+    )
+    options = type("Options", (), {"simulators": ["native"], "runs": 2})()
+    (row,) = speed.compared([fold], options)
+    assert row["seconds"] == "-" and row["runs"] == 0 and row["note"].startswith("did not fold")
+
+
+def test_the_same_shape_on_two_meshes_is_the_same(modules: Any) -> None:
+    speed, folds = modules("speed"), modules("folds")
+    shapes = []
+    for spacing in (0.04, 0.03):
+        fold = folds.towel(spacing)
+        bent = fold.scene.cloth.vertices @ np.diag([0.5, 1.0, 1.0])
+        rollout = Rollout(np.zeros(1), bent[None], fold.scene.cloth.faces, {})
+        shapes.append(speed._shape(fold, rollout))
+    assert np.allclose(shapes[0], shapes[1], atol=1e-9) and np.ptp(shapes[0][:, 0]) == pytest.approx(0.998 * 0.4)
+
+
+def test_a_table_goes_between_its_marks(modules: Any, tmp_path: Path) -> None:
+    tables, page = modules("tables"), tmp_path / "page.md"
+    page.write_text("a\n<!-- one -->\nold\n<!-- end -->\nb\n<!-- two -->\n<!-- end -->\n")
+    tables.insert("one", tables.markdown([{"x": 1}]), page)
+    assert page.read_text() == "a\n<!-- one -->\n| x |\n|---|\n| 1 |\n<!-- end -->\nb\n<!-- two -->\n<!-- end -->\n"
+    with pytest.raises(SystemExit, match="has no marks"):
+        tables.insert("three", "", page)
