@@ -16,7 +16,14 @@ from tatamu.material import Material
 GARMENTS: dict[str, Callable[..., Garment]] = {"towel": towel, "tshirt": tshirt, "trousers": trousers}
 """Name of each garment and the function that makes it from size, material and spacing."""
 
-__all__ = ["GARMENTS", "Garment", "load_garment", "make_garment", "towel", "trousers", "tshirt"]
+DESCRIPTIONS = {
+    "towel": "one rectangular panel",
+    "tshirt": "a child's, front and back",
+    "trousers": "a child's, front and back",
+}
+"""What each of them is, in a few words."""
+
+__all__ = ["DESCRIPTIONS", "GARMENTS", "Garment", "load_garment", "make_garment", "towel", "trousers", "tshirt"]
 
 
 def make_garment(
