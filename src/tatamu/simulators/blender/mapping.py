@@ -135,7 +135,7 @@ def _contact(mapping: Mapping, material: Material) -> None:
         "collision_quality": 4,
         "distance_min": reach,
         "self_distance_min": layers,
-        "self_friction": _friction(mapping, "friction_cloth", material.friction_cloth),
+        "self_friction": _friction(mapping, "friction_cloth", 0.5 * material.friction_cloth),
     }
     mapping.collider |= {
         "thickness_outer": reach,
