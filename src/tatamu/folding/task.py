@@ -51,6 +51,8 @@ class Task:
     simulator: str
     step: tuple[int, int] = (1, 1)
     """Which step of how many the fold is."""
+    title: str = ""
+    """In a few words what is folded."""
 
     def describe(self) -> dict[str, Any]:
         """The task as `result.json` holds it; two tasks are the same when these are."""
@@ -75,7 +77,9 @@ class Task:
         """The manipulation of x = (x1, z1, x2, z2, g1, g2), Eq. (9); continuous grasps are floored."""
         g1, g2 = (min(int(parameters[name]), self.fold.candidates - 1) for name in ("g1", "g2"))
         grasps = int(self.fold.left[g1]), int(self.fold.right[g2])
-        return bezier_manipulation(self.fold, grasps[: self.fold.hands], *(parameters[name] for name in ("x1", "z1", "x2", "z2")))
+        return bezier_manipulation(
+            self.fold, grasps[: self.fold.hands], *(parameters[name] for name in ("x1", "z1", "x2", "z2"))
+        )
 
     def evaluate(self, manipulation: Manipulation) -> Outcome:
         """Simulate and score; what goes wrong in the simulation is an outcome, not an exception."""
@@ -113,8 +117,9 @@ class Job:
 
     def task(self, number: int, state: np.ndarray | None = None) -> Task:
         """The task of a step, the first being 0, of the cloth as it lies [m], shape (n, 3); None: flat."""
-        fold = fold_of(self.garment, self.plan, self.plan.steps[number], state, self.hands)
-        return Task(fold, self.plan.name, self.simulator, (number + 1, len(self.plan.steps)))
+        step = self.plan.steps[number]
+        fold = fold_of(self.garment, self.plan, step, state, self.hands)
+        return Task(fold, self.plan.name, self.simulator, (number + 1, len(self.plan.steps)), step.title)
 
 
 def make_job(
