@@ -48,7 +48,7 @@ class Surface:
         return heights
 
     def mapped(self, height: Callable[[np.ndarray], np.ndarray], slope: float) -> Surface:
-        """Another surface on the same pixels: `height` of their centres (k, 2), raised until none is steeper than `slope`."""
+        """Another surface on the same pixels: `height` of their centres (k, 2), raised to be no steeper than that."""
         index = np.indices(self._heights.shape).reshape(2, -1).T
         heights = height(self._low + (index + 0.5) * PIXEL).reshape(self._heights.shape)
         return Surface(self._low, _gentle(np.ascontiguousarray(heights), slope * PIXEL))
@@ -76,7 +76,7 @@ def _highest(points, faces, columns, rows):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _gentle(heights, fall):  # type: ignore[no-untyped-def]
-    """Raise pixels until none is lower than a neighbour by more than `fall`, in two sweeps, as distance transforms do."""
+    """Raise pixels until none is lower than a neighbour by more than `fall`: two sweeps, as in a distance transform."""
     columns, rows = heights.shape
     for sweep in range(2):
         for a in range(columns):

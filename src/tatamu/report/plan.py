@@ -72,8 +72,8 @@ def _sentence(result: dict[str, Any]) -> str:
     final = result["final"]
     trials = sum(step["trials"] for step in result["steps"])
     return (
-        f"After all folds the garment lies <strong>{1e3 * final['mean_vertex_distance']:.1f}&nbsp;mm</strong> on average "
-        f"from where ideal folds of the flat garment would have laid it; seen from above the two overlap by "
+        f"After all folds the garment lies <strong>{1e3 * final['mean_vertex_distance']:.1f}&nbsp;mm</strong> on "
+        f"average from where ideal folds of the flat garment would have laid it; seen from above the two overlap by "
         f"<strong>{final['mask_iou']:.3f}</strong> (IoU). Found in {trials} trials and {result['wall_seconds']:.0f} s."
     )
 
