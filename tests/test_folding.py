@@ -107,7 +107,7 @@ def test_the_scene_of_a_manipulation_is_the_manipulation(fold: Fold) -> None:
     steps = np.diff(words["via_points"]["times"])
     assert steps[:-1] == pytest.approx(10 / 60)
     assert words["arms"][0]["control_points"][3] == pytest.approx(
-        np.array(words["arms"][0]["control_points"][0]) + [0.8, 0.0, 0.002]
+        np.array(words["arms"][0]["control_points"][0]) + np.array([0.8, 0.0, 0.002])
     )
 
 

@@ -14,7 +14,7 @@ def test_free_fall_follows_the_parabola() -> None:
     rollout = simulate(scene(cloth=sheet(height=5.0), table=None))
     fall = 5.0 - rollout.positions[-1, :, 2]
     assert fall == pytest.approx(9.81 * 0.5**2 / 2, rel=1e-3)
-    assert np.abs(rollout.positions[-1] - rollout.positions[0])[:, :2].max() < 1e-9
+    assert np.abs(rollout.positions[-1] - rollout.positions[0])[:, :2].max() < 1e-7  # forces are in single precision
 
 
 def test_a_cloth_at_rest_stays_half_a_thickness_over_the_table() -> None:
@@ -111,7 +111,7 @@ def test_a_flying_sheet_keeps_its_momentum_and_gains_no_energy() -> None:
     rollout = simulate(scene(cloth=bent, table=None, gravity=0.0, duration=1.0, frame_rate=1000.0))
     mass = _lumped_mass(cloth)[:, None]
     centre = (mass * rollout.positions).sum(1) / mass.sum()
-    assert np.abs(centre - centre[0]).max() < 1e-9
+    assert np.abs(centre - centre[0]).max() < 1e-7  # forces are in single precision
     kinetic = (mass * (np.diff(rollout.positions, axis=0) * 1000.0) ** 2).sum((1, 2)) / 2
     assert kinetic[500:].max() < 1.02 * kinetic[:500].max()
 

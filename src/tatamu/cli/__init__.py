@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from tatamu.cli import check, install, learn, plan, rehearse, reproduce, simulate, validate  # noqa: F401
+from tatamu.cli import check, garments, install, learn, plan, rehearse, reproduce, show, simulate, validate  # noqa: F401
 from tatamu.cli.app import app
 from tatamu.errors import InputError, TatamuError
 

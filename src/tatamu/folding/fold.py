@@ -33,6 +33,8 @@ class Fold:
     """The fold line and its moving side."""
     stacks: Stack
     """How high the cloth lies before the fold."""
+    target: np.ndarray
+    """The wanted shape S_t [m], shape (n, 3)."""
     left: np.ndarray
     """Grasp candidates of the left hand, from the corner inwards, shape (M,)."""
     right: np.ndarray
@@ -40,11 +42,6 @@ class Fold:
     hands: int = 2
     area_ratio: float | None = None
     """Folded area over the area before, of a fold without thickness; None: of the target."""
-
-    @cached_property
-    def target(self) -> np.ndarray:
-        """The wanted shape S_t [m], shape (n, 3)."""
-        return ideal_fold(self.garment, self.start, self.crease, self.stacks)
 
     @property
     def normal(self) -> np.ndarray:
@@ -72,7 +69,7 @@ class Fold:
         P3 is the mirror image of P0, so high that the lowest layer in the hand comes to lie on what stays.
         """
         lowest = self.start[self.patch(vertex), 2].min() - 0.5 * self.garment.material.thickness
-        return np.array([*self.span_of(vertex) * self.normal, self.stacks.opposite[vertex] - lowest])
+        return np.array([*self.span_of(vertex) * self.normal, self.stacks.under[vertex] - lowest])
 
     def patch(self, vertex: int) -> list[int]:
         """Vertices that a finger pad covers when it pinches there, of every layer; on a coarse mesh neighbours too."""
@@ -110,7 +107,9 @@ def fold_of(
     hands = hands or step.hands
     left, right = candidates(garment, state, line, step, hands)
     points = plan.points(step, garment)
-    return Fold(garment, state, points, line, stack(garment, state, line), left, right, hands, step.area_ratio)
+    stacks = stack(garment, state, line)
+    target = ideal_fold(garment, state, line, stacks)
+    return Fold(garment, state, points, line, stacks, target, left, right, hands, step.area_ratio)
 
 
 def _check_room(garment: Garment, reach: float) -> None:

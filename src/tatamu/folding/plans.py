@@ -8,12 +8,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from tatamu.errors import InputError
-from tatamu.folding.plan import Plan, Step, load_plan
+from tatamu.folding.plan import Plan, load_plan
 from tatamu.garments import Garment
 
 THIRD = 0.18
-"""Where the sides of a T-shirt are folded, from its middle, in parts of its width over the sleeves. A sixth would lay the
-end of the first sleeve exactly on the second line; a little more keeps it out of the second fold."""
+"""Where the sides of a T-shirt are folded, from its middle, in parts of its width over the sleeves. A sixth would lay
+the end of the first sleeve exactly on the second line; a little more keeps it out of the second fold."""
 
 
 def _across(x: float, **more: object) -> dict[str, object]:
@@ -27,7 +27,7 @@ def _lengthwise(y: float, **more: object) -> dict[str, object]:
 
 
 def _plan(name: str, *steps: dict[str, object]) -> Plan:
-    return Plan(name=name, step=tuple(Step.model_validate(step) for step in steps))
+    return Plan.model_validate({"name": name, "step": steps})
 
 
 HALF = _plan("half", _across(0.0, title="in half across the length", moves="-x", area_ratio=0.5))

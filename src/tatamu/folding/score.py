@@ -40,7 +40,7 @@ class Score:
     mask_iou: float
     """Intersection over union of the outcome's and the target's view from above; success at 0.80 (FoldBack 2026)."""
     area_error: float
-    """E_f = 100/r |A_f/A_i - r| [%]; r = 0.5 for a fold in half (Garcia-Camacho et al. 2020), else the target's A_t/A_i."""
+    """E_f = 100/r |A_f/A_i - r| [%]; r = 0.5 for a fold in half (Garcia-Camacho et al. 2020), else the target's."""
     slip: float
     """Mean horizontal way of the part that should lie still [m]."""
     residual_bend: float

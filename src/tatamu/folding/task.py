@@ -20,7 +20,7 @@ from tatamu.rollout import Rollout
 from tatamu.simulators import named, simulate
 
 TABLE_MARGIN = 0.5
-"""The table reaches this far beyond where the cloth lay; a trial whose cloth ends farther out has left the table [m]."""
+"""The table reaches this far beyond where the cloth lay [m]; a trial whose cloth ends farther out has left it."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +51,8 @@ class Task:
     simulator: str
     step: tuple[int, int] = (1, 1)
     """Which step of how many the fold is."""
+    title: str = ""
+    """In a few words what is folded."""
 
     def describe(self) -> dict[str, Any]:
         """The task as `result.json` holds it; two tasks are the same when these are."""
@@ -74,8 +76,8 @@ class Task:
     def manipulation(self, parameters: dict[str, float]) -> Manipulation:
         """The manipulation of x = (x1, z1, x2, z2, g1, g2), Eq. (9); continuous grasps are floored."""
         g1, g2 = (min(int(parameters[name]), self.fold.candidates - 1) for name in ("g1", "g2"))
-        grasps = int(self.fold.left[g1]), int(self.fold.right[g2])
-        return bezier_manipulation(self.fold, grasps[: self.fold.hands], *(parameters[name] for name in ("x1", "z1", "x2", "z2")))
+        grasps = (int(self.fold.left[g1]), int(self.fold.right[g2]))[: self.fold.hands]
+        return bezier_manipulation(self.fold, grasps, *(parameters[name] for name in ("x1", "z1", "x2", "z2")))
 
     def evaluate(self, manipulation: Manipulation) -> Outcome:
         """Simulate and score; what goes wrong in the simulation is an outcome, not an exception."""
@@ -113,8 +115,9 @@ class Job:
 
     def task(self, number: int, state: np.ndarray | None = None) -> Task:
         """The task of a step, the first being 0, of the cloth as it lies [m], shape (n, 3); None: flat."""
-        fold = fold_of(self.garment, self.plan, self.plan.steps[number], state, self.hands)
-        return Task(fold, self.plan.name, self.simulator, (number + 1, len(self.plan.steps)))
+        step = self.plan.steps[number]
+        fold = fold_of(self.garment, self.plan, step, state, self.hands)
+        return Task(fold, self.plan.name, self.simulator, (number + 1, len(self.plan.steps)), step.title)
 
 
 def make_job(

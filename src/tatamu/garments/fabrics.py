@@ -67,3 +67,6 @@ thickness: 0.80 to 1.19 mm (KES-F, Journal of Textiles 2016, 4614168).
 friction_table: the paper's Table II, pants: friction 80, that is mu = 0.8.
 friction_cloth, air_drag: assumed, as for terry.
 """
+
+FABRICS = {"terry": TERRY, "jersey": JERSEY, "denim": DENIM}
+"""Name of each fabric."""

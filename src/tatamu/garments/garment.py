@@ -37,10 +37,15 @@ class Garment:
     openings: tuple[str, ...] = ()
     """Which of `edges` are open: not sewn, though two layers meet there."""
 
+    notes: tuple[str, ...] = ()
+    """What was done to a garment that came from a file, for its user to read."""
+
     @property
     def layers(self) -> int:
-        """How many layers lie on each other."""
-        return 2 if len(self.seams) else 1
+        """How many layers lie on each other: two if some triangles face down."""
+        a, b, c = (self.vertices[self.faces[:, k], :2] for k in range(3))
+        down = (b - a)[:, 0] * (c - a)[:, 1] < (b - a)[:, 1] * (c - a)[:, 0]
+        return 2 if down.any() else 1
 
     def cloth(self) -> Cloth:
         """The garment as the cloth of a scene."""

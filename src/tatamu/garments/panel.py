@@ -29,6 +29,8 @@ RELAXED = 1.7
 PASSES = 12
 SHARPEST = np.radians(20.0)
 """A chord is flipped when no angle gets sharper than this."""
+SHORTEST = 0.15
+"""Edges shorter than this are refused [spacings]."""
 SPLITS = 4
 """How often edges of the outline that Delaunay misses are halved."""
 
@@ -54,8 +56,8 @@ def panel(outline: Outline, spacing: float) -> Panel:
     curves = _sampled(outline, spacing)
     for _ in range(SPLITS):
         made = [_filled(outline, curves, spacing, dropped) for dropped in DROPPED]
-        best = max(made, key=lambda mesh: float(angles(mesh.points, mesh.faces).min()))
-        missing = _missing(best)
+        best = max(made, key=lambda mesh: _quality(mesh, spacing))
+        missing = _missing(best) or _shorter(best, SHORTEST * spacing)
         if not missing:
             return best
         curves = {name: _split(curve, best.paths[name], missing) for name, curve in curves.items()}
@@ -64,6 +66,13 @@ def panel(outline: Outline, spacing: float) -> Panel:
         f"outline: its parts are too near to each other at x {x:.4f}, y {y:.4f} m for a spacing of {spacing:g} m; "
         "give a smaller spacing or a simpler outline"
     )
+
+
+def _quality(mesh: Panel, spacing: float) -> float:
+    """Smallest angle over 30 degrees or longest edge over 1.7 spacings, whichever is worse; 1 is good."""
+    ends = mesh.points[Topology(mesh.faces).edges]
+    longest = float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).max())
+    return min(float(np.degrees(angles(mesh.points, mesh.faces).min())) / 30.0, 1.7 * spacing / longest)
 
 
 def angles(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -164,6 +173,13 @@ def _missing(mesh: Panel) -> list[tuple[int, int]]:
     edges = {tuple(edge) for edge in Topology(mesh.faces).edges.tolist()}
     wanted = {tuple(sorted(pair)) for path in mesh.paths.values() for pair in pairwise(path.tolist())}
     return sorted(wanted - edges)
+
+
+def _shorter(mesh: Panel, least: float) -> list[tuple[int, int]]:
+    """Edges shorter than `least`: an explicit simulator would pay for them with its step."""
+    edges = Topology(mesh.faces).edges
+    length = np.linalg.norm(mesh.points[edges[:, 0]] - mesh.points[edges[:, 1]], axis=1)
+    return [(int(a), int(b)) for a, b in edges[length < least]]
 
 
 def _split(curve: np.ndarray, path: np.ndarray, missing: list[tuple[int, int]]) -> np.ndarray:

@@ -17,7 +17,7 @@ MEASURES = tuple(Score.__dataclass_fields__)
 
 
 def write_whole(job: Job, folder: Path, steps: list[Path], ideals: list[np.ndarray]) -> Path:
-    """Write `result.json`, `rollout.npz` and `report.html` of a plan whose steps are learned; nothing if they are there.
+    """Write `result.json`, `rollout.npz` and `report.html` of a plan whose steps are learned, unless they are there.
 
     Args:
         job: What was folded.

@@ -71,9 +71,14 @@ def outlined(image: np.ndarray, mask: np.ndarray) -> np.ndarray:
 
 def figures(fold: LearnedFold) -> str:
     """Three pictures side by side, as HTML."""
-    area = extent(fold.target, fold.final)
+    return beside(fold, fold.target)
+
+
+def beside(fold: LearnedFold, goal: np.ndarray) -> str:
+    """A goal (n, 3), where the cloth came to rest, and one on the other."""
+    area = extent(goal, fold.final)
     ways = {arm.name: fold.hand(arm) for arm in fold.manipulation.arms}
-    target, wanted = draw(fold, fold.target, area)
+    target, wanted = draw(fold, goal, area)
     final, _ = draw(fold, fold.final, area)
     pictures: list[tuple[str, str, np.ndarray, dict[str, np.ndarray]]] = [
         ("Target", "the wanted shape", target, {}),

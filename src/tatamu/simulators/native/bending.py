@@ -16,7 +16,9 @@ from numba import njit
 
 from tatamu.topology import Topology, areas
 
-TINY = 1e-30
+TINY = np.float32(1e-30)
+HALF, ONE, FOUR = np.float32(0.5), np.float32(1.0), np.float32(4.0)  # a plain 0.5 would turn single into double
+WIDE = np.float32(0.4)
 
 
 def _feet(rest: np.ndarray, hinges: np.ndarray, apex: int) -> tuple[np.ndarray, np.ndarray]:
@@ -132,11 +134,12 @@ def _gradients(X, a, b, n, H, e):  # type: ignore[no-untyped-def]
         length = np.sqrt(ex * ex + ey * ey + ez * ez + TINY)
         s1 = px * px + py * py + pz * pz + TINY
         s2 = qx * qx + qy * qy + qz * qz + TINY
-        scale = 1.0 / np.sqrt(s1 * s2)
+        i1, i2 = ONE / np.sqrt(s1), ONE / np.sqrt(s2)  # apart, as s1 s2 may be too small for single precision
+        scale = i1 * i2
         cx, cy, cz = py * qz - pz * qy, pz * qx - px * qz, px * qy - py * qx
         h8[j] = (px * qx + py * qy + pz * qz) * scale
         h9[j] = (cx * ex + cy * ey + cz * ez) * scale / length
-        g1, g2 = -length / s1, -length / s2
+        g1, g2 = -length * i1 * i1, -length * i2 * i2
         h0[j], h1[j], h2[j] = g1 * px, g1 * py, g1 * pz
         h3[j], h4[j], h5[j] = g2 * qx, g2 * qy, g2 * qz
 
@@ -147,12 +150,12 @@ def _half_angles(H):  # type: ignore[no-untyped-def]
     cosines, sines = H[8], H[9]
     for j in range(H.shape[1]):
         cosine, sine = cosines[j], sines[j]
-        half_cos = np.sqrt(max(0.5 + 0.5 * cosine, 0.0))
-        wide = np.copysign(np.sqrt(max(0.5 - 0.5 * cosine, 0.0)), sine)  # exact where half_cos is small
-        narrow = 0.5 * sine / max(half_cos, 0.4)
-        t = (wide if cosine < -0.5 else narrow) / (1.0 + half_cos)
-        cosines[j] = 4.0 * t
-        sines[j] = 1.0 + t * t
+        half_cos = np.sqrt(max(HALF + HALF * cosine, TINY))
+        wide = np.copysign(np.sqrt(max(HALF - HALF * cosine, TINY)), sine)  # exact where half_cos is small
+        narrow = HALF * sine / max(half_cos, WIDE)
+        t = (wide if cosine < -HALF else narrow) / (ONE + half_cos)
+        cosines[j] = FOUR * t
+        sines[j] = ONE + t * t
 
 
 @njit(cache=True, error_model="numpy")
@@ -182,7 +185,7 @@ def _push_ends(F, a, b, n, moment, H, e):  # type: ignore[no-untyped-def]
     for k in range(3):
         fa, fb, d2, d3 = F[k, a : a + n], F[k, b : b + n], H[k, e : e + n], H[3 + k, e : e + n]
         for j in range(n):
-            fa[j] -= m[j] * ((1.0 - t2[j]) * d2[j] + (1.0 - t3[j]) * d3[j])
+            fa[j] -= m[j] * ((ONE - t2[j]) * d2[j] + (ONE - t3[j]) * d3[j])
         for j in range(n):
             fb[j] -= m[j] * (t2[j] * d2[j] + t3[j] * d3[j])
 

@@ -14,7 +14,10 @@ from numba import njit
 from tatamu.simulators.native.geometry import closest_on_segments, dot, grid_cell, grid_of, normal_of, point_triangle
 
 CREASE = 0.5
-"""Edges whose triangles' normals have a cosine below this are guarded like borders."""
+"""Cloth whose normals have a cosine below this is folded: vertices are then kept from triangles next to them."""
+RIDGE = 0.94
+"""Edges whose triangles' normals have a cosine below this are guarded like borders: between flatter ones an edge
+cannot come through before a vertex does."""
 
 
 class Mesh(NamedTuple):
@@ -131,7 +134,7 @@ def _fill_pairs(x, mesh, lists, face_normal, grid):  # type: ignore[no-untyped-d
     guarded = np.zeros(edges.shape[0], dtype=np.bool_)
     for e in range(edges.shape[0]):
         f, g = mesh.edge_faces[e, 0], mesh.edge_faces[e, 1]
-        guarded[e] = g < 0 or dot(face_normal[f], face_normal[g]) < CREASE
+        guarded[e] = g < 0 or dot(face_normal[f], face_normal[g]) < RIDGE
     middle = np.empty(3)
     for e in range(edges.shape[0]):
         if not guarded[e]:

@@ -112,7 +112,9 @@ def _sweep_slots(x, before, moved, mesh, lists, friction, step, keep):  # type: 
                 lists.face[v, s] = t
                 lists.side[v, s] = 0
                 continue
-            lists.face[v, s] = t
+            if lists.face[v, s] != t:  # beyond a sharp crease the old side may be the wrong one
+                lists.face[v, s] = t
+                lists.side[v, s] = 0
             if lists.side[v, s] == 0:
                 lists.side[v, s] = 1 if _height(before, v, a, b, c) >= 0.0 else -1
             side = lists.side[v, s]

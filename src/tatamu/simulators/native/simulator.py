@@ -161,17 +161,18 @@ def _state(scene: Scene, model: Model) -> State:
     return State(
         X=X,
         V=np.zeros((3, model.slots)),
-        Y=np.zeros_like(X),
-        F=np.zeros_like(X),
-        tau=np.zeros((3, longest)),
-        H=np.zeros((10, hinges)),
-        moment=np.zeros(hinges),
+        Y=np.zeros_like(X, dtype=np.float32),
+        F=np.zeros_like(X, dtype=np.float32),
+        tau=np.zeros((3, longest), dtype=np.float32),
+        H=np.zeros((10, hinges), dtype=np.float32),
+        moment=np.zeros(hinges, dtype=np.float32),
         x=x,
         before=np.empty((count, 3)),
         moved=np.empty((count, 3)),
         inverse_mass=inverse_mass,
         free=free,
         slot=model.slot,
+        rounds=np.ones(1, dtype=np.int64),
     )
 
 

@@ -2,9 +2,11 @@
 
 Per outer step: bending kicks the velocities (once or more); between the kicks membrane, gravity and drag run in small
 substeps, as gravity given in one blow per outer step would ring in the membrane and fall 0.2 % too far in half a
-second; then contact and the table correct the positions, and the velocities by the same corrections. There is no
-linear solve, no iteration to a tolerance. Held vertices have inverse mass zero and follow their path at constant
-velocity within an outer step.
+second; then contact and the table correct the positions, and the velocities by the same corrections. Where layers are
+crushed, contact is resolved several times per outer step. There is no linear solve, no iteration to a tolerance. Held
+vertices have inverse mass zero and follow their path at constant velocity within an outer step.
+
+Forces are computed in single precision, from positions relative to one vertex; states are kept in double.
 """
 
 from __future__ import annotations
@@ -18,6 +20,10 @@ from tatamu.simulators.native import bending, candidates, contact, membrane, tab
 
 MEMBRANE_DAMPING = 5e-5
 """tau_d of the membrane's Kelvin-Voigt damping [s], at most 0.3 of the substep."""
+RESTLESS, CALM = 0.25, 0.08
+"""Contact that moves a vertex by more than the first part of a thickness is resolved twice as often from then on, at
+most after every substep; by less than the second, half as often. Layers that hands crush would otherwise swing by
+thicknesses between two corrections."""
 
 
 class State(NamedTuple):
@@ -25,17 +31,18 @@ class State(NamedTuple):
 
     X: np.ndarray  # (3, width) positions in slots
     V: np.ndarray  # (3, slots) velocities
-    Y: np.ndarray  # (3, width) scratch: damped positions
-    F: np.ndarray  # (3, width) scratch: forces
-    tau: np.ndarray  # (3, longest band) scratch
-    H: np.ndarray  # (10, hinges) scratch
-    moment: np.ndarray  # (hinges,) scratch
+    Y: np.ndarray  # (3, width) scratch, single: positions that forces are computed at
+    F: np.ndarray  # (3, width) scratch, single: forces
+    tau: np.ndarray  # (3, longest band) scratch, single
+    H: np.ndarray  # (10, hinges) scratch, single
+    moment: np.ndarray  # (hinges,) scratch, single
     x: np.ndarray  # (n, 3) positions by vertex
     before: np.ndarray  # (n, 3) positions at the start of the outer step
     moved: np.ndarray  # (n, 3) positions before contact
     inverse_mass: np.ndarray  # (slots,), 0 for held vertices and fillers
     free: np.ndarray  # (slots,), 1 or 0 likewise
     slot: np.ndarray  # (n,)
+    rounds: np.ndarray  # (1,) how often contact is resolved per outer step
 
 
 class Hands(NamedTuple):
@@ -79,30 +86,23 @@ def _add_back(F, copied, slots):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _kick(V, F, inverse_mass, h):  # type: ignore[no-untyped-def]
+def _place(Y, X, V, h):  # type: ignore[no-untyped-def]
+    """Positions h seconds ahead, relative to the first slot's: small numbers, so that single precision does."""
     n = V.shape[1]
     for k in range(3):
-        v, f = V[k, :n], F[k, :n]
+        y, x, v, origin = Y[k, :n], X[k, :n], V[k, :n], X[k, 0]
         for i in range(n):
-            v[i] += h * inverse_mass[i] * f[i]
-
-
-@njit(cache=True, error_model="numpy")
-def _drift(target, X, V, h):  # type: ignore[no-untyped-def]
-    n = V.shape[1]
-    for k in range(3):
-        y, x, v = target[k, :n], X[k, :n], V[k, :n]
-        for i in range(n):
-            y[i] = x[i] + h * v[i]
+            y[i] = x[i] - origin + h * v[i]
 
 
 @njit(cache=True, error_model="numpy")
 def _bend(state, elastic, h):  # type: ignore[no-untyped-def]
     slots = state.V.shape[1]
     state.F[:] = 0.0
-    copy_out(state.X, elastic.hinge_copies, slots)
+    _place(state.Y, state.X, state.V, 0.0)
+    copy_out(state.Y, elastic.hinge_copies, slots)
     bending.add_force(
-        state.X,
+        state.Y,
         state.F,
         elastic.hinges,
         elastic.rest_moment,
@@ -112,32 +112,34 @@ def _bend(state, elastic, h):  # type: ignore[no-untyped-def]
         state.moment,
     )
     _add_back(state.F, elastic.hinge_copies, slots)
-    _kick(state.V, state.F, state.inverse_mass, h)
+    for k in range(3):
+        v, f = state.V[k], state.F[k, :slots]
+        for i in range(slots):
+            v[i] += h * state.inverse_mass[i] * f[i]
 
 
 @njit(cache=True, error_model="numpy")
-def _weigh(state, world, h):  # type: ignore[no-untyped-def]
-    """Drag, then gravity: drag on the velocity alone does not change where the cloth comes to rest."""
+def _move(state, world, h):  # type: ignore[no-untyped-def]
+    """Kick by the forces and by gravity, then drift. Drag on the velocity alone does not change where cloth rests."""
     n = state.V.shape[1]
-    free = state.free[:n]
     slower = -h * world.drag / (1.0 + h * world.drag)
     for k in range(3):
-        v, fall = state.V[k, :n], h * world.gravity if k == 2 else 0.0
+        x, v, f, fall = state.X[k, :n], state.V[k, :n], state.F[k, :n], h * world.gravity if k == 2 else 0.0
         for i in range(n):
-            v[i] += free[i] * (slower * v[i] - fall)
+            faster = v[i] + state.free[i] * (slower * v[i] - fall) + h * state.inverse_mass[i] * f[i]
+            v[i] = faster
+            x[i] += h * faster
 
 
 @njit(cache=True, error_model="numpy")
 def _stretch(state, elastic, world, h, damping):  # type: ignore[no-untyped-def]
     slots = state.V.shape[1]
     state.F[:] = 0.0
-    _drift(state.Y, state.X, state.V, damping)
+    _place(state.Y, state.X, state.V, damping)
     copy_out(state.Y, elastic.triangle_copies, slots)
     membrane.add_force(state.Y, state.F, elastic.triangles, elastic.S, elastic.L2, state.tau)
     _add_back(state.F, elastic.triangle_copies, slots)
-    _weigh(state, world, h)
-    _kick(state.V, state.F, state.inverse_mass, h)
-    _drift(state.X, state.X, state.V, h)
+    _move(state, world, h)
 
 
 @njit(cache=True, error_model="numpy")
@@ -199,19 +201,47 @@ def _collide(state, mesh, lists, world, step):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
+def _largest_correction(x, moved):  # type: ignore[no-untyped-def]
+    """Longest way that contact moved a vertex [m]."""
+    square = 0.0
+    for v in range(x.shape[0]):
+        a, b, c = x[v, 0] - moved[v, 0], x[v, 1] - moved[v, 1], x[v, 2] - moved[v, 2]
+        square = max(square, a * a + b * b + c * c)
+    return np.sqrt(square)
+
+
+@njit(cache=True, error_model="numpy")
+def _pace(rounds, correction, thickness, most):  # type: ignore[no-untyped-def]
+    """Rounds of contact in the next outer step."""
+    if correction > RESTLESS * thickness:
+        return min(2 * rounds, most)
+    if correction < CALM * thickness:
+        return max(rounds // 2, 1)
+    return rounds
+
+
+@njit(cache=True, error_model="numpy")
 def advance(state, elastic, mesh, lists, hands, world, first, count, step, bends, stretches, fastest):  # type: ignore[no-untyped-def]
     """Run `count` outer steps of `step` seconds from number `first`; stop early when anything is too fast."""
     kick = step / bends
     h = kick / stretches
     damping = min(MEMBRANE_DAMPING, 0.3 * h)
+    total = bends * stretches
     for number in range(first, first + count):
-        state.before[:] = state.x
         _lead(state, hands, number, step)
-        for _ in range(bends):
-            _bend(state, elastic, kick)
-            for _ in range(stretches):
+        every = (total + state.rounds[0] - 1) // state.rounds[0]
+        done, correction = 0, 0.0
+        while done < total:
+            state.before[:] = state.x
+            until = min(done + every, total)
+            for substep in range(done, until):
+                if substep % stretches == 0:
+                    _bend(state, elastic, kick)
                 _stretch(state, elastic, world, h, damping)
-        if not np.abs(state.X).max() < fastest:
-            return number
-        _collide(state, mesh, lists, world, step)
+            if not np.abs(state.X).max() < fastest:
+                return number
+            _collide(state, mesh, lists, world, (until - done) * h)
+            correction = max(correction, _largest_correction(state.x, state.moved))
+            done = until
+        state.rounds[0] = _pace(state.rounds[0], correction, mesh.reach[0], total)
     return first + count

@@ -1,0 +1,79 @@
+"""`tatamu show`: a garment drawn flat."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tatamu.cli.app import app
+from tatamu.cli.learn import _size
+from tatamu.errors import InputError
+
+if TYPE_CHECKING:
+    from tatamu.garments import Garment
+    from tatamu.report.garment import FoldMark
+
+
+@app.command()
+def show(
+    garment: Annotated[str, typer.Argument(metavar="GARMENT", help="A name (`tatamu garments`) or a file.")],
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="PATH", help="A page (.html), a picture (.png) or a folder for both; default: NAME.html."),
+    ] = None,
+    size: Annotated[
+        str | None, typer.Option(metavar="WxL", help="Width x length in metres, such as 0.54x0.46.")
+    ] = None,
+    material: Annotated[
+        Path | None, typer.Option(metavar="FILE.toml", help="A material; default: the garment's own fabric.")
+    ] = None,
+    spacing: Annotated[float | None, typer.Option(help="Mesh spacing in metres.")] = None,
+    fold: Annotated[str | None, typer.Option(help="Also draw a fold: its line, and where the hands may grasp.")] = None,
+) -> None:
+    """Draw a garment laid flat, with its seams, openings and names of its edges.
+
+    Examples:
+    `tatamu show tshirt --fold half --out tshirt.html`
+
+    `tatamu show shirt.svg --out pictures`
+    """
+    from tatamu.files import replacing, write_text
+    from tatamu.garments import make_garment
+    from tatamu.material import load_material
+    from tatamu.report.garment import diagram, facts, page
+
+    made = make_garment(garment, _size(size), load_material(material) if material else None, spacing)
+    folds = [_mark(made, fold)] if fold else []
+    for path in _targets(out, Path(garment).stem):
+        if path.suffix.lower() == ".html":
+            write_text(path, page(made, folds))
+        else:
+            with replacing(path) as temporary:
+                temporary.write_bytes(diagram(made, folds).png())
+        print(f"picture: {path}")
+    for name, value in facts(made):
+        print(f"{name + ':':<10} {value}")
+    for note in made.notes:
+        print(f"note: {note}")
+
+
+def _targets(out: Path | None, name: str) -> list[Path]:
+    """The files to write."""
+    if out is None:
+        return [Path(f"{name}.html")]
+    if out.suffix.lower() in (".html", ".png"):
+        return [out]
+    if out.suffix:
+        raise InputError(f"out: must be an .html file, a .png file or a folder, given {out}")
+    return [out / f"{name}.html", out / f"{name}.png"]
+
+
+def _mark(garment: Garment, name: str) -> FoldMark:
+    from tatamu.folding.fold import make_fold
+    from tatamu.report.garment import FoldMark
+
+    fold = make_fold(name, garment)
+    plan = garment.vertices[:, :2]
+    return FoldMark(name, fold.line, fold.normal, plan[fold.left], plan[fold.right])
