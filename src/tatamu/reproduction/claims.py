@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -97,4 +98,4 @@ def _slip(trial: Trial | None) -> float:
 
 def _falls(values: list[float]) -> bool:
     """Whether the last is less than the first, and none is more than the one before."""
-    return values[-1] < values[0] and all(later <= earlier for earlier, later in zip(values, values[1:], strict=False))
+    return values[-1] < values[0] and all(later <= earlier for earlier, later in pairwise(values))

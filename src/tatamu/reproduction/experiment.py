@@ -23,7 +23,7 @@ SPACING = 0.02
 
 @dataclass(frozen=True)
 class Choices:
-    """What is run; where the paper says nothing, the defaults are ours. Tables by garment; what is not in one: default."""
+    """What is run; where the paper says nothing, the defaults are ours. Tables are by garment."""
 
     simulator: str = "blender"
     garments: tuple[str, ...] = tuple(FOLDS)

@@ -69,7 +69,7 @@ def page(choices: Choices, studies: list[Study]) -> str:
     """The whole page."""
     names = ", ".join(choices.garments)
     lead = (
-        f"{text(names)} in {text(choices.simulator)}: {choices.seeds} seeds of {choices.trials} trials each, the first "
+        f"{text(names)} in {text(choices.simulator)}: {choices.seeds} stud{'ies' if choices.seeds > 1 else 'y'} of {choices.trials} trials each, the first "
         "random, then a Gaussian process with expected improvement; grasps are real numbers that are floored; the best "
         "fold is that of least C."
     )
@@ -136,7 +136,7 @@ def _histograms(sheet: Sheet, study: Study) -> str:
 
 
 def _claims(answers: list[Claims]) -> str:
-    head = ["garment", "mean e<sub>i</sub> and slip, medians", "moves left", "two peaks", "slips less"]
+    head = ["garment", "mean e<sub>i</sub> and slip, medians", "moves left", "two peaks", "slips less [seeds]"]
     return table(head, [_answer(answer) for answer in answers])
 
 
@@ -145,7 +145,7 @@ def _answer(answer: Claims) -> str:
         f"after {moment.after}: {_mm(moment.mean_vertex_distance)}, {_mm(moment.slip)}" for moment in answer.moments
     )
     counts = (answer.moved_left, answer.two_peaked, answer.slipped_less)
-    cells = "".join(f'<td class="number">{count} of {answer.seeds} seeds</td>' for count in counts)
+    cells = "".join(f'<td class="number">{count} of {answer.seeds}</td>' for count in counts)
     return f'<tr><th scope="row">{text(answer.garment)}</th><td>{course}</td>{cells}</tr>'
 
 

@@ -1,7 +1,7 @@
 """Triangles joined to quadrilaterals, for Blender's linear bending model.
 
-That model, the only one when the paper was written, knows bending springs and a right tension on quadrilaterals alone: on
-triangles alone a strip hangs over an edge as if it had no bending, and stretches ten times as far [measured, 5.0.1].
+That model, the only one when the paper was written, wants quadrilaterals: on triangles a strip hangs over an edge as if
+it had no bending, and stretches up to ten times as far [measured, 5.0.1].
 """
 
 from __future__ import annotations
