@@ -68,8 +68,9 @@ def data(choices: Choices, studies: list[Study]) -> dict[str, Any]:
 def page(choices: Choices, studies: list[Study]) -> str:
     """The whole page."""
     names = ", ".join(choices.garments)
+    count = "1 study" if choices.seeds == 1 else f"{choices.seeds} studies"
     lead = (
-        f"{text(names)} in {text(choices.simulator)}: {choices.seeds} stud{'ies' if choices.seeds > 1 else 'y'} of {choices.trials} trials each, the first "
+        f"{text(names)} in {text(choices.simulator)}: {count} of {choices.trials} trials for each garment, the first "
         "random, then a Gaussian process with expected improvement; grasps are real numbers that are floored; the best "
         "fold is that of least C."
     )
