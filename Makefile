@@ -5,7 +5,7 @@ BIN = $(VENV)/bin
 READY = $(VENV)/.ready
 DEV = $(VENV)/.ready-dev
 
-.PHONY: learn blender test test-slow lint format learning garments validate clean
+.PHONY: learn blender test test-slow lint format learning garments validate clean opinion paper
 
 learn: $(READY)  ## learn to fold the default towel
 	$(BIN)/tatamu learn towel --trials 50 --seed 0 --out runs/towel
@@ -41,6 +41,12 @@ garments: $(DEV)  ## the pictures of docs/garments.md
 
 validate: $(READY)  ## every textbook check, as a page
 	$(BIN)/tatamu validate --out runs/validation
+
+opinion: $(READY)  ## the figures of docs/second-opinion.md: an hour and more; needs `make blender` and mujoco
+	$(BIN)/python benchmarks/opinion.py --out runs/opinion --write-docs
+
+paper: $(READY)  ## section VI of the paper in Blender, all garments and seeds: hours
+	$(BIN)/tatamu reproduce --out runs/paper
 
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)

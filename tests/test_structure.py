@@ -20,6 +20,8 @@ ORDER = [
     ["report"],
     ["robots"],
     ["learning"],
+    ["opinion"],
+    ["reproduction"],
     ["cli"],
 ]
 """Each part may import itself and what stands above it."""

@@ -6,7 +6,19 @@ import sys
 
 import typer
 
-from tatamu.cli import garments, install, learn, outline, plan, rehearse, show, simulate, validate  # noqa: F401
+from tatamu.cli import (  # noqa: F401
+    check,
+    garments,
+    install,
+    learn,
+    outline,
+    plan,
+    rehearse,
+    reproduce,
+    show,
+    simulate,
+    validate,
+)
 from tatamu.cli.app import app
 from tatamu.errors import InputError, TatamuError
 
