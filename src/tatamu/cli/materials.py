@@ -9,7 +9,6 @@ import typer
 from tatamu.cli.app import app
 
 if TYPE_CHECKING:
-    from rich.console import Console
     from rich.table import Table
 
     from tatamu.presets import Preset
@@ -47,45 +46,37 @@ def materials(
 
     from tatamu.presets import load_preset, names
 
-    console = Console(soft_wrap=False, highlight=False)
-    if name is None:
-        console.print(_table([load_preset(each) for each in names()]))
-        console.print(
-            "Somebody else's cloth: a place to start. `tatamu materials NAME` says where each figure is from."
-        )
-    else:
-        _one(console, load_preset(name))
+    console = Console(soft_wrap=True, highlight=False)
+    if name is not None:
+        console.print(described(load_preset(name)))
+        return
+    console.print(_table([load_preset(each) for each in names()]))
+    console.print("Somebody else's cloth: a place to start. `tatamu materials NAME` says where each figure is from.")
 
 
 def _table(presets: list[Preset]) -> Table:
     from rich.table import Table
 
-    table = Table(box=None, pad_edge=False, padding=(0, 2))
-    heads = ("preset", "what", "ρ g/m²", "Y N/m", "B µN m", "l_b cm", "μ table", "t mm")
-    for number, head in enumerate(heads):
-        table.add_column(head, justify="left" if number < 2 else "right", no_wrap=number != 1)
+    table = Table(box=None, pad_edge=False, padding=(0, 1))
+    for number, head in enumerate(("preset", "ρ g/m²", "Y N/m", "B µN m", "l_b cm", "μ table", "t mm", "what")):
+        table.add_column(head, justify="right" if 0 < number < 7 else "left", no_wrap=number != 7)
     for each in presets:
         m = each.material
         numbers = (1e3 * m.areal_density, m.stretch_stiffness, 1e6 * m.bending_rigidity, 100 * m.bending_length)
         row = [f"{number:.3g}" for number in (*numbers, m.friction_table, 1e3 * m.thickness)]
         raw = " (Blender's own numbers)" if m.blender is not None else ""
-        table.add_row(each.name, each.preset.title + raw, *row)
+        table.add_row(each.name, *row, each.preset.title + raw)
     return table
 
 
-def _one(console: Console, preset: Preset) -> None:
-    from rich.table import Table
-
-    console.print(f"{preset.name}: {preset.preset.title}. A preset: somebody else's cloth.")
-    if preset.preset.note:
-        console.print(preset.preset.note)
-    table = Table(box=None, pad_edge=False, padding=(0, 2))
-    for head in ("field", "value", "spread", "source"):
-        table.add_column(head, overflow="fold", no_wrap=head != "source")
+def described(preset: Preset) -> str:
+    """All that is known of one preset, a field a line."""
+    lines = [f"{preset.name}: {preset.preset.title}. A preset: somebody else's cloth.", preset.preset.note]
     for name, unit in UNITS.items():
-        spread = preset.spread.get(name)
-        span = f"{spread[0]:g} to {spread[1]:g}" if spread else ""
-        table.add_row(name, f"{getattr(preset.material, name):g} {unit}", span, preset.source.get(name, ""))
-    console.print(table)
-    for key, value in (preset.material.blender or {}).items():
-        console.print(f"  blender.{key} = {value}")
+        low, high = preset.spread.get(name, (None, None))
+        span = "" if low is None else f", {low:g} to {high:g}"
+        source = preset.source.get(name)
+        value = getattr(preset.material, name)
+        lines.append(f"  {name:18} {value:g} {unit}{span}" + (f"  ({source})" if source else ""))
+    lines += [f"  blender.{key} = {value}" for key, value in (preset.material.blender or {}).items()]
+    return "\n".join(line for line in lines if line)

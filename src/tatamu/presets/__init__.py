@@ -14,7 +14,6 @@ Each preset is a file NAME.toml in this folder:
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
