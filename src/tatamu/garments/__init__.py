@@ -7,12 +7,14 @@ from collections.abc import Callable
 from tatamu.errors import InputError
 from tatamu.garments.garment import Garment
 from tatamu.garments.towel import towel
+from tatamu.garments.trousers import trousers
+from tatamu.garments.tshirt import tshirt
 from tatamu.material import Material
 
-GARMENTS: dict[str, Callable[..., Garment]] = {"towel": towel}
+GARMENTS: dict[str, Callable[..., Garment]] = {"towel": towel, "tshirt": tshirt, "trousers": trousers}
 """Name of each garment and the function that makes it from size, material and spacing."""
 
-__all__ = ["GARMENTS", "Garment", "make_garment", "towel"]
+__all__ = ["GARMENTS", "Garment", "make_garment", "towel", "trousers", "tshirt"]
 
 
 def make_garment(
