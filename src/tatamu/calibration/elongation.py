@@ -33,6 +33,7 @@ class Elongation:
 
     garment: Garment
     grasps: Sequence[Grasp]
+    name: str = "elongation"
 
     @cached_property
     def held(self) -> list[np.ndarray]:

@@ -38,6 +38,7 @@ class Sag:
     """d: from the front of the grip to the edge [m]."""
     spacing: float | None = None
     """Mesh spacing along the strip [m]; None: `CELLS` rows."""
+    name: str = "sag"
 
     @cached_property
     def mesh(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -45,14 +46,14 @@ class Sag:
         wanted = CELLS if self.spacing is None else self.free_length / self.spacing
         cells = int(np.clip(round(wanted), FEWEST, MOST))
         row = self.free_length / (cells + 0.5)
-        rows = cells + 1 + HELD_ROWS
+        rows = cells + HELD_ROWS
         rows += rows % 2
         vertices, faces = staggered_rectangle(NARROWEST * self.free_length, rows * row, row / np.sqrt(0.75))
         # the mesh has rows of its own choice: stretch it so that its rows stand `row` apart
         own = np.unique(vertices[:, 0].round(9))
         along = np.searchsorted(own, vertices[:, 0].round(9))
         vertices[:, 0] = along * row
-        return vertices, faces, np.flatnonzero(along > cells)
+        return vertices, faces, np.flatnonzero(along >= cells)
 
     def scene(self, material: Material) -> Scene:
         """The strip starts level and settles."""
