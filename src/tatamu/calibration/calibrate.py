@@ -53,6 +53,7 @@ def calibrate(
     laboratory, targets = Laboratory(simulator, tick), targets_of(setup, readings)
     material, matches, passes = _elastic(laboratory, targets, _start(setup, readings, targets))
     fits = [_fit(target, matches[target.parameter]) for target in targets]
+    shapes = {target.test.name: laboratory.shape(target.test, material) for target in targets}
     sliding = None
     if setup.slope is not None:
         sliding = _friction(laboratory, setup.slope, material)
@@ -61,12 +62,12 @@ def calibrate(
     return Calibration(
         material=material,
         simulator=simulator,
-        garment=setup.garment.name,
+        setup=setup,
         fits=tuple(fits),
         contributions=_contributions(laboratory, setup, readings, targets, material, sliding),
         readings=readings,
         assumed=_assumed(setup),
-        textbook_friction=setup.slope.textbook if setup.slope else None,
+        shapes=shapes,
         passes=passes,
         simulations=laboratory.simulations,
         unsettled=laboratory.unsettled,
@@ -135,9 +136,7 @@ def _friction(laboratory: Laboratory, slope: Slope, material: Material) -> Slidi
 
 def _friction_fit(slope: Slope, sliding: Sliding, readings: dict[str, Reading]) -> Fit:
     board, height = readings["L_t"], readings["H_s"]
-    error = np.hypot(height.uncertainty, np.sin(slope.angle) * board.uncertainty) / (
-        board.value * np.cos(slope.angle)
-    )
+    error = np.hypot(height.uncertainty, np.sin(slope.angle) * board.uncertainty) / (board.value * np.cos(slope.angle))
     return Fit(
         test="friction",
         parameter="friction_table",

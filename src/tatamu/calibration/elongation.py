@@ -23,6 +23,9 @@ from tatamu.topology import areas
 
 RELAXATIONS = 14.0
 """The scene lasts so many times 1 / rate of its slowest motion: what is left of it is e^-14."""
+LAYERS_APART = 2.0
+"""Layers hang so many thicknesses apart at first: where a grip holds them as near as contact allows, contact and grip
+would push against each other for ever."""
 SAME_END = 2e-3
 """Vertices less than this nearer to the end than the farthest belong to it [m]."""
 
@@ -44,7 +47,8 @@ class Elongation:
     def plan(self) -> np.ndarray:
         """The garment upright, in its own plane: across and below the grips [m], shape (n, 2)."""
         flat = self.garment.cloth().rest[:, :2]
-        grip = flat[np.concatenate(self.held)].mean(axis=0)
+        gripped = flat[np.concatenate(self.held)]
+        grip = 0.5 * (gripped.min(axis=0) + gripped.max(axis=0))
         weight = areas(self.garment.cloth().rest, self.garment.faces)
         middle = weight @ flat[self.garment.faces].mean(axis=1) / weight.sum()
         down = (middle - grip) / np.linalg.norm(middle - grip)
@@ -68,7 +72,7 @@ class Elongation:
     def scene(self, material: Material) -> Scene:
         """The garment starts unstrained in a vertical plane and settles."""
         rate = 2.0 * float(np.sqrt(GRAVITY / self.length))
-        apart = self.garment.vertices[:, 2]
+        apart = LAYERS_APART * self.garment.vertices[:, 2]
         cloth = self.garment.cloth()
         start = np.column_stack([apart, self.plan[:, 0], -self.plan[:, 1]])
         grippers = [Gripper(vertices=each.tolist(), times=[0.0], displacements=np.zeros((1, 3))) for each in self.held]

@@ -47,9 +47,8 @@ class Laboratory:
     simulations: int = 0
     unsettled: float = 0.0
     """Largest motion over the last quarter of a scene that was accepted [m]."""
-    rollouts: dict[str, Rollout] = field(default_factory=dict)
-    """Last rollout of each test, by name."""
     _known: dict[tuple[str, str], float] = field(default_factory=dict)
+    _shapes: dict[tuple[str, str], np.ndarray] = field(default_factory=dict)
     _durations: dict[str, float] = field(default_factory=dict)
 
     def run(self, scene: Scene, what: str) -> Rollout:
@@ -63,12 +62,16 @@ class Laboratory:
         key = test.name, material.model_dump_json()
         if key not in self._known:
             try:
-                self._known[key] = self._settled(test, test.scene(material))
+                self._known[key], self._shapes[key] = self._settled(test, test.scene(material))
             except SimulationError:
                 self._known[key] = np.inf
         return self._known[key]
 
-    def _settled(self, test: Test, scene: Scene) -> float:
+    def shape(self, test: Test, material: Material) -> np.ndarray | None:
+        """Positions [m] at rest, shape (n, 3), of a reading that was made; None where there is none."""
+        return self._shapes.get((test.name, material.model_dump_json()))
+
+    def _settled(self, test: Test, scene: Scene) -> tuple[float, np.ndarray]:
         """Simulate, longer where it has to be; what once was long enough is where the next begins."""
         factor = self._durations.get(test.name, 1.0)
         for attempt in range(MOST_DOUBLINGS + 1):
@@ -81,5 +84,4 @@ class Laboratory:
             factor *= LONGER
         self._durations[test.name] = factor
         self.unsettled = max(self.unsettled, float(np.ptp(late)))
-        self.rollouts[test.name] = rollout
-        return reading if np.ptp(late) < SETTLED else float(np.mean(late))
+        return (reading if np.ptp(late) < SETTLED else float(np.mean(late))), rollout.positions[-1]

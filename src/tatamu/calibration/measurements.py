@@ -1,4 +1,4 @@
-"""What the ruler, the scale and the board said, as `measurements.toml` holds it; docs/calibration.md shows each reading.
+"""What ruler, scale and board said, as `measurements.toml` holds it; docs/calibration.md shows each reading.
 
     [garment]     name, size, mass                what it is, and its mass
     [elongation]  grasps, L1, L2                  paper, section IV-A
@@ -121,22 +121,23 @@ class ElongationReadings(Part):
 class FrictionReadings(Part):
     """The board, and how high its end is lifted when the cloth slides (paper, section IV-B)."""
 
-    L_t: Length
+    L_t: Lengths
     """Length of the board from the end that stays to the end that is lifted [m]."""
     H_s: Lengths
     """Height of the lifted end when the cloth starts to slide [m]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
+        board = float(np.mean(self.L_t))
         for height in self.H_s:
-            if height >= self.L_t:
+            if height >= board:
                 raise ValueError(
-                    f"H_s ({height:g} m) must be less than L_t ({self.L_t:g} m): the end of a board is not lifted "
+                    f"H_s ({height:g} m) must be less than L_t ({board:g} m): the end of a board is not lifted "
                     "higher than the board is long"
                 )
-        if max(self.H_s) > 0.95 * self.L_t:
+        if max(self.H_s) > 0.95 * board:
             raise ValueError(
-                f"H_s ({max(self.H_s):g} m) of a board of {self.L_t:g} m is a slope over 70 degrees: the cloth is "
+                f"H_s ({max(self.H_s):g} m) of a board of {board:g} m is a slope over 70 degrees: the cloth is "
                 "caught on the board, not held by friction"
             )
         return self
@@ -147,21 +148,22 @@ class SagReadings(Part):
 
     edge: str
     """Name of the edge beside which the cloth is held."""
-    free_length: Length
+    free_length: Lengths
     """From the front of the grip to the edge, along the cloth [m]."""
     sag: Lengths
     """From the grip vertically down to the lowest point, the edge [m]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
+        free = float(np.mean(self.free_length))
         for sag in self.sag:
-            if sag >= self.free_length:
+            if sag >= free:
                 raise ValueError(
-                    f"sag ({sag:g} m) must be less than free_length ({self.free_length:g} m): the edge cannot hang "
+                    f"sag ({sag:g} m) must be less than free_length ({free:g} m): the edge cannot hang "
                     "farther below the grip than there is cloth between them"
                 )
-        if self.free_length < 0.01:
-            raise ValueError(f"free_length must be at least 0.01 m, given {self.free_length:g} m: a ruler cannot tell")
+        if free < 0.01:
+            raise ValueError(f"free_length must be at least 0.01 m, given {free:g} m: a ruler cannot tell")
         return self
 
 
@@ -203,6 +205,6 @@ def load_measurements(path: Path) -> Measurements:
 
 
 def uncertainty(readings: tuple[float, ...], error: float) -> float:
-    """Standard uncertainty of the mean: the stated error, or the repeats' scatter where that is larger, over sqrt(n)."""
+    """Standard uncertainty of the mean: the stated error, or the scatter of repeats if larger, over sqrt(n)."""
     scatter = float(np.std(readings, ddof=1)) if len(readings) > 2 else 0.0
     return max(error, scatter) / float(np.sqrt(len(readings)))

@@ -30,10 +30,10 @@ def readings_of(measurements: Measurements) -> dict[str, Reading]:
         found["L1"] = _reading(measurements.elongation.L1, errors.length)
         found["L2"] = _reading(measurements.elongation.L2, errors.length)
     if measurements.friction is not None:
-        found["L_t"] = _reading((measurements.friction.L_t,), errors.length)
+        found["L_t"] = _reading(measurements.friction.L_t, errors.length)
         found["H_s"] = _reading(measurements.friction.H_s, errors.H_s)
     if measurements.sag is not None:
-        found["free_length"] = _reading((measurements.sag.free_length,), errors.length)
+        found["free_length"] = _reading(measurements.sag.free_length, errors.length)
         found["sag"] = _reading(measurements.sag.sag, errors.length)
     return found
 

@@ -12,6 +12,7 @@ import tomli_w
 
 from tatamu import __version__
 from tatamu.calibration.readings import Reading
+from tatamu.calibration.setup import Setup
 from tatamu.files import write_text
 from tatamu.material import Material
 
@@ -48,7 +49,7 @@ class Calibration:
 
     material: Material
     simulator: str
-    garment: str
+    setup: Setup
     fits: tuple[Fit, ...]
     contributions: Mapping[str, np.ndarray]
     """Reading to the part of each of `PARAMETERS` that one standard uncertainty of it moves, shape (4,)."""
@@ -56,12 +57,17 @@ class Calibration:
     """By the name they have in the file."""
     assumed: tuple[str, ...]
     """Fields that nothing measured."""
-    textbook_friction: float | None
-    """tan(theta)."""
+    shapes: Mapping[str, np.ndarray]
+    """Test to the simulated garment's or strip's positions at rest [m], shape (n, 3)."""
     passes: int
     simulations: int
     unsettled: float
     """Largest motion of a reading over the last quarter of a scene [m]."""
+
+    @property
+    def textbook_friction(self) -> float | None:
+        """tan(theta), None where friction was not measured."""
+        return self.setup.slope.textbook if self.setup.slope else None
 
     @property
     def covariance(self) -> np.ndarray:
@@ -119,7 +125,7 @@ class Calibration:
             "calibration": {
                 "simulator": self.simulator,
                 "tatamu": __version__,
-                "garment": self.garment,
+                "garment": self.setup.garment.name,
                 "assumed": list(self.assumed),
                 "passes": self.passes,
                 "simulations": self.simulations,
@@ -130,7 +136,9 @@ class Calibration:
 
     def save(self, path: Path) -> None:
         """Write MATERIAL.toml in one piece."""
-        head = f"# A cloth as the simulator {self.simulator} needs it; other simulators need another file. SI units.\n\n"
+        head = (
+            f"# A cloth as the simulator {self.simulator} needs it; other simulators need another file. SI units.\n\n"
+        )
         write_text(path, head + tomli_w.dumps(self.to_toml()))
 
 

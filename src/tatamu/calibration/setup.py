@@ -60,10 +60,10 @@ def setup_of(measurements: Measurements, spacing: float | None = None) -> Setup:
     elongation = Elongation(garment, tuple(hung.grasps)) if hung else None
     if elongation is not None:
         elongation.held  # noqa: B018  names an unknown edge now, not after the first simulation
-    slope = Slope(float(np.arcsin(np.mean(tilted.H_s) / tilted.L_t))) if tilted else None
-    sag = Sag(held.free_length, spacing) if held else None
-    if held is not None:
-        _check_edge(garment, held.edge, held.free_length)
+    slope = Slope(float(np.arcsin(np.mean(tilted.H_s) / np.mean(tilted.L_t)))) if tilted else None
+    sag = Sag(float(np.mean(held.free_length)), spacing) if held else None
+    if held is not None and sag is not None:
+        _check_edge(garment, held.edge, sag.free_length)
     return Setup(garment, base, elongation, slope, sag)
 
 
@@ -72,6 +72,6 @@ def _check_edge(garment: Garment, name: str, free_length: float) -> None:
     along = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
     if along < SHORTEST_EDGE * free_length:
         raise InputError(
-            f"sag: edge {name} is {along:.2f} m long; with a free length of {free_length:g} m its ends hang differently "
-            f"from its middle: choose a free length of at most {along / SHORTEST_EDGE:.2f} m, or a longer edge"
+            f"sag: edge {name} is {along:.2f} m long; with a free length of {free_length:g} m its ends hang "
+            f"differently from its middle: choose a free length of at most {along / SHORTEST_EDGE:.2f} m, or a longer edge"
         )

@@ -16,7 +16,7 @@ from tatamu.material import Material
 
 STRETCH, BENDING = (1.0, 1e5), (1e-8, 1e-2)
 """Ranges in which the parameters are searched [N/m], [N m]."""
-WITHIN, FINEST = 3e-3, 1e-5
+WITHIN, FINEST = 1e-3, 1e-5
 """Readings are matched to this part of themselves, or to this length [m] where that is more."""
 STIFFEST, LIMPEST = 0.02, 0.96
 """A sag over free length outside these only says that the bending length is far longer, or far shorter."""

@@ -77,9 +77,7 @@ def contributions(
     return found
 
 
-def _elastic(
-    name: str, reading: Reading, density: float, elongation: Slopes | None, sag: Slopes | None
-) -> np.ndarray:
+def _elastic(name: str, reading: Reading, density: float, elongation: Slopes | None, sag: Slopes | None) -> np.ndarray:
     """Changes of ln Y and ln B that make up for the change of one reading, shape (2,)."""
     error = reading.uncertainty
     matrix, wanted = np.eye(2), np.zeros(2)

@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from tatamu.cli import install, learn, materials, plan, rehearse, simulate, validate  # noqa: F401
+from tatamu.cli import calibrate, install, learn, materials, measure, plan, rehearse, simulate, validate  # noqa: F401
 from tatamu.cli.app import app
 from tatamu.errors import InputError, TatamuError
 
