@@ -94,20 +94,21 @@ def _elastic(
 ) -> tuple[Material, dict[str, Match], int]:
     """Match the targets in turn until no parameter changes; the matches by parameter, and how many passes it took."""
     matches: dict[str, Match] = {}
-    for number in range(1, MOST_PASSES + 1):
-        before = material
+    passes, before = 0, None
+    while passes < MOST_PASSES and (before is None or _moved(material, before, targets)):
+        passes, before = passes + 1, material
         for target in targets:
             found = target.matched(laboratory, material, getattr(material, target.parameter))
             earlier = matches[target.parameter].samples if target.parameter in matches else ()
             matches[target.parameter] = found.after(earlier)
             material = material.model_copy(update={target.parameter: found.parameter})
-        if all(abs(_ratio(material, before, target.parameter)) < SAME for target in targets):
-            break
-    return material, matches, number
+    return material, matches, passes
 
 
-def _ratio(material: Material, before: Material, parameter: str) -> float:
-    return float(np.log(getattr(material, parameter) / getattr(before, parameter)))
+def _moved(material: Material, before: Material, targets: list[Target]) -> bool:
+    """Whether a pass changed a parameter."""
+    ratios = [getattr(material, target.parameter) / getattr(before, target.parameter) for target in targets]
+    return any(abs(np.log(ratio)) > SAME for ratio in ratios)
 
 
 def _fit(target: Target, found: Match) -> Fit:

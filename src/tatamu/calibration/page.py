@@ -131,6 +131,8 @@ def _chart(calibration: Calibration, fit: Fit) -> go.Figure:
         go.Scatter(x=x, y=y, mode="lines+markers", line={"color": drawing.CLOTH, "width": 1.3}, name="simulated")
     )
     found = factor * getattr(calibration.material, fit.parameter)
+    lowest, highest = min(low, y.min()), max(high, y.max())
+    chart.update_yaxes(range=[lowest - 0.08 * (highest - lowest), highest + 0.08 * (highest - lowest)])
     chart.add_vline(found, line={"color": INK, "width": 1, "dash": "dot"})
     return chart
 

@@ -57,7 +57,7 @@ class Calibration:
     """By the name they have in the file."""
     assumed: tuple[str, ...]
     """Fields that nothing measured."""
-    shapes: Mapping[str, np.ndarray]
+    shapes: Mapping[str, np.ndarray | None]
     """Test to the simulated garment's or strip's positions at rest [m], shape (n, 3)."""
     passes: int
     simulations: int

@@ -73,5 +73,5 @@ def _check_edge(garment: Garment, name: str, free_length: float) -> None:
     if along < SHORTEST_EDGE * free_length:
         raise InputError(
             f"sag: edge {name} is {along:.2f} m long; with a free length of {free_length:g} m its ends hang "
-            f"differently from its middle: choose a free length of at most {along / SHORTEST_EDGE:.2f} m, or a longer edge"
+            f"differently from its middle: choose a free length up to {along / SHORTEST_EDGE:.2f} m, or a longer edge"
         )
