@@ -129,7 +129,7 @@ def _substitution(calibration: Calibration) -> list[str]:
 def best_repeat(calibration: Calibration) -> tuple[str, list[tuple[str, float, float]]] | None:
     """The reading that is worth most to repeat, and the relative uncertainty of what it helps before and after.
 
-    The gain of a reading is the sum over parameters of the logarithm by which `MORE` repeats of it lower the variance.
+    The gain of a reading is how much `MORE` repeats of it lower the sum of the relative variances.
     """
     rows = [PARAMETERS.index(name) for name in calibration.known]
     variance = np.diag(calibration.covariance)[rows]
@@ -139,7 +139,7 @@ def best_repeat(calibration: Calibration) -> tuple[str, list[tuple[str, float, f
         name: variance - calibration.contributions[name][rows] ** 2 * MORE / (reading.repeats + MORE)
         for name, reading in calibration.readings.items()
     }
-    best = min(lowered, key=lambda name: float(np.log(lowered[name] / variance).sum()))
+    best = min(lowered, key=lambda name: float(lowered[name].sum()))
     gains = [
         (calibration.known[k], float(np.sqrt(variance[k])), float(np.sqrt(lowered[best][k])))
         for k in range(len(rows))

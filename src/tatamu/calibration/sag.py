@@ -37,13 +37,13 @@ class Sag:
     free_length: float
     """d: from the front of the grip to the edge [m]."""
     spacing: float | None = None
-    """Mesh spacing along the strip [m]; None: `CELLS` rows."""
+    """Edge length of the strip's mesh [m]; None: so that it has `CELLS` rows."""
     name: str = "sag"
 
     @cached_property
     def mesh(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Points of the strip [m], shape (n, 3), edge at x = 0 and grip at larger x; triangles; held vertices."""
-        wanted = CELLS if self.spacing is None else self.free_length / self.spacing
+        wanted = CELLS if self.spacing is None else self.free_length / (np.sqrt(0.75) * self.spacing) - 0.5
         cells = int(np.clip(round(wanted), FEWEST, MOST))
         row = self.free_length / (cells + 0.5)
         rows = cells + HELD_ROWS
