@@ -5,7 +5,7 @@ BIN = $(VENV)/bin
 READY = $(VENV)/.ready
 DEV = $(VENV)/.ready-dev
 
-.PHONY: learn blender test test-slow lint format learning validate clean
+.PHONY: learn blender test test-slow lint format learning calibration validate clean
 
 learn: $(READY)  ## learn to fold the default towel
 	$(BIN)/tatamu learn towel --trials 50 --seed 0 --out runs/towel
@@ -30,6 +30,12 @@ format: $(DEV)
 
 learning: $(READY)  ## the figures of docs/learning.md: five seeds, against random search and baselines
 	$(BIN)/python benchmarks/learning.py --out runs/learning --write-docs
+
+calibration: $(READY)  ## the proofs of docs/calibration.md: hidden materials, other simulators as the real cloth; about an hour
+	$(BIN)/python benchmarks/calibration.py drawings
+	$(BIN)/python benchmarks/calibration.py pinch --write-docs
+	$(BIN)/python benchmarks/calibration.py recovery --write-docs
+	$(BIN)/python benchmarks/calibration.py cloths --write-docs
 
 validate: $(READY)  ## every textbook check, as a page
 	$(BIN)/tatamu validate --out runs/validation

@@ -91,7 +91,7 @@ def hanging(test: Elongation, shape: np.ndarray) -> str:
     """The garment as it hangs, positions [m] of shape (n, 3), and as it lies beside."""
     hung = shape[:, 1:]
     flat = test.plan * [1.0, -1.0]
-    aside = np.array([1.25 * np.ptp(flat[:, 0]), 0.0])
+    aside = np.array([1.45 * np.ptp(flat[:, 0]), 0.0])
     room = np.array([[0.25 * aside[0], 0.06 * np.ptp(flat[:, 1])]])
     drawing = Drawing.around(np.concatenate([hung, flat + aside, (flat + aside).max(0)[None] + room]), 340.0)
     edges = Topology(test.garment.faces).edges
