@@ -329,3 +329,11 @@ def test_a_cloth_too_soft_for_the_simulator_reads_as_infinitely_long(monkeypatch
 
     monkeypatch.setattr(laboratory, "simulate", give_up)
     assert laboratory.Laboratory("native").reading(Sag(FREE), HIDDEN) == np.inf
+    with pytest.raises(SimulationError, match="sag: native gave up: stretched"):
+        calibrate(measured(elongation=None, friction=None))
+
+
+def test_thick_cloth_on_a_short_free_length_sags_like_thin_cloth() -> None:
+    strip = Sag(0.03, 0.03 / 18)
+    thick, thin = (HIDDEN.model_copy(update={"thickness": t, "bending_rigidity": 1e-5}) for t in (0.004, 0.0001))
+    assert strip.reading(simulate(strip.scene(thick))) == pytest.approx(strip.reading(simulate(strip.scene(thin))))

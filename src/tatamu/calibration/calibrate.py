@@ -20,7 +20,7 @@ from tatamu.calibration.result import Calibration, Fit
 from tatamu.calibration.setup import Setup, setup_of
 from tatamu.calibration.target import Target, targets_of
 from tatamu.calibration.uncertainty import Slopes, contributions, slopes
-from tatamu.errors import InputError
+from tatamu.errors import InputError, SimulationError
 from tatamu.material import Material
 from tatamu.simulators import named
 
@@ -47,6 +47,7 @@ def calibrate(
 
     Raises:
         InputError: The garment or the simulator does not exist, or a reading is beyond the simulator.
+        SimulationError: The simulator gave up on a test whatever the parameter.
     """
     named(simulator)
     setup, readings = setup_of(measurements, spacing), readings_of(measurements)
@@ -99,6 +100,8 @@ def _elastic(
         passes, before = passes + 1, material
         for target in targets:
             found = target.matched(laboratory, material, getattr(material, target.parameter))
+            if not np.isfinite(found.reading):
+                raise SimulationError(f"{target.test.name}: {laboratory.simulator} gave up: {laboratory.failure}")
             earlier = matches[target.parameter].samples if target.parameter in matches else ()
             matches[target.parameter] = found.after(earlier)
             material = material.model_copy(update={target.parameter: found.parameter})

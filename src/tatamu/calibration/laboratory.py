@@ -45,6 +45,8 @@ class Laboratory:
     tick: Callable[[str], None] = lambda what: None
     """Called before each simulation with what it is for."""
     simulations: int = 0
+    failure: str = ""
+    """What the simulator last said when it gave up."""
     unsettled: float = 0.0
     """Largest motion over the last quarter of a scene that was accepted [m]."""
     _known: dict[tuple[str, str], float] = field(default_factory=dict)
@@ -63,8 +65,8 @@ class Laboratory:
         if key not in self._known:
             try:
                 self._known[key], self._shapes[key] = self._settled(test, test.scene(material))
-            except SimulationError:
-                self._known[key] = np.inf
+            except SimulationError as error:
+                self._known[key], self.failure = np.inf, str(error)
         return self._known[key]
 
     def shape(self, test: Test, material: Material) -> np.ndarray | None:

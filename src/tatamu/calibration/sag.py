@@ -25,6 +25,8 @@ FEWEST, MOST = 3, 24
 HELD_ROWS = 3
 NARROWEST = 0.7
 """Width of the strip over its free length: it stands for an edge of any width."""
+THIN = 0.25
+"""Largest thickness of the strip over its shortest edge."""
 RELAXATIONS = 16.0
 GAMMAS = np.geomspace(1e-2, 1e3, 101)
 """Range of weight over bending, Gamma = rho g d^3 / B, in which a ruler could tell."""
@@ -62,11 +64,17 @@ class Sag:
         rate = float(max(3.52 / np.sqrt(gamma), 1.2) * np.sqrt(GRAVITY / self.free_length))
         return Scene(
             cloth=Cloth(vertices=vertices, faces=faces),
-            material=settling(material, rate),
+            material=settling(material, rate).model_copy(update={"thickness": self._thin(material)}),
             grippers=[Gripper(vertices=held.tolist(), times=[0.0], displacements=np.zeros((1, 3)))],
             duration=RELAXATIONS / rate,
             frame_rate=30.0,
         )
+
+    def _thin(self, material: Material) -> float:
+        """A thickness that keeps neighbouring triangles from touching; the strip touches nothing else."""
+        vertices, faces, _ = self.mesh
+        shortest = float(np.linalg.norm(vertices[faces] - vertices[np.roll(faces, 1, axis=1)], axis=2).min())
+        return min(material.thickness, THIN * shortest)
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
         """The sag of a rollout [m]: below the grip, of the edge's mean."""
