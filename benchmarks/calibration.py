@@ -229,7 +229,7 @@ def paper_cloth(name: str) -> Material:
         "bending_model": "LINEAR",
         "bending_stiffness": table["bending"],
         "cloth_friction": table["friction"],
-        "quality": 10,
+        "quality": 10.0,
     }
     return base.model_copy(update={"blender": raw})
 
@@ -257,7 +257,7 @@ def apart(first: list[np.ndarray | None], second: list[np.ndarray | None]) -> li
 
 def sag_length(material: Material, simulator: str) -> float:
     """A free length at which the sheet's edge hangs down about half of it, as a person would find by trying [m]."""
-    lab, tried = Laboratory(simulator), np.arange(0.03, 0.151, 0.02)
+    lab, tried = Laboratory(simulator), np.arange(0.05, 0.151, 0.02)
     share = [lab.reading(Sag(float(d), SPACING, name=f"{d:.2f}"), material) / d for d in tried]
     return float(tried[int(np.argmin(np.abs(np.array(share) - 0.5)))])
 

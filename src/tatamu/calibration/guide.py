@@ -20,7 +20,7 @@ STEP = 0.005
 
 INSTRUCTIONS = """\
 Three measurements of your garment give a simulator its cloth. You need a ruler with millimetres, a kitchen scale, a
-smooth board longer than the garment (a shelf of the table's surface), and two more rulers or flat strips as a grip.
+board longer than the garment, with the surface it will be folded on, and two more rulers or flat strips as a grip.
 Let the cloth lie for a minute before each. Repeat what you can: write repeats as a list, [0.804, 0.805].
 
 0  Weigh and size the garment.                                                            [garment] mass, size
