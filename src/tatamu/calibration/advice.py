@@ -108,7 +108,8 @@ def _limp(length: float, calibration: Calibration) -> str:
     return (
         f"A free length that would tell ({100 * better:.1f} cm) is too short to hold. Fold a strip over itself on the "
         f"table instead, without pressing, and read the height h of the loop, here about {strip:.0f} mm or less: "
-        f"B = ρ g (h / {LOOP})³ = {density * GRAVITY:.2f} N/m² x (h / {LOOP})³."
+        f"B = ρ g (h / {LOOP})³ = {density * GRAVITY:.2f} N/m² x (h / {LOOP})³; write it into the "
+        "material as bending_rigidity."
     )
 
 
