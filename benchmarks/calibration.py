@@ -171,7 +171,7 @@ def recovery(out: Path, draws: int, repeats: int) -> list[dict[str, Any]]:
 def recovery_table(rows: list[dict[str, Any]]) -> str:
     """Both questions as Markdown: how near, and how honest."""
     lines = [
-        "| parameter | limit | readings tell in | of these within the limit | worst of these | of all within | 1 σ covers |",
+        "| parameter | limit | readings tell in | of these within | worst of these | of all within | 1 σ covers |",
         "|---|---|---|---|---|---|---|",
     ]
     covers: list[bool] = []

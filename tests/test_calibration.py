@@ -260,10 +260,18 @@ def test_sliding_is_found_from_a_wrong_guess(true: float) -> None:
     assert all((speed > SLIDING) == (coefficient < true) for coefficient, speed in sliding.samples)
 
 
-@pytest.mark.parametrize("speed", [0.0, 1.0])
-def test_a_cloth_that_always_slides_or_never_is_refused(speed: float) -> None:
-    with pytest.raises(InputError, match="friction: the simulated cloth"):
-        threshold(lambda coefficient: speed, 0.5)
+@pytest.mark.parametrize(("speed", "bound"), [(0.0, "at most"), (1.0, "at least")])
+def test_a_cloth_that_always_slides_or_never_bounds_friction(speed: float, bound: str) -> None:
+    sliding = threshold(lambda coefficient: speed, 0.5)
+    assert sliding.bound == bound and sliding.coefficient == 0.5
+    assert len(sliding.samples) < 12
+
+
+def test_a_simulator_that_cannot_hold_the_cloth_is_said_to(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Slope, "speed", lambda self, rollout: 1.0)
+    result = calibrate(measured(elongation=None, sag=None))
+    assert "friction_table" not in result.known
+    assert any("whatever the coefficient" in text for text in advice_on(result))
 
 
 def test_the_simulated_board_agrees_with_the_textbook() -> None:

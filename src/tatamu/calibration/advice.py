@@ -56,6 +56,9 @@ def _of_fit(calibration: Calibration, fit: Fit) -> list[str]:
         texts += _elongation(calibration, fit)
     elif fit.test == "sag":
         texts += _sag(calibration, fit)
+    elif fit.bound:
+        does = "slides on this slope whatever the coefficient" if fit.bound == "at least" else "sticks without friction"
+        texts.append(f"friction: {calibration.simulator} {does}; tan(theta) is taken, which it cannot follow.")
     return texts
 
 

@@ -149,7 +149,7 @@ def _friction_fit(slope: Slope, sliding: Sliding, readings: dict[str, Reading]) 
         aim=slope.angle,
         simulated=slope.angle,
         unit="rad",
-        bound=None,
+        bound=sliding.bound,
         samples=sliding.samples,
     )
 

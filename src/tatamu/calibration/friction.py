@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tatamu.errors import InputError
 from tatamu.garments.towel import staggered_rectangle
 from tatamu.material import Material
 from tatamu.rollout import Rollout
@@ -29,6 +28,7 @@ FIRST = 0.02
 RESOLUTION = 2e-3
 """The interval of the coefficient is halved until it is narrower than this."""
 LARGEST = 3.0
+"""Coefficients beyond this are not tried."""
 
 
 @dataclass(frozen=True)
@@ -76,6 +76,8 @@ class Sliding:
     """Smallest seen to stick."""
     samples: tuple[tuple[float, float], ...]
     """All (coefficient, speed [m/s]) that were simulated."""
+    bound: str | None = None
+    """None; "at least" where it slides whatever the coefficient, "at most" where it sticks even without friction."""
 
     @property
     def coefficient(self) -> float:
@@ -84,14 +86,11 @@ class Sliding:
 
 
 def threshold(speed: Callable[[float], float], guess: float) -> Sliding:
-    """Search the coefficient at which a sheet begins to slide, by halving.
+    """Search the coefficient at which a sheet begins to slide, by halving; where there is none, the guess is kept.
 
     Args:
         speed: Simulates the speed at a coefficient [m/s].
         guess: Where to begin.
-
-    Raises:
-        InputError: The sheet slides whatever the coefficient, or sticks without friction.
     """
     seen: dict[float, float] = {}
 
@@ -100,6 +99,8 @@ def threshold(speed: Callable[[float], float], guess: float) -> Sliding:
         return seen[coefficient] > SLIDING
 
     low, high = _bracket(slides, guess)
+    if high > LARGEST or low < 0.0:
+        return Sliding(guess, guess, tuple(sorted(seen.items())), "at least" if high > LARGEST else "at most")
     while high - low > RESOLUTION:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if slides(middle) else (low, middle)
@@ -107,17 +108,15 @@ def threshold(speed: Callable[[float], float], guess: float) -> Sliding:
 
 
 def _bracket(slides: Callable[[float], bool], guess: float) -> tuple[float, float]:
-    """A coefficient at which it slides, and a larger one at which it sticks."""
+    """A coefficient at which it slides, and a larger one at which it sticks; one beyond 0 or `LARGEST` if there is none."""
     low, high = guess * (1.0 - FIRST), guess * (1.0 + FIRST)
     step = high - low
     if slides(high):
-        while slides(high + step):
+        while high + step <= LARGEST and slides(high + step):
             high, step = high + step, 2.0 * step
-            if high > LARGEST:
-                raise InputError(f"friction: the simulated cloth slides with any coefficient up to {LARGEST:g}")
         return high, high + step
     while not slides(low):
-        high, low, step = low, low - step, 2.0 * step
-        if low <= 0.0:
-            raise InputError("friction: the simulated cloth does not slide on this slope, even without friction")
+        if low == 0.0:
+            return -1.0, 0.0
+        high, low, step = low, max(low - step, 0.0), 2.0 * step
     return low, high
