@@ -358,6 +358,17 @@ def pinch_table(out: Path) -> str:
         sags = [pinched(material, spacing) for spacing in (0.015, 0.0105)]
         sags += [strip.reading(simulate(strip.scene(material))) for strip in strips]
         lines.append(f"| {1e6 * rigidity:.0f} | " + " | ".join(f"{1e3 * sag:.1f} mm" for sag in sags) + " |")
+    hung = [
+        1e3 * test.reading(simulate(test.scene(terry)))
+        for grasp in (Grasp(edge="bottom"), Grasp(edge="bottom", at=0.0, width=PINCH))
+        for spacing in (0.02, 0.015)
+        for test in [Elongation(make_garment("towel", (0.34, 0.80), terry, spacing), [grasp])]
+    ]
+    lines += [
+        "",
+        f"A towel of 0.34 x 0.80 m, hung by its edge, is {hung[0]:.2f} mm longer on a 20 mm mesh and {hung[1]:.2f} mm on "
+        f"15 mm; by one corner {hung[2]:.1f} and {hung[3]:.1f} mm.",
+    ]
     write_text(out / "pinch.md", "\n".join(lines) + "\n")
     return "\n".join(lines)
 

@@ -108,7 +108,7 @@ def threshold(speed: Callable[[float], float], guess: float) -> Sliding:
 
 
 def _bracket(slides: Callable[[float], bool], guess: float) -> tuple[float, float]:
-    """A coefficient at which it slides, and a larger one at which it sticks; one beyond 0 or `LARGEST` if there is none."""
+    """A coefficient at which it slides, and a larger one at which it sticks; beyond 0 or `LARGEST` if there is none."""
     low, high = guess * (1.0 - FIRST), guess * (1.0 + FIRST)
     step = high - low
     if slides(high):
