@@ -366,8 +366,8 @@ def pinch_table(out: Path) -> str:
     ]
     lines += [
         "",
-        f"A towel of 0.34 x 0.80 m, hung by its edge, is {hung[0]:.2f} mm longer on a 20 mm mesh and {hung[1]:.2f} mm on "
-        f"15 mm; by one corner {hung[2]:.1f} and {hung[3]:.1f} mm.",
+        f"A towel of 0.34 x 0.80 m, hung by its edge, is {hung[0]:.2f} mm longer on a 20 mm mesh and {hung[1]:.2f} mm "
+        f"on 15 mm; by one corner {hung[2]:.1f} and {hung[3]:.1f} mm.",
     ]
     write_text(out / "pinch.md", "\n".join(lines) + "\n")
     return "\n".join(lines)
