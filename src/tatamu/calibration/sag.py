@@ -23,8 +23,9 @@ CELLS = 12
 """Rows of the mesh in front of the grip."""
 FEWEST, MOST = 3, 24
 HELD_ROWS = 3
-NARROWEST = 0.7
-"""Width of the strip over its free length: it stands for an edge of any width."""
+COLUMNS, WIDE_COLUMNS = 8, 12
+"""Columns of the mesh, and of one whose spacing is given: some simulators give border vertices the mass of inner ones,
+so that a narrow strip would weigh more than the garment it stands for."""
 THIN = 0.25
 """Largest thickness of the strip over its shortest edge."""
 RELAXATIONS = 16.0
@@ -50,7 +51,9 @@ class Sag:
         row = self.free_length / (cells + 0.5)
         rows = cells + HELD_ROWS
         rows += rows % 2
-        vertices, faces = staggered_rectangle(NARROWEST * self.free_length, rows * row, row / np.sqrt(0.75))
+        columns = COLUMNS if self.spacing is None else WIDE_COLUMNS
+        edge = row / np.sqrt(0.75)
+        vertices, faces = staggered_rectangle(columns * edge, rows * row, edge)
         # the mesh has rows of its own choice: stretch it so that its rows stand `row` apart
         own = np.unique(vertices[:, 0].round(9))
         along = np.searchsorted(own, vertices[:, 0].round(9))
