@@ -5,7 +5,7 @@ BIN = $(VENV)/bin
 READY = $(VENV)/.ready
 DEV = $(VENV)/.ready-dev
 
-.PHONY: learn blender test test-slow lint format learning garments validate clean opinion paper
+.PHONY: learn blender test test-slow lint format learning garments validate clean opinion paper calibration
 
 learn: $(READY)  ## learn to fold the default towel
 	$(BIN)/tatamu learn towel --trials 50 --seed 0 --out runs/towel
@@ -38,6 +38,11 @@ garments: $(DEV)  ## the pictures of docs/garments.md
 	$(BIN)/python -m tests.photos runs/garments/photo.png
 	$(BIN)/tatamu outline runs/garments/photo.png --width 0.54 --out runs/garments/shirt.svg
 	cp runs/garments/skirt.png runs/garments/shirt-on-photo.jpg docs/garments
+calibration: $(READY)  ## the proofs of docs/calibration.md: hidden materials, other simulators as the real cloth; about an hour
+	$(BIN)/python benchmarks/calibration.py drawings
+	$(BIN)/python benchmarks/calibration.py pinch --write-docs
+	$(BIN)/python benchmarks/calibration.py recovery --write-docs
+	$(BIN)/python benchmarks/calibration.py cloths --write-docs
 
 validate: $(READY)  ## every textbook check, as a page
 	$(BIN)/tatamu validate --out runs/validation

@@ -63,9 +63,7 @@ def test_every_plan_can_be_folded_step_by_step(garment: str, name: str, garments
 
 
 @pytest.mark.parametrize(("garment", "name"), [("towel", "half"), ("tshirt", "half"), ("trousers", "leg")])
-def test_the_first_fold_mirrors_and_reverses_the_layers(
-    garment: str, name: str, garments: dict[str, Garment]
-) -> None:
+def test_the_first_fold_mirrors_and_reverses_the_layers(garment: str, name: str, garments: dict[str, Garment]) -> None:
     made, fold = garments[garment], first(garments[garment], name)
     t = made.material.thickness
     across, along = fold.crease.split(made.vertices)

@@ -7,15 +7,13 @@ import sys
 import typer
 
 from tatamu.cli import (  # noqa: F401
-    check,
-    garments,
+    calibrate,
     install,
     learn,
-    outline,
+    materials,
+    measure,
     plan,
     rehearse,
-    reproduce,
-    show,
     simulate,
     validate,
 )
