@@ -97,8 +97,8 @@ def ideal_fold(garment: Garment, state: np.ndarray, line: Line, stacks: Stack) -
     across, along = line.split(state)
     x, z = _bent(garment, stacks.mean, across, stacks.middle - 0.5 * stacks.mean)
     target = np.column_stack([line.join(x, along), z])
-    alone = (across > 0) & (stacks.under == 0)
-    target[alone] = state[alone]
+    alone = (across > crease_of(garment, garment.material.thickness).arc[-1]) & (stacks.under == 0)
+    target[alone] = state[alone]  # nothing presses its loops
     return target
 
 
