@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tatamu import InputError, Rollout, Scene, simulate
-from tatamu.folding.fold import ideal_states
+from tatamu.folding.fold import ideal_folds
 from tatamu.folding.task import Job, Task, make_job
 from tatamu.learning import learn_job
 
@@ -73,7 +73,7 @@ def test_the_joined_rollout_is_all_steps(learned: Path) -> None:
 
 def test_errors_are_told_against_the_step_and_against_the_flat_garment(learned: Path) -> None:
     result = json.loads((learned / "result.json").read_text())
-    ideals = ideal_states(job().garment, job().plan)
+    ideals = [fold.target for fold in ideal_folds(job().garment, job().plan)]
     for step, ideal in zip(result["steps"], ideals, strict=True):
         rollout = Rollout.load(learned / step["folder"] / "rollout.npz")
         own = np.linalg.norm(rollout.positions[-1] - rollout.extra["target"], axis=1).mean()
@@ -91,9 +91,7 @@ def test_a_finished_plan_is_left_alone(learned: Path, monkeypatch: pytest.Monkey
     assert {p: p.read_bytes() for p in learned.rglob("*") if p.is_file()} == before
 
 
-def test_a_plan_stopped_anywhere_ends_the_same(
-    learned: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_plan_stopped_anywhere_ends_the_same(learned: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     honest, calls = Task.evaluate, iter(range(100))
 
     def killed(self: Task, manipulation: Any) -> Any:
