@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from tatamu.simulators.native import bending, candidates, contact, membrane, table
+from tatamu.simulators.native import bending, candidates, contact, membrane, table, zones
 
 MEMBRANE_DAMPING = 5e-5
 """tau_d of the membrane's Kelvin-Voigt damping [s], at most 0.3 of the substep."""
@@ -175,7 +175,18 @@ def _scatter(x, moved, slot, X, V, rate):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
+def _largest_correction(x, moved):  # type: ignore[no-untyped-def]
+    """Longest way that contact moved a vertex [m]."""
+    square = 0.0
+    for v in range(x.shape[0]):
+        a, b, c = x[v, 0] - moved[v, 0], x[v, 1] - moved[v, 1], x[v, 2] - moved[v, 2]
+        square = max(square, a * a + b * b + c * c)
+    return np.sqrt(square)
+
+
+@njit(cache=True, error_model="numpy")
 def _collide(state, mesh, lists, world, step):  # type: ignore[no-untyped-def]
+    """Resolve contact; the longest way that it moved a vertex [m]."""
     x, moved, before = state.x, state.moved, state.before
     _gather(state.X, state.slot, x, moved)
     candidates.refresh(x, before, mesh, lists)
@@ -197,17 +208,11 @@ def _collide(state, mesh, lists, world, step):  # type: ignore[no-untyped-def]
                 world.friction_table,
                 step,
             )
+    correction = _largest_correction(x, moved)
+    if correction > CALM * mesh.reach[0] or state.rounds[0] > 1:
+        zones.hold(x, before, mesh, lists)
     _scatter(x, moved, state.slot, state.X, state.V, 1.0 / step)
-
-
-@njit(cache=True, error_model="numpy")
-def _largest_correction(x, moved):  # type: ignore[no-untyped-def]
-    """Longest way that contact moved a vertex [m]."""
-    square = 0.0
-    for v in range(x.shape[0]):
-        a, b, c = x[v, 0] - moved[v, 0], x[v, 1] - moved[v, 1], x[v, 2] - moved[v, 2]
-        square = max(square, a * a + b * b + c * c)
-    return np.sqrt(square)
+    return correction
 
 
 @njit(cache=True, error_model="numpy")
@@ -240,8 +245,7 @@ def advance(state, elastic, mesh, lists, hands, world, first, count, step, bends
                 _stretch(state, elastic, world, h, damping)
             if not np.abs(state.X).max() < fastest:
                 return number
-            _collide(state, mesh, lists, world, (until - done) * h)
-            correction = max(correction, _largest_correction(state.x, state.moved))
+            correction = max(correction, _collide(state, mesh, lists, world, (until - done) * h))
             done = until
         state.rounds[0] = _pace(state.rounds[0], correction, mesh.reach[0], total)
     return first + count
