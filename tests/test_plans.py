@@ -111,7 +111,7 @@ def test_the_target_follows_the_achieved_state(garments: dict[str, Garment]) -> 
     towel = garments["towel"]
     plan = make_plan("quarters", towel)
     state = ideal_folds(towel, plan)[0].target
-    moved = state + [0.03, 0.0, 0.0]
+    moved = state + np.array([0.03, 0.0, 0.0])
     before, after = (fold_of(towel, plan, plan.steps[1], s).target for s in (state, moved))
     assert (after - before).mean(axis=0) == pytest.approx([0.03, 0.0, 0.0], abs=2e-4)
     assert np.abs(after - before - [0.03, 0.0, 0.0]).max() < 3e-3  # heights are read off pixels of a millimetre

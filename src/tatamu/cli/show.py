@@ -87,11 +87,9 @@ def _marks(garment: Garment, name: str) -> list[FoldMark]:
     from tatamu.report.garment import FoldMark
 
     plan, flat = make_plan(name, garment), garment.vertices[:, :2]
-    titles = [step.title or plan.name for step in plan.steps]
-    numbered = (
-        [f"{number}. {title}" for number, title in enumerate(titles, start=1)] if len(titles) > 1 else [plan.name]
-    )
+    titles = [f"{number}. {step.title}" for number, step in enumerate(plan.steps, start=1)]
+    names = titles if len(titles) > 1 else [plan.name]
     return [
         FoldMark(title, fold.line, fold.normal, flat[fold.left], flat[fold.right])
-        for title, fold in zip(numbered, ideal_folds(garment, plan), strict=True)
+        for title, fold in zip(names, ideal_folds(garment, plan), strict=True)
     ]
