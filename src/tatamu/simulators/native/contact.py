@@ -30,6 +30,9 @@ INSIDE = -0.02
 CLEARING_SPEED, RECOVERY_SPEED = 0.5, 0.1
 """Layers that begin a step too close come apart at the first of these speeds [m/s], but keep no more than the second:
 what begins in a tangle does not explode."""
+LEVER = 0.02
+"""Least weight of a pair over the largest inverse mass in it: where all that carries weight is held, a far corner would
+otherwise be thrown about."""
 EDGE_GAP = 0.75
 """Edges keep this part of a thickness; vertices against triangles keep the whole."""
 KEEP = (1.0, 0.5, 0.5, 0.3, 0.3, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2)
@@ -125,8 +128,10 @@ def _sweep_slots(x, before, moved, mesh, lists, friction, step, keep):  # type: 
                     lists.wake[v, s] = lists.travelled[0] + 0.8 * (gap - thickness)
                 continue
             weight = inverse_mass[v] + ba * ba * inverse_mass[a] + bb * bb * inverse_mass[b] + bc * bc * inverse_mass[c]
-            if weight == 0.0:
+            free = max(inverse_mass[v], inverse_mass[a], inverse_mass[b], inverse_mass[c])
+            if free == 0.0:
                 continue
+            weight = max(weight, LEVER * free)
             push, silent = _pushes(gap, side * _height(before, v, a, b, c), wanted, step)
             if push <= 0.0:
                 continue
@@ -197,8 +202,10 @@ def _sweep_pairs(x, before, moved, mesh, lists, step, keep):  # type: ignore[no-
             + wd * wd * inverse_mass[d]
         )
         push, silent = _pushes(gap, distance, wanted, step)
-        if weight == 0.0 or push <= 0.0:
+        free = max(inverse_mass[a], inverse_mass[b], inverse_mass[c], inverse_mass[d])
+        if free == 0.0 or push <= 0.0:
             continue
+        weight = max(weight, LEVER * free)
         smallest = min(smallest, gap)
         for o, w in ((a, wa), (b, wb), (c, wc), (d, wd)):
             f = w * inverse_mass[o] / weight
