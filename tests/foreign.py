@@ -67,7 +67,7 @@ def skirt_toml(folder: Path) -> Path:
     path = folder / "skirt.toml"
     path.write_text(
         '[garment]\noutline = "skirt.svg"\nup = "-x"\nfabric = "denim"\n'
-        "openings = {waist = [[0, -80], [0, -320]], hem = [[400, 0], [400, -400]]}\n"
+        "openings = {waist = [[0, 80], [0, 320]], hem = [[400, 0], [400, 400]]}\n"
     )
     return path
 

@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from tatamu.cli import garments, install, learn, plan, rehearse, show, simulate, validate  # noqa: F401
+from tatamu.cli import garments, install, learn, outline, plan, rehearse, show, simulate, validate  # noqa: F401
 from tatamu.cli.app import app
 from tatamu.errors import InputError, TatamuError
 

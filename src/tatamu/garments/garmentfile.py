@@ -114,7 +114,10 @@ def _read(path: Path) -> tuple[GarmentFile, Material]:
 
 def _from_outline(given: GarmentFile, source: Path, material: Material) -> Garment:
     curves = read_drawing(source)
-    outline, names = cut(curves, given.scale or 1e-3, given.up, given.openings, source)
+    openings = given.openings
+    if isinstance(openings, dict) and source.suffix.lower() == ".svg":  # whose y points down; curves have it up
+        openings = {name: [(x, -y) for x, y in curve] for name, curve in openings.items()}
+    outline, names = cut(curves, given.scale or 1e-3, given.up, openings, source)
     _check_unit(np.ptp(outline.points, axis=0), "outline", given.size)
     outline = outline.fitted(given.size)
     if given.layers == 2 or (given.layers is None and names):

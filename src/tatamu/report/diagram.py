@@ -161,7 +161,7 @@ class Diagram:
                     stroke_fill="#fff",
                 )
         buffer = io.BytesIO()
-        image.resize((self.wide, self.tall), Image.Resampling.LANCZOS).save(buffer, "PNG", optimize=True)
+        image.reduce(FINER).save(buffer, "PNG", optimize=True)
         return buffer.getvalue()
 
 

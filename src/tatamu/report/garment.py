@@ -64,8 +64,9 @@ def _cloth(garment: Garment) -> list[Shape]:
 
 
 def _edges(garment: Garment) -> list[Shape]:
-    """Every named side: seams drawn through, openings dashed; its name beside its middle."""
+    """Every named side: seams drawn through, openings dashed; its name outside, or inside for want of room."""
     plan = garment.vertices[:, :2]
+    places = shapely.points(plan)
     shapes: list[Shape] = []
     for name, path in garment.edges.items():
         points, opened = plan[path], name in garment.openings
@@ -74,7 +75,10 @@ def _edges(garment: Garment) -> list[Shape]:
         middle = len(points) // 2
         way = points[min(middle + 1, len(points) - 1)] - points[max(middle - 1, 0)]
         out = np.array([way[1], -way[0]]) / (np.linalg.norm(way) + 1e-12)
-        shapes.append(Label(points[middle], name, out, colour))
+        word = 0.013 * len(name) * float(np.ptp(plan, axis=0).max())  # about as long as it will be written
+        beside = shapely.LineString([points[middle] + 0.2 * word * out, points[middle] + word * out])
+        crowded = bool((shapely.distance(places, beside) < 0.1 * word).any())
+        shapes.append(Label(points[middle], name, -out if crowded else out, colour))
     return shapes
 
 
@@ -86,12 +90,12 @@ def _fold(fold: FoldMark, margin: float) -> list[Shape]:
     arm, head = 0.35 * margin, 0.12 * margin
     tip, tail = middle + arm * fold.towards, middle - arm * fold.towards
     barbs = [tip - head * (fold.towards + side * along) for side in (1, -1)]
-    reach = 0.25 * margin
+    reach = 0.7 * margin
     shapes: list[Shape] = [
         Line(np.array([start - reach * along, end + reach * along]), TARGET, 2.0, 8.0),
         Line(np.array([tail, tip]), TARGET, 2.0),
         Line(np.array([barbs[0], tip, barbs[1]]), TARGET, 2.0),
-        Label(end + reach * along, f"fold: {fold.name}", along, TARGET),
+        Label(end + reach * along, fold.name, fold.towards, TARGET),
     ]
     shapes += [Dot(place, LEFT, 3.0) for place in fold.left]
     return shapes + [Dot(place, RIGHT, 3.0) for place in fold.right]
@@ -137,7 +141,7 @@ def page(garment: Garment, folds: Sequence[FoldMark] = ()) -> str:
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f"<title>{text(garment.name)}</title><style>:root{{{css()}}}{style}"
-        "figure svg{max-height:none;border-radius:10px}</style></head><body>"
+        "figure svg{max-height:86vh;border-radius:10px}</style></head><body>"
         f'<header><p class="brand">tatamu <span>a garment</span></p><h1>{text(garment.name)}</h1></header><main>'
         + (f'<ul class="warnings">{notes}</ul>' if notes else "")
         + f'<section class="card"><figure>{diagram(garment, folds).svg()}<figcaption>{_legend(folds)}</figcaption>'
