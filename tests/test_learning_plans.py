@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,9 @@ from tatamu import InputError, Rollout, Scene, simulate
 from tatamu.folding.fold import ideal_folds
 from tatamu.folding.task import Job, Task, make_job
 from tatamu.learning import learn_job
+from tatamu.report.fold import read_fold
+from tatamu.report.plan import joined_path
+from tatamu.report.replay import hands
 
 COARSE: dict[str, Any] = {"spacing": 0.04, "size": (0.24, 0.5)}
 SEARCH: dict[str, Any] = {"sampler": "random", "baselines": False}
@@ -134,3 +138,26 @@ def test_one_hand_learns_a_fold(tmp_path: Path) -> None:
     assert result["task"]["hands"] == 1
     assert set(result["trials"][0]["parameters"]) == {"x1", "z1", "x2", "z2", "g1", "g2"}
     assert set(result["crossings"]) == {"final", "most"}
+
+
+def test_the_report_replays_all_steps_in_one_timeline(learned: Path) -> None:
+    page = (learned / "report.html").read_text()
+    data = json.loads(re.findall(r'id="replay-data">(.*?)</script>', page)[0])
+    whole = Rollout.load(learned / "rollout.npz")
+    assert data["times"][-1] == pytest.approx(whole.times[-1], abs=1e-4)
+    start = whole.extra["step_starts"][1]
+    for hand in data["hands"]:
+        assert [closes for closes, _ in hand["holds"]] == pytest.approx([0.0, start])
+        assert len(hand["path"]) == len(data["times"])
+        assert np.linalg.norm(np.diff(hand["path"], axis=0), axis=1).max() < 0.1, "hands go to their next grasp"
+    assert "step-1/report.html" in page and "2. in half along the length" in page
+    assert "step 2 of 2" in (learned / "step-2" / "report.html").read_text()
+    assert "{{" not in page.split("<script")[0]
+
+
+def test_a_hand_that_has_nothing_to_do_waits(learned: Path) -> None:
+    folds = [read_fold(learned / step) for step in ("step-1", "step-2")]
+    first = hands(folds[0])[1].path
+    path = joined_path([first, None], folds)
+    assert len(path) == sum(len(fold.rollout.times) for fold in folds) - 1
+    assert (path[len(first) :] == first[-1]).all()
