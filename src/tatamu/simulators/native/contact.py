@@ -33,6 +33,8 @@ what begins in a tangle does not explode."""
 LEVER = 0.02
 """Least weight of a pair over the largest inverse mass in it: where all that carries weight is held, a far corner would
 otherwise be thrown about."""
+NOTICEABLE = 0.02
+"""Pushes beyond this part of a thickness make the next sweep look again at what they moved."""
 EDGE_GAP = 0.75
 """Edges keep this part of a thickness; vertices against triangles keep the whole."""
 KEEP = (1.0, 0.5, 0.5, 0.3, 0.3, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2)
@@ -91,11 +93,15 @@ def _sweep_slots(x, before, moved, mesh, lists, friction, step, keep):  # type: 
     """
     faces, thickness, inverse_mass = mesh.faces, mesh.reach[0], mesh.inverse_mass
     wanted, smallest = keep * thickness, thickness
+    touched, last, noticeable = lists.touched, lists.sweeps[0] - 1, NOTICEABLE * thickness
     for v in range(x.shape[0]):
         for s in range(2):
             t = lists.face[v, s]
             if t < 0 or lists.wake[v, s] > lists.travelled[0]:
                 continue
+            a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
+            if keep < 1.0 and touched[v] < last and touched[a] < last and touched[b] < last and touched[c] < last:
+                continue  # nothing has changed here since the last sweep
             for _ in range(4):
                 a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
                 ba, bb, bc, nx, ny, nz, height = _barycentric(x, v, a, b, c)
@@ -137,6 +143,8 @@ def _sweep_slots(x, before, moved, mesh, lists, friction, step, keep):  # type: 
                 continue
             smallest = min(smallest, gap)
             silent /= weight
+            if push > noticeable:
+                touched[v] = touched[a] = touched[b] = touched[c] = last + 1
             nx, ny, nz = side * nx, side * ny, side * nz
             anchor = lists.anchor[v, s]
             if lists.anchor_face[v, s] != t:
@@ -171,11 +179,14 @@ def _sweep_pairs(x, before, moved, mesh, lists, step, keep):  # type: ignore[no-
     edges, inverse_mass = mesh.edges, mesh.inverse_mass
     thickness = EDGE_GAP * mesh.reach[0]
     wanted, smallest = keep * thickness, thickness
+    touched, last, noticeable = lists.touched, lists.sweeps[0] - 1, NOTICEABLE * thickness
     for p in range(lists.used[0]):
         if lists.pair_wake[p] > lists.travelled[0]:
             continue
         a, b = edges[lists.pairs[p, 0], 0], edges[lists.pairs[p, 0], 1]
         c, d = edges[lists.pairs[p, 1], 0], edges[lists.pairs[p, 1], 1]
+        if keep < 1.0 and touched[a] < last and touched[b] < last and touched[c] < last and touched[d] < last:
+            continue
         distance, s, t = closest_on_segments(before, a, b, c, d)
         if keep == 1.0 and distance > 1.5 * thickness:
             lists.pair_wake[p] = lists.travelled[0] + 0.9 * (distance - thickness)
@@ -207,6 +218,8 @@ def _sweep_pairs(x, before, moved, mesh, lists, step, keep):  # type: ignore[no-
             continue
         weight = max(weight, LEVER * free)
         smallest = min(smallest, gap)
+        if push > noticeable:
+            touched[a] = touched[b] = touched[c] = touched[d] = last + 1
         for o, w in ((a, wa), (b, wb), (c, wc), (d, wd)):
             f = w * inverse_mass[o] / weight
             x[o, 0] += f * push * nx
@@ -236,6 +249,7 @@ def sweep(x, before, moved, mesh, lists, friction, step, keep):  # type: ignore[
     Returns:
         Smallest gap found before it was corrected, as part of what the pair should keep.
     """
+    lists.sweeps[0] += 1
     edge_gap = _sweep_pairs(x, before, moved, mesh, lists, step, keep)
     gap = _sweep_slots(x, before, moved, mesh, lists, friction, step, keep)
     return min(gap, edge_gap / EDGE_GAP) / mesh.reach[0]

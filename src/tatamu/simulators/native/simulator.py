@@ -185,9 +185,13 @@ def _lists(mesh: candidates.Mesh) -> candidates.Lists:
         pairs=np.empty((room, 2), dtype=np.int64),
         pair_wake=np.empty(room),
         used=np.zeros(1, dtype=np.int64),
+        touched=np.zeros(count, dtype=np.int64),
+        sweeps=np.zeros(1, dtype=np.int64),
         anchor_face=np.full((count, 2), -1),
         anchor=np.zeros((count, 2, 3)),
         travelled=np.zeros(1),
+        due=np.zeros(1),
+        built=np.zeros((count, 3)),
     )
 
 
