@@ -5,7 +5,7 @@ BIN = $(VENV)/bin
 READY = $(VENV)/.ready
 DEV = $(VENV)/.ready-dev
 
-.PHONY: learn blender test test-slow lint format learning folds validate clean
+.PHONY: learn blender test test-slow lint format learning folds garments validate clean
 
 learn: $(READY)  ## learn to fold the default towel
 	$(BIN)/tatamu learn towel --trials 50 --seed 0 --out runs/towel
@@ -33,6 +33,14 @@ learning: $(READY)  ## the figures of docs/learning.md: five seeds, against rand
 
 folds: $(READY)  ## the figures of docs/folds.md: T-shirt, trousers and towel in all their folds; hours
 	$(BIN)/python benchmarks/folds.py --out runs/folds --write-docs
+
+garments: $(DEV)  ## the pictures of docs/garments.md
+	for name in tshirt trousers; do $(BIN)/tatamu show $$name --fold half --out docs/garments/$$name.png; done
+	mkdir -p runs/garments
+	$(BIN)/python examples/05_your_own_garment.py runs/garments
+	$(BIN)/python -m tests.photos runs/garments/photo.png
+	$(BIN)/tatamu outline runs/garments/photo.png --width 0.54 --out runs/garments/shirt.svg
+	cp runs/garments/skirt.png runs/garments/shirt-on-photo.jpg docs/garments
 
 validate: $(READY)  ## every textbook check, as a page
 	$(BIN)/tatamu validate --out runs/validation

@@ -138,7 +138,7 @@ GOOD: dict[str, Callable[[Path], Path]] = {
 
 def crossing_svg(folder: Path) -> Path:
     path = folder / "bow.svg"
-    path.write_text(svg('<polygon points="0,0 400,400 400,0 0,400"/>', 400, 400))
+    path.write_text(svg('<polygon points="0,0 400,400 400,0 0,300"/>', 400, 400))
     return path
 
 

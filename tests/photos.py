@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -68,3 +69,7 @@ def overlap(one: np.ndarray, other: np.ndarray) -> float:
     """Intersection over union of two outlines."""
     a, b = shapely.Polygon(one), shapely.Polygon(other)
     return float(a.intersection(b).area / a.union(b).area)
+
+
+if __name__ == "__main__":
+    photograph(Path(sys.argv[1]), (60, 90, 170), (150, 110, 75), askew=True)

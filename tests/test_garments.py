@@ -102,6 +102,14 @@ def test_a_row_lies_on_the_line_of_a_half_fold(name: str) -> None:
     assert on_line.sum() > 0.9 * strips * inside
 
 
+def test_vertices_are_numbered_row_by_row() -> None:
+    square = np.array([[0, 0], [0.2, 0], [0.2, 0.2], [0, 0.2], [0, 0]])
+    x, y = panel(Outline({"around": square}), 0.02).points.T
+    row = np.round(x / (0.02 * np.sqrt(0.75)))
+    assert (np.diff(row) >= 0).all()  # the simulator lays rows out for speed
+    assert (np.diff(y)[np.diff(row) == 0] > 0).all()
+
+
 @pytest.mark.parametrize("name", SEWN)
 def test_garments_lie_still(name: str) -> None:
     motion, crossed = moves(make_garment(name, spacing=0.02), 1.0)

@@ -75,6 +75,13 @@ def test_a_mesh_has_its_own_spacing_unless_meshed_anew(tmp_path: Path) -> None:
         make_garment(str(GOOD["cloth_obj"](tmp_path)), spacing=0.02)
 
 
+def test_a_sewn_mesh_hinges_where_front_and_back_meet(tmp_path: Path) -> None:
+    bag = make_garment(str(GOOD["bag_ply"](tmp_path)))
+    lengths = np.linalg.norm(np.diff(bag.vertices[bag.seams, :2], axis=1), axis=2)
+    assert lengths.sum() == pytest.approx(2 * 0.30 + 0.25, rel=1e-3)
+    assert len(bag.openings) == 1
+
+
 def test_a_coarse_mesh_says_so(tmp_path: Path) -> None:
     (tmp_path / "plain.toml").write_text('[garment]\nmesh = "mat.stl"\n')
     GOOD["disc_stl"](tmp_path)

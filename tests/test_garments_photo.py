@@ -41,7 +41,7 @@ def test_a_known_width_gives_metres_and_a_garment(tmp_path: Path) -> None:
     photograph(tmp_path / "photo.png", BLUE, WOOD)
     said = command(tmp_path / "photo.png", "--width", 0.54, "--out", tmp_path / "shirt.svg")
     assert "0.540 m wide" in said
-    assert (tmp_path / "shirt-on-photo.png").stat().st_size > 10_000
+    assert (tmp_path / "shirt-on-photo.jpg").stat().st_size > 10_000
     shirt = make_garment(str(tmp_path / "shirt.svg"), spacing=0.02)
     assert shirt.size == pytest.approx((0.54, 0.46), abs=0.005)
 

@@ -65,6 +65,11 @@ def test_the_left_is_on_the_left_and_the_hem_below() -> None:
     assert hem[1] > 0.6 * drawn.tall
 
 
+def test_open_edges_are_dashed_and_seams_drawn_through() -> None:
+    garment = make_garment("trousers", spacing=0.03)
+    assert diagram(garment).svg().count("stroke-dasharray") == len(garment.openings) == 3
+
+
 def test_svg_and_png_show_the_same() -> None:
     corner, red = np.array([0.25, 0.25]), np.array([[0.5, 0.9], [0.5, 0.1]])
     drawn = Diagram((Line(red, "#ff0000", 4.0), Dot(corner, "#0000ff", 20.0)), np.zeros(2), np.ones(2), tall=100)

@@ -53,7 +53,7 @@ def outline(
     found = find_outline(photo)
     curve = straightened(found.outline, _to_metres(found, width, ruler, sheet))
     write_text(out, outline_svg(curve))
-    picture = out.with_name(f"{out.stem}-on-photo.png")
+    picture = out.with_name(f"{out.stem}-on-photo.jpg")
     with replacing(picture) as temporary:
         temporary.write_bytes(_overlay(found))
     across, along = np.ptp(curve, axis=0)
@@ -99,7 +99,7 @@ def _number(option: str, text: str) -> float:
 
 
 def _overlay(photo: Photo) -> bytes:
-    """The photo with the outline drawn on it, as a PNG file."""
+    """The photo with the outline drawn on it, as a JPEG file."""
     import io
 
     from PIL import Image, ImageDraw
@@ -111,5 +111,5 @@ def _overlay(photo: Photo) -> bytes:
     canvas.line(points, "#ffffff", 2 * wide, joint="curve")
     canvas.line(points, "#d02090", wide, joint="curve")
     buffer = io.BytesIO()
-    image.save(buffer, "PNG")
+    image.save(buffer, "JPEG", quality=88)
     return buffer.getvalue()

@@ -77,8 +77,12 @@ def _edges(garment: Garment) -> list[Shape]:
         out = np.array([way[1], -way[0]]) / (np.linalg.norm(way) + 1e-12)
         word = 0.013 * len(name) * float(np.ptp(plan, axis=0).max())  # about as long as it will be written
         beside = shapely.LineString([points[middle] + 0.2 * word * out, points[middle] + word * out])
-        crowded = bool((shapely.distance(places, beside) < 0.1 * word).any())
-        shapes.append(Label(points[middle], name, -out if crowded else out, colour))
+        if (shapely.distance(places, beside) >= 0.1 * word).all():
+            shapes.append(Label(points[middle], name, out, colour))
+        elif abs(out[1]) > 0.8:
+            shapes.append(Label(points[middle], name, -out, colour))
+        else:
+            shapes.append(Label(points[middle] - 0.25 * word * out, name, 0.0 * out, colour))
     return shapes
 
 
