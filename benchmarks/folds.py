@@ -46,8 +46,12 @@ COLUMNS = {
     "failed trials": lambda row: row["failed"],
     "search [s]": lambda row: f"{row['seconds']:.0f}",
 }
-PICTURES = {"tshirt-half": "", "trousers-leg": "", "tshirt-shop": "step-3"}
-"""Folds whose first seed is drawn for the docs, and which step of them."""
+PICTURES = {
+    "tshirt-half": ("", "A T-shirt folded in half"),
+    "trousers-leg": ("", "Trousers, leg over leg"),
+    "tshirt-shop": ("step-3", "The last of the three steps of a T-shirt's shop fold"),
+}
+"""Folds whose first seed is drawn for the docs: which step of them, and what the picture shows."""
 
 
 def learned(name: str, garment: str, fold: str, seed: int, trials: int, out: Path) -> list[dict[str, Any]]:
@@ -91,14 +95,17 @@ def insert(path: Path, table: str) -> None:
     write_text(path, re.sub(r"(<!-- folds -->\n).*?(<!-- end -->)", rf"\1{table}\n\2", text, flags=re.S))
 
 
-def draw(out: Path, docs: Path) -> None:
-    """The pictures of the docs: learned folds, and the shop fold's plan on the flat T-shirt."""
-    for name, step in PICTURES.items():
+def draw(out: Path, docs: Path) -> str:
+    """Draw the pictures of the docs: learned folds, and the shop fold's plan on the flat T-shirt; their Markdown."""
+    links = ""
+    for name, (step, title) in PICTURES.items():
         folder = out / f"{name}-0" / step
         if folder.exists():
             picture(folder, docs / f"{name}.png")
+            links += f"\n\n![{title}]({name}.png)"
     command = shutil.which("tatamu", path=str(Path(sys.executable).parent)) or "tatamu"
     subprocess.run([command, "show", "tshirt", "--plan", "shop", "--out", str(docs / "shop-plan.png")], check=True)
+    return links
 
 
 def main() -> None:
@@ -118,8 +125,7 @@ def main() -> None:
     write_json(options.out / "table.json", rows)
     print(markdown(rows))
     if options.write_docs:
-        insert(Path("docs/folds.md"), markdown(rows))
-        draw(options.out, Path("docs"))
+        insert(Path("docs/folds.md"), markdown(rows) + draw(options.out, Path("docs")))
 
 
 if __name__ == "__main__":
