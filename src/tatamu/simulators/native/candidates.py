@@ -21,7 +21,9 @@ WORN = 0.8
 """Lists are rebuilt once this part of their margin may be used up."""
 RIDGE = 0.94
 """Edges whose triangles' normals have a cosine below this are guarded like borders: between flatter ones an edge
-cannot come through before a vertex does."""
+cannot come through before a vertex does, unless layers are pressed together."""
+PRESSED_FOR = 4
+"""Rebuilds for which the edges at a pressed vertex stay guarded."""
 
 
 class Mesh(NamedTuple):
@@ -47,6 +49,8 @@ class Lists(NamedTuple):
     pairs: np.ndarray  # (p, 2): edge pairs
     pair_wake: np.ndarray  # (p,)
     used: np.ndarray  # (1,): edge pairs in use
+    pressed: np.ndarray  # (n,): for how many rebuilds to come all edges at the vertex are guarded
+    call: np.ndarray  # (1,): whether a vertex has been pressed whose edges are not yet guarded
     touched: np.ndarray  # (n,): number of the last sweep that moved the vertex noticeably
     sweeps: np.ndarray  # (1,): sweeps so far
     anchor_face: np.ndarray  # (n, 2): triangle that the vertex sticks to, -1 for none
@@ -91,8 +95,10 @@ def rebuild(x, mesh, lists):  # type: ignore[no-untyped-def]
     grid = grid_of(centroid, around)
     _fill_slots(x, mesh, lists, face_normal, vertex_normal, centroid, radius, grid, around * around)
     _fill_pairs(x, mesh, lists, face_normal)
-    lists.travelled[0], lists.due[0] = 0.0, 0.0
+    lists.travelled[0], lists.due[0], lists.call[0] = 0.0, 0.0, False
     lists.built[:] = x
+    for v in range(n):
+        lists.pressed[v] = max(lists.pressed[v] - 1, 0)
 
 
 @njit(cache=True, error_model="numpy")
@@ -170,6 +176,7 @@ def _fill_pairs(x, mesh, lists, face_normal):  # type: ignore[no-untyped-def]
     for e in range(edges.shape[0]):
         f, g = mesh.edge_faces[e, 0], mesh.edge_faces[e, 1]
         guarded[e] = g < 0 or dot(face_normal[f], face_normal[g]) < RIDGE
+        guarded[e] |= lists.pressed[edges[e, 0]] > 0 or lists.pressed[edges[e, 1]] > 0
         for k in range(3):
             middle[e, k] = 0.5 * (x[edges[e, 0], k] + x[edges[e, 1], k])
     around = reach + 1.74 * mesh.reach[2]  # two half edges: the longest edge is this part of the largest radius
@@ -192,7 +199,7 @@ def _fill_pairs(x, mesh, lists, face_normal):  # type: ignore[no-untyped-def]
                         continue
                     o = grid.order[p]
                     c, d = edges[o, 0], edges[o, 1]
-                    if guarded[o] and o <= e or a == c or a == d or b == c or b == d:
+                    if (guarded[o] and o <= e) or a == c or a == d or b == c or b == d:
                         continue
                     if count < lists.pairs.shape[0] and closest_on_segments(x, a, b, c, d)[0] < reach:
                         lists.pairs[count, 0], lists.pairs[count, 1] = e, o
@@ -223,12 +230,13 @@ def refresh(x, before, mesh, lists):  # type: ignore[no-untyped-def]
     """
     motion, limit = _relative_motion(x, before), mesh.reach[1] - 1.5 * mesh.reach[0]
     lists.travelled[0] += motion
-    if lists.travelled[0] <= lists.due[0]:
-        return
-    away = _relative_motion(x, lists.built)
-    if away < WORN * limit:
-        lists.due[0] = lists.travelled[0] + limit - away
-        return
+    if not lists.call[0]:
+        if lists.travelled[0] <= lists.due[0]:
+            return
+        away = _relative_motion(x, lists.built)
+        if away < WORN * limit:
+            lists.due[0] = lists.travelled[0] + limit - away
+            return
     rebuild(before, mesh, lists)
     lists.travelled[0] = motion
     lists.due[0] = limit

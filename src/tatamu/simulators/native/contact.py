@@ -7,6 +7,8 @@ layers stay a thickness apart; the tangential part of a correction is Coulomb fr
     W   = w_v + sum b_k^2 w_k                       inverse mass seen by the contact, barycentric b
     l_n = (target - gap) / W,   l_t = min(|slip| / W, mu l_n)
 
+No vertex is moved by more than the push itself: W is at least the largest |b_k| w_k.
+
 slip is measured from where the vertex began to stick, not from the last step: what the table or another layer undoes
 of a correction is then corrected in the next step, so that layers at rest do not creep.
 
@@ -19,6 +21,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from tatamu.simulators.native.candidates import PRESSED_FOR
 from tatamu.simulators.native.geometry import (
     closest_on_segments,
     cross,
@@ -30,9 +33,8 @@ INSIDE = -0.02
 CLEARING_SPEED, RECOVERY_SPEED = 0.5, 0.1
 """Layers that begin a step too close come apart at the first of these speeds [m/s], but keep no more than the second:
 what begins in a tangle does not explode."""
-LEVER = 0.02
-"""Least weight of a pair over the largest inverse mass in it: where all that carries weight is held, a far corner would
-otherwise be thrown about."""
+PRESSED = 0.6
+"""Layers closer than this part of a thickness are pressed: their edges are guarded as well."""
 NOTICEABLE = 0.02
 """Pushes beyond this part of a thickness make the next sweep look again at what they moved."""
 EDGE_GAP = 0.75
@@ -86,6 +88,14 @@ def _slip(x, v, a, b, c, anchor, nx, ny, nz):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
+def _turned_over(x, faces, t, beyond):  # type: ignore[no-untyped-def]
+    """Whether two triangles lie back to back or face to face, as at a seam: what is above one is not above the other."""
+    ax, ay, az = normal_of(x, faces[t, 0], faces[t, 1], faces[t, 2])
+    bx, by, bz = normal_of(x, faces[beyond, 0], faces[beyond, 1], faces[beyond, 2])
+    return ax * bx + ay * by + az * bz < 0.0
+
+
+@njit(cache=True, error_model="numpy")
 def _sweep_slots(x, before, moved, mesh, lists, friction, step, keep):  # type: ignore[no-untyped-def]
     """One pass over all slots that restores `keep` of the thickness; the smallest gap seen before.
 
@@ -110,7 +120,7 @@ def _sweep_slots(x, before, moved, mesh, lists, friction, step, keep):  # type: 
                 if lowest >= INSIDE:
                     break
                 beyond = mesh.neighbours[t, corner]
-                if beyond < 0:
+                if beyond < 0 or _turned_over(x, faces, t, beyond):
                     break
                 t = beyond
                 if faces[t, 0] == v or faces[t, 1] == v or faces[t, 2] == v:
@@ -134,14 +144,23 @@ def _sweep_slots(x, before, moved, mesh, lists, friction, step, keep):  # type: 
                     lists.wake[v, s] = lists.travelled[0] + 0.8 * (gap - thickness)
                 continue
             weight = inverse_mass[v] + ba * ba * inverse_mass[a] + bb * bb * inverse_mass[b] + bc * bc * inverse_mass[c]
-            free = max(inverse_mass[v], inverse_mass[a], inverse_mass[b], inverse_mass[c])
-            if free == 0.0:
+            weight = max(  # where the rest is held, a far corner would otherwise be thrown about
+                weight,
+                inverse_mass[v],
+                abs(ba) * inverse_mass[a],
+                abs(bb) * inverse_mass[b],
+                abs(bc) * inverse_mass[c],
+            )
+            if weight == 0.0:
                 continue
-            weight = max(weight, LEVER * free)
             push, silent = _pushes(gap, side * _height(before, v, a, b, c), wanted, step)
             if push <= 0.0:
                 continue
             smallest = min(smallest, gap)
+            if gap < PRESSED * thickness and keep == 1.0:
+                for o in (v, a, b, c):
+                    lists.call[0] |= lists.pressed[o] == 0
+                    lists.pressed[o] = PRESSED_FOR
             silent /= weight
             if push > noticeable:
                 touched[v] = touched[a] = touched[b] = touched[c] = last + 1
@@ -213,10 +232,9 @@ def _sweep_pairs(x, before, moved, mesh, lists, step, keep):  # type: ignore[no-
             + wd * wd * inverse_mass[d]
         )
         push, silent = _pushes(gap, distance, wanted, step)
-        free = max(inverse_mass[a], inverse_mass[b], inverse_mass[c], inverse_mass[d])
-        if free == 0.0 or push <= 0.0:
+        weight = max(weight, wa * inverse_mass[a], wb * inverse_mass[b], -wc * inverse_mass[c], -wd * inverse_mass[d])
+        if weight == 0.0 or push <= 0.0:
             continue
-        weight = max(weight, LEVER * free)
         smallest = min(smallest, gap)
         if push > noticeable:
             touched[a] = touched[b] = touched[c] = touched[d] = last + 1

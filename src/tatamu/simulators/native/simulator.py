@@ -185,6 +185,8 @@ def _lists(mesh: candidates.Mesh) -> candidates.Lists:
         pairs=np.empty((room, 2), dtype=np.int64),
         pair_wake=np.empty(room),
         used=np.zeros(1, dtype=np.int64),
+        pressed=np.zeros(count, dtype=np.int64),
+        call=np.zeros(1, dtype=np.bool_),
         touched=np.zeros(count, dtype=np.int64),
         sweeps=np.zeros(1, dtype=np.int64),
         anchor_face=np.full((count, 2), -1),
