@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -13,12 +14,18 @@ from tatamu.garments.meshfile import border_loops, faults
 from tatamu.garments.outline import Outline
 from tatamu.garments.panel import RELAXED, angles, panel
 from tatamu.garments.sewing import front_and_back
-from tatamu.scene import Scene, Table
+from tatamu.scene import Gripper, Scene, Table
 from tatamu.simulators import simulate
 from tatamu.topology import Topology, areas
 from tatamu.validation.crossings import crossings
 
 SEWN = ["tshirt", "trousers"]
+
+
+@cache
+def made(name: str) -> Garment:
+    """The garment by default."""
+    return make_garment(name)
 
 
 def rest(garment: Garment) -> np.ndarray:
@@ -40,7 +47,7 @@ def moves(garment: Garment, seconds: float) -> tuple[float, int]:
 @pytest.mark.parametrize("name", SEWN)
 @pytest.mark.parametrize(("size", "spacing"), [(None, None), ((0.5, 0.5), 0.013), ((0.88, 0.75), 0.02)])
 def test_triangles_are_near_equilateral(name: str, size: tuple[float, float] | None, spacing: float | None) -> None:
-    garment = make_garment(name, size, spacing=spacing)
+    garment = make_garment(name, size, spacing=spacing) if size else made(name)
     edges = Topology(garment.faces).edges
     lengths = np.linalg.norm(rest(garment)[edges[:, 0]] - rest(garment)[edges[:, 1]], axis=1)
     assert np.degrees(angles(rest(garment), garment.faces).min()) > 25.0
@@ -51,7 +58,7 @@ def test_triangles_are_near_equilateral(name: str, size: tuple[float, float] | N
 
 @pytest.mark.parametrize(("name", "openings"), [("tshirt", 4), ("trousers", 3)])
 def test_layers_are_one_surface_with_the_openings_as_its_borders(name: str, openings: int) -> None:
-    garment = make_garment(name)
+    garment = made(name)
     topology = Topology(garment.faces)
     assert faults(rest(garment) + [0, 0, 1] * garment.vertices, garment.faces) == []
     assert len(border_loops(garment.faces)) == openings
@@ -63,7 +70,7 @@ def test_layers_are_one_surface_with_the_openings_as_its_borders(name: str, open
 
 @pytest.mark.parametrize("name", SEWN)
 def test_front_lies_a_thickness_over_the_back_and_seams_between(name: str) -> None:
-    garment = make_garment(name)
+    garment = made(name)
     t, up = garment.material.thickness, upward(garment)
     front, back = (np.isin(np.arange(len(garment.vertices)), garment.faces[side]) for side in (up, ~up))
     assert garment.vertices[front & ~back, 2] == pytest.approx(1.5 * t)
@@ -78,7 +85,7 @@ def test_front_lies_a_thickness_over_the_back_and_seams_between(name: str) -> No
 
 @pytest.mark.parametrize("name", GARMENTS)
 def test_edges_are_paths_of_the_upper_layer_on_the_right_sides(name: str) -> None:
-    garment = make_garment(name)
+    garment = made(name)
     topology = Topology(garment.faces)
     pairs = {tuple(edge) for edge in topology.edges.tolist()}
     border = {tuple(edge) for edge in topology.border.tolist()}
@@ -95,7 +102,7 @@ def test_edges_are_paths_of_the_upper_layer_on_the_right_sides(name: str) -> Non
 
 @pytest.mark.parametrize("name", SEWN)
 def test_a_row_lies_on_the_line_of_a_half_fold(name: str) -> None:
-    garment = make_garment(name)
+    garment = made(name)
     on_line = np.abs(garment.vertices[:, 0]) < 1e-9
     strips, width = (2, 0.32) if name == "tshirt" else (4, 0.13)
     inside = width / garment.spacing - 2 * RELAXED  # beside the outline, vertices leave their rows
@@ -120,9 +127,30 @@ def test_garments_lie_still(name: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SEWN)
 def test_garments_lie_still_on_their_default_mesh(name: str) -> None:
-    motion, crossed = moves(make_garment(name), 1.0)
+    motion, crossed = moves(made(name), 1.0)
     assert motion < 2e-3
     assert crossed == 0
+
+
+def test_a_shirt_held_at_both_shoulders_hangs_down() -> None:
+    """Fingers at both ends of the neck hold front and back, and lift."""
+    shirt = make_garment("tshirt", spacing=0.02)
+    grippers = []
+    for side in ("left_shoulder", "right_shoulder"):
+        corner = shirt.vertices[shirt.edges[side]][:, :2]
+        corner = corner[np.argmax(corner[:, 0])]
+        held = np.flatnonzero(np.linalg.norm(shirt.vertices[:, :2] - corner, axis=1) < 0.025)
+        assert np.ptp(shirt.vertices[held, 2]) == pytest.approx(shirt.material.thickness)  # both layers
+        grippers.append(Gripper(vertices=held.tolist(), times=[0.0, 1.5], displacements=[[0, 0, 0], [0, 0, 0.8]]))
+    scene = Scene(cloth=shirt.cloth(), material=shirt.material, table=Table(), grippers=grippers, duration=2.0)
+    final = simulate(scene).positions[-1]
+    edges = Topology(shirt.faces).edges
+    ends, flat = final[edges], rest(shirt)[edges]
+    stretch = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1) / np.linalg.norm(flat[:, 0] - flat[:, 1], axis=1)
+    assert stretch.max() < 1.15
+    hem = final[shirt.edges["hem"], 2]
+    assert final[:, 2].max() - hem.mean() > 0.42  # of 0.46 m
+    assert hem.mean() > 0.3
 
 
 def test_a_large_garment_gets_a_coarser_mesh_unless_asked() -> None:
@@ -135,7 +163,7 @@ def test_a_corner_between_two_seams_shares_no_inner_edge() -> None:
     corners = np.array([[-0.1, -0.15], [-0.1, 0.15], [0.1, 0.15], [0.1, -0.15]])
     sides = {name: corners[[(k + 1) % 4, k]] for k, name in enumerate(("bottom", "left", "top", "right"))}
     outline = Outline({name: sides[name] for name in ("right", "top", "left", "bottom")})
-    square = front_and_back("pillowcase", outline, ["bottom"], GARMENTS["tshirt"]().material, 0.02)
+    square = front_and_back("pillowcase", outline, ["bottom"], made("tshirt").material, 0.02)
     assert Topology(square.faces).faces_per_edge.max() == 2
     assert np.degrees(angles(rest(square), square.faces).min()) > 25.0
 
