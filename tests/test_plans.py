@@ -90,6 +90,13 @@ def test_layers_of_a_target_neither_cross_nor_stretch(garment: str, name: str, g
     assert np.abs(change[away]).max() < 0.02
 
 
+def test_legs_lie_flat_where_no_cloth_crosses_the_line(garments: dict[str, Garment]) -> None:
+    made, fold = garments["trousers"], first(garments["trousers"], "leg")
+    hems = made.vertices[:, 0] < -0.1
+    assert fold.target[hems, 2].max() < 4.5 * made.material.thickness
+    assert fold.target[~hems, 2].max() > 0.02
+
+
 def test_layers_keep_their_distance_round_the_crease(garments: dict[str, Garment]) -> None:
     """Front and back of a T-shirt share their mesh: the same place on both is a thickness apart, also in the loop."""
     made = garments["tshirt"]
