@@ -89,7 +89,7 @@ def _slip(x, v, a, b, c, anchor, nx, ny, nz):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def _turned_over(x, faces, t, beyond):  # type: ignore[no-untyped-def]
-    """Whether two triangles lie back to back or face to face, as at a seam: what is above one is not above the other."""
+    """Whether two triangles lie back to back, as at a seam: what is above one is not above the other."""
     ax, ay, az = normal_of(x, faces[t, 0], faces[t, 1], faces[t, 2])
     bx, by, bz = normal_of(x, faces[beyond, 0], faces[beyond, 1], faces[beyond, 2])
     return ax * bx + ay * by + az * bz < 0.0
