@@ -5,7 +5,7 @@ BIN = $(VENV)/bin
 READY = $(VENV)/.ready
 DEV = $(VENV)/.ready-dev
 
-.PHONY: learn blender test test-slow lint format learning garments validate clean opinion paper calibration
+.PHONY: learn blender test test-slow lint format learning garments validate clean opinion paper calibration folds
 
 learn: $(READY)  ## learn to fold the default towel
 	$(BIN)/tatamu learn towel --trials 50 --seed 0 --out runs/towel
@@ -30,6 +30,9 @@ format: $(DEV)
 
 learning: $(READY)  ## the figures of docs/learning.md: five seeds, against random search and baselines
 	$(BIN)/python benchmarks/learning.py --out runs/learning --write-docs
+
+folds: $(READY)  ## the figures of docs/folds.md: T-shirt, trousers and towel in all their folds; hours
+	$(BIN)/python benchmarks/folds.py --out runs/folds --write-docs
 
 garments: $(DEV)  ## the pictures of docs/garments.md
 	for name in tshirt trousers; do $(BIN)/tatamu show $$name --fold half --out docs/garments/$$name.png; done

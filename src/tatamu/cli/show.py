@@ -30,12 +30,22 @@ def show(
         Path | None, typer.Option(metavar="FILE.toml", help="A material; default: the garment's own fabric.")
     ] = None,
     spacing: Annotated[float | None, typer.Option(help="Mesh spacing in metres.")] = None,
-    fold: Annotated[str | None, typer.Option(help="Also draw a fold: its line, and where the hands may grasp.")] = None,
+    fold: Annotated[
+        str | None,
+        typer.Option(
+            "--fold",
+            "--plan",
+            metavar="NAME|FILE.toml",
+            help="Also draw a fold plan: the lines of its folds, which side moves, and where the hands may grasp.",
+        ),
+    ] = None,
 ) -> None:
     """Draw a garment laid flat, with its seams, openings and names of its edges.
 
     Examples:
     `tatamu show tshirt --fold half --out tshirt.html`
+
+    `tatamu show tshirt --plan my-fold.toml --out plan.png`
 
     `tatamu show shirt.svg --out pictures`
     """
@@ -45,7 +55,7 @@ def show(
     from tatamu.report.garment import diagram, facts, page
 
     made = make_garment(garment, _size(size), load_material(material) if material else None, spacing)
-    folds = [_mark(made, fold)] if fold else []
+    folds = _marks(made, fold) if fold else []
     for path in _targets(out, Path(garment).stem):
         if path.suffix.lower() == ".html":
             write_text(path, page(made, folds))
@@ -70,10 +80,16 @@ def _targets(out: Path | None, name: str) -> list[Path]:
     return [out / f"{name}.html", out / f"{name}.png"]
 
 
-def _mark(garment: Garment, name: str) -> FoldMark:
-    from tatamu.folding.fold import make_fold
+def _marks(garment: Garment, name: str) -> list[FoldMark]:
+    """Every fold of a plan; the places of later grasps are those on the flat garment."""
+    from tatamu.folding.fold import ideal_folds
+    from tatamu.folding.plans import make_plan
     from tatamu.report.garment import FoldMark
 
-    fold = make_fold(name, garment)
-    plan = garment.vertices[:, :2]
-    return FoldMark(name, fold.line, fold.normal, plan[fold.left], plan[fold.right])
+    plan, flat = make_plan(name, garment), garment.vertices[:, :2]
+    titles = [f"{number}. {step.title}" for number, step in enumerate(plan.steps, start=1)]
+    names = titles if len(titles) > 1 else [plan.name]
+    return [
+        FoldMark(title, fold.line, fold.normal, flat[fold.left], flat[fold.right])
+        for title, fold in zip(names, ideal_folds(garment, plan), strict=True)
+    ]

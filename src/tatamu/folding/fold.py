@@ -132,9 +132,13 @@ def make_fold(name: str, garment: Garment) -> Fold:
     return fold_of(garment, plan, plan.steps[0])
 
 
-def ideal_states(garment: Garment, plan: Plan) -> list[np.ndarray]:
-    """The garment after each step of a plan, all ideal, from flat [m], shapes (n, 3)."""
-    states: list[np.ndarray] = []
+def ideal_folds(garment: Garment, plan: Plan, hands: int | None = None) -> list[Fold]:
+    """The folds of a plan, each of what the one before it ideally leaves, from flat.
+
+    Raises:
+        InputError: The garment cannot be folded so.
+    """
+    folds: list[Fold] = []
     for step in plan.steps:
-        states.append(fold_of(garment, plan, step, states[-1] if states else None).target)
-    return states
+        folds.append(fold_of(garment, plan, step, folds[-1].target if folds else None, hands))
+    return folds

@@ -24,6 +24,8 @@ STACKS = (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0)
 """Heights of stacks in thicknesses for which creases are computed; between them they are interpolated."""
 KEPT = 0.5
 """What a pressed loop keeps of its height over the flat part of the stack; a loop under twice its weight and more."""
+FADE = 3.5
+"""Beside the end of a crease its loop falls to nothing over so many bending lengths."""
 SLOPE = 0.3
 """Steepest rise of the cloth over what lies below it [-]: it is then 4 % longer than flat."""
 
@@ -67,6 +69,8 @@ class Stack:
     """Upper surface over the mirror image of each vertex [m], shape (n,); 0 on the bare table."""
     mean: np.ndarray
     """H: half of what a place and its mirror image make together [m], shape (n,)."""
+    creased: np.ndarray
+    """1 where cloth crosses the line beside a vertex, 0 far from any that does, as between trouser legs, shape (n,)."""
 
 
 def stack(garment: Garment, state: np.ndarray, line: Line) -> Stack:
@@ -84,7 +88,20 @@ def stack(garment: Garment, state: np.ndarray, line: Line) -> Stack:
     mirrored = line.mirrored(state[:, :2])
     moving = (line.split(state)[0] < 0)[:, None]
     both = surface.mapped(together, SLOPE).height(np.where(moving, state[:, :2], mirrored))
-    return Stack(middle, surface.height(mirrored), 0.5 * both)
+    creased = _creased(surface, line, state, FADE * garment.material.bending_length)
+    return Stack(middle, surface.height(mirrored), 0.5 * both, creased)
+
+
+def _creased(surface: Surface, line: Line, state: np.ndarray, fade: float) -> np.ndarray:
+    """1 where cloth crosses the line at a vertex's place along it, falling to 0 over `fade` [m], shape (n,)."""
+    along = line.split(state)[1]
+    places = np.arange(along.min(), along.max() + PIXEL, PIXEL)
+    crossing = places[surface.height(line.join(np.zeros(len(places)), places)) > 0]
+    if not len(crossing):
+        return np.zeros(len(state))
+    after = np.clip(np.searchsorted(crossing, along), 1, max(len(crossing) - 1, 1))
+    nearest = np.minimum(np.abs(along - crossing[after - 1]), np.abs(along - crossing[after % len(crossing)]))
+    return 1.0 - np.clip((nearest - PIXEL) / fade, 0.0, 1.0)
 
 
 def pressed(z: np.ndarray, flat: float) -> np.ndarray:
@@ -96,9 +113,12 @@ def ideal_fold(garment: Garment, state: np.ndarray, line: Line, stacks: Stack) -
     """The wanted shape after a fold [m], shape (n, 3), of a garment that lies as `state`, shape (n, 3)."""
     across, along = line.split(state)
     x, z = _bent(garment, stacks.mean, across, stacks.middle - 0.5 * stacks.mean)
+    flat_z = np.where(across < 0, 2.0 * stacks.mean - stacks.middle, stacks.middle)
+    x = stacks.creased * x + (1.0 - stacks.creased) * np.abs(across)
+    z = stacks.creased * z + (1.0 - stacks.creased) * flat_z
     target = np.column_stack([line.join(x, along), z])
-    alone = (across > 0) & (stacks.under == 0)
-    target[alone] = state[alone]
+    alone = (across > crease_of(garment, garment.material.thickness).arc[-1]) & (stacks.under == 0)
+    target[alone] = state[alone]  # nothing presses its loops
     return target
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from tatamu.errors import SimulationError
-from tatamu.folding.fold import Fold, fold_of
+from tatamu.folding.fold import Fold, fold_of, ideal_folds
 from tatamu.folding.manipulation import Manipulation, bezier_manipulation, scene_of
 from tatamu.folding.plan import Plan
 from tatamu.folding.plans import make_plan
@@ -138,9 +138,7 @@ def make_job(
     named(simulator)
     made = make_garment(garment, size, material, spacing)
     job = Job(made, make_plan(fold, made), simulator, hands)
-    state = None
-    for number in range(len(job.plan.steps)):  # refuse now what a later step could not fold
-        state = job.task(number, state).fold.target
+    ideal_folds(made, job.plan, hands)  # refuse now what a later step could not fold
     return job
 
 

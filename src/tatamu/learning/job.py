@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from tatamu.errors import InputError
-from tatamu.folding.fold import ideal_states
+from tatamu.folding.fold import ideal_folds
 from tatamu.folding.task import Job, Task, digest
 from tatamu.learning.learn import Progress, check_search, learn, locked
 from tatamu.learning.space import Grasps
@@ -76,7 +76,8 @@ def learn_job(
             _learn(task, own, trials, reporting, options)
             state = Rollout.load(own / "rollout.npz").positions[-1]
         folders = [folder / step_name(number) for number in range(count)]
-        return write_whole(job, folder, folders, ideal_states(job.garment, job.plan))
+        ideals = [fold.target for fold in ideal_folds(job.garment, job.plan)]
+        return write_whole(job, folder, folders, ideals)
 
 
 def step_name(number: int) -> str:

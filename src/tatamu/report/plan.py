@@ -129,7 +129,7 @@ def _hands(folds: list[LearnedFold], rollout: Rollout) -> list[Hand]:
             if part is not None
             for closes, opens in part.holds
         ]
-        found.append(Hand(colour, _joined(paths, folds), holds))
+        found.append(Hand(colour, joined_path(paths, folds), holds))
     return found
 
 
@@ -154,7 +154,7 @@ def _onwards(part: Hand, fold: LearnedFold, goal: np.ndarray | None) -> np.ndarr
     return part.path + smooth * (goal - part.path[-1]) + np.sin(np.pi * smooth) * [0.0, 0.0, LIFT]
 
 
-def _joined(paths: list[np.ndarray | None], folds: list[LearnedFold]) -> np.ndarray:
+def joined_path(paths: list[np.ndarray | None], folds: list[LearnedFold]) -> np.ndarray:
     """The paths of all steps as one [m]; a hand that does not work in a step waits."""
     joined: list[np.ndarray] = []
     for path, fold in zip(paths, folds, strict=True):
