@@ -8,12 +8,17 @@ import typer
 
 from tatamu.cli import (  # noqa: F401
     calibrate,
+    check,
+    garments,
     install,
     learn,
     materials,
     measure,
+    outline,
     plan,
     rehearse,
+    reproduce,
+    show,
     simulate,
     validate,
 )
