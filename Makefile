@@ -6,7 +6,7 @@ READY = $(VENV)/.ready
 DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 
-.PHONY: learn blender test test-slow lint format learning validate bench abuse clean
+.PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean opinion paper calibration folds
 
 learn: $(READY)  ## learn to fold the default towel
 	$(BIN)/tatamu learn towel --trials 50 --seed 0 --out runs/towel
@@ -32,6 +32,22 @@ format: $(DEV)
 learning: $(READY)  ## the figures of docs/learning.md: five seeds, against random search and baselines
 	$(BIN)/python benchmarks/learning.py --out runs/learning --write-docs
 
+folds: $(READY)  ## the figures of docs/folds.md: T-shirt, trousers and towel in all their folds; hours
+	$(BIN)/python benchmarks/folds.py --out runs/folds --write-docs
+
+garments: $(DEV)  ## the pictures of docs/garments.md
+	for name in tshirt trousers; do $(BIN)/tatamu show $$name --fold half --out docs/garments/$$name.png; done
+	mkdir -p runs/garments
+	$(BIN)/python examples/05_your_own_garment.py runs/garments
+	$(BIN)/python -m tests.photos runs/garments/photo.png
+	$(BIN)/tatamu outline runs/garments/photo.png --width 0.54 --out runs/garments/shirt.svg
+	cp runs/garments/skirt.png runs/garments/shirt-on-photo.jpg docs/garments
+calibration: $(READY)  ## the proofs of docs/calibration.md: hidden materials, other simulators as the real cloth; about an hour
+	$(BIN)/python benchmarks/calibration.py drawings
+	$(BIN)/python benchmarks/calibration.py pinch --write-docs
+	$(BIN)/python benchmarks/calibration.py recovery --write-docs
+	$(BIN)/python benchmarks/calibration.py cloths --write-docs
+
 validate: $(READY)  ## every textbook check, as a page
 	$(BIN)/tatamu validate --out runs/validation
 
@@ -46,6 +62,12 @@ $(NEWTON):
 	$(PYTHON) -m venv $(dir $(NEWTON))
 	$(dir $(NEWTON))bin/python -m pip install --quiet 'newton==1.8.*'
 	touch $(NEWTON)
+
+opinion: $(READY)  ## the figures of docs/second-opinion.md: an hour and more; needs `make blender` and mujoco
+	$(BIN)/python benchmarks/opinion.py --out runs/opinion --write-docs
+
+paper: $(READY)  ## section VI of the paper in Blender, all garments and seeds: hours
+	$(BIN)/tatamu reproduce --out runs/paper
 
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)

@@ -1,74 +1,181 @@
-"""The folds that benchmarks time: a towel and a sheet of two sewn layers, and whether a rollout ended folded."""
+"""Figures of docs/folds.md: every garment's folds, learned with several seeds.
+
+    python benchmarks/folds.py --out runs/folds [--seeds 3] [--trials 50] [--only NAME] [--targets] [--write-docs]
+
+Prints a table and writes `table.json`; a plan that is there already is not run again. With `--write-docs` the table in
+docs/folds.md and its pictures are written anew.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import argparse
+import json
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from tatamu.folding.fold import Fold as HalfFold
-from tatamu.folding.fold import half_fold
-from tatamu.folding.manipulation import Manipulation, scene_of
-from tatamu.garments.fabrics import TERRY
-from tatamu.garments.garment import Garment
-from tatamu.garments.towel import staggered_rectangle
-from tatamu.material import GRAVITY, Material
-from tatamu.rollout import Rollout
-from tatamu.scene import Scene
-from tatamu.validation.meshes import staggered
-from tatamu.validation.scenes import sewn
+from tatamu.files import write_json, write_text
+from tatamu.folding.fold import Fold, ideal_folds
+from tatamu.folding.plans import PLANS
+from tatamu.folding.task import make_job
+from tatamu.garments import make_garment
+from tatamu.learning import learn_job
+from tatamu.report import picture
+from tatamu.topology import Topology
+from tatamu.validation.crossings import crossings
 
-SIZE = (0.34, 0.80)
-"""Width and length of the towel [m]."""
-SHIRT = (0.36, 0.60)
-"""Width and length of the sewn sheet [m]."""
-CLOTH = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-4, thickness=0.001)
-"""Bending length 3.7 cm: all four simulators hold its loop open on a 2 cm mesh, or nearly."""
-JERSEY = Material(
-    areal_density=0.15, stretch_stiffness=200.0, bending_rigidity=0.15 * GRAVITY * 0.02**3, thickness=0.001
-)
-"""A limp fabric: bending length 2 cm."""
-FABRICS = {"terry, the default towel": TERRY, "jersey, bending length 2 cm": JERSEY}
-FOLDED = 0.02
-"""Mean distance of the vertices to their places in a half fold [m]: a rollout beyond it did not fold, and its time
-counts for nothing. De Gusseme and wyffels 2022 call 20 mm a failed fold."""
-
-
-@dataclass(frozen=True)
-class Fold:
-    """A scene, and where its vertices should end."""
-
-    name: str
-    scene: Scene
-    target: np.ndarray
-    """[m], shape (n, 3)."""
-
-    def distance(self, rollout: Rollout) -> float:
-        """Mean distance of the vertices to their target at the end [m]."""
-        return float(np.linalg.norm(rollout.positions[-1] - self.target, axis=1).mean())
-
-
-def towel(spacing: float, material: Material = CLOTH, height: float = 0.5) -> Fold:
-    """A towel folded in half by two hands that rise to `height` times its length over the fold line."""
-    vertices, faces = staggered_rectangle(*SIZE, spacing)
-    vertices[:, 2] = 0.5 * material.thickness
-    fold = half_fold(Garment("towel", SIZE, spacing, vertices, faces, material))
-    return Fold("towel", _scene(fold, height), fold.target)
+FOLDS = {
+    "tshirt-half": ("tshirt", "half", 3),
+    "trousers-leg": ("trousers", "leg", 3),
+    "trousers-half": ("trousers", "half", 3),
+    "tshirt-shop": ("tshirt", "shop", 1),
+    "trousers-thirds": ("trousers", "thirds", 1),
+    "towel-quarters": ("towel", "quarters", 1),
+}
+"""Garment, fold and at most how many seeds."""
+COLUMNS = {
+    "fold": lambda row: row["fold"],
+    "seed": lambda row: row["seed"],
+    "vertices": lambda row: row["vertices"],
+    "mean distance [mm]": lambda row: f"{1e3 * row['mean_vertex_distance']:.2f}",
+    "mask IoU": lambda row: f"{row['mask_iou']:.3f}",
+    "E_f [%]": lambda row: f"{row['area_error']:.2f}",
+    "slip [mm]": lambda row: f"{1e3 * row['slip']:.2f}",
+    "residual bend [mm]": lambda row: f"{1e3 * row['residual_bend']:.1f}",
+    "crossings, end (most)": lambda row: f"{row['crossings']['final']} ({row['crossings']['most']})",
+    "from flat: mean distance [mm]": lambda row: f"{1e3 * row['whole']['mean_vertex_distance']:.2f}",
+    "from flat: IoU": lambda row: f"{row['whole']['mask_iou']:.3f}",
+    "failed trials": lambda row: row["failed"],
+    "search [s]": lambda row: f"{row['seconds']:.0f}",
+}
+PICTURES = {
+    "tshirt-half": ("", "A T-shirt folded in half"),
+    "trousers-leg": ("", "Trousers, leg over leg"),
+    "tshirt-shop": ("step-3", "The last of the three steps of a T-shirt's shop fold"),
+}
+"""Folds whose first seed is drawn for the docs: which step of them, and what the picture shows."""
 
 
-def shirt(spacing: float, material: Material = JERSEY) -> Fold:
-    """Two layers sewn along both sides, like the body of a T-shirt, folded in half; hands hold both layers."""
-    (width, length), t = SHIRT, material.thickness
-    vertices, faces, seams = sewn(staggered(length, width, spacing), t)
-    vertices += [-0.5 * length, -0.5 * width, 0.5 * t]
-    fold = half_fold(Garment("shirt", SHIRT, spacing, vertices, faces, material, seams))
-    fold = replace(fold, translation=np.array([length, 0.0, 2.0 * t]))  # onto two layers
-    folded = vertices * [-1.0, 1.0, -1.0] + [0.0, 0.0, 4.0 * t]
-    return Fold("sewn sheet", _scene(fold, 0.5), np.where(vertices[:, :1] < 0.0, folded, vertices))
+def target_rows() -> list[dict[str, str]]:
+    """What is wrong with each ideal shape: layers that cross, and edges whose length is not that of the flat cloth."""
+    rows = []
+    for garment, plans in PLANS.items():
+        made = make_garment(garment)
+        for name, plan in plans.items():
+            for number, fold in enumerate(ideal_folds(made, plan), start=1):
+                away, strain = _strain(fold)
+                rows.append(
+                    {
+                        "fold": f"{garment} {name}, {number}",
+                        "M": str(fold.candidates),
+                        "crossings": str(crossings(fold.target, made.faces)),
+                        "edges longer than 5 % [%]": f"{100 * (strain > 0.05).mean():.2f}",
+                        "edges shorter than 5 % [%]": f"{100 * (strain < -0.05).mean():.2f}",
+                        "away from the crease, 99 % within [%]": f"{100 * np.quantile(np.abs(strain[away]), 0.99):.2f}",
+                    }
+                )
+    return rows
 
 
-def _scene(fold: HalfFold, height: float) -> Scene:
-    """Straight up to a point above the fold line, and straight down, at the speed of tatamu's own trials."""
-    top = 0.5 * fold.translation + [0.0, 0.0, height * fold.span]
-    way = np.stack([np.zeros(3), top, fold.translation])
-    return scene_of(fold, Manipulation((int(fold.left[0]), int(fold.right[0])), way, None))
+def _strain(fold: Fold) -> tuple[np.ndarray, np.ndarray]:
+    """Of every edge: whether it lies away from this fold's crease, and the relative change of its length."""
+    garment = fold.garment
+    rest = garment.vertices if garment.rest is None else garment.rest
+    ends = Topology(garment.faces).edges.T
+    wanted, flat = (np.linalg.norm(shape[ends[0]] - shape[ends[1]], axis=1) for shape in (fold.target, rest))
+    distance = np.abs(fold.crease.split(fold.start)[0])
+    return distance[ends].min(axis=0) > 4.5 * garment.material.bending_length, wanted / flat - 1.0
+
+
+def learned(name: str, garment: str, fold: str, seed: int, trials: int, out: Path) -> list[dict[str, Any]]:
+    """Learn a plan, or read it: one row for each step."""
+    job, folder = make_job(garment, fold=fold), out / f"{name}-{seed}"
+    learn_job(job, folder, trials=trials, seed=seed, baselines=False)
+    result = json.loads((folder / "result.json").read_text())
+    steps = result.get("steps") or [_single(result)]
+    rows = []
+    for number, step in enumerate(steps, start=1):
+        own = json.loads((folder / step["folder"] / "result.json").read_text())
+        rows.append(
+            {
+                **step,
+                "fold": f"{garment} {fold}" + (f", {number}. {step['title']}" if len(steps) > 1 else ""),
+                "seed": seed,
+                "vertices": own["task"]["vertices"],
+                "failed": sum(trial["state"] == "failed" for trial in own["trials"]),
+                "seconds": own["wall_seconds"],
+            }
+        )
+    return rows
+
+
+def _single(result: dict[str, Any]) -> dict[str, Any]:
+    """A fold in one step, told as a step: its own target is the flat garment's."""
+    best = result["trials"][result["best"]]
+    return {**best, "folder": ".", "title": "", "crossings": result["crossings"], "whole": best}
+
+
+def shown(rows: list[dict[str, Any]]) -> list[dict[str, str]]:
+    """The columns of learned folds as text."""
+    return [{name: str(show(row)) for name, show in COLUMNS.items()} for row in rows]
+
+
+def markdown(rows: list[dict[str, str]]) -> str:
+    """Rows as a Markdown table."""
+    lines = ["| " + " | ".join(rows[0]) + " |", "|" + "---|" * len(rows[0])]
+    return "\n".join([*lines, *("| " + " | ".join(row.values()) + " |" for row in rows)])
+
+
+def insert(path: Path, mark: str, table: str) -> None:
+    """Put a table between the marks of a document."""
+    text = path.read_text()
+    write_text(path, re.sub(rf"(<!-- {mark} -->\n).*?(<!-- end -->)", rf"\1{table}\n\2", text, flags=re.S))
+
+
+def draw(out: Path, docs: Path) -> str:
+    """Draw the pictures of the docs: learned folds, and the shop fold's plan on the flat T-shirt; their Markdown."""
+    links = ""
+    for name, (step, title) in PICTURES.items():
+        folder = out / f"{name}-0" / step
+        if folder.exists():
+            picture(folder, docs / f"{name}.png")
+            links += f"\n\n![{title}]({name}.png)"
+    command = shutil.which("tatamu", path=str(Path(sys.executable).parent)) or "tatamu"
+    subprocess.run([command, "show", "tshirt", "--plan", "shop", "--out", str(docs / "shop-plan.png")], check=True)
+    return links
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--trials", type=int, default=50)
+    parser.add_argument("--only", choices=FOLDS, action="append")
+    parser.add_argument("--write-docs", action="store_true")
+    parser.add_argument("--targets", action="store_true", help="only the table of ideal shapes")
+    options = parser.parse_args()
+    targets = target_rows()
+    print(markdown(targets), flush=True)
+    if options.write_docs:
+        insert(Path("docs/folds.md"), "targets", markdown(targets))
+    if options.targets:
+        return
+    rows = []
+    for name, (garment, fold, seeds) in FOLDS.items():
+        for seed in range(min(seeds, options.seeds)):
+            if not options.only or name in options.only:
+                rows += learned(name, garment, fold, seed, options.trials, options.out)
+                print(markdown(shown(rows[-1:])), flush=True)
+    write_json(options.out / "table.json", rows)
+    print(markdown(shown(rows)))
+    if options.write_docs:
+        insert(Path("docs/folds.md"), "folds", markdown(shown(rows)) + draw(options.out, Path("docs")))
+
+
+if __name__ == "__main__":
+    main()

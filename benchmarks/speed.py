@@ -2,7 +2,7 @@
 
     python benchmarks/speed.py [--only towel ..] [--simulators native ..] [--runs 3] [--out FILE] [--write-docs]
 
-Parts: towel (two meshes), shirt (two sewn layers), growth (native, from 850 to 13,000 vertices, time and memory),
+Parts: towel (two meshes), shirt (the T-shirt), growth (native, from 850 to 13,000 vertices, time and memory),
 answer (seconds until a finer mesh changes nothing), throughput (`simulate_many`), startup (import). Parts that run
 replace theirs in the JSON file, the others stay. Simulators run in turn, `--runs` times each on one core (but for
 throughput); medians are given, and only of rollouts that ended folded.
@@ -25,9 +25,9 @@ from typing import Any
 
 import numpy as np
 from engines import ENGINES, run
-from folds import CLOTH, FABRICS, FOLDED, SIZE, Fold, shirt, towel
 from scipy.interpolate import LinearNDInterpolator
 from tables import insert, markdown
+from timed_folds import CLOTH, FABRICS, FOLDED, SIZE, Fold, shirt, towel
 
 from tatamu import __version__, simulate_many
 from tatamu.errors import InputError, TatamuError

@@ -23,13 +23,13 @@ def modules(monkeypatch: pytest.MonkeyPatch) -> Any:
 
 @pytest.mark.parametrize("kind", ["towel", "shirt"])
 def test_native_folds_what_the_benchmark_times(modules: Any, kind: str) -> None:
-    folds = modules("folds")
+    folds = modules("timed_folds")
     fold = getattr(folds, kind)(0.02)
     assert fold.distance(simulate(fold.scene)) < folds.FOLDED
 
 
 def test_the_time_of_what_did_not_fold_is_not_given(modules: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    speed, folds = modules("speed"), modules("folds")
+    speed, folds = modules("speed"), modules("timed_folds")
     fold = folds.towel(0.04)
     flat = np.stack([fold.scene.cloth.vertices] * 2)
     monkeypatch.setattr(
@@ -41,7 +41,7 @@ def test_the_time_of_what_did_not_fold_is_not_given(modules: Any, monkeypatch: p
 
 
 def test_the_same_shape_on_two_meshes_is_the_same(modules: Any) -> None:
-    speed, folds = modules("speed"), modules("folds")
+    speed, folds = modules("speed"), modules("timed_folds")
     shapes = []
     for spacing in (0.04, 0.03):
         fold = folds.towel(spacing)

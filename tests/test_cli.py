@@ -43,6 +43,8 @@ def test_simulate_writes_a_rollout(tmp_path: Path) -> None:
         (["learn", "towel", "--out", "DIR", "--trials", "many"], "trials"),
         (["learn", "towel", "--out", "DIR", "--trials", "0"], "trials: must be from 1"),
         (["learn", "towel", "--out", "DIR", "--fold", "swan"], "fold: must be one of half"),
+        (["learn", "towel", "--out", "DIR", "--fold", "none.toml"], "none.toml: cannot be read"),
+        (["learn", "towel", "--out", "DIR", "--hands", "3"], "hands: must be 1 or 2"),
         (["learn", "towel", "--out", "DIR", "--grasps", "teeth"], "grasps: must be integer or continuous"),
         (["learn", "towel", "--out", "DIR", "--sampler", "x"], "sampler: must be one of"),
         (["learn", "towel", "--out", "DIR", "--simulator", "x"], "simulator: must be one of"),

@@ -37,6 +37,14 @@ def test_a_short_study_finds_a_fold(tmp_path: Path) -> None:
     assert main_of("04_learn_a_fold")(tmp_path) < 1.0
 
 
+def test_a_skirt_of_ones_own_lies_in_two_layers(tmp_path: Path) -> None:
+    assert main_of("05_your_own_garment")(tmp_path) == pytest.approx(0.0015, rel=0.1)
+
+
+def test_a_towels_readings_give_its_bending_length() -> None:
+    assert main_of("07_calibrate")() == pytest.approx(0.026, rel=0.05)
+
+
 def test_no_example_is_forgotten() -> None:
     tested = Path(__file__).read_text()
     assert all(path.stem in tested for path in EXAMPLES.glob("*.py"))

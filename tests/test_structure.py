@@ -12,14 +12,18 @@ ORDER = [
     ["errors"],
     ["files"],
     ["topology", "material"],
+    ["presets"],
     ["scene", "rollout"],
     ["simulators"],
     ["validation"],
     ["garments"],
+    ["calibration"],
     ["folding"],
     ["report"],
     ["robots"],
     ["learning"],
+    ["opinion"],
+    ["reproduction"],
     ["cli"],
 ]
 """Each part may import itself and what stands above it."""

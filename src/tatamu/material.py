@@ -10,6 +10,9 @@ from pydantic import BaseModel, ConfigDict, Field, SerializerFunctionWrapHandler
 from tatamu.errors import InputError
 from tatamu.files import read_toml, validated
 
+PRESETS = Path(__file__).parent / "presets"
+"""Folder of the materials that come with tatamu; see `tatamu.presets`."""
+
 GRAVITY = 9.81
 """Standard acceleration of free fall used where nothing else is said [m/s^2]."""
 
@@ -56,11 +59,13 @@ class Material(BaseModel):
 
 
 def load_material(path: Path) -> Material:
-    """Read a material from the `[material]` table of a TOML file.
+    """Read a material from the `[material]` table of a TOML file, or from the preset of that name.
 
     Raises:
         InputError: The file cannot be read, or a field is wrong; the message names both.
     """
+    if not path.exists() and path.name == str(path) and (PRESETS / f"{path}.toml").is_file():
+        path = PRESETS / f"{path}.toml"
     value = read_toml(path)
     if not isinstance(value.get("material"), dict):
         raise InputError(f"{path}: material: Field required, a table [material] with areal_density, ..")

@@ -6,7 +6,22 @@ import sys
 
 import typer
 
-from tatamu.cli import install, learn, plan, rehearse, simulate, validate  # noqa: F401
+from tatamu.cli import (  # noqa: F401
+    calibrate,
+    check,
+    garments,
+    install,
+    learn,
+    materials,
+    measure,
+    outline,
+    plan,
+    rehearse,
+    reproduce,
+    show,
+    simulate,
+    validate,
+)
 from tatamu.cli.app import app
 from tatamu.errors import InputError, TatamuError
 

@@ -14,12 +14,19 @@ from tatamu.errors import InputError
 
 @app.command()
 def learn(
-    garment: Annotated[str, typer.Argument(metavar="GARMENT", help="What to fold: towel.")],
+    garment: Annotated[str, typer.Argument(metavar="GARMENT", help="What to fold: towel, tshirt, trousers.")],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the study; an unfinished one goes on.")],
     size: Annotated[
         str | None, typer.Option(metavar="WxL", help="Width x length in metres, such as 0.34x0.80.")
     ] = None,
-    fold: Annotated[str, typer.Option(help="How to fold it: half.")] = "half",
+    fold: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME|FILE.toml",
+            help="How to fold it: half; towel: quarters; tshirt: shop; trousers: leg, thirds; or a plan of your own.",
+        ),
+    ] = "half",
+    hands: Annotated[int | None, typer.Option(help="Fold with 1 hand or 2; default: as the plan says, 2.")] = None,
     material: Annotated[
         Path | None, typer.Option(metavar="FILE.toml", help="A material; default: the garment's own fabric.")
     ] = None,
@@ -35,42 +42,49 @@ def learn(
     seed: Annotated[int, typer.Option(help="Seed of the search.")] = 0,
     baselines: Annotated[bool, typer.Option(help="Also score three fixed trajectories.")] = True,
 ) -> None:
-    """Learn to fold a garment: search grasps and hand trajectory in the simulator.
+    """Learn to fold a garment: search grasps and hand trajectories in the simulator.
 
     Examples:
     `tatamu learn towel --out runs/towel`
 
     `tatamu learn towel --size 0.30x0.50 --trials 20 --seed 1 --out runs/small`
 
+    `tatamu learn tshirt --fold shop --out runs/shop`
+
+    `tatamu learn trousers --fold leg --hands 1 --out runs/leg`
+
+    A fold in several steps learns each in turn, in DIR/step-1, DIR/step-2 .., with `--trials` each.
     Run the same command again to go on with a study that was interrupted, or with more `--trials`.
     """
-    from tatamu.folding.task import make_task
+    from tatamu.folding.task import make_job
     from tatamu.material import load_material
 
     if grasps not in ("integer", "continuous"):
         raise InputError(f"grasps: must be integer or continuous, given {grasps!r}")
-    task = make_task(
+    if hands not in (None, 1, 2):
+        raise InputError(f"hands: must be 1 or 2, given {hands}")
+    job = make_job(
         garment,
         size=_size(size),
         fold=fold,
         material=load_material(material) if material else None,
         spacing=spacing,
         simulator=simulator,
+        hands=hands,
     )
     from tatamu.cli.progress import reporting
-    from tatamu.learning import learn as run  # last, as it takes seconds to import
+    from tatamu.learning import learn_job  # last, as it takes seconds to import
 
-    with reporting(task, trials) as progress:
-        report = run(
-            task,
-            out,
-            trials=trials,
-            seed=seed,
-            sampler=sampler,
-            grasps=grasps,  # type: ignore[arg-type]
-            baselines=baselines,
-            progress=progress,
-        )
+    report = learn_job(
+        job,
+        out,
+        trials=trials,
+        seed=seed,
+        sampler=sampler,
+        grasps=grasps,  # type: ignore[arg-type]
+        baselines=baselines,
+        reporting=reporting,
+    )
     print(f"report: {report}")
 
 

@@ -24,11 +24,15 @@ def reporting(task: Task, trials: int) -> Iterator[Callable[[Progress], None]]:
     """A callback that draws a progress bar, or prints a line now and then where there is no terminal."""
     console = Console()
     garment = task.fold.garment
-    console.print(
-        f"{garment.name} {garment.size[0]:g} x {garment.size[1]:g} m, {len(garment.vertices)} vertices, "
-        f"fold {task.fold_name}, simulator {task.simulator}. The first run compiles the simulator: about a minute.",
-        soft_wrap=True,
-    )
+    number, count = task.step
+    if number == 1:
+        console.print(
+            f"{garment.name} {garment.size[0]:g} x {garment.size[1]:g} m, {len(garment.vertices)} vertices, "
+            f"fold {task.fold_name}, simulator {task.simulator}. The first run compiles the simulator: about a minute.",
+            soft_wrap=True,
+        )
+    if count > 1:
+        console.print(f"step {number} of {count}{': ' if task.title else ''}{task.title}", soft_wrap=True)
     if not console.is_terminal:
         yield lambda p: _line(console, p)
         return

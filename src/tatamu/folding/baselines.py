@@ -23,15 +23,22 @@ def li_2015(fold: Fold) -> Manipulation:
 
 def triangle(fold: Fold) -> Manipulation:
     """Straight up to half the span above the fold line, straight down."""
-    top = 0.5 * fold.translation + [0.0, 0.0, 0.5 * fold.span]
-    return _polyline(fold, np.stack([np.zeros(3), top, fold.translation]))
+
+    def way(span: float, translation: np.ndarray) -> np.ndarray:
+        return np.stack([np.zeros(3), 0.5 * translation + [0.0, 0.0, 0.5 * span], translation])
+
+    return _each(fold, way)
 
 
 def circle(fold: Fold) -> Manipulation:
     """Half a circle about the fold line, as if the moving side were a stiff board."""
     angle = np.linspace(0.0, np.pi, path.SAMPLES + 1)
-    along = 0.5 * (1.0 - np.cos(angle))[:, None] * fold.translation
-    return _polyline(fold, along + np.sin(angle)[:, None] * [0.0, 0.0, 0.5 * fold.span])
+
+    def way(span: float, translation: np.ndarray) -> np.ndarray:
+        along = 0.5 * (1.0 - np.cos(angle))[:, None] * translation
+        return along + np.sin(angle)[:, None] * [0.0, 0.0, 0.5 * span]
+
+    return _each(fold, way)
 
 
 BASELINES: dict[str, tuple[str, Callable[[Fold], Manipulation]]] = {
@@ -42,9 +49,11 @@ BASELINES: dict[str, tuple[str, Callable[[Fold], Manipulation]]] = {
 """Name, title and maker of each baseline."""
 
 
-def _corners(fold: Fold) -> tuple[int, int]:
-    return int(fold.left[0]), int(fold.right[0])
+def _corners(fold: Fold) -> tuple[int, ...]:
+    return tuple(int(hand[0]) for hand in (fold.left, fold.right)[: fold.hands])
 
 
-def _polyline(fold: Fold, points: np.ndarray) -> Manipulation:
-    return Manipulation(_corners(fold), points, None)
+def _each(fold: Fold, way: Callable[[float, np.ndarray], np.ndarray]) -> Manipulation:
+    """The same kind of way for each hand, from its own span and translation [m]."""
+    grasps = _corners(fold)
+    return Manipulation(grasps, tuple(way(fold.span_of(v), fold.translation(v)) for v in grasps), None)

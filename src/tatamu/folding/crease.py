@@ -7,6 +7,7 @@ higher, so that the layers are flush. Between them it takes the shape of least b
 
 b the width, phi the direction of the strip: a heavy elastica with contact, as inextensible chain of short links.
 In units of the bending length only t / l_b is left, and limp cloth (l_b of the order of t) is folded round a circle.
+A stack of layers that slide on each other has the bending length of one of them and the thickness of all.
 """
 
 from __future__ import annotations
@@ -41,6 +42,15 @@ class Crease:
         x = np.where(inside, np.interp(u, self.arc, self.x), np.abs(u))
         z = np.where(inside, np.interp(u, self.arc, self.z), np.where(u > 0, self.z[-1], self.z[0]))
         return x, z
+
+    def normals(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """X and z of unit vectors across the strip at arc lengths u, into the loop: up below, down above."""
+        along_x, along_z = np.gradient(self.x, self.arc), np.gradient(self.z, self.arc)
+        inside = np.abs(u) <= self.arc[-1]
+        x = np.where(inside, -np.interp(u, self.arc, along_z), 0.0)
+        z = np.where(inside, np.interp(u, self.arc, along_x), np.sign(u))
+        size = np.maximum(np.hypot(x, z), 1e-9)
+        return x / size, z / size
 
 
 def crease(bending_length: float, thickness: float) -> Crease:

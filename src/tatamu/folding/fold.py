@@ -1,106 +1,144 @@
-"""A fold: a line on the flat garment, the side that moves, and the shape that is wanted."""
+"""A fold of a garment as it lies: the line, the shape that is wanted, and where hands may grasp."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from tatamu.errors import InputError
-from tatamu.folding.crease import crease
+from tatamu.folding.grasps import candidates
+from tatamu.folding.ideal import Line, Stack, crease_of, ideal_fold, stack
+from tatamu.folding.plan import Plan, Step
+from tatamu.folding.plans import make_plan
 from tatamu.garments import Garment
-from tatamu.topology import Topology
 
-HAND_CLEARANCE = 0.06
-"""Grasps of the two hands stay at least this far apart [m]; so hands never cross or touch."""
+PAD = 0.03
+"""Width of the finger pad along the fold line [m]."""
+PINCH = 0.01
+"""How far the pad reaches in from the edge [m]."""
 
 
 @dataclass(frozen=True)
 class Fold:
-    """A fold of one garment across a straight line."""
+    """One fold of one garment."""
 
     garment: Garment
+    start: np.ndarray
+    """The cloth before the fold [m], shape (n, 3)."""
     line: np.ndarray
     """Two points of the fold line [m], shape (2, 2)."""
-    normal: np.ndarray
-    """Unit vector across the line, from the moving side to the side that stays, shape (2,)."""
+    crease: Line
+    """The fold line and its moving side."""
+    stacks: Stack
+    """How high the cloth lies before the fold."""
     target: np.ndarray
     """The wanted shape S_t [m], shape (n, 3)."""
-    translation: np.ndarray
-    """From a grasp P0 to its release P3 [m], shape (3,)."""
     left: np.ndarray
     """Grasp candidates of the left hand, from the corner inwards, shape (M,)."""
     right: np.ndarray
-    """Grasp candidates of the right hand, from the corner inwards, shape (M,)."""
+    """Grasp candidates of the right hand, from the corner inwards, shape (M,); unused where one hand folds."""
+    hands: int = 2
+    area_ratio: float | None = None
+    """Folded area over the area before, of a fold without thickness; None: of the target."""
+
+    @property
+    def normal(self) -> np.ndarray:
+        """Unit vector across the line, from the moving side to the side that stays, shape (2,)."""
+        return self.crease.normal
 
     @property
     def candidates(self) -> int:
         """M: the number of grasps that each hand may choose from."""
         return len(self.left)
 
-    @property
+    @cached_property
     def span(self) -> float:
-        """Horizontal way from grasp to release [m]."""
-        return float(np.hypot(*self.translation[:2]))
+        """Horizontal way from grasp to release [m], mean of both hands, with the grasps nearest to the line."""
+        nearest = [min(self.span_of(int(vertex)) for vertex in hand) for hand in (self.left, self.right)]
+        return sum(nearest[: self.hands]) / self.hands
+
+    def span_of(self, vertex: int) -> float:
+        """Horizontal way from a grasp to its release [m]."""
+        return float(-2.0 * self.crease.split(self.start[[vertex]])[0][0])
+
+    def translation(self, vertex: int) -> np.ndarray:
+        """From a grasp P0 to its release P3 [m], shape (3,).
+
+        P3 is the mirror image of P0, so high that the lowest layer in the hand comes to lie on what stays.
+        """
+        lowest = self.start[self.patch(vertex), 2].min() - 0.5 * self.garment.material.thickness
+        return np.array([*self.span_of(vertex) * self.normal, self.stacks.under[vertex] - lowest])
+
+    def patch(self, vertex: int) -> list[int]:
+        """Vertices that a finger pad covers when it pinches there, of every layer; on a coarse mesh neighbours too."""
+        across, along = self.crease.split(self.start)
+        sideways = np.abs(along - along[vertex]) <= max(PAD / 2, 1.3 * self.garment.spacing)
+        inwards = np.abs(across - across[vertex]) <= PINCH + 1e-9
+        return np.flatnonzero(sideways & inwards & (across < 0)).tolist()
 
     def still(self) -> np.ndarray:
         """Vertices that a perfect fold does not move, shape (n,)."""
-        return np.linalg.norm(self.target - self.garment.vertices, axis=1) < 1e-6
+        return np.linalg.norm(self.target - self.start, axis=1) < 1e-6
 
 
-def half_fold(garment: Garment) -> Fold:
-    """Fold the garment in half across its length: the side x < 0 comes to lie on the side x > 0.
+def fold_of(
+    garment: Garment, plan: Plan, step: Step, state: np.ndarray | None = None, hands: int | None = None
+) -> Fold:
+    """The fold of a step of a plan.
 
-    The target is flush: every point of the moving side lies a thickness above the point it mirrors, and near the line
-    the cloth follows the crease of least energy (see `crease`). P3 = P0 + (length, 0, thickness).
+    Args:
+        garment: What is folded.
+        plan: Of which the step is one.
+        step: Which fold.
+        state: The cloth as it lies [m], shape (n, 3); None: flat.
+        hands: How many hands fold; None: as the plan says.
+
+    Raises:
+        InputError: The garment cannot be folded so.
     """
-    vertices, material = garment.vertices, garment.material
-    profile = crease(material.bending_length, material.thickness)
-    if profile.arc[-1] > 0.5 * garment.size[1]:
+    state = garment.vertices if state is None else state
+    line = plan.line(step, garment)
+    across, _ = line.split(state)
+    if not (across.min() < 0 < across.max()):
+        raise InputError(f"line: the fold line of step {step.title or step.line} does not cross the garment")
+    _check_room(garment, -across.min())
+    hands = hands or step.hands
+    left, right = candidates(garment, state, line, step, hands)
+    points = plan.points(step, garment)
+    stacks = stack(garment, state, line)
+    target = ideal_fold(garment, state, line, stacks)
+    return Fold(garment, state, points, line, stacks, target, left, right, hands, step.area_ratio)
+
+
+def _check_room(garment: Garment, reach: float) -> None:
+    """Refuse a crease that is wider than what moves."""
+    width = crease_of(garment, garment.material.thickness).arc[-1]
+    if width > reach:
         raise InputError(
-            f"fold: a crease of this material takes {profile.arc[-1]:.3f} m on either side, but half the garment "
-            f"is {0.5 * garment.size[1]:.3f} m; give a longer garment or a limper material"
+            f"fold: a crease of this material takes {width:.3f} m on either side, but the side that moves is only "
+            f"{reach:.3f} m wide; give a larger garment or a limper material"
         )
-    x, z = profile.place(vertices[:, 0])
-    half_width = 0.5 * garment.size[0]
-    left, right = _edge_candidates(garment)
-    return Fold(
-        garment=garment,
-        line=np.array([[0.0, -half_width], [0.0, half_width]]),
-        normal=np.array([1.0, 0.0]),
-        target=np.column_stack([x, vertices[:, 1], z]),
-        translation=np.array([garment.size[1], 0.0, material.thickness]),
-        left=left,
-        right=right,
-    )
-
-
-def _edge_candidates(garment: Garment) -> tuple[np.ndarray, np.ndarray]:
-    """Border vertices along the moving edge, each hand's on its own side, from the corner inwards."""
-    border = np.unique(Topology(garment.faces).border)
-    x, y = garment.vertices[border, 0], garment.vertices[border, 1]
-    edge = border[x < x.min() + 0.25 * garment.spacing]
-    y = garment.vertices[edge, 1]
-    clearance = max(HAND_CLEARANCE, 2.7 * garment.spacing)  # coarse meshes: the pinches share no vertex
-    left, right = edge[y >= clearance / 2], edge[y <= -clearance / 2]
-    if not (len(left) and len(right)):
-        raise InputError(f"size: two hands {clearance:g} m apart do not fit on an edge of {garment.size[0]:g} m")
-    count = min(len(left), len(right))
-    order_left = left[np.argsort(-garment.vertices[left, 1])]
-    order_right = right[np.argsort(garment.vertices[right, 1])]
-    return order_left[:count], order_right[:count]
-
-
-FOLDS = {"half": half_fold}
-"""Name of each fold and the function that makes it from a garment."""
 
 
 def make_fold(name: str, garment: Garment) -> Fold:
-    """The fold of that name.
+    """The first fold of the plan of that name, on the flat garment.
 
     Raises:
-        InputError: There is no such fold, or the garment cannot be folded so.
+        InputError: There is no such plan, or the garment cannot be folded so.
     """
-    if name not in FOLDS:
-        raise InputError(f"fold: must be one of {', '.join(FOLDS)}, given {name!r}")
-    return FOLDS[name](garment)
+    plan = make_plan(name, garment)
+    return fold_of(garment, plan, plan.steps[0])
+
+
+def ideal_folds(garment: Garment, plan: Plan, hands: int | None = None) -> list[Fold]:
+    """The folds of a plan, each of what the one before it ideally leaves, from flat.
+
+    Raises:
+        InputError: The garment cannot be folded so.
+    """
+    folds: list[Fold] = []
+    for step in plan.steps:
+        folds.append(fold_of(garment, plan, step, folds[-1].target if folds else None, hands))
+    return folds

@@ -1,4 +1,4 @@
-"""A manipulation: where both hands grasp, the path they follow, when they move and let go."""
+"""A manipulation: where the hands grasp, the paths they follow, when they move and let go."""
 
 from __future__ import annotations
 
@@ -13,10 +13,6 @@ from tatamu.scene import Cloth, Gripper, Scene, Table
 
 TOP_SPEED = 0.6
 """Fastest that a hand moves [m/s]; folding twice as fast changes folds (De Gusseme and wyffels 2022)."""
-PAD = 0.03
-"""Width of the finger pad along the edge [m]."""
-PINCH = 0.01
-"""How far the pad reaches in from the edge [m]."""
 WAIT, HOLD, SETTLE = 0.1, 0.4, 1.0
 """Before the hands move, between arriving and opening, and after opening until the fold is scored [s]."""
 FRAME_RATE = 60.0
@@ -24,26 +20,30 @@ VIA_EVERY = 10
 """The robot's via-points lie this many frames apart (paper, section VI-C)."""
 
 
+HANDS = ("left", "right")
+
+
 @dataclass(frozen=True)
 class Manipulation:
-    """One trial as the hands see it. Both hands follow the same path from their own grasp."""
+    """One trial as the hands see it; one hand, or two."""
 
-    grasps: tuple[int, int]
+    grasps: tuple[int, ...]
     """Grasped vertex of the left and of the right hand."""
-    displacement: np.ndarray
-    """Path relative to the grasp [m], shape (s, 3), from 0 to the fold's translation."""
-    control_points: np.ndarray | None
-    """P0..P3 relative to the grasp [m], shape (4, 3); None for a path that is no cubic Bezier."""
+    paths: tuple[np.ndarray, ...]
+    """Each hand's path relative to its grasp [m], shape (s, 3), from 0 to its release."""
+    control_points: tuple[np.ndarray, ...] | None
+    """P0..P3 of each hand relative to its grasp [m], shape (4, 3); None for paths that are no cubic Bezier."""
 
     @property
     def trajectory_length(self) -> float:
-        """l_x of Eq. (10) [m]."""
-        return path.length(self.displacement)
+        """l_x of Eq. (10): the mean of both hands' ways [m]."""
+        return sum(map(path.length, self.paths)) / len(self.paths)
 
     @property
     def move_seconds(self) -> float:
-        """How long the hands move [s], a whole number of frames."""
-        return float(np.ceil(path.duration(self.trajectory_length, TOP_SPEED) * FRAME_RATE) / FRAME_RATE)
+        """How long the hands move [s], a whole number of frames; the longer way sets it."""
+        longest = max(map(path.length, self.paths))
+        return float(np.ceil(path.duration(longest, TOP_SPEED) * FRAME_RATE) / FRAME_RATE)
 
     @property
     def timing(self) -> dict[str, float]:
@@ -58,47 +58,48 @@ class Manipulation:
             "top_speed": TOP_SPEED,
         }
 
-    def motion(self) -> tuple[np.ndarray, np.ndarray]:
-        """Knots of the hands' motion, one per frame: times [s], shape (k,), displacements [m], shape (k, 3)."""
+    def motion(self) -> tuple[np.ndarray, list[np.ndarray]]:
+        """Knots of the motion, one per frame: times [s], shape (k,), displacements of each hand [m], shape (k, 3)."""
         count = round(self.move_seconds * FRAME_RATE)
         fraction = path.minimum_jerk(np.arange(count + 1) / count)
-        return WAIT + np.arange(count + 1) / FRAME_RATE, path.along(self.displacement, fraction)
+        times = WAIT + np.arange(count + 1) / FRAME_RATE
+        return times, [path.along(way, fraction) for way in self.paths]
 
 
 def bezier_manipulation(
-    fold: Fold, grasps: tuple[int, int], x1: float, z1: float, x2: float, z2: float
+    fold: Fold, grasps: tuple[int, ...], x1: float, z1: float, x2: float, z2: float
 ) -> Manipulation:
-    """The paper's manipulation, Eq. (9): P1 and P2 are given relative to P0, x along the fold, z up [m]."""
+    """The paper's manipulation, Eq. (9): P1 and P2 are given relative to P0, x along the fold, z up [m].
+
+    They are those of a hand at the fold's span; a hand that is farther from the line follows the same curve, larger in
+    proportion, so that both hands turn the cloth about the line together.
+    """
     across = np.array([*fold.normal, 0.0])
     up = np.array([0.0, 0.0, 1.0])
-    points = np.stack([np.zeros(3), x1 * across + z1 * up, x2 * across + z2 * up, fold.translation])
-    return Manipulation(grasps, path.sampled_bezier(points), points)
-
-
-def patch(fold: Fold, vertex: int) -> list[int]:
-    """Vertices that a finger pad covers when it pinches the edge at a vertex; on a coarse mesh its neighbours too."""
-    offset = np.abs(fold.garment.vertices[:, :2] - fold.garment.vertices[vertex, :2])
-    inwards = offset @ np.abs(fold.normal)
-    sideways = offset @ np.abs(fold.normal[::-1])
-    return np.flatnonzero((sideways <= max(PAD / 2, 1.3 * fold.garment.spacing)) & (inwards <= PINCH + 1e-9)).tolist()
+    points = []
+    for vertex in grasps:
+        larger = fold.span_of(vertex) / fold.span
+        inner = [larger * (x1 * across + z1 * up), larger * (x2 * across + z2 * up)]
+        points.append(np.stack([np.zeros(3), *inner, fold.translation(vertex)]))
+    return Manipulation(grasps, tuple(map(path.sampled_bezier, points)), tuple(points))
 
 
 def scene_of(fold: Fold, manipulation: Manipulation) -> Scene:
-    """The scene of one trial: the garment flat on the table, two hands."""
+    """The scene of one trial: the garment as it lies on the table, and the hands."""
     garment, timing = fold.garment, manipulation.timing
     times, displacements = manipulation.motion()
     grippers = [
         Gripper(
-            vertices=patch(fold, vertex),
+            vertices=fold.patch(vertex),
             closes=timing["closes"],
             opens=timing["opens"],
             times=times.tolist(),
-            displacements=displacements,
+            displacements=moved,
         )
-        for vertex in manipulation.grasps
+        for vertex, moved in zip(manipulation.grasps, displacements, strict=True)
     ]
     return Scene(
-        cloth=Cloth(vertices=garment.vertices, faces=garment.faces, seams=garment.seams),
+        cloth=_cloth(fold),
         material=garment.material,
         table=Table(),
         grippers=grippers,
@@ -107,22 +108,31 @@ def scene_of(fold: Fold, manipulation: Manipulation) -> Scene:
     )
 
 
+def _cloth(fold: Fold) -> Cloth:
+    """The cloth before the fold; once it was folded, its unstrained shape is still the flat one."""
+    garment = fold.garment
+    flat = garment.vertices if garment.rest is None else garment.rest
+    rest = garment.rest if fold.start is garment.vertices else flat
+    return Cloth(vertices=fold.start, faces=garment.faces, rest_vertices=rest, seams=garment.seams)
+
+
 def described(fold: Fold, manipulation: Manipulation) -> dict[str, Any]:
     """What `manipulation.json` holds; see docs/result-folder.md."""
     times, displacements = manipulation.motion()
     via = np.unique(np.append(np.arange(0, len(times), VIA_EVERY), len(times) - 1))
     arms: list[dict[str, Any]] = []
-    for name, vertex in zip(("left", "right"), manipulation.grasps, strict=True):
-        grasp = fold.garment.vertices[vertex]
+    paths: dict[str, Any] = {}
+    for number, (name, vertex) in enumerate(zip(HANDS, manipulation.grasps, strict=False)):
+        grasp = fold.start[vertex]
         points = manipulation.control_points
         arms.append(
             {
                 "name": name,
-                "grasp": {"vertex": int(vertex), "position": grasp.tolist(), "patch": patch(fold, vertex)},
-                "control_points": None if points is None else (grasp + points).tolist(),
+                "grasp": {"vertex": int(vertex), "position": grasp.tolist(), "patch": fold.patch(vertex)},
+                "control_points": None if points is None else (grasp + points[number]).tolist(),
             }
         )
-    paths = {arm["name"]: (np.array(arm["grasp"]["position"]) + displacements[via]).tolist() for arm in arms}
+        paths[name] = (grasp + displacements[number][via]).tolist()
     return {
         "version": 1,
         "frame_rate": FRAME_RATE,

@@ -40,7 +40,7 @@ class Score:
     mask_iou: float
     """Intersection over union of the outcome's and the target's view from above; success at 0.80 (FoldBack 2026)."""
     area_error: float
-    """E_f = 100/0.5 |A_f/A_i - 0.5| [%] (Garcia-Camacho et al. 2020)."""
+    """E_f = 100/r |A_f/A_i - r| [%]; r = 0.5 for a fold in half (Garcia-Camacho et al. 2020), else the target's."""
     slip: float
     """Mean horizontal way of the part that should lie still [m]."""
     residual_bend: float
@@ -66,18 +66,24 @@ def score(fold: Fold, trajectory_length: float, outcome: np.ndarray) -> Score:
     """Score the final positions of a trial, shape (n, 3)."""
     e = vertex_distances(fold.target, outcome)
     distance = shape_distance(e)
-    reached, wanted, start = top_views(fold.garment.faces, outcome, fold.target, fold.garment.vertices)
+    reached, wanted, before = top_views(fold.garment.faces, outcome, fold.target, fold.start)
+    ratio = fold.area_ratio or wanted.sum() / before.sum()
     still = fold.still()
     return Score(
         objective=trajectory_length + ALPHA * distance,
         trajectory_length=trajectory_length,
         shape_distance=distance,
         mean_vertex_distance=float(e.mean()),
-        mask_iou=float((reached & wanted).sum() / max((reached | wanted).sum(), 1)),
-        area_error=float(200.0 * abs(reached.sum() / start.sum() - 0.5)),
-        slip=float(np.linalg.norm((outcome - fold.garment.vertices)[still, :2], axis=1).mean()) if still.any() else 0.0,
+        mask_iou=intersection_over_union(reached, wanted),
+        area_error=float(100.0 / ratio * abs(reached.sum() / before.sum() - ratio)),
+        slip=float(np.linalg.norm((outcome - fold.start)[still, :2], axis=1).mean()) if still.any() else 0.0,
         residual_bend=float(max(e.max() - (e.mean() + TAIL * e.std()), 0.0)),
     )
+
+
+def intersection_over_union(one: np.ndarray, other: np.ndarray) -> float:
+    """Overlap of two masks of one shape."""
+    return float((one & other).sum() / max((one | other).sum(), 1))
 
 
 def top_views(faces: np.ndarray, *shapes: np.ndarray) -> list[np.ndarray]:

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from hashlib import sha256
 from typing import Any
 
 import numpy as np
 
 from tatamu.errors import SimulationError
-from tatamu.folding.fold import Fold, make_fold
+from tatamu.folding.fold import Fold, fold_of, ideal_folds
 from tatamu.folding.manipulation import Manipulation, bezier_manipulation, scene_of
+from tatamu.folding.plan import Plan
+from tatamu.folding.plans import make_plan
 from tatamu.folding.score import ALPHA, Score, score, shape_distance, vertex_distances
-from tatamu.garments import make_garment
+from tatamu.garments import Garment, make_garment
 from tatamu.material import Material
 from tatamu.rollout import Rollout
 from tatamu.simulators import named, simulate
 
 TABLE_MARGIN = 0.5
-"""The table reaches this far beyond the flat garment; a trial whose cloth ends farther out has left the table [m]."""
+"""The table reaches this far beyond where the cloth lay [m]; a trial whose cloth ends farther out has left it."""
 
 
 @dataclass(frozen=True)
@@ -46,10 +49,15 @@ class Task:
     fold: Fold
     fold_name: str
     simulator: str
+    step: tuple[int, int] = (1, 1)
+    """Which step of how many the fold is."""
+    title: str = ""
+    """In a few words what is folded."""
 
     def describe(self) -> dict[str, Any]:
         """The task as `result.json` holds it; two tasks are the same when these are."""
-        garment = self.fold.garment
+        garment, fold = self.fold.garment, self.fold
+        corner = int(fold.left[0])
         return {
             "garment": garment.name,
             "size": list(garment.size),
@@ -58,15 +66,17 @@ class Task:
             "spacing": garment.spacing,
             "vertices": len(garment.vertices),
             "simulator": self.simulator,
-            "fold_line": self.fold.line.tolist(),
-            "translation": self.fold.translation.tolist(),
-            "candidates": self.fold.candidates,
+            "fold_line": fold.line.tolist(),
+            "translation": fold.translation(corner).tolist(),
+            "candidates": fold.candidates,
+            **({"hands": 1} if fold.hands == 1 else {}),
+            **({"step": list(self.step), "start": digest(fold.start)} if self.step[1] > 1 else {}),
         }
 
     def manipulation(self, parameters: dict[str, float]) -> Manipulation:
         """The manipulation of x = (x1, z1, x2, z2, g1, g2), Eq. (9); continuous grasps are floored."""
         g1, g2 = (min(int(parameters[name]), self.fold.candidates - 1) for name in ("g1", "g2"))
-        grasps = int(self.fold.left[g1]), int(self.fold.right[g2])
+        grasps = (int(self.fold.left[g1]), int(self.fold.right[g2]))[: self.fold.hands]
         return bezier_manipulation(self.fold, grasps, *(parameters[name] for name in ("x1", "z1", "x2", "z2")))
 
     def evaluate(self, manipulation: Manipulation) -> Outcome:
@@ -84,16 +94,33 @@ class Task:
 
     def penalty(self, trajectory_length: float) -> float:
         """Objective of a failed trial: twice as far from the target as a cloth that nobody touched."""
-        untouched = shape_distance(vertex_distances(self.fold.target, self.fold.garment.vertices))
+        untouched = shape_distance(vertex_distances(self.fold.target, self.fold.start))
         return trajectory_length + 2.0 * ALPHA * untouched
 
     def _left_table(self, positions: np.ndarray) -> bool:
-        flat = self.fold.garment.vertices[:, :2]
+        flat = self.fold.start[:, :2]
         low, high = flat.min(0) - TABLE_MARGIN, flat.max(0) + TABLE_MARGIN
         return bool((positions[:, :2] < low).any() or (positions[:, :2] > high).any())
 
 
-def make_task(
+@dataclass(frozen=True)
+class Job:
+    """Fold this garment by this plan, in this simulator."""
+
+    garment: Garment
+    plan: Plan
+    simulator: str
+    hands: int | None = None
+    """How many hands fold; None: as the plan says."""
+
+    def task(self, number: int, state: np.ndarray | None = None) -> Task:
+        """The task of a step, the first being 0, of the cloth as it lies [m], shape (n, 3); None: flat."""
+        step = self.plan.steps[number]
+        fold = fold_of(self.garment, self.plan, step, state, self.hands)
+        return Task(fold, self.plan.name, self.simulator, (number + 1, len(self.plan.steps)), step.title)
+
+
+def make_job(
     garment: str,
     *,
     size: tuple[float, float] | None = None,
@@ -101,11 +128,25 @@ def make_task(
     material: Material | None = None,
     spacing: float | None = None,
     simulator: str = "native",
-) -> Task:
-    """The task of folding a named garment.
+    hands: int | None = None,
+) -> Job:
+    """The job of folding a named garment by a named plan.
 
     Raises:
         InputError: One of the names is unknown, or the garment cannot be made or folded so.
     """
     named(simulator)
-    return Task(make_fold(fold, make_garment(garment, size, material, spacing)), fold, simulator)
+    made = make_garment(garment, size, material, spacing)
+    job = Job(made, make_plan(fold, made), simulator, hands)
+    ideal_folds(made, job.plan, hands)  # refuse now what a later step could not fold
+    return job
+
+
+def make_task(garment: str, **options: Any) -> Task:
+    """The first task of a job; arguments and errors as `make_job` has them."""
+    return make_job(garment, **options).task(0)
+
+
+def digest(state: np.ndarray) -> str:
+    """A short name of positions of shape (n, 3) that differs when a bit of them does."""
+    return sha256(np.ascontiguousarray(state, dtype="<f8").tobytes()).hexdigest()[:16]

@@ -1,4 +1,4 @@
-"""A garment: a flat mesh on the table, of one fabric."""
+"""A garment: a flat mesh on the table, of one fabric, in one layer or two."""
 
 from __future__ import annotations
 
@@ -7,21 +7,46 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tatamu.material import Material
+from tatamu.scene import Cloth
 
 
 @dataclass(frozen=True)
 class Garment:
-    """A garment laid flat, centred at the origin, its mid-surface half a thickness over z = 0."""
+    """A garment laid flat and centred at the origin: length along x, width along y, the left at y > 0.
+
+    The hem, the end that a half fold moves, lies at x < 0. One layer lies at z = t/2, t being the thickness; of two
+    layers the back lies at t/2, the front at 3t/2, and the vertices of the seams, which belong to both, at t.
+    """
 
     name: str
     size: tuple[float, float]
-    """Width (y) and length (x) [m]."""
+    """Width (y) and length (x) of the flat garment [m]."""
     spacing: float
     """Typical edge length of the mesh [m]."""
     vertices: np.ndarray
     """Flat positions [m], shape (n, 3)."""
     faces: np.ndarray
-    """Triangles, shape (m, 3)."""
+    """Triangles, shape (m, 3); normals of the front point up, those of the back down."""
     material: Material
     seams: np.ndarray = field(default_factory=lambda: np.empty((0, 2), dtype=np.int64))
     """Edges that hinge freely, shape (s, 2)."""
+    rest: np.ndarray | None = None
+    """The unstrained shape [m], shape (n, 3); None: `vertices`. Of two layers: both panels at z = 0."""
+    edges: dict[str, np.ndarray] = field(default_factory=dict)
+    """Named parts of the flat outline, each a path of vertices; of two layers those of the upper one."""
+    openings: tuple[str, ...] = ()
+    """Which of `edges` are open: not sewn, though two layers meet there."""
+
+    notes: tuple[str, ...] = ()
+    """What was done to a garment that came from a file, for its user to read."""
+
+    @property
+    def layers(self) -> int:
+        """How many layers lie on each other: two if some triangles face down."""
+        a, b, c = (self.vertices[self.faces[:, k], :2] for k in range(3))
+        down = (b - a)[:, 0] * (c - a)[:, 1] < (b - a)[:, 1] * (c - a)[:, 0]
+        return 2 if down.any() else 1
+
+    def cloth(self) -> Cloth:
+        """The garment as the cloth of a scene."""
+        return Cloth(vertices=self.vertices, faces=self.faces, rest_vertices=self.rest, seams=self.seams)

@@ -4,19 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from tatamu.errors import InputError
 from tatamu.garments.fabrics import TERRY
 from tatamu.garments.garment import Garment
+from tatamu.garments.resolution import check_size, check_spacing, spacing_for
 from tatamu.material import Material
 
 SIZE = (0.34, 0.80)
 """Width and length of a face towel [m]."""
-CELLS_PER_BENDING_LENGTH = 2.0
-"""Mesh spacing is half a bending length: folds are right up to 0.55 of it (docs/native.md)."""
-COARSEST, FINEST = 0.02, 0.004
-"""Spacing chosen from the bending length stays within these [m]."""
-SMALLEST_SIDE, LARGEST_SIDE = 0.05, 5.0
-MOST_VERTICES = 50_000
 SHEAR = 0.25
 """Columns of even and odd rows are shifted by this part of a cell, one left, one right: interior triangles are then
 equilateral, and those at the straight sides are not so small that they would slow the explicit steps down."""
@@ -28,24 +22,21 @@ def towel(size: tuple[float, float] = SIZE, material: Material = TERRY, spacing:
     Raises:
         InputError: A size or a spacing that no towel has.
     """
-    for name, side in zip(("width", "length"), size, strict=True):
-        if not SMALLEST_SIDE <= side <= LARGEST_SIDE:
-            raise InputError(f"size: {name} must be from {SMALLEST_SIDE:g} to {LARGEST_SIDE:g} m, given {side:g} m")
+    check_size(size)
     chosen = spacing if spacing is not None else spacing_for(material)
-    if not 1e-3 <= chosen <= min(size) / 4:
-        raise InputError(
-            f"spacing: must be from 0.001 m to a quarter of the shorter side ({min(size) / 4:g} m), given {chosen:g} m"
-        )
-    if size[0] * size[1] / chosen**2 > 0.8 * MOST_VERTICES:
-        raise InputError(f"spacing: {chosen:g} m makes more than {MOST_VERTICES} vertices; give a larger one")
+    check_spacing(chosen, size, size[0] * size[1])
     vertices, faces = staggered_rectangle(*size, chosen)
     vertices[:, 2] = 0.5 * material.thickness
-    return Garment("towel", size, chosen, vertices, faces, material)
+    edges = _sides(vertices)
+    return Garment("towel", size, chosen, vertices, faces, material, edges=edges, openings=tuple(edges))
 
 
-def spacing_for(material: Material) -> float:
-    """Mesh spacing that resolves the folds of a material [m]."""
-    return float(np.clip(material.bending_length / CELLS_PER_BENDING_LENGTH, FINEST, COARSEST))
+def _sides(vertices: np.ndarray) -> dict[str, np.ndarray]:
+    """The four sides as paths of vertices, counter-clockwise."""
+    x, y = vertices[:, 0], vertices[:, 1]
+    bottom, top = np.flatnonzero(x == x.min()), np.flatnonzero(x == x.max())
+    right, left = np.flatnonzero(y == y.min()), np.flatnonzero(y == y.max())
+    return {"bottom": bottom[::-1], "right": right, "top": top, "left": left[::-1]}
 
 
 def staggered_rectangle(width: float, length: float, spacing: float) -> tuple[np.ndarray, np.ndarray]:

@@ -1,5 +1,6 @@
-"""Learning a fold: a study of trials, and the folder that it fills."""
+"""Learning folds: a study of trials for each, and the folders that they fill."""
 
+from tatamu.learning.job import learn_job
 from tatamu.learning.learn import Progress, learn
 
-__all__ = ["Progress", "learn"]
+__all__ = ["Progress", "learn", "learn_job"]

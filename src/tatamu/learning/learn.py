@@ -63,8 +63,8 @@ def learn(
         InputError: An argument is out of range, or the folder cannot be used.
         TatamuError: Every trial failed.
     """
-    _check(trials, seed, sampler)
-    with _locked(folder):
+    check_search(trials, seed, sampler)
+    with locked(folder):
         identity = {"task": task.describe(), "sampler": sampler, "grasps": grasps, "seed": seed}
         study = Study(folder / "study.db", identity, search_space(task.fold, grasps), floor=task.fold.span)
         done = len(study.trials)
@@ -82,7 +82,8 @@ def learn(
         return runner.write(folder, identity)
 
 
-def _check(trials: int, seed: int, sampler: str) -> None:
+def check_search(trials: int, seed: int, sampler: str) -> None:
+    """Refuse a search that cannot be."""
     if not 1 <= trials <= 10_000:
         raise InputError(f"trials: must be from 1 to 10000, given {trials}")
     if not 0 <= seed < 2**32:
@@ -91,7 +92,7 @@ def _check(trials: int, seed: int, sampler: str) -> None:
         raise InputError(f"sampler: must be one of {', '.join(SAMPLERS)}, given {sampler!r}")
 
 
-def _locked(folder: Path) -> Any:
+def locked(folder: Path) -> Any:
     """A lock on the folder that ends with the process, however it ends."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -144,9 +145,10 @@ class _Runner:
         from tatamu.report import write_report
 
         trials = self.study.trials
-        result.write_result(folder, identity, trials, self.study.baselines)
         best = result.best_number(trials)
-        if best is None:
+        outcome = None if best is None else self._outcome(best)
+        result.write_result(folder, identity, trials, self.study.baselines, outcome)
+        if best is None or outcome is None:
             raise TatamuError(
                 f"{folder}: all {len(trials)} trials failed; the last said: {trials[-1].user_attrs['error']}"
             )
@@ -155,7 +157,6 @@ class _Runner:
             name: result.errors_of(self.task, self._outcome(shown[name]).rollout)  # type: ignore[arg-type]
             for name in shown
         }
-        outcome = self._outcome(best)
         assert outcome.rollout is not None
         result.write_best(folder, self.task, self.task.manipulation(trials[best].params), outcome.rollout, errors)
         return write_report(folder)

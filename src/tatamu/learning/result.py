@@ -15,6 +15,7 @@ from tatamu.folding.manipulation import Manipulation, described, scene_of
 from tatamu.folding.score import Score, vertex_distances
 from tatamu.folding.task import Outcome, Task
 from tatamu.rollout import Rollout
+from tatamu.validation.crossings import crossings_over_time
 
 MEASURES = tuple(name for name in Score.__dataclass_fields__ if name != "objective")
 
@@ -59,7 +60,7 @@ def baseline_records(task: Task) -> list[dict[str, Any]]:
         outcome = task.evaluate(manipulation)
         attributes = attributes_of(outcome, manipulation.trajectory_length, 0.0)
         attributes["seconds"] = outcome.rollout.info["wall_seconds"] if outcome.rollout else 0.0
-        path = manipulation.displacement[:: max(1, len(manipulation.displacement) // 100)]
+        path = manipulation.paths[0][:: max(1, len(manipulation.paths[0]) // 100)]
         records.append(
             {
                 "name": name,
@@ -72,10 +73,20 @@ def baseline_records(task: Task) -> list[dict[str, Any]]:
     return records
 
 
+def crossings_of(rollout: Rollout) -> dict[str, int]:
+    """How many edges pass through triangles: at the end, and in the worst frame."""
+    counts = crossings_over_time(rollout.positions, rollout.faces)
+    return {"final": int(counts[-1]), "most": int(counts.max())}
+
+
 def write_result(
-    folder: Path, identity: dict[str, Any], trials: list[FrozenTrial], baselines: list[Any] | None
+    folder: Path,
+    identity: dict[str, Any],
+    trials: list[FrozenTrial],
+    baselines: list[Any] | None,
+    best: Outcome | None,
 ) -> None:
-    """Write `result.json`."""
+    """Write `result.json`; `best` is the outcome of the best trial, None if all failed."""
     records = [trial_record(trial) for trial in trials]
     write_json(
         folder / "result.json",
@@ -85,6 +96,7 @@ def write_result(
             **identity,
             "wall_seconds": round(sum(record["seconds"] for record in records), 3),
             "best": best_number(trials),
+            "crossings": crossings_of(best.rollout) if best and best.rollout else None,
             "trials": records,
             "baselines": baselines or [],
         },

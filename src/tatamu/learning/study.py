@@ -120,6 +120,17 @@ class Study:
             ) from None
 
 
+def held_identity(path: Path) -> dict[str, Any] | None:
+    """What the study at `path` says it belongs to; None if there is none, or none that can be read."""
+    if not path.exists():
+        return None
+    try:
+        study = optuna.load_study(study_name=NAME, storage=f"sqlite:///{path}")
+        return study.user_attrs.get(KEY)
+    except (SQLAlchemyError, optuna.exceptions.OptunaError, KeyError, AssertionError):
+        return None
+
+
 def _difference(held: Any, wanted: Any, where: str = "") -> str:
     """The first place in which two plain structures differ."""
     if isinstance(held, dict) and isinstance(wanted, dict):

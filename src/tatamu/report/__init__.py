@@ -1,4 +1,4 @@
-"""The report of a learned fold: one page that opens offline, and a picture.
+"""The report of a learned fold, and of a whole plan: one page that opens offline, and a picture.
 
 Imports point one way: `page` and `still` (a picture) call the figures, tables and the replay; those read a
 `fold`, which is made of `records`; pictures stand on `shading`, `raster` and `png`.
@@ -7,6 +7,7 @@ Imports point one way: `page` and `still` (a picture) call the figures, tables a
 from __future__ import annotations
 
 from tatamu.report.page import write_report
+from tatamu.report.plan import write_plan_report
 from tatamu.report.still import picture
 
-__all__ = ["picture", "write_report"]
+__all__ = ["picture", "write_plan_report", "write_report"]

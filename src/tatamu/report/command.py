@@ -13,11 +13,14 @@ def learn(fold: LearnedFold) -> str:
     if fold.result.command:
         return fold.result.command
     task, result = fold.result.task, fold.result
-    words = ["tatamu", "learn", task.garment, "--out", fold.folder.resolve().name]
+    folder = fold.folder.resolve()
+    words = ["tatamu", "learn", task.garment, "--out", folder.parent.name if task.step else folder.name]
     if task.size:
         words += ["--size", "x".join(f"{side:g}" for side in task.size)]
     words += ["--fold", task.fold, "--simulator", task.simulator, "--sampler", result.sampler]
     words += ["--trials", str(len(result.trials)), "--seed", str(result.seed)]
+    if task.hands != 2:
+        words += ["--hands", str(task.hands)]
     if result.grasps != "integer":
         words += ["--grasps", result.grasps]
     if task.spacing and not math.isclose(task.spacing, task.material.bending_length / 2):

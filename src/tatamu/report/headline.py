@@ -16,7 +16,8 @@ TILES = ("mean_vertex_distance", "mask_iou", "area_error", "slip", "residual_ben
 def title(fold: LearnedFold) -> str:
     """What was folded how, plain text: "Towel, half fold"."""
     task = fold.result.task
-    return f"{task.garment[:1].upper()}{task.garment[1:]}, {task.fold} fold"
+    step = f", step {task.step[0]} of {task.step[1]}" if task.step else ""
+    return f"{task.garment[:1].upper()}{task.garment[1:]}, {task.fold} fold{step}"
 
 
 def sentence(fold: LearnedFold) -> str:

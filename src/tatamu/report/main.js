@@ -58,10 +58,10 @@ function startCopying() {
 async function start() {
   startCopying();
   const recolourReplay = await startReplay();
-  const charts = await startCharts();
+  const charts = document.getElementById("plotly") && (await startCharts());
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
     recolourReplay();
-    charts.draw();
+    charts?.draw();
   });
 }
 

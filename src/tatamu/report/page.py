@@ -50,17 +50,26 @@ def page(fold: LearnedFold) -> str:
     charts: dict[str, Figure] = {}
     parts = {**_head(fold), **_body(fold, charts), **_tables(fold)}
     data = {
-        "style": _resource("style.css"),
-        "palette": css(),
+        **frame(headline.events(fold)),
         "plotly": packed(get_plotlyjs().encode()),
-        "scripts": "\n".join(_resource(f"{name}.js") for name in SCRIPTS),
         "chart_data": inline(charts),
         "replay_data": inline(replay(fold, errormap.largest(fold.errors))),
     }
-    return filled(_resource("template.html"), {**parts, **data})
+    return filled(resource("template.html"), {**parts, **data})
 
 
-def _resource(name: str) -> str:
+def frame(events: str) -> dict[str, str]:
+    """What every page has: its style, its scripts, the card of the replay with marks under the slider (HTML)."""
+    return {
+        "style": resource("style.css"),
+        "palette": css(),
+        "scripts": "\n".join(resource(f"{name}.js") for name in SCRIPTS),
+        "replay": filled(resource("replay.html"), {"events": events}),
+    }
+
+
+def resource(name: str) -> str:
+    """A file of the page's."""
     return files("tatamu.report").joinpath(name).read_text(encoding="utf-8")
 
 
@@ -73,7 +82,6 @@ def _head(fold: LearnedFold) -> dict[str, str]:
         "sentence": headline.sentence(fold),
         "gauge": headline.gauge(fold),
         "tiles": headline.tiles(fold),
-        "events": headline.events(fold),
         "learn_command": text(command.learn(fold)),
         "simulate_command": text(command.simulate(fold)),
         "version": text(fold.result.tatamu or __version__),

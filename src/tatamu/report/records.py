@@ -101,6 +101,10 @@ class Task(Record):
     """From grasp to release [m]."""
     candidates: int | None = None
     """M: how many grasps there are to choose from."""
+    hands: int = 2
+    """How many hands fold."""
+    step: tuple[int, int] | None = None
+    """Which step of how many of a plan this is; None: the only one."""
 
 
 class Result(Record):
@@ -159,7 +163,8 @@ class ViaPoints(Record):
     every_frames: int
     times: list[float]
     left: Points
-    right: Points
+    right: Points | None = None
+    """None where one hand folds."""
 
 
 class Manipulation(Record):

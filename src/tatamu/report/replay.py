@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from tatamu.report.fold import LearnedFold
 from tatamu.report.packing import motion, packed
+from tatamu.rollout import Rollout
+from tatamu.scene import Scene
 
 FRAMES = 150
 """Most frames of a replay; the viewer moves in straight lines between them."""
@@ -18,6 +21,18 @@ STEP = 5e-5
 COLOURS = ("left", "right")
 
 
+@dataclass(frozen=True)
+class Hand:
+    """A hand as the viewer draws it."""
+
+    colour: str
+    """Name of its colour."""
+    path: np.ndarray
+    """Where it is at each frame [m], shape (f, 3)."""
+    holds: list[tuple[float, float | None]]
+    """When it closes and opens [s]; None: never."""
+
+
 def replay(fold: LearnedFold, largest: float) -> dict[str, Any]:
     """The data of the viewer; the last of the packed frames is the target.
 
@@ -25,21 +40,26 @@ def replay(fold: LearnedFold, largest: float) -> dict[str, Any]:
         fold: The learned fold.
         largest: End of the scale of e_i [m].
     """
-    kept = frames(len(fold.rollout.times), len(fold.start))
-    shown = np.concatenate([fold.rollout.positions[kept], fold.target[None]])
+    return replay_of(fold.rollout, fold.scene, hands(fold), largest)
+
+
+def replay_of(rollout: Rollout, scene: Scene, hands: list[Hand], largest: float) -> dict[str, Any]:
+    """The data of the viewer for a rollout with its `target`, and the hands at each of its frames."""
+    kept = frames(len(rollout.times), len(rollout.positions[0]))
+    shown = np.concatenate([rollout.positions[kept], rollout.extra["target"][None]])
     low = shown.min(axis=(0, 1))
     step = max(float((shown.max(axis=(0, 1)) - low).max()) / 65535, STEP)
     steps = np.rint((shown - low) / step).astype(np.int64)
-    table = fold.scene.table
+    table = scene.table
     return {
-        "count": len(fold.start),
-        "times": _rounded(fold.rollout.times[kept], 5),
+        "count": len(rollout.positions[0]),
+        "times": _rounded(rollout.times[kept], 5),
         "low": _rounded(low, 9),
         "step": step,
         "positions": packed(motion(steps)),
-        "faces": packed(np.ascontiguousarray(fold.faces, dtype="<u4").tobytes()),
+        "faces": packed(np.ascontiguousarray(rollout.faces, dtype="<u4").tobytes()),
         "largest": largest,
-        "hands": _hands(fold, kept),
+        "hands": [{"colour": hand.colour, "path": _rounded(hand.path[kept], 5), "holds": hand.holds} for hand in hands],
         "table": table and {"height": table.height, "tilt": table.tilt},
     }
 
@@ -50,17 +70,11 @@ def frames(count: int, vertices: int) -> np.ndarray:
     return np.unique(np.rint(np.linspace(0, count - 1, min(count, most))).astype(int))
 
 
-def _hands(fold: LearnedFold, kept: np.ndarray) -> list[dict[str, Any]]:
+def hands(fold: LearnedFold) -> list[Hand]:
+    """The hands of a learned fold."""
     timing = fold.manipulation.timing
-    return [
-        {
-            "colour": colour,
-            "path": _rounded(fold.hand(arm)[kept], 5),
-            "closes": timing.get("closes", 0.0),
-            "opens": timing.get("opens"),
-        }
-        for colour, arm in zip(COLOURS, fold.manipulation.arms, strict=False)
-    ]
+    hold = (timing.get("closes", 0.0), timing.get("opens"))
+    return [Hand(colour, fold.hand(arm), [hold]) for colour, arm in zip(COLOURS, fold.manipulation.arms, strict=False)]
 
 
 def _rounded(values: np.ndarray, digits: int) -> Any:

@@ -36,8 +36,14 @@ def picture(folder: Path, out_png: Path) -> Path:
     return Path(out_png)
 
 
-def render(fold: LearnedFold) -> np.ndarray:
-    """The picture in linear light, shape (h, w, 4), FINER times as large as it will be."""
+def render(fold: LearnedFold, hands: tuple[str, ...] = (LEFT, RIGHT), *, flying: bool = True) -> np.ndarray:
+    """The picture in linear light, shape (h, w, 4), FINER times as large as it will be.
+
+    Args:
+        fold: What is drawn.
+        hands: Colours of the hands' paths; of those that have none nothing is drawn.
+        flying: Whether the cloth is also drawn as it was when a hand was highest.
+    """
     ways = [fold.hand(arm) for arm in fold.manipulation.arms]
     body = cloth(fold.final, fold.faces, fold.start)
     flight = cloth(fold.rollout.positions[_highest(ways[0])], fold.faces, fold.start)
@@ -46,11 +52,12 @@ def render(fold: LearnedFold) -> np.ndarray:
     image = _table(view, sun, _height(fold))
     depth = np.full(view.shape, -np.inf)
     _paint(image, depth, view, body, sun, 1.0)
-    for colour, way in zip((LEFT, RIGHT), ways, strict=False):
+    for colour, way in zip(hands, ways, strict=False):
         light = rgb(colour)
         points, faces = tube(way, 0.0035)
         _paint(image, depth, view, Mesh(points, faces, light, light), None, 1.0)
-    _paint(image, depth, view, flight, None, 0.42)
+    if flying:
+        _paint(image, depth, view, flight, None, 0.42)
     return image
 
 

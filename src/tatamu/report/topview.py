@@ -71,19 +71,25 @@ def outlined(image: np.ndarray, mask: np.ndarray) -> np.ndarray:
 
 def figures(fold: LearnedFold) -> str:
     """Three pictures side by side, as HTML."""
-    area = extent(fold.target, fold.final)
+    return beside(fold, fold.target)
+
+
+def beside(fold: LearnedFold, goal: np.ndarray) -> str:
+    """A goal (n, 3), where the cloth came to rest, and one on the other."""
+    area = extent(goal, fold.final)
     ways = {arm.name: fold.hand(arm) for arm in fold.manipulation.arms}
-    target, wanted = draw(fold, fold.target, area)
+    target, wanted = draw(fold, goal, area)
     final, _ = draw(fold, fold.final, area)
-    pictures = [
+    pictures: list[tuple[str, str, np.ndarray, dict[str, np.ndarray]]] = [
         ("Target", "the wanted shape", target, {}),
         ("Learned fold", "where the cloth came to rest", final, ways),
         ("Both", "the fold with the target’s outline", outlined(final, wanted), {}),
     ]
-    return "".join(_figure(title, note, image, area, lines) for title, note, image, lines in pictures)
+    return "".join(figure(title, note, image, area, lines) for title, note, image, lines in pictures)
 
 
-def _figure(title: str, note: str, image: np.ndarray, area: Extent, ways: dict[str, np.ndarray]) -> str:
+def figure(title: str, note: str, image: np.ndarray, area: Extent, ways: dict[str, np.ndarray]) -> str:
+    """One picture with its title, a ruler and the hands' paths (f, 3), as HTML."""
     data = png.encode(to_pixels(shrink(image, FINER)))
     width, height = (1000 * area.size).round(2)
     source = "data:image/png;base64," + base64.b64encode(data).decode()

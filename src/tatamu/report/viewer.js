@@ -147,7 +147,8 @@ class Viewer {
 
   eachHand(visit) {
     this.motion.hands.forEach((hand, which) => {
-      const closed = this.time >= hand.closes && (hand.opens === null || this.time < hand.opens);
+      const closed = hand.holds.some(([closes, opens]) =>
+        this.time >= closes && (opens === null || this.time < opens));
       visit(this.motion.hand(which, this.time), (closed ? 0.018 : 0.024) * this.radius, hand, closed);
     });
   }

@@ -40,13 +40,16 @@ class Worker:
     def __init__(self) -> None:
         self.owner = os.getpid()
         self.log: IO[bytes] = tempfile.TemporaryFile()
-        environment = {key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "PYTHONHOME")}
         self.command = discovery.command()
+        self.scratch = tempfile.TemporaryDirectory(prefix="tatamu-blender-", ignore_cleanup_errors=True)
+        environment = {key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "PYTHONHOME")}
+        environment |= dict.fromkeys(("TMPDIR", "TEMP", "TMP"), self.scratch.name)  # a killed Blender leaves a folder
         try:
             self.process = subprocess.Popen(
                 self.command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self.log, env=environment
             )
         except OSError as error:
+            self.scratch.cleanup()
             raise InputError(f"{self.command[0]}: cannot be started ({error.strerror or error})") from None
         self.version = self._greeting()
 
@@ -112,6 +115,7 @@ class Worker:
         if os.getpid() == self.owner:
             self.process.kill()
             self.process.wait()
+            self.scratch.cleanup()
 
 
 @contextmanager

@@ -9,6 +9,7 @@ import numpy as np
 
 from tatamu.scene import Scene, Table
 from tatamu.simulators.blender.mapping import Mapping, mapped
+from tatamu.simulators.blender.quads import joined
 from tatamu.simulators.timeline import Segment, segments
 
 LONGEST_FRAME = 1.0 / 50.0
@@ -45,7 +46,7 @@ def written(scene: Scene) -> Recipe:
     request = {
         "gravity": [0.0, 0.0, -scene.gravity * mapping.scale],
         "vertices": _scaled(scene.cloth.vertices, origin, mapping),
-        "faces": scene.cloth.faces.tolist(),
+        "faces": _faces(scene, mapping),
         "rest": None if scene.cloth.rest_vertices is None else _scaled(scene.cloth.rest, origin, mapping),
         "bends": _bending(scene),
         "grippers": _grippers(scene),
@@ -63,6 +64,12 @@ def written(scene: Scene) -> Recipe:
 def _scaled(points: np.ndarray, origin: np.ndarray, mapping: Mapping) -> list[list[float]]:
     scaled: list[list[float]] = ((points - origin) * mapping.scale).tolist()
     return scaled
+
+
+def _faces(scene: Scene, mapping: Mapping) -> list[list[int]]:
+    linear = mapping.settings.get("bending_model") == "LINEAR"
+    triangles: list[list[int]] = scene.cloth.faces.tolist()
+    return joined(scene.cloth.rest, scene.cloth.faces) if linear else triangles
 
 
 def _bending(scene: Scene) -> list[int] | None:

@@ -7,7 +7,8 @@ layers stay a thickness apart; the tangential part of a correction is Coulomb fr
     W   = w_v + sum b_k^2 w_k                       inverse mass seen by the contact, barycentric b
     l_n = (target - gap) / W,   l_t = min(|slip| / W, mu l_n)
 
-No vertex is moved by more than the push itself: W is at least the largest |b_k| w_k.
+Pairs that a hand holds on both sides are left to the hand: near it a push has no lever, and would turn the pinch
+into a clamp that bends the layers as one plate.
 
 slip is measured from where the vertex began to stick, not from the last step: what the table or another layer undoes
 of a correction is then corrected in the next step, so that layers at rest do not creep.
@@ -144,15 +145,8 @@ def _sweep_slots(x, before, moved, mesh, lists, friction, step, keep):  # type: 
                     lists.wake[v, s] = lists.travelled[0] + 0.8 * (gap - thickness)
                 continue
             weight = inverse_mass[v] + ba * ba * inverse_mass[a] + bb * bb * inverse_mass[b] + bc * bc * inverse_mass[c]
-            weight = max(  # where the rest is held, a far corner would otherwise be thrown about
-                weight,
-                inverse_mass[v],
-                abs(ba) * inverse_mass[a],
-                abs(bb) * inverse_mass[b],
-                abs(bc) * inverse_mass[c],
-            )
-            if weight == 0.0:
-                continue
+            if inverse_mass[v] == 0.0 and min(inverse_mass[a], inverse_mass[b], inverse_mass[c]) == 0.0:
+                continue  # where both layers are held, the hand decides how far they are apart
             push, silent = _pushes(gap, side * _height(before, v, a, b, c), wanted, step)
             if push <= 0.0:
                 continue
@@ -225,6 +219,8 @@ def _sweep_pairs(x, before, moved, mesh, lists, step, keep):  # type: ignore[no-
         )
         if gap >= wanted:
             continue
+        if min(inverse_mass[a], inverse_mass[b]) == 0.0 and min(inverse_mass[c], inverse_mass[d]) == 0.0:
+            continue
         weight = (
             wa * wa * inverse_mass[a]
             + wb * wb * inverse_mass[b]
@@ -232,8 +228,7 @@ def _sweep_pairs(x, before, moved, mesh, lists, step, keep):  # type: ignore[no-
             + wd * wd * inverse_mass[d]
         )
         push, silent = _pushes(gap, distance, wanted, step)
-        weight = max(weight, wa * inverse_mass[a], wb * inverse_mass[b], -wc * inverse_mass[c], -wd * inverse_mass[d])
-        if weight == 0.0 or push <= 0.0:
+        if push <= 0.0:
             continue
         smallest = min(smallest, gap)
         if push > noticeable:

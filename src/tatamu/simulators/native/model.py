@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from hashlib import blake2b
 from math import ceil
+from threading import Lock
 from typing import NamedTuple
 
 import numpy as np
@@ -62,6 +63,7 @@ class Model:
 
 
 _kept: dict[bytes, Model] = {}
+_keeping = Lock()  # simulate_many runs scenes in threads
 _MOST_KEPT = 16
 
 
@@ -72,11 +74,12 @@ def model_of(cloth: Cloth, material: Material) -> Model:
         digest.update(repr(array.shape).encode() + np.ascontiguousarray(array).tobytes())
     digest.update(material.model_dump_json().encode())
     key = digest.digest()
-    if key not in _kept:
-        while len(_kept) >= _MOST_KEPT:
-            _kept.pop(next(iter(_kept)))
-        _kept[key] = _build(cloth, material)
-    return _kept[key]
+    with _keeping:
+        if key not in _kept:
+            while len(_kept) >= _MOST_KEPT:
+                _kept.pop(next(iter(_kept)))
+            _kept[key] = _build(cloth, material)
+        return _kept[key]
 
 
 def _build(cloth: Cloth, material: Material) -> Model:

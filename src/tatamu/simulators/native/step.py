@@ -225,7 +225,7 @@ def _pace(rounds, correction, thickness, most):  # type: ignore[no-untyped-def]
     return rounds
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def advance(state, elastic, mesh, lists, hands, world, first, count, step, bends, stretches, fastest):  # type: ignore[no-untyped-def]
     """Run `count` outer steps of `step` seconds from number `first`; stop early when anything is too fast."""
     kick = step / bends

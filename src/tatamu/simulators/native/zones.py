@@ -86,7 +86,9 @@ def _mark(x, before, mesh, lists, zone):  # type: ignore[no-untyped-def]
             continue
         a, b = mesh.edges[lists.pairs[p, 0], 0], mesh.edges[lists.pairs[p, 0], 1]
         c, d = mesh.edges[lists.pairs[p, 1], 0], mesh.edges[lists.pairs[p, 1], 1]
-        if _edges_passed(x, before, a, b, c, d) and not _together(zone, a, b, c, d):
+        held_on_both = min(mesh.inverse_mass[a], mesh.inverse_mass[b]) == 0.0
+        held_on_both &= min(mesh.inverse_mass[c], mesh.inverse_mass[d]) == 0.0
+        if not held_on_both and _edges_passed(x, before, a, b, c, d) and not _together(zone, a, b, c, d):
             _join(zone, a, b)
             _join(zone, b, c)
             _join(zone, c, d)
@@ -97,6 +99,10 @@ def _mark(x, before, mesh, lists, zone):  # type: ignore[no-untyped-def]
             if t < 0 or lists.side[v, s] == 0 or lists.wake[v, s] > lists.travelled[0]:
                 continue
             a, b, c = mesh.faces[t, 0], mesh.faces[t, 1], mesh.faces[t, 2]
+            held_on_both = mesh.inverse_mass[v] == 0.0
+            held_on_both &= min(mesh.inverse_mass[a], mesh.inverse_mass[b], mesh.inverse_mass[c]) == 0.0
+            if held_on_both:
+                continue
             if _vertex_passed(x, v, a, b, c, lists.side[v, s]) and not _together(zone, v, a, b, c):
                 _join(zone, v, a)
                 _join(zone, a, b)

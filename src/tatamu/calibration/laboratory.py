@@ -1,0 +1,89 @@
+"""Where the simulated tests are made: runs scenes until they have settled, and remembers what it measured."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from tatamu.errors import SimulationError
+from tatamu.material import Material
+from tatamu.rollout import Rollout
+from tatamu.scene import Scene
+from tatamu.simulators import simulate
+
+SETTLED = 5e-5
+"""A reading that moves less than this over the last quarter of its scene has settled [m]."""
+LONGER = 2.0
+MOST_DOUBLINGS = 3
+
+
+class Test(Protocol):
+    """A test whose reading is a length at rest."""
+
+    @property
+    def name(self) -> str:
+        """What it is called; one test of a name per laboratory."""
+        ...
+
+    def scene(self, material: Material) -> Scene:
+        """The scene of a material."""
+        ...
+
+    def reading(self, rollout: Rollout, frame: int = -1) -> float:
+        """What the ruler would read [m]."""
+        ...
+
+
+@dataclass
+class Laboratory:
+    """Measures simulated cloth."""
+
+    simulator: str
+    tick: Callable[[str], None] = lambda what: None
+    """Called before each simulation with what it is for."""
+    simulations: int = 0
+    failure: str = ""
+    """What the simulator last said when it gave up."""
+    unsettled: float = 0.0
+    """Largest motion over the last quarter of a scene that was accepted [m]."""
+    _known: dict[tuple[str, str], float] = field(default_factory=dict)
+    _shapes: dict[tuple[str, str], np.ndarray] = field(default_factory=dict)
+    _durations: dict[str, float] = field(default_factory=dict)
+
+    def run(self, scene: Scene, what: str) -> Rollout:
+        """One rollout."""
+        self.tick(what)
+        self.simulations += 1
+        return simulate(scene, self.simulator)
+
+    def reading(self, test: Test, material: Material) -> float:
+        """The reading of a test at rest [m]; infinite where the cloth is too soft for the simulator."""
+        key = test.name, material.model_dump_json()
+        if key not in self._known:
+            try:
+                self._known[key], self._shapes[key] = self._settled(test, test.scene(material))
+            except SimulationError as error:
+                self._known[key], self.failure = np.inf, str(error)
+        return self._known[key]
+
+    def shape(self, test: Test, material: Material) -> np.ndarray | None:
+        """Positions [m] at rest, shape (n, 3), of a reading that was made; None where there is none."""
+        return self._shapes.get((test.name, material.model_dump_json()))
+
+    def _settled(self, test: Test, scene: Scene) -> tuple[float, np.ndarray]:
+        """Simulate, longer where it has to be; what once was long enough is where the next begins."""
+        factor = self._durations.get(test.name, 1.0)
+        for attempt in range(MOST_DOUBLINGS + 1):
+            longer = scene.model_copy(update={"duration": factor * scene.duration})
+            rollout = self.run(longer, test.name)
+            reading = test.reading(rollout)
+            late = [test.reading(rollout, frame) for frame in range(len(rollout.times) * 3 // 4, len(rollout.times))]
+            if np.ptp(late) < SETTLED or attempt == MOST_DOUBLINGS:
+                break
+            factor *= LONGER
+        self._durations[test.name] = factor
+        self.unsettled = max(self.unsettled, float(np.ptp(late)))
+        return (reading if np.ptp(late) < SETTLED else float(np.mean(late))), rollout.positions[-1]

@@ -1,0 +1,94 @@
+"""Finding the parameter at which a simulated reading is the measured one, in few simulations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+FIRST_FACTOR = 1.25
+"""The second value tried is this far from the first."""
+LONGEST_STEP = 2.0
+"""Largest step in the logarithm of the parameter."""
+MOST = 16
+"""Simulations of one search."""
+
+
+@dataclass(frozen=True)
+class Match:
+    """The end of a search."""
+
+    parameter: float
+    reading: float
+    reached: bool
+    """Whether the reading was matched; if not, the parameter is the end of its range that comes nearest."""
+    samples: tuple[tuple[float, float], ...]
+    """All (parameter, reading) that were simulated, in order of the parameter."""
+
+    def after(self, earlier: tuple[tuple[float, float], ...]) -> Match:
+        """This match, with the samples of an earlier pass before its own."""
+        return replace(self, samples=tuple(sorted({*earlier, *self.samples})))
+
+
+def match(
+    reading: Callable[[float], float],
+    target: float,
+    start: float,
+    limits: tuple[float, float],
+    within: float,
+    straight: Callable[[float], float],
+) -> Match:
+    """Safeguarded secant search of a parameter on which the reading depends monotonically, falling.
+
+    Args:
+        reading: Simulates the reading of a parameter; infinite where the simulator gave up for being too soft.
+        target: The measured reading.
+        start: First parameter.
+        limits: Least and greatest parameter.
+        within: How near to the target the reading has to be.
+        straight: A function of the reading that is nearly a straight line of the logarithm of the parameter.
+    """
+    seen: dict[float, float] = {}
+    low, high = np.log(limits)
+    at = float(np.clip(np.log(start), low, high))
+    for _ in range(MOST):
+        if at not in seen:
+            seen[at] = reading(float(np.exp(at)))
+        if abs(seen[at] - target) <= within:
+            return _found(at, seen, True)
+        if seen[at] > target:
+            low = at  # falling: more of the parameter, less of the reading
+        else:
+            high = at
+        if high - low < 1e-6:
+            break
+        at = _next(seen, target, straight, low, high)
+    nearest = min(seen, key=lambda each: abs(seen[each] - target))
+    return _found(nearest, seen, False)
+
+
+def _found(at: float, seen: dict[float, float], reached: bool) -> Match:
+    samples = tuple((float(np.exp(each)), seen[each]) for each in sorted(seen) if np.isfinite(seen[each]))
+    return Match(float(np.exp(at)), seen[at], reached, samples)
+
+
+def _next(
+    seen: dict[float, float], target: float, straight: Callable[[float], float], low: float, high: float
+) -> float:
+    """The secant through the two samples nearest to the target, kept inside the bracket and not too far."""
+    last = list(seen)[-1]
+    finite = sorted((each for each in seen if np.isfinite(seen[each])), key=lambda each: abs(seen[each] - target))
+    if not np.isfinite(seen[last]):
+        wanted = last + LONGEST_STEP / 2
+    elif len(finite) == 1:
+        wanted = last + np.log(FIRST_FACTOR) * np.sign(seen[last] - target)
+    else:
+        a, b = finite[:2]
+        slope = (straight(seen[b]) - straight(seen[a])) / (b - a)
+        step = (straight(target) - straight(seen[a])) / slope if slope < 0 else np.inf
+        wanted = a + float(np.clip(step, -LONGEST_STEP, LONGEST_STEP))
+    if not low < wanted < high:
+        edge = high if wanted >= high else low
+        wanted = edge if edge not in seen else 0.5 * (low + high)
+    return float(wanted)

@@ -1,0 +1,196 @@
+"""A calibration as one page that opens offline: what came out, the three fits, what to read again."""
+
+from __future__ import annotations
+
+from html import escape
+
+import numpy as np
+import plotly.graph_objects as go
+from plotly.offline import get_plotlyjs
+
+from tatamu import __version__
+from tatamu.calibration import drawing
+from tatamu.calibration.advice import NAMES, advice_on
+from tatamu.calibration.friction import SLIDING
+from tatamu.calibration.result import PARAMETERS, SYMBOLS, UNITS, Calibration, Fit
+from tatamu.validation.page import FIT, GRID, INK, STYLE
+
+TITLES = {
+    "elongation": "Elongation: stretch stiffness Y",
+    "sag": "Sag: bending rigidity B",
+    "friction": "Friction: coefficient μ on the table",
+}
+WORDS = {
+    "areal_density": "areal density",
+    "stretch_stiffness": "stretch stiffness",
+    "bending_rigidity": "bending rigidity",
+    "friction_table": "friction on the table",
+}
+AXES = {"elongation": "Y [N/m]", "sag": "B [µN m]", "friction": "μ"}
+FACTORS = {"elongation": 1.0, "sag": 1e6, "friction": 1.0}
+OWN_STYLE = """
+.fit { display: grid; grid-template-columns: minmax(280px, 1fr) minmax(380px, 1.3fr); gap: 18px; align-items: center }
+@media (max-width: 760px) { .fit { grid-template-columns: 1fr } }
+.fit svg { max-width: 100%; height: auto }
+.fit > div { min-width: 0 }
+.advice li { margin: 5px 0 }
+.bar { display: inline-block; height: 9px; border-radius: 3px; background: #3f66b0; vertical-align: middle }
+"""
+
+
+def page(calibration: Calibration) -> str:
+    """The whole page as HTML."""
+    title = f"{calibration.setup.garment.name}, calibrated for {calibration.simulator}"
+    fits = "".join(_fit(calibration, fit) for fit in calibration.fits)
+    advice = "".join(f"<li>{escape(text)}</li>" for text in advice_on(calibration))
+    lead = (
+        f"{calibration.simulations} simulations, {calibration.passes} passes · tatamu {__version__} · readings at rest "
+        f"to {1e3 * calibration.unsettled:.2g} mm"
+    )
+    return (
+        f"<!doctype html><html lang='en'><head><meta charset='utf-8'><title>{escape(title)}</title>"
+        f"<style>{STYLE}{OWN_STYLE}</style><script>{get_plotlyjs()}</script></head><body><main>"
+        f"<h1>{escape(title)}</h1><p class='lead'>{lead}</p>"
+        f"<section><h2>What came out</h2>{_parameters(calibration)}</section>"
+        f"<section class='advice'><h2>What to do next</h2><ul>{advice}</ul></section>{fits}"
+        f"<section><h2>Where the uncertainty comes from</h2>{_budget(calibration)}</section>"
+        f"</main><script>{FIT}</script></body></html>\n"
+    )
+
+
+def _picture(calibration: Calibration, test: str) -> str:
+    """The drawing of a test, as it came to rest."""
+    setup, shape = calibration.setup, calibration.shapes.get(test)
+    if test == "elongation" and setup.elongation is not None and shape is not None:
+        return drawing.hanging(setup.elongation, shape)
+    if test == "sag" and setup.sag is not None and shape is not None:
+        return drawing.sagging(setup.sag, shape)
+    return drawing.sliding(setup.slope) if setup.slope is not None and test == "friction" else ""
+
+
+def shown(calibration: Calibration, parameter: str) -> tuple[str, str]:
+    """A parameter's value and its uncertainty as text, with the unit of the first."""
+    value = getattr(calibration.material, parameter)
+    factor, unit = (1e6, "µN m") if parameter == "bending_rigidity" else (1.0, UNITS[parameter])
+    text = f"{factor * value:.4g} {unit if unit != '-' else ''}".strip()
+    bound = next((fit.bound for fit in calibration.fits if fit.parameter == parameter), None)
+    if bound:
+        return f"{bound} {text}", "the reading cannot tell"
+    if parameter in calibration.assumed:
+        return text, "not measured"
+    relative = calibration.relative(parameter)
+    return text, f"± {factor * calibration.uncertainty(parameter):.2g} ({100 * relative:.1f} %)"
+
+
+def _parameters(calibration: Calibration) -> str:
+    lines = "".join(
+        f"<tr><td>{WORDS[name]}, {SYMBOLS[name]}</td><td class='n'>{escape(value)}</td><td>{escape(spread)}</td></tr>"
+        for name in PARAMETERS
+        for value, spread in [shown(calibration, name)]
+    )
+    note = "Standard uncertainty, from the errors of the readings alone; the correlations are in the file."
+    return (
+        f"<table><thead><tr><th>parameter</th><th class='n'>value</th><th>uncertainty</th></tr></thead>"
+        f"<tbody>{lines}</tbody></table><p class='reference'>{note}</p>"
+    )
+
+
+def _fit(calibration: Calibration, fit: Fit) -> str:
+    chart = _friction_chart(calibration, fit) if fit.test == "friction" else _chart(calibration, fit)
+    plot = chart.to_html(full_html=False, include_plotlyjs=False, config={"displayModeBar": False, "responsive": True})
+    value, spread = shown(calibration, fit.parameter)
+    return (
+        f"<section><h2>{TITLES[fit.test]}</h2><p class='reference'>{escape(_sentence(calibration, fit))} "
+        f"<b>{SYMBOLS[fit.parameter]} {'is' if fit.bound else '='} {escape(value)}</b>, {escape(spread)}.</p>"
+        f"<div class='fit'><div>{_picture(calibration, fit.test)}</div><div>{plot}</div></div></section>"
+    )
+
+
+def _sentence(calibration: Calibration, fit: Fit) -> str:
+    if fit.test == "friction":
+        return (
+            f"θ = asin(H_s / L_t) = {np.degrees(fit.measured):.1f} ± {np.degrees(fit.uncertainty):.1f} degrees; "
+            f"tan θ = {calibration.textbook_friction:.3f}."
+        )
+    name = "L1 - L2" if fit.test == "elongation" else "Sag"
+    return (
+        f"{name} measured: {1e3 * fit.measured:.1f} ± {1e3 * fit.uncertainty:.1f} mm; simulated: "
+        f"{1e3 * fit.simulated:.2f} mm."
+    )
+
+
+def _chart(calibration: Calibration, fit: Fit) -> go.Figure:
+    """Simulated readings over the parameter, and the measured one as a band."""
+    factor = FACTORS[fit.test]
+    x, y = factor * np.array([s[0] for s in fit.samples]), 1e3 * np.array([s[1] for s in fit.samples])
+    chart = go.Figure(layout=_layout(AXES[fit.test], "L1 - L2 [mm]" if fit.test == "elongation" else "sag [mm]", "log"))
+    low, high = 1e3 * (fit.measured - fit.uncertainty), 1e3 * (fit.measured + fit.uncertainty)
+    chart.add_hrect(low, high, fillcolor=drawing.READ, opacity=0.15, line_width=0)
+    chart.add_hline(1e3 * fit.measured, line={"color": drawing.READ, "width": 1.4}, annotation_text="measured")
+    chart.add_trace(
+        go.Scatter(x=x, y=y, mode="lines+markers", line={"color": drawing.CLOTH, "width": 1.3}, name="simulated")
+    )
+    found = factor * getattr(calibration.material, fit.parameter)
+    lowest, highest = min(low, y.min()), max(high, y.max())
+    chart.update_yaxes(range=[lowest - 0.08 * (highest - lowest), highest + 0.08 * (highest - lowest)])
+    chart.add_vline(found, line={"color": INK, "width": 1, "dash": "dot"})
+    return chart
+
+
+def _friction_chart(calibration: Calibration, fit: Fit) -> go.Figure:
+    """Speed over the coefficient: zero where it sticks."""
+    chart = go.Figure(layout=_layout("μ", "speed at the end [mm/s]", "linear"))
+    for slides, name, symbol in ((True, "slides", "circle"), (False, "sticks", "square")):
+        points = [sample for sample in fit.samples if (sample[1] > SLIDING) == slides]
+        chart.add_trace(
+            go.Scatter(
+                x=[point[0] for point in points],
+                y=[1e3 * point[1] for point in points],
+                mode="markers",
+                marker={"symbol": symbol, "size": 8, "color": drawing.CLOTH if slides else drawing.READ},
+                name=name,
+            )
+        )
+    chart.update_layout(showlegend=True)
+    chart.add_vline(calibration.textbook_friction, line={"color": INK, "dash": "dot"}, annotation_text="tan θ")
+    return chart
+
+
+def _layout(x: str, y: str, kind: str) -> go.Layout:
+    axis = {"gridcolor": GRID, "zerolinecolor": GRID, "linecolor": "#9aa5b1", "ticks": "outside"}
+    return go.Layout(
+        xaxis={"title": x, "type": kind, **axis},
+        yaxis={"title": y, **axis},
+        font={"family": "system-ui, sans-serif", "color": INK, "size": 12},
+        margin={"l": 60, "r": 16, "t": 16, "b": 46},
+        height=300,
+        plot_bgcolor="white",
+        paper_bgcolor="white",
+        showlegend=False,
+        legend={"orientation": "h", "y": 1.1},
+    )
+
+
+def _budget(calibration: Calibration) -> str:
+    """What part of each parameter's variance each reading brings, as bars."""
+    known = calibration.known
+    if not known:
+        return "<p>Nothing is known but bounds.</p>"
+    rows = [PARAMETERS.index(name) for name in known]
+    variance = np.diag(calibration.covariance)[rows]
+    head = "<th>reading</th><th class='n'>value</th><th class='n'>±</th>" + "".join(
+        f"<th>{SYMBOLS[name]}</th>" for name in known
+    )
+    lines = []
+    for name, reading in calibration.readings.items():
+        shares = calibration.contributions[name][rows] ** 2 / np.where(variance > 0, variance, 1.0)
+        cells = "".join(
+            f"<td><span class='bar' style='width:{70 * share:.0f}px'></span> {100 * share:.0f} %</td>"
+            for share in shares
+        )
+        unit = "g" if name == "mass" else "mm"
+        lines.append(
+            f"<tr><td>{escape(NAMES[name])}</td><td class='n'>{1e3 * reading.value:.4g} {unit}</td>"
+            f"<td class='n'>{1e3 * reading.uncertainty:.2g} {unit}</td>{cells}</tr>"
+        )
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(lines)}</tbody></table>"

@@ -1,0 +1,77 @@
+"""The simulated copy of what was measured: the same garment, the same tests."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tatamu.calibration.elongation import Elongation, named_edge
+from tatamu.calibration.friction import Slope
+from tatamu.calibration.measurements import Measurements
+from tatamu.calibration.sag import Sag
+from tatamu.errors import InputError
+from tatamu.garments import Garment, make_garment
+from tatamu.material import Material, load_material
+from tatamu.topology import areas
+
+SPACING = 0.02
+"""Mesh spacing of the hanging garment [m]."""
+SHORTEST_EDGE = 1.5
+"""The edge of a sag test is at least this many free lengths long, or its ends would hang differently."""
+
+
+@dataclass(frozen=True)
+class Setup:
+    """Tests that were made, on the garment that was measured."""
+
+    garment: Garment
+    base: Material
+    """What is not measured."""
+    elongation: Elongation | None
+    slope: Slope | None
+    sag: Sag | None
+
+    @property
+    def area(self) -> float:
+        """Of all layers together [m^2]."""
+        return float(areas(self.garment.cloth().rest, self.garment.faces).sum())
+
+
+def setup_of(measurements: Measurements, spacing: float | None = None) -> Setup:
+    """The tests of some measurements.
+
+    Args:
+        measurements: What was measured.
+        spacing: Mesh spacing of garment and strip [m]; None: fine enough that it does not matter.
+
+    Raises:
+        InputError: The garment, its material or an edge does not exist.
+    """
+    given = measurements.garment
+    material = load_material(Path(given.material)) if given.material else None
+    if material is not None and given.thickness:
+        material = material.model_copy(update={"thickness": given.thickness})
+    garment = make_garment(given.name, given.size, material, spacing or SPACING)
+    thick = {"thickness": given.thickness} if given.thickness else {}
+    base = garment.material.model_copy(update={**thick, "blender": None})
+    hung, tilted, held = measurements.elongation, measurements.friction, measurements.sag
+    elongation = Elongation(garment, tuple(hung.grasps)) if hung else None
+    if elongation is not None:
+        elongation.held  # noqa: B018  names an unknown edge now, not after the first simulation
+    slope = Slope(float(np.arcsin(np.mean(tilted.H_s) / np.mean(tilted.L_t)))) if tilted else None
+    sag = Sag(float(np.mean(held.free_length)), spacing) if held else None
+    if held is not None and sag is not None:
+        _check_edge(garment, held.edge, sag.free_length)
+    return Setup(garment, base, elongation, slope, sag)
+
+
+def _check_edge(garment: Garment, name: str, free_length: float) -> None:
+    path = garment.vertices[named_edge(garment, name), :2]
+    along = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
+    if along < SHORTEST_EDGE * free_length:
+        raise InputError(
+            f"sag: edge {name} is {along:.2f} m long; with a free length of {free_length:g} m its ends hang "
+            f"differently from its middle: choose a free length up to {along / SHORTEST_EDGE:.2f} m, or a longer edge"
+        )

@@ -1,0 +1,99 @@
+"""What a simulated reading has to become, and where a reading tells no more than a bound."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import logit
+
+from tatamu.calibration.laboratory import Laboratory, Test
+from tatamu.calibration.match import Match, match
+from tatamu.calibration.readings import Reading
+from tatamu.calibration.setup import Setup
+from tatamu.material import Material
+
+STRETCH, BENDING = (1.0, 1e5), (1e-8, 1e-2)
+"""Ranges in which the parameters are searched [N/m], [N m]."""
+WITHIN, FINEST = 1e-3, 1e-5
+"""Readings are matched to this part of themselves, or to this length [m] where that is more."""
+STIFFEST, LIMPEST = 0.02, 0.96
+"""A sag over free length outside these only says that the bending length is far longer, or far shorter."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """The reading of one test and the parameter that it tells."""
+
+    test: Test
+    parameter: str
+    measured: float
+    """[m]"""
+    uncertainty: float
+    """Standard uncertainty of the reading [m]."""
+    bound: str | None
+    """None, or "at least" or "at most" where the reading tells only that much of the parameter."""
+    guess: Callable[[float, float], float]
+    """(reading, density) to the parameter by a textbook."""
+    limits: tuple[float, float]
+    straight: Callable[[float], float]
+    """Of the reading: nearly a straight line of the logarithm of the parameter."""
+
+    @property
+    def aim(self) -> float:
+        """What is matched [m]: the reading, or, of a bound, the reading moved by its uncertainty to where it tells."""
+        return self.measured + {None: 0.0, "at least": 1.0, "at most": -1.0}[self.bound] * self.uncertainty
+
+    def matched(self, laboratory: Laboratory, material: Material, start: float) -> Match:
+        """The parameter at which the laboratory's simulator gives the aim, all else as in `material`."""
+
+        def reading(value: float) -> float:
+            return laboratory.reading(self.test, material.model_copy(update={self.parameter: value}))
+
+        within = max(WITHIN * self.aim, FINEST)
+        return match(reading, self.aim, start, self.limits, within, self.straight)
+
+
+def targets_of(setup: Setup, readings: dict[str, Reading]) -> list[Target]:
+    """The tests that are matched by a length: elongation and sag."""
+    targets = []
+    if setup.elongation is not None:
+        hanging, lying = readings["L1"], readings["L2"]
+        longer = hanging.value - lying.value
+        error = float(np.hypot(hanging.uncertainty, lying.uncertainty))
+        bound = "at least" if longer < error else None
+        targets.append(
+            Target(
+                setup.elongation,
+                "stretch_stiffness",
+                longer,
+                error,
+                bound,
+                setup.elongation.guess,
+                STRETCH,
+                lambda value: float(np.log(max(value, 1e-9))),
+            )
+        )
+    if setup.sag is not None:
+        sag, free = readings["sag"], setup.sag.free_length
+        targets.append(
+            Target(
+                setup.sag,
+                "bending_rigidity",
+                sag.value,
+                sag.uncertainty,
+                sag_bound(sag, free),
+                setup.sag.guess,
+                BENDING,
+                lambda value: float(logit(np.clip(value / free, 1e-4, 1.0 - 1e-4))),
+            )
+        )
+    return targets
+
+
+def sag_bound(sag: Reading, free_length: float) -> str | None:
+    """Whether cloth hangs too straight down, or stands out too level, for its sag to tell bending."""
+    if sag.value + sag.uncertainty > LIMPEST * free_length:
+        return "at most"
+    return "at least" if sag.value - sag.uncertainty < STIFFEST * free_length else None

@@ -1,0 +1,90 @@
+"""From the readings' uncertainties to the parameters', to first order (JCGM 100:2008, 5.1 and 5.2).
+
+At rest, lengths over the garment's own depend on Y / (rho g L) and B / (rho g L^3) alone. So how a reading f depends on
+Y and B, which a few simulations tell, also tells how it depends on density and size:
+
+    df/dln rho = -(f_Y + f_B),    df/dln L = f - f_Y - 3 f_B,    f_Y = df/dln Y,  f_B = df/dln B
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from tatamu.calibration.readings import Reading
+from tatamu.calibration.result import PARAMETERS
+
+STEP = 0.1
+"""Of the logarithm of a parameter, for differences."""
+
+
+@dataclass(frozen=True)
+class Slopes:
+    """How a reading f depends on the logarithms of Y and B [m]."""
+
+    reading: float
+    stretch: float
+    bending: float
+
+    @property
+    def density(self) -> float:
+        """df/dln rho."""
+        return -(self.stretch + self.bending)
+
+    @property
+    def size(self) -> float:
+        """df/dln L, everything else fixed."""
+        return self.reading - self.stretch - 3.0 * self.bending
+
+
+def slopes(reading: Callable[[float, float], float], at: tuple[float, float]) -> Slopes:
+    """Central differences of reading(ln Y, ln B)."""
+    stretch, bending = at
+    up, down = reading(stretch + STEP, bending), reading(stretch - STEP, bending)
+    more, less = reading(stretch, bending + STEP), reading(stretch, bending - STEP)
+    return Slopes(reading(stretch, bending), (up - down) / (2 * STEP), (more - less) / (2 * STEP))
+
+
+def contributions(
+    readings: Mapping[str, Reading],
+    elongation: Slopes | None,
+    sag: Slopes | None,
+    friction: tuple[float, float, float] | None,
+) -> dict[str, np.ndarray]:
+    """Change of the logarithm of each of `PARAMETERS`, shape (4,), with one standard uncertainty of each reading.
+
+    Args:
+        readings: By name.
+        elongation: Slopes of L1 - L2; None where it tells no stretch stiffness.
+        sag: Slopes of the sag; None where it tells no bending rigidity.
+        friction: theta [rad], L_t [m] and the width of the search's interval over the coefficient; None: not measured.
+    """
+    found = {name: np.zeros(len(PARAMETERS)) for name in readings}
+    for name, reading in readings.items():
+        error = reading.uncertainty / reading.value
+        density = error * {"mass": 1.0, "width": -1.0, "length": -1.0}.get(name, 0.0)
+        found[name][0] = density
+        found[name][1:3] = _elastic(name, reading, density, elongation, sag)
+    if friction is not None:
+        angle, board, interval = friction
+        per_radian = 2.0 / np.sin(2.0 * angle)  # d ln tan(theta) / d theta
+        per_height = per_radian / (board * np.cos(angle))
+        found["H_s"][3] = per_height * readings["H_s"].uncertainty
+        found["L_t"][3] = -per_height * np.sin(angle) * readings["L_t"].uncertainty
+        found["search"] = np.array([0.0, 0.0, 0.0, interval / np.sqrt(12.0)])
+    return found
+
+
+def _elastic(name: str, reading: Reading, density: float, elongation: Slopes | None, sag: Slopes | None) -> np.ndarray:
+    """Changes of ln Y and ln B that make up for the change of one reading, shape (2,)."""
+    error = reading.uncertainty
+    matrix, wanted = np.eye(2), np.zeros(2)
+    if elongation is not None:
+        own = {"L1": error, "L2": -error, "length": -elongation.size * error / reading.value}.get(name, 0.0)
+        matrix[0], wanted[0] = (elongation.stretch, elongation.bending), own - elongation.density * density
+    if sag is not None:
+        own = {"sag": error, "free_length": -sag.size * error / reading.value}.get(name, 0.0)
+        matrix[1], wanted[1] = (sag.stretch, sag.bending), own - sag.density * density
+    return np.asarray(np.linalg.solve(matrix, wanted))

@@ -1,0 +1,79 @@
+"""`tatamu calibrate`: measurements in, a material with its uncertainties out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tatamu.cli.app import app
+from tatamu.errors import InputError
+
+
+@app.command()
+def calibrate(
+    measurements: Annotated[Path, typer.Argument(metavar="MEASUREMENTS.toml", help="What was measured.")],
+    out: Annotated[Path, typer.Option(metavar="MATERIAL.toml", help="Where the material goes; a page beside it.")],
+    simulator: Annotated[str, typer.Option(help="Which simulator: its material is for it alone.")] = "native",
+    spacing: Annotated[
+        float | None,
+        typer.Option(help="Mesh spacing of the simulated tests in metres; default: fine enough not to matter."),
+    ] = None,
+) -> None:
+    """Find the material with which a simulator does what your cloth did.
+
+    Writes MATERIAL.toml, which `--material` takes, and MATERIAL.html, the three fits and what to read again.
+
+    Examples:
+    `tatamu measure --template towel`
+
+    `tatamu calibrate measurements.toml --out my-towel.toml`
+
+    `tatamu calibrate measurements.toml --out my-towel-blender.toml --simulator blender`
+    """
+    from tatamu.calibration import advice_on, load_measurements
+    from tatamu.calibration import calibrate as run
+    from tatamu.calibration.page import page, shown
+    from tatamu.calibration.result import PARAMETERS, SYMBOLS
+    from tatamu.files import write_text
+
+    if spacing is not None and not 1e-3 <= spacing <= 0.1:
+        raise InputError(f"spacing: must be from 0.001 to 0.1 m, given {spacing:g} m")
+    if out.suffix != ".toml":
+        raise InputError(f"--out: must end with .toml, given {out}")
+    given = load_measurements(measurements)
+    with progress() as tick:
+        found = run(given, simulator, spacing, tick)
+    drawn = page(found)
+    found.save(out)
+    write_text(out.with_suffix(".html"), drawn)
+    for name in PARAMETERS:
+        value, spread = shown(found, name)
+        print(f"  {SYMBOLS[name]:2} {name:18} {value:>24}  {spread}")
+    for text in advice_on(found):
+        print(text)
+    print(f"{out}: for the simulator {simulator}; {out.with_suffix('.html')} shows the fits")
+
+
+@contextmanager
+def progress() -> Iterator[Callable[[str], None]]:
+    """A callback that says which test is being simulated, and how many simulations there were."""
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    counts: dict[str, int] = {}
+
+    def line() -> str:
+        return ", ".join(f"{name} {count}" for name, count in counts.items())
+
+    with console.status("the first run compiles the simulator") as status:
+
+        def tick(what: str) -> None:
+            counts[what] = counts.get(what, 0) + 1
+            status.update(f"simulating: {line()}")
+
+        yield tick
+    console.print(f"simulated: {line()}", highlight=False)

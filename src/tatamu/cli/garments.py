@@ -1,0 +1,28 @@
+"""`tatamu garments`: which garments there are."""
+
+from __future__ import annotations
+
+from tatamu.cli.app import app
+
+
+@app.command()
+def garments() -> None:
+    """List the garments that can be named, as they are unless told otherwise.
+
+    A file is a garment, too: an outline (.svg, .dxf), a mesh (.obj, .ply, .stl, .glb), or a garment file (.toml) that
+    says more of one; see docs/garments.md. `tatamu show GARMENT` draws any of them.
+    """
+    from rich.console import Console
+    from rich.table import Table
+
+    from tatamu.garments import DESCRIPTIONS, make_garment
+    from tatamu.garments.fabrics import FABRICS
+
+    table = Table("garment", "what", "width x length", "layers", "vertices", "fabric", box=None, pad_edge=False)
+    for name, what in DESCRIPTIONS.items():
+        garment = make_garment(name)
+        fabric = next(title for title, material in FABRICS.items() if material == garment.material)
+        size = "{:g}x{:g}".format(*garment.size)
+        table.add_row(name, what, size, str(garment.layers), str(len(garment.vertices)), fabric)
+    Console().print(table)
+    print("\nYour own: an outline (.svg, .dxf), a mesh (.obj, .ply, .stl, .glb) or a garment file (.toml).")

@@ -1,0 +1,82 @@
+"""`tatamu materials`: measured materials to start from."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tatamu.cli.app import app
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from tatamu.presets import Preset
+
+UNITS = {
+    "areal_density": "kg/m²",
+    "stretch_stiffness": "N/m",
+    "poisson_ratio": "-",
+    "bending_rigidity": "N m",
+    "thickness": "m",
+    "friction_table": "-",
+    "friction_cloth": "-",
+    "air_drag": "N s/m³",
+}
+
+
+@app.command()
+def materials(
+    name: Annotated[
+        str | None, typer.Argument(metavar="[NAME]", help="One preset, with its sources; default: all in a table.")
+    ] = None,
+) -> None:
+    """List the materials that come with tatamu, each with source and spread.
+
+    A preset is somebody else's cloth: to have your own, see `tatamu measure`.
+
+    Examples:
+    `tatamu materials`
+
+    `tatamu materials denim`
+
+    `tatamu learn towel --material terry --out runs/terry`
+    """
+    from rich.console import Console
+
+    from tatamu.presets import load_preset, names
+
+    console = Console(soft_wrap=True, highlight=False)
+    if name is not None:
+        console.print(described(load_preset(name)))
+        return
+    console.print(_table([load_preset(each) for each in names()]))
+    console.print("Somebody else's cloth: a place to start. `tatamu materials NAME` says where each figure is from.")
+
+
+def _table(presets: list[Preset]) -> Table:
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, padding=(0, 1))
+    for number, head in enumerate(("preset", "ρ g/m²", "Y N/m", "B µN m", "l_b cm", "μ table", "t mm", "what")):
+        table.add_column(head, justify="right" if 0 < number < 7 else "left", no_wrap=number != 7)
+    for each in presets:
+        m = each.material
+        numbers = (1e3 * m.areal_density, m.stretch_stiffness, 1e6 * m.bending_rigidity, 100 * m.bending_length)
+        row = [f"{number:.3g}" for number in (*numbers, m.friction_table, 1e3 * m.thickness)]
+        raw = " (Blender's own numbers)" if m.blender is not None else ""
+        table.add_row(each.name, *row, each.preset.title + raw)
+    return table
+
+
+def described(preset: Preset) -> str:
+    """All that is known of one preset, a field a line."""
+    lines = [f"{preset.name}: {preset.preset.title}. A preset: somebody else's cloth.", preset.preset.note]
+    for name, unit in UNITS.items():
+        low, high = preset.spread.get(name, (None, None))
+        span = "" if low is None else f", {low:g} to {high:g}"
+        source = preset.source.get(name)
+        value = getattr(preset.material, name)
+        lines.append(f"  {name:18} {value:g} {unit}{span}" + (f"  ({source})" if source else ""))
+    lines += [f"  blender.{key} = {value}" for key, value in (preset.material.blender or {}).items()]
+    return "\n".join(line for line in lines if line)

@@ -1,0 +1,115 @@
+"""`tatamu outline`: a photo of a flat garment in, its outline out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+import typer
+
+from tatamu.cli.app import app
+from tatamu.cli.learn import _size
+from tatamu.errors import InputError
+
+if TYPE_CHECKING:
+    from tatamu.garments.photo import Photo
+
+
+@app.command()
+def outline(
+    photo: Annotated[Path, typer.Argument(metavar="PHOTO", help="Taken from above, hem down, table all around.")],
+    out: Annotated[Path, typer.Option(metavar="OUTLINE.svg", help="Where the outline goes.")],
+    width: Annotated[float | None, typer.Option(help="Width of the garment, its largest, in metres.")] = None,
+    ruler: Annotated[
+        str | None, typer.Option(metavar="'X,Y X,Y LENGTH'", help="Two pixels, and how many metres lie between them.")
+    ] = None,
+    sheet: Annotated[
+        str | None,
+        typer.Option(
+            metavar="'X,Y X,Y X,Y X,Y WxH'",
+            help="Corners of a sheet of paper on the table (top left, top right, bottom right, bottom left) and its "
+            "size in metres; takes the perspective out.",
+        ),
+    ] = None,
+) -> None:
+    """Find the outline of a garment on a photo, to be looked at on top of the photo and accepted.
+
+    Examples:
+    `tatamu outline shirt.jpg --width 0.52 --out shirt.svg`
+
+    `tatamu outline shirt.jpg --sheet '80,90 700,84 706,520 76,524 0.297x0.210' --out shirt.svg`
+
+    Then `tatamu show shirt.svg`; a garment file beside it says which parts are open (docs/garments.md).
+    """
+    from tatamu.files import replacing, write_text
+    from tatamu.garments.photo import find_outline, outline_svg, straightened
+
+    given = [value for value in (width, ruler, sheet) if value is not None]
+    if len(given) != 1:
+        raise InputError(f"width, ruler, sheet: must give one of them, given {len(given)}")
+    if out.suffix.lower() != ".svg":
+        raise InputError(f"out: must be an .svg file, given {out}")
+    found = find_outline(photo)
+    curve = straightened(found.outline, _to_metres(found, width, ruler, sheet))
+    write_text(out, outline_svg(curve))
+    picture = out.with_name(f"{out.stem}-on-photo.jpg")
+    with replacing(picture) as temporary:
+        temporary.write_bytes(_overlay(found))
+    across, along = np.ptp(curve, axis=0)
+    print(f"outline: {out}, {across:.3f} m wide, {along:.3f} m long, {len(curve)} points")
+    print(f"look at: {picture}, the outline on top of the photo")
+
+
+def _to_metres(photo: Photo, width: float | None, ruler: str | None, sheet: str | None) -> np.ndarray:
+    """The matrix from pixels to metres, shape (3, 3)."""
+    from tatamu.garments.photo import homography
+
+    if sheet is not None:
+        *corners, size = sheet.split()
+        sides = _size(size)
+        if len(corners) != 4 or sides is None:
+            raise InputError(f"sheet: must be four corners X,Y and WxH, given {sheet!r}")
+        return homography(np.array([_pixel("sheet", corner) for corner in corners]), *sides)
+    if ruler is not None:
+        *ends, length = ruler.split()
+        if len(ends) != 2:
+            raise InputError(f"ruler: must be two pixels X,Y and a length in metres, given {ruler!r}")
+        start, end = (_pixel("ruler", pixel) for pixel in ends)
+        apart, metres = float(np.linalg.norm(end - start)), _number("ruler", length)
+    else:
+        apart, metres = float(np.ptp(photo.outline[:, 0])), width or 0.0
+    if not (metres > 0.0 and apart > 0.0):
+        raise InputError(f"{'width' if ruler is None else 'ruler'}: must be a length above zero, given {metres:g} m")
+    return np.diag([metres / apart, metres / apart, 1.0])
+
+
+def _pixel(option: str, text: str) -> np.ndarray:
+    parts = text.split(",")
+    if len(parts) != 2:
+        raise InputError(f"{option}: must be pixels X,Y, given {text!r}")
+    return np.array([_number(option, part) for part in parts])
+
+
+def _number(option: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"{option}: must be a number, given {text!r}") from None
+
+
+def _overlay(photo: Photo) -> bytes:
+    """The photo with the outline drawn on it, as a JPEG file."""
+    import io
+
+    from PIL import Image, ImageDraw
+
+    image = Image.fromarray(photo.pixels)
+    points = [tuple(p) for p in np.vstack([photo.outline, photo.outline[:2]])]
+    wide = max(2, round(max(image.size) / 300))
+    canvas = ImageDraw.Draw(image)
+    canvas.line(points, "#ffffff", 2 * wide, joint="curve")
+    canvas.line(points, "#d02090", wide, joint="curve")
+    buffer = io.BytesIO()
+    image.save(buffer, "JPEG", quality=88)
+    return buffer.getvalue()

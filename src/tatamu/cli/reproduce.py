@@ -1,0 +1,91 @@
+"""`tatamu reproduce`: the paper's experiment again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+from rich.progress import Progress as Bar
+
+from tatamu.cli.app import app
+from tatamu.cli.learn import _size
+from tatamu.errors import InputError
+
+if TYPE_CHECKING:
+    from tatamu.learning import Progress
+
+
+@app.command()
+def reproduce(
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Where studies and page go; unfinished ones go on.")],
+    simulator: Annotated[str, typer.Option(help="blender, the paper's, or another.")] = "blender",
+    garments: Annotated[str, typer.Option(metavar="NAME,..", help="Which garments.")] = "towel,tshirt,trousers",
+    seeds: Annotated[int, typer.Option(help="Studies of each garment.")] = 5,
+    trials: Annotated[int, typer.Option(help="Trials of each study.")] = 50,
+    size: Annotated[
+        list[str] | None, typer.Option(metavar="GARMENT=WxL", help="Width x length in metres; may be repeated.")
+    ] = None,
+    spacing: Annotated[
+        list[str] | None, typer.Option(metavar="GARMENT=M", help="Mesh spacing in metres; default: 0.02.")
+    ] = None,
+    fold: Annotated[
+        list[str] | None, typer.Option(metavar="GARMENT=FOLD", help="Default: half; leg over leg for trousers.")
+    ] = None,
+    material: Annotated[
+        list[str] | None, typer.Option(metavar="GARMENT=MATERIAL", help="Preset or file; default: the paper's numbers.")
+    ] = None,
+) -> None:
+    """Run the paper's experiment again (section VI) and compare what it claims with what comes out.
+
+    Examples:
+    `tatamu reproduce --garments towel --seeds 1 --out runs/paper`
+
+    `tatamu reproduce --simulator native --out runs/paper-native`
+
+    Run the same command again to go on with what was interrupted.
+    """
+    from tatamu.reproduction.experiment import Choices, run
+    from tatamu.reproduction.page import save
+
+    choices = Choices(
+        simulator=simulator,
+        garments=tuple(name.strip() for name in garments.split(",") if name.strip()),
+        seeds=seeds,
+        trials=trials,
+        sizes={name: _size(value) or (0.0, 0.0) for name, value in _pairs("--size", size).items()},
+        spacings={name: _metres(value) for name, value in _pairs("--spacing", spacing).items()},
+        folds=_pairs("--fold", fold),
+        materials=_pairs("--material", material),
+    )
+    console = Console()
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Bar(*columns, console=console, transient=True) as bar:
+        line = bar.add_task("", total=len(choices.garments) * seeds * trials)
+
+        def told(garment: str, seed: int, now: Progress) -> None:
+            before = trials * (seed * len(choices.garments) + choices.garments.index(garment))
+            bar.update(line, description=f"{garment}, seed {seed}", completed=before + now.done)
+            if not console.is_terminal and now.done in (0, trials):
+                console.print(f"{garment}, seed {seed}: {now.done}/{trials} trials")
+
+        studies = run(choices, out, told)
+    print(f"page: {save(choices, studies, out)}")
+
+
+def _pairs(option: str, given: list[str] | None) -> dict[str, str]:
+    """GARMENT=VALUE, each."""
+    pairs = [text.partition("=") for text in given or []]
+    for name, sign, value in pairs:
+        if not (name and sign and value):
+            raise InputError(f"{option}: must be GARMENT=VALUE, such as towel=.., given {name + sign + value!r}")
+    return {name: value for name, _, value in pairs}
+
+
+def _metres(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"--spacing: must be GARMENT=METRES, such as towel=0.02, given {text!r}") from None

@@ -1,0 +1,95 @@
+"""`tatamu show`: a garment drawn flat."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tatamu.cli.app import app
+from tatamu.cli.learn import _size
+from tatamu.errors import InputError
+
+if TYPE_CHECKING:
+    from tatamu.garments import Garment
+    from tatamu.report.garment import FoldMark
+
+
+@app.command()
+def show(
+    garment: Annotated[str, typer.Argument(metavar="GARMENT", help="A name (`tatamu garments`) or a file.")],
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="PATH", help="A page (.html), a picture (.png) or a folder for both; default: NAME.html."),
+    ] = None,
+    size: Annotated[
+        str | None, typer.Option(metavar="WxL", help="Width x length in metres, such as 0.54x0.46.")
+    ] = None,
+    material: Annotated[
+        Path | None, typer.Option(metavar="FILE.toml", help="A material; default: the garment's own fabric.")
+    ] = None,
+    spacing: Annotated[float | None, typer.Option(help="Mesh spacing in metres.")] = None,
+    fold: Annotated[
+        str | None,
+        typer.Option(
+            "--fold",
+            "--plan",
+            metavar="NAME|FILE.toml",
+            help="Also draw a fold plan: the lines of its folds, which side moves, and where the hands may grasp.",
+        ),
+    ] = None,
+) -> None:
+    """Draw a garment laid flat, with its seams, openings and names of its edges.
+
+    Examples:
+    `tatamu show tshirt --fold half --out tshirt.html`
+
+    `tatamu show tshirt --plan my-fold.toml --out plan.png`
+
+    `tatamu show shirt.svg --out pictures`
+    """
+    from tatamu.files import replacing, write_text
+    from tatamu.garments import make_garment
+    from tatamu.material import load_material
+    from tatamu.report.garment import diagram, facts, page
+
+    made = make_garment(garment, _size(size), load_material(material) if material else None, spacing)
+    folds = _marks(made, fold) if fold else []
+    for path in _targets(out, Path(garment).stem):
+        if path.suffix.lower() == ".html":
+            write_text(path, page(made, folds))
+        else:
+            with replacing(path) as temporary:
+                temporary.write_bytes(diagram(made, folds).png())
+        print(f"picture: {path}")
+    for name, value in facts(made):
+        print(f"{name + ':':<10} {value}")
+    for note in made.notes:
+        print(f"note: {note}")
+
+
+def _targets(out: Path | None, name: str) -> list[Path]:
+    """The files to write."""
+    if out is None:
+        return [Path(f"{name}.html")]
+    if out.suffix.lower() in (".html", ".png"):
+        return [out]
+    if out.suffix:
+        raise InputError(f"out: must be an .html file, a .png file or a folder, given {out}")
+    return [out / f"{name}.html", out / f"{name}.png"]
+
+
+def _marks(garment: Garment, name: str) -> list[FoldMark]:
+    """Every fold of a plan; the places of later grasps are those on the flat garment."""
+    from tatamu.folding.fold import ideal_folds
+    from tatamu.folding.plans import make_plan
+    from tatamu.report.garment import FoldMark
+
+    plan, flat = make_plan(name, garment), garment.vertices[:, :2]
+    titles = [f"{number}. {step.title}" for number, step in enumerate(plan.steps, start=1)]
+    names = titles if len(titles) > 1 else [plan.name]
+    return [
+        FoldMark(title, fold.line, fold.normal, flat[fold.left], flat[fold.right])
+        for title, fold in zip(names, ideal_folds(garment, plan), strict=True)
+    ]

@@ -1,0 +1,94 @@
+"""Where hands may grasp: vertices of the garment's edge on the moving side, from the corner inwards."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tatamu.errors import InputError
+from tatamu.folding.ideal import Line
+from tatamu.folding.plan import AUTO, Step
+from tatamu.garments import Garment
+
+HAND_CLEARANCE = 0.06
+"""Grasps of the two hands stay at least this far apart [m]; so hands never cross or touch."""
+NEAREST = 0.5
+"""A hand grasps no nearer to the line than this part of the way to the farthest vertex of its edge."""
+SAME_PLACE = 0.4
+"""Vertices nearer to each other than this many cells are one place: a pinch there takes all layers."""
+
+
+def candidates(garment: Garment, state: np.ndarray, line: Line, step: Step, hands: int) -> tuple[np.ndarray, ...]:
+    """Grasp candidates of the left and of the right hand, each of shape (M,); the same for both where one hand folds.
+
+    Raises:
+        InputError: The garment has no such edge on the moving side, or the hands do not fit on it.
+    """
+    edges = [_edge(garment, state, line, name) for name in step.grasp]
+    _, along = line.split(state)
+    if hands == 1:
+        only = _ordered(state, line, edges[0], 1.0)
+        return only, only
+    clearance = max(HAND_CLEARANCE, 2.7 * garment.spacing)  # coarse meshes: the pinches share no vertex
+    if len(edges) == 1:
+        middle = 0.5 * (along[edges[0]].min() + along[edges[0]].max())
+        place = along[edges[0]] - middle
+        edges = [edges[0][place >= clearance / 2], edges[0][place <= -clearance / 2]]
+    left, right = (_ordered(state, line, edge, side) for edge, side in zip(edges, (1.0, -1.0), strict=True))
+    count = _apart(state[left], state[right], clearance)
+    if not count:
+        raise InputError(f"size: two hands {clearance:g} m apart do not fit on the edge {' and '.join(step.grasp)}")
+    return left[:count], right[:count]
+
+
+def _edge(garment: Garment, state: np.ndarray, line: Line, name: str) -> np.ndarray:
+    """The vertices of a named edge that move, uppermost where several lie on each other."""
+    if name == AUTO:
+        return _farthest(garment, state, line)
+    if name not in garment.edges:
+        raise InputError(f"grasp: must be one of {', '.join(garment.edges)} or {AUTO}, given {name!r}")
+    moving = _moving(garment, state, line, name)
+    if not len(moving):
+        raise InputError(f"grasp: no part of the edge {name!r} lies on the moving side of the fold line")
+    return moving
+
+
+def _farthest(garment: Garment, state: np.ndarray, line: Line) -> np.ndarray:
+    """The edge whose moving vertices are on average farthest from the line."""
+    parts = {name: _moving(garment, state, line, name) for name in garment.edges}
+    away = {name: -line.split(state[part])[0].mean() for name, part in parts.items() if len(part)}
+    if not away:
+        raise InputError("fold: no edge of the garment lies on the moving side of the fold line")
+    return parts[max(away, key=lambda name: away[name])]
+
+
+def _moving(garment: Garment, state: np.ndarray, line: Line, name: str) -> np.ndarray:
+    edge = np.unique(garment.edges[name])
+    away = -line.split(state[edge])[0]
+    if not (away > 0).any():
+        return edge[:0]
+    edge = edge[away >= NEAREST * away.max()]
+    return _uppermost(state, edge, SAME_PLACE * garment.spacing)
+
+
+def _uppermost(state: np.ndarray, vertices: np.ndarray, apart: float) -> np.ndarray:
+    """Of vertices at one place only the highest, in the order given."""
+    kept: list[int] = []
+    for vertex in vertices[np.argsort(-state[vertices, 2], kind="stable")]:
+        if not (np.linalg.norm(state[kept, :2] - state[vertex, :2], axis=1) < apart).any():
+            kept.append(int(vertex))
+    return np.sort(np.array(kept))
+
+
+def _ordered(state: np.ndarray, line: Line, edge: np.ndarray, side: float) -> np.ndarray:
+    """From the corner inwards: far from the line, and far to the hand's own side."""
+    across, along = line.split(state[edge])
+    return edge[np.argsort(across - side * along, kind="stable")]
+
+
+def _apart(left: np.ndarray, right: np.ndarray, clearance: float) -> int:
+    """How many candidates of both hands may be kept so that any two are that far apart."""
+    count = min(len(left), len(right))
+    distance = np.linalg.norm(left[:count, None, :2] - right[None, :count, :2], axis=2)
+    while count and distance[:count, :count].min() < clearance - 1e-9:
+        count -= 1
+    return count

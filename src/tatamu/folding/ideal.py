@@ -1,0 +1,144 @@
+"""The ideal fold of a cloth as it lies: what moves is mirrored over the line, on top of what stays.
+
+The stack at a place and the stack that is laid upon it are one stack of height H on average, bent round the line: its
+mid-surface is the crease of least energy of that thickness (see `crease`), and a layer at height z before the fold runs
+beside it at the distance d = z - H/2, inside the loop where d > 0. Far from the line that is the stack turned over,
+z -> 2H - z, and at the line no layer touches another; lengths there change by the factor 1 - d * curvature.
+
+Two simplifications: loops of earlier folds that come to lie in the stack are pressed, whatever stands out of the flat
+part to the share `KEPT`; and H changes along the table by at most `SLOPE`, as cloth laid over an edge does not hang
+straight down from it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tatamu.folding.crease import Crease, crease
+from tatamu.folding.layers import PIXEL, Surface
+from tatamu.garments import Garment
+
+STACKS = (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0)
+"""Heights of stacks in thicknesses for which creases are computed; between them they are interpolated."""
+KEPT = 0.5
+"""What a pressed loop keeps of its height over the flat part of the stack; a loop under twice its weight and more."""
+FADE = 3.5
+"""Beside the end of a crease its loop falls to nothing over so many bending lengths."""
+SLOPE = 0.3
+"""Steepest rise of the cloth over what lies below it [-]: it is then 4 % longer than flat."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """A straight fold line on the table, and which side of it moves."""
+
+    origin: np.ndarray
+    """A point of the line [m], shape (2,)."""
+    normal: np.ndarray
+    """Unit vector across the line, from the moving side to the side that stays, shape (2,)."""
+
+    @property
+    def along(self) -> np.ndarray:
+        """Unit vector along the line, to the left of `normal`: the left hand is farther this way."""
+        return np.array([-self.normal[1], self.normal[0]])
+
+    def split(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Distance from the line, negative on the moving side, and place along it [m], shapes (n,)."""
+        offset = points[:, :2] - self.origin
+        return offset @ self.normal, offset @ self.along
+
+    def mirrored(self, points: np.ndarray) -> np.ndarray:
+        """Mirror images of points over the line, shape (n, 2)."""
+        across, along = self.split(points)
+        return self.join(-across, along)
+
+    def join(self, across: np.ndarray, along: np.ndarray) -> np.ndarray:
+        """Points of given distance from the line and place along it, shape (n, 2)."""
+        return self.origin + across[:, None] * self.normal + along[:, None] * self.along
+
+
+@dataclass(frozen=True)
+class Stack:
+    """How high a cloth lies at its vertices, and the stack that a fold makes there; loops are pressed."""
+
+    middle: np.ndarray
+    """The mid-surface at each vertex [m], shape (n,)."""
+    under: np.ndarray
+    """Upper surface over the mirror image of each vertex [m], shape (n,); 0 on the bare table."""
+    mean: np.ndarray
+    """H: half of what a place and its mirror image make together [m], shape (n,)."""
+    creased: np.ndarray
+    """1 where cloth crosses the line beside a vertex, 0 far from any that does, as between trouser legs, shape (n,)."""
+
+
+def stack(garment: Garment, state: np.ndarray, line: Line) -> Stack:
+    """The stacks of a garment as it lies, `state` of shape (n, 3)."""
+    thickness, reach = garment.material.thickness, 0.5 * garment.spacing
+    top = Surface.of(state, garment.faces, thickness, reach).height(state[:, :2])
+    middle = pressed(state[:, 2], float(np.median(top)))
+    surface = Surface.of(np.column_stack([state[:, :2], middle]), garment.faces, thickness, reach)
+
+    def together(points: np.ndarray) -> np.ndarray:
+        """What the moving side makes with what it is laid upon; 0 beside it."""
+        own, across = surface.height(points), line.split(points)[0]
+        return np.where((own > 0) & (across < PIXEL), own + surface.height(line.mirrored(points)), 0.0)
+
+    mirrored = line.mirrored(state[:, :2])
+    moving = (line.split(state)[0] < 0)[:, None]
+    both = surface.mapped(together, SLOPE).height(np.where(moving, state[:, :2], mirrored))
+    creased = _creased(surface, line, state, FADE * garment.material.bending_length)
+    return Stack(middle, surface.height(mirrored), 0.5 * both, creased)
+
+
+def _creased(surface: Surface, line: Line, state: np.ndarray, fade: float) -> np.ndarray:
+    """1 where cloth crosses the line at a vertex's place along it, falling to 0 over `fade` [m], shape (n,)."""
+    along = line.split(state)[1]
+    places = np.arange(along.min(), along.max() + PIXEL, PIXEL)
+    crossing = places[surface.height(line.join(np.zeros(len(places)), places)) > 0]
+    if not len(crossing):
+        return np.zeros(len(state))
+    after = np.clip(np.searchsorted(crossing, along), 1, max(len(crossing) - 1, 1))
+    nearest = np.minimum(np.abs(along - crossing[after - 1]), np.abs(along - crossing[after % len(crossing)]))
+    return 1.0 - np.clip((nearest - PIXEL) / fade, 0.0, 1.0)
+
+
+def pressed(z: np.ndarray, flat: float) -> np.ndarray:
+    """Heights [m] of which what stands out of the `flat` part is pressed; order is kept, so no layer meets another."""
+    return np.where(z <= flat, z, flat + KEPT * (z - flat))
+
+
+def ideal_fold(garment: Garment, state: np.ndarray, line: Line, stacks: Stack) -> np.ndarray:
+    """The wanted shape after a fold [m], shape (n, 3), of a garment that lies as `state`, shape (n, 3)."""
+    across, along = line.split(state)
+    x, z = _bent(garment, stacks.mean, across, stacks.middle - 0.5 * stacks.mean)
+    flat_z = np.where(across < 0, 2.0 * stacks.mean - stacks.middle, stacks.middle)
+    x = stacks.creased * x + (1.0 - stacks.creased) * np.abs(across)
+    z = stacks.creased * z + (1.0 - stacks.creased) * flat_z
+    target = np.column_stack([line.join(x, along), z])
+    alone = (across > crease_of(garment, garment.material.thickness).arc[-1]) & (stacks.under == 0)
+    target[alone] = state[alone]  # nothing presses its loops
+    return target
+
+
+def crease_of(garment: Garment, height: float) -> Crease:
+    """The crease of a stack of that height [m]."""
+    return crease(garment.material.bending_length, height)
+
+
+def _bent(garment: Garment, height: np.ndarray, u: np.ndarray, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """X and z of points at arc lengths u and distances d from the middle of stacks of given heights, shapes (n,)."""
+    grid = np.array(STACKS) * garment.material.thickness
+    held = np.clip(height, grid[0], grid[-1])
+    lower = np.clip(np.searchsorted(grid, held, side="right") - 1, 0, len(grid) - 2)
+    share = (held - grid[lower]) / (grid[lower + 1] - grid[lower])
+    x, z = np.zeros(len(u)), np.zeros(len(u))
+    for number, thickness in enumerate(grid):
+        weight = np.where(lower == number, 1.0 - share, np.where(lower + 1 == number, share, 0.0))
+        if weight.any():
+            along_x, along_z = crease_of(garment, float(thickness)).place(u)
+            across_x, across_z = crease_of(garment, float(thickness)).normals(u)
+            x += weight * (along_x + d * across_x)
+            z += weight * (along_z + d * across_z)
+    return x, z + (height - held) * np.where(u < 0, 1.5, 0.5)

@@ -1,0 +1,91 @@
+"""How high a cloth lies: its upper surface over every point of the table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numba import njit
+from scipy.ndimage import maximum_filter
+
+PIXEL = 0.001
+"""Resolution of the map [m]."""
+NANOMETRES = 9
+"""Heights are told to so many decimals of a metre, so that a flat layer is flat to the last bit."""
+
+
+class Surface:
+    """A map of heights over the table."""
+
+    def __init__(self, low: np.ndarray, heights: np.ndarray) -> None:
+        """A map whose first pixel has its corner at `low` [m], shape (2,); heights [m], shape (columns, rows)."""
+        self._low, self._heights = low, heights
+
+    @classmethod
+    def of(cls, points: np.ndarray, faces: np.ndarray, thickness: float, reach: float) -> Surface:
+        """The upper surface of a cloth.
+
+        Args:
+            points: Positions of its mid-surface [m], shape (n, 3).
+            faces: Triangles, shape (m, 3).
+            thickness: Of the cloth [m]; its surface lies half of it above the mid-surface.
+            reach: A point beside the cloth counts as on it when this near [m].
+        """
+        low = points[:, :2].min(axis=0) - reach - 2 * PIXEL
+        size = np.ceil((points[:, :2].max(axis=0) + reach + 2 * PIXEL - low) / PIXEL).astype(int)
+        corners = np.column_stack([(points[:, :2] - low) / PIXEL, points[:, 2]])
+        heights = _highest(np.ascontiguousarray(corners), faces, size[0], size[1])
+        beside = maximum_filter(heights, size=2 * round(reach / PIXEL) + 1)
+        heights = np.where(np.isfinite(heights), heights, beside) + 0.5 * thickness
+        return cls(low, np.where(np.isfinite(heights), heights.round(NANOMETRES), 0.0))
+
+    def height(self, points: np.ndarray) -> np.ndarray:
+        """Height of the surface at points of shape (k, 2) [m], shape (k,); 0 where there is only the table."""
+        column, row = np.floor((points - self._low) / PIXEL).astype(int).T
+        inside = (column >= 0) & (row >= 0) & (column < self._heights.shape[0]) & (row < self._heights.shape[1])
+        heights = np.zeros(len(points))
+        heights[inside] = self._heights[column[inside], row[inside]]
+        return heights
+
+    def mapped(self, height: Callable[[np.ndarray], np.ndarray], slope: float) -> Surface:
+        """Another surface on the same pixels: `height` of their centres (k, 2), raised to be no steeper than that."""
+        index = np.indices(self._heights.shape).reshape(2, -1).T
+        heights = height(self._low + (index + 0.5) * PIXEL).reshape(self._heights.shape)
+        return Surface(self._low, _gentle(np.ascontiguousarray(heights), slope * PIXEL))
+
+
+@njit(cache=True)
+def _highest(points, faces, columns, rows):  # type: ignore[no-untyped-def]
+    """Largest z of all triangles over the centre of each pixel, -inf where there is none."""
+    heights = np.full((columns, rows), -np.inf)
+    for t in range(faces.shape[0]):
+        a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
+        ax, ay, bx, by, cx, cy = points[a, 0], points[a, 1], points[b, 0], points[b, 1], points[c, 0], points[c, 1]
+        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+        if abs(area) < 1e-9:
+            continue
+        for i in range(int(min(ax, bx, cx)), int(max(ax, bx, cx)) + 1):
+            for j in range(int(min(ay, by, cy)), int(max(ay, by, cy)) + 1):
+                v = ((i + 0.5 - ax) * (cy - ay) - (j + 0.5 - ay) * (cx - ax)) / area
+                w = ((bx - ax) * (j + 0.5 - ay) - (by - ay) * (i + 0.5 - ax)) / area
+                if v >= -1e-9 and w >= -1e-9 and v + w <= 1.0 + 1e-9:
+                    z = points[a, 2] + v * (points[b, 2] - points[a, 2]) + w * (points[c, 2] - points[a, 2])
+                    heights[i, j] = max(heights[i, j], z)
+    return heights
+
+
+@njit(cache=True)
+def _gentle(heights, fall):  # type: ignore[no-untyped-def]
+    """Raise pixels until none is lower than a neighbour by more than `fall`: two sweeps, as in a distance transform."""
+    columns, rows = heights.shape
+    for sweep in range(2):
+        for a in range(columns):
+            i = a if sweep == 0 else columns - 1 - a
+            for b in range(rows):
+                j = b if sweep == 0 else rows - 1 - b
+                before = -1 if sweep == 0 else 1
+                for di, dj in ((before, -1), (before, 0), (before, 1), (0, before)):
+                    if 0 <= i + di < columns and 0 <= j + dj < rows:
+                        way = 1.4142135623730951 if di != 0 and dj != 0 else 1.0
+                        heights[i, j] = max(heights[i, j], heights[i + di, j + dj] - way * fall)
+    return heights

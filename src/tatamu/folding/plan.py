@@ -1,0 +1,99 @@
+"""A fold plan: folds that follow one another, each a line, the side that moves, and the edges where hands may grasp.
+
+Own plans are TOML; docs/folds.md shows one.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+
+from tatamu.errors import InputError
+from tatamu.files import read_toml, validated
+from tatamu.folding.ideal import Line
+from tatamu.garments import Garment
+
+AUTO = "auto"
+"""The edge that lies farthest from the line."""
+SIDES = {"+x": (1.0, 0.0), "-x": (-1.0, 0.0), "+y": (0.0, 1.0), "-y": (0.0, -1.0)}
+"""Names of the moving side, and which way it lies of the line."""
+
+Place = tuple[float, float]
+
+
+def _names(value: object) -> object:
+    return (value,) if isinstance(value, str) else value
+
+
+class Record(BaseModel):
+    """Base of what is read: frozen, every field known, every number finite."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Step(Record):
+    """One fold of a plan."""
+
+    title: str = ""
+    """In a few words what is folded."""
+    line: tuple[Place, Place]
+    """Two points (x, y) of the fold line, in the plan's unit."""
+    moves: Literal["+x", "-x", "+y", "-y"]
+    """On which side of the line the cloth moves."""
+    grasp: Annotated[tuple[str, ...], BeforeValidator(_names), Field(min_length=1, max_length=2)] = (AUTO,)
+    """Edge of the garment that both hands grasp, or the left hand's and the right hand's; `auto`: the farthest."""
+    hands: Literal[1, 2] = 2
+    area_ratio: float | None = Field(None, gt=0.0, le=1.0)
+    """Folded area over the area before, of a fold without thickness; None: of the target."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        direction = np.subtract(self.line[1], self.line[0])
+        if not np.hypot(*direction) > 1e-6:
+            raise ValueError(f"line must have two different points, given {list(map(list, self.line))}")
+        if abs(np.cross([*direction, 0.0], [*SIDES[self.moves], 0.0])[2]) < 1e-9:
+            raise ValueError(f"moves must be a side of the line, which runs along {self.moves[1]}, given {self.moves}")
+        return self
+
+
+class Plan(Record):
+    """Folds that follow one another."""
+
+    name: str = Field(min_length=1, max_length=60, pattern=r"^[\w -]+$")
+    unit: Literal["fraction", "m"] = "fraction"
+    """Lines are given in parts of the garment's length (x) and width (y), or in metres; from the garment's middle."""
+    steps: Annotated[tuple[Step, ...], Field(min_length=1, max_length=20, alias="step")]
+
+    def points(self, step: Step, garment: Garment) -> np.ndarray:
+        """Two points of a step's fold line [m], shape (2, 2)."""
+        scale = np.array([garment.size[1], garment.size[0]]) if self.unit == "fraction" else np.ones(2)
+        return np.array(step.line) * scale
+
+    def line(self, step: Step, garment: Garment) -> Line:
+        """The fold line of a step on the table."""
+        return line_of(self.points(step, garment), step.moves)
+
+
+def line_of(points: np.ndarray, moves: str) -> Line:
+    """The line through two points [m], shape (2, 2), with the moving side that way."""
+    direction = (points[1] - points[0]) / np.linalg.norm(points[1] - points[0])
+    normal = np.array([direction[1], -direction[0]])
+    normal = np.where(normal == 0.0, 0.0, normal)  # no negative zero
+    normal = normal if normal @ SIDES[moves] < 0 else -normal
+    return Line(origin=(points[0] @ normal) * normal, normal=normal)
+
+
+def load_plan(path: Path) -> Plan:
+    """Read a plan from TOML.
+
+    Raises:
+        InputError: The file cannot be read, or a field is wrong; the message names both.
+    """
+    value = read_toml(path)
+    head = value.pop("plan", {})
+    if not isinstance(head, dict):
+        raise InputError(f"{path}: plan: must be a table [plan], given {head!r}")
+    return validated(Plan, {"name": path.stem, **head, **value}, path)

@@ -1,0 +1,82 @@
+"""The plans that tatamu knows, in parts of the garment's length (x, from -0.5 at the hem) and width (y).
+
+Left is +y. A garment of somebody's own knows those of `ANY`.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tatamu.errors import InputError
+from tatamu.folding.plan import Plan, load_plan
+from tatamu.garments import Garment
+
+THIRD = 0.18
+"""Where the sides of a T-shirt are folded, from its middle, in parts of its width over the sleeves. A sixth would lay
+the end of the first sleeve exactly on the second line; a little more keeps it out of the second fold."""
+
+
+def _across(x: float, **more: object) -> dict[str, object]:
+    """A fold across the length."""
+    return {"line": ((x, -0.5), (x, 0.5)), **more}
+
+
+def _lengthwise(y: float, **more: object) -> dict[str, object]:
+    """A fold along the length."""
+    return {"line": ((-0.5, y), (0.5, y)), **more}
+
+
+def _plan(name: str, *steps: dict[str, object]) -> Plan:
+    return Plan.model_validate({"name": name, "step": steps})
+
+
+HALF = _plan("half", _across(0.0, title="in half across the length", moves="-x", area_ratio=0.5))
+QUARTERS = _plan(
+    "quarters",
+    _across(0.0, title="in half across the length", moves="-x", area_ratio=0.5),
+    _lengthwise(0.0, title="in half along the length", moves="-y", area_ratio=0.5),
+)
+ANY = {"half": _plan("half", _across(0.0, title="in half across the length", moves="-x"))}
+"""Plans for every garment."""
+
+PLANS: dict[str, dict[str, Plan]] = {
+    "towel": {"half": HALF, "quarters": QUARTERS},
+    "tshirt": {
+        "half": _plan("half", _across(0.0, title="hem to shoulder", moves="-x", grasp="hem")),
+        "shop": _plan(
+            "shop",
+            _lengthwise(THIRD, title="left third with its sleeve", moves="+y", grasp=("left_sleeve", "hem")),
+            _lengthwise(-THIRD, title="right third with its sleeve", moves="-y", grasp=("hem", "right_sleeve")),
+            _across(0.0, title="hem up", moves="-x", grasp="hem"),
+        ),
+    },
+    "trousers": {
+        "leg": _plan("leg", _lengthwise(0.0, title="leg over leg", moves="-y")),
+        "half": _plan(
+            "half",
+            _lengthwise(0.0, title="leg over leg", moves="-y"),
+            _across(0.0, title="hems to waist", moves="-x"),
+        ),
+        "thirds": _plan(
+            "thirds",
+            _lengthwise(0.0, title="leg over leg", moves="-y"),
+            _across(-1 / 6, title="hems up a third", moves="-x"),
+            _across(1 / 6, title="waist over them", moves="+x", grasp="waist"),
+        ),
+    },
+}
+"""Plans of each garment by name."""
+
+
+def make_plan(name: str, garment: Garment) -> Plan:
+    """The plan of that name for a garment, or the one in a .toml file.
+
+    Raises:
+        InputError: There is no such plan, or the file holds none.
+    """
+    if name.endswith(".toml"):
+        return load_plan(Path(name))
+    known = PLANS.get(garment.name, ANY)
+    if name not in known:
+        raise InputError(f"fold: must be one of {', '.join(known)} or a file .toml, given {name!r}")
+    return known[name]

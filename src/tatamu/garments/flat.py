@@ -1,0 +1,114 @@
+"""A garment from a mesh that lies flat already: one layer, or a front that faces up and a back that faces down."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import shapely
+
+from tatamu.errors import InputError
+from tatamu.garments.garment import Garment
+from tatamu.garments.meshfile import border_loops
+from tatamu.garments.outline import Outline
+from tatamu.garments.sewing import front_and_back, one_layer
+from tatamu.garments.sides import named_sides
+from tatamu.material import Material
+from tatamu.topology import Topology
+
+OVERLAP = 1.01
+"""Triangles that face up may have this times the area that they cover: more, and they lie on each other."""
+
+
+def flat_garment(name: str, plan: np.ndarray, faces: np.ndarray, material: Material) -> Garment:
+    """The garment of a flat mesh, its vertices and triangles kept.
+
+    Args:
+        name: Its name.
+        plan: Vertices in a garment's frame [m], shape (n, 2).
+        faces: Triangles, shape (m, 3), of consistent orientation.
+        material: The fabric.
+
+    Raises:
+        InputError: More than two layers lie on each other.
+    """
+    faces, up = _facing(plan, faces)
+    _check_layers(plan, faces, up)
+    above, below = (np.isin(np.arange(len(plan)), faces[side]) for side in (up, ~up))
+    t = material.thickness
+    height = t * np.where(above & below, 1.0, np.where(above & ~up.all(), 1.5, 0.5))
+    plan = plan - 0.5 * (plan.min(axis=0) + plan.max(axis=0))
+    loop = _outer_loop(plan, faces[up])
+    edges = {side: loop[part] for side, part in named_sides(plan[loop]).items()}
+    border = {tuple(pair) for pair in Topology(faces).border.tolist()}
+    width, length = np.ptp(plan, axis=0)[::-1]
+    return Garment(
+        name=name,
+        size=(float(width), float(length)),
+        spacing=typical_edge(plan, faces),
+        vertices=np.column_stack([plan, height]),
+        faces=faces,
+        material=material,
+        seams=_between(faces, up),
+        rest=None if up.all() else np.column_stack([plan, np.zeros(len(plan))]),
+        edges=edges,
+        openings=tuple(side for side, path in edges.items() if _open(path, border)),
+    )
+
+
+def meshed_anew(garment: Garment, spacing: float | None) -> Garment:
+    """The same outline and openings with a mesh of our own.
+
+    Raises:
+        InputError: Front and back differ, or the outline cannot be meshed.
+    """
+    plan, up = garment.vertices[:, :2], _facing(garment.vertices[:, :2], garment.faces)[1]
+    loop = {side: plan[path] for side, path in garment.edges.items()}
+    holes = tuple(plan[np.append(hole, hole[0])] for hole in border_loops(garment.faces[up])[1:])
+    outline = Outline(loop, holes=holes)
+    if up.all():
+        return replace(one_layer(garment.name, outline, garment.material, spacing), notes=garment.notes)
+    back = garment.faces[~up][:, ::-1]
+    around = shapely.Polygon(plan[_outer_loop(plan, back)])
+    if around.symmetric_difference(outline.polygon).area > 0.02 * outline.polygon.area:
+        raise InputError("remesh: front and back must have the same outline, but they differ by more than 2 %")
+    made = front_and_back(garment.name, outline, garment.openings, garment.material, spacing)
+    return replace(made, notes=garment.notes)
+
+
+def typical_edge(points: np.ndarray, faces: np.ndarray) -> float:
+    """Median length of a mesh's edges [m]."""
+    edges = Topology(faces).edges
+    return float(np.median(np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)))
+
+
+def _facing(plan: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles, those of a single layer turned to face up, and which of them do, shape (m,)."""
+    a, b, c = (plan[faces[:, k]] for k in range(3))
+    up = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0] > 0
+    return (faces, up) if up.any() else (faces[:, ::-1], ~up)
+
+
+def _check_layers(plan: np.ndarray, faces: np.ndarray, up: np.ndarray) -> None:
+    for side, name in ((up, "up"), (~up, "down")):
+        triangles = shapely.polygons(plan[faces[side]])
+        if len(triangles) and shapely.area(triangles).sum() > OVERLAP * shapely.union_all(triangles).area:
+            raise InputError(
+                f"mesh: must lie flat in one or two layers, but several that face {name} lie on each other"
+            )
+
+
+def _outer_loop(plan: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    return max(border_loops(faces), key=lambda loop: float(shapely.Polygon(plan[loop]).area))
+
+
+def _between(faces: np.ndarray, up: np.ndarray) -> np.ndarray:
+    """Edges between a triangle that faces up and one that faces down, shape (s, 2)."""
+    topology = Topology(faces)
+    ups = np.bincount(topology.face_edges[up].ravel(), minlength=len(topology.edges))
+    return topology.edges[(topology.faces_per_edge == 2) & (ups == 1)]
+
+
+def _open(path: np.ndarray, border: set[tuple[int, ...]]) -> bool:
+    pairs = zip(path[:-1].tolist(), path[1:].tolist(), strict=True)
+    return all(tuple(sorted(pair)) in border for pair in pairs)

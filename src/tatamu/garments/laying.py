@@ -1,0 +1,88 @@
+"""A garment that is not flat, laid flat by simulation: let go of over the table, on its back, until it lies."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+
+from tatamu.errors import InputError, SimulationError
+from tatamu.garments.flat import typical_edge
+from tatamu.garments.garment import Garment
+from tatamu.garments.meshfile import border_loops
+from tatamu.garments.sides import named_sides
+from tatamu.material import Material
+from tatamu.scene import Cloth, Scene, Table
+from tatamu.simulators import simulate
+
+SECONDS = 2.0
+DRAG = 2.0
+"""Air drag while it falls [N s/m^3]: so much that it sinks rather than falls."""
+FALL = 0.01
+"""It starts this far over the table [m]."""
+LYING = 0.02
+"""Higher than this over the table it does not lie flat [m]."""
+
+
+def laid_flat(name: str, points: np.ndarray, faces: np.ndarray, material: Material) -> Garment:
+    """The garment after it was let go of over the table; its own shape stays the unstrained one.
+
+    Args:
+        name: Its name.
+        points: Vertices in a garment's frame [m], shape (n, 3): x away from the hem, z up, so that it lies on its back.
+        faces: Triangles, shape (m, 3).
+        material: The fabric.
+
+    Raises:
+        InputError: The simulation of its fall fails.
+    """
+    start = points - [*(0.5 * (points.min(axis=0) + points.max(axis=0)))[:2], points[:, 2].min() - FALL]
+    falling = material.model_copy(update={"air_drag": max(DRAG, material.air_drag)})
+    scene = Scene(cloth=Cloth(vertices=start, faces=faces), material=falling, table=Table(), duration=SECONDS)
+    try:
+        lying = simulate(scene).positions[-1]
+    except SimulationError as error:
+        raise InputError(f"mesh: cannot be laid flat: {error}") from None
+    middle = 0.5 * (lying.min(axis=0) + lying.max(axis=0))
+    lying = lying - [middle[0], middle[1], 0.0]
+    height = float(lying[:, 2].max())
+    note = f"was not flat: laid flat by a fall of {SECONDS:g} s, now at most {1e3 * height:.0f} mm high"
+    if height > LYING:
+        note += "; that is not flat yet: look at it, and turn or press it flat in the file"
+    width, length = np.ptp(lying[:, :2], axis=0)[::-1]
+    edges, openings = _edges(lying, faces)
+    return Garment(
+        name=name,
+        size=(float(width), float(length)),
+        spacing=typical_edge(points, faces),
+        vertices=lying,
+        faces=faces,
+        material=material,
+        rest=points,
+        edges=edges,
+        openings=openings,
+        notes=(note,),
+    )
+
+
+def _silhouette(lying: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Vertices around the garment as seen from above, of the uppermost layer there, counter-clockwise, shape (k,)."""
+    near = 0.35 * typical_edge(lying, faces)
+    around = shapely.union_all(shapely.polygons(lying[faces][..., :2])).buffer(0)
+    largest = max(shapely.get_parts(around), key=lambda part: float(part.area))
+    ring = shapely.Polygon(largest.exterior).normalize().exterior.reverse()  # normalised rings are clockwise
+    places = shapely.points(lying[:, :2])
+    close = np.flatnonzero(shapely.distance(places, ring) < near)
+    at = shapely.line_locate_point(ring, places[close])
+    order = np.argsort(at)
+    close, at = close[order], at[order]
+    cell = np.floor(at / (2.0 * near)).astype(int)
+    highest = [members[np.argmax(lying[members, 2])] for k in np.unique(cell) if len(members := close[cell == k])]
+    return np.array(highest)
+
+
+def _edges(lying: np.ndarray, faces: np.ndarray) -> tuple[dict[str, np.ndarray], tuple[str, ...]]:
+    """The four sides of the silhouette and the mesh's borders, and which of them are openings."""
+    around = _silhouette(lying, faces)
+    sides = {name: around[part] for name, part in named_sides(lying[around, :2]).items()}
+    openings = {f"opening {k + 1}": np.append(loop, loop[0]) for k, loop in enumerate(border_loops(faces))}
+    return {**sides, **openings}, tuple(openings)

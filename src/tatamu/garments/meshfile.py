@@ -1,0 +1,129 @@
+"""Meshes of garments from files: read as they are, and what is wrong with them said in words."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
+
+from tatamu.errors import InputError
+from tatamu.topology import Topology, areas
+
+FORMATS = (".obj", ".ply", ".stl", ".glb")
+SLIVER = 1e-3
+"""A triangle with less area than this part of its longest edge squared is degenerate."""
+
+
+def read_mesh(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices, shape (n, 3), in the file's unit, and triangles, shape (m, 3), of a mesh file.
+
+    Raises:
+        InputError: The file cannot be read, or holds no triangles.
+    """
+    import trimesh
+
+    if path.suffix.lower() not in FORMATS:
+        raise InputError(f"{path}: mesh: must be one of {', '.join(FORMATS)}")
+    try:
+        with path.open("rb"):
+            pass
+        loaded: Any = trimesh.load(path, force="mesh", process=False, maintain_order=True)
+        vertices, faces = np.array(loaded.vertices, dtype=float), np.array(loaded.faces, dtype=np.int64)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+    except Exception as error:  # each of the readers raises its own kinds
+        raise InputError(f"{path}: is not a mesh file ({error})") from None
+    if not len(faces):
+        raise InputError(f"{path}: mesh: must have triangles, given none")
+    if not np.isfinite(vertices).all():
+        raise InputError(f"{path}: mesh: vertices must be finite")
+    used, index = np.unique(faces, return_inverse=True)
+    return vertices[used], index.reshape(-1, 3)
+
+
+def welded(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The mesh with vertices at one place made one, and triangles that lose their area left out."""
+    number = _places(vertices)
+    first = np.unique(number, return_index=True)[1]
+    faces = number[faces]
+    proper = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
+    used, index = np.unique(faces[proper], return_inverse=True)
+    return vertices[first][used], index.reshape(-1, 3)
+
+
+def _places(vertices: np.ndarray) -> np.ndarray:
+    """A number for each vertex, the same for those at one place, shape (n,)."""
+    near = 1e-5 * float(np.ptp(vertices, axis=0).max())
+    return np.unique(np.round(vertices / max(near, 1e-12)), axis=0, return_inverse=True)[1].ravel()
+
+
+def faults(vertices: np.ndarray, faces: np.ndarray) -> list[str]:
+    """What keeps a mesh from being a cloth, each in a few words; none if nothing does."""
+    topology, found = Topology(faces), []
+    longest = np.max(
+        [np.linalg.norm(vertices[faces[:, k]] - vertices[faces[:, k - 1]], axis=1) for k in range(3)], axis=0
+    )
+    flat = areas(vertices, faces) < SLIVER * longest**2
+    if flat.any():
+        found.append(f"{flat.sum()} triangles without area, the first is {_first(flat)}")
+    double = len(vertices) - len(np.unique(_places(vertices)))
+    if double:
+        found.append(f"{double} vertices at places where there is one already (weld = true joins them)")
+    crowded = topology.faces_per_edge > 2
+    if crowded.any():
+        where = vertices[topology.edges[_first(crowded)]].mean(axis=0)
+        found.append(f"{crowded.sum()} edges with more than two triangles, the first at {_place(where)}")
+    turned = _turned(topology)
+    if turned:
+        found.append(f"{turned} edges whose two triangles face opposite ways: the orientation is not consistent")
+    pieces = _pieces(faces, len(vertices))
+    if pieces > 1:
+        found.append(f"{pieces} pieces that do not hang together")
+    return found
+
+
+def _first(where: np.ndarray) -> int:
+    return int(np.argmax(where))
+
+
+def _place(point: np.ndarray) -> str:
+    return "({:.3f}, {:.3f}, {:.3f}) m".format(*point)
+
+
+def _turned(topology: Topology) -> int:
+    """Inner edges that both of their triangles pass in the same direction."""
+    sides = np.concatenate([topology.faces[:, [0, 1]], topology.faces[:, [1, 2]], topology.faces[:, [2, 0]]])
+    _, passes = np.unique(sides, axis=0, return_counts=True)
+    return int((passes == 2).sum())
+
+
+def _pieces(faces: np.ndarray, count: int) -> int:
+    rows, columns = faces.ravel(), np.roll(faces, 1, axis=1).ravel()
+    return int(connected_components(csr_array((np.ones(len(rows)), (rows, columns)), shape=(count, count)))[0])
+
+
+def border_loops(faces: np.ndarray) -> list[np.ndarray]:
+    """Closed paths of vertices around a mesh whose triangles are counter-clockwise, in their direction, longest first.
+
+    Raises:
+        InputError: A vertex has more than two border edges.
+    """
+    sides = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    following: dict[int, int] = {}
+    inner = {(b, a) for a, b in sides.tolist()}
+    for a, b in sides.tolist():
+        if (a, b) in inner:
+            continue
+        if a in following:
+            raise InputError(f"mesh: must touch itself along edges only, but does so in vertex {a} alone")
+        following[a] = b
+    loops = []
+    while following:
+        loop = [next(iter(following))]
+        while (after := following.pop(loop[-1])) != loop[0]:
+            loop.append(after)
+        loops.append(np.array(loop))
+    return sorted(loops, key=len, reverse=True)

@@ -1,0 +1,90 @@
+"""The outline of a flat panel: named sides, one after the other around it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+from shapely import Polygon
+
+CORNER = np.radians(30.0)
+"""Where an outline turns by more than this it has a corner, which the mesh keeps."""
+
+
+@dataclass(frozen=True)
+class Outline:
+    """A closed curve, counter-clockwise, in named sides; each begins where the one before it ends."""
+
+    sides: Mapping[str, np.ndarray]
+    """Points of each side [m], shape (k, 2); both ends included."""
+    lines: Mapping[str, np.ndarray] = field(default_factory=dict)
+    """Curves through the inside that a mesh must follow, such as a lower neckline; ends on the outline."""
+    holes: tuple[np.ndarray, ...] = ()
+    """Closed curves around holes [m], shape (k, 2), first point = last point."""
+
+    @property
+    def points(self) -> np.ndarray:
+        """The whole curve [m], shape (k, 2), without the closing point."""
+        return np.concatenate([side[:-1] for side in self.sides.values()])
+
+    @property
+    def polygon(self) -> Polygon:
+        """The region inside."""
+        return Polygon(self.points, [hole[:-1] for hole in self.holes])
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width (y) and length (x) [m]."""
+        length, width = np.ptp(self.points, axis=0)
+        return float(width), float(length)
+
+    def fitted(self, size: tuple[float, float] | None) -> Outline:
+        """Scaled to width (y) and length (x) [m], and centred; None: only centred."""
+        low, high = self.points.min(axis=0), self.points.max(axis=0)
+        scale = np.ones(2) if size is None else np.array(size[::-1]) / (high - low)
+
+        def move(points: np.ndarray) -> np.ndarray:
+            return (points - 0.5 * (low + high)) * scale
+
+        return Outline(
+            {name: move(side) for name, side in self.sides.items()},
+            {name: move(line) for name, line in self.lines.items()},
+            tuple(move(hole) for hole in self.holes),
+        )
+
+
+def mirrored(half: list[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
+    """Sides of an outline symmetric about y = 0, from those of its right half (y < 0), counter-clockwise.
+
+    Sides named "right_.." get a "left_.." twin; the others end on y = 0 and are joined with their image.
+    """
+    twins = {
+        name.replace("right_", "left_"): side[::-1] * [1, -1]
+        for name, side in reversed(half)
+        if name.startswith("right_")
+    }
+    first, last = half[0], half[-1]
+    sides: dict[str, np.ndarray] = {}
+    for name, side in half:
+        if name.startswith("right_"):
+            sides[name] = side
+    opening = np.concatenate([first[1][::-1] * [1, -1], first[1][1:]])
+    closing = np.concatenate([last[1], last[1][::-1][1:] * [1, -1]])
+    return {first[0]: opening, **sides, last[0]: closing, **twins}
+
+
+def resampled(path: np.ndarray, spacing: float) -> np.ndarray:
+    """Points about `spacing` apart along a polyline (k, 2), its ends and corners kept, shape (n, 2)."""
+    way = np.diff(path, axis=0)
+    turn = np.abs(np.angle(np.exp(1j * np.diff(np.arctan2(way[:, 1], way[:, 0])))))
+    knots = [0, *(np.flatnonzero(turn > CORNER) + 1), len(path) - 1]
+    pieces = [_even(path[a : b + 1], spacing) for a, b in pairwise(knots)]
+    return np.concatenate([pieces[0][:1], *(piece[1:] for piece in pieces)])
+
+
+def _even(path: np.ndarray, spacing: float) -> np.ndarray:
+    arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
+    at = np.linspace(0.0, arc[-1], max(1, round(arc[-1] / spacing)) + 1)
+    return np.column_stack([np.interp(at, arc, path[:, k]) for k in (0, 1)])

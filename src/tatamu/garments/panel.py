@@ -1,0 +1,213 @@
+"""The mesh of a flat panel: near-equilateral triangles, rows along y, points of their own along the outline.
+
+Inside lies the staggered lattice on which cloth bends best (docs/native.md), with a row on x = 0. Lattice points too
+near the outline are dropped, those next to it are moved to the middle of their neighbours, and Delaunay joins all.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import shapely
+from scipy import sparse
+from scipy.spatial import Delaunay
+
+from tatamu.errors import InputError
+from tatamu.garments.outline import Outline, resampled
+from tatamu.topology import Topology
+
+ROW = np.sqrt(0.75)
+"""Distance of the lattice's rows in spacings."""
+DROPPED = (0.56, 0.62, 0.68, 0.74)
+"""Lattice points nearer to the outline than this are dropped [spacings]; each is tried, the best mesh kept."""
+NEAREST = 0.52
+"""No point comes nearer to the outline [spacings]; from half a spacing on, Delaunay keeps the outline's edges."""
+RELAXED = 1.7
+"""Points up to this far from the outline are moved [spacings]."""
+PASSES = 12
+SHARPEST = np.radians(20.0)
+"""A chord is flipped when no angle gets sharper than this."""
+SHORTEST = 0.15
+"""Edges shorter than this are refused [spacings]."""
+SPLITS = 4
+"""How often edges of the outline that Delaunay misses are halved."""
+
+
+@dataclass(frozen=True)
+class Panel:
+    """A triangle mesh in the plane; vertices in rows of rising x."""
+
+    points: np.ndarray
+    """Positions [m], shape (n, 2)."""
+    faces: np.ndarray
+    """Counter-clockwise triangles, shape (m, 3)."""
+    paths: dict[str, np.ndarray]
+    """Vertices along each side, line and hole of the outline, in order."""
+
+
+def panel(outline: Outline, spacing: float) -> Panel:
+    """Mesh the inside of an outline with triangles of side `spacing` [m].
+
+    Raises:
+        InputError: Parts of the outline are nearer to each other than the mesh can tell apart.
+    """
+    curves = _sampled(outline, spacing)
+    for _ in range(SPLITS):
+        made = [_filled(outline, curves, spacing, dropped) for dropped in DROPPED]
+        best = max(made, key=lambda mesh: _quality(mesh, spacing))
+        missing = _missing(best) or _shorter(best, SHORTEST * spacing)
+        if not missing:
+            return best
+        curves = {name: _split(curve, best.paths[name], missing) for name, curve in curves.items()}
+    x, y = best.points[list(missing[0])].mean(axis=0)
+    raise InputError(
+        f"outline: its parts are too near to each other at x {x:.4f}, y {y:.4f} m for a spacing of {spacing:g} m; "
+        "give a smaller spacing or a simpler outline"
+    )
+
+
+def _quality(mesh: Panel, spacing: float) -> float:
+    """Smallest angle over 30 degrees or longest edge over 1.7 spacings, whichever is worse; 1 is good."""
+    ends = mesh.points[Topology(mesh.faces).edges]
+    longest = float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).max())
+    return min(float(np.degrees(angles(mesh.points, mesh.faces).min())) / 30.0, 1.7 * spacing / longest)
+
+
+def angles(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Angle at each corner of each triangle [rad], shape (m, 3), of points (n, 2) or (n, 3)."""
+    out = np.empty(faces.shape)
+    for k in range(3):
+        a, b = (points[faces[:, (k + j) % 3]] - points[faces[:, k]] for j in (1, 2))
+        lengths = np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1)
+        out[:, k] = np.arccos(np.clip((a * b).sum(axis=1) / lengths, -1.0, 1.0))
+    return out
+
+
+def _sampled(outline: Outline, spacing: float) -> dict[str, np.ndarray]:
+    curves = {**outline.sides, **outline.lines, **{f"hole {k + 1}": hole for k, hole in enumerate(outline.holes)}}
+    return {name: resampled(curve, spacing) for name, curve in curves.items()}
+
+
+def _filled(outline: Outline, curves: dict[str, np.ndarray], spacing: float, dropped: float) -> Panel:
+    """The mesh with the lattice points farther than `dropped` spacings from all curves."""
+    fixed, paths = _welded(curves, 1e-3 * spacing)
+    border = shapely.MultiLineString([fixed[path] for path in paths.values()])
+    region = shapely.Polygon(
+        np.concatenate([fixed[paths[name]][:-1] for name in outline.sides]),
+        [fixed[path][:-1] for name, path in paths.items() if name.startswith("hole ")],
+    )
+    shapely.prepare([border, region])
+    lattice = _lattice(fixed, spacing)
+    away = shapely.distance(shapely.points(lattice), border)
+    inner = lattice[shapely.contains_xy(region, *lattice.T) & (away > dropped * spacing)]
+    points = _relaxed(fixed, inner, region, border, spacing)
+    order = _row_order(points, spacing)
+    place = np.empty(len(order), dtype=np.int64)
+    place[order] = np.arange(len(order))
+    points = points[order]
+    return Panel(points, _triangles(points, region), {name: place[path] for name, path in paths.items()})
+
+
+def _welded(curves: dict[str, np.ndarray], near: float) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """All points of the curves once, and each curve as their numbers."""
+    everything = np.concatenate(list(curves.values()))
+    _, first, number = np.unique(np.round(everything / near), axis=0, return_index=True, return_inverse=True)
+    ends = np.cumsum([len(curve) for curve in curves.values()])[:-1]
+    return everything[first], dict(zip(curves, np.split(number.ravel(), ends), strict=True))
+
+
+def _lattice(around: np.ndarray, spacing: float) -> np.ndarray:
+    """The staggered lattice over the rectangle around points; symmetric in y, a row on x = 0."""
+    low = np.floor(around.min(axis=0) / spacing / [ROW, 1]).astype(int) - 1
+    high = np.ceil(around.max(axis=0) / spacing / [ROW, 1]).astype(int) + 1
+    r, c = np.meshgrid(np.arange(low[0], high[0] + 1), np.arange(low[1], high[1] + 1), indexing="ij")
+    return np.column_stack([(r * ROW * spacing).ravel(), ((c + 0.5 * (r % 2)) * spacing).ravel()])
+
+
+def _row_order(points: np.ndarray, spacing: float) -> np.ndarray:
+    return np.lexsort([points[:, 1], np.round(points[:, 0] / (ROW * spacing))])
+
+
+def _triangles(points: np.ndarray, region: shapely.Polygon) -> np.ndarray:
+    """Counter-clockwise Delaunay triangles inside the region."""
+    faces = Delaunay(points).simplices.astype(np.int64)
+    twice = _twice(points, faces)
+    faces[twice < 0] = faces[twice < 0][:, ::-1]
+    longest = np.max([((points[faces[:, k]] - points[faces[:, k - 1]]) ** 2).sum(axis=1) for k in range(3)], axis=0)
+    solid = np.abs(twice) > 1e-3 * longest  # Delaunay also joins points along a straight side
+    return faces[solid & shapely.contains_xy(region, *points[faces].mean(axis=1).T)]
+
+
+def _twice(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Twice the area of each triangle, negative if clockwise, shape (m,)."""
+    a, b, c = (points[faces[:, k]] for k in range(3))
+    return (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+
+
+def _relaxed(
+    fixed: np.ndarray,
+    inner: np.ndarray,
+    region: shapely.Polygon,
+    border: shapely.MultiLineString,
+    spacing: float,
+) -> np.ndarray:
+    """All points, those of the lattice next to the border moved to the middle of their neighbours."""
+    points = np.concatenate([fixed, inner])
+    loose = len(fixed) + np.flatnonzero(shapely.distance(shapely.points(inner), border) < RELAXED * spacing)
+    for _ in range(PASSES if len(loose) else 0):
+        pairs = Topology(_triangles(points, region)).edges
+        both = np.concatenate([pairs, pairs[:, ::-1]])
+        joined = sparse.csr_array((np.ones(len(both)), both.T), shape=(len(points), len(points)))[loose]
+        count = np.asarray(joined.sum(axis=1)).ravel()
+        middle = (joined @ points) / np.maximum(count, 1)[:, None]
+        fits = shapely.contains_xy(region, *middle.T) & (count > 0)
+        fits &= shapely.distance(shapely.points(middle), border) > NEAREST * spacing
+        points[loose[fits]] = middle[fits]
+    return points
+
+
+def _missing(mesh: Panel) -> list[tuple[int, int]]:
+    """Edges of the outline that the mesh lacks."""
+    edges = {tuple(edge) for edge in Topology(mesh.faces).edges.tolist()}
+    wanted = {tuple(sorted(pair)) for path in mesh.paths.values() for pair in pairwise(path.tolist())}
+    return sorted(wanted - edges)
+
+
+def _shorter(mesh: Panel, least: float) -> list[tuple[int, int]]:
+    """Edges shorter than `least`: an explicit simulator would pay for them with its step."""
+    edges = Topology(mesh.faces).edges
+    length = np.linalg.norm(mesh.points[edges[:, 0]] - mesh.points[edges[:, 1]], axis=1)
+    return [(int(a), int(b)) for a, b in edges[length < least]]
+
+
+def _split(curve: np.ndarray, path: np.ndarray, missing: list[tuple[int, int]]) -> np.ndarray:
+    """The curve with a point more in the middle of each missing edge."""
+    here = [k + 1 for k in range(len(path) - 1) if tuple(sorted(path[k : k + 2].tolist())) in missing]
+    return np.insert(curve, here, [0.5 * (curve[k - 1] + curve[k]) for k in here], axis=0) if here else curve
+
+
+def without_chords(mesh: Panel, sewn: np.ndarray) -> Panel:
+    """The mesh without inner edges between two `sewn` vertices: two layers sewn together there would share them.
+
+    In a corner the chord is flipped to join the corner with the inside; where that gives no better triangles, the
+    chord gets a vertex in its middle.
+    """
+    points, faces = mesh.points, mesh.faces.copy()
+    while len(chords := _chords(faces, sewn)):
+        a, b, c, d = chords[0]
+        both = np.array([[c, a, d], [d, b, c]])
+        faces = faces[~(np.isin(faces, [a, b]).sum(axis=1) == 2)]
+        sharp = angles(points, both).min() < SHARPEST or (_twice(points, both) <= 0).any()
+        if sharp or np.isin([c, d], sewn).all():
+            both = np.array([[a, len(points), c], [len(points), b, c], [b, len(points), d], [len(points), a, d]])
+            points = np.vstack([points, 0.5 * (points[a] + points[b])])
+        faces = np.concatenate([faces, both])
+    return Panel(points, faces, mesh.paths)
+
+
+def _chords(faces: np.ndarray, sewn: np.ndarray) -> np.ndarray:
+    """Inner edges (a, b) between sewn vertices, and the vertices left and right of them, shape (k, 4)."""
+    a, b, c, d = Topology(faces).hinges.T
+    return np.column_stack([a, b, c, d])[np.isin(a, sewn) & np.isin(b, sewn)]

@@ -1,0 +1,56 @@
+"""How fine a garment's mesh is, and which sizes and spacings no garment has."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tatamu.errors import InputError
+from tatamu.material import Material
+
+CELLS_PER_BENDING_LENGTH = 2.0
+"""Mesh spacing is half a bending length: folds are right up to 0.55 of it (docs/native.md)."""
+PASSABLE = 0.65
+"""Folds are passable up to this many bending lengths of spacing (docs/native.md)."""
+COARSEST, FINEST = 0.02, 0.004
+"""Spacing chosen from the bending length stays within these [m]."""
+SMALLEST_SIDE, LARGEST_SIDE = 0.05, 5.0
+MOST_VERTICES = 50_000
+MOST_BY_DEFAULT = 3_000
+"""A spacing that nobody chose makes at most about this many vertices in two layers, so that a study takes minutes."""
+CELL = np.sqrt(0.75)
+"""Area per vertex of an equilateral mesh, in squares of the spacing."""
+
+
+def spacing_for(material: Material) -> float:
+    """Mesh spacing that resolves the folds of a material [m]."""
+    return float(np.clip(material.bending_length / CELLS_PER_BENDING_LENGTH, FINEST, COARSEST))
+
+
+def default_spacing(material: Material, area: float) -> float:
+    """Spacing that resolves the folds of a material, coarser where `area` [m^2] would take too many vertices [m]."""
+    return max(spacing_for(material), float(np.sqrt(area / CELL / MOST_BY_DEFAULT)))
+
+
+def check_size(size: tuple[float, float]) -> None:
+    """Refuse a width and length [m] that no garment has.
+
+    Raises:
+        InputError: One of them is out of range.
+    """
+    for name, side in zip(("width", "length"), size, strict=True):
+        if not SMALLEST_SIDE <= side <= LARGEST_SIDE:
+            raise InputError(f"size: {name} must be from {SMALLEST_SIDE:g} to {LARGEST_SIDE:g} m, given {side:g} m")
+
+
+def check_spacing(spacing: float, size: tuple[float, float], area: float) -> None:
+    """Refuse a spacing [m] that no mesh of this size [m] and area of all layers [m^2] can have.
+
+    Raises:
+        InputError: It is too large or too small.
+    """
+    if not 1e-3 <= spacing <= min(size) / 4:
+        raise InputError(
+            f"spacing: must be from 0.001 m to a quarter of the shorter side ({min(size) / 4:g} m), given {spacing:g} m"
+        )
+    if area / spacing**2 > 0.8 * MOST_VERTICES:
+        raise InputError(f"spacing: {spacing:g} m makes more than {MOST_VERTICES} vertices; give a larger one")

@@ -1,0 +1,100 @@
+"""Garments from an outline: one layer as it is, or a front and a back panel sewn together along its closed sides."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from itertools import pairwise
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
+
+from tatamu.errors import InputError
+from tatamu.garments.garment import Garment
+from tatamu.garments.outline import Outline
+from tatamu.garments.panel import Panel, panel, without_chords
+from tatamu.garments.resolution import check_size, check_spacing, default_spacing
+from tatamu.material import Material
+from tatamu.topology import Topology
+
+
+def one_layer(name: str, outline: Outline, material: Material, spacing: float | None = None) -> Garment:
+    """A single panel; every side of its outline is open.
+
+    Raises:
+        InputError: The outline is too large or too small, or cannot be meshed with this spacing.
+    """
+    spacing = _spacing(spacing, outline, material, 1)
+    mesh = panel(outline, spacing)
+    vertices = np.column_stack([mesh.points, np.full(len(mesh.points), 0.5 * material.thickness)])
+    openings = tuple(mesh.paths)
+    return Garment(name, outline.size, spacing, vertices, mesh.faces, material, edges=mesh.paths, openings=openings)
+
+
+def front_and_back(
+    name: str,
+    outline: Outline,
+    openings: Collection[str],
+    material: Material,
+    spacing: float | None = None,
+) -> Garment:
+    """Two panels of one mesh, one over the other, sewn and welded along all sides that are not `openings`.
+
+    A line of the outline ends the front panel: it runs inside an opening of the back, as the neckline of a front does,
+    and the front has nothing between the two.
+
+    Raises:
+        InputError: The outline is too large or too small, or cannot be meshed with this spacing; `openings` are none,
+            or not sides of it.
+    """
+    unknown = sorted(set(openings) - set(outline.sides))
+    if unknown or not openings:
+        given = repr(unknown[0]) if unknown else "none"
+        raise InputError(f"openings: must be one or more of {', '.join(outline.sides)}, given {given}")
+    spacing = _spacing(spacing, outline, material, 2)
+    mesh = panel(outline, spacing)
+    closed = [mesh.paths[side] for side in outline.sides if side not in openings]
+    if closed:
+        mesh = without_chords(mesh, np.concatenate(closed))
+    front = mesh.faces[_within(mesh, [mesh.paths[line] for line in outline.lines])]
+    shared = np.zeros(len(mesh.points), dtype=bool)
+    shared[np.concatenate([*closed, []]).astype(np.int64)] = True
+    own = np.setdiff1d(front, np.flatnonzero(shared))
+    upper = np.arange(len(mesh.points))  # number of each mesh vertex in the uppermost layer there
+    upper[own] = len(mesh.points) + np.arange(len(own))
+    flat, t = np.concatenate([mesh.points, mesh.points[own]]), material.thickness
+    height = np.concatenate([np.where(shared, t, 0.5 * t), np.full(len(own), 1.5 * t)])
+    return Garment(
+        name=name,
+        size=outline.size,
+        spacing=spacing,
+        vertices=np.column_stack([flat, height]),
+        faces=np.concatenate([mesh.faces[:, ::-1], upper[front]]),
+        material=material,
+        seams=np.array([pair for path in closed for pair in pairwise(path.tolist())], dtype=np.int64).reshape(-1, 2),
+        rest=np.column_stack([flat, np.zeros(len(flat))]),
+        edges={side: upper[path] for side, path in mesh.paths.items()},
+        openings=(*(side for side in outline.sides if side in openings), *outline.lines),
+    )
+
+
+def _spacing(given: float | None, outline: Outline, material: Material, layers: int) -> float:
+    """The spacing given, or one that suits the material [m]; both within what is possible."""
+    area = layers * outline.polygon.area
+    check_size(outline.size)
+    spacing = given if given is not None else default_spacing(material, area)
+    check_spacing(spacing, outline.size, area)
+    return spacing
+
+
+def _within(mesh: Panel, lines: list[np.ndarray]) -> np.ndarray:
+    """Triangles on the large side of all lines, shape (m,)."""
+    topology = Topology(mesh.faces)
+    walls = {tuple(sorted(pair)) for line in lines for pair in pairwise(line.tolist())}
+    through = np.array([tuple(edge) not in walls for edge in topology.edges.tolist()])[topology.face_edges]
+    face = np.repeat(np.arange(len(mesh.faces)), 3)[through.ravel()]
+    incident = csr_array(
+        (np.ones(len(face)), (face, topology.face_edges[through])), shape=(len(mesh.faces), len(topology.edges))
+    )
+    _, part = connected_components(incident @ incident.T, directed=False)
+    return part == np.argmax(np.bincount(part))

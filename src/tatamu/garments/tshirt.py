@@ -1,0 +1,66 @@
+"""A T-shirt: front and back sewn along sides, sleeves and shoulders; open at neck, sleeves and hem."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tatamu.garments.fabrics import JERSEY
+from tatamu.garments.garment import Garment
+from tatamu.garments.outline import Outline, mirrored
+from tatamu.garments.sewing import front_and_back
+from tatamu.material import Material
+
+SIZE = (0.54, 0.46)
+"""Width over both sleeves and length from shoulder to hem [m] of a child of four: half chest 32 cm, length 46 cm
+(23rd New Zealand Scout Jamboree, chart of garments laid flat, youth 4). A men's M there, 52 x 70 cm, is 0.88x0.70."""
+OPENINGS = ("hem", "right_sleeve", "left_sleeve", "back_neck")
+CORNERS = {
+    "hem": (0.0, 0.160),
+    "underarm": (0.310, 0.160),
+    "sleeve": ((0.262, 0.228), (0.352, 0.270)),
+    "shoulder": (0.432, 0.132),
+    "neck": (0.460, 0.068),
+}
+"""Corners of the left half [m], x from the hem, y from the middle: half chest and length as said; assumed: sleeve 16 cm
+along its top and 10 cm at its hem, neck 14 cm wide."""
+NECK_DEPTH = {"front": 0.055, "back": 0.015}
+"""How far the necklines lie below the shoulder [m]: assumed."""
+
+
+def tshirt(
+    size: tuple[float, float] | None = None, material: Material = JERSEY, spacing: float | None = None
+) -> Garment:
+    """A T-shirt of width (over the sleeves, y) and length (x) [m]; hem at x < 0.
+
+    Raises:
+        InputError: A size or a spacing that no T-shirt has.
+    """
+    return front_and_back("tshirt", pattern().fitted(size or SIZE), OPENINGS, material, spacing)
+
+
+def pattern() -> Outline:
+    """The outline of the back, with the neckline of the front, as SIZE has it."""
+    hem, underarm, shoulder, neck = (
+        np.array(CORNERS[name]) * [1, -1] for name in ("hem", "underarm", "shoulder", "neck")
+    )
+    low, high = np.array(CORNERS["sleeve"]) * [1, -1]
+    half = [
+        ("hem", np.array([[0.0, 0.0], hem])),
+        ("right_side", np.array([hem, underarm])),
+        ("right_underarm", np.array([underarm, low])),
+        ("right_sleeve", np.array([low, high])),
+        ("right_shoulder", np.array([high, shoulder, neck])),
+        ("back_neck", _neckline(neck, NECK_DEPTH["back"], 0.5)),
+    ]
+    front = _neckline(neck, NECK_DEPTH["front"], 1.0)
+    return Outline(mirrored(half), {"neck": np.concatenate([front, front[::-1][1:] * [1, -1]])})
+
+
+def _neckline(neck: np.ndarray, depth: float, turn: float) -> np.ndarray:
+    """The right half of a neckline: part of an ellipse from the neck point to the middle, shape (k, 2).
+
+    `turn` is 1 for a quarter of the ellipse, which leaves the shoulder steeply; less is flatter.
+    """
+    angle = np.linspace(0.0, 0.5 * np.pi, 25)
+    x = neck[0] - depth * np.sin(angle) ** (1.0 / turn)
+    return np.column_stack([x, neck[1] * np.cos(angle)])

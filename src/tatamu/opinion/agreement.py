@@ -1,0 +1,244 @@
+"""How far simulators agree over a set of manipulations: the order of their scores, and where the cloth ends.
+
+Every simulation is kept, so that a comparison that was interrupted goes on where it stopped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from hashlib import sha256
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from optuna.distributions import FloatDistribution, IntDistribution
+from scipy.stats import spearmanr
+
+from tatamu import __version__
+from tatamu.errors import InputError, SimulationError
+from tatamu.folding.baselines import BASELINES
+from tatamu.folding.manipulation import Manipulation, scene_of
+from tatamu.folding.score import Score, score
+from tatamu.learning.space import search_space
+from tatamu.opinion.check import asked, meets, on_coarse_mesh
+from tatamu.opinion.learned import Learned
+from tatamu.rollout import Rollout
+from tatamu.scene import Scene
+from tatamu.simulators import named
+
+LEARNED = "learned"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One manipulation in one simulator."""
+
+    manipulation: str
+    simulator: str
+    objective: float
+    """C, or the penalty of a failed simulation."""
+    score: Score | None
+    final: np.ndarray | None
+    """Where the cloth ended [m], shape (n, 3)."""
+    error: str | None
+
+    def distance_to(self, other: Entry) -> float | None:
+        """Mean distance between two final shapes [m]; None where one is missing."""
+        if self.final is None or other.final is None:
+            return None
+        return float(np.linalg.norm(self.final - other.final, axis=1).mean())
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two simulators over all manipulations."""
+
+    first: str
+    second: str
+    objective_rank: float
+    """Spearman's rank correlation of C."""
+    distance_rank: float
+    """Spearman's rank correlation of the mean vertex distance: of what the simulation alone decides."""
+    between: dict[str, float]
+    """Mean distance between the final shapes of each manipulation that both finished [m]."""
+
+    @property
+    def mean_between(self) -> float | None:
+        """Mean over the manipulations [m]."""
+        return float(np.mean(list(self.between.values()))) if self.between else None
+
+    @property
+    def median_between(self) -> float | None:
+        """Median over the manipulations [m]."""
+        return float(np.median(list(self.between.values()))) if self.between else None
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Everything that was compared."""
+
+    learned: Learned
+    simulators: list[str]
+    manipulations: list[str]
+    entries: dict[tuple[str, str], Entry]
+    """By manipulation and simulator."""
+
+    @property
+    def pairs(self) -> list[Pair]:
+        """Each pair of simulators."""
+        return [self._pair(first, second) for first, second in combinations(self.simulators, 2)]
+
+    def _pair(self, first: str, second: str) -> Pair:
+        ours, theirs = self.column(first), self.column(second)
+        between = {a.manipulation: d for a, b in zip(ours, theirs, strict=True) if (d := a.distance_to(b)) is not None}
+        finished = [(a.score, b.score) for a, b in zip(ours, theirs, strict=True) if a.score and b.score]
+        return Pair(
+            first,
+            second,
+            rank_correlation([a.objective for a in ours], [b.objective for b in theirs]),
+            rank_correlation(*([s[k].mean_vertex_distance for s in finished] for k in (0, 1))),
+            between,
+        )
+
+    def column(self, simulator: str) -> list[Entry]:
+        """All manipulations in one simulator."""
+        return [self.entries[name, simulator] for name in self.manipulations]
+
+    @property
+    def holds(self) -> bool:
+        """Whether the learned fold meets the thresholds of success in every simulator."""
+        entries = [self.entries[LEARNED, simulator] for simulator in self.simulators]
+        return all(entry.score is not None and meets(entry.score) for entry in entries)
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data, as `agreement.json` holds it."""
+        return {
+            "version": 1,
+            "tatamu": __version__,
+            "garment": self.learned.fold.result.task.garment,
+            "fold": self.learned.fold.result.task.fold,
+            "learned_in": self.learned.simulator,
+            "holds": self.holds,
+            "pairs": [_pair_data(pair) for pair in self.pairs],
+            "manipulations": [_entry_data(self.entries[n, s]) for n in self.manipulations for s in self.simulators],
+        }
+
+
+def rank_correlation(first: list[float], second: list[float]) -> float:
+    """Spearman's rank correlation; NaN of fewer than three, or where one says the same of all."""
+    if len(first) < 3 or len(set(first)) == 1 or len(set(second)) == 1:
+        return float("nan")
+    return float(spearmanr(first, second).statistic)
+
+
+def _pair_data(pair: Pair) -> dict[str, Any]:
+    ranks = {"objective": pair.objective_rank, "mean_vertex_distance": pair.distance_rank}
+    return {
+        "simulators": [pair.first, pair.second],
+        "rank_correlation": {name: rank if np.isfinite(rank) else None for name, rank in ranks.items()},
+        "distance_between_final_shapes": {"mean": pair.mean_between, "median": pair.median_between, **pair.between},
+    }
+
+
+def _entry_data(entry: Entry) -> dict[str, Any]:
+    measures = entry.score.as_dict() if entry.score else None
+    return {
+        "manipulation": entry.manipulation,
+        "simulator": entry.simulator,
+        "objective": entry.objective,
+        "score": measures,
+        "error": entry.error,
+    }
+
+
+def manipulations(learned: Learned, count: int, seed: int) -> dict[str, tuple[Scene, float]]:
+    """Scene and l_x [m] of the learned fold, the baselines and `count` random manipulations, by name."""
+    fold = learned.task.fold
+    way = learned.score.trajectory_length
+    made = {name: make(fold) for name, (_, make) in BASELINES.items()}
+    made |= {f"random-{number}": drawn for number, drawn in enumerate(_random(learned, count, seed))}
+    scenes = {name: (scene_of(fold, drawn), drawn.trajectory_length) for name, drawn in made.items()}
+    return {LEARNED: (learned.fold.scene, way), **scenes}
+
+
+def _random(learned: Learned, count: int, seed: int) -> Iterator[Manipulation]:
+    """Manipulations drawn evenly from what the search may choose."""
+    random = np.random.default_rng(seed)
+    for _ in range(count):
+        drawn = {}
+        for name, among in search_space(learned.task.fold, "integer").items():
+            assert isinstance(among, FloatDistribution | IntDistribution)
+            whole = isinstance(among, IntDistribution)
+            drawn[name] = (
+                float(random.integers(int(among.low), int(among.high), endpoint=True))
+                if whole
+                else float(random.uniform(among.low, among.high))
+            )
+        yield learned.task.manipulation(drawn)
+
+
+def compare(
+    learned: Learned,
+    simulators: list[str],
+    folder: Path,
+    *,
+    count: int = 10,
+    seed: int = 0,
+    halved: bool = False,
+    progress: Callable[[str, str], None] = lambda manipulation, simulator: None,
+) -> Agreement:
+    """Simulate a set of manipulations in several simulators.
+
+    Args:
+        learned: The fold whose task they belong to.
+        simulators: Names of the simulators.
+        folder: Where every simulation is kept.
+        count: How many random manipulations there are.
+        seed: Of the random manipulations.
+        halved: On a mesh of half the spacing.
+        progress: Told before each simulation.
+
+    Raises:
+        InputError: There is no such simulator, one cannot run here, or the folder cannot be used.
+    """
+    for simulator in simulators:
+        named(simulator)
+    if len(simulators) < 2 or len(set(simulators)) < len(simulators):
+        raise InputError(f"--simulators: must be two or more different ones, given {', '.join(simulators) or 'none'}")
+    made = manipulations(learned, count, seed)
+    entries = {}
+    for simulator in simulators:
+        for name, (scene, way) in made.items():
+            progress(name, simulator)
+            kept = folder / "rollouts" / simulator / f"{name}.npz"
+            rollout = _kept(asked(scene, None, halved), simulator, kept, learned.fold.faces)
+            entries[name, simulator] = _entry(learned, name, simulator, way, rollout)
+    return Agreement(learned, simulators, list(made), entries)
+
+
+def _kept(scene: Scene, simulator: str, path: Path, faces: np.ndarray) -> Rollout:
+    """The start and the end of a simulation: from its file if that holds this scene, else simulated and written."""
+    digest = sha256(scene.model_dump_json().encode()).hexdigest()
+    if path.exists():
+        rollout = Rollout.load(path)
+        if rollout.info.get("scene") == digest:
+            return rollout
+    try:
+        rollout = on_coarse_mesh(named(simulator).simulate(scene), faces)
+    except SimulationError as error:
+        start = scene.cloth.vertices[None, : faces.max() + 1]
+        rollout = Rollout(np.zeros(1), start, faces, {"simulator": simulator, "error": str(error)})
+    ends = Rollout(rollout.times[[0, -1]], rollout.positions[[0, -1]], faces, {**rollout.info, "scene": digest})
+    ends.save(path)
+    return ends
+
+
+def _entry(learned: Learned, name: str, simulator: str, way: float, rollout: Rollout) -> Entry:
+    error = rollout.info.get("error")
+    if error is not None:
+        return Entry(name, simulator, learned.task.penalty(way), None, None, error)
+    final = rollout.positions[-1]
+    reached = score(learned.task.fold, way, final)
+    return Entry(name, simulator, reached.objective, reached, final, None)

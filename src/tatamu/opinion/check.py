@@ -1,0 +1,115 @@
+"""The best manipulation of a learned fold once more, in another simulator."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from tatamu import __version__
+from tatamu.errors import SimulationError
+from tatamu.folding.score import Score
+from tatamu.material import Material
+from tatamu.opinion.finer import finer
+from tatamu.opinion.learned import Learned
+from tatamu.report.records import Scores
+from tatamu.report.verdict import MEASURES
+from tatamu.rollout import Rollout
+from tatamu.scene import Scene
+from tatamu.simulators import named
+
+DECISIVE = ("mean_vertex_distance", "mask_iou")
+"""Measures that the literature has a threshold of success for; a fold holds where it meets these."""
+
+
+@dataclass(frozen=True)
+class Opinion:
+    """What another simulator says."""
+
+    learned: Learned
+    simulator: str
+    scene: Scene
+    """What was simulated."""
+    rollout: Rollout | None
+    """The motion there, of the vertices of the learned fold; None where the simulation failed."""
+    score: Score | None
+    error: str | None
+    """Why the simulation failed."""
+
+    @property
+    def apart(self) -> np.ndarray:
+        """How far each vertex ends from where it ended when it was learned [m], shape (n,)."""
+        assert self.rollout is not None
+        return np.asarray(np.linalg.norm(self.rollout.positions[-1] - self.learned.fold.final, axis=1))
+
+    @property
+    def holds(self) -> bool:
+        """Whether the fold meets the thresholds of success there too."""
+        return self.score is not None and meets(self.score)
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data, as `check.json` holds it."""
+        info = self.rollout.info if self.rollout else {}
+        between = None
+        if self.rollout is not None:
+            between = {"mean": float(self.apart.mean()), "largest": float(self.apart.max())}
+        return {
+            "version": 1,
+            "tatamu": __version__,
+            "garment": self.learned.fold.result.task.garment,
+            "fold": self.learned.fold.result.task.fold,
+            "learned_in": self.learned.simulator,
+            "checked_in": self.simulator,
+            "vertices_simulated": len(self.scene.cloth.vertices),
+            "material": self.scene.material.model_dump(),
+            "holds": self.holds,
+            "error": self.error,
+            "distance_between_final_shapes": between,
+            "learned": self.learned.score.as_dict(),
+            "checked": self.score.as_dict() if self.score else None,
+            "warnings": info.get("warnings", []),
+            "wall_seconds": info.get("wall_seconds"),
+        }
+
+
+def meets(score: Score) -> bool:
+    """Whether a score meets the thresholds of success."""
+    scores = Scores.model_validate(score.as_dict())
+    return all(measure.passes(scores) for measure in MEASURES if measure.key in DECISIVE)
+
+
+def check(learned: Learned, simulator: str, material: Material | None = None, halved: bool = False) -> Opinion:
+    """Simulate the best manipulation of a learned fold again.
+
+    Args:
+        learned: The fold.
+        simulator: Where to simulate it.
+        material: Of the cloth there; None: the same.
+        halved: On a mesh of half the spacing.
+
+    Raises:
+        InputError: There is no such simulator, or it cannot run here.
+    """
+    scene = asked(learned.fold.scene, material, halved)
+    try:
+        rollout = named(simulator).simulate(scene)
+    except SimulationError as error:
+        return Opinion(learned, simulator, scene, None, None, str(error))
+    rollout = on_coarse_mesh(rollout, learned.fold.faces)
+    return Opinion(learned, simulator, scene, rollout, learned.scored(rollout.positions[-1]), None)
+
+
+def asked(scene: Scene, material: Material | None, halved: bool) -> Scene:
+    """A scene in another material, or on half the spacing; cloth of another thickness lies as much higher."""
+    if material is not None:
+        raised = scene.cloth.vertices * [1.0, 1.0, material.thickness / scene.material.thickness]
+        rest = scene.cloth.rest_vertices
+        cloth = scene.cloth.model_copy(update={"vertices": raised, "rest_vertices": rest})
+        scene = scene.model_copy(update={"material": material, "cloth": cloth})
+    return finer(scene) if halved else scene
+
+
+def on_coarse_mesh(rollout: Rollout, faces: np.ndarray) -> Rollout:
+    """The rollout of a finer mesh as one of the mesh it was made from."""
+    return Rollout(rollout.times, rollout.positions[:, : faces.max() + 1], faces, rollout.info)

@@ -1,0 +1,78 @@
+"""Materials that others have measured: where to start from when nothing was measured at hand.
+
+Each preset is a file NAME.toml in this folder:
+
+    [preset]
+    title = "..."                      what it is, in a few words
+    note = "..."                       optional: what to know before using it
+    [material]                         the fields of tatamu.material.Material
+    [spread]                           optional: FIELD = [low, high], the range found in the source
+    [source]                           optional: FIELD = "where the figure is from, or that it is assumed"
+
+`--material NAME` takes a preset as it takes a file.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from tatamu.errors import InputError
+from tatamu.files import read_toml, validated
+from tatamu.material import PRESETS, Material
+
+Range = Annotated[tuple[float, float], Field(description="[low, high]")]
+
+
+class About(BaseModel):
+    """What a preset is."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    title: str
+    """What it is, in a few words."""
+    note: str = ""
+    """What to know before using it."""
+
+
+class Preset(BaseModel):
+    """A material with where its figures come from."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    name: str
+    preset: About
+    material: Material
+    spread: dict[str, Range] = Field(default_factory=dict)
+    """Range of a field in its source."""
+    source: dict[str, str] = Field(default_factory=dict)
+    """Where a field's figure is from."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        for table in (self.spread, self.source):
+            for name in table:
+                if name not in Material.model_fields:
+                    raise ValueError(f"{name} is no field of a material")
+        for name, (low, high) in self.spread.items():
+            if not low <= getattr(self.material, name) <= high:
+                raise ValueError(f"{name} must lie within its spread, {low:g} to {high:g}")
+        return self
+
+
+def names() -> list[str]:
+    """Names of all presets, sorted."""
+    return sorted(path.stem for path in PRESETS.glob("*.toml"))
+
+
+def load_preset(name: str) -> Preset:
+    """The preset of that name.
+
+    Raises:
+        InputError: There is none of that name.
+    """
+    path = PRESETS / f"{name}.toml"
+    if not path.is_file():
+        raise InputError(f"material: must be one of {', '.join(names())}, given {name!r}")
+    return validated(Preset, {"name": name, **read_toml(path)}, path)

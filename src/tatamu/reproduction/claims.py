@@ -1,0 +1,101 @@
+"""What the paper says of its results, asked of ours. Every answer is a number with its definition."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from tatamu.report.fold import LearnedFold
+from tatamu.report.records import Trial
+from tatamu.reproduction.experiment import Study
+
+AFTER = (1, 10, 50)
+"""Trials after which the paper's Fig. 6 looks."""
+TWO_PEAKS = 2.0
+"""Ashman's D beyond which two groups are cleanly apart (Ashman, Bird and Zepf 1994)."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """The best trial of the first so many, over the seeds."""
+
+    after: int
+    mean_vertex_distance: float
+    """Median over the seeds [m]."""
+    slip: float
+    """Median over the seeds [m]."""
+
+
+@dataclass(frozen=True)
+class Claims:
+    """One garment's answers."""
+
+    garment: str
+    seeds: int
+    moments: list[Moment]
+    moved_left: int
+    """Seeds whose mean e_i fell from each of these moments to the next, or stayed where the best trial did."""
+    peaks: list[float]
+    """Ashman's D between e_i of what moves and of what should lie still, for each seed."""
+    slipped_less: int
+    """Seeds whose best fold slips less than their first trial."""
+
+    @property
+    def two_peaked(self) -> int:
+        """Seeds with two cleanly separate peaks."""
+        return sum(peak > TWO_PEAKS for peak in self.peaks)
+
+
+def claims(garment: str, studies: list[Study]) -> Claims:
+    """Ask the studies of one garment."""
+    folds = [study.fold for study in studies if study.garment == garment]
+    count = len(folds[0].result.trials)
+    moments = [after for after in AFTER if after <= count] + ([count] if count not in AFTER else [])
+    found = [[best(fold, after) for after in moments] for fold in folds]
+    return Claims(
+        garment,
+        len(folds),
+        [_moment(after, [row[k] for row in found]) for k, after in enumerate(moments)],
+        sum(_falls([_distance(trial) for trial in row]) for row in found),
+        [separation(fold) for fold in folds],
+        sum(_slip(row[-1]) < _slip(row[0]) for row in found),
+    )
+
+
+def best(fold: LearnedFold, after: int) -> Trial | None:
+    """The complete trial of least C among the first so many; None if all failed."""
+    complete = [trial for trial in fold.result.trials[:after] if trial.state == "complete"]
+    return min(complete, key=lambda trial: (trial.objective, trial.number)) if complete else None
+
+
+def separation(fold: LearnedFold) -> float:
+    """Ashman's D = sqrt(2) |mu_1 - mu_2| / sqrt(sigma_1^2 + sigma_2^2) between e_i of the upper and of the lower part.
+
+    The paper explains two peaks so: the upper side lies right while the lower side has slipped.
+    """
+    lower = np.linalg.norm(fold.target - fold.start, axis=1) < 1e-6
+    if not lower.any() or lower.all():
+        return 0.0
+    upper, still = fold.errors[~lower], fold.errors[lower]
+    spread = float(np.hypot(upper.std(), still.std()))
+    return float(np.sqrt(2.0) * abs(upper.mean() - still.mean()) / max(spread, 1e-12))
+
+
+def _moment(after: int, trials: list[Trial | None]) -> Moment:
+    distances, slips = ([of(trial) for trial in trials] for of in (_distance, _slip))
+    return Moment(after, float(np.median(distances)), float(np.median(slips)))
+
+
+def _distance(trial: Trial | None) -> float:
+    return np.inf if trial is None or trial.mean_vertex_distance is None else trial.mean_vertex_distance
+
+
+def _slip(trial: Trial | None) -> float:
+    return np.inf if trial is None or trial.slip is None else trial.slip
+
+
+def _falls(values: list[float]) -> bool:
+    """Whether the last is less than the first, and none is more than the one before."""
+    return values[-1] < values[0] and all(later <= earlier for earlier, later in pairwise(values))

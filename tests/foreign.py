@@ -1,0 +1,197 @@
+"""Outlines and meshes of garments as others make them, written into a folder."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from tatamu.garments.towel import staggered_rectangle
+
+TSHIRT = (
+    "M 220 0 C 240 40 300 40 320 0 L 400 30 L 540 110 L 500 190 L 430 150 L 430 460 "
+    "L 110 460 L 110 150 L 40 190 L 0 110 L 140 30 Z"
+)
+
+
+def svg(body: str, width: float = 540, height: float = 460) -> str:
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}mm" height="{height}mm" '
+        f'viewBox="0 0 {width} {height}">{body}</svg>'
+    )
+
+
+def apron_svg(folder: Path) -> Path:
+    """One layer with curved sides."""
+    path = folder / "apron.svg"
+    path.write_text(
+        svg('<path d="M 100 0 L 300 0 C 300 120 380 150 400 160 L 400 500 L 0 500 L 0 160 C 20 150 100 120 100 0 Z"/>')
+    )
+    return path
+
+
+def tshirt_svg(folder: Path) -> Path:
+    """Two layers: open where lines with names lie on the outline."""
+    path = folder / "shirt.svg"
+    openings = (
+        '<line id="hem" x1="110" y1="460" x2="430" y2="460"/>'
+        '<path id="neck" d="M 220 0 C 240 40 300 40 320 0"/>'
+        '<polyline id="cuff_l" points="0,110 40,190"/><polyline id="cuff_r" points="540,110 500,190"/>'
+    )
+    path.write_text(svg(f'<path id="outline" d="{TSHIRT}"/>{openings}'))
+    return path
+
+
+def pillowcase_dxf(folder: Path) -> Path:
+    """Two layers from lines on one layer of a DXF in centimetres, open along a line on another."""
+    import ezdxf
+
+    document = ezdxf.new()  # type: ignore[attr-defined]
+    document.units = 5
+    space = document.modelspace()
+    corners = [(0, 0), (40, 0), (40, 60), (0, 60), (0, 0)]
+    for start, end in pairwise(corners):
+        space.add_line(start, end, dxfattribs={"layer": "cut"})
+    space.add_line((0, 0), (40, 0), dxfattribs={"layer": "mouth"})
+    path = folder / "pillowcase.dxf"
+    document.saveas(path)
+    return path
+
+
+def skirt_toml(folder: Path) -> Path:
+    """Two layers; openings given by points in the garment file; lying on its side in the drawing."""
+    (folder / "skirt.svg").write_text(svg('<polygon points="0,80 400,0 400,400 0,320"/>', 400, 400))
+    path = folder / "skirt.toml"
+    path.write_text(
+        '[garment]\noutline = "skirt.svg"\nup = "-x"\nfabric = "denim"\n'
+        "openings = {waist = [[0, 80], [0, 320]], hem = [[400, 0], [400, 400]]}\n"
+    )
+    return path
+
+
+def cloth_obj(folder: Path) -> Path:
+    """A flat mesh in millimetres."""
+    vertices, faces = staggered_rectangle(0.3, 0.4, 0.011)
+    trimesh.Trimesh(vertices * 1e3, faces, process=False).export(folder / "cloth.obj")
+    path = folder / "cloth.toml"
+    path.write_text('[garment]\nname = "tea towel"\nmesh = "cloth.obj"\nscale = 0.001\nup = "x"\n')
+    return path
+
+
+def disc_stl(folder: Path) -> Path:
+    """A round table mat, every corner of every triangle a vertex of its own; far too coarse, to be meshed anew."""
+    angle = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    rim = 0.2 * np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+    faces = [[0, 1 + k, 1 + (k + 1) % 24] for k in range(24)]
+    trimesh.Trimesh(np.vstack([[0, 0, 0], rim]), faces, process=False).export(folder / "mat.stl")
+    path = folder / "mat.toml"
+    path.write_text('[garment]\nmesh = "mat.stl"\nremesh = true\n')
+    return path
+
+
+def bag_ply(folder: Path) -> Path:
+    """A front and a back, sewn on three sides, flat on the floor of a world whose y is up."""
+    from tatamu.garments.fabrics import JERSEY
+    from tatamu.garments.outline import Outline
+    from tatamu.garments.sewing import front_and_back
+
+    corners = np.array([[0, 0], [0.3, 0], [0.3, 0.25], [0, 0.25]])
+    sides = {name: corners[[k, (k + 1) % 4]] for k, name in enumerate(("right", "top", "left", "mouth"))}
+    bag = front_and_back("bag", Outline(sides), ["mouth"], JERSEY, 0.011)
+    x, y, z = bag.vertices.T
+    path = folder / "bag.ply"
+    trimesh.Trimesh(np.column_stack([-y, z, -x]), bag.faces, process=False).export(path)
+    return path
+
+
+def tube_glb(folder: Path) -> Path:
+    """A tube as a body would wear it: not flat; y is up."""
+    around, along = 52, 28
+    angle = np.arange(around) * 2 * np.pi / around
+    rows = []
+    for k in range(along + 1):
+        turn = angle + (k % 2) * np.pi / around
+        rows.append(np.column_stack([0.11 * np.cos(turn), np.full(around, 0.011 * k), 0.05 * np.sin(turn)]))
+    faces = []
+    for k in range(along):
+        for j in range(around):
+            a, b, c, d = (
+                k * around + j,
+                k * around + (j + 1) % around,
+                (k + 1) * around + j,
+                (k + 1) * around + (j + 1) % around,
+            )
+            faces += [[a, d, b], [a, c, d]] if k % 2 else [[a, c, b], [b, c, d]]
+    path = folder / "tube.glb"
+    trimesh.Trimesh(np.vstack(rows), faces, process=False).export(path)
+    return path
+
+
+GOOD: dict[str, Callable[[Path], Path]] = {
+    function.__name__: function
+    for function in (apron_svg, tshirt_svg, pillowcase_dxf, skirt_toml, cloth_obj, disc_stl, bag_ply, tube_glb)
+}
+
+
+def crossing_svg(folder: Path) -> Path:
+    path = folder / "bow.svg"
+    path.write_text(svg('<polygon points="0,0 400,400 400,0 0,300"/>', 400, 400))
+    return path
+
+
+def open_svg(folder: Path) -> Path:
+    path = folder / "open.svg"
+    path.write_text(svg('<polyline points="0,0 400,0 400,400 0,400"/>', 400, 400))
+    return path
+
+
+def fin_obj(folder: Path) -> Path:
+    """A cloth with a fin: an edge with three triangles."""
+    vertices, faces = staggered_rectangle(0.3, 0.4, 0.02)
+    middle = int(np.argmin(np.linalg.norm(vertices, axis=1)))
+    face = faces[(faces == middle).any(axis=1)][0]
+    fin = np.array([[face[0], face[1], len(vertices)]])
+    mesh = trimesh.Trimesh(np.vstack([vertices, [0, 0, 0.01]]), np.vstack([faces, fin]), process=False)
+    mesh.export(folder / "fin.obj")
+    return folder / "fin.obj"
+
+
+def inverted_ply(folder: Path) -> Path:
+    """Some triangles face the other way."""
+    vertices, faces = staggered_rectangle(0.3, 0.4, 0.02)
+    faces[10:20] = faces[10:20, ::-1]
+    trimesh.Trimesh(vertices, faces, process=False).export(folder / "inverted.ply")
+    return folder / "inverted.ply"
+
+
+def millimetres_obj(folder: Path) -> Path:
+    vertices, faces = staggered_rectangle(0.3, 0.4, 0.02)
+    trimesh.Trimesh(vertices * 1e3, faces, process=False).export(folder / "huge.obj")
+    return folder / "huge.obj"
+
+
+def unwelded_obj(folder: Path) -> Path:
+    vertices, faces = staggered_rectangle(0.3, 0.4, 0.02)
+    soup = trimesh.Trimesh(vertices[faces.ravel()], np.arange(faces.size).reshape(-1, 3), process=False)
+    soup.export(folder / "soup.obj")
+    return folder / "soup.obj"
+
+
+def two_pieces_svg(folder: Path) -> Path:
+    path = folder / "pieces.svg"
+    path.write_text(svg('<rect width="200" height="400"/><rect x="300" width="200" height="300"/>'))
+    return path
+
+
+BROKEN: dict[str, tuple[Callable[[Path], Path], str]] = {
+    "crossing": (crossing_svg, "must not cross or touch itself"),
+    "open": (open_svg, "must be a closed curve"),
+    "fin": (fin_obj, "edges with more than two triangles"),
+    "inverted": (inverted_ply, "the orientation is not consistent"),
+    "millimetres": (millimetres_obj, "give scale"),
+    "unwelded": (unwelded_obj, "weld = true"),
+    "pieces": (two_pieces_svg, "several pieces"),
+}

@@ -1,0 +1,92 @@
+"""`tatamu garments` lists and `tatamu show` draws."""
+
+from __future__ import annotations
+
+import io
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from typer.testing import CliRunner
+
+from tatamu.cli.app import app
+from tatamu.errors import InputError
+from tatamu.garments import GARMENTS, make_garment
+from tatamu.report.diagram import Diagram, Dot, Line
+from tatamu.report.garment import FoldMark, diagram, page
+from tests.foreign import GOOD
+
+
+def command(*arguments: object) -> str:
+    result = CliRunner().invoke(app, [str(a) for a in arguments])
+    if result.exception:
+        raise result.exception
+    return result.output
+
+
+def test_all_garments_are_listed() -> None:
+    said = command("garments")
+    for name in GARMENTS:
+        assert re.search(rf"^{name} ", said, re.MULTILINE)
+    assert re.search(r"trousers .* 0.34x0.6 .* denim", said)
+
+
+def test_show_writes_a_page_and_a_picture(tmp_path: Path) -> None:
+    said = command("show", "tshirt", "--spacing", 0.02, "--fold", "half", "--out", tmp_path / "pictures")
+    assert "layers:    2" in said
+    text = (tmp_path / "pictures" / "tshirt.html").read_text()
+    for word in ("left_sleeve", "back_neck", "half", "fold line"):
+        assert f">{word}<" in text or f"> {word}" in text
+    assert "http://www.w3.org/2000/svg" in text
+    assert not re.search(r'(src|href)="http', text)  # opens offline
+    with Image.open(tmp_path / "pictures" / "tshirt.png") as picture:
+        assert picture.size[1] == 760
+
+
+def test_show_draws_foreign_garments_and_says_what_was_done(tmp_path: Path) -> None:
+    path = GOOD["disc_stl"](tmp_path)
+    said = command("show", path, "--out", tmp_path / "mat.html")
+    assert "note: 72 vertices welded into 25" in said
+    assert "72 vertices welded into 25" in (tmp_path / "mat.html").read_text()
+
+
+def test_show_refuses_other_files(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="out: must be"):
+        command("show", "towel", "--out", tmp_path / "towel.pdf")
+
+
+def test_the_left_is_on_the_left_and_the_hem_below() -> None:
+    garment = make_garment("tshirt", spacing=0.02)
+    drawn = diagram(garment)
+    left, hem = (drawn.pixels(garment.vertices[garment.edges[name], :2]).mean(axis=0) for name in ("left_side", "hem"))
+    assert left[0] < 0.5 * drawn.wide
+    assert hem[1] > 0.6 * drawn.tall
+
+
+def test_open_edges_are_dashed_and_seams_drawn_through() -> None:
+    garment = make_garment("trousers", spacing=0.03)
+    assert diagram(garment).svg().count("stroke-dasharray") == len(garment.openings) == 3
+
+
+def test_svg_and_png_show_the_same() -> None:
+    corner, red = np.array([0.25, 0.25]), np.array([[0.5, 0.9], [0.5, 0.1]])
+    drawn = Diagram((Line(red, "#ff0000", 4.0), Dot(corner, "#0000ff", 20.0)), np.zeros(2), np.ones(2), tall=100)
+    assert '<circle cx="75.0" cy="75.0" r="20" fill="#0000ff"/>' in drawn.svg()
+    assert 'points="10.0,50.0 90.0,50.0"' in drawn.svg()
+    pixels = np.asarray(Image.open(io.BytesIO(drawn.png())))
+    assert pixels.shape == (100, 100, 3)
+    assert (pixels[75, 75] == [0, 0, 255]).all()
+    assert (pixels[50, 50] == [255, 0, 0]).all()
+    assert (pixels[10, 10] == 255).all()
+
+
+def test_folds_that_are_handed_over_are_drawn_and_names_are_escaped() -> None:
+    garment = make_garment("towel", spacing=0.05)
+    line = np.array([[0.0, -0.17], [0.0, 0.17]])
+    mark = FoldMark("<b>", line, np.array([1.0, 0.0]), np.array([[-0.4, 0.1]]), np.array([[-0.4, -0.1]]))
+    text = page(garment, [mark])
+    assert "&lt;b&gt;" in text
+    assert "<b>" not in text.split("<figcaption>")[0].split("<figure>")[1]
+    assert page(garment, [mark]) == text

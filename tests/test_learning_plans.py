@@ -1,0 +1,163 @@
+"""Plans of several steps: each learned in turn from where the one before it ended, found again after interruptions."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tatamu import InputError, Rollout, Scene, simulate
+from tatamu.folding.fold import ideal_folds
+from tatamu.folding.task import Job, Task, make_job
+from tatamu.learning import learn_job
+from tatamu.report.fold import read_fold
+from tatamu.report.plan import joined_path
+from tatamu.report.replay import hands
+
+COARSE: dict[str, Any] = {"spacing": 0.04, "size": (0.24, 0.5)}
+SEARCH: dict[str, Any] = {"sampler": "random", "baselines": False}
+
+
+def job(**changes: Any) -> Job:
+    return make_job("towel", **{"fold": "quarters", **COARSE, **changes})
+
+
+def timeless(folder: Path) -> str:
+    """All results without their times."""
+
+    def strip(value: Any) -> Any:
+        if isinstance(value, dict):
+            return {k: strip(v) for k, v in value.items() if k not in ("seconds", "wall_seconds")}
+        return [strip(v) for v in value] if isinstance(value, list) else value
+
+    files = [folder / "result.json", *sorted(folder.glob("step-*/result.json"))]
+    return json.dumps([strip(json.loads(file.read_text())) for file in files])
+
+
+@pytest.fixture(scope="module")
+def learned(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("plan")
+    learn_job(job(), folder, trials=2, **SEARCH)
+    return folder
+
+
+def test_a_plan_has_a_folder_per_step_and_files_for_the_whole(learned: Path) -> None:
+    assert {p.name for p in learned.iterdir()} - {".lock"} == {
+        "step-1", "step-2", "result.json", "rollout.npz", "report.html",
+    }  # fmt: skip
+    for step in ("step-1", "step-2"):
+        names = {p.name for p in (learned / step).iterdir()} - {".lock"}
+        assert names == {"result.json", "manipulation.json", "scene.json", "rollout.npz", "study.db", "report.html"}
+    result = json.loads((learned / "result.json").read_text())
+    assert [step["title"] for step in result["steps"]] == ["in half across the length", "in half along the length"]
+    assert result["final"] == result["steps"][-1]["whole"]
+
+
+def test_a_step_begins_where_the_one_before_it_ended(learned: Path) -> None:
+    first, second = (Rollout.load(learned / step / "rollout.npz") for step in ("step-1", "step-2"))
+    assert (first.positions[-1] == second.positions[0]).all()
+    scene = Scene.load(learned / "step-2" / "scene.json")
+    assert (scene.cloth.rest == job().garment.vertices).all()
+    assert simulate(scene).positions.tobytes() == second.positions.tobytes()
+
+
+def test_the_joined_rollout_is_all_steps(learned: Path) -> None:
+    parts = [Rollout.load(learned / step / "rollout.npz") for step in ("step-1", "step-2")]
+    whole = Rollout.load(learned / "rollout.npz")
+    assert len(whole.times) == sum(len(part.times) for part in parts) - 1
+    assert np.diff(whole.times) == pytest.approx(1 / 60)
+    assert (whole.positions[-1] == parts[-1].positions[-1]).all()
+    assert whole.extra["step_starts"] == pytest.approx([0.0, parts[0].times[-1]])
+
+
+def test_errors_are_told_against_the_step_and_against_the_flat_garment(learned: Path) -> None:
+    result = json.loads((learned / "result.json").read_text())
+    ideals = [fold.target for fold in ideal_folds(job().garment, job().plan)]
+    for step, ideal in zip(result["steps"], ideals, strict=True):
+        rollout = Rollout.load(learned / step["folder"] / "rollout.npz")
+        own = np.linalg.norm(rollout.positions[-1] - rollout.extra["target"], axis=1).mean()
+        whole = np.linalg.norm(rollout.positions[-1] - ideal, axis=1).mean()
+        assert step["mean_vertex_distance"] == pytest.approx(own)
+        assert step["whole"]["mean_vertex_distance"] == pytest.approx(whole)
+    assert result["steps"][0]["whole"]["mean_vertex_distance"] == result["steps"][0]["mean_vertex_distance"]
+    assert result["steps"][1]["whole"]["mean_vertex_distance"] != result["steps"][1]["mean_vertex_distance"]
+
+
+def test_a_finished_plan_is_left_alone(learned: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = {p: p.read_bytes() for p in learned.rglob("*") if p.is_file()}
+    monkeypatch.setattr(Task, "evaluate", None)
+    learn_job(job(), learned, trials=2, **SEARCH)
+    assert {p: p.read_bytes() for p in learned.rglob("*") if p.is_file()} == before
+
+
+def test_a_plan_stopped_anywhere_ends_the_same(learned: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    honest, calls = Task.evaluate, iter(range(100))
+
+    def killed(self: Task, manipulation: Any) -> Any:
+        if next(calls) == 3:
+            raise KeyboardInterrupt
+        return honest(self, manipulation)
+
+    monkeypatch.setattr(Task, "evaluate", killed)
+    with pytest.raises(KeyboardInterrupt):
+        learn_job(job(), tmp_path, trials=2, **SEARCH)
+    assert (tmp_path / "step-2" / "study.db").exists()
+    assert not (tmp_path / "result.json").exists()
+    monkeypatch.setattr(Task, "evaluate", honest)
+    learn_job(job(), tmp_path, trials=2, **SEARCH)
+    assert timeless(tmp_path) == timeless(learned)
+
+
+def test_more_trials_begin_later_steps_anew_when_the_first_ends_better(learned: Path, tmp_path: Path) -> None:
+    shutil.copytree(learned, tmp_path / "plan")
+    learn_job(job(), tmp_path / "plan", trials=4, **SEARCH)
+    result = json.loads((tmp_path / "plan" / "result.json").read_text())
+    assert [step["trials"] for step in result["steps"]] == [4, 4]
+    learn_job(job(), tmp_path / "fresh", trials=4, **SEARCH)
+    assert timeless(tmp_path / "fresh") == timeless(tmp_path / "plan")
+
+
+def test_plans_and_single_folds_do_not_share_a_folder(learned: Path, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="plan of several steps"):
+        learn_job(job(fold="half"), learned, trials=2, **SEARCH)
+    (tmp_path / "study.db").touch()
+    with pytest.raises(InputError, match="study of a single fold"):
+        learn_job(job(), tmp_path, trials=2, **SEARCH)
+
+
+def test_one_hand_learns_a_fold(tmp_path: Path) -> None:
+    learn_job(job(fold="half", hands=1), tmp_path, trials=1, **SEARCH)
+    arms = json.loads((tmp_path / "manipulation.json").read_text())["arms"]
+    assert [arm["name"] for arm in arms] == ["left"]
+    result = json.loads((tmp_path / "result.json").read_text())
+    assert result["task"]["hands"] == 1
+    assert set(result["trials"][0]["parameters"]) == {"x1", "z1", "x2", "z2", "g1", "g2"}
+    assert set(result["crossings"]) == {"final", "most"}
+
+
+def test_the_report_replays_all_steps_in_one_timeline(learned: Path) -> None:
+    page = (learned / "report.html").read_text()
+    data = json.loads(re.findall(r'id="replay-data">(.*?)</script>', page)[0])
+    whole = Rollout.load(learned / "rollout.npz")
+    assert data["times"][-1] == pytest.approx(whole.times[-1], abs=1e-4)
+    start = whole.extra["step_starts"][1]
+    for hand in data["hands"]:
+        assert [closes for closes, _ in hand["holds"]] == pytest.approx([0.0, start])
+        assert len(hand["path"]) == len(data["times"])
+        assert np.linalg.norm(np.diff(hand["path"], axis=0), axis=1).max() < 0.1, "hands go to their next grasp"
+    assert "step-1/report.html" in page and "2. in half along the length" in page
+    assert "step 2 of 2" in (learned / "step-2" / "report.html").read_text()
+    assert "{{" not in page.split("<script")[0]
+
+
+def test_a_hand_that_has_nothing_to_do_waits(learned: Path) -> None:
+    folds = [read_fold(learned / step) for step in ("step-1", "step-2")]
+    first = hands(folds[0])[1].path
+    path = joined_path([first, None], folds)
+    assert len(path) == sum(len(fold.rollout.times) for fold in folds) - 1
+    assert (path[len(first) :] == first[-1]).all()

@@ -1,0 +1,225 @@
+"""A second opinion: the same hands in another simulator, and how far simulators agree."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tatamu.cli import main
+from tatamu.errors import InputError
+from tatamu.folding.task import make_task
+from tatamu.learning import learn
+from tatamu.material import Material
+from tatamu.opinion import check, compare
+from tatamu.opinion.agreement import LEARNED, rank_correlation
+from tatamu.opinion.check import asked
+from tatamu.opinion.finer import finer
+from tatamu.opinion.learned import Learned, read_learned
+from tatamu.scene import Cloth, Gripper, Scene
+from tatamu.simulators import SIMULATORS, simulate
+from tatamu.topology import Topology, areas
+from tests import shifted
+from tests.scenes import CLOTH, scene, sheet
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A small towel that was folded three times; some trial of three is never good."""
+    where = tmp_path_factory.mktemp("learned") / "towel"
+    learn(make_task("towel", size=(0.2, 0.3), spacing=0.02), where, trials=3, seed=1, baselines=False)
+    return where
+
+
+@pytest.fixture(scope="module")
+def learned(folder: Path) -> Learned:
+    return read_learned(folder)
+
+
+@pytest.fixture(autouse=True)
+def other(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """The simulator `shifted`, which shifts by nothing unless told."""
+    monkeypatch.setitem(SIMULATORS, "shifted", "tests.shifted")
+    monkeypatch.setattr(shifted, "SHIFT", np.zeros(3))
+    shifted.CALLS.clear()
+    shifted.FAILS_AT.clear()
+    yield
+
+
+def test_the_same_simulator_says_the_same(learned: Learned) -> None:
+    opinion = check(learned, "native")
+    assert opinion.apart.max() == 0.0
+    assert opinion.score == learned.score
+    best = learned.fold.result.best_trial
+    assert learned.score.objective == best.objective and learned.score.mask_iou == best.mask_iou
+
+
+def test_another_opinion_is_measured_and_judged(learned: Learned, monkeypatch: pytest.MonkeyPatch) -> None:
+    wrong = learned.fold.target - learned.fold.final
+    monkeypatch.setattr(shifted, "SHIFT", wrong)  # every vertex on its target
+    perfect = check(learned, "shifted")
+    assert perfect.holds and perfect.score is not None
+    assert perfect.score.mean_vertex_distance < 1e-9
+    assert perfect.apart == pytest.approx(np.linalg.norm(wrong, axis=1))
+    monkeypatch.setattr(shifted, "SHIFT", wrong + np.array([0.03, 0.0, 0.0]))
+    off = check(learned, "shifted")
+    assert off.score is not None and off.score.mean_vertex_distance == pytest.approx(0.03)
+    assert not off.holds
+
+
+def test_a_simulation_that_fails_is_an_opinion(learned: Learned) -> None:
+    shifted.FAILS_AT[:] = [0]
+    opinion = check(learned, "shifted")
+    assert not opinion.holds and opinion.score is None
+    assert opinion.to_json()["error"] == "shifted: the cloth was stretched"
+
+
+def test_cloth_of_another_thickness_lies_on_the_table(learned: Learned) -> None:
+    thick = learned.fold.scene.material.model_copy(update={"thickness": 0.004})
+    assert asked(learned.fold.scene, thick, False).cloth.vertices[:, 2] == pytest.approx(0.002)
+    assert check(learned, "shifted", thick).scene.material == thick
+
+
+@pytest.fixture
+def seamed() -> Scene:
+    strip = sheet(0.1, 0.24)
+    line = np.flatnonzero(np.abs(strip.vertices[:, 0]) < 1e-6)
+    line = line[np.argsort(strip.vertices[line, 1])]
+    cloth = Cloth(vertices=strip.vertices, faces=strip.faces, seams=np.column_stack([line[:-1], line[1:]]))
+    return scene(cloth=cloth, grippers=[Gripper(vertices=[0, 1, 2], times=[0.0], displacements=[[0, 0, 0]])])
+
+
+def test_a_finer_mesh_is_the_same_cloth(seamed: Scene) -> None:
+    fine = finer(seamed)
+    cloth, before = fine.cloth, seamed.cloth
+    count = len(before.vertices)
+    assert np.array_equal(cloth.vertices[:count], before.vertices)
+    assert len(cloth.faces) == 4 * len(before.faces)
+    assert areas(cloth.vertices, cloth.faces) == pytest.approx(np.tile(areas(before.vertices, before.faces) / 4, 4))
+    assert len(Topology(cloth.faces).border) == 2 * len(Topology(before.faces).border)
+    normals = np.cross(*(cloth.vertices[cloth.faces[:, k]] - cloth.vertices[cloth.faces[:, 0]] for k in (1, 2)))
+    assert (normals[:, 2] > 0).all()
+    middle = cloth.vertices[cloth.seams.ravel()]
+    assert len(cloth.seams) == 2 * len(before.seams) and np.abs(middle[:, 0]).max() < 1e-6
+    held = set(fine.grippers[0].vertices)
+    assert {0, 1, 2} < held and max(np.abs(cloth.vertices[list(held), 0] + 0.12)) < 0.03
+
+
+def test_a_fold_on_a_finer_mesh_is_compared_on_the_coarse_one(learned: Learned) -> None:
+    opinion = check(learned, "shifted", halved=True)
+    assert len(shifted.CALLS[0].cloth.vertices) > 3 * len(learned.fold.start)
+    assert opinion.rollout is not None
+    assert opinion.rollout.positions.shape[1] == len(learned.fold.start)
+    assert 0.0 < opinion.apart.mean() < 0.05
+
+
+def test_simulators_are_compared_and_every_simulation_is_kept(
+    learned: Learned, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told: list[str] = []
+
+    def stop(manipulation: str, simulator: str) -> None:
+        if len(told) == 8:
+            raise KeyboardInterrupt
+        told.append(manipulation)
+
+    with pytest.raises(KeyboardInterrupt):
+        compare(learned, ["native", "shifted"], tmp_path, count=2, progress=stop)
+    done = len(shifted.CALLS)
+    assert done == 2
+    agreement = compare(learned, ["native", "shifted"], tmp_path, count=2)
+    assert len(shifted.CALLS) == 6 and len(agreement.manipulations) == 6
+    (pair,) = agreement.pairs
+    assert pair.objective_rank == pytest.approx(1.0) and pair.distance_rank == pytest.approx(1.0)
+    assert pair.mean_between == 0.0 and set(pair.between) == set(agreement.manipulations)
+    compare(learned, ["native", "shifted"], tmp_path, count=2)
+    assert len(shifted.CALLS) == 6, "nothing is simulated twice"
+    monkeypatch.setattr(shifted, "SHIFT", np.array([0.01, 0.0, 0.0]))
+    compare(learned, ["native", "shifted"], tmp_path, count=2, seed=1)
+    assert len(shifted.CALLS) == 8, "other random manipulations are other scenes"
+
+
+def test_what_failed_has_the_penalty_and_no_place(learned: Learned, tmp_path: Path) -> None:
+    shifted.FAILS_AT[:] = [1]
+    agreement = compare(learned, ["native", "shifted"], tmp_path, count=0)
+    entry = agreement.entries["li-2015", "shifted"]
+    assert entry.score is None and entry.error
+    assert entry.objective == learned.task.penalty(agreement.entries["li-2015", "native"].score.trajectory_length)  # type: ignore[union-attr]
+    assert "li-2015" not in agreement.pairs[0].between and LEARNED in agreement.pairs[0].between
+    json.dumps(agreement.to_json(), allow_nan=False)
+
+
+def test_ranks() -> None:
+    assert rank_correlation([1, 2, 3, 4], [1, 4, 9, 16]) == pytest.approx(1.0)
+    assert rank_correlation([1, 2, 3, 4], [4, 3, 2, 1]) == pytest.approx(-1.0)
+    assert math.isnan(rank_correlation([1, 2], [1, 2])) and math.isnan(rank_correlation([1, 1, 1], [1, 2, 3]))
+
+
+def run(*words: object) -> int:
+    with pytest.MonkeyPatch.context() as patch, pytest.raises(SystemExit) as stopped:
+        patch.setattr("sys.argv", ["tatamu", *map(str, words)])
+        main()
+    assert isinstance(stopped.value.code, int)
+    return stopped.value.code
+
+
+def test_the_exit_code_is_the_verdict(
+    learned: Learned, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(shifted, "SHIFT", learned.fold.target - learned.fold.final)
+    assert run("check", folder, "--simulator", "shifted", "--out", tmp_path / "a") == 0
+    told = json.loads((tmp_path / "a/check.json").read_text())
+    assert told["holds"] and told["distance_between_final_shapes"]["mean"] > 0
+    page = (tmp_path / "a/check.html").read_text()
+    assert "holds in shifted" in page and "http" not in page.split("plotly.js")[0].replace("http-equiv", "")
+    assert (tmp_path / "a/check.png").read_bytes().startswith(b"\x89PNG")
+    monkeypatch.setattr(shifted, "SHIFT", np.array([0.2, 0.0, 0.0]))
+    assert run("check", folder, "--simulator", "shifted", "--out", tmp_path / "b") == 1
+    assert "does not hold" in capsys.readouterr().out
+    monkeypatch.setattr(shifted, "SHIFT", np.zeros(3))
+    code = run("check", folder, "--all", "--simulators", "native,shifted", "--random", 1, "--out", tmp_path / "c")
+    agreement = json.loads((tmp_path / "c/agreement.json").read_text())
+    assert code == (0 if agreement["holds"] else 1)
+    assert agreement["pairs"][0]["rank_correlation"]["objective"] == pytest.approx(1.0)
+    assert "native, shifted" in (tmp_path / "c/agreement.html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        ((), "--simulator or --all"),
+        (("--simulator", "unreal"), "simulator: must be one of"),
+        (("--all", "--simulators", "native"), "two or more"),
+        (("--all", "--random", -1), "--random"),
+        (("--all", "--material", "a.toml"), "--material"),
+        (("--simulator", "native", "--material", "none.toml"), "none.toml"),
+    ],
+)
+def test_wrong_input_is_one_line(
+    folder: Path, words: tuple[object, ...], says: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("check", folder, *words) == 2
+    error = capsys.readouterr().err
+    assert says in error and error.count("\n") == 1
+
+
+def test_a_folder_that_cannot_be_made_again_is_refused(folder: Path, tmp_path: Path) -> None:
+    for name in ("manipulation.json", "scene.json", "rollout.npz"):
+        (tmp_path / name).write_bytes((folder / name).read_bytes())
+    told = json.loads((folder / "result.json").read_text())
+    told["task"]["material"] = Material(**{**CLOTH.model_dump(), "thickness": 0.004}).model_dump()
+    (tmp_path / "result.json").write_text(json.dumps(told))
+    with pytest.raises(InputError, match="another target"):
+        read_learned(tmp_path)
+    (tmp_path / "step-1").mkdir()
+    with pytest.raises(InputError, match="several steps"):
+        read_learned(tmp_path)
+
+
+def test_a_rollout_of_the_finer_mesh_has_the_coarse_one_in_it(learned: Learned) -> None:
+    rollout = simulate(finer(learned.fold.scene).model_copy(update={"duration": 0.05}))
+    assert np.array_equal(rollout.positions[0, : len(learned.fold.start)], learned.fold.start)
