@@ -58,8 +58,10 @@ class Model:
     """Largest step of the membrane [s]."""
     bending_step: float
     """Largest step of the bending [s]."""
-    thick_for_mesh: bool
-    """Whether the thickness is large against the edges, so that neighbours would push each other."""
+    thickness: float
+    """How far layers rest apart [m]."""
+    shortest: float
+    """Shortest edge at rest [m]."""
 
 
 _kept: dict[bytes, Model] = {}
@@ -115,7 +117,8 @@ def _build(cloth: Cloth, material: Material) -> Model:
         mesh=_contact_mesh(topology, mass, material.thickness, np.sqrt(L2.max())),
         membrane_step=MEMBRANE_PHASE / _membrane_frequency(rest, faces, S, mass),
         bending_step=BENDING_PHASE / _bending_frequency(gradient, weights, others, mass),
-        thick_for_mesh=material.thickness > 0.5 * shortest,
+        thickness=material.thickness,
+        shortest=float(shortest),
     )
 
 

@@ -21,6 +21,10 @@ LARGEST_STRETCH = 1.5
 """Edges longer than this times their rest length end the rollout: the membrane model means nothing there."""
 FARTHEST = 1e4
 """Cloth farther than this from the origin ends the rollout [m]."""
+THICKEST = 0.9
+"""Thickness is refused beyond this part of the shortest edge."""
+MOST_WORK = 1e12
+"""Steps of a vertex that a rollout may need: about two hours."""
 
 
 def simulate(scene: Scene) -> Rollout:
@@ -70,6 +74,7 @@ class _Run:
         self.lists = _lists(self.mesh)
         self.world = _world(scene)
         self.number = 0
+        self._refuse()
         self.closed: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         self.paths = self._paths()
         candidates.rebuild(self.state.x, self.mesh, self.lists)
@@ -86,7 +91,7 @@ class _Run:
 
     def warnings(self) -> list[str]:
         """What the user should know of this rollout."""
-        if self.model.thick_for_mesh:
+        if self.model.thickness > 0.5 * self.model.shortest:
             return ["the cloth is thicker than half its shortest edge: neighbouring triangles may push each other"]
         return []
 
@@ -146,14 +151,28 @@ class _Run:
 
     def _check(self, stopped: bool) -> None:
         time = self.number * self.step
-        if stopped:
-            raise SimulationError(f"the cloth flew beyond {FARTHEST:g} m before t = {time:.3f} s")
         copy_out(self.state.X, self.model.elastic.triangle_copies, self.model.slots)
         stretch = membrane.largest_stretch(self.state.X, self.model.elastic.triangles, self.model.elastic.L2)
-        if not stretch <= LARGEST_STRETCH:
+        if stretch > LARGEST_STRETCH:
             raise SimulationError(
-                f"the cloth was stretched to {stretch:.2f} of its length by t = {time:.3f} s; "
+                f"the cloth was stretched to {stretch:.3g} of its length by t = {time:.3f} s; "
                 f"the limit is {LARGEST_STRETCH:g}"
+            )
+        if stopped or not stretch <= LARGEST_STRETCH:
+            raise SimulationError(f"the cloth flew beyond {FARTHEST:g} m before t = {time:.3f} s")
+
+    def _refuse(self) -> None:
+        """Refuse what cannot end well."""
+        if self.model.thickness > THICKEST * self.model.shortest:
+            raise SimulationError(
+                f"the cloth is {self.model.thickness:g} m thick, its shortest edge {self.model.shortest:.3g} m long; "
+                f"neighbours would push one another apart beyond {THICKEST:g} of an edge: give a coarser mesh"
+            )
+        work = (self.scene.frames - 1) * self.per_frame * self.bends * self.stretches * len(self.model.mass)
+        if work > MOST_WORK:
+            raise SimulationError(
+                f"the scene needs {work:.2g} steps of a vertex, the limit is {MOST_WORK:g} (hours); stiff, light "
+                "or finely meshed cloth takes small steps: give a coarser mesh or a shorter duration"
             )
 
 
