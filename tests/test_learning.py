@@ -15,7 +15,7 @@ import optuna
 import pytest
 
 from tatamu import InputError, Rollout, Scene, TatamuError, simulate
-from tatamu.folding.task import Outcome, Task, make_task
+from tatamu.folding.task import Outcome, Reach, Task, make_task
 from tatamu.learning import learn
 
 COARSE = {"spacing": 0.04, "size": (0.24, 0.5)}
@@ -187,3 +187,44 @@ def test_a_folder_that_is_a_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be written"):
         learn(task(), tmp_path / "file", trials=1)
     assert (tmp_path / "file").read_text() == "mine"
+
+
+class Low:
+    """A robot that reaches no higher than P1 at 8 cm; and that remembers what it was asked."""
+
+    def __init__(self) -> None:
+        self.asked: list[float] = []
+
+    def __call__(self, manipulation: dict[str, Any]) -> float:
+        points = manipulation["arms"][0]["control_points"]
+        self.asked.append(points[1][2])
+        return 0.08 - points[1][2]
+
+
+def test_what_a_robot_cannot_reach_is_not_simulated_and_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    low = Low()
+    reached = task(reach=Reach("low", low))
+    simulated: list[Scene] = []
+
+    def counted(scene: Scene, name: str) -> Rollout:
+        simulated.append(scene)
+        return simulate(scene, name)
+
+    monkeypatch.setattr("tatamu.folding.task.simulate", counted)
+    learn(reached, tmp_path, trials=6, baselines=False)
+    result = json.loads((tmp_path / "result.json").read_text())
+    failed = [trial for trial in result["trials"] if trial["state"] == "failed"]
+    assert result["task"]["robot"] == "low"
+    assert failed and len(simulated) == 6 - len(failed)
+    assert len(failed) == sum(height > 0.08 for height in low.asked)
+    for trial in failed:
+        assert trial["error"] == "out of reach of low"
+        assert trial["objective"] > reached.penalty(trial["trajectory_length"])
+    low.asked.clear()
+    learn(reached, tmp_path, trials=7, baselines=False)
+    assert len(low.asked) == 7  # a study that goes on tells the robot again what it was asked before
+
+
+def test_a_study_for_a_robot_is_not_one_for_any(learned: Path) -> None:
+    with pytest.raises(InputError, match="robot"):
+        learn(task(reach=Reach("low", Low())), learned, trials=6)

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from tatamu.cli.app import app
 from tatamu.errors import InputError
+
+if TYPE_CHECKING:
+    from tatamu.folding.task import Reach
 
 
 @app.command()
@@ -28,7 +31,10 @@ def learn(
     ] = "half",
     hands: Annotated[int | None, typer.Option(help="Fold with 1 hand or 2; default: as the plan says, 2.")] = None,
     material: Annotated[
-        Path | None, typer.Option(metavar="FILE.toml", help="A material; default: the garment's own fabric.")
+        Path | None,
+        typer.Option(
+            metavar="FILE.toml", help="A material file, or a preset such as denim; default: the garment's own."
+        ),
     ] = None,
     spacing: Annotated[
         float | None, typer.Option(help="Mesh spacing in metres; default: half the bending length.")
@@ -40,6 +46,10 @@ def learn(
     ] = "integer",
     trials: Annotated[int, typer.Option(help="Trials of the study in the end.")] = 50,
     seed: Annotated[int, typer.Option(help="Seed of the search.")] = 0,
+    robot: Annotated[
+        str | None,
+        typer.Option(help="Only folds within reach of hironx, nextage, or a .toml that describes a robot."),
+    ] = None,
     baselines: Annotated[bool, typer.Option(help="Also score three fixed trajectories.")] = True,
 ) -> None:
     """Learn to fold a garment: search grasps and hand trajectories in the simulator.
@@ -52,6 +62,8 @@ def learn(
     `tatamu learn tshirt --fold shop --out runs/shop`
 
     `tatamu learn trousers --fold leg --hands 1 --out runs/leg`
+
+    `tatamu learn towel --size 0.30x0.36 --robot hironx --out runs/hand-towel`
 
     A fold in several steps learns each in turn, in DIR/step-1, DIR/step-2 .., with `--trials` each.
     Run the same command again to go on with a study that was interrupted, or with more `--trials`.
@@ -71,6 +83,7 @@ def learn(
         spacing=spacing,
         simulator=simulator,
         hands=hands,
+        reach=_reach(robot),
     )
     from tatamu.cli.progress import reporting
     from tatamu.learning import learn_job  # last, as it takes seconds to import
@@ -86,6 +99,16 @@ def learn(
         reporting=reporting,
     )
     print(f"report: {report}")
+
+
+def _reach(robot: str | None) -> Reach | None:
+    """What the robot of that name can reach."""
+    if robot is None:
+        return None
+    from tatamu.folding.task import Reach
+    from tatamu.robots import ReachConstraint, load
+
+    return Reach(robot, ReachConstraint(load(robot)))
 
 
 def _size(text: str | None) -> tuple[float, float] | None:

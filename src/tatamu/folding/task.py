@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from hashlib import sha256
 from typing import Any
@@ -10,7 +11,7 @@ import numpy as np
 
 from tatamu.errors import SimulationError
 from tatamu.folding.fold import Fold, fold_of, ideal_folds
-from tatamu.folding.manipulation import Manipulation, bezier_manipulation, scene_of
+from tatamu.folding.manipulation import Manipulation, bezier_manipulation, described, scene_of
 from tatamu.folding.plan import Plan
 from tatamu.folding.plans import make_plan
 from tatamu.folding.score import ALPHA, Score, score, shape_distance, vertex_distances
@@ -43,6 +44,16 @@ class Outcome:
 
 
 @dataclass(frozen=True)
+class Reach:
+    """What a robot can reach."""
+
+    robot: str
+    """Its name."""
+    quality: Callable[[dict[str, Any]], float]
+    """From what manipulation.json would hold to how well the robot does it: negative where it cannot."""
+
+
+@dataclass(frozen=True)
 class Task:
     """Fold this garment in this way, in this simulator."""
 
@@ -53,6 +64,8 @@ class Task:
     """Which step of how many the fold is."""
     title: str = ""
     """In a few words what is folded."""
+    reach: Reach | None = None
+    """Manipulations beyond it fail without being simulated."""
 
     def describe(self) -> dict[str, Any]:
         """The task as `result.json` holds it; two tasks are the same when these are."""
@@ -70,6 +83,7 @@ class Task:
             "translation": fold.translation(corner).tolist(),
             "candidates": fold.candidates,
             **({"hands": 1} if fold.hands == 1 else {}),
+            **({"robot": self.reach.robot} if self.reach else {}),
             **({"step": list(self.step), "start": digest(fold.start)} if self.step[1] > 1 else {}),
         }
 
@@ -82,6 +96,9 @@ class Task:
     def evaluate(self, manipulation: Manipulation) -> Outcome:
         """Simulate and score; what goes wrong in the simulation is an outcome, not an exception."""
         way = manipulation.trajectory_length
+        short = self.out_of_reach(manipulation)
+        if short > 0.0 and self.reach:
+            return Outcome(None, self.penalty(way) + short, f"out of reach of {self.reach.robot}", None)
         try:
             rollout = simulate(scene_of(self.fold, manipulation), self.simulator)
         except SimulationError as error:
@@ -91,6 +108,12 @@ class Task:
             return Outcome(None, self.penalty(way), "the cloth left the table", rollout)
         reached = score(self.fold, way, outcome)
         return Outcome(reached, reached.objective, None, rollout)
+
+    def out_of_reach(self, manipulation: Manipulation) -> float:
+        """By how much the robot fails to do it; 0 where it can, and for polylines, which are there to compare with."""
+        if self.reach is None or manipulation.control_points is None:
+            return 0.0
+        return max(0.0, -self.reach.quality(described(self.fold, manipulation)))
 
     def penalty(self, trajectory_length: float) -> float:
         """Objective of a failed trial: twice as far from the target as a cloth that nobody touched."""
@@ -112,12 +135,14 @@ class Job:
     simulator: str
     hands: int | None = None
     """How many hands fold; None: as the plan says."""
+    reach: Reach | None = None
+    """What the robot that shall do it can reach; None: no robot is asked."""
 
     def task(self, number: int, state: np.ndarray | None = None) -> Task:
         """The task of a step, the first being 0, of the cloth as it lies [m], shape (n, 3); None: flat."""
         step = self.plan.steps[number]
         fold = fold_of(self.garment, self.plan, step, state, self.hands)
-        return Task(fold, self.plan.name, self.simulator, (number + 1, len(self.plan.steps)), step.title)
+        return Task(fold, self.plan.name, self.simulator, (number + 1, len(self.plan.steps)), step.title, self.reach)
 
 
 def make_job(
@@ -129,6 +154,7 @@ def make_job(
     spacing: float | None = None,
     simulator: str = "native",
     hands: int | None = None,
+    reach: Reach | None = None,
 ) -> Job:
     """The job of folding a named garment by a named plan.
 
@@ -137,7 +163,7 @@ def make_job(
     """
     named(simulator)
     made = make_garment(garment, size, material, spacing)
-    job = Job(made, make_plan(fold, made), simulator, hands)
+    job = Job(made, make_plan(fold, made), simulator, hands, reach)
     ideal_folds(made, job.plan, hands)  # refuse now what a later step could not fold
     return job
 

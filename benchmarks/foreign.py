@@ -1,0 +1,87 @@
+"""Garments from elsewhere, folded in half: how near the Li 2015 and triangle trajectories and a few trials come.
+
+    python benchmarks/foreign.py --out runs/foreign [--trials 8] [--write-docs]
+
+The drawings and meshes are made by `tests/foreign.py`. Prints a table and writes `table.json`; studies that are there
+go on. With `--write-docs` the table in docs/garments.md is written anew.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+from tests.foreign import BROKEN, GOOD
+
+from tatamu.errors import InputError
+from tatamu.files import write_json, write_text
+from tatamu.folding.task import make_task
+from tatamu.learning import learn
+
+OWN_MESH = ("cloth_obj", "bag_ply", "tube_glb")
+SPACING = 0.02
+SUCCESS, SEEN = 0.0125, 0.80
+"""Mean vertex distance [m] (BiFold 2025) and mask IoU (FoldBack 2026) that count as folded."""
+
+
+def fold(kind: str, out: Path, trials: int) -> dict[str, Any]:
+    """Fold one garment in half."""
+    files = out / "files"
+    files.mkdir(parents=True, exist_ok=True)
+    path = GOOD[kind](files)
+    try:
+        task = make_task(str(path), fold="half", spacing=None if kind in OWN_MESH else SPACING)
+        learn(task, out / kind, trials=trials, seed=0)
+    except InputError as error:
+        return {"garment": kind, "refused": str(error).replace(str(files) + "/", "")}
+    result = json.loads((out / kind / "result.json").read_text())
+    best = result["trials"][result["best"]]
+    baselines = [b["mean_vertex_distance"] for b in result["baselines"] if b["mean_vertex_distance"] is not None]
+    return {
+        "garment": kind,
+        "vertices": len(task.fold.garment.vertices),
+        "mean_vertex_distance": best["mean_vertex_distance"],
+        "mask_iou": best["mask_iou"],
+        "baseline": min(baselines, default=None),
+        "crossings": result.get("crossings"),
+    }
+
+
+def markdown(rows: list[dict[str, Any]]) -> str:
+    """The table."""
+    lines = ["| garment | vertices | mean distance [mm] | mask IoU | folded |", "|---|---|---|---|---|"]
+    for row in rows:
+        if "refused" in row:
+            lines.append(f"| {row['garment']} | - | - | - | refused: {row['refused']} |")
+            continue
+        distance, seen = row["mean_vertex_distance"], row["mask_iou"]
+        folded = "yes" if distance < SUCCESS and seen > SEEN else "no"
+        lines.append(f"| {row['garment']} | {row['vertices']} | {1e3 * distance:.1f} | {seen:.3f} | {folded} |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--trials", type=int, default=8)
+    parser.add_argument("--write-docs", action="store_true")
+    given = parser.parse_args()
+    rows = []
+    for kind in GOOD:
+        rows.append(fold(kind, given.out, given.trials))
+        print(rows[-1], flush=True)
+    write_json(given.out / "table.json", rows)
+    table = markdown(rows)
+    print(f"{table}\n{len(BROKEN)} broken ones are refused, see tests/foreign.py")
+    if given.write_docs:
+        page = Path(__file__).parents[1] / "docs/garments.md"
+        text = page.read_text()
+        pattern = r"(?s)(<!-- foreign -->\n).*?(\n<!-- end -->)"
+        write_text(page, re.sub(pattern, lambda found: found[1] + table + found[2], text))
+
+
+if __name__ == "__main__":
+    main()
