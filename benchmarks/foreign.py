@@ -1,6 +1,6 @@
 """Garments from elsewhere, folded in half: how near the Li 2015 and triangle trajectories and a few trials come.
 
-    python benchmarks/foreign.py --out runs/foreign [--trials 8] [--write-docs]
+    python -m benchmarks.foreign --out runs/foreign [--trials 8] [--write-docs]
 
 The drawings and meshes are made by `tests/foreign.py`. Prints a table and writes `table.json`; studies that are there
 go on. With `--write-docs` the table in docs/garments.md is written anew.
@@ -79,8 +79,8 @@ def main() -> None:
     if given.write_docs:
         page = Path(__file__).parents[1] / "docs/garments.md"
         text = page.read_text()
-        pattern = r"(?s)(<!-- foreign -->\n).*?(\n<!-- end -->)"
-        write_text(page, re.sub(pattern, lambda found: found[1] + table + found[2], text))
+        pattern = r"(?s)(<!-- foreign -->\n).*?(<!-- end -->)"
+        write_text(page, re.sub(pattern, lambda found: found[1] + table + "\n" + found[2], text))
 
 
 if __name__ == "__main__":
