@@ -17,7 +17,12 @@ def title(fold: LearnedFold) -> str:
     """What was folded how, plain text: "Towel, half fold"."""
     task = fold.result.task
     step = f", step {task.step[0]} of {task.step[1]}" if task.step else ""
-    return f"{task.garment[:1].upper()}{task.garment[1:]}, {task.fold} fold{step}"
+    return f"{spelled(task.garment)}, {task.fold} fold{step}"
+
+
+def spelled(garment: str) -> str:
+    """The garment's name at the beginning of a title."""
+    return "T-shirt" if garment == "tshirt" else garment[:1].upper() + garment[1:]
 
 
 def sentence(fold: LearnedFold) -> str:

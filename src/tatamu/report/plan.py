@@ -13,6 +13,7 @@ from tatamu.files import write_text
 from tatamu.report import topview
 from tatamu.report.errormap import largest
 from tatamu.report.fold import LearnedFold, read_fold
+from tatamu.report.headline import spelled
 from tatamu.report.markup import filled, inline, table, text
 from tatamu.report.page import frame, resource
 from tatamu.report.replay import COLOURS, Hand, hands, replay_of
@@ -54,7 +55,7 @@ def page(folder: Path, result: dict[str, Any], folds: list[LearnedFold], rollout
     plan = result["plan"]
     parts = {
         **frame(_events(result, rollout)),
-        "title": text(f"{plan['garment'].capitalize()}, {plan['fold']} in {len(folds)} folds"),
+        "title": text(f"{spelled(plan['garment'])}, {plan['fold']} in {len(folds)} folds"),
         "verdict": verdict,
         "verdict_class": verdict.replace(" ", "-"),
         "sentence": _sentence(result),
