@@ -181,6 +181,8 @@ class Hands:
         path = folder / "manipulation.json"
         if not folder.is_dir():
             raise InputError(f"{folder}: must be the folder of a learned fold, and is no folder")
+        if not path.exists() and (folder / "step-1").is_dir():
+            raise InputError(f"{folder}: holds a plan of several steps; give one of them, such as {folder / 'step-1'}")
         return cls.of(validated(Manipulation, read_json(path), path), path)
 
     @classmethod
