@@ -30,3 +30,16 @@ def test_a_fold_that_needs_another_place_is_searched_for_again() -> None:
 def test_it_names_what_is_wrong() -> None:
     with pytest.raises(InputError, match="arms"):
         ReachConstraint(load("hironx"))({**manipulation(), "arms": []})
+
+
+def test_it_says_why_not() -> None:
+    constraint = ReachConstraint(load("hironx"))
+    assert constraint.refusal(manipulation()) is None
+    assert "cannot follow its hand beyond frame" in (constraint.refusal(manipulation(span=0.8)) or "")
+
+
+def test_a_fold_of_one_hand_is_refused_in_these_words() -> None:
+    fold = manipulation()
+    one = {**fold, "arms": fold["arms"][:1], "via_points": {**fold["via_points"], "right": None}}
+    with pytest.raises(InputError, match=r"arms: must be two, and the fold has one.*--hands 2"):
+        ReachConstraint(load("hironx"))(one)

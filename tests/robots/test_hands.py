@@ -80,3 +80,10 @@ def test_a_wrong_field_is_named(tmp_path: Path, change: Any, field: str) -> None
 def test_a_missing_folder_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="nowhere"):
         Hands.load(tmp_path / "nowhere")
+
+
+def test_a_plan_of_several_steps_is_refused_and_its_steps_are_named(tmp_path: Path) -> None:
+    folder(tmp_path / "shop" / "step-1")
+    with pytest.raises(InputError, match=r"several steps; give one of them, such as .*shop/step-1"):
+        Hands.load(tmp_path / "shop")
+    assert Hands.load(tmp_path / "shop" / "step-1")

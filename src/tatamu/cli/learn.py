@@ -108,7 +108,9 @@ def _reach(robot: str | None) -> Reach | None:
     from tatamu.folding.task import Reach
     from tatamu.robots import ReachConstraint, load
 
-    return Reach(robot, ReachConstraint(load(robot)))
+    loaded = load(robot)
+    constraint = ReachConstraint(loaded)
+    return Reach(loaded.name, constraint, constraint.refusal)
 
 
 def _size(text: str | None) -> tuple[float, float] | None:

@@ -33,7 +33,10 @@ def plan(
 ) -> None:
     """Plan a learned fold for a dual-arm robot, check it, and write it for ROS.
 
-    Example: `tatamu plan runs/towel --robot hironx --out runs/towel-plan`
+    Examples:
+    `tatamu plan runs/towel --robot hironx --out runs/towel-plan`
+
+    `tatamu plan runs/shop/step-1 --robot nextage --out runs/shop-plan-1`
     """
     from tatamu.robots import check_out, load, plan_fold, save
 

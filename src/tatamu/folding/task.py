@@ -51,6 +51,8 @@ class Reach:
     """Its name."""
     quality: Callable[[dict[str, Any]], float]
     """From what manipulation.json would hold to how well the robot does it: negative where it cannot."""
+    refusal: Callable[[dict[str, Any]], str | None] = lambda _: None
+    """From the same to why the robot cannot do it, None where it can; asking changes no later answer of `quality`."""
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from tatamu.errors import InputError
 from tatamu.folding.fold import ideal_folds
 from tatamu.folding.task import Job, Task, digest
 from tatamu.learning.learn import Progress, check_search, learn, locked
+from tatamu.learning.reachable import check_reach
 from tatamu.learning.space import Grasps
 from tatamu.learning.study import held_identity
 from tatamu.learning.whole import write_whole
@@ -66,6 +67,8 @@ def learn_job(
     count = len(job.plan.steps)
     options: dict[str, Any] = {"seed": seed, "sampler": sampler, "grasps": grasps, "baselines": baselines}
     _refuse_other(folder, count)
+    if not any((folder / name).exists() for name in ("study.db", step_name(0))):
+        check_reach(job)
     if count == 1:
         return _learn(job.task(0), folder, trials, reporting, options)
     with locked(folder):

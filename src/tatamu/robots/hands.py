@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from tatamu.errors import InputError
@@ -88,6 +88,13 @@ class Manipulation(_Record):
     arms: Annotated[list[Hand], Field(min_length=2, max_length=2)]
     timing: Timing
     via_points: ViaPoints
+
+    @field_validator("arms", mode="before")
+    @classmethod
+    def _refuse_one_hand(cls, arms: object) -> object:
+        if isinstance(arms, list) and len(arms) == 1:
+            raise ValueError("must be two, and the fold has one: robots here fold with both; learn it with --hands 2")
+        return arms
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -174,6 +181,8 @@ class Hands:
         path = folder / "manipulation.json"
         if not folder.is_dir():
             raise InputError(f"{folder}: must be the folder of a learned fold, and is no folder")
+        if not path.exists() and (folder / "step-1").is_dir():
+            raise InputError(f"{folder}: holds a plan of several steps; give one of them, such as {folder / 'step-1'}")
         return cls.of(validated(Manipulation, read_json(path), path), path)
 
     @classmethod

@@ -107,7 +107,8 @@ TURNS = [
         (-75, (0.5, 1.0)),
     )
 ]
-"""Yaws of the fold [rad], and how much the trunk may turn with it: a fold that goes sideways needs it."""
+"""Ways that the fold goes in B, from straight ahead [rad], and how much the trunk may turn with it: a fold that goes
+sideways needs it."""
 
 
 def grid(
@@ -125,8 +126,9 @@ def grid(
     shoulder = np.mean([chain.shoulder for chain in chains], axis=0)
     reach = min(chain.reach for chain in chains)
     levels = np.linspace(*heights, 1 if heights[0] == heights[1] else 4)
+    heading = _heading(points)
     return [
-        _beginning(front + ahead * reach, shoulder[1] + aside * reach, float(level), yaw, points, turning)
+        _beginning(front + ahead * reach, shoulder[1] + aside * reach, float(level), yaw - heading, points, turning)
         for ahead in np.linspace(0, 0.36, 7)
         for aside in (-0.15, 0.0, 0.15)
         for yaw, turnings in TURNS
@@ -145,6 +147,12 @@ def neighbours(best: Placement, points: np.ndarray, heights: tuple[float, float]
     )
     found = [Placement(best.x + x, best.y + y, best.z + z, best.yaw + yaw, best.turning) for x, y, z, yaw in steps]
     return [place for place in found if heights[0] <= place.z <= heights[1] and place.begins(points) >= front]
+
+
+def _heading(points: np.ndarray) -> float:
+    """Which way the hands go, about z from x of F [rad]: not every step of a plan goes along x."""
+    x, y = (points[:, -1] - points[:, 0]).mean(axis=0)[:2]
+    return float(np.arctan2(y, x))
 
 
 def _beginning(x: float, y: float, z: float, yaw: float, points: np.ndarray, turning: float) -> Placement:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tatamu.errors import InputError, TatamuError
+from tatamu.errors import InputError
 from tatamu.robots.checks import Check, Checks, failing
 from tatamu.robots.hands import Hands
 from tatamu.robots.model import Robot
@@ -20,6 +20,7 @@ from tatamu.robots.motion import Motion, Pace, motion
 from tatamu.robots.paths import Paths, Task, Unreachable
 from tatamu.robots.placement import HOLDS, Placement
 from tatamu.robots.reach import Reach, best_placements, search, table_heights
+from tatamu.robots.refusal import Refused, out_of_reach, table_too_high
 
 CANDIDATES = 12
 """So many placements are worked out in full before the fold is refused."""
@@ -39,14 +40,6 @@ class Plan:
     def via_times(self) -> np.ndarray:
         """Simulated times of the via-points [s], shape (v,)."""
         return self.task.hands.times
-
-
-class _Refused(TatamuError):
-    """A placement that cannot be, with how far it came."""
-
-    def __init__(self, message: str, progress: float) -> None:
-        super().__init__(message)
-        self.progress = progress
 
 
 def plan_fold(
@@ -69,18 +62,18 @@ def plan_fold(
         InputError: The folder is no learned fold, or no placement lets the robot do it; the message says why.
     """
     hands = Hands.load(folder)
-    refusals: list[_Refused] = []
+    refusals: list[Refused] = []
     for start in robot.poses:
         starting = robot.starting(start)
         heights = table_heights(starting, table_height)
         if heights is None:
-            refusals.append(_Refused(f"at its pose '{start.name}' the robot stands in a table that high", -3))
+            refusals.append(table_too_high(start.name))
             continue
         for task, reach in _candidates(folder, starting, hands, place, heights, refusals):
             try:
                 return _worked_out(task, pace or Pace(), reach if place is None else None)
-            except (Unreachable, _Refused) as error:
-                refusals.append(_Refused(str(error), error.progress))
+            except (Unreachable, Refused) as error:
+                refusals.append(Refused(str(error), error.progress))
     best = max(refusals, key=lambda refusal: refusal.progress)
     scope = "refused" if place is not None else "no placement before the robot lets both arms do the fold"
     raise InputError(f"{folder}: {scope}: {best}")
@@ -92,13 +85,13 @@ def _candidates(
     hands: Hands,
     place: tuple[float, float, float] | None,
     heights: tuple[float, float],
-    refusals: list[_Refused],
+    refusals: list[Refused],
 ) -> list[tuple[Task, Reach]]:
     """The most promising tasks; if there are none, why goes to `refusals`."""
     reach = best_placements(robot, hands, heights) if place is None else _at(robot, hands, place, heights)
     count = min(CANDIDATES, reach.good)
     if count == 0:
-        refusals.append(_why(robot, hands, reach))
+        refusals.append(out_of_reach(robot, hands, reach))
         count = int(reach.reached[:, 0].min() == len(reach.times))  # worked out all the same: it names what touches
     return [
         (Task(robot, hands, placement, holds, folder), reach)
@@ -114,22 +107,6 @@ def _at(robot: Robot, hands: Hands, place: tuple[float, float, float], heights: 
     return search(robot, hands, places, HOLDS)
 
 
-def _why(robot: Robot, hands: Hands, reach: Reach) -> _Refused:
-    """Why not even the best placement can be followed."""
-    placement, reached = reach.placements[0], reach.reached[:, 0]
-    last = len(reach.times) - 1
-    if reached.min() > last:
-        return _Refused(f"the arms would touch something wherever both reach; least at {placement}", -0.5)
-    worst = int(reached.argmin())
-    frame = hands.frame(float(reach.times[reached[worst]]))
-    length = np.linalg.norm(hands.curves[0].control[3] - hands.curves[0].control[0])
-    return _Refused(
-        f"{robot.arms[worst].name} cannot follow its hand beyond frame {frame} of the fold, "
-        f"{1e3 * length:.0f} mm long, even at the best place ({placement})",
-        float(reached.min()) / last - 2,
-    )
-
-
 def _worked_out(task: Task, pace: Pace, reach: Reach | None) -> Plan:
     paths = Paths(task)
     stages = paths.stages(pace.lower_speed, pace.raise_speed, 1.0)
@@ -137,5 +114,5 @@ def _worked_out(task: Task, pace: Pace, reach: Reach | None) -> Plan:
     checks = Checks(task, paths, driven).all()
     bad = failing(checks)
     if bad:
-        raise _Refused(f"{bad[1].failed(bad[0])} ({task.placement})", 1.0)
+        raise Refused(f"{bad[1].failed(bad[0])} ({task.placement})", 1.0)
     return Plan(task, driven, checks, reach)

@@ -1,0 +1,39 @@
+"""Why a robot cannot do a fold."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tatamu.errors import TatamuError
+from tatamu.robots.hands import Hands
+from tatamu.robots.model import Robot
+from tatamu.robots.reach import Reach
+
+
+class Refused(TatamuError):
+    """A placement that cannot be, with how far it came."""
+
+    def __init__(self, message: str, progress: float) -> None:
+        super().__init__(message)
+        self.progress = progress
+
+
+def table_too_high(start: str) -> Refused:
+    """The table would be where the robot stands at a pose of that name."""
+    return Refused(f"at its pose '{start}' the robot stands in a table that high", -3)
+
+
+def out_of_reach(robot: Robot, hands: Hands, reach: Reach) -> Refused:
+    """Why not even the best placement can be followed."""
+    placement, reached = reach.placements[0], reach.reached[:, 0]
+    last = len(reach.times) - 1
+    if reached.min() > last:
+        return Refused(f"the arms would touch something wherever both reach; least at {placement}", -0.5)
+    worst = int(reached.argmin())
+    frame = hands.frame(float(reach.times[reached[worst]]))
+    length = np.linalg.norm(hands.curves[0].control[3] - hands.curves[0].control[0])
+    return Refused(
+        f"{robot.arms[worst].name} cannot follow its hand beyond frame {frame} of the fold, "
+        f"{1e3 * length:.0f} mm long, even at the best place ({placement})",
+        float(reached.min()) / last - 2,
+    )

@@ -1,0 +1,62 @@
+"""What no robot reaches is said before the first trial."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tatamu import InputError
+from tatamu.folding.task import Job, Reach, make_job
+from tatamu.learning import learn_job
+
+TOO_FAR = "larm cannot follow its hand beyond frame 6"
+
+
+class Short:
+    """A robot with the hands at its sides: it does folds of so many metres."""
+
+    def __init__(self, reach: float) -> None:
+        self.reach, self.asked = reach, 0
+
+    def quality(self, manipulation: dict[str, Any]) -> float:
+        points = np.array(manipulation["arms"][0]["control_points"])
+        return self.reach - float(np.linalg.norm(points[3] - points[0]))
+
+    def refusal(self, manipulation: dict[str, Any]) -> str | None:
+        self.asked += 1
+        return None if self.quality(manipulation) >= 0 else TOO_FAR
+
+
+def job(robot: Short, fold: str = "half", **changes: Any) -> Job:
+    reach = Reach("short", robot.quality, robot.refusal)
+    return make_job("towel", **{"fold": fold, "spacing": 0.04, "size": (0.24, 0.5), "reach": reach, **changes})
+
+
+def test_a_fold_out_of_reach_is_refused_and_nothing_is_written(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=f"robot: the fold in half across.*out of reach of short.*{TOO_FAR}"):
+        learn_job(job(Short(0.3)), tmp_path / "out", trials=2)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_later_step_out_of_reach_is_refused_before_the_first_is_learned(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="step 2, in half along the length, is out of reach of short"):
+        learn_job(job(Short(0.4), "quarters", size=(0.5, 0.36)), tmp_path / "out", trials=2)
+    assert not (tmp_path / "out").exists()
+
+
+def test_one_hand_is_refused_for_a_robot(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"hands: short folds with both.*--hands 2"):
+        learn_job(job(Short(1.0), hands=1), tmp_path / "out", trials=2)
+
+
+def test_what_is_within_reach_is_asked_before_a_study_begins_and_not_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tatamu.learning.job.learn", lambda task, folder, **_: (folder / "study.db").touch())
+    robot = Short(1.0)
+    for asked in (1, 1):
+        learn_job(job(robot), tmp_path, trials=2)
+        assert robot.asked == asked
