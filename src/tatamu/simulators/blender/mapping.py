@@ -39,6 +39,8 @@ STABLE = 1.4
 """Largest substep times the largest bending frequency; explicit bending is lost at 2."""
 BENDING_DAMPING = 5e-4
 """Bending damping over bending stiffness, in Blender's time: without any, a hanging strip shivers by 1 mm."""
+QUALITY = 5
+"""Blender's default: substeps of a frame of one unit of its time."""
 DAMPING_RATIO = 0.1
 """Damping of one spring, as a part of the critical."""
 
@@ -181,8 +183,8 @@ def _substeps(mapping: Mapping, springs: Springs, longest: float) -> None:
 def _raw(scene: Scene, longest: float) -> Mapping:
     """Blender's numbers as a material gives them.
 
-    Properties of the cloth that it leaves out keep Blender's defaults; contacts that it leaves out come from the SI
-    fields.
+    Properties of the cloth that it leaves out keep Blender's defaults, quality counted per unit of Blender's time;
+    contacts that it leaves out come from the SI fields.
     """
     raw = checked(scene.material.blender or {})
     mapping = Mapping()
@@ -191,6 +193,11 @@ def _raw(scene: Scene, longest: float) -> Mapping:
     for name, value in raw.items():
         part = mapping.collision if name in COLLISION else mapping.collider if name in COLLIDER else mapping.settings
         part[name] = value
-    mapping.settings.setdefault("quality", 5)
+    mapping.settings.setdefault("quality", _substeps_by_default(mapping.time_scale(longest, scene.frame_rate)))
     mapping.standoff = REST * (mapping.collision["distance_min"] + mapping.collider["thickness_outer"])
     return mapping
+
+
+def _substeps_by_default(frame: float) -> int:
+    """Substeps of a frame that lasts `frame` in Blender's time: no fewer than its default has in the same time."""
+    return int(np.clip(np.ceil(QUALITY * frame - 1e-6), 1, 1000))

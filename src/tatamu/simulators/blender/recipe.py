@@ -109,7 +109,10 @@ def _collider(scene: Scene, origin: np.ndarray, mapping: Mapping) -> dict[str, A
 
 
 def _table_corners(scene: Scene, table: Table, drop: float) -> np.ndarray:
-    """A rectangle `drop` [m] under the table's plane, as large as the cloth can get to, shape (4, 3)."""
+    """A triangle `drop` [m] under the table's plane, as large as the cloth can get to, shape (3, 3).
+
+    One triangle, not two: Blender tries each of the cloth's against every one of the table's in every round of contact.
+    """
     points = scene.cloth.vertices
     reach = (
         1.0 + np.linalg.norm(np.ptp(points, axis=0)) + 0.5 * scene.gravity * np.sin(abs(table.tilt)) * scene.duration**2
@@ -118,7 +121,7 @@ def _table_corners(scene: Scene, table: Table, drop: float) -> np.ndarray:
         reach += np.abs(gripper.displacements).max()
     reach = min(float(reach), 500.0)
     low, high = points[:, :2].min(0) - reach, points[:, :2].max(0) + reach
-    flat = np.array([[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]])
+    flat = np.array([low, [2.0 * high[0] - low[0], low[1]], [low[0], 2.0 * high[1] - low[1]]])
     heights = table.height - flat[:, 0] * np.tan(table.tilt)
     normal = np.array([np.sin(table.tilt), 0.0, np.cos(table.tilt)])
     return np.asarray(np.column_stack([flat, heights]) - drop * normal)

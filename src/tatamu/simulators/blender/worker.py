@@ -171,8 +171,8 @@ def add_cloth(cloth: Any, recipe: dict[str, Any]) -> Any:
 
 
 def add_table(collider: dict[str, Any]) -> None:
-    """A rectangle that the cloth collides with."""
-    table = mesh_object("table", collider["vertices"], [[0, 1, 2, 3]])
+    """A triangle that the cloth collides with."""
+    table = mesh_object("table", collider["vertices"], [[0, 1, 2]])
     table.modifiers.new("collision", "COLLISION")
     assign(table.collision, collider["settings"])
 
