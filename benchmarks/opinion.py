@@ -1,19 +1,24 @@
-"""Figures of docs/second-opinion.md: how far simulators agree on the default towel, and friction of moving layers.
+"""Figures of docs/second-opinion.md: friction of layers, and how far simulators agree on towels.
 
-    python benchmarks/opinion.py --out runs/opinion [--simulators native,blender,mujoco] [--random 10] [--write-docs]
+    python benchmarks/opinion.py --out runs/opinion [--simulators native,blender,mujoco] [--only towel] [--write-docs]
 
-Half an hour of processor time in Blender, as much in MuJoCo. What is there already is not run again.
+Parts: `friction` of moving layers; stacks at rest by Blender's `rounds` of contact; the `small` towel; the default
+`towel`, which takes half an hour of processor time in Blender and hours in MuJoCo. A fold that is there already is not
+run again.
 """
 
 from __future__ import annotations
 
 import argparse
-import re
+from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
+from typing import Any
+from unittest.mock import patch
 
 import numpy as np
+from tables import insert, markdown
 
-from tatamu.files import write_text
 from tatamu.folding.task import make_task
 from tatamu.garments.fabrics import TERRY
 from tatamu.garments.towel import staggered_rectangle
@@ -23,8 +28,20 @@ from tatamu.opinion.learned import read_learned
 from tatamu.opinion.matrix import HEAD, pair_cells, save
 from tatamu.scene import Cloth, Gripper, Scene, Table
 from tatamu.simulators import simulate
+from tatamu.simulators.blender import mapping
 from tatamu.topology import areas, lumped
+from tatamu.validation.checks.friction import layers
 
+PAGE = Path("docs/second-opinion.md")
+PARTS = ("friction", "rounds", "small", "towel")
+SMALL_SIZE, SMALL_SPACING = (0.20, 0.40), 0.015
+"""Of the small towel [m]: its cells are fine enough for MuJoCo's bending."""
+Row = dict[str, object]
+ROUNDS = (2, 4, 8, 12, 48)
+"""Blender's rounds of contact in each substep; its own default is 2, ours 12."""
+FRICTION, TILT, DURATION = 0.5, 21.5, 0.6
+"""Between layers; of the table [degrees], under which nothing should move up to 26.6; how long [s]."""
+ON = ("2 layers: on the table [mm]", "on 1st", "4 layers: on the table [mm]", "on the 1st", "on the 2nd", "on the 3rd")
 GRAVITY = 9.81
 START = 0.05
 """When the upper sheet begins to be drawn [s]."""
@@ -65,36 +82,61 @@ def carried(simulator: str, mu: float, speed: float) -> float:
     return float(np.polyfit(rollout.times[sliding], velocity[sliding], 1)[0] / exact)
 
 
-def friction_table(simulators: list[str]) -> str:
-    """Friction of moving layers over Coulomb's, as a Markdown table."""
+def friction(simulators: list[str]) -> list[Row]:
+    """Friction of moving layers over Coulomb's."""
     cases = [(mu, speed) for mu in (0.2, 0.5) for speed in (0.3, 1.0)]
-    lines = ["| lower sheet's acceleration over Coulomb's | " + " | ".join(simulators) + " |"]
-    lines.append("|---|" + "---|" * len(simulators))
-    for mu, speed in cases:
-        cells = " | ".join(f"{carried(name, mu, speed):.2f}" for name in simulators)
-        lines.append(f"| mu = {mu:g}, {speed:g} m/s | {cells} |")
-    return "\n".join(lines)
+    return [
+        {
+            "lower sheet's acceleration over Coulomb's": f"mu = {mu:g}, {speed:g} m/s",
+            **{name: f"{carried(name, mu, speed):.2f}" for name in simulators},
+        }
+        for mu, speed in cases
+    ]
 
 
-def agreement_table(agreement: Agreement) -> str:
-    """Pairs of simulators, then all manipulations, as Markdown tables."""
-    lines = ["| " + " | ".join(HEAD) + " |", "|---|" + "---|" * (len(HEAD) - 1)]
-    lines += ["| " + " | ".join(pair_cells(pair)) + " |" for pair in agreement.pairs]
-    lines += ["", "Mean vertex distance from the target [mm] of each manipulation:", ""]
-    lines += ["| manipulation | " + " | ".join(agreement.simulators) + " |"]
-    lines += ["|---|" + "---|" * len(agreement.simulators)]
-    for name in agreement.manipulations:
-        scores = [agreement.entries[name, simulator].score for simulator in agreement.simulators]
-        cells = [f"{1e3 * score.mean_vertex_distance:.1f}" if score else "failed" for score in scores]
-        lines.append(f"| {name} | " + " | ".join(cells) + " |")
-    return "\n".join(lines)
+def rounds(simulators: list[str]) -> list[Row]:
+    """Stacks on a table tilted by less than would move them: how far each layer slips on what it lies on."""
+    rows = []
+    for name in simulators:
+        for many in ROUNDS if name == "blender" else (None,):
+            with patch.object(mapping, "COLLISION_LOOPS", many):
+                cells = [f"{1e3 * way:.2f}" for count in (2, 4) for way in slips(name, count)]
+            rows.append({"": name if many is None else f"{name}, {many} rounds", **dict(zip(ON, cells, strict=True))})
+    return rows
 
 
-def insert(mark: str, table: str) -> None:
-    """Put a table between marks of docs/second-opinion.md."""
-    path = Path("docs/second-opinion.md")
-    pattern = rf"(<!-- {mark} -->\n).*?(<!-- end -->)"
-    write_text(path, re.sub(pattern, lambda found: f"{found[1]}{table}\n{found[2]}", path.read_text(), flags=re.S))
+def slips(simulator: str, count: int) -> list[float]:
+    """Way down of each layer relative to the one below, or to the table [m]."""
+    scene, members = layers(count, FRICTION, np.radians(TILT), DURATION)
+    rollout = simulate(scene, simulator)
+    down = [np.cos(np.radians(TILT)), 0.0, -np.sin(np.radians(TILT))]
+    ways = [float((rollout.positions[-1] - rollout.positions[0])[layer].mean(axis=0) @ down) for layer in members]
+    return [upper - lower for lower, upper in pairwise([0.0, *ways])]
+
+
+def pairs(agreement: Agreement) -> list[Row]:
+    """Each pair of simulators."""
+    return [dict(zip(HEAD, pair_cells(pair), strict=True)) for pair in agreement.pairs]
+
+
+def distances(agreement: Agreement) -> list[Row]:
+    """Mean vertex distance of each manipulation in each simulator."""
+    return [{"manipulation": name, **_distances(agreement, name)} for name in agreement.manipulations]
+
+
+def _distances(agreement: Agreement, name: str) -> Row:
+    scores = {simulator: agreement.entries[name, simulator].score for simulator in agreement.simulators}
+    return {who: f"{1e3 * score.mean_vertex_distance:.1f}" if score else "failed" for who, score in scores.items()}
+
+
+def agreed(simulators: list[str], folder: Path, options: argparse.Namespace, **size: Any) -> Agreement:
+    """Learn a towel in `native` by 15 trials and compare the simulators on it."""
+    learn(make_task("towel", **size), folder / "towel", trials=15, seed=0)
+    told = lambda manipulation, simulator: print(manipulation, "in", simulator, flush=True)  # noqa: E731
+    learned = read_learned(folder / "towel")
+    agreement = compare(learned, simulators, folder / "agreement", count=options.random, progress=told)
+    save(agreement, folder / "agreement")
+    return agreement
 
 
 def main() -> None:
@@ -102,20 +144,28 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--simulators", default="native,blender,mujoco")
     parser.add_argument("--random", type=int, default=10)
-    parser.add_argument("--write-docs", action="store_true")
+    parser.add_argument("--only", nargs="+", choices=PARTS, default=list(PARTS))
+    parser.add_argument("--write-docs", action="store_true", help="write the tables into docs/second-opinion.md")
     options = parser.parse_args()
     names = options.simulators.split(",")
-    friction = friction_table(names)
-    print(friction, flush=True)
-    learn(make_task("towel"), options.out / "towel", trials=15, seed=0)
-    learned = read_learned(options.out / "towel")
-    told = lambda manipulation, simulator: print(manipulation, "in", simulator, flush=True)  # noqa: E731
-    agreement = compare(learned, names, options.out / "agreement", count=options.random, progress=told)
-    save(agreement, options.out / "agreement")
-    print(agreement_table(agreement))
-    if options.write_docs:
-        insert("friction", friction)
-        insert("agreement", agreement_table(agreement))
+    for part in options.only:
+        for mark, rows in made(part, names, options):
+            print(markdown(rows), flush=True)
+            if options.write_docs:
+                insert(mark, markdown(rows), PAGE)
+
+
+def made(part: str, names: list[str], options: argparse.Namespace) -> Iterator[tuple[str, list[Row]]]:
+    """The tables of a part, and where they go."""
+    if part == "friction":
+        yield part, friction(names)
+    elif part == "rounds":
+        yield part, rounds(names)
+    else:
+        size = {"size": SMALL_SIZE, "spacing": SMALL_SPACING} if part == "small" else {}
+        agreement = agreed(names, options.out / part, options, **size)
+        yield part, pairs(agreement)
+        yield f"{part}, each", distances(agreement)
 
 
 if __name__ == "__main__":

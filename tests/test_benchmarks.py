@@ -58,3 +58,25 @@ def test_a_table_goes_between_its_marks(modules: Any, tmp_path: Path) -> None:
     assert page.read_text() == "a\n<!-- one -->\n| x |\n|---|\n| 1 |\n<!-- end -->\nb\n<!-- two -->\n<!-- end -->\n"
     with pytest.raises(SystemExit, match="has no marks"):
         tables.insert("three", "", page)
+
+
+def test_the_worst_case_of_a_check_stands_for_it(modules: Any) -> None:
+    simulators = modules("simulators")
+
+    def check(*errors: float | None) -> dict[str, Any]:
+        row = {"quantity": "sag", "limit": 1.0, "unit": "%"}
+        return {"cases": [{"rows": [{**row, "error": error}]} for error in errors]}
+
+    assert simulators.worst(check(0.2, 3.0, 1.0))["sag"]["error"] == 3.0
+    assert simulators.worst(check(0.2, None, 1.0))["sag"]["error"] is None
+    found = {"one": {"hang": check(0.2, 0.5)}, "two": {"hang": check(1.5)}, "three": {"hang": check(None)}, "four": {}}
+    (row,) = simulators.shortfalls(found)
+    assert [row[name] for name in found] == ["0.5", "**1.5**", "**failed**", "-"]
+
+
+def test_slips_are_of_each_layer_on_the_one_below(modules: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    opinion = modules("opinion")
+    monkeypatch.setattr(opinion, "TILT", 30.0)  # 26.6 degrees is where layers begin to slide
+    monkeypatch.setattr(opinion, "DURATION", 0.1)
+    on_table, on_first = opinion.slips("native", 2)
+    assert abs(on_table) < 1e-6 and on_first == pytest.approx(0.5 * 0.657 * 0.1**2, rel=0.05)

@@ -44,6 +44,12 @@ def test_presets_have_the_numbers_of_the_paper(garment: str) -> None:
     assert (PRESETS / f"paper-{garment}.toml").is_file()
 
 
+@pytest.mark.parametrize(("rate", "substeps"), [(60.0, 3), (1 / np.sqrt(1e-3), 5), (10.0, 16)])
+def test_substeps_are_as_fine_as_blenders_own(rate: float, substeps: int) -> None:
+    made = scene(material=load_material(Path("paper-towel")), frame_rate=rate, duration=3 / rate)
+    assert written(made).request["settings"]["quality"] == substeps
+
+
 def test_the_linear_model_is_given_quadrilaterals() -> None:
     strip = sheet(0.1, 0.24)
     faces = joined(strip.vertices, strip.faces)

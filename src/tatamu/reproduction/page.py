@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from tatamu import __version__
-from tatamu.files import write_json, write_text
+from tatamu.files import replacing, write_json, write_text
 from tatamu.report import png
 from tatamu.report.fold import LearnedFold
 from tatamu.report.histogram import along
@@ -37,8 +37,11 @@ TABLES = (
 
 
 def save(choices: Choices, studies: list[Study], folder: Path) -> Path:
-    """Write `reproduction.json` and `reproduction.html`; returns the page."""
+    """Write `reproduction.json`, `figure-5.png` and `reproduction.html`; returns the page."""
     write_json(folder / "reproduction.json", data(choices, studies))
+    shown = [drawn(_of(studies, name)[0].fold) for name in choices.garments]
+    with replacing(folder / "figure-5.png") as temporary:
+        temporary.write_bytes(png.encode(np.hstack([np.vstack(pair) for pair in shown])))
     write_text(folder / "reproduction.html", page(choices, studies))
     return folder / "reproduction.html"
 
@@ -50,6 +53,8 @@ def data(choices: Choices, studies: list[Study]) -> dict[str, Any]:
         own, told = _of(studies, name), claims(name, studies)
         garments[name] = {
             "medians": {measure.key: _median(measure, own) for measure in MEASURES},
+            "mean_vertex_distance_by_seed": [study.fold.result.best_trial.mean_vertex_distance for study in own],
+            "seconds_by_seed": [study.fold.result.wall_seconds for study in own],
             "moments": [{key: _finite(value) for key, value in vars(moment).items()} for moment in told.moments],
             "moved_left": told.moved_left,
             "separation_of_peaks": told.peaks,
@@ -113,21 +118,25 @@ def _finite(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
-def _figure(study: Study) -> str:
-    fold = study.fold
+def drawn(fold: LearnedFold) -> tuple[np.ndarray, np.ndarray]:
+    """The target, and the learned fold with the hands' paths in black, as pixels."""
     told = fold.rollout
     ideal = Rollout(told.times[:1], fold.target[None], told.faces, told.info, {"target": fold.target})
-    target, result = _image(replace(fold, rollout=ideal), ()), _image(fold, (BLACK, BLACK))
+    pictures = ((replace(fold, rollout=ideal), ()), (fold, (BLACK, BLACK)))
+    target, result = (to_pixels(shrink(render(seen, hands, flying=False), 2 * FINER)) for seen, hands in pictures)
+    return target, result
+
+
+def _figure(study: Study) -> str:
+    fold = study.fold
+    target, result = (
+        "data:image/png;base64," + base64.b64encode(png.encode(pixels)).decode() for pixels in drawn(fold)
+    )
     return (
         f'<figure><img src="{target}" alt="{text(study.garment)}, target" style="width:100%">'
         f'<img src="{result}" alt="{text(study.garment)}, learned fold" style="width:100%">'
         f"<figcaption><b>{text(study.garment)}</b> {text(fold.result.task.fold)} fold</figcaption></figure>"
     )
-
-
-def _image(fold: LearnedFold, hands: tuple[str, ...]) -> str:
-    pixels = to_pixels(shrink(render(fold, hands, flying=False), 2 * FINER))
-    return "data:image/png;base64," + base64.b64encode(png.encode(pixels)).decode()
 
 
 def _histograms(sheet: Sheet, study: Study) -> str:
@@ -156,7 +165,7 @@ def _mm(metres: float) -> str:
 
 def _medians(choices: Choices, studies: list[Study]) -> str:
     head = ["measure", *(text(name) for name in choices.garments), "threshold"]
-    return table(head, _median_rows(choices, studies), "measures")
+    return table(head, _median_rows(choices, studies))
 
 
 def _median_rows(choices: Choices, studies: list[Study]) -> Iterator[str]:
