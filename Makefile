@@ -63,7 +63,7 @@ $(NEWTON):
 	$(dir $(NEWTON))bin/python -m pip install --quiet 'newton==1.8.*'
 	touch $(NEWTON)
 
-opinion: $(READY)  ## the figures of docs/second-opinion.md: an hour and more; needs `make blender` and mujoco
+opinion: $(READY)  ## the figures of docs/second-opinion.md: hours; needs `make blender` and mujoco
 	$(BIN)/python benchmarks/opinion.py --out runs/opinion --write-docs
 
 paper: $(READY)  ## section VI of the paper in Blender, all garments and seeds: hours

@@ -2,8 +2,8 @@
 
     python benchmarks/simulators.py --out runs/simulators [--simulators native blender mujoco] [--long] [--write-docs]
 
-Runs the quick cases of every check, and all of `layers`; with --long all cases, hours in Blender and in MuJoCo. What is
-there already is not run again: remove --out after a change.
+Runs the quick cases of every check, and all of `incline` and `layers`; with --long all cases, hours in Blender and in
+MuJoCo. What is there already is not run again: remove --out after a change.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from tatamu.validation import Subject, validate
 from tatamu.validation.checks import CHECKS
 
 PAGE = Path("docs/simulators.md")
-WHOLE = ("layers",)
-"""Checks of which every case is run."""
+WHOLE = ("incline", "layers")
+"""Checks of which every case is run, and has rows of its own."""
 Found = dict[str, dict[str, Any]]
 """What was found of each check."""
 
@@ -47,20 +47,26 @@ def checked(name: str, folder: Path, long: bool) -> Found:
     return found
 
 
-def worst(check: dict[str, Any]) -> dict[str, dict[str, Any]]:
-    """By quantity, the row that is furthest off of all cases; one without an error is the furthest."""
+def worst(check: dict[str, Any], apart: bool = False) -> dict[str, dict[str, Any]]:
+    """By quantity, the row that is furthest off of all cases, or of each; one without an error is the furthest."""
     rows: dict[str, dict[str, Any]] = {}
-    for row in (row for case in check["cases"] for row in case["rows"]):
-        before = rows.get(row["quantity"])
-        if before is None or row["error"] is None or (before["error"] is not None and row["error"] > before["error"]):
-            rows[row["quantity"]] = row
+    for case in check["cases"]:
+        for row in case["rows"]:
+            name = f"{case['case']}: {row['quantity']}" if apart else row["quantity"]
+            before = rows.get(name)
+            if before is None or _further(row["error"], before["error"]):
+                rows[name] = row
     return rows
+
+
+def _further(error: float | None, before: float | None) -> bool:
+    return error is None or (before is not None and error > before)
 
 
 def shortfalls(found: dict[str, Found]) -> Iterator[dict[str, object]]:
     """One row for each quantity: the largest error of each simulator, bold where beyond what `native` is held to."""
     for check in CHECKS:
-        columns = {name: worst(own[check]) for name, own in found.items() if check in own}
+        columns = {name: worst(own[check], check in WHOLE) for name, own in found.items() if check in own}
         for quantity in dict.fromkeys(quantity for rows in columns.values() for quantity in rows):
             rows = {name: own[quantity] for name, own in columns.items() if quantity in own}
             limit = next((row["limit"] for row in rows.values() if row["limit"] is not None), None)
