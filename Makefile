@@ -6,7 +6,7 @@ READY = $(VENV)/.ready
 DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 
-.PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean opinion paper calibration folds
+.PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators opinion paper calibration folds
 
 learn: $(READY)  ## learn to fold the default towel
 	$(BIN)/tatamu learn towel --trials 50 --seed 0 --out runs/towel
@@ -63,11 +63,15 @@ $(NEWTON):
 	$(dir $(NEWTON))bin/python -m pip install --quiet 'newton==1.8.*'
 	touch $(NEWTON)
 
+simulators: $(READY)  ## the figures of docs/simulators.md: minutes; needs `make blender` and mujoco
+	$(BIN)/python benchmarks/simulators.py --out runs/simulators --write-docs
+
 opinion: $(READY)  ## the figures of docs/second-opinion.md: hours; needs `make blender` and mujoco
 	$(BIN)/python benchmarks/opinion.py --out runs/opinion --write-docs
 
-paper: $(READY)  ## section VI of the paper in Blender, all garments and seeds: hours
+paper: $(READY)  ## section VI of the paper in Blender, all garments and seeds, and docs/reproduction.md: hours
 	$(BIN)/tatamu reproduce --out runs/paper
+	$(BIN)/python benchmarks/paper_numbers.py --run runs/paper --write-docs
 
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
