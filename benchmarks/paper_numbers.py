@@ -117,6 +117,7 @@ def outcomes(told: dict[str, Any]) -> list[Row]:
             "trials": moment["after"],
             "mean e_i [mm]": _mm(moment["mean_vertex_distance"]),
             "slip [mm]": _mm(moment["slip"]),
+            "l_x [mm]": _mm(moment["trajectory_length"]),
         }
         for garment, found in told["garments"].items()
         for moment in found["moments"]

@@ -26,6 +26,8 @@ class Moment:
     """Median over the seeds [m]."""
     slip: float
     """Median over the seeds [m]."""
+    trajectory_length: float
+    """l_x, median over the seeds [m]: C weighs it against the errors."""
 
 
 @dataclass(frozen=True)
@@ -84,8 +86,7 @@ def separation(fold: LearnedFold) -> float:
 
 
 def _moment(after: int, trials: list[Trial | None]) -> Moment:
-    distances, slips = ([of(trial) for trial in trials] for of in (_distance, _slip))
-    return Moment(after, float(np.median(distances)), float(np.median(slips)))
+    return Moment(after, *(float(np.median([of(trial) for trial in trials])) for of in (_distance, _slip, _length)))
 
 
 def _distance(trial: Trial | None) -> float:
@@ -94,6 +95,10 @@ def _distance(trial: Trial | None) -> float:
 
 def _slip(trial: Trial | None) -> float:
     return np.inf if trial is None or trial.slip is None else trial.slip
+
+
+def _length(trial: Trial | None) -> float:
+    return np.inf if trial is None or trial.trajectory_length is None else trial.trajectory_length
 
 
 def _falls(values: list[float]) -> bool:
