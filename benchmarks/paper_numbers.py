@@ -138,6 +138,7 @@ def answers(told: dict[str, Any]) -> list[Row]:
                 "Ashman's D": ", ".join(f"{peak:.1f}" for peak in peaks),
                 "slips less than the first": f"{found['slipped_less']} of {seeds}",
                 "mask IoU": f"{medians['mask_iou']:.3f}",
+                "edges through triangles": ", ".join(map(str, found["crossings_by_seed"])),
             }
         )
     return rows

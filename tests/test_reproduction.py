@@ -92,6 +92,9 @@ def test_two_peaks_are_seen_where_the_lower_side_slips(tmp_path: Path) -> None:
     slipped = fold.target + noise
     slipped[-50:, 0] += 0.02
     assert separation(outcome(fold, slipped)) > 10.0
+    count = len(slipped) // 5
+    slipped[:count, 0] += np.linspace(0.01, 0.05, count)
+    assert separation(outcome(fold, slipped)) > 10.0, "the loop is a tail, not a peak"
 
 
 def test_claims_count_the_seeds_that_bear_them_out(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from scipy.stats import median_abs_deviation
 
 from tatamu.report.fold import LearnedFold
 from tatamu.report.records import Trial
@@ -73,16 +74,18 @@ def best(fold: LearnedFold, after: int) -> Trial | None:
 
 
 def separation(fold: LearnedFold) -> float:
-    """Ashman's D = sqrt(2) |mu_1 - mu_2| / sqrt(sigma_1^2 + sigma_2^2) between e_i of the upper and of the lower part.
+    """Ashman's D = sqrt(2) |m_1 - m_2| / sqrt(s_1^2 + s_2^2) between e_i of the upper and of the lower part.
 
-    The paper explains two peaks so: the upper side lies right while the lower side has slipped.
+    The paper explains two peaks so: the upper side lies right while the lower side has slipped. m is the median and s
+    the median absolute deviation as a normal distribution has it, so that the loop between the parts, a long tail of
+    either group that is no peak, does not count.
     """
     lower = np.linalg.norm(fold.target - fold.start, axis=1) < 1e-6
     if not lower.any() or lower.all():
         return 0.0
     upper, still = fold.errors[~lower], fold.errors[lower]
-    spread = float(np.hypot(upper.std(), still.std()))
-    return float(np.sqrt(2.0) * abs(upper.mean() - still.mean()) / max(spread, 1e-12))
+    spread = np.hypot(*(median_abs_deviation(part, scale="normal") for part in (upper, still)))
+    return float(np.sqrt(2.0) * abs(np.median(upper) - np.median(still)) / max(spread, 1e-12))
 
 
 def _moment(after: int, trials: list[Trial | None]) -> Moment:

@@ -23,6 +23,7 @@ from tatamu.report.verdict import MEASURES, Measure
 from tatamu.reproduction.claims import Claims, claims
 from tatamu.reproduction.experiment import Choices, Study
 from tatamu.rollout import Rollout
+from tatamu.validation.crossings import crossings
 
 BLACK = "#111111"
 TABLES = (
@@ -54,6 +55,7 @@ def data(choices: Choices, studies: list[Study]) -> dict[str, Any]:
         garments[name] = {
             "medians": {measure.key: _median(measure, own) for measure in MEASURES},
             "mean_vertex_distance_by_seed": [study.fold.result.best_trial.mean_vertex_distance for study in own],
+            "crossings_by_seed": [crossed(study) for study in own],
             "seconds_by_seed": [study.fold.result.wall_seconds for study in own],
             "moments": [{key: _finite(value) for key, value in vars(moment).items()} for moment in told.moments],
             "moved_left": told.moved_left,
@@ -184,6 +186,14 @@ def _median_rows(choices: Choices, studies: list[Study]) -> Iterator[str]:
             shown = "–" if value is None else f"{value * measure.scale:.{measure.digits}f}"
             cells += f'<td class="number">{shown}</td>'
         yield f'<tr><th scope="row">{measure.title}{unit}</th>{cells}<td>{measure.threshold}</td></tr>'
+    medians = (np.median([crossed(study) for study in _of(studies, name)]) for name in choices.garments)
+    cells = "".join(f'<td class="number">{count:g}</td>' for count in medians)
+    yield f'<tr><th scope="row">Edges through triangles</th>{cells}<td>0: no layer through another</td></tr>'
+
+
+def crossed(study: Study) -> int:
+    """How many edges pass through triangles of the same cloth in the learned fold."""
+    return crossings(study.fold.final, study.fold.faces)
 
 
 def _median(measure: Measure, studies: list[Study]) -> float | None:
