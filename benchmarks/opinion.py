@@ -19,12 +19,14 @@ from unittest.mock import patch
 import numpy as np
 from tables import insert, markdown
 
+from tatamu.folding.score import score
 from tatamu.folding.task import make_task
 from tatamu.garments.fabrics import TERRY
 from tatamu.garments.towel import staggered_rectangle
 from tatamu.learning import learn
-from tatamu.opinion.agreement import Agreement, compare
-from tatamu.opinion.learned import read_learned
+from tatamu.opinion.agreement import Agreement, compare, manipulations
+from tatamu.opinion.check import asked, on_coarse_mesh
+from tatamu.opinion.learned import Learned, read_learned
 from tatamu.opinion.matrix import HEAD, pair_cells, save
 from tatamu.scene import Cloth, Gripper, Scene, Table
 from tatamu.simulators import simulate
@@ -129,6 +131,17 @@ def _distances(agreement: Agreement, name: str) -> Row:
     return {who: f"{1e3 * score.mean_vertex_distance:.1f}" if score else "failed" for who, score in scores.items()}
 
 
+def on_half_the_mesh(learned: Learned, count: int) -> dict[object, Row]:
+    """Mean vertex distance of each manipulation in `native` on half the mesh spacing."""
+    found: dict[object, Row] = {}
+    for name, (scene, way) in manipulations(learned, count, seed=0).items():
+        print(name, "in native on half the spacing", flush=True)
+        rollout = on_coarse_mesh(simulate(asked(scene, None, halved=True), "native"), learned.fold.faces)
+        reached = score(learned.task.fold, way, rollout.positions[-1])
+        found[name] = {"native, half the spacing": f"{1e3 * reached.mean_vertex_distance:.1f}"}
+    return found
+
+
 def agreed(simulators: list[str], folder: Path, options: argparse.Namespace, **size: Any) -> Agreement:
     """Learn a towel in `native` by 15 trials and compare the simulators on it."""
     learn(make_task("towel", **size), folder / "towel", trials=15, seed=0)
@@ -165,7 +178,8 @@ def made(part: str, names: list[str], options: argparse.Namespace) -> Iterator[t
         size = {"size": SMALL_SIZE, "spacing": SMALL_SPACING} if part == "small" else {}
         agreement = agreed(names, options.out / part, options, **size)
         yield part, pairs(agreement)
-        yield f"{part}, each", distances(agreement)
+        finer = on_half_the_mesh(agreement.learned, options.random) if part == "small" else {}
+        yield f"{part}, each", [{**row, **finer.get(row["manipulation"], {})} for row in distances(agreement)]
 
 
 if __name__ == "__main__":

@@ -57,7 +57,7 @@ def data(choices: Choices, studies: list[Study]) -> dict[str, Any]:
             "mean_vertex_distance_by_seed": [study.fold.result.best_trial.mean_vertex_distance for study in own],
             "crossings_by_seed": [crossed(study) for study in own],
             "seconds_by_seed": [study.fold.result.wall_seconds for study in own],
-            "moments": [{key: _finite(value) for key, value in vars(moment).items()} for moment in told.moments],
+            "moments": [{k: _finite(v) for k, v in vars(moment).items()} for moment in told.moments],
             "moved_left": told.moved_left,
             "separation_of_peaks": told.peaks,
             "slipped_less": told.slipped_less,
@@ -117,7 +117,7 @@ def _of(studies: list[Study], garment: str) -> list[Study]:
 
 
 def _finite(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
+    return value if np.isfinite(value) else None
 
 
 def drawn(fold: LearnedFold) -> tuple[np.ndarray, np.ndarray]:
