@@ -53,6 +53,7 @@ CASES = (
     Case("tshirt", (0.46, 0.40), "half"),
     Case("tshirt", (0.52, 0.46), "half"),
     Case("trousers", (0.28, 0.45), "leg"),
+    Case("trousers", (0.34, 0.60), "leg"),
     Case("trousers", (0.28, 0.45), "thirds"),
     Case("trousers", (0.24, 0.36), "half"),
     Case("trousers", (0.28, 0.45), "half"),
