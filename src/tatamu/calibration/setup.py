@@ -9,6 +9,7 @@ import numpy as np
 
 from tatamu.calibration.elongation import Elongation, named_edge
 from tatamu.calibration.friction import Slope
+from tatamu.calibration.loop import Loop
 from tatamu.calibration.measurements import Measurements
 from tatamu.calibration.sag import Sag
 from tatamu.errors import InputError
@@ -32,6 +33,7 @@ class Setup:
     elongation: Elongation | None
     slope: Slope | None
     sag: Sag | None
+    loop: Loop | None
 
     @property
     def area(self) -> float:
@@ -64,7 +66,11 @@ def setup_of(measurements: Measurements, spacing: float | None = None) -> Setup:
     sag = Sag(float(np.mean(held.free_length)), spacing) if held else None
     if held is not None and sag is not None:
         _check_edge(garment, held.edge, sag.free_length)
-    return Setup(garment, base, elongation, slope, sag)
+    loop = None
+    if measurements.loop is not None:
+        loop = Loop(float(np.mean(measurements.loop.height)), base.thickness, spacing)
+        _check_height(loop)
+    return Setup(garment, base, elongation, slope, sag, loop)
 
 
 def _check_edge(garment: Garment, name: str, free_length: float) -> None:
@@ -74,4 +80,12 @@ def _check_edge(garment: Garment, name: str, free_length: float) -> None:
         raise InputError(
             f"sag: edge {name} is {along:.2f} m long; with a free length of {free_length:g} m its ends hang "
             f"differently from its middle: choose a free length up to {along / SHORTEST_EDGE:.2f} m, or a longer edge"
+        )
+
+
+def _check_height(loop: Loop) -> None:
+    if loop.height <= 2.0 * loop.thickness:
+        raise InputError(
+            f"loop: height ({loop.height:g} m) must be more than two layers, {2.0 * loop.thickness:g} m: was the loop "
+            "pressed flat, or is the garment's thickness (of one layer) less?"
         )
