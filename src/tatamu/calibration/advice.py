@@ -69,7 +69,7 @@ def _of_fit(calibration: Calibration, fit: Fit) -> list[str]:
 
 def _check(calibration: Calibration, fit: Fit) -> list[str]:
     """Where sag and loop do not fit one rigidity, cloth does not bend in proportion."""
-    if abs(fit.simulated - fit.measured) <= AGREES * fit.uncertainty:
+    if abs(fit.simulated - fit.measured) <= AGREES * np.hypot(fit.uncertainty, _through_bending(calibration, fit)):
         return []
     other = "loop" if fit.test == "sag" else "sag"
     return [
@@ -77,6 +77,15 @@ def _check(calibration: Calibration, fit: Fit) -> list[str]:
         f"{other} tells: this cloth does not bend in proportion. The {other}'s is taken"
         + (", which bends as a fold does." if other == "loop" else ".")
     ]
+
+
+def _through_bending(calibration: Calibration, fit: Fit) -> float:
+    """What the uncertainty of B makes of the reading of a check, by the textbook [m]."""
+    test = calibration.setup.sag if fit.test == "sag" else calibration.setup.loop
+    assert test is not None, "a test that was simulated is set up"
+    around = (fit.measured + fit.uncertainty, fit.measured - fit.uncertainty)
+    more, less = (np.log(test.guess(reading, calibration.material.areal_density)) for reading in around)
+    return float(calibration.relative("bending_rigidity") * 2.0 * fit.uncertainty / max(abs(more - less), 1e-9))
 
 
 def _elongation(calibration: Calibration, fit: Fit) -> list[str]:
