@@ -22,9 +22,10 @@ from scipy.stats import binom
 from tables import insert
 
 from tatamu.calibration import Calibration, calibrate
-from tatamu.calibration.drawing import hanging, sagging, sliding
+from tatamu.calibration.drawing import hanging, looped, sagging, sliding
 from tatamu.calibration.elongation import Elongation
 from tatamu.calibration.friction import Slope
+from tatamu.calibration.loop import Loop
 from tatamu.calibration.measurements import Grasp
 from tatamu.calibration.sag import Sag
 from tatamu.files import write_json, write_text
@@ -186,6 +187,8 @@ def drawings() -> None:
         write_text(DOCS.parent / f"measure-hang-{name}.svg", hanging(test, shape))
     strip, terry = Sag(0.05), load_material(Path("terry"))
     write_text(DOCS.parent / "measure-sag.svg", sagging(strip, simulate(strip.scene(terry)).positions[-1]))
+    loop = Loop(0.034, 0.002)
+    write_text(DOCS.parent / "measure-loop.svg", looped(loop, simulate(loop.scene(terry)).positions[-1]))
     write_text(DOCS.parent / "measure-slide.svg", sliding(Slope(float(np.arctan(terry.friction_table)))))
 
 

@@ -15,6 +15,7 @@ HUNG_BY = {
 }
 """Edges by which a garment is hung."""
 SAG_EDGE = {"towel": "bottom", "tshirt": "hem", "trousers": "waist"}
+PRESET = {"towel": "terry", "tshirt": "interlock", "trousers": "denim"}
 STEP = 0.005
 """Free lengths are proposed in steps of this [m]."""
 
@@ -38,7 +39,7 @@ list, [0.804, 0.805].
    to the end you lift. Lift slowly, without jerks; H_s: how high that end is when the cloth starts to slide.
 
 3  Let it sag.                                                                            [sag] free_length, sag
-   Clamp the cloth level between two rulers beside the named edge, parallel to it, so that free_length of cloth stands
+   Clamp one layer level between two rulers beside the named edge, parallel to it, so that free_length of cloth stands
    out in front of them. Lift it into the air; sag: from the grip vertically down to the lowest point, the edge.
    Good readings sag about half the free length: choose it so. Read free_length as carefully as the sag.
 
@@ -73,7 +74,7 @@ def template(name: str) -> str:
 name = "{name}"
 size = [{garment.size[0]:g}, {garment.size[1]:g}]    # width, length
 mass = []
-# material = "{name}"    # optional: preset or file for what is not measured (`tatamu materials`)
+# material = "{PRESET.get(name, "cotton")}"    # optional: preset or file for what is not measured (`tatamu materials`)
 # thickness = 0.001      # optional: of one layer
 
 [elongation]             # paper, section IV-A
