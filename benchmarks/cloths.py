@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from ruler import measured, readings
+from ruler import measured, readings, settling
 from tables import insert, markdown
 
 from tatamu.calibration import calibrate
@@ -95,7 +95,7 @@ def cases() -> list[Case]:
 
 def sag_length(material: Material, simulator: str) -> float:
     """The free length at which the edge hangs down about half of it, as a person would find by trying [m]."""
-    lab = Laboratory(simulator)
+    lab, material = Laboratory(simulator), settling(material)
     share = [lab.reading(Sag(d, SPACING, name=f"{d}"), material) / d for d in FREE_LENGTHS]
     return FREE_LENGTHS[int(np.argmin(np.abs(np.array(share) - 0.5)))]
 

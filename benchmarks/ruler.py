@@ -39,19 +39,26 @@ def measured(
     lab = Laboratory(simulator)
     hung = Elongation(make_garment("towel", size, material, spacing or FINE_HANG), [Grasp(edge="bottom")])
     strip = Sag(free_length, spacing or free_length / FINE_SAG)
-    loop = loop_height(lab, material, spacing)
+    still = settling(material)
+    loop = loop_height(lab, still, spacing)
     angle = slipping_angle(lambda at: Slope(at).speed(lab.run(Slope(at).scene(material), "friction")), material)
-    longer = lab.reading(hung, material)
+    longer = lab.reading(hung, still)
     return {
         "mass": material.areal_density * size[0] * size[1],
         "L1": size[1] + longer,
         "L2": size[1],
         "H_s": BOARD * float(np.sin(angle)),
-        "sag": lab.reading(strip, material),
+        "sag": lab.reading(strip, still),
         "loop": loop,
         "free_length": free_length,
         "angle": angle,
     }
+
+
+def settling(material: Material) -> Material:
+    """The same cloth in thick air, where Blender's own numbers would have it swing for long; at rest it is the same."""
+    raw = material.blender
+    return material if raw is None else material.model_copy(update={"blender": {**raw, "air_damping": 10.0}})
 
 
 def loop_height(lab: Laboratory, material: Material, spacing: float | None) -> float:

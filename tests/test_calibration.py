@@ -237,6 +237,12 @@ def test_a_sewn_garment_hangs_by_its_own_shape(name: str, edges: list[str]) -> N
     assert twice == pytest.approx(2 * stiff, rel=0.05)
 
 
+def test_a_length_of_another_garment_is_refused() -> None:
+    other = {"elongation__L1": 2 * SIZE[1] + 0.01, "elongation__L2": 2 * SIZE[1]}
+    with pytest.raises(InputError, match=r"L2 .* is not of this garment"):
+        calibrate(measured(**other))
+
+
 def test_an_edge_that_is_not_there_is_named() -> None:
     with pytest.raises(InputError, match=r"edge: towel has .*bottom.*, given 'collar'"):
         calibrate(measured(elongation__grasps=[{"edge": "collar"}]))

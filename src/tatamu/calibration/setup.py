@@ -19,6 +19,8 @@ from tatamu.topology import areas
 
 SPACING = 0.02
 """Mesh spacing of the hanging garment [m]."""
+OTHER_GARMENT = 0.25
+"""An L2 that is off the garment's own length by more than this part belongs to another garment, or to other grasps."""
 SHORTEST_EDGE = 1.5
 """The edge of a sag test is at least this many free lengths long, or its ends would hang differently."""
 
@@ -62,6 +64,7 @@ def setup_of(measurements: Measurements, spacing: float | None = None) -> Setup:
     elongation = Elongation(garment, tuple(hung.grasps)) if hung else None
     if elongation is not None:
         elongation.held  # noqa: B018  names an unknown edge now, not after the first simulation
+        _check_length(elongation, float(np.mean(hung.L2)))
     slope = Slope(float(np.arcsin(np.mean(tilted.H_s) / np.mean(tilted.L_t)))) if tilted else None
     sag = Sag(float(np.mean(held.free_length)), spacing) if held else None
     if held is not None and sag is not None:
@@ -71,6 +74,14 @@ def setup_of(measurements: Measurements, spacing: float | None = None) -> Setup:
         loop = Loop(float(np.mean(measurements.loop.height)), base.thickness, spacing)
         _check_height(loop)
     return Setup(garment, base, elongation, slope, sag, loop)
+
+
+def _check_length(elongation: Elongation, lying: float) -> None:
+    if abs(lying / elongation.length - 1.0) > OTHER_GARMENT:
+        raise InputError(
+            f"elongation: L2 ({lying:g} m) is not of this garment, which lies {elongation.length:.2f} m long from the "
+            "grip to the end farthest from it: is its size right, and are the grasps those by which it hung?"
+        )
 
 
 def _check_edge(garment: Garment, name: str, free_length: float) -> None:
