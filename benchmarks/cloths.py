@@ -138,7 +138,7 @@ def replayed(case: Case, task: Task, folder: Path, trials: int) -> dict[str, flo
 
 def compare(case: Case, count: int, trials: int, folder: Path) -> dict[str, Any]:
     """Measure the real cloth, calibrate the learner to it, and compare folds with the preset's."""
-    true = measured(case.real, case.of, case.size, sag_length(case.real, case.of), SPACING)
+    true = measured(case.real, case.of, case.size, sag_length(case.real, case.of), SPACING, loop=True)
     row: dict[str, Any] = {"readings": true, "preset": {"material": load_material(Path(case.preset)).model_dump()}}
     for name in ("three", "four"):
         told = readings(true, case.size, loop=name == "four", material=case.preset, thickness=case.real.thickness)

@@ -34,13 +34,13 @@ def measured(
     size: tuple[float, float],
     free_length: float,
     spacing: float | None = None,
+    loop: bool = False,
 ) -> dict[str, float]:
-    """True lengths, angle and mass of a simulated cloth."""
+    """True lengths, angle and mass of a simulated cloth; the height of its loop where asked for."""
     lab = Laboratory(simulator)
     hung = Elongation(make_garment("towel", size, material, spacing or FINE_HANG), [Grasp(edge="bottom")])
     strip = Sag(free_length, spacing or free_length / FINE_SAG)
     still = settling(material)
-    loop = loop_height(lab, still, spacing)
     angle = slipping_angle(lambda at: Slope(at).speed(lab.run(Slope(at).scene(material), "friction")), material)
     longer = lab.reading(hung, still)
     return {
@@ -49,7 +49,7 @@ def measured(
         "L2": size[1],
         "H_s": BOARD * float(np.sin(angle)),
         "sag": lab.reading(strip, still),
-        "loop": loop,
+        **({"loop": loop_height(lab, still, spacing)} if loop else {}),
         "free_length": free_length,
         "angle": angle,
     }
@@ -66,7 +66,12 @@ def loop_height(lab: Laboratory, material: Material, spacing: float | None) -> f
     height, before = HEIGHT * material.bending_length + LIFT * material.thickness, 0.0
     while not 0.8 * height < before < 1.25 * height:
         before = height
-        test = Loop(before, material.thickness, spacing or before / FINE_LOOP, name=f"loop of {before:.4f}")
+        test = Loop(
+            before,
+            material.thickness,
+            spacing or max(before / FINE_LOOP, 1.6 * material.thickness),
+            name=f"loop of {before:.4f}",
+        )
         height = lab.reading(test, material)
     return height
 
