@@ -175,9 +175,10 @@ def measured_line(case: Case, row: dict[str, Any]) -> dict[str, str]:
 def compared_line(case: Case, row: dict[str, Any]) -> dict[str, str]:
     """How far preset and calibrations are from the real cloth after the random manipulations."""
     told = {"cloth": f"{case.name} in {case.of}", "calibrated": case.learner, "preset": case.preset}
-    middles = {}
+    middles, columns = {}, [row[name]["apart"] for name in ("preset", "three", "four")]
+    finished = [k for k, each in enumerate(zip(*columns, strict=True)) if None not in each]
     for name in ("preset", "three", "four"):
-        lengths = 1e3 * np.array([d for d in row[name]["apart"] if d is not None])
+        lengths = 1e3 * np.array([row[name]["apart"][k] for k in finished])
         middles[name] = float(np.mean(lengths)), float(np.median(lengths))
     for name, title in (("preset", "with the preset"), ("three", "three readings"), ("four", "and the loop")):
         told[f"{title}: mean, median [mm]"] = "{:.1f}, {:.1f}".format(*middles[name])
