@@ -62,7 +62,7 @@ def setup_of(measurements: Measurements, spacing: float | None = None) -> Setup:
     base = garment.material.model_copy(update={**thick, "blender": None})
     hung, tilted, held = measurements.elongation, measurements.friction, measurements.sag
     elongation = Elongation(garment, tuple(hung.grasps)) if hung else None
-    if elongation is not None:
+    if hung is not None and elongation is not None:
         elongation.held  # noqa: B018  names an unknown edge now, not after the first simulation
         _check_length(elongation, float(np.mean(hung.L2)))
     slope = Slope(float(np.arcsin(np.mean(tilted.H_s) / np.mean(tilted.L_t)))) if tilted else None
