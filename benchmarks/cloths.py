@@ -1,6 +1,6 @@
 """Another simulator as the real cloth: the table "cloths" of docs/calibration.md.
 
-    python benchmarks/cloths.py [--only towel ..] [--manipulations 10] [--trials 20] [--out DIR] [--write-docs]
+    python benchmarks/cloths.py [--only towel ..] [--manipulations 10] [--trials 15] [--out DIR] [--write-docs]
 
 A sheet is measured in one simulator as if it lay on the table, another one is calibrated to the readings, by the
 paper's three tests and with the loop, and both fold it by the same random manipulations. Beside it the preset of that
@@ -204,7 +204,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", nargs="+", help="cloths, such as towel or denim; default: all")
     parser.add_argument("--manipulations", type=int, default=10)
-    parser.add_argument("--trials", type=int, default=20)
+    parser.add_argument("--trials", type=int, default=15)
     parser.add_argument("--out", type=Path, default=Path("runs/calibration"))
     parser.add_argument("--write-docs", action="store_true")
     options = parser.parse_args()
