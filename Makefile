@@ -46,7 +46,7 @@ calibration: $(READY)  ## the proofs of docs/calibration.md: hidden materials, o
 	$(BIN)/python benchmarks/calibration.py drawings
 	$(BIN)/python benchmarks/calibration.py pinch --write-docs
 	$(BIN)/python benchmarks/calibration.py recovery --write-docs
-	$(BIN)/python benchmarks/calibration.py cloths --write-docs
+	$(BIN)/python benchmarks/cloths.py --write-docs
 
 validate: $(READY)  ## every textbook check, as a page
 	$(BIN)/tatamu validate --out runs/validation

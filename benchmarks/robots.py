@@ -1,13 +1,16 @@
 """Which small garments HIRONX folds, for docs/robots.md: each learned within its reach, each step planned.
 
     python benchmarks/robots.py --out runs/robots [--robot hironx] [--trials 6] [--write-docs]
+        [--rehearse native,mujoco] [--halvings 0] [--only towel]
 
-Prints a table and writes `table.json`; a study that is there already is not run again.
+Prints a table and writes `table.json`; what is there already, a study, a plan, a rehearsal, is not run again.
+MuJoCo's rehearsals take minutes to an hour: the longer, the finer the mesh.
 """
 
 from __future__ import annotations
 
 import argparse
+import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,9 +21,15 @@ from tatamu.errors import TatamuError
 from tatamu.files import read_json, write_json
 from tatamu.folding.task import Job, Reach, make_job
 from tatamu.learning import learn_job
-from tatamu.robots import Plan, ReachConstraint, load, plan_fold, save
+from tatamu.robots import ReachConstraint, load, plan_fold, save
+from tatamu.robots.planned import Planned
+from tatamu.robots.refold import refold
+from tatamu.robots.rehearsal import rehearse
+from tatamu.robots.report import save as save_rehearsal
 
 SPACING = 0.02
+SIMULATORS = ("native", "mujoco")
+"""That may rehearse."""
 
 
 @dataclass(frozen=True)
@@ -44,26 +53,41 @@ CASES = (
     Case("tshirt", (0.46, 0.40), "half"),
     Case("tshirt", (0.52, 0.46), "half"),
     Case("trousers", (0.28, 0.45), "leg"),
+    Case("trousers", (0.34, 0.60), "leg"),
     Case("trousers", (0.28, 0.45), "thirds"),
     Case("trousers", (0.24, 0.36), "half"),
     Case("trousers", (0.28, 0.45), "half"),
     Case("towel", (0.30, 0.36), "half"),
+    Case("towel", (0.34, 0.40), "half"),
+    Case("towel", (0.50, 0.34), "half"),
     Case("towel", (0.34, 0.50), "half"),
 )
 
 
-def rows_of(case: Case, robot: str, out: Path, trials: int) -> list[dict[str, Any]]:
+@dataclass(frozen=True)
+class Setting:
+    """What is asked of every case."""
+
+    robot: str
+    out: Path
+    trials: int
+    simulators: tuple[str, ...]
+    """Those that rehearse."""
+    halvings: int | None
+
+
+def rows_of(case: Case, setting: Setting) -> list[dict[str, Any]]:
     """One row for each step, or one that says why nothing was learned."""
-    loaded = load(robot)
+    loaded, out = load(setting.robot), setting.out
     constraint = ReachConstraint(loaded)
     reach = Reach(loaded.name, constraint, constraint.refusal)
     head = {"garment": case.garment, "size [m]": f"{case.size[0]:.2f} x {case.size[1]:.2f}", "fold": case.fold}
     try:
         job = make_job(case.garment, size=case.size, fold=case.fold, spacing=SPACING, reach=reach)
-        learn_job(job, out / case.name, trials=trials, baselines=False)
+        learn_job(job, out / case.name, trials=setting.trials, baselines=False)
     except TatamuError as error:
         return [{**head, **row(answer=f"not learned: {str(error).replace(f'{out}/', '')}")}]
-    return [{**head, **planned(folder, robot, out / "plans" / case.name)} for folder in step_folders(job, out, case)]
+    return [{**head, **planned(folder, setting, out / "plans" / case.name)} for folder in step_folders(job, out, case)]
 
 
 def step_folders(job: Job, out: Path, case: Case) -> list[Path]:
@@ -72,8 +96,8 @@ def step_folders(job: Job, out: Path, case: Case) -> list[Path]:
     return [out / case.name] if count == 1 else [out / case.name / f"step-{n + 1}" for n in range(count)]
 
 
-def planned(folder: Path, robot: str, plans: Path) -> dict[str, Any]:
-    """Plan one learned fold."""
+def planned(folder: Path, setting: Setting, plans: Path) -> dict[str, Any]:
+    """Plan and rehearse one learned fold."""
     result = read_json(folder / "result.json")
     best, within = result["trials"][result["best"]], [t for t in result["trials"] if t["state"] == "complete"]
     learned = {
@@ -82,27 +106,57 @@ def planned(folder: Path, robot: str, plans: Path) -> dict[str, Any]:
         "within": f"{len(within)} of {len(result['trials'])}",
         "distance": f"{1e3 * best['mean_vertex_distance']:.1f}",
     }
+    plan = plans / f"step-{learned['step']}"
     try:
-        plan = plan_fold(folder, load(robot))
+        answer = described(folder, setting.robot, plan)
     except TatamuError as error:
         return row(**learned, answer=f"refused: {str(error).split(': ', 1)[1]}")
-    save(plan, plans / f"step-{learned['step']}")
-    return row(**learned, answer=described(plan))
+    return row(**learned, answer=answer, rehearsed={name: rehearsed(plan, setting, name) for name in SIMULATORS})
 
 
-def described(plan: Plan) -> str:
-    """A plan in a few words."""
-    return f"{plan.motion.times[-1]:.1f} s, fold {plan.checks['time_scaling'].value:.2f} times slower"
+def described(folder: Path, robot: str, plan: Path) -> str:
+    """The plan of a fold in a few words."""
+    note = plan.parent / f"{plan.name}.json"
+    if not note.is_file():
+        begun = time.process_time()
+        made = plan_fold(folder, load(robot))
+        seconds = time.process_time() - begun
+        save(made, plan)
+        slower = made.checks["time_scaling"].value
+        write_json(note, {"cpu": seconds, "duration": float(made.motion.times[-1]), "slower": slower})
+    told = read_json(note)
+    return f"{told['duration']:.1f} s, fold {told['slower']:.2f} times slower; planned in {told['cpu']:.1f} s (CPU)"
 
 
-def row(answer: str, step: str = "-", span: str = "-", within: str = "-", distance: str = "-") -> dict[str, Any]:
+def rehearsed(plan: Path, setting: Setting, simulator: str) -> str:
+    """How the fold that the robot's hands make compares with floating hands, in a few words."""
+    note = plan.parent / f"{plan.name}-{simulator}.json"
+    if simulator in setting.simulators and not note.is_file():
+        motion = rehearse(Planned.load(plan))
+        fold = refold(motion, simulator, setting.halvings)
+        write_json(note, save_rehearsal(motion, plan / f"rehearsal-{simulator}", fold))
+    if not note.is_file():
+        return "-"
+    fold_told = read_json(note)["fold"]
+    robot, floating = (fold_told["scores"][name] for name in ("robot", "floating"))
+    return (
+        f"{1e3 * fold_told['distance_to_floating_hands']:.1f} "
+        f"({robot['mask_iou']:.3f}, {floating['mask_iou']:.3f}; {fold_told['simulated_vertices']})"
+    )
+
+
+def row(
+    answer: str, step: str = "-", span: str = "-", within: str = "-", distance: str = "-", **more: Any
+) -> dict[str, Any]:
     """The columns after garment, size and fold."""
+    rehearsals = more.get("rehearsed", {})
     return {
         "step": step,
         "corner moves [m]": span,
         "trials within reach": within,
         "mean distance [mm]": distance,
         "plan": answer,
+        **{f"rehearsed in {name}": rehearsals.get(name, "-") for name in SIMULATORS},
     }
 
 
@@ -111,11 +165,16 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--robot", default="hironx")
     parser.add_argument("--trials", type=int, default=6)
+    parser.add_argument("--rehearse", default="native", help="simulators, with commas between")
+    parser.add_argument("--halvings", type=int, help="of the mesh; default: as the simulator needs")
+    parser.add_argument("--only", help="a word in the cases' names")
     parser.add_argument("--write-docs", action="store_true")
     options = parser.parse_args()
-    rows = []
-    for case in CASES:
-        rows += rows_of(case, options.robot, options.out, options.trials)
+    simulators = tuple(name for name in options.rehearse.split(",") if name)
+    setting = Setting(options.robot, options.out, options.trials, simulators, options.halvings)
+    rows: list[dict[str, Any]] = []
+    for case in [case for case in CASES if not options.only or options.only in case.name]:
+        rows += rows_of(case, setting)
         print(rows[-1], flush=True)
     write_json(options.out / "table.json", rows)
     print(markdown(rows))

@@ -85,3 +85,30 @@ def test_slips_are_of_each_layer_on_the_one_below(modules: Any, monkeypatch: pyt
     moved = Rollout(np.zeros(2), np.stack([scene.cloth.vertices, end]), scene.cloth.faces, {})
     monkeypatch.setattr(opinion, "simulate", lambda scene, simulator: moved)
     assert np.allclose(opinion.slips("native", 4), [0.001, 0.002, 0.0, 0.004], atol=1e-12)
+
+
+def test_cloths_are_compared_by_what_all_finished(modules: Any) -> None:
+    cloths = modules("cloths")
+    row = {
+        "preset": {"apart": [0.02, 0.04, None]},
+        "three": {"apart": [0.02, 0.02, 0.05]},
+        "four": {"apart": [0.01, 0.02, None]},
+    }
+    line = cloths.compared_line(cloths.cases()[0], row)
+    assert line["with the preset: mean, median [mm]"] == "30.0, 30.0"
+    assert line["three readings: ratios"] == "0.67, 0.67"
+    assert line["and the loop: ratios"] == "0.50, 0.50"
+
+
+def test_a_hidden_cloth_lies_within_the_spread_of_its_preset(modules: Any) -> None:
+    cloths = modules("cloths")
+    drawn, preset = cloths.another("interlock", 1), cloths.load_preset("interlock")
+    for field, (low, high) in preset.spread.items():
+        assert low <= getattr(drawn, field) <= high and getattr(drawn, field) != getattr(preset.material, field)
+
+
+def test_the_loop_of_a_simulated_cloth_is_that_of_its_bending_length(modules: Any) -> None:
+    ruler, cloths = modules("ruler"), modules("cloths")
+    material = cloths.load_material(Path("interlock"))
+    height = ruler.loop_height(ruler.Laboratory("native"), material, None)
+    assert height == pytest.approx(0.906 * material.bending_length + 1.1 * material.thickness, rel=0.02)

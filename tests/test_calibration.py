@@ -137,7 +137,7 @@ def test_contributions_solve_what_they_say() -> None:
     ]
     values = {"mass": 0.1, "length": size, "L1": 0.81, "free_length": free, "sag": base[1]}
     told = contributions(
-        {name: Reading(value, 1e-6 * value) for name, value in values.items()}, slopes[0], slopes[1], None
+        {name: Reading(value, 1e-6 * value) for name, value in values.items()}, slopes[0], ("sag", slopes[1]), None
     )
     for name, value in values.items():
         change = 1e-6 * value
@@ -174,7 +174,7 @@ def test_a_limp_cloth_is_told_the_length_or_the_loop_that_would_tell() -> None:
     said = advice_on(calibrate(measured(sag__sag=0.0455, errors={"length": 0.003}, friction=None, elongation=None)))
     assert any("free length of about" in text for text in said)
     said = advice_on(calibrate(measured(sag__sag=0.049, friction=None, elongation=None)))
-    assert any("height h of the loop" in text for text in said)
+    assert any("read the height of the loop" in text for text in said)
 
 
 @pytest.mark.parametrize(
@@ -235,6 +235,12 @@ def test_a_sewn_garment_hangs_by_its_own_shape(name: str, edges: list[str]) -> N
     stiff, twice = (test.reading(simulate(test.scene(material))) for material in (garment.material, soft))
     assert stiff > 1e-3
     assert twice == pytest.approx(2 * stiff, rel=0.05)
+
+
+def test_a_length_of_another_garment_is_refused() -> None:
+    other = {"elongation__L1": 2 * SIZE[1] + 0.01, "elongation__L2": 2 * SIZE[1]}
+    with pytest.raises(InputError, match=r"L2 .* is not of this garment"):
+        calibrate(measured(**other))
 
 
 def test_an_edge_that_is_not_there_is_named() -> None:

@@ -81,6 +81,7 @@ sag = 0.03
         ("sag = 0.03", "sag = 0.06", "sag (0.06 m) must be less than free_length (0.05 m)"),
         ("sag = 0.03", "sag = 30.0", "if that was read in millimetres, write 0.03"),
         ("free_length = 0.05\nsag = 0.03", "free_length = 0.005\nsag = 0.003", "a ruler cannot tell"),
+        ("[sag]", "[loop]\nheight = 30.0\n[sag]", "loop.height: must be in metres"),
         ("mass = 0.02", "mass = -0.02", "garment.mass: must be more than nothing, given -0.02 kilograms"),
         ("mass = 0.02", "mass = 95", "if that was read in grams, write 0.095"),
         ("size = [0.2, 0.4]", "size = [200, 400]", "if that was read in millimetres, write 0.2"),
@@ -113,8 +114,11 @@ def test_a_template_asks_for_readings_and_is_right_once_filled_in(tmp_path: Path
         load_measurements(file)
     for reading, value in (("mass", 0.1), ("L1", 0.504), ("L2", 0.5), ("L_t", 0.6), ("H_s", 0.3), ("sag", 0.02)):
         text = text.replace(f"{reading} = []", f"{reading} = {value}")
-    file.write_text(text)
+    file.write_text(
+        text.replace("# material", "material").replace("# [loop]", "[loop]").replace("# height = []", "height = 0.03")
+    )
     filled = load_measurements(file)
+    assert filled.garment.material in names() and filled.loop is not None
     assert filled.elongation is not None and filled.sag is not None and filled.friction is not None
 
 

@@ -22,6 +22,7 @@ from tatamu.simulators import simulate, simulate_many
 from tatamu.simulators.blender import discovery
 from tatamu.simulators.blender.process import Worker, Workers
 from tatamu.simulators.blender.recipe import written
+from tatamu.topology import Topology
 from tests.scenes import CLOTH, held, scene, sheet
 
 needs_blender = pytest.mark.skipif(
@@ -256,7 +257,7 @@ def test_a_program_that_is_no_blender_is_refused(monkeypatch: pytest.MonkeyPatch
 
 def test_raw_blender_numbers_are_used_as_they_are_and_checked() -> None:
     raw = {"mass": 0.3, "tension_stiffness": 15.0, "bending_model": "LINEAR", "cloth_friction": 80.0, "time_scale": 1.0}
-    request = written(scene(material=material(blender=raw))).request
+    request = written(scene(material=material(blender=raw, thickness=0.01))).request
     assert request["settings"]["tension_stiffness"] == 15.0
     assert request["settings"]["bending_model"] == "LINEAR"
     assert request["collider"]["settings"]["cloth_friction"] == 80.0
@@ -264,3 +265,43 @@ def test_raw_blender_numbers_are_used_as_they_are_and_checked() -> None:
     for wrong in ({"weight": 1.0}, {"mass": -1.0}, {"bending_model": "SOFT"}, {"quality": 2.5}):
         with pytest.raises(InputError, match=f"material.blender.{next(iter(wrong))}"):
             written(scene(material=material(blender=wrong)))
+
+
+def test_raw_numbers_that_cannot_grow_keep_the_scene_as_small_as_they_ask() -> None:
+    recipe = written(scene(material=material(blender={"tension_stiffness": 5000.0, "self_distance_min": 0.02})))
+    assert recipe.scale == 2.0
+    assert recipe.request["settings"]["tension_stiffness"] == 10000.0
+    assert recipe.request["collision"]["self_distance_min"] == 0.04
+
+
+def test_raw_numbers_bend_beside_seams_as_they_say() -> None:
+    flat = sheet()
+    seam = Topology(flat.faces).hinges[:1, :2]
+    cloth = Cloth(vertices=flat.vertices, faces=flat.faces, seams=seam)
+    raw = {"bending_stiffness": 6.0, "bending_stiffness_max": 15.0}
+    settings = written(scene(cloth=cloth, material=material(blender=raw))).request["settings"]
+    assert (settings["bending_stiffness"], settings["bending_stiffness_max"]) == (0.0, 6.0)
+
+
+@needs_blender
+@pytest.mark.parametrize("model", ["ANGULAR", "LINEAR"])
+def test_raw_numbers_move_the_same_however_large_blender_is_shown_the_scene(model: str) -> None:
+    raw = {"tension_stiffness": 1.5, "bending_model": model, "bending_stiffness": 20.0, "use_self_collision": False}
+    flat = sheet(0.1, 0.2)
+    held_end = held(np.flatnonzero(flat.vertices[:, 0] > 0.099))
+    ends = [
+        simulate(
+            scene(cloth=flat, table=None, grippers=[held_end], material=material(blender=raw, thickness=thick)),
+            "blender",
+        ).positions[-1]
+        for thick in (0.01, 0.001)
+    ]
+    assert np.ptp(ends[0][:, 2]) > 0.1
+    assert np.abs(ends[0] - ends[1]).max() < 1e-4  # of half a metre, in single precision
+
+
+@needs_blender
+def test_cloth_of_raw_numbers_lies_flat() -> None:
+    raw = {"tension_stiffness": 1.5, "bending_stiffness": 20.0, "cloth_friction": 55.0, "quality": 10}
+    lying = scene(cloth=sheet(height=0.001), material=material(blender=raw, thickness=0.002))
+    assert np.ptp(simulate(lying, "blender").positions[-1][:, 2]) < 1.5e-4

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from tatamu import InputError, Rollout, Scene
-from tests.scenes import held, scene
+from tatamu.material import Material
+from tests.scenes import CLOTH, held, scene
 
 
 def plain() -> dict[str, Any]:
@@ -117,3 +118,15 @@ def test_what_is_no_rollout_is_refused(tmp_path: Path) -> None:
     (tmp_path / "r.npz").write_bytes(b"nothing")
     with pytest.raises(InputError, match="not a rollout"):
         Rollout.load(tmp_path / "r.npz")
+
+
+def test_a_material_can_be_dumped_without_its_blender_table() -> None:
+    for raw in (None, {"quality": 5}):
+        assert "blender" not in CLOTH.model_copy(update={"blender": raw}).model_dump(exclude={"blender"})
+
+
+def test_whole_numbers_and_switches_in_a_blender_table_stay_what_they_are() -> None:
+    raw = {"quality": 5, "mass": 0.3, "use_self_collision": True, "bending_model": "LINEAR"}
+    dumped = Material(**{**CLOTH.model_dump(), "blender": raw}).model_dump_json()
+    assert '"quality":5,"mass":0.3,"use_self_collision":true,"bending_model":"LINEAR"' in dumped
+    assert CLOTH.model_copy(update={"blender": raw}).model_dump()["blender"] == raw  # a warning is an error here

@@ -20,9 +20,9 @@ ORDER = [
     ["calibration"],
     ["folding"],
     ["report"],
-    ["robots"],
     ["learning"],
     ["opinion"],
+    ["robots"],
     ["reproduction"],
     ["cli"],
 ]

@@ -41,7 +41,7 @@ class Material(BaseModel):
     air_drag: float = Field(0.0, ge=0.0, le=1e3)
     """Force per area per velocity [N s/m^3]."""
 
-    blender: dict[str, float | str | bool] | None = None
+    blender: dict[str, bool | int | float | str] | None = None
     """Blender's own numbers by their property names, used as they are by that simulator alone; it checks them."""
 
     @model_serializer(mode="wrap")
@@ -49,7 +49,7 @@ class Material(BaseModel):
         """Plain data without the `blender` table where there is none: most scenes have nothing to say of it."""
         plain: dict[str, Any] = standard(self)
         if self.blender is None:
-            del plain["blender"]
+            plain.pop("blender", None)  # it may have been excluded already
         return plain
 
     @property

@@ -9,9 +9,16 @@ pytest.importorskip("mink")
 pytest.importorskip("toppra")
 
 from tatamu.errors import InputError
+from tatamu.folding.task import make_job
+from tatamu.learning import learn_job
 from tatamu.material import Material
+from tatamu.robots import load, plan_fold
+from tatamu.robots import save as save_plan
 from tatamu.robots.film import save_film
+from tatamu.robots.links import CORNERS, FACES, link_boxes
+from tatamu.robots.page import page
 from tatamu.robots.planned import Planned
+from tatamu.robots.refold import Refold, halvings_for, refold
 from tatamu.robots.rehearsal import Rehearsal, rehearse
 from tatamu.robots.report import save, summary
 from tatamu.rollout import Rollout
@@ -78,16 +85,103 @@ def test_the_hands_of_the_scene_go_where_the_tools_went(done: Rehearsal) -> None
     assert Scene.model_validate(rehearsed.model_dump()).duration == rehearsed.duration
 
 
-def test_figures_of_the_fold_are_distances_of_vertices(done: Rehearsal, tmp_path: Path) -> None:
-    rehearsed = done.scene(scene())
+def made_up(done: Rehearsal, learned: Scene, shift: np.ndarray) -> Refold:
+    """A fold by the robot's hands that ends `shift` [m] from the one by floating hands; the target is as far in y."""
+    rehearsed = done.scene(learned)
     positions = np.array(rehearsed.cloth.vertices)[None]
-    robot = Rollout(np.zeros(1), positions + np.array([0, 0.003, 0.004]), rehearsed.cloth.faces, {"simulator": "toy"})
-    floating = Rollout(np.zeros(1), positions, rehearsed.cloth.faces, {"simulator": "toy"})
-    figures = save(done, tmp_path, (rehearsed, robot, floating, positions[0] + np.array([0, 0.003, 0])))
+    toy = {"simulator": "toy"}
+    robot = Rollout(np.zeros(1), positions + shift, rehearsed.cloth.faces, toy)
+    floating = Rollout(np.zeros(1), positions, rehearsed.cloth.faces, toy)
+    return Refold("toy", 0, 4, rehearsed, robot, floating, positions[0] + shift * [0, 1, 0], unscored="made up")
+
+
+def test_figures_of_the_fold_are_distances_of_vertices(done: Rehearsal, tmp_path: Path) -> None:
+    figures = save(done, tmp_path, made_up(done, scene(), np.array([0, 0.003, 0.004])))
     assert figures["fold"]["distance_to_floating_hands"] == pytest.approx(0.005)
     assert figures["fold"]["mean_vertex_distance"] == pytest.approx(0.004)
     assert json.loads((tmp_path / "rehearsal.json").read_text()) == figures
     assert Scene.load(tmp_path / "scene.json").grippers[0].vertices == [3]
+    assert (tmp_path / "floating.npz").is_file()
+    assert "not scored: made up" in summary(figures)
+
+
+@pytest.mark.parametrize(("shift", "word"), [(0.009, "as planned"), (0.011, "not as planned")])
+def test_the_page_says_whether_it_went_as_planned(done: Rehearsal, tmp_path: Path, shift: float, word: str) -> None:
+    fold = made_up(done, scene(), np.array([shift, 0.0, 0.0]))
+    text = page(done, save(done, tmp_path, fold), fold)
+    assert f">{word}</span>" in text
+    assert "Nothing touched that should not" in text and "joint limit margin" in text and 'data-show="robot"' in text
+
+
+def test_boxes_of_the_links_go_where_the_tools_went(done: Rehearsal) -> None:
+    rows = [0, len(done.times) // 2]
+    points, faces = link_boxes(done.planned, done.angles[rows])
+    X_BF = done.planned.plan.task_in_base.matrix
+    tools = (done.tools[:, rows] - X_BF[:3, 3]) @ X_BF[:3, :3]
+    nearest = np.linalg.norm(points - tools[:, :, None], axis=3).min(axis=2)  # corners of the fingers
+    assert nearest.max() < 0.04 and np.ptp(nearest, axis=1).max() < 1e-4
+    assert np.abs(np.diff(tools, axis=1)).max() > 0.1
+    assert faces.max() == points.shape[1] - 1
+
+
+def test_the_sides_of_a_box_face_outwards() -> None:
+    a, b, c = CORNERS[FACES].transpose(1, 0, 2)
+    assert (np.einsum("ij,ij->i", np.cross(b - a, c - a), a) > 0).all()
+
+
+def fine(spacing: float) -> Scene:
+    """A square of a few cells, whose bending length is about 20 mm."""
+    grid = np.array([[x, y, 0.0005] for y in range(3) for x in range(3)]) * [spacing, spacing, 1.0]
+    faces = [[a, a + 1, a + 4] for a in (0, 1, 3, 4)] + [[a, a + 4, a + 3] for a in (0, 1, 3, 4)]
+    return Scene(cloth=Cloth(vertices=grid, faces=faces), material=MATERIAL, table=Table(), grippers=[], duration=1.0)
+
+
+@pytest.mark.parametrize(("spacing", "halvings"), [(0.006, 0), (0.012, 1), (0.024, 2), (0.1, 2)])
+def test_meshes_are_halved_until_mujoco_can_fold_them(spacing: float, halvings: int) -> None:
+    assert MATERIAL.bending_length == pytest.approx(0.0197, abs=1e-4)
+    assert halvings_for(fine(spacing), "mujoco") == halvings
+    assert halvings_for(fine(spacing), "native") == 0
+
+
+@pytest.fixture(scope="module")
+def towel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The plan of a small towel that was really learned, in few trials on a coarse mesh."""
+    folder = tmp_path_factory.mktemp("towel")
+    job = make_job("towel", size=(0.30, 0.30), spacing=0.03)
+    learn_job(job, folder / "learned", trials=1, baselines=False)
+    save_plan(plan_fold(folder / "learned", load("hironx")), folder / "plan")
+    return folder / "plan"
+
+
+def test_the_rehearsed_fold_is_scored_as_learned_folds_are(towel: Path, tmp_path: Path) -> None:
+    rehearsed = rehearse(Planned.load(towel))
+    fold = refold(rehearsed, "native")
+    assert fold is not None and fold.learned is not None
+    told = json.loads((towel / "fold" / "result.json").read_text())
+    best = told["trials"][told["best"]]
+    for scores in (fold.scores["learned"], fold.scores["floating"]):
+        assert scores.as_dict() == pytest.approx({name: best[name] for name in scores.as_dict()}, abs=1e-6)
+    assert fold.apart.mean() < 0.010
+    figures = save(rehearsed, tmp_path, fold)
+    assert figures["fold"]["scores"]["robot"]["mask_iou"] == fold.scores["robot"].mask_iou
+    assert any(line.split()[:2] == ["mask", "iou"] for line in summary(figures))
+    assert "Mask IoU" in page(rehearsed, figures, fold)
+
+
+def test_on_a_finer_mesh_it_is_the_same_fold_on_the_learned_vertices(towel: Path) -> None:
+    rehearsed = rehearse(Planned.load(towel))
+    coarse, halved = (refold(rehearsed, "native", halvings) for halvings in (0, 1))
+    assert coarse is not None and halved is not None
+    assert halved.simulated_vertices > 3 * coarse.simulated_vertices
+    assert halved.robot.positions.shape == coarse.robot.positions.shape
+    assert np.linalg.norm(halved.robot.positions[-1] - coarse.robot.positions[-1], axis=1).mean() < 0.02
+
+
+def test_a_plan_without_results_is_rehearsed_and_not_scored(towel: Path, tmp_path: Path) -> None:
+    shutil.copytree(towel, tmp_path / "plan")
+    (tmp_path / "plan" / "fold" / "result.json").unlink()
+    fold = refold(rehearse(Planned.load(tmp_path / "plan")), "native")
+    assert fold is not None and fold.scores == {} and "result.json" in str(fold.unscored)
 
 
 def test_the_film_lasts_as_long_as_the_motion(done: Rehearsal, tmp_path: Path) -> None:

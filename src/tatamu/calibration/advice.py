@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
+from tatamu.calibration.loop import HEIGHT, LIFT
 from tatamu.calibration.result import PARAMETERS, SYMBOLS, Calibration, Fit
-from tatamu.material import GRAVITY
 from tatamu.validation.elastica import tip
 
+AGREES = 2.0
+"""A check within so many standard uncertainties agrees."""
 POOR = 0.25
 """A relative standard uncertainty above this is said to tell hardly anything."""
 BEST = 1.8
 """Free length over bending length at which the edge hangs down about half of it."""
 SHORTEST = 0.025
 """Least free length that a ruler of 1 mm and two other rulers as a grip can do [m]."""
-LOOP = 0.91
-"""Height of a fold's loop over the bending length: 33.8 mm of 37, 20.2 mm of 22 (heavy chain, docs/validation.md)."""
 MORE = 3
 """Repeats that the advice counts with."""
 NAMES = {
@@ -28,6 +28,7 @@ NAMES = {
     "H_s": "H_s, the lifted end",
     "free_length": "the free length",
     "sag": "the sag",
+    "height": "the height of the loop",
 }
 
 
@@ -46,6 +47,8 @@ def advice_on(calibration: Calibration) -> list[str]:
 
 
 def _of_fit(calibration: Calibration, fit: Fit) -> list[str]:
+    if fit.check:
+        return _check(calibration, fit)
     texts = []
     if abs(fit.simulated - fit.aim) > fit.uncertainty:
         texts.append(
@@ -56,10 +59,33 @@ def _of_fit(calibration: Calibration, fit: Fit) -> list[str]:
         texts += _elongation(calibration, fit)
     elif fit.test == "sag":
         texts += _sag(calibration, fit)
+    elif fit.test == "loop":
+        texts += _loop(calibration, fit)
     elif fit.bound:
         does = "slides on this slope whatever the coefficient" if fit.bound == "at least" else "sticks without friction"
         texts.append(f"friction: {calibration.simulator} {does}; tan(theta) is taken, which it cannot follow.")
     return texts
+
+
+def _check(calibration: Calibration, fit: Fit) -> list[str]:
+    """Where sag and loop do not fit one rigidity, cloth does not bend in proportion."""
+    if abs(fit.simulated - fit.measured) <= AGREES * np.hypot(fit.uncertainty, _through_bending(calibration, fit)):
+        return []
+    other = "loop" if fit.test == "sag" else "sag"
+    return [
+        f"{fit.test}: {_mm(fit.measured)} measured, but {_mm(fit.simulated)} with the bending rigidity that the "
+        f"{other} tells: this cloth does not bend in proportion. The {other}'s is taken"
+        + (", which bends as a fold does." if other == "loop" else ".")
+    ]
+
+
+def _through_bending(calibration: Calibration, fit: Fit) -> float:
+    """What the uncertainty of B makes of the reading of a check, by the textbook [m]."""
+    test = calibration.setup.sag if fit.test == "sag" else calibration.setup.loop
+    assert test is not None, "a test that was simulated is set up"
+    around = (fit.measured + fit.uncertainty, fit.measured - fit.uncertainty)
+    more, less = (np.log(test.guess(reading, calibration.material.areal_density)) for reading in around)
+    return float(calibration.relative("bending_rigidity") * 2.0 * fit.uncertainty / max(abs(more - less), 1e-9))
 
 
 def _elongation(calibration: Calibration, fit: Fit) -> list[str]:
@@ -100,19 +126,28 @@ def _sag(calibration: Calibration, fit: Fit) -> list[str]:
     return [f"sag: {share} tells B to {100 * relative:.0f} % only. {_limp(length, calibration)}"]
 
 
+def _loop(calibration: Calibration, fit: Fit) -> list[str]:
+    if fit.bound is None:
+        return []
+    return [
+        f"loop: {_mm(fit.measured)} is as low as two layers: the cloth has no loop that a ruler could read, B is at "
+        f"most {1e6 * calibration.material.bending_rigidity:.2g} µN m."
+    ]
+
+
 def _limp(length: float, calibration: Calibration) -> str:
     """A free length that would tell, or the loop that would where that is too short to be held."""
     better = BEST * length
     if better >= SHORTEST:
         expected = 1e3 * better * tip(BEST**3)[1]
         return f"Read it with a free length of about {100 * better:.1f} cm: the edge should then sag {expected:.0f} mm."
-    strip = 1e3 * LOOP * length
-    density = calibration.material.areal_density
+    if calibration.setup.loop is not None:
+        return f"A free length that would tell ({100 * better:.1f} cm) is too short to hold."
+    height = HEIGHT * length + LIFT * calibration.material.thickness
     return (
-        f"A free length that would tell ({100 * better:.1f} cm) is too short to hold. Fold a strip over itself on the "
-        f"table instead, without pressing, and read the height h of the loop, here about {strip:.0f} mm or less: "
-        f"B = ρ g (h / {LOOP})³ = {density * GRAVITY:.2f} N/m² x (h / {LOOP})³; write it into the "
-        "material as bending_rigidity."
+        f"A free length that would tell ({100 * better:.1f} cm) is too short to hold. Fold it over itself on the table "
+        f"instead, without pressing, and read the height of the loop, here {1e3 * height:.0f} mm or less: table "
+        "[loop], height (`tatamu measure` says how)."
     )
 
 

@@ -18,7 +18,7 @@ from tatamu.calibration.measurements import Measurements
 from tatamu.calibration.readings import Reading, readings_of
 from tatamu.calibration.result import Calibration, Fit
 from tatamu.calibration.setup import Setup, setup_of
-from tatamu.calibration.target import Target, targets_of
+from tatamu.calibration.target import Target, parted, targets_of
 from tatamu.calibration.uncertainty import Slopes, contributions, slopes
 from tatamu.errors import InputError, SimulationError
 from tatamu.material import Material
@@ -51,10 +51,11 @@ def calibrate(
     """
     named(simulator)
     setup, readings = setup_of(measurements, spacing), readings_of(measurements)
-    laboratory, targets = Laboratory(simulator, tick), targets_of(setup, readings)
+    laboratory, (targets, checks) = Laboratory(simulator, tick), parted(targets_of(setup, readings))
     material, matches, passes = _elastic(laboratory, targets, _start(setup, readings, targets))
     fits = [_fit(target, matches[target.parameter]) for target in targets]
-    shapes = {target.test.name: laboratory.shape(target.test, material) for target in targets}
+    fits += [_checked(target, laboratory.reading(target.test, material)) for target in checks]
+    shapes = {target.test.name: laboratory.shape(target.test, material) for target in [*targets, *checks]}
     sliding = None
     if setup.slope is not None:
         sliding = _friction(laboratory, setup.slope, material)
@@ -128,6 +129,22 @@ def _fit(target: Target, found: Match) -> Fit:
     )
 
 
+def _checked(target: Target, simulated: float) -> Fit:
+    """A test that had no say: what it should read with the parameter that another test told."""
+    return Fit(
+        test=target.test.name,
+        parameter=target.parameter,
+        measured=target.measured,
+        uncertainty=target.uncertainty,
+        aim=target.measured,
+        simulated=simulated,
+        unit="m",
+        bound=None,
+        samples=(),
+        check=True,
+    )
+
+
 def _friction(laboratory: Laboratory, slope: Slope, material: Material) -> Sliding:
     """Search the coefficient on the simulated board."""
 
@@ -175,14 +192,15 @@ def _contributions(
     friction = None
     if setup.slope is not None and sliding is not None:
         friction = setup.slope.angle, readings["L_t"].value, (sliding.sticks - sliding.slides) / sliding.coefficient
-    return contributions(readings, found.get("elongation"), found.get("sag"), friction)
+    bending = next(((name, found[name]) for name in ("sag", "loop") if name in found), None)
+    return contributions(readings, found.get("elongation"), bending, friction)
 
 
 def _assumed(setup: Setup) -> tuple[str, ...]:
     """Fields that nothing measured."""
     made = {
         "stretch_stiffness": setup.elongation,
-        "bending_rigidity": setup.sag,
+        "bending_rigidity": setup.sag or setup.loop,
         "friction_table": setup.slope,
     }
     return (*(name for name, test in made.items() if test is None), "poisson_ratio", "friction_cloth", "air_drag")

@@ -9,6 +9,7 @@ import numpy as np
 
 from tatamu.calibration.elongation import Elongation
 from tatamu.calibration.friction import SIZE, Slope
+from tatamu.calibration.loop import Loop
 from tatamu.calibration.sag import Sag
 from tatamu.topology import Topology
 
@@ -151,4 +152,23 @@ def sagging(test: Sag, end: np.ndarray) -> str:
     drawing.line(np.vstack([lifted, [front, away]]), READ, 1.2, marker_start="url(#arrow)", marker_end="url(#arrow)")
     drawing.label((0.72 * front, 0.16 * front), "free_length", READ)
     drawing.label(((front + back) / 2, -0.22 * front), "grip", GRIP)
+    return drawing.svg()
+
+
+def looped(test: Loop, end: np.ndarray) -> str:
+    """The strip folded over itself, positions [m] of shape (n, 3), from the side."""
+    along = test.mesh[0][:, 0].round(6)
+    side = np.array([end[along == row][:, [0, 2]].mean(axis=0) for row in np.unique(along)])
+    height, reach = test.height_of(end), side[:, 0].max()
+    side = side[side[:, 0] > reach - 3.2 * height]
+    left = side[:, 0].min()
+    drawing = Drawing.around(np.concatenate([side, [[left, 0.0], [reach + 0.9 * height, 1.15 * height]]]), 320.0, 220.0)
+    table = np.array([[left, 0.0], [reach + 0.9 * height, 0.0]])
+    drawing.line(table, GRIP, 3.0)
+    half = side[:, 0].argmax()
+    for part in (side[: half + 1], side[half:]):
+        drawing.line(part, CLOTH, max(2.0, test.thickness * drawing.scale * 0.8), stroke_linecap="round")
+    read = reach + 0.35 * height
+    drawing.line(np.array([[side[side[:, 1].argmax(), 0], height], [read, height]]), FAINT, 1.0, stroke_dasharray="4 4")
+    drawing.dimension(np.array([read, 0.0]), np.array([read, height]), "height")
     return drawing.svg()

@@ -15,13 +15,15 @@ HUNG_BY = {
 }
 """Edges by which a garment is hung."""
 SAG_EDGE = {"towel": "bottom", "tshirt": "hem", "trousers": "waist"}
+PRESET = {"towel": "terry", "tshirt": "interlock", "trousers": "denim"}
 STEP = 0.005
 """Free lengths are proposed in steps of this [m]."""
 
 INSTRUCTIONS = """\
-Three measurements of your garment give a simulator its cloth. You need a ruler with millimetres, a kitchen scale, a
-board longer than the garment, with the surface it will be folded on, and two more rulers or flat strips as a grip.
-Let the cloth lie for a minute before each. Repeat what you can: write repeats as a list, [0.804, 0.805].
+Three measurements of your garment give a simulator its cloth; a fourth is for limp cloth. You need a ruler with
+millimetres, a kitchen scale, a board longer than the garment, with the surface it will be folded on, and two more
+rulers or flat strips as a grip. Let the cloth lie for a minute before each. Repeat what you can: write repeats as a
+list, [0.804, 0.805].
 
 0  Weigh and size the garment.                                                            [garment] mass, size
    On the scale, in kilograms. Width and length as it lies flat, in metres.
@@ -37,9 +39,14 @@ Let the cloth lie for a minute before each. Repeat what you can: write repeats a
    to the end you lift. Lift slowly, without jerks; H_s: how high that end is when the cloth starts to slide.
 
 3  Let it sag.                                                                            [sag] free_length, sag
-   Clamp the cloth level between two rulers beside the named edge, parallel to it, so that free_length of cloth stands
+   Clamp one layer level between two rulers beside the named edge, parallel to it, so that free_length of cloth stands
    out in front of them. Lift it into the air; sag: from the grip vertically down to the lowest point, the edge.
    Good readings sag about half the free length: choose it so. Read free_length as carefully as the sag.
+
+4  Let it loop, if you like: for cloth that hangs straight down in 3, or bends otherwise in a fold.  [loop] height
+   Lay one layer (of a T-shirt the hem of one side) over itself on the table without pressing, edges parallel, until
+   four times the height of the loop lies on either side. height: from the table to the top of the loop. Where it is
+   given, it tells bending, as folds bend like it, and the sag is a check.
 
     tatamu measure --template towel            writes measurements.toml, to be filled in
     tatamu calibrate measurements.toml --out my-towel.toml
@@ -67,7 +74,7 @@ def template(name: str) -> str:
 name = "{name}"
 size = [{garment.size[0]:g}, {garment.size[1]:g}]    # width, length
 mass = []
-# material = "{name}"    # optional: preset or file for what is not measured (`tatamu materials`)
+# material = "{PRESET.get(name, "cotton")}"    # optional: preset or file for what is not measured (`tatamu materials`)
 # thickness = 0.001      # optional: of one layer
 
 [elongation]             # paper, section IV-A
@@ -83,6 +90,9 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
 edge = "{edge}"
 free_length = {free:g}      # from the front of the grip to the edge: set what you used
 sag = []                 # from the grip vertically down to the edge
+
+# [loop]                 # optional: cloth folded over itself; then B is the loop's, and the sag a check
+# height = []            # from the table to the top of the loop
 
 [errors]                 # standard deviation of one reading, all causes together
 length = 0.001

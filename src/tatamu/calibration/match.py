@@ -38,8 +38,9 @@ def match(
     limits: tuple[float, float],
     within: float,
     straight: Callable[[float], float],
+    rising: bool = False,
 ) -> Match:
-    """Safeguarded secant search of a parameter on which the reading depends monotonically, falling.
+    """Safeguarded secant search of a parameter on which the reading depends monotonically.
 
     Args:
         reading: Simulates the reading of a parameter; infinite where the simulator gave up for being too soft.
@@ -48,7 +49,12 @@ def match(
         limits: Least and greatest parameter.
         within: How near to the target the reading has to be.
         straight: A function of the reading that is nearly a straight line of the logarithm of the parameter.
+        rising: Whether the reading rises with the parameter; else it falls.
     """
+    if rising:
+        found = match(lambda at: _turned(reading(at)), -target, start, limits, within, lambda value: -straight(-value))
+        samples = tuple((parameter, -value) for parameter, value in found.samples)
+        return replace(found, reading=_turned(found.reading), samples=samples)
     seen: dict[float, float] = {}
     low, high = np.log(limits)
     at = float(np.clip(np.log(start), low, high))
@@ -66,6 +72,11 @@ def match(
         at = _next(seen, target, straight, low, high)
     nearest = min(seen, key=lambda each: abs(seen[each] - target))
     return _found(nearest, seen, False)
+
+
+def _turned(reading: float) -> float:
+    """A reading upside down; infinite stays infinite, as that only says that the simulator gave up."""
+    return reading if np.isinf(reading) else -reading
 
 
 def _found(at: float, seen: dict[float, float], reached: bool) -> Match:

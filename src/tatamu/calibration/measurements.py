@@ -4,6 +4,7 @@
     [elongation]  grasps, L1, L2                  paper, section IV-A
     [friction]    L_t, H_s                        paper, section IV-B
     [sag]         edge, free_length, sag          paper, section IV-C
+    [loop]        height                          bending of limp cloth, and at the curvature of a fold
     [errors]      length, mass, H_s               standard deviation of one reading
 
 A reading is a number or a list of repeats. SI units: metres and kilograms.
@@ -167,6 +168,13 @@ class SagReadings(Part):
         return self
 
 
+class LoopReadings(Part):
+    """How high cloth stands where it is folded over itself."""
+
+    height: Lengths
+    """From the table to the top of the loop [m]."""
+
+
 class Errors(Part):
     """Standard deviation of one reading, all causes together: the ruler's marks, the eye, the cloth's unrest."""
 
@@ -186,12 +194,13 @@ class Measurements(Part):
     elongation: ElongationReadings | None = None
     friction: FrictionReadings | None = None
     sag: SagReadings | None = None
+    loop: LoopReadings | None = None
     errors: Errors = Field(default_factory=Errors)
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if self.elongation is None and self.friction is None and self.sag is None:
-            raise ValueError("must hold at least one of the tables [elongation], [friction], [sag]; given none")
+        if self.elongation is None and self.friction is None and self.sag is None and self.loop is None:
+            raise ValueError("must hold at least one of the tables [elongation], [friction], [sag], [loop]; given none")
         return self
 
 

@@ -18,16 +18,18 @@ from tatamu.validation.page import FIT, GRID, INK, STYLE
 TITLES = {
     "elongation": "Elongation: stretch stiffness Y",
     "sag": "Sag: bending rigidity B",
+    "loop": "Loop: bending rigidity B",
     "friction": "Friction: coefficient μ on the table",
 }
+READINGS = {"elongation": "L1 - L2", "sag": "sag", "loop": "height of the loop"}
 WORDS = {
     "areal_density": "areal density",
     "stretch_stiffness": "stretch stiffness",
     "bending_rigidity": "bending rigidity",
     "friction_table": "friction on the table",
 }
-AXES = {"elongation": "Y [N/m]", "sag": "B [µN m]", "friction": "μ"}
-FACTORS = {"elongation": 1.0, "sag": 1e6, "friction": 1.0}
+AXES = {"elongation": "Y [N/m]", "sag": "B [µN m]", "loop": "B [µN m]", "friction": "μ"}
+FACTORS = {"elongation": 1.0, "sag": 1e6, "loop": 1e6, "friction": 1.0}
 OWN_STYLE = """
 .fit { display: grid; grid-template-columns: minmax(280px, 1fr) minmax(380px, 1.3fr); gap: 18px; align-items: center }
 @media (max-width: 760px) { .fit { grid-template-columns: 1fr } }
@@ -65,6 +67,8 @@ def _picture(calibration: Calibration, test: str) -> str:
         return drawing.hanging(setup.elongation, shape)
     if test == "sag" and setup.sag is not None and shape is not None:
         return drawing.sagging(setup.sag, shape)
+    if test == "loop" and setup.loop is not None and shape is not None:
+        return drawing.looped(setup.loop, shape)
     return drawing.sliding(setup.slope) if setup.slope is not None and test == "friction" else ""
 
 
@@ -96,6 +100,11 @@ def _parameters(calibration: Calibration) -> str:
 
 
 def _fit(calibration: Calibration, fit: Fit) -> str:
+    if fit.check:
+        return (
+            f"<section><h2>{TITLES[fit.test]}, a check</h2><p class='reference'>{escape(_sentence(calibration, fit))}"
+            f"</p><div class='fit'><div>{_picture(calibration, fit.test)}</div></div></section>"
+        )
     chart = _friction_chart(calibration, fit) if fit.test == "friction" else _chart(calibration, fit)
     plot = chart.to_html(full_html=False, include_plotlyjs=False, config={"displayModeBar": False, "responsive": True})
     value, spread = shown(calibration, fit.parameter)
@@ -112,9 +121,9 @@ def _sentence(calibration: Calibration, fit: Fit) -> str:
             f"θ = asin(H_s / L_t) = {np.degrees(fit.measured):.1f} ± {np.degrees(fit.uncertainty):.1f} degrees; "
             f"tan θ = {calibration.textbook_friction:.3f}."
         )
-    name = "L1 - L2" if fit.test == "elongation" else "Sag"
+    name = READINGS[fit.test]
     return (
-        f"{name} measured: {1e3 * fit.measured:.1f} ± {1e3 * fit.uncertainty:.1f} mm; simulated: "
+        f"{name[0].upper()}{name[1:]} measured: {1e3 * fit.measured:.1f} ± {1e3 * fit.uncertainty:.1f} mm; simulated: "
         f"{1e3 * fit.simulated:.2f} mm."
     )
 
@@ -123,7 +132,7 @@ def _chart(calibration: Calibration, fit: Fit) -> go.Figure:
     """Simulated readings over the parameter, and the measured one as a band."""
     factor = FACTORS[fit.test]
     x, y = factor * np.array([s[0] for s in fit.samples]), 1e3 * np.array([s[1] for s in fit.samples])
-    chart = go.Figure(layout=_layout(AXES[fit.test], "L1 - L2 [mm]" if fit.test == "elongation" else "sag [mm]", "log"))
+    chart = go.Figure(layout=_layout(AXES[fit.test], f"{READINGS[fit.test]} [mm]", "log"))
     low, high = 1e3 * (fit.measured - fit.uncertainty), 1e3 * (fit.measured + fit.uncertainty)
     chart.add_hrect(low, high, fillcolor=drawing.READ, opacity=0.15, line_width=0)
     chart.add_hline(1e3 * fit.measured, line={"color": drawing.READ, "width": 1.4}, annotation_text="measured")

@@ -35,6 +35,8 @@ def readings_of(measurements: Measurements) -> dict[str, Reading]:
     if measurements.sag is not None:
         found["free_length"] = _reading(measurements.sag.free_length, errors.length)
         found["sag"] = _reading(measurements.sag.sag, errors.length)
+    if measurements.loop is not None:
+        found["height"] = _reading(measurements.loop.height, errors.length)
     return found
 
 

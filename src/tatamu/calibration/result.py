@@ -29,7 +29,7 @@ class Fit:
     test: str
     parameter: str
     measured: float
-    """The reading: L1 - L2 [m], theta [rad], sag [m]."""
+    """The reading: L1 - L2 [m], theta [rad], sag [m], height of the loop [m]."""
     uncertainty: float
     """Its standard uncertainty."""
     aim: float
@@ -41,6 +41,8 @@ class Fit:
     """None where the reading tells the parameter; else "at least" or "at most": all that it tells."""
     samples: tuple[tuple[float, float], ...]
     """Simulated (parameter, reading); of friction (parameter, speed)."""
+    check: bool = False
+    """Whether it had no say: another test told its parameter, which this one only checks."""
 
 
 @dataclass(frozen=True)
@@ -119,6 +121,7 @@ class Calibration:
                     "uncertainty": rounded(fit.uncertainty),
                     "simulated": rounded(fit.simulated, 6),
                     "unit": fit.unit,
+                    **({"check": True} if fit.check else {}),
                 }
                 for fit in self.fits
             ],

@@ -9,6 +9,7 @@ import numpy as np
 
 from tatamu.calibration.elongation import Elongation, named_edge
 from tatamu.calibration.friction import Slope
+from tatamu.calibration.loop import Loop
 from tatamu.calibration.measurements import Measurements
 from tatamu.calibration.sag import Sag
 from tatamu.errors import InputError
@@ -18,6 +19,8 @@ from tatamu.topology import areas
 
 SPACING = 0.02
 """Mesh spacing of the hanging garment [m]."""
+OTHER_GARMENT = 0.25
+"""An L2 that is off the garment's own length by more than this part belongs to another garment, or to other grasps."""
 SHORTEST_EDGE = 1.5
 """The edge of a sag test is at least this many free lengths long, or its ends would hang differently."""
 
@@ -32,6 +35,7 @@ class Setup:
     elongation: Elongation | None
     slope: Slope | None
     sag: Sag | None
+    loop: Loop | None
 
     @property
     def area(self) -> float:
@@ -58,13 +62,26 @@ def setup_of(measurements: Measurements, spacing: float | None = None) -> Setup:
     base = garment.material.model_copy(update={**thick, "blender": None})
     hung, tilted, held = measurements.elongation, measurements.friction, measurements.sag
     elongation = Elongation(garment, tuple(hung.grasps)) if hung else None
-    if elongation is not None:
+    if hung is not None and elongation is not None:
         elongation.held  # noqa: B018  names an unknown edge now, not after the first simulation
+        _check_length(elongation, float(np.mean(hung.L2)))
     slope = Slope(float(np.arcsin(np.mean(tilted.H_s) / np.mean(tilted.L_t)))) if tilted else None
     sag = Sag(float(np.mean(held.free_length)), spacing) if held else None
     if held is not None and sag is not None:
         _check_edge(garment, held.edge, sag.free_length)
-    return Setup(garment, base, elongation, slope, sag)
+    loop = None
+    if measurements.loop is not None:
+        loop = Loop(float(np.mean(measurements.loop.height)), base.thickness, spacing)
+        _check_height(loop)
+    return Setup(garment, base, elongation, slope, sag, loop)
+
+
+def _check_length(elongation: Elongation, lying: float) -> None:
+    if abs(lying / elongation.length - 1.0) > OTHER_GARMENT:
+        raise InputError(
+            f"elongation: L2 ({lying:g} m) is not of this garment, which lies {elongation.length:.2f} m long from the "
+            "grip to the end farthest from it: is its size right, and are the grasps those by which it hung?"
+        )
 
 
 def _check_edge(garment: Garment, name: str, free_length: float) -> None:
@@ -74,4 +91,12 @@ def _check_edge(garment: Garment, name: str, free_length: float) -> None:
         raise InputError(
             f"sag: edge {name} is {along:.2f} m long; with a free length of {free_length:g} m its ends hang "
             f"differently from its middle: choose a free length up to {along / SHORTEST_EDGE:.2f} m, or a longer edge"
+        )
+
+
+def _check_height(loop: Loop) -> None:
+    if loop.height <= 2.0 * loop.thickness:
+        raise InputError(
+            f"loop: height ({loop.height:g} m) must be more than two layers, {2.0 * loop.thickness:g} m: was the loop "
+            "pressed flat, or is the garment's thickness (of one layer) less?"
         )

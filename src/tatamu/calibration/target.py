@@ -39,11 +39,14 @@ class Target:
     limits: tuple[float, float]
     straight: Callable[[float], float]
     """Of the reading: nearly a straight line of the logarithm of the parameter."""
+    rising: bool = False
+    """Whether the reading rises with the parameter."""
 
     @property
     def aim(self) -> float:
         """What is matched [m]: the reading, or, of a bound, the reading moved by its uncertainty to where it tells."""
-        return self.measured + {None: 0.0, "at least": 1.0, "at most": -1.0}[self.bound] * self.uncertainty
+        towards = {None: 0.0, "at least": 1.0, "at most": -1.0}[self.bound] * (-1.0 if self.rising else 1.0)
+        return self.measured + towards * self.uncertainty
 
     def matched(self, laboratory: Laboratory, material: Material, start: float) -> Match:
         """The parameter at which the laboratory's simulator gives the aim, all else as in `material`."""
@@ -52,11 +55,11 @@ class Target:
             return laboratory.reading(self.test, material.model_copy(update={self.parameter: value}))
 
         within = max(WITHIN * self.aim, FINEST)
-        return match(reading, self.aim, start, self.limits, within, self.straight)
+        return match(reading, self.aim, start, self.limits, within, self.straight, self.rising)
 
 
 def targets_of(setup: Setup, readings: dict[str, Reading]) -> list[Target]:
-    """The tests that are matched by a length: elongation and sag."""
+    """The tests that are matched by a length: elongation, sag and loop, in this order."""
     targets = []
     if setup.elongation is not None:
         hanging, lying = readings["L1"], readings["L2"]
@@ -89,7 +92,36 @@ def targets_of(setup: Setup, readings: dict[str, Reading]) -> list[Target]:
                 lambda value: float(logit(np.clip(value / free, 1e-4, 1.0 - 1e-4))),
             )
         )
+    if setup.loop is not None:
+        height, layers = readings["height"], 2.0 * setup.loop.thickness
+        targets.append(
+            Target(
+                setup.loop,
+                "bending_rigidity",
+                height.value,
+                height.uncertainty,
+                "at most" if height.value - height.uncertainty < layers else None,
+                setup.loop.guess,
+                BENDING,
+                lambda value: float(np.log(max(value - 0.5 * layers, 1e-4))),
+                rising=True,
+            )
+        )
     return targets
+
+
+def parted(targets: list[Target]) -> tuple[list[Target], list[Target]]:
+    """One target for each parameter, and those that are left to check it and can tell.
+
+    Of two that tell bending the later one, the loop, is matched, as it bends like a fold; unless it only bounds it.
+    """
+    chosen: dict[str, Target] = {}
+    for target in targets:
+        before = chosen.get(target.parameter)
+        if before is None or before.bound is not None or target.bound is None:
+            chosen[target.parameter] = target
+    left = [target for target in targets if target not in chosen.values() and target.bound is None]
+    return list(chosen.values()), left
 
 
 def sag_bound(sag: Reading, free_length: float) -> str | None:

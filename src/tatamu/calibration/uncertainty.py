@@ -50,7 +50,7 @@ def slopes(reading: Callable[[float, float], float], at: tuple[float, float]) ->
 def contributions(
     readings: Mapping[str, Reading],
     elongation: Slopes | None,
-    sag: Slopes | None,
+    bending: tuple[str, Slopes] | None,
     friction: tuple[float, float, float] | None,
 ) -> dict[str, np.ndarray]:
     """Change of the logarithm of each of `PARAMETERS`, shape (4,), with one standard uncertainty of each reading.
@@ -58,7 +58,7 @@ def contributions(
     Args:
         readings: By name.
         elongation: Slopes of L1 - L2; None where it tells no stretch stiffness.
-        sag: Slopes of the sag; None where it tells no bending rigidity.
+        bending: Name and slopes of the test that tells bending rigidity, "sag" or "loop"; None where none does.
         friction: theta [rad], L_t [m] and the width of the search's interval over the coefficient; None: not measured.
     """
     found = {name: np.zeros(len(PARAMETERS)) for name in readings}
@@ -66,7 +66,7 @@ def contributions(
         error = reading.uncertainty / reading.value
         density = error * {"mass": 1.0, "width": -1.0, "length": -1.0}.get(name, 0.0)
         found[name][0] = density
-        found[name][1:3] = _elastic(name, reading, density, elongation, sag)
+        found[name][1:3] = _elastic(name, reading, density, elongation, bending)
     if friction is not None:
         angle, board, interval = friction
         per_radian = 2.0 / np.sin(2.0 * angle)  # d ln tan(theta) / d theta
@@ -77,14 +77,21 @@ def contributions(
     return found
 
 
-def _elastic(name: str, reading: Reading, density: float, elongation: Slopes | None, sag: Slopes | None) -> np.ndarray:
+def _elastic(
+    name: str,
+    reading: Reading,
+    density: float,
+    elongation: Slopes | None,
+    bending: tuple[str, Slopes] | None,
+) -> np.ndarray:
     """Changes of ln Y and ln B that make up for the change of one reading, shape (2,)."""
     error = reading.uncertainty
     matrix, wanted = np.eye(2), np.zeros(2)
     if elongation is not None:
         own = {"L1": error, "L2": -error, "length": -elongation.size * error / reading.value}.get(name, 0.0)
         matrix[0], wanted[0] = (elongation.stretch, elongation.bending), own - elongation.density * density
-    if sag is not None:
-        own = {"sag": error, "free_length": -sag.size * error / reading.value}.get(name, 0.0)
-        matrix[1], wanted[1] = (sag.stretch, sag.bending), own - sag.density * density
+    if bending is not None:
+        test, bent = bending
+        read = {"sag": error, "free_length": -bent.size * error / reading.value} if test == "sag" else {"height": error}
+        matrix[1], wanted[1] = (bent.stretch, bent.bending), read.get(name, 0.0) - bent.density * density
     return np.asarray(np.linalg.solve(matrix, wanted))

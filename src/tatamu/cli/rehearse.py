@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.console import Console
 
 from tatamu.cli.app import app
 
@@ -18,35 +19,41 @@ def rehearse(
     simulator: Annotated[
         str, typer.Option(help="Which simulator folds the cloth with the robot's hands; `none`: no cloth.")
     ] = "mujoco",
+    halvings: Annotated[
+        int | None,
+        typer.Option(min=0, max=3, help="Halve the mesh's edges so often; default: as the simulator needs."),
+    ] = None,
     film: Annotated[bool, typer.Option(help="Write an animated GIF too.")] = True,
 ) -> None:
     """Drive a robot through a plan in MuJoCo, and fold the cloth with its hands.
 
-    Example: `tatamu rehearse runs/towel-plan`
+    Examples:
+    `tatamu rehearse runs/towel-plan`
+
+    `tatamu rehearse runs/towel-plan --simulator native`
     """
     if sys.platform == "linux" and "DISPLAY" not in os.environ:
         os.environ.setdefault("MUJOCO_GL", "egl")  # read once, when mujoco is imported
     from tatamu.robots.film import save_film
-    from tatamu.robots.planned import Planned, fold_file
+    from tatamu.robots.page import write_page
+    from tatamu.robots.planned import Planned
+    from tatamu.robots.refold import refold
     from tatamu.robots.rehearsal import rehearse as rehearsed
     from tatamu.robots.report import save, summary
+    from tatamu.simulators import named
 
-    result = rehearsed(Planned.load(plan))
-    fold = None
-    scene_file = fold_file(plan, "scene.json")
-    if simulator != "none" and scene_file is not None:
-        from tatamu.rollout import Rollout
-        from tatamu.scene import Scene
-        from tatamu.simulators import simulate
-
-        learned = Scene.load(scene_file)
-        rollout_file = fold_file(plan, "rollout.npz")
-        target = Rollout.load(rollout_file).extra.get("target") if rollout_file else None
-        scene = result.scene(learned)
-        fold = scene, simulate(scene, simulator=simulator), simulate(learned, simulator=simulator), target
-    for line in summary(save(result, plan / "rehearsal", fold)):
+    if simulator != "none":
+        named(simulator)
+    console = Console()
+    with console.status("the robot moves"):
+        result = rehearsed(Planned.load(plan))
+    with console.status(f"the cloth in {simulator}, with the robot's hands and with floating ones"):
+        fold = refold(result, simulator, halvings) if simulator != "none" else None
+    figures = save(result, plan / "rehearsal", fold)
+    for line in summary(figures):
         print(line)
     if film:
         path = plan / "rehearsal" / "film.gif"
-        why_not = save_film(result, fold[1] if fold else None, path)
+        why_not = save_film(result, fold.robot if fold else None, path)
         print(f"warning: no film: {why_not}" if why_not else f"film: {path}")
+    print(f"page: {write_page(result, figures, fold, plan / 'rehearsal')}")

@@ -6,7 +6,8 @@ async function startReplay() {
   const root = document.getElementById("replay");
   try {
     const data = contents("replay-data");
-    const viewer = new Viewer(root.querySelector("canvas"), await Motion.unpack(data), data);
+    const robot = data.robot && (await Motion.unpack({ ...data.robot, times: data.times, hands: [] }));
+    const viewer = new Viewer(root.querySelector("canvas"), await Motion.unpack(data), data, robot);
     const player = new Player(viewer, root);
     openAt(player);
     /* For scripts and tests: go to a time [s]; what is being drawn. */

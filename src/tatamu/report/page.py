@@ -58,13 +58,14 @@ def page(fold: LearnedFold) -> str:
     return filled(resource("template.html"), {**parts, **data})
 
 
-def frame(events: str) -> dict[str, str]:
+def frame(events: str, robot: bool = False) -> dict[str, str]:
     """What every page has: its style, its scripts, the card of the replay with marks under the slider (HTML)."""
+    switch = '<label><input type="checkbox" data-show="robot" checked> robot</label>' if robot else ""
     return {
         "style": resource("style.css"),
         "palette": css(),
         "scripts": "\n".join(resource(f"{name}.js") for name in SCRIPTS),
-        "replay": filled(resource("replay.html"), {"events": events}),
+        "replay": filled(resource("replay.html"), {"events": events, "robot": switch}),
     }
 
 

@@ -16,6 +16,8 @@ RIGHT = "#14968c"
 SCALE = ("#fdf3dc", "#f9c982", "#ef8a5b", "#c9475f", "#6b2a72")
 """Stops of the scale of e_i, from none to the largest; lightness falls evenly, so it reads in grey too."""
 TABLE = "#e9e5dd"
+ROBOT = "#8d939c"
+"""A robot's links."""
 
 NAMED = {
     "front": FRONT,
@@ -23,6 +25,7 @@ NAMED = {
     "target": TARGET,
     "left": LEFT,
     "right": RIGHT,
+    "robot": ROBOT,
     **{f"scale-{number}": stop for number, stop in enumerate(SCALE)},
 }
 """Names that the style sheet, the figures and the viewer use."""

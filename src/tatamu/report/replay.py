@@ -19,6 +19,8 @@ BUDGET = 3_000_000
 STEP = 5e-5
 """Positions are rounded to this [m], or coarser where 65536 steps would not reach across the scene."""
 COLOURS = ("left", "right")
+Mesh = tuple[np.ndarray, np.ndarray]
+"""Points at each frame [m], shape (f, n, 3), and triangles, shape (m, 3)."""
 
 
 @dataclass(frozen=True)
@@ -43,24 +45,33 @@ def replay(fold: LearnedFold, largest: float) -> dict[str, Any]:
     return replay_of(fold.rollout, fold.scene, hands(fold), largest)
 
 
-def replay_of(rollout: Rollout, scene: Scene, hands: list[Hand], largest: float) -> dict[str, Any]:
-    """The data of the viewer for a rollout with its `target`, and the hands at each of its frames."""
+def replay_of(
+    rollout: Rollout, scene: Scene, hands: list[Hand], largest: float, robot: Mesh | None = None
+) -> dict[str, Any]:
+    """The data of the viewer for a rollout with its `target`; hands and robot are given at each of its frames."""
     kept = frames(len(rollout.times), len(rollout.positions[0]))
-    shown = np.concatenate([rollout.positions[kept], rollout.extra["target"][None]])
-    low = shown.min(axis=(0, 1))
-    step = max(float((shown.max(axis=(0, 1)) - low).max()) / 65535, STEP)
-    steps = np.rint((shown - low) / step).astype(np.int64)
     table = scene.table
     return {
-        "count": len(rollout.positions[0]),
+        **_packed(rollout.positions[kept], rollout.extra["target"], rollout.faces),
         "times": _rounded(rollout.times[kept], 5),
-        "low": _rounded(low, 9),
-        "step": step,
-        "positions": packed(motion(steps)),
-        "faces": packed(np.ascontiguousarray(rollout.faces, dtype="<u4").tobytes()),
         "largest": largest,
         "hands": [{"colour": hand.colour, "path": _rounded(hand.path[kept], 5), "holds": hand.holds} for hand in hands],
         "table": table and {"height": table.height, "tilt": table.tilt},
+        **({"robot": _packed(robot[0][kept], robot[0][-1], robot[1])} if robot else {}),
+    }
+
+
+def _packed(positions: np.ndarray, last: np.ndarray, faces: np.ndarray) -> dict[str, Any]:
+    """Frames (f, n, 3) and one more, in whole steps from the lowest corner [m]."""
+    shown = np.concatenate([positions, last[None]])
+    low = shown.min(axis=(0, 1))
+    step = max(float((shown.max(axis=(0, 1)) - low).max()) / 65535, STEP)
+    return {
+        "count": len(last),
+        "low": _rounded(low, 9),
+        "step": step,
+        "positions": packed(motion(np.rint((shown - low) / step).astype(np.int64))),
+        "faces": packed(np.ascontiguousarray(faces, dtype="<u4").tobytes()),
     }
 
 

@@ -1,14 +1,15 @@
-"""A page of figures and tables in the house's style, without a replay; opens offline."""
+"""A page of figures and tables in the house's style, with a replay where one is given; opens offline."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from importlib.resources import files
+from typing import Any
 
 from tatamu import __version__
 from tatamu.report.chart import Figure
 from tatamu.report.markup import filled, inline, text
 from tatamu.report.packing import packed
+from tatamu.report.page import frame, resource
 from tatamu.report.palette import css
 
 SCRIPTS = ("packing", "charts", "sheet")
@@ -32,6 +33,11 @@ class Sheet:
         self.pill = f'<span class="pill large {GRADES[good]}">{text(verdict)}</span>' if verdict else ""
         self._sections: list[str] = []
         self._charts: dict[str, Figure] = {}
+        self._replay: tuple[dict[str, Any], str] | None = None
+
+    def replay(self, data: dict[str, Any], events: str = "") -> None:
+        """Show a replay above all sections: its data, and marks under the time slider (HTML)."""
+        self._replay = data, events
 
     def section(self, title: str, about: str, *cards: str) -> None:
         """Add a section; `about` and the cards are HTML."""
@@ -50,25 +56,29 @@ class Sheet:
         from plotly.offline import get_plotlyjs
 
         parts = {
+            "replay": "",
+            "replay_data": "",
+            "style": resource("style.css"),
+            "palette": css(),
+            "scripts": "\n".join(resource(f"{name}.js") for name in SCRIPTS),
+        }
+        if self._replay:
+            data, events = self._replay
+            parts |= frame(events, "robot" in data)
+            parts["replay_data"] = f'<script type="application/json" id="replay-data">{inline(data)}</script>\n'
+        parts |= {
             "kind": text(self.kind),
             "title": text(self.title),
             "pill": self.pill,
             "lead": self.lead,
             "body": "".join(self._sections),
-            "style": _resource("style.css"),
-            "palette": css(),
             "plotly": packed(get_plotlyjs().encode()),
-            "scripts": "\n".join(_resource(f"{name}.js") for name in SCRIPTS),
             "chart_data": inline(self._charts),
             "version": text(__version__),
         }
-        return filled(_resource("sheet.html"), parts)
+        return filled(resource("sheet.html"), parts)
 
 
 def card(kind: str, inside: Iterable[str] | str) -> str:
     """A card of the page; `kind` is its layout: "", "two", "three", "multiples"."""
     return f'<div class="card {kind}">{inside if isinstance(inside, str) else "".join(inside)}</div>'
-
-
-def _resource(name: str) -> str:
-    return files("tatamu.report").joinpath(name).read_text(encoding="utf-8")

@@ -15,6 +15,15 @@ def measures(fold: LearnedFold) -> str:
     others = fold.result.baselines
     head = ["measure", "learned", *(text(other.label) for other in others), "threshold", "source"]
     columns: list[Scores] = [fold.result.best_trial, *others]
+    return _compared(head, columns)
+
+
+def compared(scores: dict[str, Scores]) -> str:
+    """Every measure of several folds, by their names, beside the field's thresholds."""
+    return _compared(["measure", *map(text, scores), "threshold", "source"], list(scores.values()))
+
+
+def _compared(head: list[str], columns: list[Scores]) -> str:
     return table(head, [_verdicts(columns), *(_measure(measure, columns) for measure in MEASURES)], "measures")
 
 

@@ -74,15 +74,15 @@ def figures(fold: LearnedFold) -> str:
     return beside(fold, fold.target)
 
 
-def beside(fold: LearnedFold, goal: np.ndarray) -> str:
-    """A goal (n, 3), where the cloth came to rest, and one on the other."""
+def beside(fold: LearnedFold, goal: np.ndarray, name: str = "Learned fold") -> str:
+    """A goal (n, 3), where the cloth came to rest under a name, and one on the other."""
     area = extent(goal, fold.final)
     ways = {arm.name: fold.hand(arm) for arm in fold.manipulation.arms}
     target, wanted = draw(fold, goal, area)
     final, _ = draw(fold, fold.final, area)
     pictures: list[tuple[str, str, np.ndarray, dict[str, np.ndarray]]] = [
         ("Target", "the wanted shape", target, {}),
-        ("Learned fold", "where the cloth came to rest", final, ways),
+        (name, "where the cloth came to rest", final, ways),
         ("Both", "the fold with the target’s outline", outlined(final, wanted), {}),
     ]
     return "".join(figure(title, note, image, area, lines) for title, note, image, lines in pictures)

@@ -1,13 +1,13 @@
-/* What is seen at a time: table, cloth, hands, their paths, the target as a ghost. */
+/* What is seen at a time: table, cloth, hands, their paths, a robot, the target as a ghost. */
 
 class Viewer {
-  constructor(canvas, motion, settings) {
-    Object.assign(this, { canvas, motion, settings, time: 0, draws: 0 });
-    this.show = { target: true, paths: true, error: false };
+  constructor(canvas, motion, settings, robot) {
+    Object.assign(this, { canvas, motion, settings, robot, time: 0, draws: 0 });
+    this.show = { target: true, paths: true, error: false, robot: true };
     this.stage = new Stage(canvas);
     this.bounds = motion.bounds();
     this.radius = Math.hypot(...this.bounds.half);
-    this.camera = new Camera(canvas, this.bounds, () => this.request());
+    this.camera = new Camera(canvas, this.scope(), () => this.request());
     this.build();
     this.recolour();
     new ResizeObserver(() => this.request()).observe(canvas);
@@ -30,8 +30,24 @@ class Viewer {
     this.paths = motion.hands.map((hand) =>
       stage.solid(shapes.tube(hand.path, motion.times, 0.005 * this.radius)));
     this.ball = stage.solid(shapes.ball());
+    this.links = this.robot && this.solidOf(this.robot);
     const table = this.settings.table;
     this.table = table && stage.solid(shapes.sheet(this.bounds.centre, 2.6 * this.radius, table));
+  }
+
+  /* The box that the camera keeps in sight: with the robot, where there is one. */
+  scope() {
+    if (!this.robot) return this.bounds;
+    const boxes = [this.bounds, this.robot.bounds()];
+    const end = (sign, pick) =>
+      [0, 1, 2].map((axis) => pick(...boxes.map(({ centre, half }) => centre[axis] + sign * half[axis])));
+    const [low, high] = [end(-1, Math.min), end(1, Math.max)];
+    return { centre: vector.mix(low, high, 0.5), half: vector.scale(vector.sub(high, low), 0.5) };
+  }
+
+  /* The mesh of something stiff that moves. */
+  solidOf({ flat, faces, count }) {
+    return this.stage.solid({ points: flat, normals: flat, times: Array(count).fill(0), faces });
   }
 
   /* Take the colours from the page, which knows day from night. */
@@ -41,7 +57,7 @@ class Viewer {
       const code = style.getPropertyValue(`--${name}`).trim();
       return [1, 3, 5].map((at) => parseInt(code.slice(at, at + 2), 16) / 255);
     };
-    const names = ["front", "back", "target", "left", "right", "table", "table-line"];
+    const names = ["front", "back", "target", "left", "right", "table", "table-line", "robot"];
     this.colours = Object.fromEntries(names.map((name) => [name, colour(name)]));
     this.scale = [0, 1, 2, 3, 4].map((stop) => colour(`scale-${stop}`));
     this.request();
@@ -78,6 +94,7 @@ class Viewer {
     if (!this.resize()) return;
     const points = this.motion.cloth(this.time);
     this.stage.move(this.cloth, points, this.motion.normals(points));
+    if (this.links) this.moveRobot();
     const sun = this.sun();
     this.stage.target("shadow");
     this.stage.draw("depth", this.cloth, { u_camera: sun.view });
@@ -87,6 +104,7 @@ class Viewer {
     const common = { u_camera: view, u_eye: eye, u_sun: sun.towards, u_sunlight: sun.view, u_time: this.time };
     this.drawTable(common);
     this.drawCloth(common);
+    if (this.links && this.show.robot) this.drawRobot(common);
     if (this.show.target) this.drawGhost(common);
     if (this.show.paths) this.drawPaths(common);
     this.drawHands(common);
@@ -122,6 +140,16 @@ class Viewer {
       u_largest: this.settings.largest,
       u_by_error: this.show.error ? 1 : 0,
     });
+  }
+
+  moveRobot() {
+    const points = this.robot.cloth(this.time);
+    this.stage.move(this.links, points, this.robot.normals(points));
+  }
+
+  drawRobot(common) {
+    const look = { ...common, u_colour: this.colours.robot, u_alpha: 1, u_time: Infinity };
+    this.stage.draw("solid", this.links, look);
   }
 
   /* First its depth alone, then the nearest layer's colour: a folded ghost is not darker than a flat one. */

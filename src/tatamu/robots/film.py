@@ -11,7 +11,6 @@ import numpy as np
 from tatamu.files import replacing
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.model import TABLE
-from tatamu.robots.planned import ARMS
 from tatamu.robots.rehearsal import Rehearsal
 from tatamu.rollout import Rollout
 
@@ -44,7 +43,6 @@ def _frames(rehearsal: Rehearsal, fold: Rollout | None) -> list[np.ndarray]:
     model = spec.compile()
     data = mujoco.MjData(model)
     columns = [int(model.joint(name).qposadr[0]) for name in planned.plan.joints]
-    closes = min(planned.event(arm, "close") for arm in ARMS)
     found = []
     with mujoco.Renderer(model, HEIGHT, WIDTH) as renderer:
         for time in np.arange(0, rehearsal.times[-1], 1 / RATE):
@@ -52,7 +50,7 @@ def _frames(rehearsal: Rehearsal, fold: Rollout | None) -> list[np.ndarray]:
             data.qpos[columns] = rehearsal.angles[row]
             mujoco.mj_forward(model, data)
             if fold is not None:
-                frame = int(np.clip(np.searchsorted(fold.times, time - closes), 0, len(fold.times) - 1))
+                frame = int(np.clip(np.searchsorted(fold.times, time - rehearsal.closes), 0, len(fold.times) - 1))
                 _lay(model, data, renderer, rehearsal, fold.positions[frame], mujoco)
             renderer.update_scene(data, _camera(rehearsal, mujoco))
             found.append(renderer.render().copy())

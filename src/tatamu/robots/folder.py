@@ -23,8 +23,8 @@ from tatamu.robots.plan import Plan
 from tatamu.robots.stage import stage_xml
 from tatamu.robots.tables import joint_csv, pattern_json, trajectory_json
 
-FOLD_FILES = ("manipulation.json", "scene.json", "rollout.npz")
-"""Of the learned fold's folder; the last two may be missing."""
+FOLD_FILES = ("manipulation.json", "scene.json", "rollout.npz", "result.json")
+"""Of the learned fold's folder; all but the first may be missing."""
 
 
 def check_out(out: Path) -> None:

@@ -42,6 +42,15 @@ class Event(_Record):
     event: Literal["close", "open"]
 
 
+class Check(_Record):
+    """A figure of the plan and what it may be."""
+
+    value: float
+    limit: float
+    unit: str
+    ok: bool
+
+
 class PlanFile(_Record):
     """plan.json, as far as a rehearsal reads it."""
 
@@ -51,6 +60,7 @@ class PlanFile(_Record):
     task_in_base: Pose
     joints: list[str]
     events: list[Event]
+    checks: dict[str, Check] = {}
 
 
 @dataclass(frozen=True)

@@ -58,16 +58,31 @@ class Rehearsal:
     wall_seconds: float
 
     @property
-    def joint_error(self) -> np.ndarray:
-        """Largest distance from the plan of each joint [rad], shape (j,)."""
+    def joint_distances(self) -> np.ndarray:
+        """How far each joint is from the plan [rad], shape (n, j)."""
         planned = self.planned
         wanted = np.array([np.interp(self.times, planned.times, column) for column in planned.angles.T]).T
-        return np.abs(self.angles - wanted).max(axis=0)
+        return self.angles - wanted
+
+    @property
+    def joint_error(self) -> np.ndarray:
+        """Largest distance from the plan of each joint [rad], shape (j,)."""
+        return np.abs(self.joint_distances).max(axis=0)
+
+    @property
+    def closes(self) -> float:
+        """When the first hand closes [s]: a rehearsed fold's time begins there."""
+        return min(self.planned.event(arm, "close") for arm in ARMS)
+
+    @property
+    def tool_distances(self) -> np.ndarray:
+        """How far each tool is from the plan [m], shape (2, n)."""
+        return np.asarray(np.linalg.norm(self.tools - self.wanted_tools, axis=2))
 
     @property
     def tool_error(self) -> float:
         """Largest distance of a tool from the plan while it holds the cloth [m]."""
-        distance = np.linalg.norm(self.tools - self.wanted_tools, axis=2)
+        distance = self.tool_distances
         return float(max(distance[number, self._holding(arm)].max(initial=0.0) for number, arm in enumerate(ARMS)))
 
     def _holding(self, arm: str) -> np.ndarray:
@@ -89,7 +104,7 @@ class Rehearsal:
         """
         if len(learned.grippers) != 2:
             raise InputError(f"scene.json: grippers: must be two, left and right, given {len(learned.grippers)}")
-        closes = min(self.planned.event(arm, "close") for arm in ARMS)
+        closes = self.closes
         grippers = [
             self._gripper(number, arm, gripper, closes)
             for number, (arm, gripper) in enumerate(zip(ARMS, learned.grippers, strict=True))

@@ -2,30 +2,30 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from tatamu.files import write_json, write_npz
+from tatamu.report.records import Scores
+from tatamu.report.verdict import MEASURES
+from tatamu.robots.refold import Refold
 from tatamu.robots.rehearsal import Rehearsal
-from tatamu.rollout import Rollout
-from tatamu.scene import Scene
 
-Fold = tuple[Scene, Rollout, Rollout, np.ndarray | None]
-"""The scene with the robot's hands, its rollout, the rollout with floating hands, and the wanted shape (n, 3)."""
+AS_FLOATING = 0.010
+"""A fold whose vertices end within this of where floating hands leave them is the same fold [m]."""
 
 
-def save(rehearsal: Rehearsal, folder: Path, fold: Fold | None = None) -> dict[str, Any]:
-    """Write rehearsal.json, motion.npz and, with a fold, scene.json and rollout.npz; returns the figures."""
-    figures = {**_figures(rehearsal), "fold": None if fold is None else _fold_figures(*fold)}
+def save(rehearsal: Rehearsal, folder: Path, fold: Refold | None = None) -> dict[str, Any]:
+    """Write rehearsal.json, motion.npz and, with a fold, scene.json and both rollouts; returns the figures."""
+    figures = {**_figures(rehearsal), "fold": None if fold is None else _fold_figures(fold)}
     if fold is not None:
-        scene, with_robot, _, target = fold
-        scene.save(folder / "scene.json")
-        extra = {} if target is None else {"target": target}
-        Rollout(with_robot.times, with_robot.positions, with_robot.faces, with_robot.info, extra).save(
-            folder / "rollout.npz"
-        )
+        fold.scene.save(folder / "scene.json")
+        extra = {} if fold.target is None else {"target": fold.target}
+        for name, rollout in (("rollout", fold.robot), ("floating", fold.floating)):
+            replace(rollout, extra=extra).save(folder / f"{name}.npz")
     write_npz(
         folder / "motion.npz",
         {
@@ -56,20 +56,24 @@ def _figures(rehearsal: Rehearsal) -> dict[str, Any]:
     }
 
 
-def _fold_figures(scene: Scene, robot: Rollout, floating: Rollout, target: np.ndarray | None) -> dict[str, Any]:
-    """The fold that the robot's hands make, against floating hands and the wanted shape, mean vertex distances [m]."""
-    distance = np.linalg.norm(robot.positions[-1] - floating.positions[-1], axis=1)
+def _fold_figures(fold: Refold) -> dict[str, Any]:
+    """The fold that the robot's hands make, against floating hands and the wanted shape; lengths in metres."""
     figures: dict[str, Any] = {
-        "simulator": robot.info.get("simulator"),
-        "seconds": scene.duration,
-        "distance_to_floating_hands": float(distance.mean()),
-        "largest_distance_to_floating_hands": float(distance.max()),
+        "simulator": fold.robot.info.get("simulator"),
+        "halvings": fold.halvings,
+        "simulated_vertices": fold.simulated_vertices,
+        "seconds": fold.scene.duration,
+        "distance_to_floating_hands": float(fold.apart.mean()),
+        "largest_distance_to_floating_hands": float(fold.apart.max()),
         "mean_vertex_distance": None,
         "floating_mean_vertex_distance": None,
+        "scores": {name: score.as_dict() for name, score in fold.scores.items()},
+        "unscored": fold.unscored,
+        "warnings": fold.robot.info.get("warnings", []),
     }
-    if target is not None and target.shape == robot.positions[-1].shape:
-        for name, rollout in (("mean_vertex_distance", robot), ("floating_mean_vertex_distance", floating)):
-            figures[name] = float(np.linalg.norm(rollout.positions[-1] - target, axis=1).mean())
+    if fold.target is not None:
+        for name, rollout in (("mean_vertex_distance", fold.robot), ("floating_mean_vertex_distance", fold.floating)):
+            figures[name] = float(np.linalg.norm(rollout.positions[-1] - fold.target, axis=1).mean())
     return figures
 
 
@@ -86,12 +90,24 @@ def summary(figures: dict[str, Any]) -> list[str]:
         f"warning: {' and '.join(contact['links'])} touch at {contact['first']:.2f} s, {1e3 * contact['depth']:.1f} mm"
         for contact in contacts
     ] or ["nothing touched that should not"]
-    fold = figures["fold"]
-    if fold is not None:
-        lines.append(
-            f"fold in {fold['simulator']}: {1e3 * fold['distance_to_floating_hands']:.1f} mm mean from the same fold "
-            "with floating hands"
-        )
-    if fold is not None and fold["mean_vertex_distance"] is not None:
+    return lines + ([] if figures["fold"] is None else _fold_summary(figures["fold"]))
+
+
+def _fold_summary(fold: dict[str, Any]) -> list[str]:
+    mesh = f", edges halved {fold['halvings']} times" if fold["halvings"] else ""
+    lines = [
+        f"fold in {fold['simulator']} ({fold['simulated_vertices']} vertices{mesh}): "
+        f"{1e3 * fold['distance_to_floating_hands']:.1f} mm mean from the same fold with floating hands"
+    ]
+    if fold["mean_vertex_distance"] is not None and not fold["scores"]:
         lines.append(f"{1e3 * fold['mean_vertex_distance']:.1f} mm mean from the wanted shape")
-    return lines
+    if fold["unscored"]:
+        lines.append(f"not scored: {fold['unscored']}")
+    if fold["scores"]:
+        lines.append(f"  {'':28}" + "".join(f"{name:>12}" for name in fold["scores"]))
+    measures = MEASURES if fold["scores"] else ()
+    for measure in measures:
+        cells = [measure.text(Scores.model_validate(score)) for score in fold["scores"].values()]
+        unit = f" [{measure.unit}]" if measure.unit else ""
+        lines.append(f"  {measure.key.replace('_', ' ') + unit:28}" + "".join(f"{cell:>12}" for cell in cells))
+    return lines + [f"warning: {warning}" for warning in fold["warnings"]]

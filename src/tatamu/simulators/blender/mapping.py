@@ -13,7 +13,7 @@ import numpy as np
 
 from tatamu.material import Material
 from tatamu.scene import Scene
-from tatamu.simulators.blender.raw import COLLIDER, COLLISION, checked
+from tatamu.simulators.blender.raw import COLLIDER, COLLISION, DEFAULTS, LENGTHS, RANGES, checked
 from tatamu.simulators.blender.springs import Springs
 
 UNIT = float(np.sqrt(1e-3))
@@ -77,13 +77,17 @@ def mapped(scene: Scene, longest: float) -> Mapping:
     if scene.material.blender is not None:
         return _raw(scene, longest)
     springs = Springs(scene.cloth)
-    mapping = Mapping(scale=float(np.clip(THICKNESS / scene.material.thickness, 0.25, 20.0)))
+    mapping = Mapping(scale=_scale(scene.material))
     mapping.settings["mass"] = 0.3
     _elasticity(mapping, scene, springs)
     _contact(mapping, scene.material)
     _drag(mapping, scene.material)
     _substeps(mapping, springs, longest)
     return mapping
+
+
+def _scale(material: Material) -> float:
+    return float(np.clip(THICKNESS / material.thickness, 0.25, 20.0))
 
 
 def _elasticity(mapping: Mapping, scene: Scene, springs: Springs) -> None:
@@ -181,21 +185,34 @@ def _substeps(mapping: Mapping, springs: Springs, longest: float) -> None:
 
 
 def _raw(scene: Scene, longest: float) -> Mapping:
-    """Blender's numbers as a material gives them.
+    """Blender's numbers as a material gives them, in a scene that is enlarged like any other.
 
     Properties of the cloth that it leaves out keep Blender's defaults, quality counted per unit of Blender's time;
     contacts that it leaves out come from the SI fields.
     """
-    raw = checked(scene.material.blender or {})
-    mapping = Mapping()
+    raw = DEFAULTS | checked(scene.material.blender or {})
+    growing = [name for name in raw if _grows(name, raw.get("bending_model") == "LINEAR")]
+    fitting = (RANGES[name][1] / max(float(raw[name]), 1e-9) for name in growing)
+    mapping = Mapping(scale=max(1.0, min(_scale(scene.material), *fitting)))
     _contact(mapping, scene.material)
     mapping.clock = float(raw.pop("time_scale")) if "time_scale" in raw else None
     for name, value in raw.items():
         part = mapping.collision if name in COLLISION else mapping.collider if name in COLLIDER else mapping.settings
-        part[name] = value
+        part[name] = mapping.scale * float(value) if name in growing else value
     mapping.settings.setdefault("quality", _substeps_by_default(mapping.time_scale(longest, scene.frame_rate)))
-    mapping.standoff = REST * (mapping.collision["distance_min"] + mapping.collider["thickness_outer"])
+    mapping.standoff = REST * (mapping.collision["distance_min"] + mapping.collider["thickness_outer"]) / mapping.scale
     return mapping
+
+
+def _grows(name: str, linear: bool) -> bool:
+    """Whether a number has to grow with the scene for the same motion, enlarged.
+
+    Lengths and speeds have to. So have springs, whose stiffness is a force per relative stretch; dampers, which are a
+    force per speed, and hinges, whose force is already in proportion to the edge, have not.
+    """
+    kind, _, what = name.partition("_")
+    spring = kind in ("tension", "compression", "shear") or (linear and kind == "bending")
+    return name in LENGTHS or (spring and what.startswith("stiffness"))
 
 
 def _substeps_by_default(frame: float) -> int:

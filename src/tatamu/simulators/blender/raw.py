@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from tatamu.errors import InputError
 
-Value = float | str | bool
+Value = bool | int | float | str
 
 STIFFNESS = (0.0, 1e4)
 DAMPING = (0.0, 50.0)
@@ -52,6 +52,15 @@ COLLISION = (
 )
 """Names that belong to the cloth's contacts; those of COLLIDER to the table; all others to the cloth."""
 COLLIDER = ("thickness_outer", "cloth_friction")
+LENGTHS = ("distance_min", "self_distance_min", "thickness_outer", "impulse_clamp", "self_impulse_clamp")
+"""Names whose numbers are lengths [m] or speeds."""
+DEFAULTS: dict[str, Value] = {
+    "tension_stiffness": 15.0,
+    "compression_stiffness": 15.0,
+    "shear_stiffness": 5.0,
+    "bending_stiffness": 0.5,
+}
+"""Blender's own numbers for what a table may leave out and our enlarged scenes change."""
 
 
 def checked(table: Mapping[str, Value]) -> dict[str, Value]:

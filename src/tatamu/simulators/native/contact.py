@@ -40,6 +40,9 @@ NOTICEABLE = 0.02
 """Pushes beyond this part of a thickness make the next sweep look again at what they moved."""
 EDGE_GAP = 0.75
 """Edges keep this part of a thickness; vertices against triangles keep the whole."""
+HARD, RESTLESS_FOR = 0.08, 3
+"""A push beyond that part of a thickness is hard, and makes vertices restless for so many outer steps: only they can
+pass through something in spite of contact (`zones`)."""
 KEEP = (1.0, 0.5, 0.5, 0.3, 0.3, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2)
 """Part of a thickness that each sweep restores. The first wants all of it; later ones, made only while some pair is
 still closer, want less: layers that a hand crushes have no room for all, but always for not passing through."""
@@ -105,6 +108,7 @@ def _sweep_slots(x, before, moved, mesh, lists, friction, step, keep):  # type: 
     faces, thickness, inverse_mass = mesh.faces, mesh.reach[0], mesh.inverse_mass
     wanted, smallest = keep * thickness, thickness
     touched, last, noticeable = lists.touched, lists.sweeps[0] - 1, NOTICEABLE * thickness
+    restless, until, hard = lists.restless, lists.number[0] + RESTLESS_FOR, HARD * thickness
     for v in range(x.shape[0]):
         for s in range(2):
             t = lists.face[v, s]
@@ -158,6 +162,8 @@ def _sweep_slots(x, before, moved, mesh, lists, friction, step, keep):  # type: 
             silent /= weight
             if push > noticeable:
                 touched[v] = touched[a] = touched[b] = touched[c] = last + 1
+            if push > hard:
+                restless[v] = restless[a] = restless[b] = restless[c] = until
             nx, ny, nz = side * nx, side * ny, side * nz
             anchor = lists.anchor[v, s]
             if lists.anchor_face[v, s] != t:
@@ -189,15 +195,15 @@ def _sweep_slots(x, before, moved, mesh, lists, friction, step, keep):  # type: 
 @njit(cache=True, error_model="numpy")
 def _sweep_pairs(x, before, moved, mesh, lists, step, keep):  # type: ignore[no-untyped-def]
     """One pass over the edge pairs, along their closest points before the step; the smallest gap seen before."""
-    edges, inverse_mass = mesh.edges, mesh.inverse_mass
+    inverse_mass = mesh.inverse_mass
     thickness = EDGE_GAP * mesh.reach[0]
     wanted, smallest = keep * thickness, thickness
     touched, last, noticeable = lists.touched, lists.sweeps[0] - 1, NOTICEABLE * thickness
+    restless, until, hard = lists.restless, lists.number[0] + RESTLESS_FOR, HARD * mesh.reach[0]
     for p in range(lists.used[0]):
         if lists.pair_wake[p] > lists.travelled[0]:
             continue
-        a, b = edges[lists.pairs[p, 0], 0], edges[lists.pairs[p, 0], 1]
-        c, d = edges[lists.pairs[p, 1], 0], edges[lists.pairs[p, 1], 1]
+        a, b, c, d = lists.pairs[p, 0], lists.pairs[p, 1], lists.pairs[p, 2], lists.pairs[p, 3]
         if keep < 1.0 and touched[a] < last and touched[b] < last and touched[c] < last and touched[d] < last:
             continue
         distance, s, t = closest_on_segments(before, a, b, c, d)
@@ -233,6 +239,8 @@ def _sweep_pairs(x, before, moved, mesh, lists, step, keep):  # type: ignore[no-
         smallest = min(smallest, gap)
         if push > noticeable:
             touched[a] = touched[b] = touched[c] = touched[d] = last + 1
+        if push > hard:
+            restless[a] = restless[b] = restless[c] = restless[d] = until
         for o, w in ((a, wa), (b, wb), (c, wc), (d, wd)):
             f = w * inverse_mass[o] / weight
             x[o, 0] += f * push * nx

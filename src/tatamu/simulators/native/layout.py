@@ -1,10 +1,10 @@
 """Where the vertices lie in memory, so that forces are computed over long contiguous runs.
 
-A processor computes eight or sixteen neighbouring numbers at once, if they are neighbours in memory. The rows of a
-staggered mesh are therefore stored with one stride, even rows apart from odd rows: then all triangles of one kind
-are (a + j, b + j, c + j) for j = 0, 1, .., a *band*. Slots without a vertex, and band elements without a triangle,
-are fillers with zero mass and zero stiffness. Elements that fit in no band are computed on copies of their vertices,
-laid out as one more band; so the kernels know bands only.
+A processor computes eight or sixteen neighbouring numbers at once, if they are neighbours in memory. Rows of vertices
+that lie like those of a lattice (`lattice`) are therefore stored with one stride, even rows apart from odd rows: then
+all triangles of one kind are (a + j, b + j, c + j) for j = 0, 1, .., a *band*. Slots without a vertex, and band
+elements without a triangle, are fillers with zero mass and zero stiffness. Elements that fit in no band are computed on
+copies of their vertices, laid out as one more band; so the kernels know bands only.
 """
 
 from __future__ import annotations
@@ -13,9 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tatamu.topology import Topology
+from tatamu.simulators.native.lattice import patches
 
-SHORTEST_ROW = 6
 SHORTEST_BAND = 24
 FULLEST = 2.0
 """Give up on rows when they would need more than this many slots per vertex."""
@@ -53,47 +52,40 @@ class Bands:
         return out
 
 
-def slots(count: int, faces: np.ndarray) -> tuple[np.ndarray, int]:
-    """Slot of each vertex, shape (n,), and the number of slots."""
-    plain = np.arange(count), count
-    edges = Topology(faces).edges
-    start = _row_starts(count, edges)
-    lengths = np.diff(np.append(start, count))
-    if np.mean(lengths) < SHORTEST_ROW:
-        return plain
-    row = np.repeat(np.arange(len(start)), lengths)
-    column = np.arange(count) - start[row]
-    shift = _row_shifts(row, column, edges)
-    column = column + shift[row]
-    width = int(column.max()) + 1
-    half = (len(start) + 1) // 2
-    total = 2 * half * width
-    if total > FULLEST * count:
-        return plain
-    return (row % 2) * half * width + (row // 2) * width + column, total
+def slots(rest: np.ndarray, hinges: np.ndarray) -> tuple[np.ndarray, int]:
+    """Slot of each vertex, shape (n,), and the number of slots.
+
+    Args:
+        rest: Unstrained positions [m], shape (n, 3).
+        hinges: Inner edges and the vertices opposite, shape (h, 4).
+    """
+    count = len(rest)
+    found = patches(rest, hinges)
+    if not found:
+        return np.arange(count), count
+    width = max(int(patch.column.max()) + 1 for patch in found)
+    pairs = [int(patch.row.max()) // 2 + 1 for patch in found]  # of rows, the last one may be half empty
+    half = sum(pairs) * width
+    slot, first = np.full(count, -1), 0
+    for patch, length in zip(found, pairs, strict=True):
+        slot[patch.vertices] = (patch.row % 2) * half + (first + patch.row // 2) * width + patch.column
+        first += length
+    loose = np.flatnonzero(slot < 0)
+    slot[loose] = 2 * half + np.arange(len(loose))
+    total = 2 * half + len(loose)
+    return (slot, total) if total <= FULLEST * count else (np.arange(count), count)
 
 
-def _row_starts(count: int, edges: np.ndarray) -> np.ndarray:
-    """First vertex of every chain i, i+1, .. joined by edges."""
-    joined = np.zeros(count, dtype=bool)
-    joined[edges[edges[:, 1] == edges[:, 0] + 1, 1]] = True
-    return np.flatnonzero(~joined)
+def turned(faces: np.ndarray, slot: np.ndarray) -> np.ndarray:
+    """Triangles with their corners turned so that the lowest slot comes first: like ones then make one band."""
+    first = np.argmin(slot[faces], axis=1)
+    return np.take_along_axis(faces, (first[:, None] + np.arange(3)) % 3, axis=1)
 
 
-def _row_shifts(row: np.ndarray, column: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """Column offset of every row that makes odd rows lean the same way against even ones, at least 0."""
-    rows = int(row.max()) + 1
-    shift = np.zeros(rows, dtype=np.int64)
-    for r in range(1, rows):
-        between = edges[(row[edges[:, 0]] == r - 1) & (row[edges[:, 1]] == r)]
-        if not len(between):
-            continue
-        lean = column[between[:, 0]] + shift[r - 1] - column[between[:, 1]]
-        values, counts = np.unique(lean, return_counts=True)
-        pair = counts + np.where(np.isin(values + 1, values), np.append(counts[1:], 0), 0)
-        low = int(values[np.argmax(pair)])
-        shift[r] = low if r % 2 else low + 1
-    return shift - shift.min()
+def turned_hinges(hinges: np.ndarray, slot: np.ndarray) -> np.ndarray:
+    """Hinges seen from the side that puts the lower slot of the shared edge first."""
+    back = slot[hinges[:, 0]] > slot[hinges[:, 1]]
+    return np.where(back[:, None], hinges[:, [1, 0, 3, 2]], hinges)
 
 
 def bands(elements: np.ndarray, total: int) -> Bands:

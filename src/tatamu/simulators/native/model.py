@@ -15,7 +15,7 @@ from scipy.sparse.linalg import eigsh
 from tatamu.material import Material
 from tatamu.scene import Cloth
 from tatamu.simulators.native import bending, candidates, membrane
-from tatamu.simulators.native.layout import Bands, bands, slots
+from tatamu.simulators.native.layout import Bands, bands, slots, turned, turned_hinges
 from tatamu.topology import Topology, areas, lumped
 
 OUTER_STEP = 1e-3
@@ -85,10 +85,11 @@ def model_of(cloth: Cloth, material: Material) -> Model:
 
 
 def _build(cloth: Cloth, material: Material) -> Model:
-    rest, faces = cloth.rest, cloth.faces
+    rest = cloth.rest
+    slot, count = slots(rest, Topology(cloth.faces).hinges)
+    faces = turned(cloth.faces, slot)
     topology = Topology(faces)
-    slot, count = slots(len(rest), faces)
-    triangles, hinges = bands(slot[faces], count), bands(slot[topology.hinges], count)
+    triangles, hinges = bands(slot[faces], count), bands(slot[turned_hinges(topology.hinges, slot)], count)
     frames = membrane.rest_frames(rest, faces)
     S, L2 = membrane.constants(frames, material)
     weights, others = bending.constants(

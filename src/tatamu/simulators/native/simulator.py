@@ -77,7 +77,7 @@ class _Run:
         self._refuse()
         self.closed: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         self.paths = self._paths()
-        candidates.rebuild(self.state.x, self.mesh, self.lists)
+        candidates.search(self.state.x, self.mesh, self.lists)
 
     def frames(self) -> np.ndarray:
         """All frames, shape (f, n, 3)."""
@@ -208,7 +208,7 @@ def _lists(mesh: candidates.Mesh) -> candidates.Lists:
         face=np.full((count, 2), -1),
         side=np.zeros((count, 2), dtype=np.int64),
         wake=np.zeros((count, 2)),
-        pairs=np.empty((room, 2), dtype=np.int64),
+        pairs=np.empty((room, 4), dtype=np.int64),
         pair_wake=np.empty(room),
         used=np.zeros(1, dtype=np.int64),
         pressed=np.zeros(count, dtype=np.int64),
@@ -220,6 +220,8 @@ def _lists(mesh: candidates.Mesh) -> candidates.Lists:
         travelled=np.zeros(1),
         due=np.zeros(1),
         built=np.zeros((count, 3)),
+        restless=np.zeros(count, dtype=np.int64),
+        number=np.zeros(1, dtype=np.int64),
     )
 
 

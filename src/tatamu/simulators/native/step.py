@@ -201,6 +201,7 @@ def _collide(state, mesh, lists, world, step):  # type: ignore[no-untyped-def]
                 before,
                 moved,
                 mesh.inverse_mass,
+                lists,
                 world.height,
                 world.sine,
                 world.cosine,
@@ -234,6 +235,7 @@ def advance(state, elastic, mesh, lists, hands, world, first, count, step, bends
     total = bends * stretches
     for number in range(first, first + count):
         _lead(state, hands, number, step)
+        lists.number[0] += 1
         every = (total + state.rounds[0] - 1) // state.rounds[0]
         done, correction = 0, 0.0
         while done < total:

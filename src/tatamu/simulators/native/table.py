@@ -10,12 +10,13 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from tatamu.simulators.native.contact import CLEARING_SPEED, RECOVERY_SPEED
+from tatamu.simulators.native.contact import CLEARING_SPEED, HARD, RECOVERY_SPEED, RESTLESS_FOR
 
 
 @njit(cache=True, error_model="numpy")
-def sweep(x, before, moved, inverse_mass, height, sine, cosine, half, friction, step):  # type: ignore[no-untyped-def]
+def sweep(x, before, moved, inverse_mass, lists, height, sine, cosine, half, friction, step):  # type: ignore[no-untyped-def]
     """Correct the positions x, shape (n, 3); the mid-surface stays `half` a thickness over the table. See `contact`."""
+    hard = HARD * 2.0 * half
     for v in range(x.shape[0]):
         if inverse_mass[v] == 0.0:
             continue
@@ -26,6 +27,8 @@ def sweep(x, before, moved, inverse_mass, height, sine, cosine, half, friction, 
         depth = min(half, over_before + CLEARING_SPEED * step) - over
         if depth <= 0.0:
             continue
+        if depth > hard:
+            lists.restless[v] = lists.number[0] + RESTLESS_FOR
         silent = depth - max(min(half, over_before + RECOVERY_SPEED * step) - over, 0.0)
         moved[v, 0] += silent * sine
         moved[v, 2] += silent * cosine

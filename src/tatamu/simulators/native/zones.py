@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from tatamu.simulators.native.contact import RESTLESS_FOR
 from tatamu.simulators.native.geometry import closest_on_segments, normal_of
 
 MOST_PASSES = 30
@@ -80,12 +81,13 @@ def _vertex_passed(x, v, a, b, c, side):  # type: ignore[no-untyped-def]
 @njit(cache=True, error_model="numpy")
 def _mark(x, before, mesh, lists, zone):  # type: ignore[no-untyped-def]
     """Join the vertices of pairs that have passed through each other; whether any zone grew."""
-    grew = False
+    grew, restless, now = False, lists.restless, lists.number[0]
     for p in range(lists.used[0]):
         if lists.pair_wake[p] > lists.travelled[0]:
             continue
-        a, b = mesh.edges[lists.pairs[p, 0], 0], mesh.edges[lists.pairs[p, 0], 1]
-        c, d = mesh.edges[lists.pairs[p, 1], 0], mesh.edges[lists.pairs[p, 1], 1]
+        a, b, c, d = lists.pairs[p, 0], lists.pairs[p, 1], lists.pairs[p, 2], lists.pairs[p, 3]
+        if restless[a] < now and restless[b] < now and restless[c] < now and restless[d] < now:
+            continue
         held_on_both = min(mesh.inverse_mass[a], mesh.inverse_mass[b]) == 0.0
         held_on_both &= min(mesh.inverse_mass[c], mesh.inverse_mass[d]) == 0.0
         if not held_on_both and _edges_passed(x, before, a, b, c, d) and not _together(zone, a, b, c, d):
@@ -99,6 +101,8 @@ def _mark(x, before, mesh, lists, zone):  # type: ignore[no-untyped-def]
             if t < 0 or lists.side[v, s] == 0 or lists.wake[v, s] > lists.travelled[0]:
                 continue
             a, b, c = mesh.faces[t, 0], mesh.faces[t, 1], mesh.faces[t, 2]
+            if restless[v] < now and restless[a] < now and restless[b] < now and restless[c] < now:
+                continue
             held_on_both = mesh.inverse_mass[v] == 0.0
             held_on_both &= min(mesh.inverse_mass[a], mesh.inverse_mass[b], mesh.inverse_mass[c]) == 0.0
             if held_on_both:
@@ -140,6 +144,8 @@ def _move(x, before, inverse_mass, zone):  # type: ignore[no-untyped-def]
 def hold(x, before, mesh, lists):  # type: ignore[no-untyped-def]
     """Undo what passed through something else; x and before [m], shape (n, 3), before being legal.
 
+    Only what contact has pushed hard, or is in a zone, can have.
+
     Returns:
         Number of passes that it took; 0 when nothing had passed.
     """
@@ -148,4 +154,7 @@ def hold(x, before, mesh, lists):  # type: ignore[no-untyped-def]
         if not _mark(x, before, mesh, lists, zone):
             return passes
         _move(x, before, mesh.inverse_mass, zone)
+        for v in range(zone.shape[0]):
+            if zone[v] >= 0:
+                lists.restless[v] = lists.number[0] + RESTLESS_FOR
     return MOST_PASSES

@@ -1,0 +1,230 @@
+"""Another simulator as the real cloth: the table "cloths" of docs/calibration.md.
+
+    python benchmarks/cloths.py [--only towel ..] [--manipulations 10] [--trials 15] [--out DIR] [--write-docs]
+
+A sheet is measured in one simulator as if it lay on the table, another one is calibrated to the readings, by the
+paper's three tests and with the loop, and both fold it by the same random manipulations. Beside it the preset of that
+kind of cloth. Where `native` is the one calibrated, a fold is learned in it and replayed on the real cloth. What is in
+the folder is not run again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from ruler import measured, readings, settling
+from tables import insert, markdown
+
+from tatamu.calibration import calibrate
+from tatamu.calibration.laboratory import Laboratory
+from tatamu.calibration.sag import Sag
+from tatamu.files import write_json
+from tatamu.folding.task import Task, make_task
+from tatamu.learning import learn
+from tatamu.learning.space import search_space
+from tatamu.material import Material, load_material
+from tatamu.opinion.check import check
+from tatamu.opinion.learned import read_learned
+from tatamu.presets import load_preset
+
+DOCS = Path("docs/calibration.md")
+SPACING = 0.02
+"""Of all meshes [m]."""
+SHEET, LONG_SHEET = (0.24, 0.38), (0.24, 0.69)
+"""Sizes of sheets [m]: whole cells, as numbers of springs mean another cloth on other cells."""
+ROW = float(np.sqrt(0.75)) * SPACING
+FREE_LENGTHS = [round((rows + 0.5) * ROW, 3) for rows in range(3, 8)]
+"""Free lengths that a person tries for the sag [m]: of whole cells too."""
+CONTACT_ROUNDS = 12
+"""With Blender's own 2, the table does not hold cloth that bears cloth (docs/second-opinion.md)."""
+DRAWN = ("areal_density", "stretch_stiffness", "bending_rigidity", "friction_table", "friction_cloth")
+"""What differs from the preset in a cloth of its kind, within the preset's spread."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A cloth, where it is real, and which simulator is calibrated to it."""
+
+    name: str
+    real: Material
+    of: str
+    learner: str
+    preset: str
+    """Of that kind of cloth: what calibration begins with, and is compared with."""
+    size: tuple[float, float] = SHEET
+
+    @property
+    def title(self) -> str:
+        """As file names have it."""
+        return f"{self.name}-{self.of}-{self.learner}"
+
+
+def paper_cloth(garment: str) -> Material:
+    """Blender's cloth under the paper's Tables I and II, but with contact that holds."""
+    preset = load_material(Path(f"paper-{garment}"))
+    return preset.model_copy(update={"blender": {**(preset.blender or {}), "collision_quality": CONTACT_ROUNDS}})
+
+
+def another(name: str, seed: int) -> Material:
+    """A cloth of the kind of a preset: each figure drawn from the spread in its source."""
+    preset, random = load_preset(name), np.random.default_rng([60, seed])
+    spreads = {field: np.log(preset.spread[field]) for field in DRAWN if field in preset.spread}
+    drawn = {field: float(np.exp(random.uniform(low, high))) for field, (low, high) in spreads.items()}
+    return preset.material.model_copy(update=drawn)
+
+
+def cases() -> list[Case]:
+    """Blender's cloth for native, native's for Blender, and both with MuJoCo."""
+    knit, denim = another("interlock", 1), another("denim", 2)
+    return [
+        Case("towel", paper_cloth("towel"), "blender", "native", "terry", LONG_SHEET),
+        Case("tshirt", paper_cloth("tshirt"), "blender", "native", "interlock", LONG_SHEET),
+        Case("trousers", paper_cloth("trousers"), "blender", "native", "denim", LONG_SHEET),
+        Case("interlock", knit, "native", "blender", "interlock"),
+        Case("denim", denim, "native", "blender", "denim"),
+        Case("interlock", knit, "mujoco", "native", "interlock"),
+        Case("denim", denim, "native", "mujoco", "denim"),
+    ]
+
+
+def sag_length(material: Material, simulator: str) -> float:
+    """The free length at which the edge hangs down about half of it, as a person would find by trying [m]."""
+    lab, material = Laboratory(simulator), settling(material)
+    share = [lab.reading(Sag(d, SPACING, name=f"{d}"), material) / d for d in FREE_LENGTHS]
+    return FREE_LENGTHS[int(np.argmin(np.abs(np.array(share) - 0.5)))]
+
+
+def task_of(case: Case, material: Material, simulator: str) -> Task:
+    """The half fold of the sheet."""
+    return make_task("towel", size=case.size, material=material, spacing=SPACING, simulator=simulator)
+
+
+def final_shapes(task: Task, count: int) -> list[np.ndarray | None]:
+    """Where the sheet ends after `count` manipulations drawn evenly from what the search may choose; None: failed."""
+    random, space = np.random.default_rng(60), search_space(task.fold, "continuous")
+    low, high = (np.array([getattr(among, end) for among in space.values()]) for end in ("low", "high"))
+    drawn = [dict(zip(space, random.uniform(low, high), strict=True)) for _ in range(count)]
+    rollouts = [task.evaluate(task.manipulation(each)).rollout for each in drawn]
+    return [None if rollout is None else rollout.positions[-1] for rollout in rollouts]
+
+
+def apart(first: list[np.ndarray | None], second: list[np.ndarray | None]) -> list[float | None]:
+    """Mean vertex distances [m] between two outcomes of each manipulation."""
+    return [
+        None if a is None or b is None else float(np.linalg.norm(a - b, axis=1).mean())
+        for a, b in zip(first, second, strict=True)
+    ]
+
+
+def replayed(case: Case, task: Task, folder: Path, trials: int) -> dict[str, float | None]:
+    """A fold learned in the learner and replayed on the real cloth: mean vertex distances [m].
+
+    From its target as learned, from the same target on the real cloth, and between the two shapes.
+    """
+    learn(task, folder, trials=trials, baselines=False)
+    opinion = check(read_learned(folder), case.of, case.real)
+    return {
+        "learned": opinion.learned.score.mean_vertex_distance,
+        "replayed": opinion.score.mean_vertex_distance if opinion.score else None,
+        "between": float(opinion.apart.mean()) if opinion.rollout else None,
+    }
+
+
+def compare(case: Case, count: int, trials: int, folder: Path) -> dict[str, Any]:
+    """Measure the real cloth, calibrate the learner to it, and compare folds with the preset's."""
+    true = measured(case.real, case.of, case.size, sag_length(case.real, case.of), SPACING, loop=True)
+    row: dict[str, Any] = {"readings": true, "preset": {"material": load_material(Path(case.preset)).model_dump()}}
+    for name in ("three", "four"):
+        told = readings(true, case.size, loop=name == "four", material=case.preset, thickness=case.real.thickness)
+        started = time.perf_counter()
+        found = calibrate(told, case.learner, SPACING)
+        row[name] = {"material": found.material.model_dump(), "seconds": time.perf_counter() - started}
+    truth = final_shapes(task_of(case, case.real, case.of), count)
+    for name in ("preset", "three", "four"):
+        task = task_of(case, Material.model_validate(row[name]["material"]), case.learner)
+        row[name]["apart"] = apart(truth, final_shapes(task, count))
+        if case.learner == "native":
+            row[name]["fold"] = replayed(case, task, folder / f"{case.title}-{name}", trials)
+    return row
+
+
+def measured_line(case: Case, row: dict[str, Any]) -> dict[str, str]:
+    """What was read, and what became of it."""
+    true, three, four = row["readings"], row["three"]["material"], row["four"]["material"]
+    return {
+        "cloth": f"{case.name} in {case.of}",
+        "calibrated": case.learner,
+        "L1 - L2 [mm]": f"{1e3 * (true['L1'] - true['L2']):.1f}",
+        "slides at [°]": f"{np.degrees(true['angle']):.1f}",
+        "sag [mm]": f"{1e3 * true['sag']:.0f} of {1e3 * true['free_length']:.0f}",
+        "loop [mm]": f"{1e3 * true['loop']:.0f}",
+        "Y [N/m]": f"{three['stretch_stiffness']:.0f}",
+        "μ": f"{three['friction_table']:.2f}",
+        "B by sag [µN m]": f"{1e6 * three['bending_rigidity']:.0f}",
+        "B by loop [µN m]": f"{1e6 * four['bending_rigidity']:.0f}",
+        "seconds": f"{row['three']['seconds']:.0f}, {row['four']['seconds']:.0f}",
+    }
+
+
+def compared_line(case: Case, row: dict[str, Any]) -> dict[str, str]:
+    """How far preset and calibrations are from the real cloth after the random manipulations."""
+    told = {"cloth": f"{case.name} in {case.of}", "calibrated": case.learner, "preset": case.preset}
+    middles, columns = {}, [row[name]["apart"] for name in ("preset", "three", "four")]
+    finished = [k for k, each in enumerate(zip(*columns, strict=True)) if None not in each]
+    for name in ("preset", "three", "four"):
+        lengths = 1e3 * np.array([row[name]["apart"][k] for k in finished])
+        middles[name] = float(np.mean(lengths)), float(np.median(lengths))
+    for name, title in (("preset", "with the preset"), ("three", "three readings"), ("four", "and the loop")):
+        told[f"{title}: mean, median [mm]"] = "{:.1f}, {:.1f}".format(*middles[name])
+        if name != "preset":
+            ratios = [a / b for a, b in zip(middles[name], middles["preset"], strict=True)]
+            told[f"{title}: ratios"] = "{:.2f}, {:.2f}".format(*ratios)
+    return told
+
+
+def replayed_line(case: Case, row: dict[str, Any]) -> dict[str, str]:
+    """Learned folds on the real cloth."""
+
+    def words(fold: dict[str, float | None]) -> str:
+        lengths = ["failed" if fold[key] is None else f"{1e3 * (fold[key] or 0.0):.1f}" for key in fold]
+        return "{} → {}; {}".format(*lengths)
+
+    told = {"cloth": f"{case.name} in {case.of}"}
+    titles = {"preset": "with the preset", "three": "three readings", "four": "and the loop"}
+    return told | {f"{title} [mm]": words(row[name]["fold"]) for name, title in titles.items()}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", nargs="+", help="cloths, such as towel or denim; default: all")
+    parser.add_argument("--manipulations", type=int, default=10)
+    parser.add_argument("--trials", type=int, default=15)
+    parser.add_argument("--out", type=Path, default=Path("runs/calibration"))
+    parser.add_argument("--write-docs", action="store_true")
+    options = parser.parse_args()
+    rows = []
+    for case in cases():
+        path = options.out / f"cloth-{case.title}.json"
+        if not path.exists() and (not options.only or case.name in options.only):
+            write_json(path, compare(case, options.manipulations, options.trials, options.out))
+        if path.exists():
+            rows.append((case, json.loads(path.read_text())))
+    learned = [(case, row) for case, row in rows if case.learner == "native"]
+    tables = [
+        markdown([line(*row) for row in some])
+        for line, some in ((measured_line, rows), (compared_line, rows), (replayed_line, learned))
+        if some
+    ]
+    print("\n\n".join(tables))
+    if options.write_docs:
+        insert("calibration: cloths", "\n\n".join(tables), DOCS)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,103 @@
+"""Loop: how high cloth stands where it is folded over itself, a fold's crease under its own weight.
+
+Not in the paper. It tells bending of cloth too limp for a sag to tell, and tells it at the curvature that folding has:
+cloth, and Blender's old bending model, need not bend in proportion. A strip is laid over itself without friction, ends
+held, so that it finds the loop of least energy; its height depends on bending over weight alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from tatamu.calibration.settling import settling
+from tatamu.garments.towel import staggered_rectangle
+from tatamu.material import GRAVITY, Material
+from tatamu.rollout import Rollout
+from tatamu.scene import Cloth, Gripper, Scene, Table
+from tatamu.validation.loop import start
+
+HEIGHT, LIFT = 0.906, 1.1
+"""Height of the loop: 0.906 l_b + 1.1 thickness, by the heavy chain (`validation.loop`) [its top over the table]."""
+LIES = 4.0
+"""So many heights of cloth lie on either side of the crease: 3.85 are as good as infinitely many (the heavy chain)."""
+CELL = 0.2
+"""Edge length of the mesh over the height."""
+COLUMNS = 6
+HELD_ROWS = 2
+LAYS = 0.3
+"""Part of the scene in which the upper end is laid down."""
+RELAXATIONS = 20.0
+
+
+@dataclass(frozen=True)
+class Loop:
+    """The test of a strip folded over itself."""
+
+    height: float
+    """What was read [m]: the strip is cut to it."""
+    thickness: float
+    """Of the cloth [m]."""
+    spacing: float | None = None
+    """Edge length of the strip's mesh [m]; None: a part of the height."""
+    name: str = "loop"
+
+    @property
+    def bending_length(self) -> float:
+        """l_b of an ideal strip with this loop [m]."""
+        return max(self.height - LIFT * self.thickness, 0.1 * self.height) / HEIGHT
+
+    @property
+    def edge(self) -> float:
+        """Edge length of the mesh [m]; triangles must be larger than the cloth is thick."""
+        return self.spacing or max(CELL * self.height, 2.0 * self.thickness)
+
+    @cached_property
+    def mesh(self) -> tuple[np.ndarray, np.ndarray]:
+        """The strip unfolded, lengthwise from x = 0 [m], shape (n, 3), and its triangles."""
+        row = np.sqrt(0.75) * self.edge
+        rows = 2 * int(np.ceil(LIES * self.height / row)) + 2 * HELD_ROWS
+        vertices, faces = staggered_rectangle(COLUMNS * self.edge, rows * row, self.edge)
+        return vertices - [vertices[:, 0].min(), 0.0, 0.0], faces
+
+    def scene(self, material: Material) -> Scene:
+        """A wide loop whose upper end is laid onto its lower one, and which then settles."""
+        flat, faces = self.mesh
+        row, length = np.sqrt(0.75) * self.edge, float(flat[:, 0].max())
+        chain = start(length, self.bending_length, material.thickness)
+        arc = np.linspace(0.0, length, len(chain))
+        x, z = (np.interp(flat[:, 0], arc, chain[:, k]) for k in (0, 1))
+        ends = [flat[:, 0] < (HELD_ROWS - 0.5) * row, flat[:, 0] > length - (HELD_ROWS - 0.5) * row]
+        lower, upper = (np.flatnonzero(end).tolist() for end in ends)
+        down = 1.5 * material.thickness - float(z[ends[1]].mean())
+        rate = float(np.sqrt(GRAVITY / self.bending_length))
+        duration = RELAXATIONS / rate
+        plain = settling(material, rate).model_copy(update={"friction_table": 0.0, "friction_cloth": 0.0})
+        return Scene(
+            cloth=Cloth(vertices=np.column_stack([x, flat[:, 1], z]), faces=faces, rest_vertices=flat),
+            material=plain,
+            table=Table(),
+            grippers=[
+                Gripper(vertices=lower, times=[0.0], displacements=np.zeros((1, 3))),
+                Gripper(
+                    vertices=upper, times=[0.0, LAYS * duration], displacements=np.array([[0, 0, 0], [0, 0, down]])
+                ),
+            ],
+            duration=duration,
+            frame_rate=30.0,
+        )
+
+    def reading(self, rollout: Rollout, frame: int = -1) -> float:
+        """Height of the loop's top over the table of a rollout [m]."""
+        return self.height_of(rollout.positions[frame])
+
+    def height_of(self, positions: np.ndarray) -> float:
+        """The same of a shape [m], shape (n, 3): of its highest row, which is as high as its vertices in the mean."""
+        rows = np.unique(self.mesh[0][:, 0].round(6), return_inverse=True)[1]
+        return float((np.bincount(rows, positions[:, 2]) / np.bincount(rows)).max()) + 0.5 * self.thickness
+
+    def guess(self, height: float, density: float) -> float:
+        """Bending rigidity of an ideal strip with this loop, rho g l_b^3 [N m]."""
+        return density * GRAVITY * (max(height - LIFT * self.thickness, 0.1 * height) / HEIGHT) ** 3

@@ -1,0 +1,62 @@
+"""A robot's links over time as boxes, for the replay: each shape's own bounding box, in the fold's frame F."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from tatamu.robots.extras import needed
+from tatamu.robots.model import TABLE
+from tatamu.robots.planned import Planned
+
+_SIDES = [(axis, sign) for axis in range(3) for sign in (-1.0, 1.0)]
+
+
+def _side(axis: int, sign: float) -> list[list[float]]:
+    """Four corners of a side of the cube of half size 1, anticlockwise as seen from outside."""
+    corners = []
+    for first, second in ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)):
+        corner = [0.0, 0.0, 0.0]
+        corner[axis], corner[(axis + 1) % 3], corner[(axis + 2) % 3] = sign, first, second
+        corners.append(corner)
+    return corners if sign > 0 else corners[::-1]
+
+
+CORNERS = np.array([corner for side in _SIDES for corner in _side(*side)])
+"""Of a cube of half size 1, four for each side, shape (24, 3)."""
+FACES = np.array([[4 * k + i for i in triangle] for k in range(6) for triangle in ((0, 1, 2), (0, 2, 3))])
+"""Triangles of the cube, shape (12, 3)."""
+
+
+def link_boxes(planned: Planned, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Corners of all boxes [m], shape (f, 24 b, 3), and their triangles, shape (12 b, 3).
+
+    Args:
+        planned: The plan.
+        angles: Of the plan's joints at each frame [rad], shape (f, j).
+    """
+    mujoco = needed("mujoco")
+    model = mujoco.MjModel.from_xml_path(str(planned.folder / "robot.xml"))
+    data = mujoco.MjData(model)
+    columns = [int(model.joint(name).qposadr[0]) for name in planned.plan.joints]
+    shown = [k for k in range(model.ngeom) if model.geom(k).name != TABLE and np.isfinite(model.geom_rbound[k])]
+    shown = [k for k in shown if model.geom_type[k] != mujoco.mjtGeom.mjGEOM_PLANE]
+    middle, half = model.geom_aabb[shown, :3], model.geom_aabb[shown, 3:]
+    corners = middle[:, None] + half[:, None] * CORNERS  # in each shape's own frame
+    found = []
+    for row in angles:
+        data.qpos[columns] = row
+        mujoco.mj_kinematics(model, data)
+        turned = np.einsum("bij,bkj->bki", data.geom_xmat[shown].reshape(-1, 3, 3), corners)
+        found.append(_in_fold(planned, data, (turned + data.geom_xpos[shown][:, None]).reshape(-1, 3)))
+    faces = (FACES + 24 * np.arange(len(shown))[:, None, None]).reshape(-1, 3)
+    return np.array(found), faces
+
+
+def _in_fold(planned: Planned, data: Any, points: np.ndarray) -> np.ndarray:
+    """Points in the world as points in F [m], shape (n, 3)."""
+    base = data.body(planned.plan.base_frame)
+    X_BF = planned.plan.task_in_base.matrix
+    in_base = (points - base.xpos) @ base.xmat.reshape(3, 3)
+    return np.asarray((in_base - X_BF[:3, 3]) @ X_BF[:3, :3])

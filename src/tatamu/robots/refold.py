@@ -1,0 +1,121 @@
+"""The learned fold made again in a simulator, by the robot's hands as they moved and by hands that float.
+
+Both run on the learned fold's mesh, or on a finer one where the simulator needs it: a vertex of the learned mesh stays
+a vertex, so that shapes are compared and scored on the learned mesh all the same.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tatamu.errors import InputError
+from tatamu.folding.score import Score
+from tatamu.opinion.check import on_coarse_mesh
+from tatamu.opinion.finer import finer
+from tatamu.opinion.learned import Learned, read_learned
+from tatamu.robots.planned import fold_file
+from tatamu.robots.rehearsal import Rehearsal
+from tatamu.rollout import Rollout
+from tatamu.scene import Scene
+from tatamu.simulators import named
+from tatamu.topology import Topology
+
+FINE_ENOUGH = {"mujoco": 0.45}
+"""Cells of at most so many bending lengths: where a simulator bends quadratically, a fold collapses on larger ones."""
+MOST_HALVINGS = 2
+
+
+@dataclass(frozen=True)
+class Refold:
+    """Two rollouts of one fold, on the learned mesh."""
+
+    simulator: str
+    halvings: int
+    """How often the edges of the learned mesh were halved for the simulation."""
+    simulated_vertices: int
+    scene: Scene
+    """With the robot's hands."""
+    robot: Rollout
+    floating: Rollout
+    """As learned: the hands move as fast as they did then, which may be faster than the robot."""
+    target: np.ndarray | None
+    """The wanted shape [m], shape (n, 3), where the plan carries it."""
+    learned: Learned | None = None
+    """The learned fold with its task; None: it cannot be scored."""
+    unscored: str | None = None
+    """Why not."""
+
+    @property
+    def apart(self) -> np.ndarray:
+        """How far each vertex ends from where floating hands leave it [m], shape (n,)."""
+        return np.asarray(np.linalg.norm(self.robot.positions[-1] - self.floating.positions[-1], axis=1))
+
+    @property
+    def scores(self) -> dict[str, Score]:
+        """By the functions that score learned folds; empty where there is no task to score with."""
+        if self.learned is None:
+            return {}
+        return {
+            "robot": self.learned.scored(self.robot.positions[-1]),
+            "floating": self.learned.scored(self.floating.positions[-1]),
+            "learned": self.learned.score,
+        }
+
+
+def halvings_for(scene: Scene, simulator: str) -> int:
+    """How often the edges of a scene's mesh must be halved until the simulator can fold it."""
+    edges = scene.cloth.rest[Topology(scene.cloth.faces).edges]
+    cells = np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1).mean() / max(scene.material.bending_length, 1e-9)
+    needed = int(np.ceil(np.log2(max(cells / FINE_ENOUGH.get(simulator, np.inf), 1e-9))))
+    return min(max(0, needed), MOST_HALVINGS)
+
+
+def refold(rehearsal: Rehearsal, simulator: str, halvings: int | None = None) -> Refold | None:
+    """Fold again with both hands; None if the plan carries no scene.
+
+    Args:
+        rehearsal: How the robot moved.
+        simulator: Which one folds.
+        halvings: How often to halve the edges of the mesh; None: as often as the simulator needs.
+
+    Raises:
+        InputError: No such simulator, or a file of the fold is broken.
+        SimulationError: The simulation failed.
+    """
+    folder = rehearsal.planned.folder
+    scene_file = fold_file(folder, "scene.json")
+    if scene_file is None:
+        return None
+    learned, engine = Scene.load(scene_file), named(simulator)
+    scene = rehearsal.scene(learned)
+    count = halvings_for(learned, simulator) if halvings is None else halvings
+    both = [_halved(one, count) for one in (scene, learned)]
+    robot, floating = (on_coarse_mesh(told, learned.cloth.faces) for told in engine.simulate_many(both))
+    known, why_not = _task(folder)
+    target = _target(folder, len(learned.cloth.vertices))
+    return Refold(simulator, count, len(both[0].cloth.vertices), scene, robot, floating, target, known, why_not)
+
+
+def _halved(scene: Scene, times: int) -> Scene:
+    for _ in range(times):
+        scene = finer(scene)
+    return scene
+
+
+def _target(folder: Path, count: int) -> np.ndarray | None:
+    path = fold_file(folder, "rollout.npz")
+    target = Rollout.load(path).extra.get("target") if path else None
+    return target if target is not None and target.shape == (count, 3) else None
+
+
+def _task(folder: Path) -> tuple[Learned | None, str | None]:
+    """The learned fold that the plan carries, or why it cannot be scored."""
+    if fold_file(folder, "result.json") is None:
+        return None, "the plan carries no result.json of the learned fold"
+    try:
+        return read_learned(folder / "fold"), None
+    except InputError as error:
+        return None, str(error)

@@ -1,0 +1,105 @@
+"""The loop of a fold as a reading: right by the heavy chain, and what it adds to the sag."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tatamu import Material, simulate
+from tatamu.calibration import Calibration, Measurements, advice_on, calibrate
+from tatamu.calibration.loop import HEIGHT, LIFT, Loop
+from tatamu.calibration.match import match
+from tatamu.calibration.page import page
+from tatamu.calibration.sag import Sag
+from tatamu.errors import InputError
+from tatamu.files import validated
+from tatamu.material import GRAVITY
+from tatamu.validation.loop import Crease
+
+DENSITY, THICKNESS = 0.2, 0.001
+SIZE, FREE = (0.2, 0.4), 0.03
+
+
+def cloth(bending_length: float) -> Material:
+    return Material(
+        areal_density=DENSITY,
+        stretch_stiffness=200.0,
+        bending_rigidity=DENSITY * GRAVITY * bending_length**3,
+        thickness=THICKNESS,
+    )
+
+
+@cache
+def loop_of(bending_length: float) -> float:
+    """Height of the loop of a heavy chain: its top over the table [m]."""
+    half = 4.2 * bending_length
+    return float(Crease(2 * half, bending_length, THICKNESS, THICKNESS).solve()[:, 1].max()) + 0.5 * THICKNESS
+
+
+def measured(**tables: Any) -> Measurements:
+    garment = {"name": "towel", "size": list(SIZE), "mass": DENSITY * SIZE[0] * SIZE[1], "thickness": THICKNESS}
+    return validated(Measurements, {"garment": garment, **tables}, "m.toml")
+
+
+@pytest.mark.parametrize("bending_length", [0.012, 0.03])
+def test_the_simulated_loop_is_as_high_as_the_heavy_chain(bending_length: float) -> None:
+    test = Loop(loop_of(bending_length), THICKNESS)
+    got = test.reading(simulate(test.scene(cloth(bending_length))))
+    assert got == pytest.approx(loop_of(bending_length), rel=0.01)
+    assert test.height == pytest.approx(HEIGHT * bending_length + LIFT * THICKNESS, rel=0.02)
+
+
+@pytest.fixture(scope="module")
+def limp() -> Calibration:
+    """A cloth of which the sag tells nothing: it hangs straight down."""
+    height = round(loop_of(0.012), 3)
+    return calibrate(measured(loop={"height": height}, sag={"edge": "bottom", "free_length": 0.06, "sag": 0.059}))
+
+
+def test_the_loop_tells_bending_where_the_sag_cannot(limp: Calibration) -> None:
+    assert "bending_rigidity" in limp.known
+    error = limp.material.bending_rigidity / cloth(0.012).bending_rigidity - 1.0
+    assert abs(error) < 2.0 * limp.relative("bending_rigidity") < 0.7
+    assert [fit.test for fit in limp.fits] == ["loop"]  # a sag that cannot tell cannot check either
+    assert not any(text.startswith("sag") for text in advice_on(limp))
+
+
+def test_half_a_millimetre_of_the_loop_moves_bending_as_stated(limp: Calibration) -> None:
+    height = limp.readings["height"]
+    more = calibrate(measured(loop={"height": height.value + 0.5 * height.uncertainty}))
+    moved = np.log(more.material.bending_rigidity / limp.material.bending_rigidity)
+    assert moved == pytest.approx(0.5 * limp.contributions["height"][2], rel=0.1)
+
+
+def test_cloth_that_does_not_bend_in_proportion_is_said_to() -> None:
+    strip = Sag(FREE)
+    sag = strip.reading(simulate(strip.scene(cloth(0.015))))
+    found = calibrate(
+        measured(loop={"height": loop_of(0.03)}, sag={"edge": "bottom", "free_length": FREE, "sag": round(sag, 3)})
+    )
+    assert found.material.bending_rigidity == pytest.approx(cloth(0.03).bending_rigidity, rel=0.1)
+    assert any("does not bend in proportion" in text for text in advice_on(found))
+    assert [fit["test"] for fit in found.to_toml()["fit"] if fit.get("check")] == ["sag"]
+    text = page(found)
+    assert "Loop: bending rigidity B" in text and "Sag: bending rigidity B, a check" in text
+    assert ">height</text>" in text and "the height of the loop" in text
+
+
+def test_a_loop_pressed_flat_only_bounds_bending_and_lets_the_sag_tell_it() -> None:
+    flat = {"height": 2.5 * THICKNESS}
+    alone = calibrate(measured(loop=flat))
+    assert alone.fit("loop").bound == "at most" and "bending_rigidity" not in alone.known  # type: ignore[union-attr]
+    assert any("no loop that a ruler could read" in text for text in advice_on(alone))
+    both = calibrate(measured(loop=flat, sag={"edge": "bottom", "free_length": FREE, "sag": 0.02}))
+    assert [fit.test for fit in both.fits] == ["sag"] and "bending_rigidity" in both.known
+    with pytest.raises(InputError, match="more than two layers"):
+        calibrate(measured(loop={"height": 1.5 * THICKNESS}))
+
+
+def test_a_rising_reading_is_matched_like_a_falling_one() -> None:
+    found = match(lambda b: 3.0 * b**0.3, 6.0, 1.0, (1e-3, 1e3), 1e-6, np.log, rising=True)
+    assert found.reached and found.parameter == pytest.approx(2.0 ** (1 / 0.3), rel=1e-4)
+    assert found.reading == pytest.approx(6.0) and all(value > 0 for _, value in found.samples)
