@@ -220,11 +220,28 @@ def test_what_a_robot_cannot_reach_is_not_simulated_and_fails(tmp_path: Path, mo
     for trial in failed:
         assert trial["error"] == "out of reach of low"
         assert trial["objective"] > reached.penalty(trial["trajectory_length"])
+    before = list(low.asked)
     low.asked.clear()
     learn(reached, tmp_path, trials=7, baselines=False)
-    assert len(low.asked) == 7  # a study that goes on tells the robot again what it was asked before
+    assert low.asked[:6] == before  # a study that goes on tells the robot again what it was asked before
+    assert len(low.asked) > 6
 
 
 def test_a_study_for_a_robot_is_not_one_for_any(learned: Path) -> None:
     with pytest.raises(InputError, match="robot"):
         learn(task(reach=Reach("low", Low())), learned, trials=6)
+
+
+def test_parallel_trials_do_not_depend_on_which_ends_first(tmp_path: Path) -> None:
+    """Stopped and gone on with, a study of two trials at a time proposes what it would have proposed at once."""
+    learn(task(), tmp_path / "once", trials=6, parallel=2, baselines=False)
+    for trials in (3, 6):
+        learn(task(), tmp_path / "twice", trials=trials, parallel=2, baselines=False)
+    assert timeless(tmp_path / "once") == timeless(tmp_path / "twice")
+
+
+@pytest.mark.parametrize(("parallel", "simulator"), [(0, "native"), (17, "native"), (2, "blender")])
+def test_wrong_parallel_is_refused(tmp_path: Path, parallel: int, simulator: str) -> None:
+    with pytest.raises(InputError, match="parallel"):
+        learn(task(simulator=simulator), tmp_path / "study", trials=2, parallel=parallel)
+    assert not (tmp_path / "study").exists()

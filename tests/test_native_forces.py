@@ -155,6 +155,7 @@ def test_garments_lie_in_long_bands(garment: str) -> None:
     """Panels are lattices but for their borders; what fits in no band is computed on copies, at twice the cost."""
     cloth = make_garment(garment)
     topology = Topology(cloth.faces)
+    assert cloth.rest is not None
     slot, total = layout.slots(cloth.rest, topology.hinges)
     assert len(np.unique(slot)) == len(slot)
     assert total < 2 * len(slot)

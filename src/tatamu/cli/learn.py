@@ -46,6 +46,9 @@ def learn(
     ] = "integer",
     trials: Annotated[int, typer.Option(help="Trials of the study in the end.")] = 50,
     seed: Annotated[int, typer.Option(help="Seed of the search.")] = 0,
+    parallel: Annotated[
+        int, typer.Option(help="Trials at a time, one per core; each then knows a little less of the others.")
+    ] = 1,
     robot: Annotated[
         str | None,
         typer.Option(help="Only folds within reach of hironx, nextage, or a .toml that describes a robot."),
@@ -58,6 +61,8 @@ def learn(
     `tatamu learn towel --out runs/towel`
 
     `tatamu learn towel --size 0.30x0.50 --trials 20 --seed 1 --out runs/small`
+
+    `tatamu learn towel --parallel 2 --out runs/quick`
 
     `tatamu learn tshirt --fold shop --out runs/shop`
 
@@ -96,6 +101,7 @@ def learn(
         sampler=sampler,
         grasps=grasps,  # type: ignore[arg-type]
         baselines=baselines,
+        parallel=parallel,
         reporting=reporting,
     )
     print(f"report: {report}")

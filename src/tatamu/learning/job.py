@@ -17,7 +17,7 @@ import numpy as np
 from tatamu.errors import InputError
 from tatamu.folding.fold import ideal_folds
 from tatamu.folding.task import Job, Task, digest
-from tatamu.learning.learn import Progress, check_search, learn, locked
+from tatamu.learning.learn import Progress, check_parallel, check_search, learn, locked
 from tatamu.learning.reachable import check_reach
 from tatamu.learning.space import Grasps
 from tatamu.learning.study import held_identity
@@ -42,6 +42,7 @@ def learn_job(
     sampler: str = "gp",
     grasps: Grasps = "integer",
     baselines: bool = True,
+    parallel: int = 1,
     reporting: Reporting = _silent,
 ) -> Path:
     """Learn every step of a job, or go on where it stopped.
@@ -54,6 +55,7 @@ def learn_job(
         sampler: Name of the sampler.
         grasps: Search grasps as whole numbers, or as real numbers that are floored (the paper's way).
         baselines: Also score the fixed trajectories.
+        parallel: How many trials run at a time (`learn`).
         reporting: What draws the progress of a step.
 
     Returns:
@@ -64,8 +66,15 @@ def learn_job(
         TatamuError: Every trial of a step failed.
     """
     check_search(trials, seed, sampler)
+    check_parallel(parallel, job.simulator, job.reach is not None)
     count = len(job.plan.steps)
-    options: dict[str, Any] = {"seed": seed, "sampler": sampler, "grasps": grasps, "baselines": baselines}
+    options: dict[str, Any] = {
+        "seed": seed,
+        "sampler": sampler,
+        "grasps": grasps,
+        "baselines": baselines,
+        "parallel": parallel,
+    }
     _refuse_other(folder, count)
     if not any((folder / name).exists() for name in ("study.db", step_name(0))):
         check_reach(job)

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import Any, NamedTuple
 
 from filelock import FileLock, Timeout
 
 from tatamu.errors import InputError, TatamuError
+from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.task import Outcome, Task
 from tatamu.learning import result
 from tatamu.learning.samplers import SAMPLERS
@@ -19,6 +22,10 @@ from tatamu.learning.study import Study
 
 HISTOGRAM_TRIALS = {"error_first": 1, "error_10": 10, "error_50": 50}
 """States of the search that the paper's Fig. 6 shows: best of so many trials."""
+
+
+MOST_PARALLEL = 16
+"""More trials than this at a time know too little of one another."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +49,7 @@ def learn(
     sampler: str = "gp",
     grasps: Grasps = "integer",
     baselines: bool = True,
+    parallel: int = 1,
     progress: Callable[[Progress], None] = lambda _: None,
 ) -> Path:
     """Learn a task, or go on where it stopped; the folder then holds everything.
@@ -54,6 +62,8 @@ def learn(
         sampler: Name of the sampler.
         grasps: Search grasps as whole numbers, or as real numbers that are floored (the paper's way).
         baselines: Also score the fixed trajectories.
+        parallel: How many trials run at a time, in threads. Each is proposed knowing all before it but the last
+            `parallel` - 1, whether these have ended or not, so that the study does not depend on how fast they are.
         progress: Called when the study is opened and after every trial.
 
     Returns:
@@ -64,8 +74,11 @@ def learn(
         TatamuError: Every trial failed.
     """
     check_search(trials, seed, sampler)
+    check_parallel(parallel, task.simulator, task.reach is not None)
     with locked(folder):
         identity = {"task": task.describe(), "sampler": sampler, "grasps": grasps, "seed": seed}
+        if parallel > 1:
+            identity["parallel"] = parallel
         study = Study(folder / "study.db", identity, search_space(task.fold, grasps), floor=task.fold.span)
         done = len(study.trials)
         if trials < done:
@@ -74,8 +87,7 @@ def learn(
             return folder / "report.html"
         runner = _Runner(task, study)
         progress(runner.progress(trials))
-        for _ in range(done, trials):
-            runner.run_next()
+        for _ in runner.run(trials, parallel):
             progress(runner.progress(trials))
         if baselines and study.baselines is None:
             study.baselines = result.baseline_records(task)
@@ -90,6 +102,16 @@ def check_search(trials: int, seed: int, sampler: str) -> None:
         raise InputError(f"seed: must be from 0 to {2**32 - 1}, given {seed}")
     if sampler not in SAMPLERS:
         raise InputError(f"sampler: must be one of {', '.join(SAMPLERS)}, given {sampler!r}")
+
+
+def check_parallel(parallel: int, simulator: str, reaches: bool) -> None:
+    """Refuse to run more trials at a time than a simulator, or a robot's reach, can."""
+    if not 1 <= parallel <= MOST_PARALLEL:
+        raise InputError(f"parallel: must be from 1 to {MOST_PARALLEL}, given {parallel}")
+    if parallel > 1 and simulator != "native":
+        raise InputError(f"parallel: only native runs several trials at a time, given {parallel} with {simulator}")
+    if parallel > 1 and reaches:
+        raise InputError(f"parallel: folds within a robot's reach are tried one at a time, given {parallel}")
 
 
 def locked(folder: Path) -> Any:
@@ -109,6 +131,13 @@ def _finished(folder: Path, study: Study, baselines: bool) -> bool:
     return all((folder / name).exists() for name in files) and not (baselines and study.baselines is None)
 
 
+class _Proposal(NamedTuple):
+    """A trial that is on its way."""
+
+    parameters: dict[str, float]
+    manipulation: Manipulation
+
+
 class _Runner:
     """Trials of one study; the outcomes that the report shows are kept, others are forgotten."""
 
@@ -118,14 +147,31 @@ class _Runner:
         for trial in study.trials:  # a reach that learns from what it is asked knows what it would know without a pause
             task.out_of_reach(task.manipulation(trial.params))
 
-    def run_next(self) -> None:
-        """Run the next trial."""
+    def run(self, trials: int, parallel: int) -> Iterator[None]:
+        """Run trials until there are so many; yields after each, in order."""
+        pending: deque[tuple[_Proposal, Future[tuple[Outcome, float]]]] = deque()
+        with ThreadPoolExecutor(parallel) as pool:
+            for number in range(len(self.study.trials), trials):
+                if len(pending) == parallel:
+                    self._finish(*pending.popleft())
+                    yield
+                parameters = self.study.ask([p.parameters for p, _ in pending], max(0, number - parallel + 1))
+                proposal = _Proposal(parameters, self.task.manipulation(parameters))
+                pending.append((proposal, pool.submit(self._evaluate, proposal.manipulation)))
+            while pending:
+                self._finish(*pending.popleft())
+                yield
+
+    def _evaluate(self, manipulation: Manipulation) -> tuple[Outcome, float]:
+        """What came of a manipulation, and how long it took [s]."""
         started = perf_counter()
-        parameters = self.study.ask()
-        manipulation = self.task.manipulation(parameters)
-        outcome = self.task.evaluate(manipulation)
-        attributes = result.attributes_of(outcome, manipulation.trajectory_length, perf_counter() - started)
-        self.study.tell(parameters, outcome.objective, attributes)
+        return self.task.evaluate(manipulation), perf_counter() - started
+
+    def _finish(self, proposal: _Proposal, future: Future[tuple[Outcome, float]]) -> None:
+        """Record a trial when it has ended."""
+        outcome, seconds = future.result()
+        attributes = result.attributes_of(outcome, proposal.manipulation.trajectory_length, seconds)
+        self.study.tell(proposal.parameters, outcome.objective, attributes)
         trials = self.study.trials
         self._kept[len(trials) - 1] = outcome
         needed = {*self._shown(), result.best_number(trials)}

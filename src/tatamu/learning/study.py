@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
@@ -66,12 +66,21 @@ class Study:
         with self._readable():
             return self._study.get_trials(deepcopy=False)
 
-    def ask(self) -> dict[str, float]:
-        """Parameters of the next trial."""
-        number = len(self.trials)
-        sampler = make_sampler(self.identity["sampler"], self.identity["seed"], number)
+    def ask(self, pending: Sequence[dict[str, float]] = (), known: int | None = None) -> dict[str, float]:
+        """Parameters of the next trial.
+
+        Args:
+            pending: Parameters of trials before it that are still running.
+            known: How many finished trials it may know the objective of; None: all. The others count as running.
+        """
+        finished = self.trials
+        told = finished if known is None else finished[:known]
+        running = [*(trial.params for trial in finished[len(told) :]), *pending]
+        sampler = make_sampler(self.identity["sampler"], self.identity["seed"], len(finished) + len(pending))
         scratch = optuna.create_study(sampler=sampler, direction="minimize")
-        scratch.add_trials([self._as_told(trial) for trial in self.trials])
+        scratch.add_trials([self._as_told(trial) for trial in told])
+        for parameters in running:
+            scratch.add_trial(create_trial(state=TrialState.RUNNING, params=parameters, distributions=self.space))
         with threadpool_limits(1):  # the matrices are small: threads that wait for one another cost ten times the work
             return dict(scratch.ask(self.space).params)
 
