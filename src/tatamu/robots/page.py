@@ -90,7 +90,8 @@ def _events(rehearsal: Rehearsal) -> str:
 
 
 def _fold(sheet: Sheet, figures: dict[str, Any], fold: Refold) -> None:
-    mesh = f" on a mesh whose edges were halved {fold.halvings} times" if fold.halvings else ""
+    often = {1: "once", 2: "twice"}.get(fold.halvings, f"{fold.halvings} times")
+    mesh = f" on a mesh whose edges were halved {often}" if fold.halvings else ""
     about = (
         f"By the functions that score learned folds. Robot: the hands as rehearsed, in {text(fold.simulator)}{mesh}. "
         "Floating: hands without a robot that move as they were learned, in the same simulator on the same mesh. "

@@ -154,12 +154,16 @@ def _lead(state, hands, number, step):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def _gather(X, slot, x, moved):  # type: ignore[no-untyped-def]
-    """Positions from slots to vertices, twice."""
+    """Positions from slots to vertices, twice; the sum of the squares of all [m^2]."""
     a, b, c = X[0], X[1], X[2]
+    square = 0.0
     for v in range(slot.shape[0]):
         s = slot[v]
-        x[v, 0], x[v, 1], x[v, 2] = a[s], b[s], c[s]
-        moved[v, 0], moved[v, 1], moved[v, 2] = a[s], b[s], c[s]
+        p, q, r = a[s], b[s], c[s]
+        x[v, 0], x[v, 1], x[v, 2] = p, q, r
+        moved[v, 0], moved[v, 1], moved[v, 2] = p, q, r
+        square += p * p + q * q + r * r
+    return square
 
 
 @njit(cache=True, error_model="numpy")
@@ -188,7 +192,6 @@ def _largest_correction(x, moved):  # type: ignore[no-untyped-def]
 def _collide(state, mesh, lists, world, step):  # type: ignore[no-untyped-def]
     """Resolve contact; the longest way that it moved a vertex [m]."""
     x, moved, before = state.x, state.moved, state.before
-    _gather(state.X, state.slot, x, moved)
     candidates.refresh(x, before, mesh, lists)
     gap = 0.0
     for keep in contact.KEEP:
@@ -227,8 +230,8 @@ def _pace(rounds, correction, thickness, most):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def advance(state, elastic, mesh, lists, hands, world, first, count, step, bends, stretches, fastest):  # type: ignore[no-untyped-def]
-    """Run `count` outer steps of `step` seconds from number `first`; stop early when anything is too fast."""
+def advance(state, elastic, mesh, lists, hands, world, first, count, step, bends, stretches, farthest):  # type: ignore[no-untyped-def]
+    """Run `count` outer steps of `step` seconds from number `first`; stop early when anything is too far away."""
     kick = step / bends
     h = kick / stretches
     damping = min(MEMBRANE_DAMPING, 0.3 * h)
@@ -245,7 +248,7 @@ def advance(state, elastic, mesh, lists, hands, world, first, count, step, bends
                 if substep % stretches == 0:
                     _bend(state, elastic, kick)
                 _stretch(state, elastic, world, h, damping)
-            if not np.abs(state.X).max() < fastest:
+            if not _gather(state.X, state.slot, state.x, state.moved) < farthest * farthest:
                 return number
             correction = max(correction, _collide(state, mesh, lists, world, (until - done) * h))
             done = until
