@@ -14,13 +14,13 @@ from tatamu.report.chart import Figure, axis, layout
 from tatamu.report.errormap import maps
 from tatamu.report.fold import LearnedFold
 from tatamu.report.headline import title
-from tatamu.report.markup import table, text
+from tatamu.report.markup import text
 from tatamu.report.records import Scores
 from tatamu.report.shading import shrink, to_pixels
 from tatamu.report.sheet import Sheet, card
 from tatamu.report.still import FINER, render
+from tatamu.report.tables import compared
 from tatamu.report.topview import draw, extent, figure, outlined
-from tatamu.report.verdict import MEASURES, Measure
 from tatamu.rollout import Rollout
 
 
@@ -152,20 +152,8 @@ def _section(opinion: Opinion, second: LearnedFold) -> Figure:
 def _measures(opinion: Opinion) -> str:
     columns = [opinion.learned.score, opinion.score]
     scores = [Scores.model_validate(score.as_dict()) if score else Scores() for score in columns]
-    head = ["measure", *(text(name) for name in (opinion.learned.simulator, opinion.simulator)), "threshold", "source"]
-    return table(head, [_measure(measure, scores) for measure in MEASURES], "measures")
-
-
-def _measure(measure: Measure, columns: list[Scores]) -> str:
-    unit = f" [{measure.unit}]" if measure.unit else ""
-    marks = {None: "", True: ' <span class="yes">✓</span>', False: ' <span class="no">✗</span>'}
-    cells = "".join(
-        f'<td class="number">{measure.text(scores)}{marks[measure.passes(scores)]}</td>' for scores in columns
-    )
-    return (
-        f'<tr><th scope="row">{measure.title}{unit}<small>{measure.meaning}</small></th>{cells}'
-        f"<td>{measure.threshold}</td><td>{measure.source}</td></tr>"
-    )
+    names = (opinion.learned.simulator, opinion.simulator)
+    return compared(list(zip(names, scores, strict=True)))
 
 
 def _warnings(opinion: Opinion) -> str:

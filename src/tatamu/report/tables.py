@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from tatamu.report.fold import LearnedFold
@@ -18,9 +20,10 @@ def measures(fold: LearnedFold) -> str:
     return _compared(head, columns)
 
 
-def compared(scores: dict[str, Scores]) -> str:
-    """Every measure of several folds, by their names, beside the field's thresholds."""
-    return _compared(["measure", *map(text, scores), "threshold", "source"], list(scores.values()))
+def compared(columns: Sequence[tuple[str, Scores]]) -> str:
+    """Every measure of several folds, each under its name, beside the field's thresholds."""
+    names, scores = [text(name) for name, _ in columns], [score for _, score in columns]
+    return _compared(["measure", *names, "threshold", "source"], scores)
 
 
 def _compared(head: list[str], columns: list[Scores]) -> str:

@@ -52,7 +52,7 @@ class ReachConstraint:
         for robot in self._robots:
             heights = table_heights(robot)
             if heights is None:
-                refusals.append(table_too_high(robot.start))
+                refusals.append(table_too_high(robot))
                 continue
             reach = best_placements(robot, hands, heights)
             if reach.good:

@@ -103,7 +103,10 @@ def _fold(sheet: Sheet, figures: dict[str, Any], fold: Refold) -> None:
     scores = {name: Scores.model_validate(score) for name, score in figures["scores"].items()}
     warned = "".join(f"<li>{text(str(warning))}</li>" for warning in figures["warnings"])
     sheet.section(
-        "The fold", about, card("", tables.compared(scores)), f'<ul class="warnings">{warned}</ul>' if warned else ""
+        "The fold",
+        about,
+        card("", tables.compared(list(scores.items()))),
+        f'<ul class="warnings">{warned}</ul>' if warned else "",
     )
     seen = replace(fold.learned.fold, rollout=fold.robot)
     apart = replace(seen, rollout=replace(fold.robot, extra={"target": fold.floating.positions[-1]}))

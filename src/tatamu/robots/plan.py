@@ -67,7 +67,7 @@ def plan_fold(
         starting = robot.starting(start)
         heights = table_heights(starting, table_height)
         if heights is None:
-            refusals.append(table_too_high(start.name))
+            refusals.append(table_too_high(starting))
             continue
         for task, reach in _candidates(folder, starting, hands, place, heights, refusals):
             try:

@@ -18,9 +18,14 @@ class Refused(TatamuError):
         self.progress = progress
 
 
-def table_too_high(start: str) -> Refused:
-    """The table would be where the robot stands at a pose of that name."""
-    return Refused(f"at its pose '{start}' the robot stands in a table that high", -3)
+def table_too_high(robot: Robot) -> Refused:
+    """The table would be where the robot stands at the pose that it starts from."""
+    low, high = robot.table_heights
+    return Refused(
+        f"at its pose '{robot.start}' the robot stands in a table that high; "
+        f"give a height between {low:g} and {high:g} m",
+        -3,
+    )
 
 
 def out_of_reach(robot: Robot, hands: Hands, reach: Reach) -> Refused:
