@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import re
 import shutil
 import subprocess
 import sys
@@ -18,8 +17,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from tables import insert, markdown
 
-from tatamu.files import write_json, write_text
+from tatamu.files import write_json
 from tatamu.folding.fold import Fold, ideal_folds
 from tatamu.folding.plans import PLANS
 from tatamu.folding.task import make_job
@@ -29,6 +29,7 @@ from tatamu.report import picture
 from tatamu.topology import Topology
 from tatamu.validation.crossings import crossings
 
+PAGE = Path("docs/folds.md")
 FOLDS = {
     "tshirt-half": ("tshirt", "half", 3),
     "trousers-leg": ("trousers", "leg", 3),
@@ -125,18 +126,6 @@ def shown(rows: list[dict[str, Any]]) -> list[dict[str, str]]:
     return [{name: str(show(row)) for name, show in COLUMNS.items()} for row in rows]
 
 
-def markdown(rows: list[dict[str, str]]) -> str:
-    """Rows as a Markdown table."""
-    lines = ["| " + " | ".join(rows[0]) + " |", "|" + "---|" * len(rows[0])]
-    return "\n".join([*lines, *("| " + " | ".join(row.values()) + " |" for row in rows)])
-
-
-def insert(path: Path, mark: str, table: str) -> None:
-    """Put a table between the marks of a document."""
-    text = path.read_text()
-    write_text(path, re.sub(rf"(<!-- {mark} -->\n).*?(<!-- end -->)", rf"\1{table}\n\2", text, flags=re.S))
-
-
 def draw(out: Path, docs: Path) -> str:
     """Draw the pictures of the docs: learned folds, and the shop fold's plan on the flat T-shirt; their Markdown."""
     links = ""
@@ -162,7 +151,7 @@ def main() -> None:
     targets = target_rows()
     print(markdown(targets), flush=True)
     if options.write_docs:
-        insert(Path("docs/folds.md"), "targets", markdown(targets))
+        insert("targets", markdown(targets), PAGE)
     if options.targets:
         return
     rows = []
@@ -174,7 +163,7 @@ def main() -> None:
     write_json(options.out / "table.json", rows)
     print(markdown(shown(rows)))
     if options.write_docs:
-        insert(Path("docs/folds.md"), "folds", markdown(shown(rows)) + draw(options.out, Path("docs")))
+        insert("folds", markdown(shown(rows)) + draw(options.out, PAGE.parent), PAGE)
 
 
 if __name__ == "__main__":

@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import argparse
 import json
-import re
 from pathlib import Path
 from typing import Any
 
+from benchmarks.tables import insert, markdown
 from tests.foreign import BROKEN, GOOD
 
 from tatamu.errors import InputError
-from tatamu.files import write_json, write_text
+from tatamu.files import write_json
 from tatamu.folding.task import make_task
 from tatamu.learning import learn
 
@@ -50,17 +50,14 @@ def fold(kind: str, out: Path, trials: int) -> dict[str, Any]:
     }
 
 
-def markdown(rows: list[dict[str, Any]]) -> str:
-    """The table."""
-    lines = ["| garment | vertices | mean distance [mm] | mask IoU | folded |", "|---|---|---|---|---|"]
-    for row in rows:
-        if "refused" in row:
-            lines.append(f"| {row['garment']} | - | - | - | refused: {row['refused']} |")
-            continue
-        distance, seen = row["mean_vertex_distance"], row["mask_iou"]
-        folded = "yes" if distance < SUCCESS and seen > SEEN else "no"
-        lines.append(f"| {row['garment']} | {row['vertices']} | {1e3 * distance:.1f} | {seen:.3f} | {folded} |")
-    return "\n".join(lines)
+def shown(row: dict[str, Any]) -> dict[str, Any]:
+    """A row of the table."""
+    columns = {"garment": row["garment"], "vertices": "-", "mean distance [mm]": "-", "mask IoU": "-"}
+    if "refused" in row:
+        return {**columns, "folded": f"refused: {row['refused']}"}
+    distance, seen = row["mean_vertex_distance"], row["mask_iou"]
+    figures = {"vertices": row["vertices"], "mean distance [mm]": f"{1e3 * distance:.1f}", "mask IoU": f"{seen:.3f}"}
+    return {**columns, **figures, "folded": "yes" if distance < SUCCESS and seen > SEEN else "no"}
 
 
 def main() -> None:
@@ -74,13 +71,10 @@ def main() -> None:
         rows.append(fold(kind, given.out, given.trials))
         print(rows[-1], flush=True)
     write_json(given.out / "table.json", rows)
-    table = markdown(rows)
+    table = markdown([shown(row) for row in rows])
     print(f"{table}\n{len(BROKEN)} broken ones are refused, see tests/foreign.py")
     if given.write_docs:
-        page = Path(__file__).parents[1] / "docs/garments.md"
-        text = page.read_text()
-        pattern = r"(?s)(<!-- foreign -->\n).*?(<!-- end -->)"
-        write_text(page, re.sub(pattern, lambda found: found[1] + table + "\n" + found[2], text))
+        insert("foreign", table, Path("docs/garments.md"))
 
 
 if __name__ == "__main__":

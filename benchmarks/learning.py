@@ -10,12 +10,14 @@ from __future__ import annotations
 
 import argparse
 import json
-import re
 import resource
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from tatamu.files import write_json, write_text
+from tables import insert, markdown
+
+from tatamu.files import write_json
 from tatamu.folding.task import Task, make_task
 from tatamu.learning import learn
 
@@ -45,11 +47,9 @@ def study(task: Task, folder: Path, sampler: str, seed: int, trials: int) -> tup
     return {"search": sampler, "seed": seed, "best": result["best"], **row}, result["baselines"]
 
 
-def markdown(rows: list[dict[str, Any]], columns: tuple[str, ...]) -> str:
-    """Rows as a Markdown table."""
-    lines = ["| " + " | ".join(columns) + " |", "|" + "---|" * len(columns)]
-    lines += ["| " + " | ".join(str(COLUMNS[name](row)) for name in columns) + " |" for row in rows]
-    return "\n".join(lines)
+def shown(rows: list[dict[str, Any]], columns: Iterable[str] = COLUMNS) -> list[dict[str, Any]]:
+    """Some columns of searches and baselines."""
+    return [{name: COLUMNS[name](row) for name in columns} for row in rows]
 
 
 def summary(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -62,12 +62,6 @@ def summary(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
         name = f"{search}, worst of {len(own)} seeds" if len(own) > 1 else search
         worst.append({**own[0], **high, "mask_iou": min(row["mask_iou"] for row in own), "search": name})
     return worst
-
-
-def insert(path: Path, table: str) -> None:
-    """Put a table between the marks of a document."""
-    text = path.read_text()
-    write_text(path, re.sub(r"(<!-- learning: \w+ -->\n).*?(<!-- end -->)", rf"\1{table}\n\2", text, flags=re.S))
 
 
 def main() -> None:
@@ -84,11 +78,11 @@ def main() -> None:
             rows.append(row)
     rows += [{"search": b["title"], "seed": "-", "best": "-", "failed": "-", **b} for b in baselines]
     write_json(options.out / "table.json", rows)
-    print(markdown(rows, tuple(COLUMNS)))
+    print(markdown(shown(rows)))
     print(f"\npeak memory of this process {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB")
     if options.write_docs:
-        insert(Path("README.md"), markdown(summary(rows), SHORT))
-        insert(Path("docs/learning.md"), markdown(rows, tuple(COLUMNS)))
+        insert("learning: short", markdown(shown(summary(rows), SHORT)), Path("README.md"))
+        insert("learning: long", markdown(shown(rows)), Path("docs/learning.md"))
 
 
 if __name__ == "__main__":

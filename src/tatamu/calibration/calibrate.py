@@ -53,8 +53,8 @@ def calibrate(
     setup, readings = setup_of(measurements, spacing), readings_of(measurements)
     laboratory, (targets, checks) = Laboratory(simulator, tick), parted(targets_of(setup, readings))
     material, matches, passes = _elastic(laboratory, targets, _start(setup, readings, targets))
-    fits = [_fit(target, matches[target.parameter]) for target in targets]
-    fits += [_checked(target, laboratory.reading(target.test, material)) for target in checks]
+    fits = [_fit(target, found.reading, found.samples) for target in targets for found in [matches[target.parameter]]]
+    fits += [_fit(target, laboratory.reading(target.test, material), check=True) for target in checks]
     shapes = {target.test.name: laboratory.shape(target.test, material) for target in [*targets, *checks]}
     sliding = None
     if setup.slope is not None:
@@ -115,33 +115,19 @@ def _moved(material: Material, before: Material, targets: list[Target]) -> bool:
     return any(abs(np.log(ratio)) > SAME for ratio in ratios)
 
 
-def _fit(target: Target, found: Match) -> Fit:
+def _fit(target: Target, simulated: float, samples: tuple[tuple[float, float], ...] = (), check: bool = False) -> Fit:
+    """A test and what it reads in the simulator; a `check` had no say, another test told its parameter."""
     return Fit(
         test=target.test.name,
         parameter=target.parameter,
         measured=target.measured,
         uncertainty=target.uncertainty,
         aim=target.aim,
-        simulated=found.reading,
-        unit="m",
-        bound=target.bound,
-        samples=found.samples,
-    )
-
-
-def _checked(target: Target, simulated: float) -> Fit:
-    """A test that had no say: what it should read with the parameter that another test told."""
-    return Fit(
-        test=target.test.name,
-        parameter=target.parameter,
-        measured=target.measured,
-        uncertainty=target.uncertainty,
-        aim=target.measured,
         simulated=simulated,
         unit="m",
-        bound=None,
-        samples=(),
-        check=True,
+        bound=target.bound,
+        samples=samples,
+        check=check,
     )
 
 

@@ -66,16 +66,15 @@ class Study:
         with self._readable():
             return self._study.get_trials(deepcopy=False)
 
-    def ask(self, pending: Sequence[dict[str, float]] = (), known: int | None = None) -> dict[str, float]:
+    def ask(self, pending: Sequence[dict[str, float]], known: int) -> dict[str, float]:
         """Parameters of the next trial.
 
         Args:
             pending: Parameters of trials before it that are still running.
-            known: How many finished trials it may know the objective of; None: all. The others count as running.
+            known: How many finished trials it may know the objective of. The others count as running.
         """
         finished = self.trials
-        told = finished if known is None else finished[:known]
-        running = [*(trial.params for trial in finished[len(told) :]), *pending]
+        told, running = finished[:known], [*(trial.params for trial in finished[known:]), *pending]
         sampler = make_sampler(self.identity["sampler"], self.identity["seed"], len(finished) + len(pending))
         scratch = optuna.create_study(sampler=sampler, direction="minimize")
         scratch.add_trials([self._as_told(trial) for trial in told])

@@ -10,7 +10,7 @@ from tatamu.robots.clearance import KINDS, Clearance
 from tatamu.robots.model import Arm
 from tatamu.robots.motion import Motion
 from tatamu.robots.paths import Paths, Task, tool_poses
-from tatamu.robots.pose import rotation_vector
+from tatamu.robots.pose import into, rotation_vector
 
 EVERY = 4
 """Distances are taken at every so many samples: 50 a second."""
@@ -112,7 +112,7 @@ class Checks:
     def _path(self) -> Check:
         X_BF = self._task.placement.matrix
         p_BT = self._tools[:, :, :3, 3][:, self._fold]
-        p_FT = (p_BT - X_BF[:3, 3]) @ X_BF[:3, :3]
+        p_FT = into(X_BF, p_BT)
         curves = self._task.hands.curves
         error = np.array([curve.nearest(points)[1] for curve, points in zip(curves, p_FT, strict=True)])
         arm, row = np.unravel_index(int(error.argmax()), error.shape)

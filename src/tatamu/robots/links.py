@@ -9,6 +9,7 @@ import numpy as np
 from tatamu.robots.extras import needed
 from tatamu.robots.model import TABLE
 from tatamu.robots.planned import Planned
+from tatamu.robots.pose import into, pose
 
 _SIDES = [(axis, sign) for axis in range(3) for sign in (-1.0, 1.0)]
 
@@ -57,6 +58,4 @@ def link_boxes(planned: Planned, angles: np.ndarray) -> tuple[np.ndarray, np.nda
 def _in_fold(planned: Planned, data: Any, points: np.ndarray) -> np.ndarray:
     """Points in the world as points in F [m], shape (n, 3)."""
     base = data.body(planned.plan.base_frame)
-    X_BF = planned.plan.task_in_base.matrix
-    in_base = (points - base.xpos) @ base.xmat.reshape(3, 3)
-    return np.asarray((in_base - X_BF[:3, 3]) @ X_BF[:3, :3])
+    return into(planned.plan.task_in_base.matrix, into(pose(base.xmat.reshape(3, 3), base.xpos), points))

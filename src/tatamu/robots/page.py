@@ -20,9 +20,10 @@ from tatamu.report.sheet import Sheet, card
 from tatamu.report.topview import beside
 from tatamu.robots.links import link_boxes
 from tatamu.robots.planned import ARMS
+from tatamu.robots.pose import into
 from tatamu.robots.refold import Refold
 from tatamu.robots.rehearsal import Rehearsal
-from tatamu.robots.report import AS_FLOATING
+from tatamu.robots.report import AS_FLOATING, halved
 from tatamu.rollout import Rollout
 
 POINTS = 400
@@ -73,8 +74,7 @@ def _replay(rehearsal: Rehearsal, fold: Refold) -> dict[str, Any]:
     lain = np.clip(np.searchsorted(fold.robot.times, times - closes), 0, len(fold.robot.times) - 1)
     goal = fold.target if fold.target is not None else fold.floating.positions[-1]
     rollout = Rollout(times, fold.robot.positions[lain], fold.robot.faces, {}, {"target": goal})
-    X_BF = rehearsal.planned.plan.task_in_base.matrix
-    tools = (rehearsal.tools[:, moved] - X_BF[:3, 3]) @ X_BF[:3, :3]
+    tools = into(rehearsal.planned.plan.task_in_base.matrix, rehearsal.tools[:, moved])
     hands = [
         Hand(colour, path, [(rehearsal.planned.event(arm, "close"), rehearsal.planned.event(arm, "open"))])
         for colour, path, arm in zip(COLOURS, tools, ARMS, strict=True)
@@ -90,8 +90,7 @@ def _events(rehearsal: Rehearsal) -> str:
 
 
 def _fold(sheet: Sheet, figures: dict[str, Any], fold: Refold) -> None:
-    often = {1: "once", 2: "twice"}.get(fold.halvings, f"{fold.halvings} times")
-    mesh = f" on a mesh whose edges were halved {often}" if fold.halvings else ""
+    mesh = f" on a mesh whose edges were {halved(fold.halvings)}" if fold.halvings else ""
     about = (
         f"By the functions that score learned folds. Robot: the hands as rehearsed, in {text(fold.simulator)}{mesh}. "
         "Floating: hands without a robot that move as they were learned, in the same simulator on the same mesh. "

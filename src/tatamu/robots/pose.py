@@ -35,6 +35,11 @@ def inverse(matrix: np.ndarray) -> np.ndarray:
     return pose(rotation, -rotation @ matrix[:3, 3])
 
 
+def into(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Points of A as points of B, both (.., 3) [m], from X_AB."""
+    return np.asarray((points - matrix[:3, 3]) @ matrix[:3, :3])
+
+
 def from_quaternion(quaternion: np.ndarray) -> np.ndarray:
     """Rotation from a unit quaternion w, x, y, z, as MuJoCo orders it, shape (3, 3)."""
     w, x, y, z = quaternion

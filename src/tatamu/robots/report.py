@@ -93,8 +93,13 @@ def summary(figures: dict[str, Any]) -> list[str]:
     return lines + ([] if figures["fold"] is None else _fold_summary(figures["fold"]))
 
 
+def halved(often: int) -> str:
+    """How often edges were halved, in words."""
+    return "halved " + {1: "once", 2: "twice"}.get(often, f"{often} times")
+
+
 def _fold_summary(fold: dict[str, Any]) -> list[str]:
-    mesh = f", edges halved {fold['halvings']} times" if fold["halvings"] else ""
+    mesh = f", edges {halved(fold['halvings'])}" if fold["halvings"] else ""
     lines = [
         f"fold in {fold['simulator']} ({fold['simulated_vertices']} vertices{mesh}): "
         f"{1e3 * fold['distance_to_floating_hands']:.1f} mm mean from the same fold with floating hands"
