@@ -53,7 +53,7 @@ validate: $(READY)  ## every textbook check, as a page
 
 bench: $(DEV) $(NEWTON)  ## native, Blender, MuJoCo and Newton side by side: docs/benchmarks.md; hours
 	$(BIN)/tatamu install blender
-	$(BIN)/python benchmarks/speed.py --out runs/speed.json --write-docs
+	$(BIN)/python benchmarks/speed.py --out runs/speed --write-docs
 
 abuse: $(READY)  ## ten thousand random scenes: each a rollout or a clear error
 	$(BIN)/python benchmarks/abuse.py --out runs/abuse.json --write-docs

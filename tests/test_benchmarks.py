@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from argparse import Namespace
 from pathlib import Path
 from typing import Any
 
@@ -28,26 +29,36 @@ def test_native_folds_what_the_benchmark_times(modules: Any, kind: str) -> None:
     assert fold.distance(simulate(fold.scene)) < folds.FOLDED
 
 
-def test_the_time_of_what_did_not_fold_is_not_given(modules: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    speed, folds = modules("speed"), modules("timed_folds")
-    fold = folds.towel(0.04)
-    flat = np.stack([fold.scene.cloth.vertices] * 2)
-    monkeypatch.setattr(
-        speed, "run", lambda engine, scene: Rollout(np.zeros(2), flat, scene.cloth.faces, {"wall_seconds": 0.1})
-    )
-    options = type("Options", (), {"simulators": ["native"], "runs": 2})()
-    (row,) = speed.compared([fold], options)
+def test_the_time_of_what_did_not_fold_is_not_given(
+    modules: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    speed, rollouts = modules("speed"), modules("timed_rollouts")
+    case = rollouts.Case("native", "towel", speed.HELD_OPEN, 0.04)
+    cloth = case.fold.scene.cloth
+    flat = Rollout(np.zeros(2), np.stack([cloth.vertices] * 2), cloth.faces, {"wall_seconds": 0.1})
+    monkeypatch.setattr(rollouts, "run", lambda engine, scene: flat)
+    rollouts.keep(tmp_path / case.file(0), rollouts.measure(case))
+    (row,) = speed.compared([case], Namespace(runs=2, out=tmp_path, limit=1.0))
     assert row["seconds"] == "-" and row["runs"] == 0 and row["note"].startswith("did not fold")
 
 
+def test_a_rollout_is_given_up_after_the_limit_and_kept(modules: Any, tmp_path: Path) -> None:
+    rollouts = modules("timed_rollouts")
+    case = rollouts.Case("native", "towel", modules("speed").HELD_OPEN, 0.02)
+    first = rollouts.timed(case, 0, tmp_path, limit=0.05)
+    assert first.note == "given up after 0.05 s"
+    assert rollouts.timed(case, 0, tmp_path, limit=100.0).note == first.note
+    assert not list(tmp_path.glob("*.part.npz"))
+
+
 def test_the_same_shape_on_two_meshes_is_the_same(modules: Any) -> None:
-    speed, folds = modules("speed"), modules("timed_folds")
+    rollouts, folds = modules("timed_rollouts"), modules("timed_folds")
     shapes = []
     for spacing in (0.04, 0.03):
         fold = folds.towel(spacing)
         bent = fold.scene.cloth.vertices @ np.diag([0.5, 1.0, 1.0])
         rollout = Rollout(np.zeros(1), bent[None], fold.scene.cloth.faces, {})
-        shapes.append(speed._shape(fold, rollout))
+        shapes.append(rollouts.shape_of(fold, rollout))
     assert np.allclose(shapes[0], shapes[1], atol=1e-9) and np.ptp(shapes[0][:, 0]) == pytest.approx(0.998 * 0.4)
 
 
