@@ -13,7 +13,7 @@ from tatamu import __version__
 from tatamu.errors import SimulationError
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
-from tatamu.simulators.native import candidates, membrane
+from tatamu.simulators.native import candidates, membrane, pinch
 from tatamu.simulators.native.model import DENSEST_PAIRS, Model, model_of, steps_per_frame, substeps
 from tatamu.simulators.native.step import Hands, State, World, advance, copy_out
 
@@ -134,6 +134,14 @@ class _Run:
             elif over and number in self.closed:
                 del self.closed[number]
                 self._set_free(vertices, 1.0)
+                self._settle(vertices)
+
+    def _settle(self, vertices: np.ndarray) -> None:
+        """Put layers right that changed places in a pinch; what is near is then found anew."""
+        mesh, state = self.mesh, self.state
+        if pinch.restore_order(state.x, vertices, mesh.faces, mesh.edges, self.model.thickness):
+            state.X[:, state.slot] = state.x.T
+            candidates.search(state.x, mesh, self.lists)
 
     def _set_free(self, vertices: np.ndarray, free: float) -> None:
         slot = self.model.slot[vertices]
