@@ -48,8 +48,8 @@ calibration: $(READY)  ## the proofs of docs/calibration.md: hidden materials, o
 	$(BIN)/python benchmarks/calibration.py recovery --write-docs
 	$(BIN)/python benchmarks/cloths.py --write-docs
 
-validate: $(READY)  ## every textbook check, as a page
-	$(BIN)/tatamu validate --out runs/validation
+validate: $(DEV)  ## every textbook check: docs/validation.md, and a page in runs/validation; minutes
+	$(BIN)/python benchmarks/textbook.py --out runs/validation --write-docs
 
 bench: $(DEV) $(NEWTON)  ## native, Blender, MuJoCo and Newton side by side: docs/benchmarks.md; hours
 	$(BIN)/tatamu install blender

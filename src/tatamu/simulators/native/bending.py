@@ -1,11 +1,16 @@
-"""Bending: hinge angles combined per triangle, so that cylinder, twist and sphere all carry the right energy.
+"""Bending: hinge angles combined per triangle into its curvature.
 
-    g   = 4 tan(theta / 4)                         hinge measure; keeps tight loops open on coarse meshes
-    K_T = A_T (R D^-1 R')^-1                       D = B diag(1, 1, 2) for (k_uu, k_vv, k_uv)
-    W   = sum_T 1/2 (g - g0)' K_T (g - g0)         over the inner edges of triangle T
+    g   = 4 tan(theta / 4)                      hinge measure; keeps tight loops open on coarse meshes
+    Q   = (C + R^-1) / 2                        from the three angles of triangle T to its curvatures (k_uu, k_vv, k_uv)
+    K_T = A_T Q' D Q                            D = B diag(1, 1, 2)
+    W   = sum_T 1/2 (g - g0)' K_T (g - g0)      over the inner edges of T
 
-R maps the curvatures of a quadratic deflection to the small hinge angles of the six-point patch around T; the hinges
-that a border or a seam lacks are condensed out. Bending carries no Poisson coupling, so a narrow strip and a wide
+R maps the curvatures of a quadratic deflection to the small hinge angles of the six-point patch around T. R^-1 is exact
+for such a deflection, but on irregular meshes the forces of a constant moment do not cancel, and cloth is too soft. C
+is the mean of the rotations over the edges, k = sum_e l_e theta_e n_e n_e' / 2A (as in the basic shell triangle of
+Onate and Zarate 2000): the forces of a constant moment cancel on any mesh, but the curvature is not exact, and cloth is
+too stiff. In regular rows both are the same; elsewhere their mean is nearer than either. At a border or a seam, which
+carries no moment, the curvature across it is none. Bending carries no Poisson coupling, so a narrow strip and a wide
 sheet have the same moment per width per curvature, B. Derived in docs/native.md.
 """
 
@@ -29,23 +34,35 @@ def _feet(rest: np.ndarray, hinges: np.ndarray, apex: int) -> tuple[np.ndarray, 
     return t, np.linalg.norm(x2 - x0 - t[:, None] * edge, axis=1)
 
 
-def _rows(rest: np.ndarray, faces: np.ndarray, frames: np.ndarray, hinges: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """R of every triangle, shape (m, 3 edges, 3 curvatures); zero where an edge is no hinge (at < 0)."""
+def _operators(
+    rest: np.ndarray, faces: np.ndarray, frames: np.ndarray, hinges: np.ndarray, at: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """R, shape (m, 3 edges, 3 curvatures), and C, shape (m, 3 curvatures, 3 edges), of every triangle.
+
+    Where an edge is no hinge (at < 0) the row of R is the curvature across it, and the column of C is zero.
+    """
     feet = [_feet(rest, hinges, 2), _feet(rest, hinges, 3)]
-    rows = np.zeros((len(faces), 3, 3))
+    rows, columns = np.zeros((len(faces), 3, 3)), np.zeros((len(faces), 3, 3))
+    area = areas(rest, faces)
     for q in range(3):
         i, j, k = (q + 1) % 3, (q + 2) % 3, q
-        has = np.flatnonzero(at[:, q] >= 0)
+        side = frames[:, j] - frames[:, i]
+        length = np.linalg.norm(side, axis=1)
+        normal = np.column_stack([side[:, 1], -side[:, 0]]) / length[:, None]
+        nn = np.column_stack([normal[:, 0] ** 2, normal[:, 1] ** 2, normal[:, 0] * normal[:, 1]])
+        none, has = np.flatnonzero(at[:, q] < 0), np.flatnonzero(at[:, q] >= 0)
+        rows[none, q] = nn[none] * [1.0, 1.0, 2.0]
         h, face = at[has, q], faces[has]
         own_second = hinges[h, 2] != face[:, k]  # this triangle holds x3 rather than x2
         forward = hinges[h, 0] == face[:, i]
+        sign = np.where(own_second == forward, -1.0, 1.0)
+        columns[has, :, q] = (-sign * length[has] / (2.0 * area[has]))[:, None] * nn[has]
         t_own, l_own, t_far, l_far = (
             np.where(own_second, feet[1 - s][p][h], feet[s][p][h]) for s in (0, 1) for p in (0, 1)
         )
         t_own, t_far = (np.where(forward, t, 1 - t) for t in (t_own, t_far))
-        p, d = frames[has, i], frames[has, j] - frames[has, i]
-        outward = np.column_stack([d[:, 1], -d[:, 0]]) / np.linalg.norm(d, axis=1)[:, None]
-        far = p + t_far[:, None] * d + l_far[:, None] * outward
+        p = frames[has, i]
+        far = p + t_far[:, None] * side[has] + l_far[:, None] * normal[has]
         points = (p, frames[has, j], frames[has, k], far)
         weights = (
             (1 - t_own) / l_own + (1 - t_far) / l_far,
@@ -53,11 +70,15 @@ def _rows(rest: np.ndarray, faces: np.ndarray, frames: np.ndarray, hinges: np.nd
             -1 / l_own,
             -1 / l_far,
         )
-        sign = np.where(own_second == forward, -1.0, 1.0)
         for x, w in zip(points, weights, strict=True):
             u, v = x[:, 0], x[:, 1]
             rows[has, q] += (sign * w)[:, None] * np.column_stack([u * u / 2, v * v / 2, u * v])
-    return rows
+    return rows, columns
+
+
+def curvatures(R: np.ndarray, C: np.ndarray) -> np.ndarray:
+    """Q of every triangle: its curvatures from its hinge angles, shape (m, 3, 3)."""
+    return np.asarray(0.5 * (C + np.linalg.inv(R)))
 
 
 def constants(
@@ -80,12 +101,11 @@ def constants(
     inner = np.flatnonzero(topology.faces_per_edge == 2)
     number[inner] = np.where(free, -1, np.arange(len(inner)))
     at = number[topology.face_edges]  # (m, 3)
-    rows = _rows(rest, faces, frames, hinges, at)
-    inverse_d = np.diag([1.0, 1.0, 0.5]) / max(bending_rigidity, TINY)
-    compliance = rows @ inverse_d @ rows.transpose(0, 2, 1)
     lacking = at < 0
-    compliance[:, range(3), range(3)] += lacking  # a unit pivot keeps the missing hinges apart
-    stiffness = areas(rest, faces)[:, None, None] * np.linalg.inv(compliance)
+    R, C = _operators(rest, faces, frames, hinges, at)
+    Q = curvatures(R, C)
+    D = bending_rigidity * np.diag([1.0, 1.0, 2.0])
+    stiffness = areas(rest, faces)[:, None, None] * (Q.transpose(0, 2, 1) @ D @ Q)
     stiffness *= ~(lacking[:, :, None] | lacking[:, None, :])
 
     weights = np.zeros((5, len(hinges)))
@@ -101,8 +121,6 @@ def constants(
                 if p != q and h >= 0 and o >= 0:
                     weights[filled[h], h], others[filled[h], h] = stiffness[face, q, p], o
                     filled[h] += 1
-    if bending_rigidity == 0.0:
-        weights[:] = 0.0
     return weights, others
 
 

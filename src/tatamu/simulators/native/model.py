@@ -96,7 +96,7 @@ def _build(cloth: Cloth, material: Material) -> Model:
         rest, topology, frames, _seams(topology, cloth.seams), material.bending_rigidity
     )
     mass = lumped(areas(rest, faces) * material.areal_density, faces, len(rest))
-    gradient, angle = _rest_hinges(rest, topology.hinges)
+    gradient, angle = hinge_gradients(rest, topology.hinges)
     rest_moment = (weights * angle[others]).sum(0)
     shortest = np.sqrt(L2.min())
     return Model(
@@ -137,7 +137,7 @@ def _seams(topology: Topology, seams: np.ndarray) -> np.ndarray:
     return np.array([tuple(sorted(pair)) in named for pair in topology.hinges[:, :2].tolist()], dtype=bool)
 
 
-def _rest_hinges(rest: np.ndarray, hinges: np.ndarray) -> tuple[sparse.csr_array, np.ndarray]:
+def hinge_gradients(rest: np.ndarray, hinges: np.ndarray) -> tuple[sparse.csr_array, np.ndarray]:
     """D theta / d x at rest as a matrix, shape (h, 3n), and g at rest, shape (h,)."""
     count = len(hinges)
     X = np.ascontiguousarray(rest[hinges.T.ravel()].T)

@@ -1,0 +1,35 @@
+"""Bending on every layout of a mesh, by statics: the sag of a cantilever that bends a little."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tatamu.simulators.native import bending
+from tatamu.validation.meshes import LAYOUTS
+
+
+@pytest.fixture
+def statics(monkeypatch: pytest.MonkeyPatch) -> Any:
+    monkeypatch.syspath_prepend(str(Path(__file__).parent.parent / "benchmarks"))
+    return importlib.import_module("statics")
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_a_cantilever_sags_right_on_every_layout(statics: Any, layout: str) -> None:
+    assert statics.tip(layout, 0.01) == pytest.approx(1.0, abs=0.02)
+    assert statics.tip(layout, 0.005) == pytest.approx(1.0, abs=0.015)
+
+
+@pytest.mark.parametrize("layout", ["right triangles at 45 deg", "irregular"])
+def test_the_two_ways_to_a_curvature_err_to_opposite_sides(
+    statics: Any, layout: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tips = []
+    for name in ("R^-1", "C"):
+        monkeypatch.setattr(bending, "curvatures", statics.CURVATURES[name])
+        tips.append(statics.tip(layout, 0.005))
+    assert tips[0] > 1.02 and tips[1] < 0.98
