@@ -32,13 +32,12 @@ from tatamu.validation.crossings import crossings
 PAGE = Path("docs/folds.md")
 FOLDS = {
     "tshirt-half": ("tshirt", "half", 3),
-    "trousers-leg": ("trousers", "leg", 3),
     "trousers-half": ("trousers", "half", 3),
     "tshirt-shop": ("tshirt", "shop", 1),
     "trousers-thirds": ("trousers", "thirds", 1),
     "towel-quarters": ("towel", "quarters", 1),
 }
-"""Garment, fold and at most how many seeds."""
+"""Garment, fold and at most how many seeds. The trousers' `leg` is the first step of their `half` and `thirds`."""
 COLUMNS = {
     "fold": lambda row: row["fold"],
     "seed": lambda row: row["seed"],
@@ -55,11 +54,12 @@ COLUMNS = {
     "search [s]": lambda row: f"{row['seconds']:.0f}",
 }
 PICTURES = {
-    "tshirt-half": ("", "A T-shirt folded in half"),
-    "trousers-leg": ("", "Trousers, leg over leg"),
-    "tshirt-shop": ("step-3", "The last of the three steps of a T-shirt's shop fold"),
+    "tshirt-half": ("tshirt-half-0", "A T-shirt folded in half"),
+    "trousers-leg": ("trousers-half-0/step-1", "Trousers, leg over leg"),
+    "trousers-half": ("trousers-half-0/step-2", "Trousers, hems to waist after leg over leg"),
+    "tshirt-shop": ("tshirt-shop-0/step-3", "The last of the three steps of a T-shirt's shop fold"),
 }
-"""Folds whose first seed is drawn for the docs: which step of them, and what the picture shows."""
+"""Pictures of the docs: the folder of a study, and what the picture shows."""
 
 
 def target_rows() -> list[dict[str, str]]:
@@ -129,10 +129,9 @@ def shown(rows: list[dict[str, Any]]) -> list[dict[str, str]]:
 def draw(out: Path, docs: Path) -> str:
     """Draw the pictures of the docs: learned folds, and the shop fold's plan on the flat T-shirt; their Markdown."""
     links = ""
-    for name, (step, title) in PICTURES.items():
-        folder = out / f"{name}-0" / step
-        if folder.exists():
-            picture(folder, docs / f"{name}.png")
+    for name, (folder, title) in PICTURES.items():
+        if (out / folder / "result.json").exists():
+            picture(out / folder, docs / f"{name}.png")
             links += f"\n\n![{title}]({name}.png)"
     command = shutil.which("tatamu", path=str(Path(sys.executable).parent)) or "tatamu"
     subprocess.run([command, "show", "tshirt", "--plan", "shop", "--out", str(docs / "shop-plan.png")], check=True)

@@ -74,6 +74,18 @@ def _row(case: Case, own: Sequence[Timing], base: Sequence[Timing]) -> Row:
     }
 
 
+def _short_table(rows: Sequence[Row]) -> str:
+    """The towel of the README: seconds of a rollout by simulator and number of vertices."""
+    lines: dict[str, Row] = {}
+    for row in rows:
+        line = lines.setdefault(row["simulator"], {"simulator": row["simulator"]})
+        line |= {
+            f"{row['vertices']} vertices [s]": row["seconds"],
+            f"over native ({row['vertices']})": row["over native"],
+        }
+    return markdown(list(lines.values()))
+
+
 def _cases(kind: str, spacings: Sequence[float], options: argparse.Namespace) -> list[Case]:
     return [Case(engine, kind, HELD_OPEN, spacing) for spacing in spacings for engine in options.simulators]
 
@@ -186,6 +198,8 @@ def main() -> None:
         print(f"\n{part}\n\n{markdown(rows)}", flush=True)
         if options.write_docs:
             insert(part, markdown(rows))
+            if part == "towel":
+                insert("speed: short", _short_table(rows), Path("README.md"))
 
 
 def _record(out: Path, part: str, rows: list[Row]) -> None:
