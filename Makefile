@@ -1,4 +1,4 @@
-# Targets are what CI runs. Everything is installed in .venv; nothing outside this folder is touched.
+# CI runs `lint` and `test`. All is installed in .venv and .venv-newton, but Blender: that goes among the user's caches.
 PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
@@ -6,7 +6,11 @@ READY = $(VENV)/.ready
 DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 
-.PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators opinion paper calibration folds
+.PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators opinion paper \
+        calibration folds robots foreign statics help
+
+help:  ## this list
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1: /'
 
 learn: $(READY)  ## learn to fold the default towel
 	$(BIN)/tatamu learn towel --trials 50 --seed 0 --out runs/towel
@@ -42,7 +46,8 @@ garments: $(DEV)  ## the pictures of docs/garments.md
 	$(BIN)/python -m tests.photos runs/garments/photo.png
 	$(BIN)/tatamu outline runs/garments/photo.png --width 0.54 --out runs/garments/shirt.svg
 	cp runs/garments/skirt.png runs/garments/shirt-on-photo.jpg docs/garments
-calibration: $(READY)  ## the proofs of docs/calibration.md: hidden materials, other simulators as the real cloth; about an hour
+
+calibration: $(DEV)  ## the proofs of docs/calibration.md: hidden materials, other simulators as the real cloth; hours; needs `make blender`
 	$(BIN)/python benchmarks/calibration.py drawings
 	$(BIN)/python benchmarks/calibration.py pinch --write-docs
 	$(BIN)/python benchmarks/calibration.py recovery --write-docs
@@ -50,6 +55,17 @@ calibration: $(READY)  ## the proofs of docs/calibration.md: hidden materials, o
 
 validate: $(DEV)  ## every textbook check: docs/validation.md, and a page in runs/validation; minutes
 	$(BIN)/python benchmarks/textbook.py --out runs/validation --write-docs
+
+robots: $(DEV)  ## the table of docs/robots.md: an hour, most of it MuJoCo's
+	for case in trousers-leg-0.28 towel-half-0.50 tshirt-half-0.40; do \
+	  $(BIN)/python benchmarks/robots.py --out runs/robots --rehearse native,mujoco --only $$case; done
+	$(BIN)/python benchmarks/robots.py --out runs/robots --rehearse native --write-docs
+
+foreign: $(DEV)  ## the table of docs/garments.md: outlines and meshes from elsewhere; minutes
+	$(BIN)/python -m benchmarks.foreign --out runs/foreign --trials 12 --write-docs
+
+statics: $(READY)  ## the table of docs/native.md: bending on every layout of a mesh
+	$(BIN)/python benchmarks/statics.py --write-docs
 
 bench: $(DEV) $(NEWTON)  ## native, Blender, MuJoCo and Newton side by side: docs/benchmarks.md; hours
 	$(BIN)/tatamu install blender
@@ -63,13 +79,13 @@ $(NEWTON):
 	$(dir $(NEWTON))bin/python -m pip install --quiet 'newton==1.8.*'
 	touch $(NEWTON)
 
-simulators: $(READY)  ## the figures of docs/simulators.md: minutes; needs `make blender` and mujoco
+simulators: $(DEV)  ## the figures of docs/simulators.md: minutes; needs `make blender`
 	$(BIN)/python benchmarks/simulators.py --out runs/simulators --write-docs
 
-opinion: $(READY)  ## the figures of docs/second-opinion.md: hours; needs `make blender` and mujoco
+opinion: $(DEV)  ## the figures of docs/second-opinion.md: hours; needs `make blender`
 	$(BIN)/python benchmarks/opinion.py --out runs/opinion --write-docs
 
-paper: $(READY)  ## section VI of the paper in Blender, all garments and seeds, and docs/reproduction.md: hours
+paper: $(READY)  ## section VI of the paper in Blender, all garments and seeds, and docs/reproduction.md: hours; needs `make blender`
 	$(BIN)/tatamu reproduce --out runs/paper
 	$(BIN)/python benchmarks/paper_numbers.py --run runs/paper --write-docs
 

@@ -52,12 +52,17 @@ def fold(kind: str, out: Path, trials: int) -> dict[str, Any]:
 
 def shown(row: dict[str, Any]) -> dict[str, Any]:
     """A row of the table."""
-    columns = {"garment": row["garment"], "vertices": "-", "mean distance [mm]": "-", "mask IoU": "-"}
+    columns = {"garment": row["garment"], "vertices": "-", "mean distance [mm]": "-", "mask IoU": "-", "crossings": "-"}
     if "refused" in row:
         return {**columns, "folded": f"refused: {row['refused']}"}
     distance, seen = row["mean_vertex_distance"], row["mask_iou"]
-    figures = {"vertices": row["vertices"], "mean distance [mm]": f"{1e3 * distance:.1f}", "mask IoU": f"{seen:.3f}"}
-    return {**columns, **figures, "folded": "yes" if distance < SUCCESS and seen > SEEN else "no"}
+    figures = {
+        "vertices": row["vertices"],
+        "mean distance [mm]": f"{1e3 * distance:.1f}",
+        "mask IoU": f"{seen:.3f}",
+        "crossings": row["crossings"]["final"],
+    }
+    return {**columns, **figures, "folded": "yes" if distance < SUCCESS and seen >= SEEN else "no"}
 
 
 def main() -> None:

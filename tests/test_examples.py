@@ -42,7 +42,7 @@ def test_a_skirt_of_ones_own_lies_in_two_layers(tmp_path: Path) -> None:
 
 
 def test_a_towels_readings_give_its_bending_length() -> None:
-    assert main_of("07_calibrate")() == pytest.approx(0.026, rel=0.05)
+    assert main_of("06_calibrate")() == pytest.approx(0.026, rel=0.05)
 
 
 def test_no_example_is_forgotten() -> None:

@@ -182,3 +182,8 @@ def test_cloth_in_blender_starts_with_as_many_vertices(tmp_path: Path) -> None:
     assert len(request["vertices"]) == len(strip.vertices)
     assert {vertex for face in request["faces"] for vertex in face} == set(range(len(strip.vertices)))
     json.dumps(request, allow_nan=False)
+
+
+def test_a_plan_of_several_steps_is_refused() -> None:
+    with pytest.raises(InputError, match="trousers=half has 2 steps"):
+        Choices(garments=("trousers",), folds={"trousers": "half"}).task("trousers")

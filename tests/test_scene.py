@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tatamu import InputError, Rollout, Scene
-from tatamu.material import Material
+from tatamu.material import Material, load_material
 from tests.scenes import CLOTH, held, scene
 
 
@@ -130,3 +130,27 @@ def test_whole_numbers_and_switches_in_a_blender_table_stay_what_they_are() -> N
     dumped = Material(**{**CLOTH.model_dump(), "blender": raw}).model_dump_json()
     assert '"quality":5,"mass":0.3,"use_self_collision":true,"bending_model":"LINEAR"' in dumped
     assert CLOTH.model_copy(update={"blender": raw}).model_dump()["blender"] == raw  # a warning is an error here
+
+
+@pytest.mark.parametrize("wrong", ["1.5e-5", True])
+def test_a_number_is_neither_a_text_nor_a_truth_value(wrong: object, tmp_path: Path) -> None:
+    path = tmp_path / "s.json"
+    scene().save(path)
+    data = json.loads(path.read_text())
+    data["material"]["bending_rigidity"] = wrong
+    path.write_text(json.dumps(data))
+    with pytest.raises(InputError, match=f"bending_rigidity: .*given {wrong!r}"):
+        Scene.load(path)
+
+
+def test_a_field_that_stands_twice_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "s.json"
+    scene().save(path)
+    path.write_text(path.read_text().replace('"gravity":', '"gravity": 1.0, "gravity":', 1))
+    with pytest.raises(InputError, match="gravity: stands twice"):
+        Scene.load(path)
+
+
+def test_a_material_of_an_unknown_name_tells_the_known_ones() -> None:
+    with pytest.raises(InputError, match=r"one of .*denim.*given 'nope'"):
+        load_material(Path("nope"))

@@ -16,7 +16,9 @@ PRESETS = Path(__file__).parent / "presets"
 GRAVITY = 9.81
 """Standard acceleration of free fall used where nothing else is said [m/s^2]."""
 
-Friction = Annotated[float, Field(ge=0.0, le=10.0, allow_inf_nan=False)]
+Number = Annotated[float, Field(strict=True)]
+"""Neither a text nor true or false."""
+Friction = Annotated[float, Field(ge=0.0, le=10.0, strict=True, allow_inf_nan=False)]
 
 
 class Material(BaseModel):
@@ -24,21 +26,21 @@ class Material(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    areal_density: float = Field(ge=1e-3, le=20.0)
+    areal_density: Number = Field(ge=1e-3, le=20.0)
     """Mass per area, rho [kg/m^2]."""
-    stretch_stiffness: float = Field(ge=1e-1, le=1e6)
+    stretch_stiffness: Number = Field(ge=1e-1, le=1e6)
     """Membrane stiffness Y: tension per width per strain [N/m]."""
-    poisson_ratio: float = Field(0.25, ge=-0.95, le=0.95)
+    poisson_ratio: Number = Field(0.25, ge=-0.95, le=0.95)
     """In-plane Poisson ratio nu [-]."""
-    bending_rigidity: float = Field(ge=0.0, le=1.0)
+    bending_rigidity: Number = Field(ge=0.0, le=1.0)
     """Bending rigidity B: moment per width per curvature [N m]."""
-    thickness: float = Field(1e-3, ge=1e-5, le=0.05)
+    thickness: Number = Field(1e-3, ge=1e-5, le=0.05)
     """Layers rest this far apart [m]."""
     friction_table: Friction = 0.5
     """Coulomb coefficient of cloth on table, static = kinetic [-]."""
     friction_cloth: Friction = 0.5
     """Coulomb coefficient of cloth on cloth, static = kinetic [-]."""
-    air_drag: float = Field(0.0, ge=0.0, le=1e3)
+    air_drag: Number = Field(0.0, ge=0.0, le=1e3)
     """Force per area per velocity [N s/m^3]."""
 
     blender: dict[str, bool | int | float | str] | None = None
@@ -66,6 +68,9 @@ def load_material(path: Path) -> Material:
     """
     if not path.exists() and path.name == str(path) and (PRESETS / f"{path}.toml").is_file():
         path = PRESETS / f"{path}.toml"
+    elif not path.suffix and not path.exists():
+        known = ", ".join(sorted(preset.stem for preset in PRESETS.glob("*.toml")))
+        raise InputError(f"material: must be a file .toml or one of {known}, given {str(path)!r}")
     value = read_toml(path)
     if not isinstance(value.get("material"), dict):
         raise InputError(f"{path}: material: Field required, a table [material] with areal_density, ..")

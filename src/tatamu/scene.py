@@ -14,7 +14,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSeriali
 
 from tatamu.errors import InputError
 from tatamu.files import read_json, validated, write_text
-from tatamu.material import GRAVITY, Material
+from tatamu.material import GRAVITY, Material, Number
 from tatamu.topology import check_mesh
 
 LARGEST = 1e3
@@ -114,9 +114,9 @@ class Cloth(Record):
 class Table(Record):
     """A plane that the cloth lies on: z = height - x tan(tilt)."""
 
-    height: float = Field(0.0, ge=-LARGEST, le=LARGEST)
+    height: Number = Field(0.0, ge=-LARGEST, le=LARGEST)
     """Top at x = 0 [m]."""
-    tilt: float = Field(0.0, ge=-1.5533, le=1.5533)
+    tilt: Number = Field(0.0, ge=-1.5533, le=1.5533)
     """Turned about y [rad], at most 89 degrees: +x is downhill."""
 
 
@@ -125,11 +125,11 @@ class Gripper(Record):
 
     vertices: Annotated[list[Index], Field(min_length=1)]
     """The held vertices."""
-    closes: float = Field(0.0, ge=0.0)
+    closes: Number = Field(0.0, ge=0.0)
     """When the gripper closes [s]."""
-    opens: float | None = None
+    opens: Number | None = None
     """When it opens again [s]; None: never."""
-    times: Annotated[list[float], Field(min_length=1)]
+    times: Annotated[list[Number], Field(min_length=1)]
     """Knots of the motion [s], increasing."""
     displacements: Points
     """Displacement from where it closed at each knot [m], shape (k, 3); linear between, held after the last."""
@@ -137,11 +137,13 @@ class Gripper(Record):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if len(set(self.vertices)) != len(self.vertices):
-            raise ValueError("vertices must be different from one another")
+            twice = next(v for v in self.vertices if self.vertices.count(v) > 1)
+            raise ValueError(f"vertices must be different from one another, given {twice} twice")
         if self.opens is not None and not self.opens > self.closes:
             raise ValueError(f"opens must be later than closes ({self.closes:g} s), given {self.opens:g} s")
-        if not all(later > earlier for earlier, later in pairwise(self.times)):
-            raise ValueError("times must increase from knot to knot")
+        for earlier, later in pairwise(self.times):
+            if not later > earlier:
+                raise ValueError(f"times must increase from knot to knot, given {earlier:g}, {later:g}")
         if len(self.times) != len(self.displacements):
             raise ValueError(
                 f"displacements must be as many as times ({len(self.times)}), given {len(self.displacements)}"
@@ -173,11 +175,11 @@ class Scene(Record):
     material: Material
     table: Table | None = None
     grippers: list[Gripper] = Field(default_factory=list)
-    gravity: float = Field(GRAVITY, ge=0.0, le=1e3)
+    gravity: Number = Field(GRAVITY, ge=0.0, le=1e3)
     """Downward acceleration [m/s^2]."""
-    duration: float = Field(gt=0.0, le=3600.0)
+    duration: Number = Field(gt=0.0, le=3600.0)
     """Length of the rollout [s]."""
-    frame_rate: float = Field(60.0, gt=0.0, le=1e4)
+    frame_rate: Number = Field(60.0, gt=0.0, le=1e4)
     """Frames per second of the rollout [1/s]."""
 
     @model_validator(mode="after")

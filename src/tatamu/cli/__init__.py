@@ -47,5 +47,6 @@ def main() -> None:
 
 
 def _stop(message: str, code: int) -> None:
-    print(f"tatamu: {' '.join(message.split())}", file=sys.stderr)
+    if message:  # `tatamu` alone has printed its help
+        print(f"tatamu: {' '.join(message.split())}", file=sys.stderr)
     sys.exit(code)

@@ -11,6 +11,8 @@ def garments() -> None:
 
     A file is a garment, too: an outline (.svg, .dxf), a mesh (.obj, .ply, .stl, .glb), or a garment file (.toml) that
     says more of one; see docs/garments.md. `tatamu show GARMENT` draws any of them.
+
+    Example: `tatamu garments`
     """
     from rich.console import Console
     from rich.table import Table

@@ -39,7 +39,7 @@ def learn(
     spacing: Annotated[
         float | None, typer.Option(help="Mesh spacing in metres; default: half the bending length.")
     ] = None,
-    simulator: Annotated[str, typer.Option(help="Which simulator.")] = "native",
+    simulator: Annotated[str, typer.Option(help="native, blender or mujoco.")] = "native",
     sampler: Annotated[str, typer.Option(help="How to search: gp, tpe or random.")] = "gp",
     grasps: Annotated[
         str, typer.Option(help="Search grasps as integer, or continuous and floored as in the paper.")

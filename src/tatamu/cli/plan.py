@@ -25,16 +25,17 @@ def plan(
     ] = "auto",
     wrist_offset: Annotated[
         float | None,
-        typer.Option(help="HIRONX, NEXTAGE: from J4 to J5 along x [m]; -0.047, or -0.040 on old ones."),
+        typer.Option(help="HIRONX, NEXTAGE: from J4 to J5 along x [m]; default -0.047; -0.040 on old HIRONX."),
     ] = None,
     fingertip: Annotated[
-        float | None, typer.Option(help="HIRONX, NEXTAGE: from the last joint to the fingertip [m].")
+        float | None,
+        typer.Option(help="HIRONX, NEXTAGE: from the last joint to the fingertip [m]; default 0.093, NEXTAGE 0.19."),
     ] = None,
 ) -> None:
     """Plan a learned fold for a dual-arm robot, check it, and write it for ROS.
 
     Examples:
-    `tatamu plan runs/towel --robot hironx --out runs/towel-plan`
+    `tatamu plan runs/hand-towel --robot hironx --out runs/hand-towel-plan`
 
     `tatamu plan runs/shop/step-1 --robot nextage --out runs/shop-plan-1`
     """

@@ -28,7 +28,7 @@ def reporting(task: Task, trials: int) -> Iterator[Callable[[Progress], None]]:
     if number == 1:
         console.print(
             f"{garment.name} {garment.size[0]:g} x {garment.size[1]:g} m, {len(garment.vertices)} vertices, "
-            f"fold {task.fold_name}, simulator {task.simulator}. The first run compiles the simulator: about a minute.",
+            f"fold {task.fold_name}, simulator {task.simulator}. The first run compiles it: about a minute.",
             soft_wrap=True,
         )
     if count > 1:

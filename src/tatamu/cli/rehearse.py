@@ -17,7 +17,8 @@ from tatamu.cli.app import app
 def rehearse(
     plan: Annotated[Path, typer.Argument(metavar="PLAN", help="The folder of a plan.")],
     simulator: Annotated[
-        str, typer.Option(help="Which simulator folds the cloth with the robot's hands; `none`: no cloth.")
+        str,
+        typer.Option(help="What folds the cloth: native, blender, mujoco, or `none`: no cloth."),
     ] = "mujoco",
     halvings: Annotated[
         int | None,
@@ -28,9 +29,9 @@ def rehearse(
     """Drive a robot through a plan in MuJoCo, and fold the cloth with its hands.
 
     Examples:
-    `tatamu rehearse runs/towel-plan`
+    `tatamu rehearse runs/hand-towel-plan`
 
-    `tatamu rehearse runs/towel-plan --simulator native`
+    `tatamu rehearse runs/hand-towel-plan --simulator native`
     """
     if sys.platform == "linux" and "DISPLAY" not in os.environ:
         os.environ.setdefault("MUJOCO_GL", "egl")  # read once, when mujoco is imported

@@ -14,7 +14,7 @@ from tatamu.cli.app import app
 def simulate(
     scene: Annotated[Path, typer.Argument(metavar="SCENE.json", help="The scene file.")],
     out: Annotated[Path, typer.Option(metavar="ROLLOUT.npz", help="Where the rollout goes.")],
-    simulator: Annotated[str, typer.Option(help="Which simulator.")] = "native",
+    simulator: Annotated[str, typer.Option(help="native, blender or mujoco.")] = "native",
 ) -> None:
     """Simulate a scene file and write the motion of its cloth.
 

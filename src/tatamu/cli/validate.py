@@ -12,7 +12,7 @@ from tatamu.cli.app import app
 
 @app.command()
 def validate(
-    simulator: Annotated[str, typer.Option(help="Which simulator.")] = "native",
+    simulator: Annotated[str, typer.Option(help="native, blender or mujoco.")] = "native",
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Where validation.json and validation.html go.")
     ] = None,

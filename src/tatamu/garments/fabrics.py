@@ -40,8 +40,8 @@ JERSEY = Material(
 
 areal_density, bending_rigidity: interlock of a T-shirt, 187 g/m^2 and 23.2 and 24.7 uN m along and across at small
     curvature (Wang, O'Brien, Ramamoorthi 2011); bending length 2.4 cm.
-stretch_stiffness: what the paper's Table II for its T-shirt amounts to; the same interlock was measured at 17 to
-    140 N/m along and 34 to 414 N/m across.
+stretch_stiffness: chosen within what the same interlock was measured at, 17 to 140 N/m along and 34 to 414 N/m across;
+    the paper's Table II for its T-shirt amounts to 116 N/m (docs/reproduction.md).
 poisson_ratio: as for woven cotton; knits have more, which no source gives.
 thickness: assumed; the paper does not say.
 friction_table: the paper's Table II, T-shirt: friction 80, that is mu = 0.8.

@@ -25,6 +25,12 @@ def learn(fold: LearnedFold) -> str:
         words += ["--grasps", result.grasps]
     if task.spacing and not math.isclose(task.spacing, task.material.bending_length / 2):
         words += ["--spacing", repr(task.spacing)]
+    if task.robot:
+        words += ["--robot", task.robot]
+    if result.parallel != 1:
+        words += ["--parallel", str(result.parallel)]
+    if not result.baselines:
+        words += ["--no-baselines"]
     return shlex.join(words)
 
 

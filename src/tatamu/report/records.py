@@ -105,6 +105,8 @@ class Task(Record):
     """How many hands fold."""
     step: tuple[int, int] | None = None
     """Which step of how many of a plan this is; None: the only one."""
+    robot: str | None = None
+    """Within whose reach it was learned."""
 
 
 class Result(Record):
@@ -118,6 +120,8 @@ class Result(Record):
     sampler: str
     grasps: str = "integer"
     seed: int
+    parallel: int = 1
+    """How many trials ran at a time."""
     wall_seconds: float | None = None
     best: Index
     trials: Annotated[list[Trial], Field(min_length=1)]

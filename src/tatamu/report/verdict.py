@@ -95,7 +95,7 @@ MEASURES = (
         "%",
         1.0,
         2,
-        "folded area against half of the flat one",
+        "folded area against what the fold should leave (half, for a fold in half)",
         "2.77 reached",
         GARCIA,
         most=2.77,

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from tatamu.errors import InputError
-from tatamu.folding.task import Task, make_task
+from tatamu.folding.task import Task, make_job
 from tatamu.garments import GARMENTS
 from tatamu.learning import Progress, learn
 from tatamu.learning.samplers import SAMPLERS
@@ -60,14 +60,18 @@ class Choices:
 
     def task(self, garment: str) -> Task:
         """What is learned for a garment."""
-        return make_task(
+        fold = self.folds.get(garment, FOLDS.get(garment, "half"))
+        job = make_job(
             garment,
             size=self.sizes.get(garment),
-            fold=self.folds.get(garment, FOLDS.get(garment, "half")),
+            fold=fold,
             material=self.material(garment),
             spacing=self.spacings.get(garment, SPACING),
             simulator=self.simulator,
         )
+        if len(job.plan.steps) > 1:
+            raise InputError(f"--fold: {garment}={fold} has {len(job.plan.steps)} steps; give a plan of one step")
+        return job.task(0)
 
 
 @dataclass(frozen=True)

@@ -47,7 +47,7 @@ def _base_python() -> str:
     if found is None:
         raise InputError(
             f"install blender: bpy {VERSION} needs Python {PYTHON}, which is not on the search path; "
-            f"install it, or install Blender itself (4.2 or later), which brings its own"
+            f"install it, or install Blender itself (3.4 or later), which brings its own"
         )
     return found
 

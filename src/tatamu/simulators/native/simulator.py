@@ -5,14 +5,16 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from time import perf_counter
 
 import numpy as np
 
 from tatamu import __version__
 from tatamu.errors import SimulationError
+from tatamu.material import Material
 from tatamu.rollout import Rollout
-from tatamu.scene import Scene
+from tatamu.scene import Cloth, Gripper, Scene, Table
 from tatamu.simulators.native import candidates, membrane, pinch
 from tatamu.simulators.native.model import DENSEST_PAIRS, Model, model_of, steps_per_frame, substeps
 from tatamu.simulators.native.step import Hands, State, World, advance, copy_out
@@ -34,6 +36,7 @@ def simulate(scene: Scene) -> Rollout:
         SimulationError: The cloth was stretched beyond `LARGEST_STRETCH` or flew away.
     """
     started = perf_counter()
+    _load_kernels()
     run = _Run(scene)
     setup = perf_counter() - started
     positions = run.frames()
@@ -58,6 +61,16 @@ def simulate_many(scenes: Sequence[Scene]) -> list[Rollout]:
     """
     with ThreadPoolExecutor(max_workers=max(1, min(len(scenes), len(os.sched_getaffinity(0))))) as pool:
         return list(pool.map(simulate, scenes))
+
+
+@cache
+def _load_kernels() -> None:
+    """Compile what is compiled, or read it from disk: a moment of two triangles, once per process."""
+    corners = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.1, 0.1, 0.0], [0.0, 0.1, 0.0]]
+    material = Material(areal_density=0.2, stretch_stiffness=100.0, bending_rigidity=1e-5)
+    hand = Gripper(vertices=[0], times=[0.0], displacements=np.zeros((1, 3)), opens=0.01)
+    cloth = Cloth(vertices=np.array(corners), faces=np.array([[0, 1, 2], [0, 2, 3]]))
+    _Run(Scene(cloth=cloth, material=material, table=Table(), grippers=[hand], duration=0.02)).frames()
 
 
 class _Run:

@@ -1,6 +1,6 @@
 """Calibrate the simulator to the readings of a towel, and see which reading to repeat.
 
-python examples/07_calibrate.py
+python examples/06_calibrate.py
 """
 
 from __future__ import annotations
