@@ -37,7 +37,7 @@ FOLDS = {
     "trousers-thirds": ("trousers", "thirds", 1, 20),
     "towel-quarters": ("towel", "quarters", 1, 20),
 }
-"""Garment, fold, and at most how many seeds and trials a step. Trousers' `leg` is the first step of `half` and `thirds`."""
+"""Garment, fold, and at most how many seeds and trials a step. Trousers' `leg` is the first step of both their plans."""
 COLUMNS = {
     "fold": lambda row: row["fold"],
     "seed": lambda row: row["seed"],
