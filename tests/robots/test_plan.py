@@ -17,6 +17,7 @@ pytest.importorskip("toppra")
 
 from tatamu.errors import InputError  # noqa: E402
 from tatamu.robots import check_out, load, plan_fold, save  # noqa: E402
+from tatamu.robots.reach import table_heights  # noqa: E402
 
 
 class Written:
@@ -189,6 +190,15 @@ def test_a_table_above_the_initial_pose_needs_the_higher_pose(fold: Path) -> Non
     assert plan_fold(fold, load("hironx"), table_height=0.0).task.robot.start == "factory"
 
 
+def test_a_table_too_high_for_every_pose_is_refused_with_the_highest(fold: Path) -> None:
+    robot = load("hironx")
+    with pytest.raises(InputError, match=r"the table top must be below (0.\d+) m: at its pose 'factory'") as error:
+        plan_fold(fold, robot, table_height=0.1)
+    highest = float(str(error.value).split("below ")[1].split(" m")[0])
+    assert table_heights(robot.starting(robot.poses[1]), highest - 0.001) is not None
+    assert table_heights(robot.starting(robot.poses[1]), highest + 0.001) is None
+
+
 def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-c", "from tatamu.cli import main; main()", *arguments]
     return subprocess.run(command, cwd=cwd, env=os.environ, capture_output=True, text=True, timeout=300)
@@ -222,6 +232,23 @@ def test_a_folder_of_somebody_else_is_left_alone(plan_folder: Path, tmp_path: Pa
         check_out(tmp_path / "mine")
     check_out(plan_folder)
     check_out(tmp_path / "new")
+
+
+def test_a_link_to_a_plan_stays_a_link_and_the_folder_one_stands_in_is_refused(
+    fold: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "plan").mkdir()
+    (tmp_path / "link").symlink_to(tmp_path / "plan")
+    save(plan_fold(fold, load("hironx")), tmp_path / "link")
+    assert (tmp_path / "link").is_symlink() and (tmp_path / "plan" / "plan.json").is_file()
+    monkeypatch.chdir(tmp_path / "plan")
+    with pytest.raises(InputError, match="the folder that you are in"):
+        check_out(Path())
+
+
+def test_a_table_height_that_is_no_height_is_refused_by_its_name(fold: Path, tmp_path: Path) -> None:
+    result = run("plan", str(fold), "--table-height", "nan", "--out", "out", cwd=tmp_path)
+    assert result.returncode == 2 and "--table-height: must be within 10 m, given nan" in result.stderr
 
 
 def test_the_command_writes_a_plan_and_its_figures(fold: Path, tmp_path: Path) -> None:

@@ -4,10 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 pytest.importorskip("mink")
 pytest.importorskip("toppra")
 
+from tatamu.cli import app
 from tatamu.errors import InputError
 from tatamu.folding.task import make_job
 from tatamu.learning import learn_job
@@ -205,11 +207,35 @@ def test_the_film_lasts_as_long_as_the_motion(done: Rehearsal, tmp_path: Path) -
         ("plan.json", "[", "JSON"),
         ("joint_trajectory.csv", "time,a\n0,0\n", "header"),
         ("robot.xml", "<mujoco>", "cannot be rehearsed"),
+        ("robot.xml", ("larm_tool", "larm_t"), "robot.xml: .*larm_tool"),
+        ("plan.json", ('"WAIST"', '"HIP"'), "robot.xml: .*HIP"),
     ],
 )
-def test_a_broken_plan_is_named(plan_folder: Path, tmp_path: Path, name: str, text: str, field: str) -> None:
+def test_a_broken_plan_is_named(
+    plan_folder: Path, tmp_path: Path, name: str, text: str | tuple[str, str], field: str
+) -> None:
     shutil.copytree(plan_folder, tmp_path / "broken")
-    (tmp_path / "broken" / name).write_text(text)
+    path = tmp_path / "broken" / name
+    path.write_text(text if isinstance(text, str) else path.read_text().replace(*text))
     with pytest.raises(InputError, match=field) as error:
         rehearse(Planned.load(tmp_path / "broken"))
     assert "\n" not in str(error.value)
+
+
+def test_a_table_that_ends_before_the_hands_open_is_refused(plan_folder: Path, tmp_path: Path) -> None:
+    shutil.copytree(plan_folder, tmp_path / "short")
+    path = tmp_path / "short" / "joint_trajectory.csv"
+    path.write_text("".join(path.read_text().splitlines(keepends=True)[:1700]))
+    with pytest.raises(InputError, match=r"joint_trajectory.csv: ends at 8.49 s, before the last event"):
+        Planned.load(tmp_path / "short")
+
+
+def test_a_folder_that_is_no_plan_is_named(fold: Path) -> None:
+    with pytest.raises(InputError, match=r"fold: must be the folder of a plan, and has no plan.json"):
+        Planned.load(fold)
+
+
+def test_a_plan_without_a_scene_says_that_no_cloth_is_folded(plan_folder: Path, tmp_path: Path) -> None:
+    shutil.copytree(plan_folder, tmp_path / "plan")
+    result = CliRunner().invoke(app, ["rehearse", str(tmp_path / "plan"), "--simulator", "native", "--no-film"])
+    assert result.exit_code == 0 and "warning: no cloth: " in result.stdout and "scene.json" in result.stdout

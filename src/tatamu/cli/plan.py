@@ -41,11 +41,17 @@ def plan(
     from tatamu.robots import check_out, load, plan_fold, save
 
     check_out(out)
-    result = plan_fold(folder, load(robot, wrist_offset, fingertip), _place(place), table_height)
+    result = plan_fold(folder, load(robot, wrist_offset, fingertip), _place(place), _height(table_height))
     save(result, out)
     print(f"{out}: {result.motion.times[-1]:.1f} s; the fold lies at {result.task.placement}")
     for name, check in result.checks.items():
         print(f"  {name.replace('_', ' '):28} {check.value:10.4g} {check.unit:8} (limit {check.limit:.4g})")
+
+
+def _height(value: float | None) -> float | None:
+    if value is not None and not abs(value) < 10:
+        raise InputError(f"--table-height: must be within 10 m, given {value:g}")
+    return value
 
 
 def _place(text: str) -> tuple[float, float, float] | None:
