@@ -1,10 +1,13 @@
 import csv
 import json
 import os
+import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -17,6 +20,7 @@ pytest.importorskip("toppra")
 
 from tatamu.errors import InputError  # noqa: E402
 from tatamu.robots import check_out, load, plan_fold, save  # noqa: E402
+from tatamu.robots.picture import reach_svg  # noqa: E402
 from tatamu.robots.reach import table_heights  # noqa: E402
 
 
@@ -157,6 +161,14 @@ def test_the_picture_is_drawn(written: Written) -> None:
     assert text.startswith("<svg") and text.count("<rect") > 20
 
 
+def test_the_picture_of_a_given_place_is_whole_whatever_the_robot_is_called(fold: Path, tmp_path: Path) -> None:
+    robot = replace(load("hironx"), name="R&D <1>")
+    plan = plan_fold(fold, robot, place=(0.28, 0.01, 0.02), table_height=-0.06)
+    texts = ["".join(text.itertext()) for text in ElementTree.fromstring(reach_svg(plan)).iter() if "text" in text.tag]
+    assert any(text.startswith("R&D <1>, from above") for text in texts) and "10 cm" in texts
+    assert not any("squares" in text for text in texts)  # none was searched
+
+
 def test_the_same_fold_gives_the_same_plan(written: Written, fold: Path, tmp_path: Path) -> None:
     save(plan_fold(fold, load("hironx")), tmp_path / "again")
     for name in ("plan.json", "joint_trajectory.csv", "joint_trajectory.bag"):
@@ -254,4 +266,9 @@ def test_a_table_height_that_is_no_height_is_refused_by_its_name(fold: Path, tmp
 def test_the_command_writes_a_plan_and_its_figures(fold: Path, tmp_path: Path) -> None:
     result = run("plan", str(fold), "--robot", "hironx", "--out", "out", cwd=tmp_path)
     assert result.returncode == 0, result.stderr
-    assert "tool path error" in result.stdout and (tmp_path / "out" / "plan.json").is_file()
+    assert re.search(r"tool path error +0\.\d+ mm +\(at most 1\)\n", result.stdout)
+    assert re.search(r"joint limit margin .* rad +\(at least 0.01\)\n", result.stdout)
+    assert (
+        re.search(r"time scaling +[\d.]+ +\(at most 5\)\n", result.stdout)
+        and (tmp_path / "out" / "plan.json").is_file()
+    )

@@ -1,15 +1,15 @@
 import json
 import shutil
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 pytest.importorskip("mink")
 pytest.importorskip("toppra")
 
-from tatamu.cli import app
+from tatamu.cli import main
 from tatamu.errors import InputError
 from tatamu.folding.task import make_job
 from tatamu.learning import learn_job
@@ -112,6 +112,7 @@ def test_the_page_says_whether_it_went_as_planned(done: Rehearsal, tmp_path: Pat
     fold = made_up(done, scene(), np.array([shift, 0.0, 0.0]))
     text = page(done, save(done, tmp_path, fold), fold)
     assert f">{word}</span>" in text
+    assert "at least 0.01" in text and "while they hold the cloth" in text
     assert "Nothing touched that should not" in text and "joint limit margin" in text and 'data-show="robot"' in text
 
 
@@ -235,7 +236,11 @@ def test_a_folder_that_is_no_plan_is_named(fold: Path) -> None:
         Planned.load(fold)
 
 
-def test_a_plan_without_a_scene_says_that_no_cloth_is_folded(plan_folder: Path, tmp_path: Path) -> None:
+def test_a_plan_without_a_scene_says_that_no_cloth_is_folded(
+    plan_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     shutil.copytree(plan_folder, tmp_path / "plan")
-    result = CliRunner().invoke(app, ["rehearse", str(tmp_path / "plan"), "--simulator", "native", "--no-film"])
-    assert result.exit_code == 0 and "warning: no cloth: " in result.stdout and "scene.json" in result.stdout
+    monkeypatch.setattr(sys, "argv", ["tatamu", "rehearse", str(tmp_path / "plan"), "--simulator=native", "--no-film"])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 0 and "fold/scene.json: there is no such file" in capsys.readouterr().out
