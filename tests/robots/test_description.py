@@ -1,9 +1,10 @@
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.robots.arms import pair
+from tests.robots.arms import pair, urdf
 from tests.robots.folds import folder
 
 mujoco = pytest.importorskip("mujoco")
@@ -20,6 +21,21 @@ def test_two_single_arms_make_a_pair_that_plans(tmp_path: Path) -> None:
     plan = plan_fold(folder(tmp_path / "fold"), robot)
     assert all(check.ok for check in plan.checks.values())
     assert robot.joints[0] == "larm_pan" and robot.joints[6] == "rarm_pan"
+
+
+def test_arms_of_one_model_that_share_a_joint_are_refused(tmp_path: Path) -> None:
+    path = pair(tmp_path)
+    text = re.sub(r"(?m)^(model|mount) = .*\n", "", path.read_text())
+    path.write_text('model = "arm.urdf"\n' + text)
+    with pytest.raises(InputError, match=r"rarm.joints: pan is larm's already"):
+        load(str(path))
+
+
+def test_an_arm_without_collision_shapes_is_refused(tmp_path: Path) -> None:
+    path = pair(tmp_path)
+    (tmp_path / "arm.urdf").write_text(re.sub("<collision>.*?</collision>", "", urdf()))
+    with pytest.raises(InputError, match="larm: the model has no collision shapes"):
+        load(str(path))
 
 
 def test_the_urdf_arm_and_the_mjcf_arm_are_one_arm(tmp_path: Path) -> None:
@@ -40,6 +56,10 @@ def test_the_urdf_arm_and_the_mjcf_arm_are_one_arm(tmp_path: Path) -> None:
         ("initial = [0.0, -0.2, 1.9", "initial = [0.0, -0.2, 9.9", "must be from"),
         ("front = 0.15", "fornt = 0.15", "fornt"),
         ('name = "pair"', 'name = "pair"\nbase = "foot"', "base must be"),
+        ('name = "pair"', 'name = "pair"\ntable_heights = [0.2, -0.1]', "table_heights must be the lower"),
+        ('"pan", "lift"', '"lift", "pan"', "larm.joints: must go from the base outwards: pan, lift, elbow"),
+        ('"pan", "lift"', '"pan", "pan"', "larm: joints must differ"),
+        ('link = "turn_link"', 'link = "roll_link"', "larm.joints: bend does not move roll_link"),
     ],
 )
 def test_a_wrong_description_names_its_field(tmp_path: Path, old: str, new: str, named: str) -> None:

@@ -82,8 +82,15 @@ def test_a_missing_folder_is_named(tmp_path: Path) -> None:
         Hands.load(tmp_path / "nowhere")
 
 
+def test_a_folder_of_something_else_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"must be the folder of a learned fold, and has no manipulation.json"):
+        Hands.load(tmp_path)
+
+
 def test_a_plan_of_several_steps_is_refused_and_its_steps_are_named(tmp_path: Path) -> None:
-    folder(tmp_path / "shop" / "step-1")
-    with pytest.raises(InputError, match=r"several steps; give one of them, such as .*shop/step-1"):
+    for step in ("step-1", "step-2", "step-10"):
+        folder(tmp_path / "shop" / step)
+    (tmp_path / "shop" / "step-11").mkdir()  # not learned yet
+    with pytest.raises(InputError, match=r"plan of several steps; give one of \S*shop/step-1, \S*step-2, \S*step-10$"):
         Hands.load(tmp_path / "shop")
     assert Hands.load(tmp_path / "shop" / "step-1")

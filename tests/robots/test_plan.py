@@ -1,10 +1,13 @@
 import csv
 import json
 import os
+import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -17,6 +20,8 @@ pytest.importorskip("toppra")
 
 from tatamu.errors import InputError  # noqa: E402
 from tatamu.robots import check_out, load, plan_fold, save  # noqa: E402
+from tatamu.robots.picture import reach_svg  # noqa: E402
+from tatamu.robots.reach import table_heights  # noqa: E402
 
 
 class Written:
@@ -156,6 +161,14 @@ def test_the_picture_is_drawn(written: Written) -> None:
     assert text.startswith("<svg") and text.count("<rect") > 20
 
 
+def test_the_picture_of_a_given_place_is_whole_whatever_the_robot_is_called(fold: Path, tmp_path: Path) -> None:
+    robot = replace(load("hironx"), name="R&D <1>")
+    plan = plan_fold(fold, robot, place=(0.28, 0.01, 0.02), table_height=-0.06)
+    texts = ["".join(text.itertext()) for text in ElementTree.fromstring(reach_svg(plan)).iter() if "text" in text.tag]
+    assert any(text.startswith("R&D <1>, from above") for text in texts) and "10 cm" in texts
+    assert not any("squares" in text for text in texts)  # none was searched
+
+
 def test_the_same_fold_gives_the_same_plan(written: Written, fold: Path, tmp_path: Path) -> None:
     save(plan_fold(fold, load("hironx")), tmp_path / "again")
     for name in ("plan.json", "joint_trajectory.csv", "joint_trajectory.bag"):
@@ -187,6 +200,15 @@ def test_a_place_out_of_reach_is_refused_with_the_frame(fold: Path) -> None:
 
 def test_a_table_above_the_initial_pose_needs_the_higher_pose(fold: Path) -> None:
     assert plan_fold(fold, load("hironx"), table_height=0.0).task.robot.start == "factory"
+
+
+def test_a_table_too_high_for_every_pose_is_refused_with_the_highest(fold: Path) -> None:
+    robot = load("hironx")
+    with pytest.raises(InputError, match=r"the table top must be below (0.\d+) m: at its pose 'factory'") as error:
+        plan_fold(fold, robot, table_height=0.1)
+    highest = float(str(error.value).split("below ")[1].split(" m")[0])
+    assert table_heights(robot.starting(robot.poses[1]), highest - 0.001) is not None
+    assert table_heights(robot.starting(robot.poses[1]), highest + 0.001) is None
 
 
 def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
@@ -224,7 +246,29 @@ def test_a_folder_of_somebody_else_is_left_alone(plan_folder: Path, tmp_path: Pa
     check_out(tmp_path / "new")
 
 
+def test_a_link_to_a_plan_stays_a_link_and_the_folder_one_stands_in_is_refused(
+    fold: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "plan").mkdir()
+    (tmp_path / "link").symlink_to(tmp_path / "plan")
+    save(plan_fold(fold, load("hironx")), tmp_path / "link")
+    assert (tmp_path / "link").is_symlink() and (tmp_path / "plan" / "plan.json").is_file()
+    monkeypatch.chdir(tmp_path / "plan")
+    with pytest.raises(InputError, match="the folder that you are in"):
+        check_out(Path())
+
+
+def test_a_table_height_that_is_no_height_is_refused_by_its_name(fold: Path, tmp_path: Path) -> None:
+    result = run("plan", str(fold), "--table-height", "nan", "--out", "out", cwd=tmp_path)
+    assert result.returncode == 2 and "--table-height: must be within 10 m, given nan" in result.stderr
+
+
 def test_the_command_writes_a_plan_and_its_figures(fold: Path, tmp_path: Path) -> None:
     result = run("plan", str(fold), "--robot", "hironx", "--out", "out", cwd=tmp_path)
     assert result.returncode == 0, result.stderr
-    assert "tool path error" in result.stdout and (tmp_path / "out" / "plan.json").is_file()
+    assert re.search(r"tool path error +0\.\d+ mm +\(at most 1\)\n", result.stdout)
+    assert re.search(r"joint limit margin .* rad +\(at least 0.01\)\n", result.stdout)
+    assert (
+        re.search(r"time scaling +[\d.]+ +\(at most 5\)\n", result.stdout)
+        and (tmp_path / "out" / "plan.json").is_file()
+    )

@@ -1,5 +1,6 @@
 import json
 import shutil
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 pytest.importorskip("mink")
 pytest.importorskip("toppra")
 
+from tatamu.cli import main
 from tatamu.errors import InputError
 from tatamu.folding.task import make_job
 from tatamu.learning import learn_job
@@ -110,6 +112,7 @@ def test_the_page_says_whether_it_went_as_planned(done: Rehearsal, tmp_path: Pat
     fold = made_up(done, scene(), np.array([shift, 0.0, 0.0]))
     text = page(done, save(done, tmp_path, fold), fold)
     assert f">{word}</span>" in text
+    assert "at least 0.01" in text and "while they hold the cloth" in text
     assert "Nothing touched that should not" in text and "joint limit margin" in text and 'data-show="robot"' in text
 
 
@@ -205,11 +208,39 @@ def test_the_film_lasts_as_long_as_the_motion(done: Rehearsal, tmp_path: Path) -
         ("plan.json", "[", "JSON"),
         ("joint_trajectory.csv", "time,a\n0,0\n", "header"),
         ("robot.xml", "<mujoco>", "cannot be rehearsed"),
+        ("robot.xml", ("larm_tool", "larm_t"), "robot.xml: .*larm_tool"),
+        ("plan.json", ('"WAIST"', '"HIP"'), "robot.xml: .*HIP"),
     ],
 )
-def test_a_broken_plan_is_named(plan_folder: Path, tmp_path: Path, name: str, text: str, field: str) -> None:
+def test_a_broken_plan_is_named(
+    plan_folder: Path, tmp_path: Path, name: str, text: str | tuple[str, str], field: str
+) -> None:
     shutil.copytree(plan_folder, tmp_path / "broken")
-    (tmp_path / "broken" / name).write_text(text)
+    path = tmp_path / "broken" / name
+    path.write_text(text if isinstance(text, str) else path.read_text().replace(*text))
     with pytest.raises(InputError, match=field) as error:
         rehearse(Planned.load(tmp_path / "broken"))
     assert "\n" not in str(error.value)
+
+
+def test_a_table_that_ends_before_the_hands_open_is_refused(plan_folder: Path, tmp_path: Path) -> None:
+    shutil.copytree(plan_folder, tmp_path / "short")
+    path = tmp_path / "short" / "joint_trajectory.csv"
+    path.write_text("".join(path.read_text().splitlines(keepends=True)[:1700]))
+    with pytest.raises(InputError, match=r"joint_trajectory.csv: ends at 8.49 s, before the last event"):
+        Planned.load(tmp_path / "short")
+
+
+def test_a_folder_that_is_no_plan_is_named(fold: Path) -> None:
+    with pytest.raises(InputError, match=r"fold: must be the folder of a plan, and has no plan.json"):
+        Planned.load(fold)
+
+
+def test_a_plan_without_a_scene_says_that_no_cloth_is_folded(
+    plan_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copytree(plan_folder, tmp_path / "plan")
+    monkeypatch.setattr(sys, "argv", ["tatamu", "rehearse", str(tmp_path / "plan"), "--simulator=native", "--no-film"])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 0 and "fold/scene.json: there is no such file" in capsys.readouterr().out

@@ -40,13 +40,21 @@ def plan(
     `tatamu plan runs/shop/step-1 --robot nextage --out runs/shop-plan-1`
     """
     from tatamu.robots import check_out, load, plan_fold, save
+    from tatamu.robots.checks import in_words
 
     check_out(out)
-    result = plan_fold(folder, load(robot, wrist_offset, fingertip), _place(place), table_height)
+    result = plan_fold(folder, load(robot, wrist_offset, fingertip), _place(place), _height(table_height))
     save(result, out)
     print(f"{out}: {result.motion.times[-1]:.1f} s; the fold lies at {result.task.placement}")
     for name, check in result.checks.items():
-        print(f"  {name.replace('_', ' '):28} {check.value:10.4g} {check.unit:8} (limit {check.limit:.4g})")
+        value, unit, limit = in_words(check.value, check.limit, check.unit, check.ok)
+        print(f"  {name.replace('_', ' '):28} {value:>10} {unit:8} ({limit})")
+
+
+def _height(value: float | None) -> float | None:
+    if value is not None and not abs(value) < 10:
+        raise InputError(f"--table-height: must be within 10 m, given {value:g}")
+    return value
 
 
 def _place(text: str) -> tuple[float, float, float] | None:

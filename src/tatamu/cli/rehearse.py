@@ -50,6 +50,8 @@ def rehearse(
         result = rehearsed(Planned.load(plan))
     with console.status(f"the cloth in {simulator}, with the robot's hands and with floating ones"):
         fold = refold(result, simulator, halvings) if simulator != "none" else None
+    if fold is None and simulator != "none":
+        print(f"warning: no cloth: {plan / 'fold' / 'scene.json'}: there is no such file")
     figures = save(result, plan / "rehearsal", fold)
     for line in summary(figures):
         print(line)

@@ -171,6 +171,13 @@ class Checks:
         return self._check(value, SLOWEST, "1", slowest, "slowest")
 
 
+def in_words(value: float, limit: float, unit: str, ok: bool) -> tuple[str, str, str]:
+    """A figure for people: its value, its unit (millimetres for metres), and what it may be."""
+    scale, unit = (1e3, "mm") if unit == "m" else (1.0, "" if unit == "1" else unit)
+    bound = "at least" if ok == (value > limit) else "at most"
+    return f"{scale * value:.4g}", unit, f"{bound} {scale * limit:.4g}"
+
+
 def failing(checks: dict[str, Check]) -> tuple[str, Check] | None:
     """The first check that is not ok."""
     return next(((name, check) for name, check in checks.items() if not check.ok), None)

@@ -49,6 +49,11 @@ class Clearance:
         self._radius = np.array(self.model.geom_rbound)
 
     @property
+    def kinds(self) -> tuple[str, ...]:
+        """The kinds of distances that the model has shapes for."""
+        return tuple(self._pairs)
+
+    @property
     def pairs(self) -> list[tuple[str, str]]:
         """Names of the shapes whose distances are taken."""
         rows = np.concatenate(list(self._pairs.values()))

@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from tatamu.errors import InputError
 from tatamu.files import read_toml, validated
+from tatamu.robots.clearance import Clearance
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.model import Arm, Robot, StartPose
 from tatamu.robots.pose import from_rpy, pose, to_quaternion
@@ -61,6 +62,8 @@ class ArmDescription(_Record):
         for name in ("initial", "speed", "acceleration"):
             if len(getattr(self, name)) != len(self.joints):
                 raise ValueError(f"{name} must be as many as joints ({len(self.joints)})")
+        if len(set(self.joints)) < len(self.joints):
+            raise ValueError("joints must differ")
         if min(self.speed) <= 0 or min(self.acceleration) <= 0:
             raise ValueError("speed and acceleration must be above 0")
         return self
@@ -83,6 +86,8 @@ class Description(_Record):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
+        if self.table_heights[0] > self.table_heights[1]:
+            raise ValueError("table_heights must be the lower, then the higher")
         alone = [arm.model is not None for arm in (self.larm, self.rarm)]
         if self.model is None and not all(alone):
             raise ValueError("must have a model for the whole robot, or one in each arm")
@@ -119,6 +124,8 @@ def described(path: Path) -> Robot:
         front=description.front,
     )
     _check(path, robot)
+    for arm in robot.arms:
+        _check_chain(path, robot, arm, prefix[arm.name])
     return robot
 
 
@@ -171,6 +178,9 @@ def _check(path: Path, robot: Robot) -> None:
         for joint in arm.joints:
             if robot.spec.joint(joint) is None:
                 raise InputError(f"{path}: {arm.name}.joints: the model has no joint {joint!r}")
+    for joint in robot.rarm.joints:
+        if joint in robot.larm.joints:
+            raise InputError(f"{path}: rarm.joints: {joint} is larm's already")
     if robot.base != "world" and robot.spec.body(robot.base) is None:
         raise InputError(f"{path}: base: the model has no body {robot.base!r}")
     try:
@@ -188,3 +198,29 @@ def _check(path: Path, robot: Robot) -> None:
                 raise InputError(
                     f"{path}: {arm.name}.initial: {joint} must be from {low:.4g} to {high:.4g} rad, given {angle:.4g}"
                 )
+
+
+def _check_chain(path: Path, robot: Robot, arm: Arm, prefix: str) -> None:
+    """The joints must lead to the arm's wrist in this order, and move shapes that distances are taken between."""
+    where = f"{path}: {arm.name}.joints:"
+    names = [name.removeprefix(prefix) for name in arm.joints]
+    on_the_way = [joint.removeprefix(prefix) for joint in _joints_to(robot.model, arm.link)]
+    for name in names:
+        if name not in on_the_way:
+            raise InputError(f"{where} {name} does not move {arm.link.removeprefix(prefix)}")
+    ordered = [name for name in on_the_way if name in names]
+    if names != ordered:
+        raise InputError(f"{where} must go from the base outwards: {', '.join(ordered)}")
+    if not Clearance(robot, ("to the table",), arm.name).kinds:
+        raise InputError(f"{path}: {arm.name}: the model has no collision shapes, which distances are taken between")
+
+
+def _joints_to(model: Any, link: str) -> list[str]:
+    """The joints that move a body, from the base outwards."""
+    found: list[str] = []
+    body = model.body(link).id
+    while body:
+        first = int(model.body_jntadr[body])
+        found = [str(model.joint(first + number).name) for number in range(model.body_jntnum[body])] + found
+        body = int(model.body_parentid[body])
+    return found

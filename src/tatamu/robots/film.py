@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from tatamu.files import replacing
+from tatamu.report.palette import BACK, FRONT
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.model import TABLE
 from tatamu.robots.rehearsal import Rehearsal
@@ -18,7 +19,8 @@ RATE = 10
 """Frames per second."""
 WIDTH, HEIGHT = 480, 360
 """[pixels]."""
-CLOTH = "tatamu_cloth"
+SIDES = {"tatamu_front": FRONT, "tatamu_back": BACK}
+"""The cloth's two sides, a mesh of one colour each."""
 
 
 def save_film(rehearsal: Rehearsal, fold: Rollout | None, path: Path) -> str | None:
@@ -68,22 +70,19 @@ def _dressed(spec: Any, rehearsal: Rehearsal, fold: Rollout | None, mujoco: Any)
     """Light, a table of a table's size, and the cloth as a mesh that is moved frame by frame."""
     spec.worldbody.add_light(pos=[0.5, 0.5, 2.0], dir=[0, -0.2, -1], castshadow=False)
     spec.visual.headlight.ambient = [0.4, 0.4, 0.4]
+    sky, plain = mujoco.mjtTexture.mjTEXTURE_SKYBOX, mujoco.mjtBuiltin.mjBUILTIN_FLAT
+    grey = [0.96, 0.96, 0.94]
+    spec.add_texture(name="tatamu_sky", type=sky, builtin=plain, rgb1=grey, rgb2=grey, width=16, height=96)
     table, middle = spec.geom(TABLE), rehearsal.tools.mean(axis=(0, 1))
     table.size = [0.35, 0.55, table.size[2]]
     table.pos = [max(middle[0], 0.45), 0.0, table.pos[2]]
     if fold is not None:
         vertices = _in_base(rehearsal, fold.positions[0])
-        both = np.concatenate([fold.faces, fold.faces[:, ::-1] + len(vertices)])  # seen from above and below
-        spec.add_mesh(
-            name=CLOTH,
-            uservert=np.tile(vertices, (2, 1)).ravel(),
-            userface=both.ravel(),
-            inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
-        )
-        kind = mujoco.mjtGeom.mjGEOM_MESH
-        spec.worldbody.add_geom(
-            name=CLOTH, type=kind, meshname=CLOTH, contype=0, conaffinity=0, rgba=[0.35, 0.55, 0.85, 1]
-        )
+        kind, shell = mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+        for (side, colour), faces in zip(SIDES.items(), (fold.faces, fold.faces[:, ::-1]), strict=True):
+            spec.add_mesh(name=side, uservert=vertices.ravel(), userface=faces.ravel(), inertia=shell)
+            rgba = [int(colour[k : k + 2], 16) / 340 for k in (1, 3, 5)] + [1]  # the light is bright
+            spec.worldbody.add_geom(name=side, type=kind, meshname=side, contype=0, conaffinity=0, rgba=rgba)
 
 
 def _in_base(rehearsal: Rehearsal, positions: np.ndarray) -> np.ndarray:
@@ -93,8 +92,9 @@ def _in_base(rehearsal: Rehearsal, positions: np.ndarray) -> np.ndarray:
 
 def _lay(model: Any, data: Any, renderer: Any, rehearsal: Rehearsal, positions: np.ndarray, mujoco: Any) -> None:
     """Move the cloth's mesh; MuJoCo keeps meshes in a frame of their own."""
-    geom = data.geom(CLOTH)
-    vertices = (_in_base(rehearsal, positions) - geom.xpos) @ geom.xmat.reshape(3, 3)
-    start = int(model.mesh(CLOTH).vertadr[0])
-    model.mesh_vert[start : start + 2 * len(vertices)] = np.tile(vertices, (2, 1))
-    mujoco.mjr_uploadMesh(model, renderer._mjr_context, model.mesh(CLOTH).id)
+    for side in SIDES:
+        geom = data.geom(side)
+        vertices = (_in_base(rehearsal, positions) - geom.xpos) @ geom.xmat.reshape(3, 3)
+        start = int(model.mesh(side).vertadr[0])
+        model.mesh_vert[start : start + len(vertices)] = vertices
+        mujoco.mjr_uploadMesh(model, renderer._mjr_context, model.mesh(side).id)

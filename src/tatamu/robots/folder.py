@@ -33,6 +33,8 @@ def check_out(out: Path) -> None:
     Raises:
         InputError: Something else is there.
     """
+    if out.resolve() == Path.cwd():
+        raise InputError(f"{out}: is the folder that you are in, which a plan would replace: give another --out")
     if out.exists() and not (out.is_dir() and (not any(out.iterdir()) or (out / "plan.json").is_file())):
         raise InputError(f"{out}: is already there and is no plan: give another --out")
 
@@ -69,6 +71,7 @@ def _carry_fold(source: Path, folder: Path) -> None:
 def _replacing(out: Path) -> Iterator[Path]:
     """A temporary folder beside `out` that takes its place when the block ends well."""
     try:
+        out = out.resolve()  # a link stays one
         out.parent.mkdir(parents=True, exist_ok=True)
         temporary = Path(tempfile.mkdtemp(prefix=f".{out.name}.", dir=out.parent))
         try:

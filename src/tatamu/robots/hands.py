@@ -181,8 +181,8 @@ class Hands:
         path = folder / "manipulation.json"
         if not folder.is_dir():
             raise InputError(f"{folder}: must be the folder of a learned fold, and is no folder")
-        if not path.exists() and (folder / "step-1").is_dir():
-            raise InputError(f"{folder}: holds a plan of several steps; give one of them, such as {folder / 'step-1'}")
+        if not path.exists():
+            raise InputError(f"{folder}: {_no_fold(folder)}")
         return cls.of(validated(Manipulation, read_json(path), path), path)
 
     @classmethod
@@ -240,6 +240,15 @@ class Hands:
         times = np.linspace(self.times[0], self.times[-1], 2000)
         steps = np.linalg.norm(np.diff(self.at(times), axis=1), axis=2)
         return float(steps.max() / (times[1] - times[0]))
+
+
+def _no_fold(folder: Path) -> str:
+    """Why a folder without manipulation.json is no learned fold."""
+    steps = [file.parent.name for file in folder.glob("step-*/manipulation.json")]
+    if not steps:
+        return "must be the folder of a learned fold, and has no manipulation.json"
+    steps.sort(key=lambda name: (len(name), name))
+    return f"holds a plan of several steps; give one of {', '.join(str(folder / name) for name in steps)}"
 
 
 def _moving(times: np.ndarray, values: np.ndarray, timing: Timing) -> tuple[np.ndarray, np.ndarray]:

@@ -18,6 +18,7 @@ from tatamu.report.records import Scores
 from tatamu.report.replay import COLOURS, FRAMES, Hand, replay_of
 from tatamu.report.sheet import Sheet, card
 from tatamu.report.topview import beside
+from tatamu.robots.checks import in_words
 from tatamu.robots.links import link_boxes
 from tatamu.robots.planned import ARMS
 from tatamu.robots.pose import into
@@ -55,7 +56,8 @@ def _lead(figures: dict[str, Any]) -> str:
     touched = f"<strong>{contacts} pairs of links touched</strong>" if contacts else "nothing touched that should not"
     said = (
         f"{figures['simulated_seconds']:.1f} s driven in MuJoCo, {figures['real_time_factor']:.0f} times faster than "
-        f"real time: tools within {1e3 * figures['tool_error']:.2f}&nbsp;mm of the plan, {touched}."
+        f"real time: tools within {1e3 * figures['tool_error']:.2f}&nbsp;mm of the plan while they hold the cloth, "
+        f"{touched}."
     )
     if fold is None:
         return f"{said} No cloth was simulated."
@@ -130,7 +132,8 @@ def _following(sheet: Sheet, rehearsal: Rehearsal) -> None:
     marks = [rehearsal.planned.event(ARMS[0], name) for name in ("close", "open")]
     sheet.section(
         "How the robot followed",
-        "Each joint less its plan, and each tool’s distance from its plan. Dotted: the fingers close and open.",
+        "Each joint less its plan, and each tool’s distance from its plan. Red: the left arm; green: the right. "
+        "Dotted: the fingers close and open.",
         card(
             "two",
             [
@@ -142,7 +145,7 @@ def _following(sheet: Sheet, rehearsal: Rehearsal) -> None:
 
 
 def _curves(times: np.ndarray, curves: dict[str, np.ndarray], title: str, marks: list[float]) -> Figure:
-    colours = {"larm": "@left", "rarm": "@right", "L": "@left", "R": "@right"}
+    colours = {"larm": "@left", "rarm": "@right"}
     return {
         "data": [
             {
@@ -150,7 +153,7 @@ def _curves(times: np.ndarray, curves: dict[str, np.ndarray], title: str, marks:
                 "x": times.round(3).tolist(),
                 "y": values.round(4).tolist(),
                 "mode": "lines",
-                "line": {"width": 1.2, "color": colours.get(name, colours.get(name[:1], "@plot"))},
+                "line": {"width": 1.2, "color": colours.get(name[:4].lower(), "@plot")},
                 "hovertemplate": f"{name}<br>%{{x:.2f}} s, %{{y:.3f}}<extra></extra>",
             }
             for name, values in curves.items()
@@ -168,9 +171,10 @@ def _touching(sheet: Sheet, rehearsal: Rehearsal) -> None:
     found = table(["links", "first [s]", "depth [mm]"], body) if body else "Nothing touched that should not."
     sheet.section("What touched", "Links against links and the table, among all that the plan checks.", card("", found))
     checks = [
-        f'<tr><th scope="row">{text(name.replace("_", " "))}</th><td class="number">{check.value:.4g}</td>'
-        f'<td class="number">{check.limit:.4g}</td><td>{text(check.unit)}</td><td>{"✓" if check.ok else "✗"}</td></tr>'
+        f'<tr><th scope="row">{text(name.replace("_", " "))}</th><td class="number">{value}</td>'
+        f"<td>{text(unit)}</td><td>{limit}</td><td>{'✓' if check.ok else '✗'}</td></tr>"
         for name, check in rehearsal.planned.plan.checks.items()
+        for value, unit, limit in [in_words(check.value, check.limit, check.unit, check.ok)]
     ]
     facts = rows(
         [
@@ -179,7 +183,7 @@ def _touching(sheet: Sheet, rehearsal: Rehearsal) -> None:
             ("real time factor", f"{rehearsal.real_time_factor:.1f}"),
         ]
     )
-    head = ["check", "value", "limit", "unit", ""]
+    head = ["check", "value", "unit", "limit", ""]
     sheet.section(
         "The plan’s own checks", "From plan.json.", card("", table(head, checks)), card("lists", f"<div>{facts}</div>")
     )

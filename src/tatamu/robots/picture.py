@@ -6,6 +6,8 @@ fold with room to spare, yellow where just so, red where not. The lines are the 
 
 from __future__ import annotations
 
+from html import escape
+
 import numpy as np
 
 from tatamu.robots.chain import Chain
@@ -23,14 +25,18 @@ def reach_svg(plan: Plan) -> str:
     """The picture of a plan, as text."""
     width, height = SCALE * (LEFT - RIGHT), SCALE * (FAR - NEAR)
     parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0f} {height + 60:.0f}" '
-        'font-family="sans-serif" font-size="14">',
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height + 60:.0f}" '
+        f'viewBox="0 0 {width:.0f} {height + 60:.0f}" font-family="sans-serif" font-size="14">',
         '<rect width="100%" height="100%" fill="white"/>',
+        f'<clipPath id="shown"><rect width="{width:.0f}" height="{height:.0f}"/></clipPath>',
+        '<g clip-path="url(#shown)">',
         _line(np.array([[plan.task.robot.front, LEFT], [plan.task.robot.front, RIGHT]]), "#999", "6 4", 1.5),
         _text(plan.task.robot.front, LEFT, "the table begins", "#777", 6, -5),
         *_squares(plan),
         *_robot(plan),
         *_hands(plan),
+        *_scale(),
+        "</g>",
         *_legend(plan, height),
         "</svg>",
     ]
@@ -65,7 +71,7 @@ def _middle(plan: Plan) -> np.ndarray:
 def _square(x: float, y: float, colour: str) -> str:
     left, top = _pixel(x + CELL / 2, y + CELL / 2)
     side = SCALE * CELL
-    return f'<rect x="{left:.1f}" y="{top:.1f}" width="{side:.1f}" height="{side:.1f}" fill="{colour}" opacity="0.6"/>'
+    return f'<rect x="{left:.1f}" y="{top:.1f}" width="{side:.1f}" height="{side:.1f}" fill="{colour}" stroke="white"/>'
 
 
 def _colour(quality: float) -> str:
@@ -103,6 +109,11 @@ def _hands(plan: Plan) -> list[str]:
     return parts
 
 
+def _scale() -> list[str]:
+    bar = np.array([[NEAR + 0.03, RIGHT + 0.13], [NEAR + 0.03, RIGHT + 0.03]])
+    return [_line(bar, "#333", "", 2), _text(NEAR + 0.03, RIGHT + 0.13, "10 cm", "#333", 24, -6)]
+
+
 def _line(points: np.ndarray, colour: str, dashes: str, width: float) -> str:
     pixels = " ".join("{:.1f},{:.1f}".format(*_pixel(x, y)) for x, y in points)
     return (
@@ -117,9 +128,10 @@ def _text(x: float, y: float, words: str, colour: str, right: float, down: float
 
 
 def _legend(plan: Plan, height: float) -> list[str]:
-    name, placement = plan.task.robot.name, plan.task.placement
+    name, placement = escape(plan.task.robot.name), plan.task.placement
+    squares = "squares: the middle of the fold; green well within reach, yellow just so, red not; "
     return [
         f'<text x="12" y="{height + 22:.0f}">{name}, from above, ahead is up; {placement}</text>',
-        f'<text x="12" y="{height + 44:.0f}" fill="#555">squares: the middle of the fold; green well within reach, '
-        "yellow just so, red not; rings: what an arm spans at the table</text>",
+        f'<text x="12" y="{height + 44:.0f}" fill="#555">{squares if plan.reach else ""}'
+        "rings: what an arm spans at the table</text>",
     ]

@@ -84,12 +84,17 @@ class Planned:
         if not folder.is_dir():
             raise InputError(f"{folder}: must be the folder of a plan, and is no folder")
         path = folder / "plan.json"
+        if not path.exists():
+            raise InputError(f"{folder}: must be the folder of a plan, and has no plan.json")
         plan = validated(PlanFile, read_json(path), path)
         if sorted((event.arm, event.event) for event in plan.events) != [
             (arm, event) for arm in ARMS for event in ("close", "open")
         ]:
             raise InputError(f"{path}: events: must be one close and one open of each arm")
-        times, angles = _table(folder / "joint_trajectory.csv", plan.joints)
+        table = folder / "joint_trajectory.csv"
+        times, angles = _table(table, plan.joints)
+        if times[-1] < max(event.time for event in plan.events):
+            raise InputError(f"{table}: ends at {times[-1]:.2f} s, before the last event of plan.json")
         return cls(folder, plan, times, angles)
 
     def event(self, arm: str, event: str) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tatamu.errors import TatamuError
+from tatamu.robots.clearance import Clearance
 from tatamu.robots.hands import Hands
 from tatamu.robots.model import Robot
 from tatamu.robots.reach import Reach
@@ -20,11 +21,11 @@ class Refused(TatamuError):
 
 def table_too_high(robot: Robot) -> Refused:
     """The table would be where the robot stands at the pose that it starts from."""
-    low, high = robot.table_heights
+    lowest = Clearance(robot, kinds=("to the table",)).lowest(robot.initial)
     return Refused(
-        f"at its pose '{robot.start}' the robot stands in a table that high; "
-        f"give a height between {low:g} and {high:g} m",
-        -3,
+        f"the table top must be below {np.floor(1e3 * lowest) / 1e3:.3f} m: at its pose '{robot.start}' the robot "
+        "reaches down to there",
+        lowest - 10,  # less than any fold out of reach; the highest pose has the last word
     )
 
 

@@ -169,6 +169,7 @@ def _stage(planned: Planned, mujoco: Any) -> Any:
     try:
         spec = mujoco.MjSpec.from_file(str(path))
         spec.option.timestep = STEP
+        _check_names(spec, planned)
         spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
         inertia = _inertia(spec.compile(), planned)
     except (ValueError, KeyError) as error:
@@ -180,6 +181,14 @@ def _stage(planned: Planned, mujoco: Any) -> Any:
             drive = spec.add_actuator(name=f"{joint}_{kind}", target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
             getattr(drive, f"set_to_{kind}")(**{"kp" if kind == "position" else "kv": gain * mass})
     return spec.compile()
+
+
+def _check_names(spec: Any, planned: Planned) -> None:
+    """The model must have the base and the tools of the plan."""
+    missing = [] if spec.body(planned.plan.base_frame) else [planned.plan.base_frame]
+    missing += [f"{arm}_tool" for arm in ARMS if spec.site(f"{arm}_tool") is None]
+    if missing:
+        raise ValueError(f"it has no {missing[0]}")
 
 
 def _inertia(model: Any, planned: Planned) -> np.ndarray:

@@ -83,7 +83,8 @@ def summary(figures: dict[str, Any]) -> list[str]:
     lines = [
         f"{figures['robot']}: {figures['simulated_seconds']:.1f} s rehearsed, {figures['real_time_factor']:.1f} times "
         "faster than real time",
-        f"joints follow within {1e3 * error:.2f} mrad ({joint}), tools within {1e3 * figures['tool_error']:.2f} mm",
+        f"joints follow within {1e3 * error:.2f} mrad ({joint}), tools within "
+        f"{1e3 * figures['tool_error']:.2f} mm while they hold the cloth",
     ]
     contacts = figures["contacts"]
     lines += [
