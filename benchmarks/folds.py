@@ -37,7 +37,7 @@ FOLDS = {
     "trousers-thirds": ("trousers", "thirds", 1, 20),
     "towel-quarters": ("towel", "quarters", 1, 20),
 }
-"""Garment, fold, and at most how many seeds and trials a step. Trousers' `leg` is the first step of both their plans."""
+"""Garment, fold, at most how many seeds, and trials a step. The first step of both trousers plans is their `leg`."""
 COLUMNS = {
     "fold": lambda row: row["fold"],
     "seed": lambda row: row["seed"],
