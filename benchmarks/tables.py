@@ -15,7 +15,8 @@ PAGE = Path("docs/benchmarks.md")
 def markdown(rows: Sequence[Mapping[str, Any]]) -> str:
     """Rows with the same keys as a Markdown table."""
     lines = ["| " + " | ".join(rows[0]) + " |", "|" + "---|" * len(rows[0])]
-    return "\n".join(lines + ["| " + " | ".join(str(value) for value in row.values()) + " |" for row in rows])
+    cells = ([str(value).replace("|", "\\|") for value in row.values()] for row in rows)
+    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in cells])
 
 
 def insert(name: str, text: str, page: Path = PAGE) -> None:
