@@ -66,7 +66,9 @@ def test_a_table_goes_between_its_marks(modules: Any, tmp_path: Path) -> None:
     tables, page = modules("tables"), tmp_path / "page.md"
     page.write_text("a\n<!-- one -->\nold\n<!-- end -->\nb\n<!-- two -->\n<!-- end -->\n")
     tables.insert("one", tables.markdown([{"x": "|1|"}]), page)
-    assert page.read_text() == "a\n<!-- one -->\n| x |\n|---|\n| \\|1\\| |\n<!-- end -->\nb\n<!-- two -->\n<!-- end -->\n"
+    assert (
+        page.read_text() == "a\n<!-- one -->\n| x |\n|---|\n| \\|1\\| |\n<!-- end -->\nb\n<!-- two -->\n<!-- end -->\n"
+    )
     with pytest.raises(SystemExit, match="has no marks"):
         tables.insert("three", "", page)
 
