@@ -62,7 +62,7 @@ robots: $(DEV)  ## the table of docs/robots.md: an hour, most of it MuJoCo's
 	$(BIN)/python benchmarks/robots.py --out runs/robots --rehearse native --write-docs
 
 foreign: $(DEV)  ## the table of docs/garments.md: outlines and meshes from elsewhere; minutes
-	$(BIN)/python -m benchmarks.foreign --out runs/foreign --trials 12 --write-docs
+	$(BIN)/python -m benchmarks.foreign --out runs/foreign --trials 25 --write-docs
 
 statics: $(READY)  ## the table of docs/native.md: bending on every layout of a mesh
 	$(BIN)/python benchmarks/statics.py --write-docs
