@@ -189,5 +189,5 @@ def test_a_file_goes_before_a_preset_of_its_name(tmp_path: Path, monkeypatch: py
     monkeypatch.chdir(tmp_path)
     Path("denim").write_text("[material]\nareal_density = 0.5\nstretch_stiffness = 100\nbending_rigidity = 1e-5\n")
     assert load_material(Path("denim")).areal_density == 0.5
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match=r"must be a file \.toml or one of .*denim.*given 'no-such-cloth'"):
         load_material(Path("no-such-cloth"))
