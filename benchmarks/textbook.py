@@ -20,7 +20,7 @@ from tatamu.files import write_json, write_text
 from tatamu.validation import Subject, validate
 from tatamu.validation.findings import Curve, Figure, Row
 from tatamu.validation.page import COLOURS, GRID, INK, page
-from tatamu.validation.report import CheckResult, Report
+from tatamu.validation.report import Report
 
 PAGE = Path("docs/validation.md")
 SHOWN = ("hang", "shear", "catenary", "cantilever", "order", "crease", "threshold", "stack", "refinement")
@@ -64,7 +64,7 @@ def draw(report: Report, out: Path) -> None:
         (result, key, result.check.figures[key])
         for key in SHOWN
         for result in report.results
-        if key in result.check.figures and _curves(result, key)
+        if key in result.check.figures and result.curves(key)
     ]
     count = -(-len(panels) // COLUMNS)
     with plt.rc_context({"font.size": 8, "axes.edgecolor": "#9aa5b1", "text.color": INK, "axes.labelcolor": INK}):
@@ -72,12 +72,8 @@ def draw(report: Report, out: Path) -> None:
         for axis in axes.flat[len(panels) :]:
             axis.set_axis_off()
         for axis, (result, key, asked) in zip(axes.flat, panels, strict=False):
-            _panel(axis, _curves(result, key), asked)
+            _panel(axis, result.curves(key), asked)
         figure.savefig(out, dpi=110)
-
-
-def _curves(result: CheckResult, key: str) -> list[Curve]:
-    return [curve for case in result.cases for curve in case.curves if curve.figure == key]
 
 
 def _panel(axis: Axes, curves: list[Curve], asked: Figure) -> None:

@@ -69,7 +69,9 @@ def timed(case: Case, turn: int, folder: Path, limit: float) -> Timing:
         said = _call([case.engine, case.kind, case.fabric, str(case.spacing), str(out)], limit)
         if said is not None:
             keep(out, Timing(0, 0.0, 0.0, np.empty((0, 3)), said))
-        print(f"{out.name}: {kept(out).note or f'{kept(out).seconds:.3g} s'}", file=sys.stderr, flush=True)
+        timing = kept(out)
+        print(f"{out.name}: {timing.note or f'{timing.seconds:.3g} s'}", file=sys.stderr, flush=True)
+        return timing
     return kept(out)
 
 

@@ -16,8 +16,8 @@ from tatamu.cli import main
 from tatamu.errors import InputError
 from tatamu.files import validated
 from tatamu.garments import GARMENTS
-from tatamu.material import load_material
-from tatamu.presets import Preset, load_preset, names
+from tatamu.material import load_material, preset_names
+from tatamu.presets import Preset, load_preset
 
 
 @dataclass
@@ -118,7 +118,7 @@ def test_a_template_asks_for_readings_and_is_right_once_filled_in(tmp_path: Path
         text.replace("# material", "material").replace("# [loop]", "[loop]").replace("# height = []", "height = 0.03")
     )
     filled = load_measurements(file)
-    assert filled.garment.material in names() and filled.loop is not None
+    assert filled.garment.material in preset_names() and filled.loop is not None
     assert filled.elongation is not None and filled.sag is not None and filled.friction is not None
 
 
@@ -161,7 +161,7 @@ def test_measure_says_what_to_do(tatamu: Command) -> None:
     assert all(word in done.stdout for word in ("L1", "L2", "L_t", "H_s", "free_length", "sag", "mass"))
 
 
-@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize("name", preset_names())
 def test_a_preset_is_a_material_with_sources(name: str) -> None:
     preset = load_preset(name)
     assert load_material(Path(name)) == preset.material
@@ -170,7 +170,7 @@ def test_a_preset_is_a_material_with_sources(name: str) -> None:
 
 def test_presets_are_listed_and_say_that_they_are_presets(tatamu: Command) -> None:
     done = tatamu("materials")
-    assert done.returncode == 0 and all(name in done.stdout for name in names())
+    assert done.returncode == 0 and all(name in done.stdout for name in preset_names())
     assert "Somebody else's cloth" in done.stdout
     assert "11 oz" in tatamu("materials", "denim").stdout
 

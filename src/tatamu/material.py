@@ -18,7 +18,7 @@ GRAVITY = 9.81
 
 Number = Annotated[float, Field(strict=True)]
 """Neither a text nor true or false."""
-Friction = Annotated[float, Field(ge=0.0, le=10.0, strict=True, allow_inf_nan=False)]
+Friction = Annotated[Number, Field(ge=0.0, le=10.0, allow_inf_nan=False)]
 
 
 class Material(BaseModel):
@@ -60,6 +60,11 @@ class Material(BaseModel):
         return (self.bending_rigidity / (self.areal_density * GRAVITY)) ** (1.0 / 3.0)
 
 
+def preset_names() -> list[str]:
+    """Names of all presets, sorted."""
+    return sorted(path.stem for path in PRESETS.glob("*.toml"))
+
+
 def load_material(path: Path) -> Material:
     """Read a material from the `[material]` table of a TOML file, or from the preset of that name.
 
@@ -69,8 +74,7 @@ def load_material(path: Path) -> Material:
     if not path.exists() and path.name == str(path) and (PRESETS / f"{path}.toml").is_file():
         path = PRESETS / f"{path}.toml"
     elif not path.suffix and not path.exists():
-        known = ", ".join(sorted(preset.stem for preset in PRESETS.glob("*.toml")))
-        raise InputError(f"material: must be a file .toml or one of {known}, given {str(path)!r}")
+        raise InputError(f"material: must be a file .toml or one of {', '.join(preset_names())}, given {str(path)!r}")
     value = read_toml(path)
     if not isinstance(value.get("material"), dict):
         raise InputError(f"{path}: material: Field required, a table [material] with areal_density, ..")

@@ -44,13 +44,14 @@ def materials(
     """
     from rich.console import Console
 
-    from tatamu.presets import load_preset, names
+    from tatamu.material import preset_names
+    from tatamu.presets import load_preset
 
     console = Console(soft_wrap=True, highlight=False)
     if name is not None:
         console.print(described(load_preset(name)))
         return
-    console.print(_table([load_preset(each) for each in names()]))
+    console.print(_table([load_preset(each) for each in preset_names()]))
     console.print("Somebody else's cloth: a place to start. `tatamu materials NAME` says where each figure is from.")
 
 

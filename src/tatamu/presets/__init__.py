@@ -20,7 +20,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from tatamu.errors import InputError
 from tatamu.files import read_toml, validated
-from tatamu.material import PRESETS, Material
+from tatamu.material import PRESETS, Material, preset_names
 
 Range = Annotated[tuple[float, float], Field(description="[low, high]")]
 
@@ -61,11 +61,6 @@ class Preset(BaseModel):
         return self
 
 
-def names() -> list[str]:
-    """Names of all presets, sorted."""
-    return sorted(path.stem for path in PRESETS.glob("*.toml"))
-
-
 def load_preset(name: str) -> Preset:
     """The preset of that name.
 
@@ -74,5 +69,5 @@ def load_preset(name: str) -> Preset:
     """
     path = PRESETS / f"{name}.toml"
     if not path.is_file():
-        raise InputError(f"material: must be one of {', '.join(names())}, given {name!r}")
+        raise InputError(f"material: must be one of {', '.join(preset_names())}, given {name!r}")
     return validated(Preset, {"name": name, **read_toml(path)}, path)

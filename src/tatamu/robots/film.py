@@ -12,6 +12,7 @@ from tatamu.files import replacing
 from tatamu.report.palette import BACK, FRONT
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.model import TABLE
+from tatamu.robots.pose import into, pose
 from tatamu.robots.rehearsal import Rehearsal
 from tatamu.rollout import Rollout
 
@@ -92,9 +93,10 @@ def _in_base(rehearsal: Rehearsal, positions: np.ndarray) -> np.ndarray:
 
 def _lay(model: Any, data: Any, renderer: Any, rehearsal: Rehearsal, positions: np.ndarray, mujoco: Any) -> None:
     """Move the cloth's mesh; MuJoCo keeps meshes in a frame of their own."""
+    in_base = _in_base(rehearsal, positions)
     for side in SIDES:
         geom = data.geom(side)
-        vertices = (_in_base(rehearsal, positions) - geom.xpos) @ geom.xmat.reshape(3, 3)
+        vertices = into(pose(geom.xmat.reshape(3, 3), geom.xpos), in_base)
         start = int(model.mesh(side).vertadr[0])
         model.mesh_vert[start : start + len(vertices)] = vertices
         mujoco.mjr_uploadMesh(model, renderer._mjr_context, model.mesh(side).id)

@@ -122,7 +122,7 @@ def _table(rows: list[tuple[str, Row]]) -> str:
 
 
 def _plot(result: CheckResult, key: str, figure: Figure) -> str:
-    curves = [curve for case in result.cases for curve in case.curves if curve.figure == key]
+    curves = result.curves(key)
     if not curves:
         return ""
     chart = go.Figure(layout=_layout(figure))

@@ -39,6 +39,10 @@ class CheckResult:
     check: Check
     cases: list[CaseResult]
 
+    def curves(self, figure: str) -> list[Curve]:
+        """What belongs into one of the check's figures."""
+        return [curve for case in self.cases for curve in case.curves if curve.figure == figure]
+
 
 @dataclass
 class Report:

@@ -72,15 +72,12 @@ def _relative_motion(x, before):  # type: ignore[no-untyped-def]
 @njit(cache=True, error_model="numpy")
 def search(x, mesh, lists):  # type: ignore[no-untyped-def]
     """Find the nearest triangle on either side of every vertex, and the pairs of guarded edges, at legal x."""
-    n, m = x.shape[0], mesh.faces.shape[0]
-    face_normal, vertex_normal, centroid = np.empty((m, 3)), np.empty((n, 3)), np.empty((m, 3))
-    radius = np.empty(m)
-    nearest.normals(x, mesh.faces, face_normal, vertex_normal, centroid, radius)
+    face_normal, vertex_normal, centroid, radius = nearest.normals(x, mesh.faces)
     nearest.find(x, mesh, lists, face_normal, vertex_normal, centroid, radius)
     ridges.find(x, mesh, lists, face_normal, centroid)
     lists.travelled[0], lists.due[0], lists.call[0] = 0.0, 0.0, False
     lists.built[:] = x
-    for v in range(n):
+    for v in range(x.shape[0]):
         lists.pressed[v] = max(lists.pressed[v] - 1, 0)
 
 

@@ -14,9 +14,11 @@ LEVEL = 0.7
 
 
 @njit(cache=True, error_model="numpy")
-def normals(x, faces, face_normal, vertex_normal, centroid, radius):  # type: ignore[no-untyped-def]
-    """Unit normals of triangles and vertices, centroids, and how far corners are from them."""
-    vertex_normal[:] = 0.0
+def normals(x, faces):  # type: ignore[no-untyped-def]
+    """Unit normals of triangles (m, 3) and vertices (n, 3), centroids (m, 3), how far corners are from them (m,)."""
+    n, m = x.shape[0], faces.shape[0]
+    face_normal, vertex_normal, centroid = np.empty((m, 3)), np.zeros((n, 3)), np.empty((m, 3))
+    radius = np.empty(m)
     for t in range(faces.shape[0]):
         a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
         nx, ny, nz = normal_of(x, a, b, c)
@@ -37,6 +39,7 @@ def normals(x, faces, face_normal, vertex_normal, centroid, radius):  # type: ig
         scale = 1.0 / (np.sqrt(dot(vertex_normal[v], vertex_normal[v])) + 1e-30)
         for k in range(3):
             vertex_normal[v, k] *= scale
+    return face_normal, vertex_normal, centroid, radius
 
 
 @njit(cache=True, error_model="numpy")

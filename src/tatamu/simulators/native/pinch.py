@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from tatamu.simulators.native import nearest
+
 REACH = 3.0
 """Vertices farther apart than so many thicknesses are not layers of one pinch."""
 
@@ -31,7 +33,7 @@ def restore_order(x: np.ndarray, held: np.ndarray, faces: np.ndarray, edges: np.
     vertices, beside = held[known], beside[known]
     if not len(vertices):
         return False
-    normal = _normals(x, vertices, faces)
+    normal = nearest.normals(x, faces)[1][vertices]
     pairs = _layers(x, vertices, edges, REACH * thickness)
     moved = 0
     for _ in vertices:  # as in a bubble sort: each pass exchanges neighbours in the stack
@@ -64,16 +66,6 @@ def _beside(x: np.ndarray, held: np.ndarray, edges: np.ndarray) -> tuple[np.ndar
         np.add.at(total, row[one[free]], x[other[free]])
         np.add.at(count, row[one[free]], 1.0)
     return total / np.maximum(count, 1.0)[:, None], count > 0
-
-
-def _normals(x: np.ndarray, vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Unit normals at vertices, each triangle by its area, shape (k, 3)."""
-    a, b, c = x[faces.T]
-    normal = np.zeros_like(x)
-    for corner in faces.T:
-        np.add.at(normal, corner, np.cross(b - a, c - a))
-    own = normal[vertices]
-    return np.asarray(own / (np.linalg.norm(own, axis=1, keepdims=True) + 1e-30))
 
 
 def _layers(x: np.ndarray, vertices: np.ndarray, edges: np.ndarray, reach: float) -> np.ndarray:
