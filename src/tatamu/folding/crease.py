@@ -17,6 +17,7 @@ from functools import lru_cache
 
 import numpy as np
 from scipy.optimize import minimize
+from threadpoolctl import threadpool_limits
 
 LINKS = 100
 HALF_LENGTH = 4.5
@@ -91,14 +92,15 @@ def _shape(thickness: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             "jac": lambda phi: (step * later * np.cos(phi))[1:-1],
         },
     ]
-    result = minimize(
-        energy,
-        _guess(step),
-        jac=True,
-        method="SLSQP",
-        constraints=constraints,
-        options={"maxiter": 300, "ftol": 1e-8},
-    )
+    with threadpool_limits(1):  # the last bit of a product shared among threads depends on how many there are
+        result = minimize(
+            energy,
+            _guess(step),
+            jac=True,
+            method="SLSQP",
+            constraints=constraints,
+            options={"maxiter": 300, "ftol": 1e-8},
+        )
     x, z = nodes(result.x)
     arc = HALF_LENGTH - step * np.arange(LINKS + 1)
     return arc[::-1], x[::-1], z[::-1]
