@@ -34,13 +34,15 @@ from tatamu.opinion.learned import read_learned
 from tatamu.presets import load_preset
 
 DOCS = Path("docs/calibration.md")
-SPACING = 0.02
-"""Of all meshes [m]."""
+SPACING, FINE = 0.02, 0.012
+"""Of the sheets' meshes [m]: of cloth in numbers per spring, and of fabrics, which are limper."""
 SHEET, LONG_SHEET = (0.24, 0.38), (0.24, 0.69)
 """Sizes of sheets [m]: whole cells, as numbers of springs mean another cloth on other cells."""
 ROW = float(np.sqrt(0.75)) * SPACING
 FREE_LENGTHS = [round((rows + 0.5) * ROW, 3) for rows in range(3, 8)]
-"""Free lengths that a person tries for the sag [m]: of whole cells too."""
+"""Free lengths that a person tries for the sag of such cloth [m]: of whole cells too."""
+SHORTER = [0.02, 0.025, 0.03, 0.035, 0.04, 0.05, 0.06]
+"""Free lengths that a person tries for the sag of a fabric [m]."""
 CONTACT_ROUNDS = 12
 """With Blender's own 2, the table does not hold cloth that bears cloth (docs/second-opinion.md)."""
 DRAWN = ("areal_density", "stretch_stiffness", "bending_rigidity", "friction_table", "friction_cloth")
@@ -63,6 +65,16 @@ class Case:
     def title(self) -> str:
         """As file names have it."""
         return f"{self.name}-{self.of}-{self.learner}"
+
+    @property
+    def spacing(self) -> float:
+        """Of the sheet's mesh [m]."""
+        return FINE if self.real.blender is None else SPACING
+
+    @property
+    def cells(self) -> float | None:
+        """Of the tests' meshes [m]: the sheet's for numbers per spring; None: as fine as each test wants."""
+        return None if self.real.blender is None else SPACING
 
 
 def paper_cloth(garment: str) -> Material:
@@ -93,16 +105,17 @@ def cases() -> list[Case]:
     ]
 
 
-def sag_length(material: Material, simulator: str) -> float:
+def sag_length(case: Case) -> float:
     """The free length at which the edge hangs down about half of it, as a person would find by trying [m]."""
-    lab, material = Laboratory(simulator), settling(material)
-    share = [lab.reading(Sag(d, SPACING, name=f"{d}"), material) / d for d in FREE_LENGTHS]
-    return FREE_LENGTHS[int(np.argmin(np.abs(np.array(share) - 0.5)))]
+    lab, material = Laboratory(case.of), settling(case.real)
+    lengths = SHORTER if case.cells is None else FREE_LENGTHS
+    share = [lab.reading(Sag(d, case.cells, name=f"{d}"), material) / d for d in lengths]
+    return lengths[int(np.argmin(np.abs(np.array(share) - 0.5)))]
 
 
 def task_of(case: Case, material: Material, simulator: str) -> Task:
     """The half fold of the sheet."""
-    return make_task("towel", size=case.size, material=material, spacing=SPACING, simulator=simulator)
+    return make_task("towel", size=case.size, material=material, spacing=case.spacing, simulator=simulator)
 
 
 def final_shapes(task: Task, count: int) -> list[np.ndarray | None]:
@@ -138,12 +151,12 @@ def replayed(case: Case, task: Task, folder: Path, trials: int) -> dict[str, flo
 
 def compare(case: Case, count: int, trials: int, folder: Path) -> dict[str, Any]:
     """Measure the real cloth, calibrate the learner to it, and compare folds with the preset's."""
-    true = measured(case.real, case.of, case.size, sag_length(case.real, case.of), SPACING, loop=True)
+    true = measured(case.real, case.of, case.size, sag_length(case), case.cells, loop=True)
     row: dict[str, Any] = {"readings": true, "preset": {"material": load_material(Path(case.preset)).model_dump()}}
     for name in ("three", "four"):
         told = readings(true, case.size, loop=name == "four", material=case.preset, thickness=case.real.thickness)
         started = time.perf_counter()
-        found = calibrate(told, case.learner, SPACING)
+        found = calibrate(told, case.learner, case.cells)
         row[name] = {"material": found.material.model_dump(), "seconds": time.perf_counter() - started}
     truth = final_shapes(task_of(case, case.real, case.of), count)
     for name in ("preset", "three", "four"):

@@ -13,10 +13,12 @@ from typing import Any
 
 import optuna
 import pytest
+from optuna.distributions import FloatDistribution
 
 from tatamu import InputError, Rollout, Scene, TatamuError, simulate
 from tatamu.folding.task import Outcome, Reach, Task, make_task
 from tatamu.learning import learn
+from tatamu.learning.study import Study
 
 COARSE = {"spacing": 0.04, "size": (0.24, 0.5)}
 
@@ -130,6 +132,16 @@ def test_a_failed_trial_is_a_finite_penalty_that_the_search_keeps(
     assert trials[1]["error"] == "blew up"
     assert trials[1]["mean_vertex_distance"] is None
     assert max(t["objective"] for t in trials) == trials[1]["objective"] < 1e3
+
+
+def test_the_search_sees_even_where_the_best_is_far_from_ideal(tmp_path: Path) -> None:
+    """As the last step of a plan may be, which cannot mend what the steps before it left."""
+    identity, space = {"sampler": "gp", "seed": 0}, {"x": FloatDistribution(0.0, 1.0)}
+    study = Study(tmp_path / "study.db", identity, space, floor=0.4)
+    for number in range(12):
+        parameters = study.ask([], number)
+        study.tell(parameters, 1.0 + 2.0 * (parameters["x"] - 0.3) ** 2, {})
+    assert min(abs(trial.params["x"] - 0.3) for trial in study.trials) < 0.02
 
 
 def test_a_study_in_which_all_fails_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -25,6 +25,8 @@ from tatamu.learning.samplers import make_sampler
 NAME = "tatamu"
 KEY = "tatamu"
 """User attribute of the study that says which task it belongs to."""
+BAD = 2.0
+"""Where even the best lies far above the floor, as in a late step of a plan: times the best, what is farther is bad."""
 
 optuna.logging.set_verbosity(optuna.logging.ERROR)
 
@@ -77,21 +79,24 @@ class Study:
         told, running = finished[:known], [*(trial.params for trial in finished[known:]), *pending]
         sampler = make_sampler(self.identity["sampler"], self.identity["seed"], len(finished) + len(pending))
         scratch = optuna.create_study(sampler=sampler, direction="minimize")
-        scratch.add_trials([self._as_told(trial) for trial in told])
+        scratch.add_trials(self._as_told(told))
         for parameters in running:
             scratch.add_trial(create_trial(state=TrialState.RUNNING, params=parameters, distributions=self.space))
         with threadpool_limits(1):  # the matrices are small: threads that wait for one another cost ten times the work
             return dict(scratch.ask(self.space).params)
 
-    def _as_told(self, trial: FrozenTrial) -> FrozenTrial:
-        """The trial with the logarithm of what its objective is above the floor, at most the floor again.
+    def _as_told(self, trials: Sequence[FrozenTrial]) -> list[FrozenTrial]:
+        """The trials with the logarithm of what their objectives are above the floor, bad ones all alike.
 
         Objectives of good folds differ by hundredths, of bad ones by ones: a smooth Gaussian process over both would
-        see nothing of the good ones.
+        see nothing of the good ones. Bad is what lies at twice the floor, and `BAD` times as far above it as the best.
         """
-        excess = trial.values[0] / self.floor - 1.0
-        value = math.log(min(max(excess, 1e-6), 1.0))
-        return create_trial(value=value, params=trial.params, distributions=trial.distributions)
+        excess = [max(trial.values[0] / self.floor - 1.0, 1e-6) for trial in trials]
+        bad = max(1.0, BAD * min(excess, default=0.0))
+        return [
+            create_trial(value=math.log(min(each, bad)), params=trial.params, distributions=trial.distributions)
+            for each, trial in zip(excess, trials, strict=True)
+        ]
 
     def tell(self, parameters: dict[str, float], objective: float, attributes: dict[str, Any]) -> None:
         """Record a finished trial."""
