@@ -136,8 +136,8 @@ def test_a_failed_trial_is_a_finite_penalty_that_the_search_keeps(
 
 def test_the_search_sees_even_where_the_best_is_far_from_ideal(tmp_path: Path) -> None:
     """As the last step of a plan may be, which cannot mend what the steps before it left."""
-    identity, space = {"sampler": "gp", "seed": 0}, {"x": FloatDistribution(0.0, 1.0)}
-    study = Study(tmp_path / "study.db", identity, space, floor=0.4)
+    identity = {"sampler": "gp", "seed": 0}
+    study = Study(tmp_path / "study.db", identity, {"x": FloatDistribution(0.0, 1.0)}, floor=0.4)
     for number in range(12):
         parameters = study.ask([], number)
         study.tell(parameters, 1.0 + 2.0 * (parameters["x"] - 0.3) ** 2, {})

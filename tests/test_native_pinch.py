@@ -37,6 +37,25 @@ def test_layers_change_places_when_the_cloth_beside_lies_the_other_way_round(lay
     assert crossings(x, faces) == 0
 
 
+def test_folded_edges_change_places_too() -> None:
+    """Two folded sheets on one another: vertices on their folds have normals that point sideways."""
+    cloth = sheet(0.1, 0.1)
+    flat, faces = np.tile(cloth.vertices.round(6), (2, 1)), np.concatenate([cloth.faces, cloth.faces + len(cloth.rest)])
+    upper, rows = np.arange(len(flat)) >= len(cloth.rest), np.unique(flat[:, 0])
+    along, y = flat[:, 0] - rows[len(rows) // 2], flat[:, 1]
+    x = np.column_stack([np.abs(along), y, THICK * (0.5 * np.sign(along) + 2.0 * upper)])
+    x[upper, :2] += 0.0003
+    corner = y < y.min() + 0.006
+    ends = np.flatnonzero(corner & (along == 0))
+    assert len(ends) == 2
+    x[ends, 2] = x[ends[::-1], 2]
+    assert crossings(x, faces) > 0
+    held = np.flatnonzero(corner & (np.abs(along) < 0.02))
+    assert restore_order(x, held, faces, Topology(faces).edges, THICK)
+    assert x[ends[1], 2] - x[ends[0], 2] > THICK
+    assert crossings(x, faces) == 0
+
+
 def test_layers_in_order_and_single_ones_stay() -> None:
     x, faces, held = _stack(2, held=0)
     x[held, 2] = x[held, 2][::-1].copy()

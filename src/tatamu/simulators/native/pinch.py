@@ -35,19 +35,31 @@ def restore_order(x: np.ndarray, held: np.ndarray, faces: np.ndarray, edges: np.
         return False
     normal = nearest.normals(x, faces)[1][vertices]
     pairs = _layers(x, vertices, edges, REACH * thickness)
+    directions = _across(normal, pairs)
     moved = 0
     for _ in vertices:  # as in a bubble sort: each pass exchanges neighbours in the stack
-        changed = sum(_exchange(x, vertices[pair], beside[pair], normal[pair]) for pair in pairs)
+        changed = sum(_exchange(x, vertices[p], beside[p], across) for p, across in zip(pairs, directions, strict=True))
         moved += changed
         if not changed:
             break
     return moved > 0
 
 
-def _exchange(x: np.ndarray, pair: np.ndarray, beside: np.ndarray, normal: np.ndarray) -> bool:
+def _across(normal: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    """Unit vectors across the layers of each pair, shape (p, 3), from normals of vertices, shape (k, 3).
+
+    A vertex on a seam that is folded flat has a normal in the plane of the layers: there the hand's main normal counts.
+    """
+    hand = np.linalg.eigh(normal.T @ normal)[1][:, -1]
+    one, other = normal[pairs[:, 0]], normal[pairs[:, 1]]
+    across = one + other * np.copysign(1.0, (one * other).sum(axis=1))[:, None]
+    across /= np.linalg.norm(across, axis=1)[:, None]
+    across[np.abs(across @ hand) < 0.5] = hand
+    return across
+
+
+def _exchange(x: np.ndarray, pair: np.ndarray, beside: np.ndarray, across: np.ndarray) -> bool:
     """Exchange the heights of two vertices if the cloth beside them lies in the other order; whether it was done."""
-    across = normal[0] + normal[1] * np.copysign(1.0, normal[0] @ normal[1])
-    across /= np.linalg.norm(across)
     height, wanted = (x[pair[1]] - x[pair[0]]) @ across, (beside[1] - beside[0]) @ across
     if height * wanted >= 0.0:
         return False
