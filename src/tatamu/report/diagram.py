@@ -12,6 +12,8 @@ import numpy as np
 INK = "#20242c"
 FONT = 13
 """Height of the letters [pixels]."""
+LETTER = 0.55
+"""Mean width of a letter over the height."""
 FINER = 3
 """The PNG is drawn this much larger and averaged, for smooth lines."""
 
@@ -123,10 +125,14 @@ class Diagram:
         )
 
     def _beside(self, label: Label) -> tuple[np.ndarray, str]:
-        """Where the word goes [pixels], and whether its left end, middle or right end is there."""
+        """Where the word goes [pixels], and whether its left end, middle or right end is there; within the drawing."""
         right, down = -label.towards[1], -label.towards[0]
         at = self.pixels(label.place[None])[0] + np.array([right, down]) * 0.9 * FONT
-        return at, "l" if right > 0.4 else "r" if right < -0.4 else "m"
+        anchor = "l" if right > 0.4 else "r" if right < -0.4 else "m"
+        long = LETTER * FONT * len(label.text)
+        before = {"l": 0.0, "m": 0.5, "r": 1.0}[anchor] * long
+        at[0] = np.clip(at[0], before, max(self.wide - long + before, before))
+        return at, anchor
 
     def png(self) -> bytes:
         """The drawing as the bytes of a PNG file."""

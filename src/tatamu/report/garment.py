@@ -99,7 +99,7 @@ def _fold(fold: FoldMark, margin: float) -> list[Shape]:
         Line(np.array([start - reach * along, end + reach * along]), TARGET, 2.0, 8.0),
         Line(np.array([tail, tip]), TARGET, 2.0),
         Line(np.array([barbs[0], tip, barbs[1]]), TARGET, 2.0),
-        Label(end + reach * along, fold.name, fold.towards, TARGET),
+        Label(end + reach * along, fold.name, -fold.towards, TARGET),
     ]
     shapes += [Dot(place, LEFT, 3.0) for place in fold.left]
     return shapes + [Dot(place, RIGHT, 3.0) for place in fold.right]
