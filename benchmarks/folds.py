@@ -33,7 +33,7 @@ PAGE = Path("docs/folds.md")
 FOLDS = {
     "tshirt-half": ("tshirt", "half", 3, 50),
     "trousers-half": ("trousers", "half", 3, 50),
-    "tshirt-shop": ("tshirt", "shop", 1, 20),
+    "tshirt-shop": ("tshirt", "shop", 1, 50),
     "trousers-thirds": ("trousers", "thirds", 1, 20),
     "towel-quarters": ("towel", "quarters", 1, 20),
 }
