@@ -24,6 +24,7 @@ from tatamu.folding.task import make_task
 from tatamu.garments.fabrics import TERRY
 from tatamu.garments.towel import staggered_rectangle
 from tatamu.learning import learn
+from tatamu.material import GRAVITY
 from tatamu.opinion.agreement import Agreement, compare, manipulations
 from tatamu.opinion.check import asked, on_coarse_mesh
 from tatamu.opinion.learned import Learned, read_learned
@@ -44,7 +45,6 @@ ROUNDS = (2, 4, 8, 12, 48)
 FRICTION, TILT, DURATION = 0.5, 21.5, 0.6
 """Between layers; of the table [degrees], under which nothing should move up to 26.6; how long [s]."""
 ON = ("2 layers: on the table [mm]", "on 1st", "4 layers: on the table [mm]", "on the 1st", "on the 2nd", "on the 3rd")
-GRAVITY = 9.81
 START = 0.05
 """When the upper sheet begins to be drawn [s]."""
 

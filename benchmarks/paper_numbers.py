@@ -20,7 +20,7 @@ from tables import insert, markdown
 from tatamu.folding.baselines import BASELINES
 from tatamu.folding.manipulation import scene_of
 from tatamu.garments.towel import staggered_rectangle
-from tatamu.material import Material, load_material
+from tatamu.material import GRAVITY, Material, load_material
 from tatamu.reproduction.claims import TWO_PEAKS
 from tatamu.reproduction.experiment import FOLDS, SPACING, Choices
 from tatamu.scene import Cloth, Scene
@@ -32,7 +32,6 @@ from tatamu.validation.scenes import held
 PAGE = Path("docs/reproduction.md")
 PARTS = ("cloth", "time", "run")
 Row = dict[str, object]
-GRAVITY = 9.81
 
 
 def stiffness(material: Material, spacing: float, length: float = 0.6) -> float:

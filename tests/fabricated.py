@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from tatamu.folding.path import bezier as curve
 from tatamu.report import picture, write_report
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene, Table
@@ -127,8 +128,8 @@ def trials(count: int, vertices: int, inner: np.ndarray, size: float) -> list[di
     return entries
 
 
-def baselines(vertices: int, start: np.ndarray) -> list[dict[str, Any]]:
-    """Three fixed trajectories, from `start` (3,)."""
+def baselines(vertices: int) -> list[dict[str, Any]]:
+    """Three fixed trajectories."""
     shapes = {
         "li-2015": ("Curve shipped with Li 2015's code", [[0.54, 0.206], [0.782, 0.459]], 0.0143),
         "triangle": ("Triangle", [[1 / 3, 1 / 3], [2 / 3, 1 / 3]], 0.0228),
@@ -137,8 +138,8 @@ def baselines(vertices: int, start: np.ndarray) -> list[dict[str, Any]]:
     entries = []
     for name, (title, inner, size) in shapes.items():
         points = np.array([[0.0, 0.0], *inner, [1.0, 0.0]]) * 0.8
-        control = start + np.column_stack([points[:, 0], np.zeros(4), points[:, 1]])
-        entry = scores(size, 1.05, vertices, 0.0) | {"control_points": control.tolist()}
+        control = np.column_stack([points[:, 0], np.zeros(4), points[:, 1]])
+        entry = scores(size, 1.05, vertices, 0.0) | {"path": curve(control, np.linspace(0.0, 1.0, 81)).tolist()}
         entries.append({"name": name, "title": title, "state": "complete"} | entry)
     return entries
 
@@ -159,7 +160,7 @@ def write_fold(folder: Path, *, spacing: float = 0.04, count: int = 50, size: fl
     ways = {name: np.array([p[vertex] for p in positions]) for name, vertex in grasps.items()}
     arms = [_arm(name, grasps[name], ways[name], columns) for name in grasps]
     inner = (np.array(arms[0]["control_points"])[1:3, [0, 2]] - ways["left"][0, [0, 2]]).ravel()
-    result = _result(count, len(start), inner, size, spacing, ways["right"][0])
+    result = _result(count, len(start), inner, size, spacing)
     (folder / "result.json").write_text(json.dumps(result))
     (folder / "manipulation.json").write_text(json.dumps(_manipulation(arms, times, ways)))
     _scene(start, faces, arms, times, ways).save(folder / "scene.json")
@@ -177,9 +178,7 @@ def _arm(name: str, vertex: int, way: np.ndarray, columns: int) -> dict[str, Any
     return {"name": name, "grasp": grasp, "control_points": bezier(way).tolist()}
 
 
-def _result(
-    count: int, vertices: int, inner: np.ndarray, size: float, spacing: float, start: np.ndarray
-) -> dict[str, Any]:
+def _result(count: int, vertices: int, inner: np.ndarray, size: float, spacing: float) -> dict[str, Any]:
     task = {
         "garment": "towel",
         "size": [WIDTH, LENGTH],
@@ -196,7 +195,7 @@ def _result(
     entries = trials(count, vertices, inner, size)
     best = min((e for e in entries if e["state"] == "complete"), key=lambda e: e["objective"])["number"]
     head = {"version": 1, "tatamu": "0.1.0", "task": task, **search, "best": best}
-    return head | {"trials": entries, "baselines": baselines(vertices, start)}
+    return head | {"trials": entries, "baselines": baselines(vertices)}
 
 
 def _manipulation(arms: list[dict[str, Any]], times: np.ndarray, ways: dict[str, np.ndarray]) -> dict[str, Any]:

@@ -22,8 +22,8 @@ from tatamu.calibration.page import page
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.result import PARAMETERS, Calibration
 from tatamu.calibration.sag import Sag
-from tatamu.calibration.uncertainty import Slopes, contributions
-from tatamu.errors import InputError, SimulationError
+from tatamu.calibration.uncertainty import Slopes, contributions, slopes
+from tatamu.errors import InputError, SimulationError, TatamuError
 from tatamu.files import validated
 from tatamu.garments import make_garment
 from tatamu.material import GRAVITY, load_material
@@ -351,3 +351,10 @@ def test_thick_cloth_on_a_short_free_length_sags_like_thin_cloth() -> None:
     strip = Sag(0.03, 0.03 / 18)
     thick, thin = (HIDDEN.model_copy(update={"thickness": t, "bending_rigidity": 1e-5}) for t in (0.004, 0.0001))
     assert strip.reading(simulate(strip.scene(thick))) == pytest.approx(strip.reading(simulate(strip.scene(thin))))
+
+
+def test_a_slope_beside_what_the_simulator_refuses_is_taken_from_one_side() -> None:
+    found = slopes(lambda stretch, bending: np.inf if stretch < 0.0 else 3.0 * stretch + 2.0 * bending, (0.0, 0.0))
+    assert (found.stretch, found.bending) == pytest.approx((3.0, 2.0))
+    with pytest.raises(TatamuError, match="gives up"):
+        slopes(lambda stretch, bending: np.inf if stretch else bending, (0.0, 0.0))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -9,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from tatamu import Rollout
+from tatamu.cli import main
 from tests.scenes import scene
 
 
@@ -33,11 +35,14 @@ def test_simulate_writes_a_rollout(tmp_path: Path) -> None:
         (["simulate", "none.json"], "out"),
         (["simulate", "SCENE", "--out", "r.npz", "--simulator", "magic"], "simulator: must be one of native"),
         (["simulate", "SCENE", "--out", "/proc/nowhere/r.npz"], "cannot be written"),
+        (["simulate", "SCENE", "--out", "SCENE/r.npz"], "cannot be written"),
+        (["simulate", "SCENE", "--out", "/"], "cannot be written"),
+        (["simulate", "SCENE", "--out", f"{'x' * 250}.npz"], "cannot be written"),
         (["learn", "sock", "--out", "DIR"], "garment: must be one of towel"),
         (["learn", "towel"], "out"),
-        (["learn", "towel", "--out", "DIR", "--size", "0x0.8"], "width must be from"),
+        (["learn", "towel", "--out", "DIR", "--size", "0x0.8"], "size: both sides must be"),
         (["learn", "towel", "--out", "DIR", "--size", "big"], "size: must be WIDTHxLENGTH"),
-        (["learn", "towel", "--out", "DIR", "--size", "nanx0.8"], "finite"),
+        (["learn", "towel", "--out", "DIR", "--size", "nanx0.8"], "size: both sides must be"),
         (["learn", "towel", "--out", "DIR", "--spacing", "-1"], "spacing"),
         (["learn", "towel", "--out", "DIR", "--spacing", "nan"], "spacing"),
         (["learn", "towel", "--out", "DIR", "--trials", "many"], "trials"),
@@ -55,7 +60,7 @@ def test_simulate_writes_a_rollout(tmp_path: Path) -> None:
 def test_what_is_wrong_gets_one_line_and_code_2(tmp_path: Path, arguments: list[str], named: str) -> None:
     scene(duration=0.1).save(tmp_path / "scene.json")
     places = {"SCENE": str(tmp_path / "scene.json"), "DIR": str(tmp_path / "out")}
-    done = tatamu(*(places.get(argument, argument) for argument in arguments))
+    done = tatamu(*(re.sub("SCENE|DIR", lambda found: places[found[0]], argument) for argument in arguments))
     assert done.returncode == 2
     assert named in done.stderr
     assert done.stderr.startswith("tatamu: ")
@@ -91,3 +96,17 @@ def test_importing_tatamu_is_quick_and_light() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "set()"
+
+
+def test_an_interrupted_command_says_that_what_was_finished_is_kept(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("tatamu.material.load_material", interrupted)
+    monkeypatch.setattr("sys.argv", ["tatamu", "show", "towel", "--material", "denim"])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 130
+    assert "what was finished is kept" in capsys.readouterr().err

@@ -30,7 +30,7 @@ def test_a_hung_sheet_stretches_as_the_textbook_says() -> None:
 
 
 def test_a_fold_by_hand_is_a_fold() -> None:
-    assert main_of("03_fold_once")() < 0.1
+    assert main_of("03_fold_once")() < 0.02
 
 
 def test_a_short_study_finds_a_fold(tmp_path: Path) -> None:

@@ -6,10 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
 from tatamu.errors import InputError
 from tatamu.garments import load_garment, make_garment
 from tatamu.garments.panel import angles
+from tatamu.garments.towel import staggered_rectangle
 from tatamu.scene import Scene, Table
 from tatamu.simulators import simulate
 from tatamu.validation.crossings import crossings
@@ -144,3 +146,13 @@ def test_rubbish_and_missing_files_are_refused(name: str, tmp_path: Path) -> Non
     (tmp_path / name).write_bytes(b"\x00\xff rubbish <")
     with pytest.raises(InputError):
         make_garment(str(tmp_path / name))
+
+
+@pytest.mark.parametrize("across", [0, 1])
+def test_a_mesh_that_stands_upright_lies_down_with_its_top_away_from_the_hem(across: int, tmp_path: Path) -> None:
+    flat, faces = staggered_rectangle(0.3, 0.4, 0.03)
+    standing = np.insert(flat[:, [1, 0]], across, 0.0, axis=1)
+    trimesh.Trimesh(standing, faces, process=False).export(tmp_path / "standing.obj")
+    garment = make_garment(str(tmp_path / "standing.obj"))
+    assert garment.size == pytest.approx((0.3, 0.4))
+    assert np.argmax(garment.vertices[:, 0]) in np.flatnonzero(standing[:, 2] > 0.19)

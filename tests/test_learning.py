@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import optuna
 import pytest
 from optuna.distributions import FloatDistribution
@@ -142,6 +145,36 @@ def test_the_search_sees_even_where_the_best_is_far_from_ideal(tmp_path: Path) -
         parameters = study.ask([], number)
         study.tell(parameters, 1.0 + 2.0 * (parameters["x"] - 0.3) ** 2, {})
     assert min(abs(trial.params["x"] - 0.3) for trial in study.trials) < 0.02
+
+
+def test_a_study_that_is_killed_while_it_writes_is_written_the_next_time(
+    learned: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "study"
+    shutil.copytree(learned, folder)
+    with monkeypatch.context() as killed, pytest.raises(KeyboardInterrupt):
+        killed.setattr("tatamu.learning.result.write_result", interrupt)
+        learn(task(), folder, trials=7)
+    learn(task(), folder, trials=7)
+    assert len(json.loads((folder / "result.json").read_text())["trials"]) == 7
+
+
+def interrupt(*_: Any) -> None:
+    raise KeyboardInterrupt
+
+
+def test_tasks_that_differ_in_the_mesh_or_the_robot_are_told_apart() -> None:
+    one = task()
+    moved = one.fold.start + np.array([0.0, 1e-4, 0.0])
+    others = [
+        replace(one, fold=replace(one.fold, start=moved)),
+        replace(one, fold=replace(one.fold, right=one.fold.right[:-1])),
+        replace(one, fold=replace(one.fold, area_ratio=0.4)),
+        replace(one, reach=Reach("mine", lambda _: 1.0, description=b"a")),
+        replace(one, reach=Reach("mine", lambda _: 1.0, description=b"b")),
+    ]
+    assert len({json.dumps(each.describe()) for each in (one, *others)}) == 6
+    assert one.describe() == task().describe()
 
 
 def test_a_study_in_which_all_fails_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -20,10 +20,12 @@ from tatamu.opinion.agreement import LEARNED, rank_correlation
 from tatamu.opinion.check import asked
 from tatamu.opinion.finer import finer
 from tatamu.opinion.learned import Learned, read_learned
+from tatamu.report import command
 from tatamu.scene import Cloth, Gripper, Scene
 from tatamu.simulators import SIMULATORS, simulate
 from tatamu.topology import Topology, areas
 from tests import shifted
+from tests.foreign import GOOD
 from tests.scenes import CLOTH, scene, sheet
 
 
@@ -223,3 +225,15 @@ def test_a_folder_that_cannot_be_made_again_is_refused(folder: Path, tmp_path: P
 def test_a_rollout_of_the_finer_mesh_has_the_coarse_one_in_it(learned: Learned) -> None:
     rollout = simulate(finer(learned.fold.scene).model_copy(update={"duration": 0.05}))
     assert np.array_equal(rollout.positions[0, : len(learned.fold.start)], learned.fold.start)
+
+
+def test_a_fold_of_a_garment_and_plan_of_ones_own_is_checked_too(tmp_path: Path) -> None:
+    garment = GOOD["cloth_obj"](tmp_path)
+    plan = tmp_path / "mine.toml"
+    plan.write_text('[[step]]\nline = [[0.0, -0.5], [0.0, 0.5]]\nmoves = "-x"\n')
+    task = make_task(str(garment), fold=str(plan))
+    learn(task, tmp_path / "learned", trials=1, baselines=False)
+    again = read_learned(tmp_path / "learned")
+    assert again.task.describe() == task.describe()
+    told = command.learn(again.fold)
+    assert str(garment) in told and str(plan) in told

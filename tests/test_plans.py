@@ -19,6 +19,7 @@ from tatamu.folding.task import make_job
 from tatamu.garments import Garment, make_garment
 from tatamu.topology import Topology
 from tatamu.validation.crossings import crossings
+from tests.foreign import GOOD
 
 COARSE = 0.02
 EVERY = [(garment, name) for garment, plans in PLANS.items() for name in plans]
@@ -292,3 +293,11 @@ def test_a_fold_that_cannot_be_is_refused(step: dict[str, object], says: str, ga
 def test_a_plan_of_another_garment_is_refused_with_the_known_ones(garments: dict[str, Garment]) -> None:
     with pytest.raises(InputError, match=r"one of half, shop or a file \.toml, given 'quarters'"):
         make_plan("quarters", garments["tshirt"])
+
+
+def test_a_file_named_as_a_garment_of_ours_is_folded_as_any_other(tmp_path: Path) -> None:
+    shirt = make_garment(str(GOOD["tshirt_svg"](tmp_path).rename(tmp_path / "tshirt.svg")), spacing=0.03)
+    assert shirt.name == "tshirt"
+    assert make_plan("half", shirt).steps[0].title == "in half across the length"
+    with pytest.raises(InputError, match="must be one of half"):
+        make_plan("shop", shirt)

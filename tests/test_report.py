@@ -25,8 +25,9 @@ from tatamu.report.packing import motion
 from tatamu.report.raster import View, rasterise, vertex_normals
 from tatamu.report.records import Scores
 from tatamu.report.replay import FRAMES, frames, replay
+from tatamu.report.tube import tube
 from tatamu.report.verdict import MEASURES, grade
-from tatamu.report.ways import curve, figure
+from tatamu.report.ways import figure
 from tatamu.rollout import Rollout
 from tests.fabricated import grid, write_fold
 
@@ -221,29 +222,25 @@ def test_a_replay_has_its_first_and_last_frame_and_not_too_many() -> None:
     assert len(frames(1000, 100_000)) == 10
 
 
-def test_a_bezier_curve_meets_its_ends_and_leaves_along_its_handles() -> None:
-    control = np.array([[0.0, 0, 0], [0.1, 0, 0.3], [0.5, 0, 0.4], [0.8, 0, 0]])
-    path = curve(control, 2001)
-    assert np.allclose(path[[0, -1]], control[[0, -1]])
-    assert np.allclose((path[1] - path[0]) * 2000 / 3, control[1] - control[0], atol=1e-3)
-    assert np.allclose(path[1000], np.array([1, 3, 3, 1]) @ control / 8)
+def test_paths_are_drawn_in_the_plane_of_the_fold(folder: Path) -> None:
+    def turn(result: dict[str, Any]) -> None:
+        triangle = result["baselines"][1]
+        triangle["path"] = [[-y, -x, z] for x, y, z in triangle["path"]]
 
-
-def test_paths_of_baselines_come_from_control_points_or_parameters(folder: Path) -> None:
-    parameters = {"x1": 0.0, "z1": 0.4, "x2": 0.8, "z2": 0.4, "g1": 0.0, "g2": 0.0}
-
-    def change(result: dict[str, Any]) -> None:
-        first, second, third = result["baselines"]
-        first["control_points"] = [first["control_points"], first["control_points"]]
-        second |= {"control_points": None, "parameters": parameters}
-        third.pop("control_points")
-
-    changed(folder / "result.json", change)
-    traces = figure(read_fold(folder))["data"]
-    named = {trace["name"]: trace for trace in traces if "name" in trace}
-    assert set(named) == {"Curve shipped with Li 2015&#x27;s code", "Triangle", "learned, both hands"}
-    assert max(named["Triangle"]["y"]) == pytest.approx(300.0)
+    changed(folder / "result.json", turn)  # towards -y, as the second fold of a towel in quarters goes
+    named = {trace["name"]: trace for trace in figure(read_fold(folder))["data"] if "name" in trace}
+    assert "learned, both hands" in named and len(named) == 4
+    assert max(named["Triangle"]["y"]) == pytest.approx(200.0)
     assert named["Triangle"]["x"][-1] == pytest.approx(800.0)
+
+
+def test_a_tube_is_as_thick_everywhere_whatever_way_it_goes() -> None:
+    share = np.linspace(0.0, 1.0, 50)[:, None]
+    for way in ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -0.6, 0.0], [0.0, 0.0, 1.0]):
+        path = share * way + np.sin(np.pi * share) * [0.0, 0.0, 0.3]
+        points, _ = tube(path, 0.01)
+        rings = points.reshape(-1, 10, 3)
+        assert np.linalg.norm(rings - rings.mean(axis=1, keepdims=True), axis=2) == pytest.approx(0.01, rel=1e-6)
 
 
 def test_hands_that_part_are_drawn_apart(folder: Path) -> None:
@@ -364,7 +361,7 @@ def test_a_wrong_folder_is_refused_in_one_line_that_names_the_file(folder: Path,
         ("result.json", lambda r: r.update(best=99), "best"),
         ("result.json", lambda r: r["trials"][0].update(state="running"), "state"),
         ("result.json", lambda r: r["trials"][0].update(objective=None), "objective"),
-        ("result.json", lambda r: r["baselines"][0].update(control_points=[[0, 0, 0]]), "control_points"),
+        ("result.json", lambda r: r["baselines"][0].update(path=[[0, 0]]), "path"),
         ("manipulation.json", lambda m: m.update(version=7), "version"),
         ("manipulation.json", lambda m: m.update(arms=[]), "arms"),
     ],
@@ -422,9 +419,12 @@ def test_a_scene_without_table_and_a_single_frame_have_a_report(folder: Path) ->
     write_report(folder)
 
 
-def test_the_recorded_command_is_shown_as_it_was(folder: Path) -> None:
-    changed(folder / "result.json", lambda r: r.update(command="tatamu learn 'my shirt.obj' --out <here>"))
-    assert "tatamu learn &#x27;my shirt.obj&#x27; --out &lt;here&gt;" in write_report(folder).read_text()
+def test_what_the_user_named_is_in_the_command(folder: Path) -> None:
+    asked = {"garment": "my <shirt>.obj", "fold": "mine.toml", "size": None, "spacing": 0.012}
+    changed(folder / "result.json", lambda r: r.update(asked=asked))
+    page = write_report(folder).read_text()
+    assert "tatamu learn &#x27;my &lt;shirt&gt;.obj&#x27; --out" in page
+    assert "--fold mine.toml" in page and "--spacing 0.012" in page and "--size" not in page
 
 
 def test_a_template_is_filled_in_one_pass() -> None:

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tatamu import InputError, Rollout, Scene
+from tatamu import InputError, Rollout, Scene, simulate
 from tatamu.material import Material, load_material
+from tatamu.scene import Cloth, Gripper
 from tests.scenes import CLOTH, held, scene
 
 
@@ -99,7 +100,12 @@ def test_two_hands_may_not_hold_one_vertex_at_once() -> None:
 
 
 def test_two_hands_may_hold_one_vertex_in_turn() -> None:
-    scene(grippers=[held(np.array([1]), opens=0.2), held(np.array([1]), closes=0.2)])
+    lifts = {"times": [0.2, 0.4], "displacements": np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.02]])}
+    first, second = held(np.array([1]), opens=0.2), Gripper(vertices=[1], closes=0.2, **lifts)
+    for hands in ([first, second], [second, first]):
+        rollout = simulate(scene(grippers=hands))
+        risen = rollout.positions[:, 1, 2] - rollout.positions[0, 1, 2]
+        assert risen[rollout.times > 0.4] == pytest.approx(0.02, abs=1e-9)
 
 
 def test_a_rollout_survives_a_round_trip_without_pickles(tmp_path: Path) -> None:
@@ -154,3 +160,39 @@ def test_a_field_that_stands_twice_is_refused(tmp_path: Path) -> None:
 def test_a_material_of_an_unknown_name_tells_the_known_ones() -> None:
     with pytest.raises(InputError, match=r"one of .*denim.*given 'nope'"):
         load_material(Path("nope"))
+
+
+def test_a_triangle_alone_falls() -> None:
+    cloth = Cloth(vertices=np.array([[0.0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]]), faces=np.array([[0, 1, 2]]))
+    rollout = simulate(scene(cloth=cloth, table=None, material=CLOTH.model_copy(update={"air_drag": 0.0})))
+    assert rollout.positions[-1, :, 2] == pytest.approx(-0.5 * 9.81 * rollout.times[-1] ** 2, rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"times": np.array(0.0)}, {"positions": np.zeros((3, 3))}, {"info": np.array("[]")}, {"info": np.array("{")}],
+)
+def test_a_rollout_of_another_form_is_refused(tmp_path: Path, changes: dict[str, np.ndarray]) -> None:
+    arrays = {"times": np.zeros(1), "positions": np.zeros((1, 3, 3)), "faces": np.array([[0, 1, 2]])}
+    np.savez(tmp_path / "r.npz", allow_pickle=False, **{**arrays, "info": np.array("{}"), **changes})
+    with pytest.raises(InputError, match="not a rollout"):
+        Rollout.load(tmp_path / "r.npz")
+
+
+@pytest.mark.parametrize("text", ['{"vertices": 1' + "0" * 5000 + "}", "[" * 100_000, '{"cloth": "\ud800"}'])
+def test_a_scene_file_with_odd_content_is_refused_in_a_line(tmp_path: Path, text: str) -> None:
+    (tmp_path / "s.json").write_text(text, encoding="utf-8", errors="surrogatepass")
+    with pytest.raises(InputError, match=r"s\.json: "):
+        Scene.load(tmp_path / "s.json")
+
+
+@pytest.mark.parametrize("text", ["x = 1" + "0" * 5000, "x = " + "[" * 100_000, "x = "])
+def test_a_material_file_with_odd_content_is_refused_in_a_line(tmp_path: Path, text: str) -> None:
+    (tmp_path / "m.toml").write_text(text)
+    with pytest.raises(InputError, match=r"m\.toml: is not valid TOML"):
+        load_material(tmp_path / "m.toml")
+
+
+def test_a_vertex_beyond_all_numbers_is_refused() -> None:
+    with pytest.raises(ValueError, match="must be a list of"):
+        Scene.model_validate(changed("cloth.vertices", [[10**400, 0, 0], [1, 0, 0], [0, 1, 0]]))

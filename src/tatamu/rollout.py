@@ -46,7 +46,10 @@ class Rollout:
             with np.load(path, allow_pickle=False) as archive:
                 arrays = {name: archive[name] for name in archive.files}
             info = json.loads(str(arrays.pop("info")))
-            return cls(arrays.pop("times"), arrays.pop("positions"), arrays.pop("faces"), info, arrays)
+            times, positions, faces = (arrays.pop(name) for name in ("times", "positions", "faces"))
+            if (times.ndim, positions.ndim, faces.ndim) != (1, 3, 2) or not isinstance(info, dict):
+                raise ValueError("times, positions, faces must have 1, 3, 2 dimensions, info must be an object")
+            return cls(times, positions, faces, info, arrays)
         except OSError as error:
             raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
         except (KeyError, TypeError, ValueError, EOFError, zlib.error, zipfile.BadZipFile) as error:

@@ -27,7 +27,7 @@ SAME_TIME = 1e-9
 def _floats(value: Any) -> np.ndarray:
     try:
         array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ValueError("must be a list of [x, y, z] numbers in metres") from None
     if array.ndim != 2 or array.shape[1] != 3:
         raise ValueError(f"must be a list of [x, y, z], given an array of shape {array.shape}")

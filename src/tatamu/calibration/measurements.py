@@ -78,8 +78,8 @@ class GarmentReadings(Part):
     """Of the whole garment [kg]."""
     material: str | None = None
     """Preset or material file that gives what is not measured; None: the garment's own fabric."""
-    thickness: Length | None = None
-    """Of one layer [m]; None: the material's."""
+    thickness: Annotated[float, Field(ge=1e-5, le=0.05)] | None = None
+    """Of one layer [m], as `Material.thickness`; None: the material's."""
 
 
 class Grasp(Part):

@@ -13,7 +13,7 @@ from tatamu.calibration.loop import Loop
 from tatamu.calibration.measurements import Measurements
 from tatamu.calibration.sag import Sag
 from tatamu.errors import InputError
-from tatamu.garments import Garment, make_garment
+from tatamu.garments import GARMENTS, Garment, make_garment
 from tatamu.material import Material, load_material
 from tatamu.topology import areas
 
@@ -57,7 +57,7 @@ def setup_of(measurements: Measurements, spacing: float | None = None) -> Setup:
     material = load_material(Path(given.material)) if given.material else None
     if material is not None and given.thickness:
         material = material.model_copy(update={"thickness": given.thickness})
-    garment = make_garment(given.name, given.size, material, spacing or SPACING)
+    garment = make_garment(given.name, given.size, material, spacing or (SPACING if given.name in GARMENTS else None))
     thick = {"thickness": given.thickness} if given.thickness else {}
     base = garment.material.model_copy(update={**thick, "blender": None})
     hung, tilted, held = measurements.elongation, measurements.friction, measurements.sag

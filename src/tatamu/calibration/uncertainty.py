@@ -15,6 +15,7 @@ import numpy as np
 
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.result import PARAMETERS
+from tatamu.errors import TatamuError
 
 STEP = 0.1
 """Of the logarithm of a parameter, for differences."""
@@ -40,11 +41,19 @@ class Slopes:
 
 
 def slopes(reading: Callable[[float, float], float], at: tuple[float, float]) -> Slopes:
-    """Central differences of reading(ln Y, ln B)."""
+    """Differences of reading(ln Y, ln B): central ones, or one-sided ones where the simulator gives up on one side."""
     stretch, bending = at
-    up, down = reading(stretch + STEP, bending), reading(stretch - STEP, bending)
-    more, less = reading(stretch, bending + STEP), reading(stretch, bending - STEP)
-    return Slopes(reading(stretch, bending), (up - down) / (2 * STEP), (more - less) / (2 * STEP))
+    here = reading(stretch, bending)
+
+    def slope(more: float, less: float) -> float:
+        known = [(value, step) for value, step in ((less, -STEP), (here, 0.0), (more, STEP)) if np.isfinite(value)]
+        if len(known) < 2:
+            raise TatamuError("uncertainty: the simulator gives up on cloth a little softer or stiffer than this")
+        (first, low), (last, high) = known[0], known[-1]
+        return (last - first) / (high - low)
+
+    along_stretch = slope(reading(stretch + STEP, bending), reading(stretch - STEP, bending))
+    return Slopes(here, along_stretch, slope(reading(stretch, bending + STEP), reading(stretch, bending - STEP)))
 
 
 def contributions(

@@ -25,6 +25,9 @@ from tatamu.cli import (  # noqa: F401
 from tatamu.cli.app import app
 from tatamu.errors import InputError, TatamuError
 
+INTERRUPTED = 130
+"""The exit code of a program that was ended by Ctrl-C: 128 + SIGINT."""
+
 
 def main() -> None:
     """Run the command line; a wrong input is one line on standard error and exit code 2."""
@@ -35,14 +38,16 @@ def main() -> None:
     except TatamuError as error:
         _stop(str(error), 1)
     except typer.Abort:
-        _stop("aborted", 130)
+        _stop("aborted", INTERRUPTED)
     except KeyboardInterrupt:
-        _stop("interrupted; what was finished is kept", 130)
+        _stop("interrupted; what was finished is kept", INTERRUPTED)
     except Exception as error:
         if not hasattr(error, "format_message"):
             raise
         _stop(error.format_message(), 2)
     else:
+        if code == INTERRUPTED:  # typer has made a code of the exception
+            _stop("interrupted; what was finished is kept", INTERRUPTED)
         sys.exit(code if isinstance(code, int) else 0)
 
 

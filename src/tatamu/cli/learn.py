@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from tatamu.cli.app import app
+from tatamu.cli.size import parse_size
 from tatamu.errors import InputError
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def learn(
         raise InputError(f"hands: must be 1 or 2, given {hands}")
     job = make_job(
         garment,
-        size=_size(size),
+        size=parse_size(size),
         fold=fold,
         material=load_material(material) if material else None,
         spacing=spacing,
@@ -116,17 +116,5 @@ def _reach(robot: str | None) -> Reach | None:
 
     loaded = load(robot)
     constraint = ReachConstraint(loaded)
-    return Reach(loaded.name, constraint, constraint.refusal)
-
-
-def _size(text: str | None) -> tuple[float, float] | None:
-    """Width and length from "0.34x0.80"."""
-    if text is None:
-        return None
-    try:
-        width, length = (float(part) for part in text.lower().split("x"))
-    except ValueError:
-        raise InputError(f"size: must be WIDTHxLENGTH in metres, such as 0.34x0.80, given {text!r}") from None
-    if not (math.isfinite(width) and math.isfinite(length)):
-        raise InputError(f"size: must be finite, given {text!r}")
-    return width, length
+    description = Path(robot).read_bytes() if robot.endswith(".toml") else b""
+    return Reach(loaded.name, constraint, constraint.refusal, description=description)

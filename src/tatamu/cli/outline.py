@@ -9,7 +9,7 @@ import numpy as np
 import typer
 
 from tatamu.cli.app import app
-from tatamu.cli.learn import _size
+from tatamu.cli.size import parse_size
 from tatamu.errors import InputError
 
 if TYPE_CHECKING:
@@ -66,20 +66,21 @@ def _to_metres(photo: Photo, width: float | None, ruler: str | None, sheet: str 
     from tatamu.garments.photo import homography
 
     if sheet is not None:
-        *corners, size = sheet.split()
-        sides = _size(size)
-        if len(corners) != 4 or sides is None:
+        *corners, size = sheet.split() or [""]
+        if len(corners) != 4:
             raise InputError(f"sheet: must be four corners X,Y and WxH, given {sheet!r}")
+        sides = parse_size(size, "sheet")
+        assert sides is not None
         return homography(np.array([_pixel("sheet", corner) for corner in corners]), *sides)
     if ruler is not None:
-        *ends, length = ruler.split()
+        *ends, length = ruler.split() or [""]
         if len(ends) != 2:
             raise InputError(f"ruler: must be two pixels X,Y and a length in metres, given {ruler!r}")
         start, end = (_pixel("ruler", pixel) for pixel in ends)
         apart, metres = float(np.linalg.norm(end - start)), _number("ruler", length)
     else:
         apart, metres = float(np.ptp(photo.outline[:, 0])), width or 0.0
-    if not (metres > 0.0 and apart > 0.0):
+    if not (0.0 < metres < np.inf and apart > 0.0):
         raise InputError(f"{'width' if ruler is None else 'ruler'}: must be a length above zero, given {metres:g} m")
     return np.diag([metres / apart, metres / apart, 1.0])
 
@@ -93,9 +94,12 @@ def _pixel(option: str, text: str) -> np.ndarray:
 
 def _number(option: str, text: str) -> float:
     try:
-        return float(text)
+        value = float(text)
     except ValueError:
-        raise InputError(f"{option}: must be a number, given {text!r}") from None
+        value = np.nan
+    if not np.isfinite(value):
+        raise InputError(f"{option}: must be a number, given {text!r}")
+    return value
 
 
 def _overlay(photo: Photo) -> bytes:

@@ -30,9 +30,10 @@ def reporting(task: Task, trials: int) -> Iterator[Callable[[Progress], None]]:
             f"{garment.name} {garment.size[0]:g} x {garment.size[1]:g} m, {len(garment.vertices)} vertices, "
             f"fold {task.fold_name}, simulator {task.simulator}. The first run compiles it: about a minute.",
             soft_wrap=True,
+            markup=False,
         )
     if count > 1:
-        console.print(f"step {number} of {count}{': ' if task.title else ''}{task.title}", soft_wrap=True)
+        console.print(f"step {number} of {count}{': ' if task.title else ''}{task.title}", soft_wrap=True, markup=False)
     if not console.is_terminal:
         yield lambda p: _line(console, p)
         return

@@ -11,7 +11,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemaini
 from rich.progress import Progress as Bar
 
 from tatamu.cli.app import app
-from tatamu.cli.learn import _size
+from tatamu.cli.size import parse_size
 from tatamu.errors import InputError
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def reproduce(
         garments=tuple(name.strip() for name in garments.split(",") if name.strip()),
         seeds=seeds,
         trials=trials,
-        sizes={name: _size(value) or (0.0, 0.0) for name, value in _pairs("--size", size).items()},
+        sizes={name: parse_size(value) or (0.0, 0.0) for name, value in _pairs("--size", size).items()},
         spacings={name: _metres(value) for name, value in _pairs("--spacing", spacing).items()},
         folds=_pairs("--fold", fold),
         materials=_pairs("--material", material),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tatamu.cli.app import app
-from tatamu.cli.learn import _size
+from tatamu.cli.size import parse_size
 from tatamu.errors import InputError
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def show(
     from tatamu.material import load_material
     from tatamu.report.garment import diagram, facts, page
 
-    made = make_garment(garment, _size(size), load_material(material) if material else None, spacing)
+    made = make_garment(garment, parse_size(size), load_material(material) if material else None, spacing)
     folds = _marks(made, fold) if fold else []
     for path in _targets(out, Path(garment).stem):
         if path.suffix.lower() == ".html":

@@ -76,7 +76,7 @@ def make_plan(name: str, garment: Garment) -> Plan:
     """
     if name.endswith(".toml"):
         return load_plan(Path(name))
-    known = PLANS.get(garment.name, ANY)
+    known = ANY if garment.own else PLANS.get(garment.name, ANY)
     if name not in known:
         raise InputError(f"fold: must be one of {', '.join(known)} or a file .toml, given {name!r}")
     return known[name]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from hashlib import sha256
 from typing import Any
 
@@ -49,6 +49,8 @@ class Reach:
 
     robot: str
     """Its name."""
+    description: bytes = field(default=b"", kw_only=True)
+    """The file that describes it; empty for one that tatamu knows."""
     quality: Callable[[dict[str, Any]], float]
     """From what manipulation.json would hold to how well the robot does it: negative where it cannot."""
     refusal: Callable[[dict[str, Any]], str | None] = lambda _: None
@@ -68,6 +70,8 @@ class Task:
     """In a few words what is folded."""
     reach: Reach | None = None
     """Manipulations beyond it fail without being simulated."""
+    asked: dict[str, Any] = field(default_factory=dict)
+    """What the job was made from: garment and fold as they were named, size and spacing where given."""
 
     def describe(self) -> dict[str, Any]:
         """The task as `result.json` holds it; two tasks are the same when these are."""
@@ -87,7 +91,14 @@ class Task:
             **({"hands": 1} if fold.hands == 1 else {}),
             **({"robot": self.reach.robot} if self.reach else {}),
             **({"step": list(self.step), "start": digest(fold.start)} if self.step[1] > 1 else {}),
+            "digest": self._digest(),
         }
+
+    def _digest(self) -> str:
+        """Of what else makes a task: the mesh to the micrometre, grasps, the ratio of areas, the robot's file."""
+        fold, ratio = self.fold, self.fold.area_ratio or 0.0
+        robot = [*self.reach.description] if self.reach else []
+        return digest(fold.start.round(6) + 0.0, fold.garment.faces, fold.left, fold.right, np.array([ratio, *robot]))
 
     def manipulation(self, parameters: dict[str, float]) -> Manipulation:
         """The manipulation of x = (x1, z1, x2, z2, g1, g2), Eq. (9); continuous grasps are floored."""
@@ -139,12 +150,15 @@ class Job:
     """How many hands fold; None: as the plan says."""
     reach: Reach | None = None
     """What the robot that shall do it can reach; None: no robot is asked."""
+    asked: dict[str, Any] = field(default_factory=dict)
+    """What it was made from: garment and fold as they were named, size and spacing where given."""
 
     def task(self, number: int, state: np.ndarray | None = None) -> Task:
         """The task of a step, the first being 0, of the cloth as it lies [m], shape (n, 3); None: flat."""
         step = self.plan.steps[number]
         fold = fold_of(self.garment, self.plan, step, state, self.hands)
-        return Task(fold, self.plan.name, self.simulator, (number + 1, len(self.plan.steps)), step.title, self.reach)
+        steps = number + 1, len(self.plan.steps)
+        return Task(fold, self.plan.name, self.simulator, steps, step.title, self.reach, self.asked)
 
 
 def make_job(
@@ -165,7 +179,8 @@ def make_job(
     """
     named(simulator)
     made = make_garment(garment, size, material, spacing)
-    job = Job(made, make_plan(fold, made), simulator, hands, reach)
+    asked = {"garment": garment, "fold": fold, "size": size and list(size), "spacing": spacing}
+    job = Job(made, make_plan(fold, made), simulator, hands, reach, asked)
     ideal_folds(made, job.plan, hands)  # refuse now what a later step could not fold
     return job
 
@@ -175,6 +190,6 @@ def make_task(garment: str, **options: Any) -> Task:
     return make_job(garment, **options).task(0)
 
 
-def digest(state: np.ndarray) -> str:
-    """A short name of positions of shape (n, 3) that differs when a bit of them does."""
-    return sha256(np.ascontiguousarray(state, dtype="<f8").tobytes()).hexdigest()[:16]
+def digest(*arrays: np.ndarray) -> str:
+    """A short name of arrays of numbers that differs when a bit of them does."""
+    return sha256(b"".join(np.ascontiguousarray(array, dtype="<f8").tobytes() for array in arrays)).hexdigest()[:16]

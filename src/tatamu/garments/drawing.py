@@ -105,7 +105,10 @@ def _dxf(path: Path) -> list[Curve]:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
     except DXFError as error:
         raise InputError(f"{path}: is not a DXF file ({error})") from None
-    scale = conversion_factor(InsertUnits(document.units), InsertUnits.Millimeters) if document.units else 1.0
+    try:
+        scale = conversion_factor(InsertUnits(document.units), InsertUnits.Millimeters) if document.units else 1.0
+    except (ValueError, TypeError):
+        raise InputError(f"{path}: its unit ($INSUNITS {document.units}) has no size in millimetres") from None
     layers: dict[str, list[np.ndarray]] = {}
     for entity in document.modelspace().query("LINE LWPOLYLINE POLYLINE ARC CIRCLE ELLIPSE SPLINE"):
         flat = [(p.x, p.y) for p in make_path(entity).flattening(0.1 / scale)]

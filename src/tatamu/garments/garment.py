@@ -37,6 +37,8 @@ class Garment:
     openings: tuple[str, ...] = ()
     """Which of `edges` are open: not sewn, though two layers meet there."""
 
+    own: bool = False
+    """Whether it came from a file of the user's: it then knows no plans but those of any garment."""
     notes: tuple[str, ...] = ()
     """What was done to a garment that came from a file, for its user to read."""
 

@@ -90,7 +90,7 @@ def load_garment(
     given = given.model_copy(update={key: value for key, value in asked.items() if value is not None})
     source = path.parent / str(given.outline or given.mesh)
     try:
-        return (_from_outline if given.outline else _from_mesh)(given, source, material)
+        return replace((_from_outline if given.outline else _from_mesh)(given, source, material), own=True)
     except InputError as error:
         text = str(error)
         raise InputError(text if text.startswith(str(source)) else f"{source}: {text}") from None
@@ -158,8 +158,8 @@ def _onto_table(vertices: np.ndarray, up: str) -> tuple[np.ndarray, list[str]]:
     extent = np.ptp(vertices, axis=0)
     thin = int(np.argmin(extent))
     if thin != 2 and extent[thin] <= FLAT * np.sort(extent)[1]:
-        # The thin direction faces the viewer; the cyclic order of the axes, and so the orientation, is kept.
-        vertices = vertices[:, [1, 2, 0]] if thin == 0 else vertices[:, [2, 0, 1]]
+        # The thin direction faces the viewer and z stays up; both are turns, so triangles keep their sense.
+        vertices = vertices[:, [1, 2, 0]] if thin == 0 else vertices[:, [0, 2, 1]] * [1.0, 1.0, -1.0]
         return turned(vertices, up), [f"was flat in the plane across {'xy'[thin]}: turned onto the table"]
     return turned(vertices, up), []
 

@@ -69,6 +69,8 @@ def _read(path: Path) -> np.ndarray:
         raise InputError(f"{path}: is not a picture") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+    except (SyntaxError, Image.DecompressionBombError) as error:  # a broken file, one too large
+        raise InputError(f"{path}: cannot be read ({error})") from None
 
 
 def _blocks(pixels: np.ndarray, size: int) -> np.ndarray:

@@ -88,7 +88,7 @@ def learn_job(
             _learn(task, own, trials, reporting, options)
             state = Rollout.load(own / "rollout.npz").positions[-1]
         folders = [folder / step_name(number) for number in range(count)]
-        ideals = [fold.target for fold in ideal_folds(job.garment, job.plan)]
+        ideals = [fold.target for fold in ideal_folds(job.garment, job.plan, job.hands)]
         return write_whole(job, folder, folders, ideals)
 
 

@@ -20,10 +20,6 @@ from tatamu.learning.samplers import SAMPLERS
 from tatamu.learning.space import Grasps, search_space
 from tatamu.learning.study import Study
 
-HISTOGRAM_TRIALS = {"error_first": 1, "error_10": 10, "error_50": 50}
-"""States of the search that the paper's Fig. 6 shows: best of so many trials."""
-
-
 MOST_PARALLEL = 16
 """More trials than this at a time know too little of one another."""
 
@@ -85,6 +81,7 @@ def learn(
             raise InputError(f"trials: {folder} has {done} trials already, given {trials}; give {done} or more")
         if done == trials and _finished(folder, study, baselines):
             return folder / "report.html"
+        (folder / "report.html").unlink(missing_ok=True)  # written last: it says that the other files are this study's
         runner = _Runner(task, study)
         progress(runner.progress(trials))
         for _ in runner.run(trials, parallel):
@@ -195,7 +192,7 @@ class _Runner:
         trials = self.study.trials
         best = result.best_number(trials)
         outcome = None if best is None else self._outcome(best)
-        result.write_result(folder, identity, trials, self.study.baselines, outcome)
+        result.write_result(folder, identity, self.task.asked, trials, self.study.baselines, outcome)
         if best is None or outcome is None:
             raise TatamuError(
                 f"{folder}: all {len(trials)} trials failed; the last said: {trials[-1].user_attrs['error']}"
@@ -211,10 +208,11 @@ class _Runner:
 
     def _shown(self) -> dict[str, int]:
         """Trials that the histograms show: best of the first 1, 10 and 50, if there are so many."""
+        from tatamu.report.fold import MOMENTS
+
         trials = self.study.trials
-        numbers = {
-            name: result.best_number(trials, count) for name, count in HISTOGRAM_TRIALS.items() if count <= len(trials)
-        }
+        counts = {name: count for name, (count, _) in MOMENTS.items() if count <= len(trials)}
+        numbers = {name: result.best_number(trials, count) for name, count in counts.items()}
         return {name: number for name, number in numbers.items() if number is not None}
 
     def _outcome(self, number: int) -> Outcome:

@@ -82,11 +82,12 @@ def crossings_of(rollout: Rollout) -> dict[str, int]:
 def write_result(
     folder: Path,
     identity: dict[str, Any],
+    asked: dict[str, Any],
     trials: list[FrozenTrial],
     baselines: list[Any] | None,
     best: Outcome | None,
 ) -> None:
-    """Write `result.json`; `best` is the outcome of the best trial, None if all failed."""
+    """Write `result.json`; `asked` is the task's, `best` the outcome of the best trial, None if all failed."""
     records = [trial_record(trial) for trial in trials]
     write_json(
         folder / "result.json",
@@ -94,6 +95,7 @@ def write_result(
             "version": 1,
             "tatamu": __version__,
             **identity,
+            "asked": asked,
             "wall_seconds": round(sum(record["seconds"] for record in records), 3),
             "best": best_number(trials),
             "crossings": crossings_of(best.rollout) if best and best.rollout else None,

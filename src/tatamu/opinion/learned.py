@@ -57,20 +57,21 @@ def read_learned(folder: Path) -> Learned:
     if (folder / "step-1").is_dir():
         raise InputError(f"{folder}: holds a plan of several steps; name one of them, such as {folder / 'step-1'}")
     fold = read_fold(folder)
-    task = _task(folder, read_json(folder / "result.json")["task"], fold.start)
+    result = read_json(folder / "result.json")
+    task = _task(folder, result["task"], result.get("asked") or {}, fold.start)
     _check_target(folder, fold, task)
     return Learned(fold, task)
 
 
-def _task(folder: Path, told: dict[str, Any], start: np.ndarray) -> Task:
-    """The task as `result.json` tells it, of cloth that lies as it lay."""
-    size = tuple(told["size"]) if told.get("size") else None
+def _task(folder: Path, told: dict[str, Any], asked: dict[str, Any], start: np.ndarray) -> Task:
+    """The task as `result.json` tells it, of cloth that lies as it lay; files are looked for where they were."""
+    named = {**told, **asked}
     job = make_job(
-        told["garment"],
-        size=size,
-        fold=told["fold"],
+        named["garment"],
+        size=tuple(named["size"]) if named.get("size") else None,
+        fold=named["fold"],
         material=validated(Material, told["material"], folder / "result.json"),
-        spacing=told.get("spacing"),
+        spacing=named.get("spacing"),
         simulator=told["simulator"],
         hands=told.get("hands"),
     )

@@ -2,29 +2,28 @@
 
 from __future__ import annotations
 
-import math
 import shlex
 
 from tatamu.report.fold import LearnedFold
+from tatamu.report.records import Asked
 
 
 def learn(fold: LearnedFold) -> str:
-    """The command that runs the same study; the recorded one if the study knows it."""
-    if fold.result.command:
-        return fold.result.command
+    """The command that runs the same study, but for a material of the user's."""
     task, result = fold.result.task, fold.result
-    folder = fold.folder.resolve()
-    words = ["tatamu", "learn", task.garment, "--out", folder.parent.name if task.step else folder.name]
-    if task.size:
-        words += ["--size", "x".join(f"{side:g}" for side in task.size)]
-    words += ["--fold", task.fold, "--simulator", task.simulator, "--sampler", result.sampler]
+    told = Asked(garment=task.garment, fold=task.fold, size=task.size, spacing=task.spacing)
+    asked, folder = result.asked or told, fold.folder.resolve()
+    words = ["tatamu", "learn", asked.garment, "--out", folder.parent.name if task.step else folder.name]
+    if asked.size:
+        words += ["--size", "x".join(f"{side:g}" for side in asked.size)]
+    words += ["--fold", asked.fold, "--simulator", task.simulator, "--sampler", result.sampler]
     words += ["--trials", str(len(result.trials)), "--seed", str(result.seed)]
     if task.hands != 2:
         words += ["--hands", str(task.hands)]
     if result.grasps != "integer":
         words += ["--grasps", result.grasps]
-    if task.spacing and not math.isclose(task.spacing, task.material.bending_length / 2):
-        words += ["--spacing", repr(task.spacing)]
+    if asked.spacing:
+        words += ["--spacing", repr(asked.spacing)]
     if task.robot:
         words += ["--robot", task.robot]
     if result.parallel != 1:

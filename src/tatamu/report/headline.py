@@ -98,13 +98,8 @@ def _tile(measure: Measure, fold: LearnedFold) -> str:
     best = fold.result.best_trial
     passes = measure.passes(best)
     state = {None: "", True: "yes", False: "no"}[passes]
-    limit = {
-        "mean_vertex_distance": "success below 12.5 mm",
-        "mask_iou": "success from 0.80",
-        "area_error": "others reach 2.77 %",
-    }.get(measure.key, measure.meaning)
     return (
         f'<div class="tile {state}"><span class="value">{measure.text(best)}<i>{measure.unit}</i></span>'
         f'<span class="name">{measure.title}</span>'
-        f'<span class="limit">{limit}</span></div>'
+        f'<span class="limit">{measure.limit or measure.meaning}</span></div>'
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +9,7 @@ import numpy as np
 
 from tatamu import __version__
 from tatamu.files import write_text
-from tatamu.report import topview
+from tatamu.report import command, topview
 from tatamu.report.errormap import largest
 from tatamu.report.fold import LearnedFold, read_fold
 from tatamu.report.headline import spelled
@@ -62,7 +61,7 @@ def page(folder: Path, result: dict[str, Any], folds: list[LearnedFold], rollout
         "steps": _steps(result),
         "figures": "".join(_figures(step, fold) for step, fold in zip(result["steps"], folds, strict=True))
         + _section("From the flat garment", "The ideal of all folds of the flat garment.", folds[-1], target),
-        "learn_command": text(_command(folder, result)),
+        "learn_command": text(command.learn(folds[0])),
         "version": text(__version__),
         "replay_data": inline(replay_of(rollout, folds[0].scene, _hands(folds, rollout), scale)),
     }
@@ -169,11 +168,3 @@ def joined_path(paths: list[np.ndarray | None], folds: list[LearnedFold]) -> np.
 
 def _next_start(paths: list[np.ndarray | None]) -> np.ndarray:
     return next(path[0] for path in paths if path is not None)
-
-
-def _command(folder: Path, result: dict[str, Any]) -> str:
-    plan = result["plan"]
-    words = ["tatamu", "learn", plan["garment"], "--out", folder.resolve().name]
-    words += ["--size", "x".join(f"{side:g}" for side in plan["size"]), "--fold", plan["fold"]]
-    words += ["--simulator", plan["simulator"], "--sampler", result["sampler"]]
-    return shlex.join([*words, "--trials", str(result["steps"][0]["trials"]), "--seed", str(result["seed"])])

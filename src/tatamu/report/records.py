@@ -2,25 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
-import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from tatamu.material import Material
 from tatamu.scene import Index, Points
-
-
-def _paths(value: Any) -> list[np.ndarray]:
-    """One path [P0, P1, ..] for both hands, or one for each hand; each of shape (k, 3), k >= 2."""
-    try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ValueError("must be a list of [x, y, z] in metres, or one such list for each hand") from None
-    paths = array[None] if array.ndim == 2 else array
-    if paths.ndim != 3 or paths.shape[1] < 2 or paths.shape[2] != 3 or not np.isfinite(paths).all():
-        raise ValueError(f"must be finite [x, y, z], at least two, given an array of shape {array.shape}")
-    return list(paths)
 
 
 class Record(BaseModel):
@@ -72,11 +59,8 @@ class Baseline(Scores):
 
     name: str
     title: str = ""
-    parameters: dict[str, float] | None = None
-    control_points: Annotated[list[np.ndarray], BeforeValidator(_paths)] | None = None
-    """Control points of each hand's path [m], shapes (k, 3)."""
-    path: list[list[float]] | None = None
-    """Polyline relative to the grasp [m], shape (k, 3), for a path that is no Bezier curve."""
+    path: Points
+    """Of the left hand, relative to its grasp [m], shape (k, 3)."""
 
     @property
     def label(self) -> str:
@@ -109,14 +93,25 @@ class Task(Record):
     """Within whose reach it was learned."""
 
 
+class Asked(Record):
+    """What the user named and gave."""
+
+    garment: str
+    fold: str
+    size: list[float] | None = None
+    """Width and length [m]; None: the garment's own."""
+    spacing: float | None = None
+    """Distance between vertices [m]; None: the garment's own."""
+
+
 class Result(Record):
     """The study: its task, its search, its trials."""
 
     version: Literal[1]
     tatamu: str = ""
-    command: str | None = None
-    """The command line that made it; None: it is put together from the other fields."""
     task: Task
+    asked: Asked | None = None
+    """None in folders of versions that did not write it."""
     sampler: str
     grasps: str = "integer"
     seed: int

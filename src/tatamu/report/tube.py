@@ -10,8 +10,9 @@ def tube(path: np.ndarray, radius: float, sides: int = 10) -> tuple[np.ndarray, 
     path = _spaced(path, radius)
     along = np.gradient(path, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
-    # Any fixed direction that the path never follows serves; hands fold in the x-z plane.
-    side = np.cross(along, [0.0, 1.0, 0.0])
+    # Any fixed direction that the path never follows serves: a hand stays near the vertical plane through its ends.
+    way = path[-1] - path[0]
+    side = np.cross(along, [-way[1], way[0], 0.0] if np.hypot(way[0], way[1]) > radius else [0.0, 1.0, 0.0])
     side /= np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-9)
     angles = 2 * np.pi * np.arange(sides) / sides
     ring = np.cos(angles)[:, None, None] * side + np.sin(angles)[:, None, None] * np.cross(side, along)
@@ -20,7 +21,7 @@ def tube(path: np.ndarray, radius: float, sides: int = 10) -> tuple[np.ndarray, 
 
 
 def _spaced(path: np.ndarray, apart: float) -> np.ndarray:
-    """The places of a path that are at least `apart` from the one before, and its end."""
+    """The places of a path that are at least `apart` from the one before."""
     kept = [path[0]]
     for place in path[1:]:
         if np.linalg.norm(place - kept[-1]) >= apart:

@@ -17,6 +17,10 @@ GRADES = ((0.002, "near perfect"), (0.005, "good"), (0.020, "fair"))
 FAILED = "failed"
 SUCCESS = 0.0125
 """Mean particle position error that counts as success [m]."""
+OVERLAP = 0.80
+"""Intersection over union of the views from above that counts as success."""
+AREA = 2.77
+"""Area error that others reach [%]."""
 
 
 def grade(mean_vertex_distance: float | None) -> str:
@@ -42,6 +46,8 @@ class Measure:
     meaning: str
     """In a few words, as HTML."""
     threshold: str = ""
+    limit: str = ""
+    """The threshold that counts, in a few words."""
     source: str = ""
     most: float | None = None
     """Largest value that passes, in the file's unit."""
@@ -74,7 +80,9 @@ MEASURES = (
         1e3,
         1,
         "mean of e<sub>i</sub> over the mesh",
-        "below 2 near perfect, to 5 good, above 20 failed; below 12.5 success",
+        "below {:g} near perfect, to {:g} good, above {:g} failed; ".format(*(1e3 * end for end, _ in GRADES))
+        + f"below {1e3 * SUCCESS:g} success",
+        f"success below {1e3 * SUCCESS:g} mm",
         f"{DE_GUSSEME}; success: {BIFOLD}",
         most=SUCCESS,
     ),
@@ -85,9 +93,10 @@ MEASURES = (
         1.0,
         3,
         "overlap of the two top views, intersection over union",
-        "at least 0.80",
+        f"at least {OVERLAP:.2f}",
+        f"success from {OVERLAP:.2f}",
         FOLDBACK,
-        least=0.80,
+        least=OVERLAP,
     ),
     Measure(
         "area_error",
@@ -96,9 +105,10 @@ MEASURES = (
         1.0,
         2,
         "folded area against what the fold should leave (half, for a fold in half)",
-        "2.77 reached",
+        f"{AREA:g} reached",
+        f"others reach {AREA:g} %",
         GARCIA,
-        most=2.77,
+        most=AREA,
     ),
     Measure("slip", "Slip", "mm", 1e3, 1, "how far the part that should lie still moved"),
     Measure(
@@ -108,10 +118,17 @@ MEASURES = (
         1e3,
         1,
         "largest e<sub>i</sub> beyond μ + 1.28 σ",
-        "",
-        "the paper, Fig. 2",
+        source="the paper, Fig. 2",
     ),
-    Measure("trajectory_length", "Path length l<sub>x</sub>", "m", 1.0, 3, "length of a hand’s path", "", PAPER),
+    Measure(
+        "trajectory_length",
+        "Path length l<sub>x</sub>",
+        "m",
+        1.0,
+        3,
+        "length of a hand’s path",
+        source=PAPER,
+    ),
     Measure(
         "shape_distance",
         "Shape distance D",
@@ -119,8 +136,7 @@ MEASURES = (
         1.0,
         3,
         "Σ w<sub>i</sub> e<sub>i</sub>; depends on the mesh",
-        "",
-        PAPER,
+        source=PAPER,
     ),
-    Measure("objective", "Objective C", "", 1.0, 4, "l<sub>x</sub> + 0.01 D, what the search minimised", "", PAPER),
+    Measure("objective", "Objective C", "", 1.0, 4, "l<sub>x</sub> + 0.01 D, what the search minimised", source=PAPER),
 )

@@ -8,11 +8,11 @@ from itertools import pairwise
 import numpy as np
 from scipy.stats import median_abs_deviation
 
-from tatamu.report.fold import LearnedFold
+from tatamu.report.fold import MOMENTS, LearnedFold
 from tatamu.report.records import Trial
 from tatamu.reproduction.experiment import Study
 
-AFTER = (1, 10, 50)
+AFTER = tuple(count for count, _ in MOMENTS.values())
 """Trials after which the paper's Fig. 6 looks."""
 TWO_PEAKS = 2.0
 """Ashman's D beyond which two groups are cleanly apart (Ashman, Bird and Zepf 1994)."""

@@ -21,6 +21,7 @@ from tatamu.robots.paths import Paths, Task, Unreachable
 from tatamu.robots.placement import HOLDS, Placement
 from tatamu.robots.reach import Reach, best_placements, search, table_heights
 from tatamu.robots.refusal import Refused, out_of_reach, table_too_high
+from tatamu.robots.timing import Untimed
 
 CANDIDATES = 12
 """So many placements are worked out in full before the fold is refused."""
@@ -74,6 +75,8 @@ def plan_fold(
                 return _worked_out(task, pace or Pace(), reach if place is None else None)
             except (Unreachable, Refused) as error:
                 refusals.append(Refused(str(error), error.progress))
+            except Untimed as error:
+                refusals.append(Refused(str(error), 1.0))
     best = max(refusals, key=lambda refusal: refusal.progress)
     scope = "refused" if place is not None else "no placement before the robot lets both arms do the fold"
     raise InputError(f"{folder}: {scope}: {best}")

@@ -95,7 +95,10 @@ class Planned:
         times, angles = _table(table, plan.joints)
         if times[-1] < max(event.time for event in plan.events):
             raise InputError(f"{table}: ends at {times[-1]:.2f} s, before the last event of plan.json")
-        return cls(folder, plan, times, angles)
+        planned = cls(folder, plan, times, angles)
+        if any(planned.event(arm, "open") <= planned.event(arm, "close") for arm in ARMS):
+            raise InputError(f"{path}: events: each arm must open after it closes")
+        return planned
 
     def event(self, arm: str, event: str) -> float:
         """When an arm's fingers close or open [s]."""

@@ -58,6 +58,10 @@ class _Path:
         return np.concatenate([values, clock[..., None]], axis=-1)
 
 
+class Untimed(TatamuError):
+    """A path has no time law within the joints' limits."""
+
+
 def timed(spline: CubicSpline, rate: float, speed: np.ndarray, acceleration: np.ndarray) -> Timed:
     """Drive a path as fast as allowed, from rest to rest.
 
@@ -66,6 +70,9 @@ def timed(spline: CubicSpline, rate: float, speed: np.ndarray, acceleration: np.
         rate: The fastest ds/dt.
         speed: Of the joints [rad/s], shape (k,).
         acceleration: Of the joints [rad/s^2], shape (k,).
+
+    Raises:
+        Untimed: No time law keeps to them.
     """
     toppra = needed("toppra")
     logging.getLogger("toppra").setLevel(logging.CRITICAL)
@@ -87,7 +94,7 @@ def timed(spline: CubicSpline, rate: float, speed: np.ndarray, acceleration: np.
         if result is not None:
             break
     else:
-        raise TatamuError("the path cannot be driven within the joints' limits (time parameterisation failed)")
+        raise Untimed("the path cannot be driven within the joints' limits (time parameterisation failed)")
 
     def parameter(times: np.ndarray) -> np.ndarray:
         return result(np.clip(times, 0, result.duration))[:, -1]

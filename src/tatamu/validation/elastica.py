@@ -5,7 +5,7 @@
 
 theta is the slope below the horizontal, w = rho g the weight per area, B the bending rigidity, y the drop.
 Gamma is raised step by step, each solution being the guess of the next: shooting alone finds wrong branches
-above Gamma of about 100. Source: facts on cloth, section 1.2; Peirce 1930 for the bending length.
+above Gamma of about 100. The bending length is Peirce's (1930).
 """
 
 from __future__ import annotations

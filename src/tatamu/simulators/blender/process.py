@@ -39,8 +39,8 @@ class Worker:
 
     def __init__(self) -> None:
         self.owner = os.getpid()
-        self.log: IO[bytes] = tempfile.TemporaryFile()
         self.command = discovery.command()
+        self.log: IO[bytes] = tempfile.TemporaryFile()
         self.scratch = tempfile.TemporaryDirectory(prefix="tatamu-blender-", ignore_cleanup_errors=True)
         environment = {key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "PYTHONHOME")}
         environment |= dict.fromkeys(("TMPDIR", "TEMP", "TMP"), self.scratch.name)  # a killed Blender leaves a folder

@@ -43,11 +43,11 @@ def main() -> None:
 
 def listen(source: BinaryIO, recipes: queue.Queue[dict[str, Any]]) -> None:
     """Put each recipe on the queue; when the other side is gone, so are we, even in the middle of a run."""
-    while header := source.read(len(MARK) + 4):
-        if len(header) < len(MARK) + 4:
-            break
-        recipes.put(json.loads(source.read(struct.unpack("<I", header[-4:])[0])))
-    os._exit(0)
+    try:
+        while len(header := source.read(len(MARK) + 4)) == len(MARK) + 4:
+            recipes.put(json.loads(source.read(struct.unpack("<I", header[-4:])[0])))
+    finally:
+        os._exit(0)
 
 
 def send(out: BinaryIO, message: dict[str, Any], payload: bytes = b"") -> None:

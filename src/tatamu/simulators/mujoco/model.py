@@ -49,7 +49,10 @@ def vertex_masses(scene: Scene) -> np.ndarray:
 def compiled(scene: Scene) -> Any:
     """The model of a scene, its sliders at zero in the unstrained shape; its constants must be set before it runs."""
     mujoco = engine()
-    model = mujoco.MjModel.from_xml_string(_document(scene))
+    try:
+        model = mujoco.MjModel.from_xml_string(_document(scene))
+    except ValueError as error:
+        raise InputError(f"mujoco: {' '.join(str(error).split())}") from None
     _free_seams(model, scene)
     drag = scene.material.air_drag / scene.material.areal_density * vertex_masses(scene)
     model.dof_damping[:] = np.repeat(drag, 3)

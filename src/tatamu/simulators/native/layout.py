@@ -91,6 +91,8 @@ def turned_hinges(hinges: np.ndarray, slot: np.ndarray) -> np.ndarray:
 def bands(elements: np.ndarray, total: int) -> Bands:
     """Arrange elements of k slots, shape (e, k), in bands; copies go behind slot `total`."""
     count, width = elements.shape
+    if not count:  # a triangle alone has no hinge
+        return Bands(np.zeros((0, 2 + width), np.int64), np.zeros(0, np.int64), np.zeros(0, np.int64))
     offsets = elements - elements[:, :1]
     _, group = np.unique(offsets, axis=0, return_inverse=True)
     group = group.ravel()

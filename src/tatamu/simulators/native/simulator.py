@@ -59,8 +59,13 @@ def simulate_many(scenes: Sequence[Scene]) -> list[Rollout]:
     Raises:
         SimulationError: Of the first scene that failed, in the order given.
     """
-    with ThreadPoolExecutor(max_workers=max(1, min(len(scenes), len(os.sched_getaffinity(0))))) as pool:
+    with ThreadPoolExecutor(max_workers=max(1, min(len(scenes), _cores()))) as pool:
         return list(pool.map(simulate, scenes))
+
+
+def _cores() -> int:
+    """How many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @cache
@@ -136,18 +141,21 @@ class _Run:
         return paths
 
     def _work_grippers(self) -> None:
-        """Open and close grippers that are due."""
-        for number, gripper in enumerate(self.scene.grippers):
-            due = self._at(gripper.closes) <= self.number
-            over = gripper.opens is not None and self._at(gripper.opens) <= self.number
-            vertices = np.array(gripper.vertices)
-            if due and not over and number not in self.closed:
-                self.closed[number] = (vertices, self.state.x[vertices].copy())
-                self._set_free(vertices, 0.0)
-            elif over and number in self.closed:
-                del self.closed[number]
-                self._set_free(vertices, 1.0)
-                self._settle(vertices)
+        """Open, then close grippers that are due: one may take at once what another lets go."""
+        wanted = {number for number, gripper in enumerate(self.scene.grippers) if self._holds(gripper)}
+        for number in sorted(self.closed.keys() - wanted):
+            vertices, _ = self.closed.pop(number)
+            self._set_free(vertices, 1.0)
+            self._settle(vertices)
+        for number in sorted(wanted - self.closed.keys()):
+            vertices = np.array(self.scene.grippers[number].vertices)
+            self.closed[number] = (vertices, self.state.x[vertices].copy())
+            self._set_free(vertices, 0.0)
+
+    def _holds(self, gripper: Gripper) -> bool:
+        """Whether a gripper is closed in the coming step."""
+        over = gripper.opens is not None and self._at(gripper.opens) <= self.number
+        return self._at(gripper.closes) <= self.number and not over
 
     def _settle(self, vertices: np.ndarray) -> None:
         """Put layers right that changed places in a pinch; what is near is then found anew."""

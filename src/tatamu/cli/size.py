@@ -1,0 +1,24 @@
+"""Two lengths in one word of the command line."""
+
+from __future__ import annotations
+
+import math
+
+from tatamu.errors import InputError
+
+
+def parse_size(text: str | None, option: str = "size") -> tuple[float, float] | None:
+    """Width and length [m] from "0.34x0.80"; None stays None.
+
+    Raises:
+        InputError: It is no such word, or a side is not above zero; the message names the option.
+    """
+    if text is None:
+        return None
+    try:
+        width, length = (float(part) for part in text.lower().split("x"))
+    except ValueError:
+        raise InputError(f"{option}: must be WIDTHxLENGTH in metres, such as 0.34x0.80, given {text!r}") from None
+    if not (0.0 < width < math.inf and 0.0 < length < math.inf):
+        raise InputError(f"{option}: both sides must be lengths above zero, given {text!r}")
+    return width, length
