@@ -102,7 +102,7 @@ def _body(fold: LearnedFold, charts: dict[str, Figure]) -> dict[str, str]:
         "histograms": _multiples(charts, "moment", moments),
         "objective": _multiples(charts, "objective", [("Best so far", "", search.objective(fold.result))]),
         "distance": _multiples(charts, "distance", [("Each trial’s error", "", search.distance(fold.result))]),
-        "ways": _multiples(charts, "ways", [("Hands in the x–z plane", "", ways.figure(fold))]),
+        "ways": _multiples(charts, "ways", [("Hands in the plane of the fold", "", ways.figure(fold))]),
     }
 
 
