@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pydantic import BaseModel
 
 from tatamu import InputError, Rollout, Scene, simulate
 from tatamu.material import Material, load_material
-from tatamu.scene import Cloth, Gripper
+from tatamu.scene import Cloth, Gripper, Table
 from tests.scenes import CLOTH, held, scene
 
 
@@ -196,3 +197,16 @@ def test_a_material_file_with_odd_content_is_refused_in_a_line(tmp_path: Path, t
 def test_a_vertex_beyond_all_numbers_is_refused() -> None:
     with pytest.raises(ValueError, match="must be a list of"):
         Scene.model_validate(changed("cloth.vertices", [[10**400, 0, 0], [1, 0, 0], [0, 1, 0]]))
+
+
+def test_the_ranges_in_the_docs_are_those_of_the_code() -> None:
+    parts: dict[str, type[BaseModel]] = {"material.": Material, "table.": Table, "": Scene}
+    rows = []
+    for prefix, model in parts.items():
+        for name, field in model.model_fields.items():
+            limits = {type(limit).__name__: limit for limit in field.metadata}
+            if "Le" in limits:
+                low = f"{limits['Ge'].ge:g}" if "Ge" in limits else f"above {limits['Gt'].gt:g}"
+                rows.append(f"| {prefix}{name} | {low} | {limits['Le'].le:g} |")
+    page = (Path(__file__).parents[1] / "docs" / "conventions.md").read_text()
+    assert [line for line in page.splitlines() if line in rows] == rows and len(rows) == 13
