@@ -230,10 +230,11 @@ def test_a_rollout_of_the_finer_mesh_has_the_coarse_one_in_it(learned: Learned) 
 def test_a_fold_of_a_garment_and_plan_of_ones_own_is_checked_too(tmp_path: Path) -> None:
     garment = GOOD["cloth_obj"](tmp_path)
     plan = tmp_path / "mine.toml"
-    plan.write_text('[[step]]\nline = [[0.0, -0.5], [0.0, 0.5]]\nmoves = "-x"\n')
+    plan.write_text('[[step]]\nline = [[0.0, -0.5], [0.0, 0.5]]\nmoves = "-x"\nhands = 1\n')
     task = make_task(str(garment), fold=str(plan))
     learn(task, tmp_path / "learned", trials=1, baselines=False)
     again = read_learned(tmp_path / "learned")
     assert again.task.describe() == task.describe()
+    assert "--hands" not in command.learn(again.fold)
     told = command.learn(again.fold)
     assert str(garment) in told and str(plan) in told

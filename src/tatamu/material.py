@@ -21,6 +21,10 @@ Number = Annotated[float, Field(strict=True)]
 Friction = Annotated[Number, Field(ge=0.0, le=10.0, allow_inf_nan=False)]
 
 
+THICKNESS = (1e-5, 0.05)
+"""Of cloth, least and most [m]."""
+
+
 class Material(BaseModel):
     """What a simulator needs to know of a fabric; isotropic, without memory of past deformation."""
 
@@ -34,7 +38,7 @@ class Material(BaseModel):
     """In-plane Poisson ratio nu [-]."""
     bending_rigidity: Number = Field(ge=0.0, le=1.0)
     """Bending rigidity B: moment per width per curvature [N m]."""
-    thickness: Number = Field(1e-3, ge=1e-5, le=0.05)
+    thickness: Number = Field(1e-3, ge=THICKNESS[0], le=THICKNESS[1])
     """Layers rest this far apart [m]."""
     friction_table: Friction = 0.5
     """Coulomb coefficient of cloth on table, static = kinetic [-]."""

@@ -19,6 +19,7 @@ import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from tatamu.files import read_toml, validated
+from tatamu.material import THICKNESS
 
 LONGEST, HEAVIEST = 10.0, 20.0
 """A garment's length [m] and mass [kg] beyond these are a unit error."""
@@ -78,7 +79,7 @@ class GarmentReadings(Part):
     """Of the whole garment [kg]."""
     material: str | None = None
     """Preset or material file that gives what is not measured; None: the garment's own fabric."""
-    thickness: Annotated[float, Field(ge=1e-5, le=0.05)] | None = None
+    thickness: Annotated[float, Field(ge=THICKNESS[0], le=THICKNESS[1])] | None = None
     """Of one layer [m], as `Material.thickness`; None: the material's."""
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from typing import NoReturn
 
 import typer
 
@@ -40,18 +41,17 @@ def main() -> None:
     except typer.Abort:
         _stop("aborted", INTERRUPTED)
     except KeyboardInterrupt:
-        _stop("interrupted; what was finished is kept", INTERRUPTED)
+        code = INTERRUPTED  # as typer says where it sees the exception first
     except Exception as error:
         if not hasattr(error, "format_message"):
             raise
         _stop(error.format_message(), 2)
-    else:
-        if code == INTERRUPTED:  # typer has made a code of the exception
-            _stop("interrupted; what was finished is kept", INTERRUPTED)
-        sys.exit(code if isinstance(code, int) else 0)
+    if code == INTERRUPTED:
+        _stop("interrupted; what was finished is kept", INTERRUPTED)
+    sys.exit(code if isinstance(code, int) else 0)
 
 
-def _stop(message: str, code: int) -> None:
+def _stop(message: str, code: int) -> NoReturn:
     if message:  # `tatamu` alone has printed its help
         print(f"tatamu: {' '.join(message.split())}", file=sys.stderr)
     sys.exit(code)

@@ -82,7 +82,7 @@ def learn(
         raise InputError(f"hands: must be 1 or 2, given {hands}")
     job = make_job(
         garment,
-        size=parse_size(size),
+        size=None if size is None else parse_size(size),
         fold=fold,
         material=load_material(material) if material else None,
         spacing=spacing,

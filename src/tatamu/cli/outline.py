@@ -69,9 +69,7 @@ def _to_metres(photo: Photo, width: float | None, ruler: str | None, sheet: str 
         *corners, size = sheet.split() or [""]
         if len(corners) != 4:
             raise InputError(f"sheet: must be four corners X,Y and WxH, given {sheet!r}")
-        sides = parse_size(size, "sheet")
-        assert sides is not None
-        return homography(np.array([_pixel("sheet", corner) for corner in corners]), *sides)
+        return homography(np.array([_pixel("sheet", corner) for corner in corners]), *parse_size(size, "sheet"))
     if ruler is not None:
         *ends, length = ruler.split() or [""]
         if len(ends) != 2:

@@ -55,7 +55,7 @@ def reproduce(
         garments=tuple(name.strip() for name in garments.split(",") if name.strip()),
         seeds=seeds,
         trials=trials,
-        sizes={name: parse_size(value) or (0.0, 0.0) for name, value in _pairs("--size", size).items()},
+        sizes={name: parse_size(value) for name, value in _pairs("--size", size).items()},
         spacings={name: _metres(value) for name, value in _pairs("--spacing", spacing).items()},
         folds=_pairs("--fold", fold),
         materials=_pairs("--material", material),

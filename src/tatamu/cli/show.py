@@ -54,7 +54,8 @@ def show(
     from tatamu.material import load_material
     from tatamu.report.garment import diagram, facts, page
 
-    made = make_garment(garment, parse_size(size), load_material(material) if material else None, spacing)
+    sides = None if size is None else parse_size(size)
+    made = make_garment(garment, sides, load_material(material) if material else None, spacing)
     folds = _marks(made, fold) if fold else []
     for path in _targets(out, Path(garment).stem):
         if path.suffix.lower() == ".html":

@@ -7,14 +7,12 @@ import math
 from tatamu.errors import InputError
 
 
-def parse_size(text: str | None, option: str = "size") -> tuple[float, float] | None:
-    """Width and length [m] from "0.34x0.80"; None stays None.
+def parse_size(text: str, option: str = "size") -> tuple[float, float]:
+    """Width and length [m] from "0.34x0.80".
 
     Raises:
         InputError: It is no such word, or a side is not above zero; the message names the option.
     """
-    if text is None:
-        return None
     try:
         width, length = (float(part) for part in text.lower().split("x"))
     except ValueError:

@@ -71,7 +71,7 @@ class Task:
     reach: Reach | None = None
     """Manipulations beyond it fail without being simulated."""
     asked: dict[str, Any] = field(default_factory=dict)
-    """What the job was made from: garment and fold as they were named, size and spacing where given."""
+    """What the job was made from: garment and fold as they were named; size, spacing and hands where given."""
 
     def describe(self) -> dict[str, Any]:
         """The task as `result.json` holds it; two tasks are the same when these are."""
@@ -97,7 +97,7 @@ class Task:
     def _digest(self) -> str:
         """Of what else makes a task: the mesh to the micrometre, grasps, the ratio of areas, the robot's file."""
         fold, ratio = self.fold, self.fold.area_ratio or 0.0
-        robot = [*self.reach.description] if self.reach else []
+        robot = self.reach.description if self.reach else b""
         return digest(fold.start.round(6) + 0.0, fold.garment.faces, fold.left, fold.right, np.array([ratio, *robot]))
 
     def manipulation(self, parameters: dict[str, float]) -> Manipulation:
@@ -151,7 +151,7 @@ class Job:
     reach: Reach | None = None
     """What the robot that shall do it can reach; None: no robot is asked."""
     asked: dict[str, Any] = field(default_factory=dict)
-    """What it was made from: garment and fold as they were named, size and spacing where given."""
+    """What it was made from: garment and fold as they were named; size, spacing and hands where given."""
 
     def task(self, number: int, state: np.ndarray | None = None) -> Task:
         """The task of a step, the first being 0, of the cloth as it lies [m], shape (n, 3); None: flat."""
@@ -179,7 +179,7 @@ def make_job(
     """
     named(simulator)
     made = make_garment(garment, size, material, spacing)
-    asked = {"garment": garment, "fold": fold, "size": size and list(size), "spacing": spacing}
+    asked = {"garment": garment, "fold": fold, "size": size and list(size), "spacing": spacing, "hands": hands}
     job = Job(made, make_plan(fold, made), simulator, hands, reach, asked)
     ideal_folds(made, job.plan, hands)  # refuse now what a later step could not fold
     return job

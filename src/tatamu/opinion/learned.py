@@ -73,7 +73,7 @@ def _task(folder: Path, told: dict[str, Any], asked: dict[str, Any], start: np.n
         material=validated(Material, told["material"], folder / "result.json"),
         spacing=named.get("spacing"),
         simulator=told["simulator"],
-        hands=told.get("hands"),
+        hands=named.get("hands"),
     )
     number = told.get("step", [1])[0] - 1
     return job.task(number, start if number else None)

@@ -11,15 +11,15 @@ from tatamu.report.records import Asked
 def learn(fold: LearnedFold) -> str:
     """The command that runs the same study, but for a material of the user's."""
     task, result = fold.result.task, fold.result
-    told = Asked(garment=task.garment, fold=task.fold, size=task.size, spacing=task.spacing)
+    told = Asked(garment=task.garment, fold=task.fold, size=task.size, spacing=task.spacing, hands=task.hands)
     asked, folder = result.asked or told, fold.folder.resolve()
     words = ["tatamu", "learn", asked.garment, "--out", folder.parent.name if task.step else folder.name]
     if asked.size:
         words += ["--size", "x".join(f"{side:g}" for side in asked.size)]
     words += ["--fold", asked.fold, "--simulator", task.simulator, "--sampler", result.sampler]
     words += ["--trials", str(len(result.trials)), "--seed", str(result.seed)]
-    if task.hands != 2:
-        words += ["--hands", str(task.hands)]
+    if asked.hands:
+        words += ["--hands", str(asked.hands)]
     if result.grasps != "integer":
         words += ["--grasps", result.grasps]
     if asked.spacing:

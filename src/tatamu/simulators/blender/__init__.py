@@ -6,10 +6,8 @@ by a program inside Blender (`worker`) at the end of a pipe (`process`).
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -18,6 +16,7 @@ from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 from tatamu.simulators.blender.process import WORKERS
 from tatamu.simulators.blender.recipe import written
+from tatamu.simulators.many import side_by_side
 
 
 def simulate(scene: Scene) -> Rollout:
@@ -53,5 +52,4 @@ def _positions(scene: Scene, moved: np.ndarray) -> np.ndarray:
 
 def simulate_many(scenes: Sequence[Scene]) -> list[Rollout]:
     """Run several scenes, one Blender per processor core."""
-    with ThreadPoolExecutor(max(1, min(len(scenes), os.cpu_count() or 1))) as pool:
-        return list(pool.map(simulate, scenes))
+    return side_by_side(simulate, scenes)

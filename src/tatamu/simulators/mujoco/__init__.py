@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
 import numpy as np
@@ -13,6 +11,7 @@ import numpy as np
 from tatamu.errors import SimulationError
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
+from tatamu.simulators.many import side_by_side
 from tatamu.simulators.mujoco.hold import Hand
 from tatamu.simulators.mujoco.model import compiled, engine, vertex_masses
 from tatamu.simulators.timeline import Segment, segments
@@ -126,5 +125,4 @@ class Run:
 
 def simulate_many(scenes: Sequence[Scene]) -> list[Rollout]:
     """Run several scenes, one thread per processor core."""
-    with ThreadPoolExecutor(max(1, min(len(scenes), os.cpu_count() or 1))) as pool:
-        return list(pool.map(simulate, scenes))
+    return side_by_side(simulate, scenes)

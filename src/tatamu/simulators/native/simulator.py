@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from time import perf_counter
 
@@ -15,6 +13,7 @@ from tatamu.errors import SimulationError
 from tatamu.material import Material
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene, Table
+from tatamu.simulators.many import side_by_side
 from tatamu.simulators.native import candidates, membrane, pinch
 from tatamu.simulators.native.model import DENSEST_PAIRS, Model, model_of, steps_per_frame, substeps
 from tatamu.simulators.native.step import Hands, State, World, advance, copy_out
@@ -59,13 +58,7 @@ def simulate_many(scenes: Sequence[Scene]) -> list[Rollout]:
     Raises:
         SimulationError: Of the first scene that failed, in the order given.
     """
-    with ThreadPoolExecutor(max_workers=max(1, min(len(scenes), _cores()))) as pool:
-        return list(pool.map(simulate, scenes))
-
-
-def _cores() -> int:
-    """How many processors this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return side_by_side(simulate, scenes)
 
 
 @cache
