@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -224,6 +225,21 @@ def _scene(
     cloth = Cloth(vertices=start, faces=faces)
     parts = {"cloth": cloth, "material": MATERIAL, "table": Table.model_validate({}), "grippers": grippers}
     return Scene.model_validate(parts | {"duration": TIMING["ends"]})
+
+
+def changed(path: Path, change: Callable[[dict[str, Any]], object]) -> None:
+    """Change a JSON file."""
+    value = json.loads(path.read_text())
+    change(value)
+    path.write_text(json.dumps(value))
+
+
+def rewritten(folder: Path, change: Callable[[dict[str, np.ndarray]], object]) -> None:
+    """Change the arrays of rollout.npz."""
+    with np.load(folder / "rollout.npz") as archive:
+        arrays = dict(archive)
+    change(arrays)
+    np.savez(folder / "rollout.npz", allow_pickle=False, **arrays)
 
 
 if __name__ == "__main__":
