@@ -27,7 +27,7 @@ from tatamu.garments import make_garment
 from tatamu.learning import learn_job
 from tatamu.report import picture
 from tatamu.topology import Topology
-from tatamu.validation.crossings import crossings
+from tatamu.crossings import crossings
 
 PAGE = Path("docs/folds.md")
 FOLDS = {

@@ -17,7 +17,7 @@ from tatamu.garments.sewing import front_and_back
 from tatamu.scene import Gripper, Scene, Table
 from tatamu.simulators import simulate
 from tatamu.topology import Topology, areas
-from tatamu.validation.crossings import crossings
+from tatamu.crossings import crossings
 
 SEWN = ["tshirt", "trousers"]
 

@@ -14,7 +14,7 @@ from tatamu.garments.panel import angles
 from tatamu.garments.towel import staggered_rectangle
 from tatamu.scene import Scene, Table
 from tatamu.simulators import simulate
-from tatamu.validation.crossings import crossings
+from tatamu.crossings import crossings
 from tests.foreign import BROKEN, GOOD, svg
 
 LAYERS = {"apron_svg": 1, "cloth_obj": 1, "disc_stl": 1}

@@ -11,7 +11,7 @@ from tatamu.garments import make_garment
 from tatamu.simulators import simulate
 from tatamu.simulators.native.pinch import restore_order
 from tatamu.topology import Topology
-from tatamu.validation.crossings import crossings
+from tatamu.crossings import crossings
 from tests.scenes import sheet
 
 THICK = 0.001

@@ -18,7 +18,7 @@ from tatamu.folding.score import score
 from tatamu.folding.task import make_job
 from tatamu.garments import Garment, make_garment
 from tatamu.topology import Topology
-from tatamu.validation.crossings import crossings
+from tatamu.crossings import crossings
 from tests.foreign import GOOD
 
 COARSE = 0.02

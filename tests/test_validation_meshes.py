@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from tatamu.topology import Topology, areas, check_mesh
-from tatamu.validation.crossings import crossings, crossings_over_time
+from tatamu.crossings import crossings, crossings_over_time
 from tatamu.validation.meshes import LAYOUTS, Mesh, irregular, mirrored, right
 from tatamu.validation.scenes import joined, raised, vertex_areas
 

@@ -15,7 +15,7 @@ from tatamu.folding.manipulation import Manipulation, described, scene_of
 from tatamu.folding.score import Score, vertex_distances
 from tatamu.folding.task import Outcome, Task
 from tatamu.rollout import Rollout
-from tatamu.validation.crossings import crossings_over_time
+from tatamu.crossings import crossings_over_time
 
 MEASURES = tuple(name for name in Score.__dataclass_fields__ if name != "objective")
 

@@ -23,7 +23,7 @@ from tatamu.report.verdict import MEASURES, Measure
 from tatamu.reproduction.claims import Claims, claims
 from tatamu.reproduction.experiment import Choices, Study
 from tatamu.rollout import Rollout
-from tatamu.validation.crossings import crossings
+from tatamu.crossings import crossings
 
 BLACK = "#111111"
 TABLES = (

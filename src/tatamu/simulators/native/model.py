@@ -60,8 +60,13 @@ class Model:
     """Largest step of the bending [s]."""
     thickness: float
     """How far layers rest apart [m]."""
-    shortest: float
-    """Shortest edge at rest [m]."""
+    lengths: np.ndarray
+    """Of the edges at rest [m], shape (e,)."""
+
+    @property
+    def shortest(self) -> float:
+        """Shortest edge at rest [m]."""
+        return float(self.lengths.min())
 
 
 _kept: dict[bytes, Model] = {}
@@ -98,7 +103,6 @@ def _build(cloth: Cloth, material: Material) -> Model:
     mass = lumped(areas(rest, faces) * material.areal_density, faces, len(rest))
     gradient, angle = hinge_gradients(rest, topology.hinges)
     rest_moment = (weights * angle[others]).sum(0)
-    shortest = np.sqrt(L2.min())
     return Model(
         slot=slot,
         slots=count,
@@ -119,7 +123,7 @@ def _build(cloth: Cloth, material: Material) -> Model:
         membrane_step=MEMBRANE_PHASE / _membrane_frequency(rest, faces, S, mass),
         bending_step=BENDING_PHASE / _bending_frequency(gradient, weights, others, mass),
         thickness=material.thickness,
-        shortest=float(shortest),
+        lengths=np.linalg.norm(rest[topology.edges[:, 1]] - rest[topology.edges[:, 0]], axis=1),
     )
 
 

@@ -14,9 +14,10 @@ from tatamu.material import Material
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene, Table
 from tatamu.simulators.many import side_by_side
-from tatamu.simulators.native import candidates, membrane, pinch
+from tatamu.simulators.native import candidates, membrane
 from tatamu.simulators.native.model import DENSEST_PAIRS, Model, model_of, steps_per_frame, substeps
 from tatamu.simulators.native.step import Hands, State, World, advance, copy_out
+from tatamu.simulators.native.untangle import untangle
 
 LARGEST_STRETCH = 1.5
 """Edges longer than this times their rest length end the rollout: the membrane model means nothing there."""
@@ -24,6 +25,8 @@ FARTHEST = 1e4
 """Cloth farther than this from the origin ends the rollout [m]."""
 THICKEST = 0.9
 """Thickness is refused beyond this part of the shortest edge."""
+UNTANGLED_AGAIN = 0.1
+"""So long after layers were not taken apart it is tried again [s]."""
 MOST_WORK = 1e12
 """Steps of a vertex that a rollout may need: about two hours."""
 
@@ -85,6 +88,7 @@ class _Run:
         self.lists = _lists(self.mesh)
         self.world = _world(scene)
         self.number = 0
+        self.again = -1
         self._refuse()
         self.closed: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         self.paths = self._paths()
@@ -119,7 +123,7 @@ class _Run:
 
     def _events(self) -> list[int]:
         grippers = self.scene.grippers
-        return [self._at(time) for g in grippers for time in (g.closes, g.opens) if time is not None]
+        return [self.again, *(self._at(time) for g in grippers for time in (g.closes, g.opens) if time is not None)]
 
     def _at(self, time: float) -> int:
         """Outer step at which something at `time` happens."""
@@ -136,10 +140,11 @@ class _Run:
     def _work_grippers(self) -> None:
         """Open, then close grippers that are due: one may take at once what another lets go."""
         wanted = {number for number, gripper in enumerate(self.scene.grippers) if self._holds(gripper)}
-        for number in sorted(self.closed.keys() - wanted):
-            vertices, _ = self.closed.pop(number)
-            self._set_free(vertices, 1.0)
-            self._settle(vertices)
+        due = self.closed.keys() - wanted
+        for number in sorted(due):
+            self._set_free(self.closed.pop(number)[0], 1.0)
+        if due or self.number == self.again:
+            self._untangle()
         for number in sorted(wanted - self.closed.keys()):
             vertices = np.array(self.scene.grippers[number].vertices)
             self.closed[number] = (vertices, self.state.x[vertices].copy())
@@ -150,11 +155,17 @@ class _Run:
         over = gripper.opens is not None and self._at(gripper.opens) <= self.number
         return self._at(gripper.closes) <= self.number and not over
 
-    def _settle(self, vertices: np.ndarray) -> None:
-        """Put layers right that changed places in a pinch; what is near is then found anew."""
+    def _untangle(self) -> None:
+        """Take apart layers that went through one another in a pinch; what is near is then found anew.
+
+        What does not come apart at once may do so when the cloth has moved on.
+        """
         mesh, state = self.mesh, self.state
-        if pinch.restore_order(state.x, vertices, mesh.faces, mesh.edges, self.model.thickness):
-            state.X[:, state.slot] = state.x.T
+        apart, left = untangle(state.x, mesh, self.model.lengths)
+        self.again = self.number + self._at(UNTANGLED_AGAIN) if left else -1
+        if apart is not state.x:
+            state.x[:] = apart
+            state.X[:, state.slot] = apart.T
             candidates.search(state.x, mesh, self.lists)
 
     def _set_free(self, vertices: np.ndarray, free: float) -> None:

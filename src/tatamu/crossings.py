@@ -1,4 +1,4 @@
-"""Counting how often a cloth passes through itself: edges that cross triangles.
+"""Where a cloth passes through itself: edges that cross triangles.
 
 An edge crosses a triangle when its ends lie strictly on opposite sides of the triangle's plane and its
 line passes strictly between the triangle's sides (five signed volumes). Pairs that share a vertex are
@@ -14,25 +14,31 @@ from numba import njit
 from tatamu.topology import Topology
 
 
-def crossings(points: np.ndarray, faces: np.ndarray, edges: np.ndarray | None = None) -> int:
-    """How many edges cross triangles that they share no vertex with.
+def crossing_pairs(points: np.ndarray, faces: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Which edges cross which triangles that they share no vertex with.
 
     Args:
-        points: Positions [m], shape (n, 3).
+        points: Positions [m], finite, shape (n, 3).
         faces: Triangles, shape (m, 3).
-        edges: Edges to try, shape (e, 2); None: all of the mesh.
+        edges: Edges to try, shape (e, 2).
 
     Returns:
-        Number of (edge, triangle) pairs that cross.
+        Rows of an edge and a triangle, as indices, shape (k, 2).
     """
-    edges = Topology(faces).edges if edges is None else edges
     points = np.ascontiguousarray(points, dtype=np.float64)
-    if not np.isfinite(points).all():
-        return len(edges)
     side = points[edges]
     low, high = side.min(axis=1), side.max(axis=1)
     cell = max(float((high - low).max()), 1e-9)
-    return int(_count(points, faces, edges, low, high, points.min(axis=0), cell))
+    return _find(points, faces, edges, low, high, points.min(axis=0), cell)
+
+
+def crossings(points: np.ndarray, faces: np.ndarray, edges: np.ndarray | None = None) -> int:
+    """How many pairs of an edge and a triangle cross; arguments as above, `edges` None for all of the mesh.
+
+    Cloth that is nowhere counts as crossing everywhere.
+    """
+    edges = Topology(faces).edges if edges is None else edges
+    return len(crossing_pairs(points, faces, edges)) if np.isfinite(points).all() else len(edges)
 
 
 def crossings_over_time(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -60,7 +66,7 @@ def _cross(p, q, a, b, c):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _count(points, faces, edges, low, high, origin, cell):  # type: ignore[no-untyped-def]
+def _find(points, faces, edges, low, high, origin, cell):  # type: ignore[no-untyped-def]
     """Hash every edge by the cell of its lower corner; each triangle looks into the cells in reach."""
     size = 1
     while size < 2 * edges.shape[0]:
@@ -74,7 +80,7 @@ def _count(points, faces, edges, low, high, origin, cell):  # type: ignore[no-un
         slot = (key[e, 0] * 73856093 ^ key[e, 1] * 19349663 ^ key[e, 2] * 83492791) & (size - 1)
         after[e] = head[slot]
         head[slot] = e
-    found = 0
+    found = [(0, 0) for _ in range(0)]
     first, last = np.empty(3, np.int64), np.empty(3, np.int64)
     least, most = np.empty(3), np.empty(3)
     for f in range(faces.shape[0]):
@@ -95,6 +101,9 @@ def _count(points, faces, edges, low, high, origin, cell):  # type: ignore[no-un
                         for d in range(3):
                             apart = apart or low[e, d] > most[d] or high[e, d] < least[d]
                         if not apart and _cross(points[p], points[q], points[a], points[b], points[c]):
-                            found += 1
+                            found.append((e, f))
                         e = after[e]
-    return found
+    pairs = np.empty((len(found), 2), np.int64)
+    for i, (e, f) in enumerate(found):
+        pairs[i, 0], pairs[i, 1] = e, f
+    return pairs
