@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from tables import insert, markdown
 
+from tatamu.crossings import crossings
 from tatamu.files import write_json
 from tatamu.folding.fold import Fold, ideal_folds
 from tatamu.folding.plans import PLANS
@@ -27,7 +28,6 @@ from tatamu.garments import make_garment
 from tatamu.learning import learn_job
 from tatamu.report import picture
 from tatamu.topology import Topology
-from tatamu.crossings import crossings
 
 PAGE = Path("docs/folds.md")
 FOLDS = {

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from tatamu.crossings import crossings
 from tatamu.errors import InputError
 from tatamu.garments import GARMENTS, Garment, make_garment
 from tatamu.garments.meshfile import border_loops, faults
@@ -17,7 +18,6 @@ from tatamu.garments.sewing import front_and_back
 from tatamu.scene import Gripper, Scene, Table
 from tatamu.simulators import simulate
 from tatamu.topology import Topology, areas
-from tatamu.crossings import crossings
 
 SEWN = ["tshirt", "trousers"]
 

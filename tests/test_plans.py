@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tatamu import InputError
+from tatamu.crossings import crossings
 from tatamu.folding.crease import crease
 from tatamu.folding.fold import Fold, fold_of, ideal_folds, make_fold
 from tatamu.folding.ideal import pressed
@@ -18,7 +19,6 @@ from tatamu.folding.score import score
 from tatamu.folding.task import make_job
 from tatamu.garments import Garment, make_garment
 from tatamu.topology import Topology
-from tatamu.crossings import crossings
 from tests.foreign import GOOD
 
 COARSE = 0.02

@@ -13,7 +13,7 @@ ORDER = [
     ["files"],
     ["topology", "material"],
     ["presets"],
-    ["scene", "rollout"],
+    ["scene", "rollout", "crossings"],
     ["simulators"],
     ["validation"],
     ["garments"],

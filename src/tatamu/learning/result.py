@@ -9,13 +9,13 @@ import numpy as np
 from optuna.trial import FrozenTrial
 
 from tatamu import __version__
+from tatamu.crossings import crossings_over_time
 from tatamu.files import write_json
 from tatamu.folding.baselines import BASELINES
 from tatamu.folding.manipulation import Manipulation, described, scene_of
 from tatamu.folding.score import Score, vertex_distances
 from tatamu.folding.task import Outcome, Task
 from tatamu.rollout import Rollout
-from tatamu.crossings import crossings_over_time
 
 MEASURES = tuple(name for name in Score.__dataclass_fields__ if name != "objective")
 

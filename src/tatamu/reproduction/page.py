@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from tatamu import __version__
+from tatamu.crossings import crossings
 from tatamu.files import replacing, write_json, write_text
 from tatamu.report import png
 from tatamu.report.fold import LearnedFold
@@ -23,7 +24,6 @@ from tatamu.report.verdict import MEASURES, Measure
 from tatamu.reproduction.claims import Claims, claims
 from tatamu.reproduction.experiment import Choices, Study
 from tatamu.rollout import Rollout
-from tatamu.crossings import crossings
 
 BLACK = "#111111"
 TABLES = (

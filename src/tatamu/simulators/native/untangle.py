@@ -71,8 +71,8 @@ def _unit(x, y, z):  # type: ignore[no-untyped-def]
 def _shortening(x, e, t, mesh):  # type: ignore[no-untyped-def]
     """The way that edge e should move against triangle t: the sum of R - 2 (E R) / (E N) N over the edge's triangles.
 
-    E and N are the unit vectors along the edge and across the triangle, R runs along the curve from the edge into one of
-    its own triangles.
+    E and N are the unit vectors along the edge and across the triangle; R runs along the curve from the edge into one
+    of its own triangles.
     """
     p, q = mesh.edges[e, 0], mesh.edges[e, 1]
     nx, ny, nz = _unit(*normal_of(x, mesh.faces[t, 0], mesh.faces[t, 1], mesh.faces[t, 2]))

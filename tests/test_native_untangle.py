@@ -1,0 +1,116 @@
+"""Layers that went through one another in a pinch, and come apart when the hand opens."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tatamu.crossings import crossings
+from tatamu.folding.fold import make_fold
+from tatamu.folding.manipulation import Manipulation, scene_of
+from tatamu.garments import make_garment
+from tatamu.material import Material
+from tatamu.scene import Cloth, Gripper, Scene
+from tatamu.simulators import simulate
+from tatamu.simulators.native import simulator
+from tatamu.simulators.native.candidates import Mesh
+from tatamu.simulators.native.model import model_of
+from tatamu.simulators.native.untangle import LONGEST, SHORTEST, untangle
+from tests.scenes import sheet
+
+THICK = 0.001
+LIMP = Material(areal_density=0.2, stretch_stiffness=200.0, bending_rigidity=2e-6, thickness=THICK)
+
+
+def _stack(layers: int, held: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Sheets over each other, a little askew, and one vertex of each that a hand holds, in the order upside down."""
+    cloth = sheet(0.1, 0.1)
+    count = len(cloth.vertices)
+    lift = [[0.0002 * layer, 0.0003 * layer, THICK * layer] for layer in range(layers)]
+    x = np.concatenate([cloth.vertices + up for up in lift])
+    x[held::count, 2] = x[held::count, 2][::-1].copy()
+    faces = np.concatenate([cloth.faces + count * layer for layer in range(layers)])
+    return x, faces, np.arange(layers) * count + held
+
+
+def _mesh(rest: np.ndarray, faces: np.ndarray) -> tuple[Mesh, np.ndarray]:
+    """What untangling is told of a mesh: it, and its lengths."""
+    model = model_of(Cloth(vertices=rest, faces=faces), LIMP)
+    return model.mesh, model.lengths
+
+
+@pytest.mark.parametrize("layers", [2, 3, 4])
+def test_a_vertex_on_the_wrong_side_goes_back(layers: int) -> None:
+    x, faces, held = _stack(layers, held=0)
+    assert crossings(x, faces) > 0
+    apart, left = untangle(x, *_mesh(x, faces))
+    assert left == crossings(apart, faces) == 0
+    assert np.linalg.norm(apart[held] - x[held], axis=1).max() < 4 * layers * THICK
+
+
+def test_folded_edges_come_apart_too() -> None:
+    """Two folded sheets on one another, whose folds went through each other in a corner."""
+    cloth = sheet(0.1, 0.1)
+    flat, faces = np.tile(cloth.vertices.round(6), (2, 1)), np.concatenate([cloth.faces, cloth.faces + len(cloth.rest)])
+    upper, rows = np.arange(len(flat)) >= len(cloth.rest), np.unique(flat[:, 0])
+    along, y = flat[:, 0] - rows[len(rows) // 2], flat[:, 1]
+    x = np.column_stack([np.abs(along), y, THICK * (0.5 * np.sign(along) + 2.0 * upper)])
+    x[upper, :2] += 0.0003
+    ends = np.flatnonzero((y < y.min() + 0.006) & (along == 0))
+    assert len(ends) == 2
+    x[ends, 2] = x[ends[::-1], 2]
+    assert crossings(x, faces) > 0
+    apart, left = untangle(x, *_mesh(flat + [[0.0, 0.0, THICK]] * upper[:, None], faces))
+    assert left == crossings(apart, faces) == 0
+    assert apart[ends[1], 2] > apart[ends[0], 2]
+
+
+def test_what_is_not_tangled_stays_and_edges_keep_their_lengths() -> None:
+    x, faces, held = _stack(2, held=0)
+    mesh, lengths = _mesh(x, faces)
+    apart, _ = untangle(x, mesh, lengths)
+    far = np.linalg.norm(x[:, :2] - x[held[0], :2], axis=1) > 0.05
+    assert (apart[far] == x[far]).all()
+    now = np.linalg.norm(np.diff(apart[mesh.edges], axis=1)[:, 0], axis=1) / lengths
+    assert SHORTEST - 0.01 < now.min() and now.max() < LONGEST + 0.01
+    again, left = untangle(apart, mesh, lengths)
+    assert again is apart and left == 0
+
+
+def test_held_vertices_stay() -> None:
+    x, faces, held = _stack(2, held=0)
+    mesh, lengths = _mesh(x, faces)
+    inverse_mass = mesh.inverse_mass.copy()
+    inverse_mass[held] = 0.0
+    apart, _ = untangle(x, mesh._replace(inverse_mass=inverse_mass), lengths)
+    assert (apart[held] == x[held]).all()
+
+
+def test_what_stays_tangled_is_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    tries: list[int] = []
+    simulator._load_kernels()  # has a hand that opens, too
+
+    def stuck(x: np.ndarray, mesh: Mesh, lengths: np.ndarray) -> tuple[np.ndarray, int]:
+        tries.append(1)
+        return x, 1 if len(tries) < 3 else 0
+
+    monkeypatch.setattr(simulator, "untangle", stuck)
+    cloth = sheet(0.1, 0.1)
+    hand = Gripper(vertices=[0], times=[0.0], displacements=np.zeros((1, 3)), opens=0.1)
+    simulate(Scene(cloth=cloth, material=LIMP, grippers=[hand], duration=0.15))
+    assert len(tries) == 1  # the next one would be 0.1 s later
+    tries.clear()
+    simulate(Scene(cloth=cloth, material=LIMP, grippers=[hand], duration=0.8))
+    assert len(tries) == 3
+
+
+def test_a_tshirt_folded_in_half_has_no_layer_through_another() -> None:
+    fold = make_fold("half", make_garment("tshirt", (0.4, 0.34), None, 0.016))
+    grasps = int(fold.left[2]), int(fold.right[2])
+    ways = tuple(np.stack([[0.0, 0.0, 0.0], 0.5 * way + [0.0, 0.0, 0.1], way]) for way in map(fold.translation, grasps))
+    scene = scene_of(fold, Manipulation(grasps, ways, None))
+    rollout = simulate(scene)
+    opens = min(gripper.opens for gripper in scene.grippers if gripper.opens is not None)
+    held = rollout.positions[np.searchsorted(rollout.times, opens) - 2]
+    assert crossings(held, rollout.faces) > 0  # the hem turned over beside hands that did not
+    assert crossings(rollout.positions[-1], rollout.faces) == 0
