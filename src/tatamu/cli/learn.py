@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @app.command()
 def learn(
-    garment: Annotated[str, typer.Argument(metavar="GARMENT", help="What to fold: towel, tshirt, trousers.")],
+    garment: Annotated[str, typer.Argument(metavar="GARMENT", help="A name (`tatamu garments`) or a file.")],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the study; an unfinished one goes on.")],
     size: Annotated[
         str | None, typer.Option(metavar="WxL", help="Width x length in metres, such as 0.34x0.80.")
@@ -37,7 +37,7 @@ def learn(
         ),
     ] = None,
     spacing: Annotated[
-        float | None, typer.Option(help="Mesh spacing in metres; default: half the bending length.")
+        float | None, typer.Option(help="Mesh spacing in metres; default: half the bending length, or coarser.")
     ] = None,
     simulator: Annotated[str, typer.Option(help="native, blender or mujoco.")] = "native",
     sampler: Annotated[str, typer.Option(help="How to search: gp, tpe or random.")] = "gp",
