@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, TypeVar
@@ -16,6 +16,19 @@ from pydantic import BaseModel, ValidationError
 from tatamu.errors import InputError
 
 Model = TypeVar("Model", bound=BaseModel)
+
+
+def check_targets(targets: Sequence[Path], sources: Sequence[Path] = ()) -> None:
+    """Refuse, before any work is done, what cannot be written, or would overwrite what is read.
+
+    Raises:
+        InputError: A target is a folder, or one of the sources.
+    """
+    for target in targets:
+        if target.is_dir():
+            raise InputError(f"{target}: cannot be written (is a folder)")
+        if any(target.exists() and source.exists() and target.samefile(source) for source in sources):
+            raise InputError(f"{target}: is what is read; give another name to write to")
 
 
 @contextmanager
@@ -55,7 +68,7 @@ def write_npz(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
 def read_text(path: Path) -> str:
     """Read a UTF-8 text file, or say in one line why it cannot be read."""
     try:
-        return path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8-sig")  # some editors put a mark in front
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
     except UnicodeDecodeError:
@@ -107,7 +120,7 @@ def describe(error: ValidationError) -> str:
     where = ".".join(str(part) for part in first["loc"]) or "(whole file)"
     message = first["msg"].removeprefix("Value error, ").removeprefix("Assertion failed, ")
     given = "" if first["type"] in ("missing", "value_error") else f", given {_short(first['input'])}"
-    more = len(error.errors()) - 1
+    more = sum(other["loc"] != first["loc"][: len(other["loc"])] for other in error.errors()[1:])  # not what holds it
     return f"{where}: {message}{given}" + (f" (and {more} more)" if more else "")
 
 

@@ -41,7 +41,10 @@ class Elongation:
     @cached_property
     def held(self) -> list[np.ndarray]:
         """Vertices in each grip."""
-        return [held_vertices(self.garment, grasp) for grasp in self.grasps]
+        held = [held_vertices(self.garment, grasp) for grasp in self.grasps]
+        if len(np.unique(np.concatenate(held))) < sum(map(len, held)):
+            raise InputError("elongation.grasps: two of them hold the same cloth; give each its own place or one wider")
+        return held
 
     @cached_property
     def plan(self) -> np.ndarray:

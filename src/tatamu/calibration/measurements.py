@@ -21,6 +21,8 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_valida
 from tatamu.files import read_toml, validated
 from tatamu.material import THICKNESS
 
+HIGHEST_LOOP = 0.3
+"""A fold higher than this [m] would be of a sheet of card."""
 LONGEST, HEAVIEST = 10.0, 20.0
 """A garment's length [m] and mass [kg] beyond these are a unit error."""
 
@@ -30,20 +32,20 @@ def _readings(value: Any, largest: float, unit: str, smaller: str) -> tuple[floa
     if not given:
         raise ValueError("must hold at least one reading, given none")
     for each in given:
-        if isinstance(each, bool) or not isinstance(each, int | float) or not np.isfinite(each):
+        if isinstance(each, bool) or not isinstance(each, int | float) or not abs(each) < np.inf:
             raise ValueError(f"must be a finite number of {unit}, or a list of them, given {each!r}")
         if each <= 0:
             raise ValueError(f"must be more than nothing, given {each:g} {unit}")
         if each > largest:
             raise ValueError(
-                f"must be in {unit}, at most {largest:g}, given {each:g}: if that was read in {smaller}, "
-                f"write {each / 1000:g}"
+                f"must be in {unit}, at most {largest:g}, given {each:g}: if that was read in {smaller}, write "
+                + " or ".join(f"{each / part:g}" for part in ((100, 1000) if unit == "metres" else (1000,)))
             )
     return tuple(float(each) for each in given)
 
 
 def _lengths(value: Any) -> tuple[float, ...]:
-    return _readings(value, LONGEST, "metres", "millimetres")
+    return _readings(value, LONGEST, "metres", "centimetres or millimetres")
 
 
 def _masses(value: Any) -> tuple[float, ...]:
@@ -57,7 +59,7 @@ def _length(value: Any) -> float:
 Lengths = Annotated[tuple[float, ...], BeforeValidator(_lengths)]
 Masses = Annotated[tuple[float, ...], BeforeValidator(_masses)]
 Length = Annotated[float, BeforeValidator(_length)]
-Error = Annotated[float, Field(gt=0.0, le=0.1)]
+Error = Annotated[float, Field(ge=1e-6, le=0.1)]
 
 
 class Part(BaseModel):
@@ -174,6 +176,15 @@ class LoopReadings(Part):
 
     height: Lengths
     """From the table to the top of the loop [m]."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if max(self.height) > HIGHEST_LOOP:
+            raise ValueError(
+                f"height ({max(self.height):g} m) is more than a fold of cloth stands, {HIGHEST_LOOP:g} m: "
+                "was it read in centimetres or millimetres?"
+            )
+        return self
 
 
 class Errors(Part):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import sys
 from typing import NoReturn
 
@@ -32,6 +33,9 @@ INTERRUPTED = 130
 
 def main() -> None:
     """Run the command line; a wrong input is one line on standard error and exit code 2."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal without Greek letters shows question marks
     try:
         code = app(standalone_mode=False)
     except InputError as error:

@@ -38,24 +38,26 @@ def calibrate(
     from tatamu.calibration import calibrate as run
     from tatamu.calibration.page import page, shown
     from tatamu.calibration.result import PARAMETERS, SYMBOLS
-    from tatamu.files import write_text
+    from tatamu.files import check_targets, write_text
 
     if spacing is not None and not 1e-3 <= spacing <= 0.1:
         raise InputError(f"spacing: must be from 0.001 to 0.1 m, given {spacing:g} m")
     if out.suffix != ".toml":
         raise InputError(f"--out: must end with .toml, given {out}")
+    picture = out.with_suffix(".html")
+    check_targets([out, picture], [measurements])
     given = load_measurements(measurements)
     with progress() as tick:
         found = run(given, simulator, spacing, tick)
     drawn = page(found)
+    write_text(picture, drawn)
     found.save(out)
-    write_text(out.with_suffix(".html"), drawn)
     for name in PARAMETERS:
         value, spread = shown(found, name)
         print(f"  {SYMBOLS[name]:2} {name:18} {value:>24}  {spread}")
     for text in advice_on(found):
         print(text)
-    print(f"{out}: for the simulator {simulator}; {out.with_suffix('.html')} shows the fits")
+    print(f"{out}: for the simulator {simulator}; {picture} shows the fits")
 
 
 @contextmanager

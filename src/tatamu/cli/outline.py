@@ -42,21 +42,28 @@ def outline(
 
     Then `tatamu show shirt.svg`; a garment file beside it says which parts are open (docs/garments.md).
     """
-    from tatamu.files import replacing, write_text
+    from tatamu.files import check_targets, replacing, write_text
     from tatamu.garments.photo import find_outline, outline_svg, straightened
+    from tatamu.garments.resolution import LARGEST_SIDE, SMALLEST_SIDE
 
     given = [value for value in (width, ruler, sheet) if value is not None]
     if len(given) != 1:
         raise InputError(f"width, ruler, sheet: must give one of them, given {len(given)}")
     if out.suffix.lower() != ".svg":
         raise InputError(f"out: must be an .svg file, given {out}")
+    picture = out.with_name(f"{out.stem}-on-photo.jpg")
+    check_targets([out, picture], [photo])
     found = find_outline(photo)
     curve = straightened(found.outline, _to_metres(found, width, ruler, sheet))
-    write_text(out, outline_svg(curve))
-    picture = out.with_name(f"{out.stem}-on-photo.jpg")
+    across, along = np.ptp(curve, axis=0)
+    if not SMALLEST_SIDE <= min(across, along) <= max(across, along) <= LARGEST_SIDE:
+        raise InputError(
+            f"scale: makes a garment of {across:.3g} x {along:.3g} m; it must be from {SMALLEST_SIDE:g} to "
+            f"{LARGEST_SIDE:g} m: were all lengths given in metres?"
+        )
     with replacing(picture) as temporary:
         temporary.write_bytes(_overlay(found))
-    across, along = np.ptp(curve, axis=0)
+    write_text(out, outline_svg(curve))
     print(f"outline: {out}, {across:.3f} m wide, {along:.3f} m long, {len(curve)} points")
     print(f"look at: {picture}, the outline on top of the photo")
 
@@ -78,7 +85,9 @@ def _to_metres(photo: Photo, width: float | None, ruler: str | None, sheet: str 
         apart, metres = float(np.linalg.norm(end - start)), _number("ruler", length)
     else:
         apart, metres = float(np.ptp(photo.outline[:, 0])), width or 0.0
-    if not (0.0 < metres < np.inf and apart > 0.0):
+    if not apart > 0.0:
+        raise InputError("ruler: its two pixels must be different ones")
+    if not 0.0 < metres < np.inf:
         raise InputError(f"{'width' if ruler is None else 'ruler'}: must be a length above zero, given {metres:g} m")
     return np.diag([metres / apart, metres / apart, 1.0])
 

@@ -20,9 +20,11 @@ def simulate(
 
     Example: `tatamu simulate runs/towel/scene.json --out again.npz`
     """
+    from tatamu.files import check_targets
     from tatamu.scene import Scene
     from tatamu.simulators import simulate as run
 
+    check_targets([out], [scene])
     rollout = run(Scene.load(scene), simulator=simulator)
     rollout.save(out)
     info = rollout.info

@@ -41,8 +41,10 @@ def make_garment(
         spacing: Edge length of its mesh [m].
 
     Raises:
-        InputError: There is no such garment, or no garment has such a size or spacing, or the file is wrong.
+        InputError: There is no such garment, or no garment has such a size, material or spacing, or the file is wrong.
     """
+    if material is not None and not material.bending_rigidity > 0.0:
+        raise InputError("material: bending_rigidity must be above zero, else a fold has no size, given 0")
     if name not in GARMENTS:
         if Path(name).suffix.lower() in SUFFIXES:
             return load_garment(Path(name), size, material, spacing)

@@ -17,6 +17,8 @@ from tatamu.garments.sides import named_sides, with_ends
 
 SMOOTH = 2e-4
 """Points that change the outline by less than this are left out [m]."""
+SAME = 0.99
+"""A hole with more than this part of the outline's area is the outline itself, drawn twice."""
 
 Openings = Mapping[str, list[tuple[float, float]]] | Sequence[str]
 
@@ -46,10 +48,12 @@ def cut(
         raise InputError(f"{path}: outline: must be a closed curve, given {len(curves)} open ones")
     outer, *inner = (turned(loop.points * scale, up) for loop in loops)
     region = _valid(outer, path)
+    if any(_valid(hole, path).area > SAME * region.area for hole in inner):
+        raise InputError(f"{path}: outline: stands twice in the drawing; leave one")
     for hole in inner:
         if not region.contains(_valid(hole, path)):
             raise InputError(f"{path}: outline: must be one closed curve with holes inside, given several pieces")
-    drawn = {c.name: turned(c.points * scale, up) for c in curves if not c.closed and c.name}
+    drawn = _distinct([(c.name, turned(c.points * scale, up)) for c in curves if not c.closed and c.name])
     named, names = _named(drawn, openings, scale, up, path)
     loop = shapely.simplify(shapely.Polygon(outer), SMOOTH).exterior.normalize().coords[:-1]
     points = np.array(loop)
@@ -57,6 +61,15 @@ def cut(
     points = with_ends(points, named)
     sides = named_sides(points, named)
     return Outline({name: points[side] for name, side in sides.items()}, holes=tuple(map(_closed, inner))), names
+
+
+def _distinct(named: Sequence[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
+    """Curves by name; of several with one name (a DXF layer may hold all openings) the later ones are numbered."""
+    found: dict[str, np.ndarray] = {}
+    for name, points in named:
+        number = sum(other == name or other.startswith(f"{name} ") for other in found)
+        found[f"{name} {number + 1}" if name in found else name] = points
+    return found
 
 
 def _area(points: np.ndarray) -> float:

@@ -111,7 +111,10 @@ def _dxf(path: Path) -> list[Curve]:
         raise InputError(f"{path}: its unit ($INSUNITS {document.units}) has no size in millimetres") from None
     layers: dict[str, list[np.ndarray]] = {}
     for entity in document.modelspace().query("LINE LWPOLYLINE POLYLINE ARC CIRCLE ELLIPSE SPLINE"):
-        flat = [(p.x, p.y) for p in make_path(entity).flattening(0.1 / scale)]
+        try:
+            flat = [(p.x, p.y) for p in make_path(entity).flattening(0.1 / scale)]
+        except ValueError as error:
+            raise InputError(f"{path}: a {entity.dxftype()} is damaged ({error})") from None
         layers.setdefault(entity.dxf.layer, []).append(scale * np.array(flat))
     curves = [_curve(layer, line) for layer, lines in layers.items() for line in _merged(lines)]
     return [curve for curve in curves if curve]

@@ -137,7 +137,14 @@ def homography(corners: np.ndarray, width: float, height: float) -> np.ndarray:
         corners: Top left, top right, bottom right, bottom left [pixels], shape (4, 2).
         width: Of the rectangle [m].
         height: Of the rectangle [m].
+
+    Raises:
+        InputError: The corners come in another order, or lie on a line.
     """
+    sides = np.roll(corners, -1, axis=0) - corners
+    turns = sides[:, 0] * np.roll(sides[:, 1], -1) - sides[:, 1] * np.roll(sides[:, 0], -1)
+    if not (turns > 0.0).all():
+        raise InputError("sheet: its corners must be top left, top right, bottom right, bottom left, not on a line")
     wanted = np.array([[0, 0], [width, 0], [width, height], [0, height]])
     rows = []
     for (x, y), (u, v) in zip(corners, wanted, strict=True):

@@ -20,6 +20,8 @@ from tatamu.learning.samplers import SAMPLERS
 from tatamu.learning.space import Grasps, search_space
 from tatamu.learning.study import Study
 
+WRITTEN = ("result.json", "manipulation.json", "scene.json", "rollout.npz", "report.html")
+"""What a study leaves beside its database."""
 MOST_PARALLEL = 16
 """More trials than this at a time know too little of one another."""
 
@@ -112,7 +114,15 @@ def check_parallel(parallel: int, simulator: str, reaches: bool) -> None:
 
 
 def locked(folder: Path) -> Any:
-    """A lock on the folder that ends with the process, however it ends."""
+    """A lock on the folder that ends with the process, however it ends.
+
+    Raises:
+        InputError: The folder cannot be written, another run has it, or it holds such files of somebody else.
+    """
+    begun = (folder / "study.db").exists() or (folder / "step-1").exists()
+    foreign = [name for name in WRITTEN if not begun and (folder / name).exists()]
+    if foreign:
+        raise InputError(f"{folder}: holds a {foreign[0]} but no study, and it would be lost; give another folder")
     try:
         folder.mkdir(parents=True, exist_ok=True)
         lock = FileLock(folder / ".lock")
@@ -124,8 +134,7 @@ def locked(folder: Path) -> Any:
 
 
 def _finished(folder: Path, study: Study, baselines: bool) -> bool:
-    files = ("result.json", "manipulation.json", "scene.json", "rollout.npz", "report.html")
-    return all((folder / name).exists() for name in files) and not (baselines and study.baselines is None)
+    return all((folder / name).exists() for name in WRITTEN) and not (baselines and study.baselines is None)
 
 
 class _Proposal(NamedTuple):

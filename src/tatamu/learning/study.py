@@ -27,6 +27,13 @@ KEY = "tatamu"
 """User attribute of the study that says which task it belongs to."""
 BAD = 2.0
 """Where even the best lies far above the floor, as in a late step of a plan: times the best, what is farther is bad."""
+PASSING = {
+    "is full": "the disk is full",
+    "is locked": "another program holds it",
+    "readonly": "cannot be written",
+    "disk I/O error": "cannot be read or written now",
+}
+"""What a database says that is not damaged, and what it means."""
 
 optuna.logging.set_verbosity(optuna.logging.ERROR)
 
@@ -127,7 +134,10 @@ class Study:
         try:
             yield
         except (SQLAlchemyError, optuna.exceptions.OptunaError, KeyError, AssertionError) as error:
-            reason = " ".join(str(error).split())[:120]
+            reason = " ".join(str(error).split("[SQL")[0].split())[:120]
+            passing = [text for word, text in PASSING.items() if word in reason]
+            if passing:
+                raise InputError(f"{self._path}: {passing[0]}; what was finished is kept, try again then") from None
             raise InputError(
                 f"{self._path}: is not a readable Optuna study ({reason}); remove it or give another folder"
             ) from None

@@ -132,7 +132,14 @@ def _plot(result: CheckResult, key: str, figure: Figure) -> str:
         place = names.index(curve.name) if not curve.reference else 0
         chart.add_trace(_trace(curve, figure, place, curve.name not in seen))
         seen.add(curve.name)
-    return chart.to_html(full_html=False, include_plotlyjs=False, config={"displayModeBar": False, "responsive": True})
+    return chart.to_html(
+        full_html=False,
+        include_plotlyjs=False,
+        config={"displayModeBar": False, "responsive": True},
+        div_id=f"{result.check.name}-{key}".replace(
+            " ", "-"
+        ),  # else a random one: the same input must give the same page
+    )
 
 
 def _trace(curve: Curve, figure: Figure, place: int, first: bool) -> go.Scatter:

@@ -1,0 +1,116 @@
+"""What a user may do by mistake: nothing is lost, and one line says what was wrong."""
+
+from __future__ import annotations
+
+import shutil
+import sqlite3
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tatamu.calibration import load_measurements
+from tatamu.errors import InputError
+from tatamu.files import check_targets, read_toml
+from tatamu.folding.plan import load_plan
+from tatamu.folding.task import make_task
+from tatamu.garments import load_garment, make_garment
+from tatamu.learning import learn
+from tatamu.material import Material
+from tests.foreign import svg
+
+EXAMPLE = Path(__file__).parent.parent / "examples" / "measurements-towel.toml"
+LOOP = '<path id="o" d="M50 20 L250 20 L290 380 L10 380 Z"/>'
+
+
+def test_what_is_read_is_not_written_over(tmp_path: Path) -> None:
+    source = tmp_path / "a.toml"
+    shutil.copy(EXAMPLE, source)
+    (tmp_path / "b.toml").symlink_to(source)
+    (tmp_path / "folder.html").mkdir()
+    for target in (source, tmp_path / "b.toml"):
+        with pytest.raises(InputError, match="is what is read"):
+            check_targets([target], [source])
+    with pytest.raises(InputError, match="is a folder"):
+        check_targets([tmp_path / "folder.html"], [source])
+    check_targets([tmp_path / "new.toml"], [source])
+
+
+def test_files_of_somebody_else_are_kept(tmp_path: Path) -> None:
+    (tmp_path / "report.html").write_text("precious")
+    with pytest.raises(InputError, match=r"holds a report\.html but no study"):
+        learn(make_task("towel", spacing=0.04), tmp_path, trials=1)
+    assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
+    assert (tmp_path / "report.html").read_text() == "precious"
+
+
+def test_nobody_is_told_to_remove_a_study_that_another_program_holds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from tatamu.learning import study
+
+    def held(*_: object, **__: object) -> None:
+        from sqlalchemy.exc import OperationalError
+
+        raise OperationalError("CREATE TABLE studies", None, sqlite3.OperationalError("database is locked"))
+
+    monkeypatch.setattr(study.optuna, "create_study", held)
+    with pytest.raises(InputError, match="another program holds it") as caught:
+        learn(make_task("towel", spacing=0.04), tmp_path, trials=1)
+    assert "remove it" not in str(caught.value) and "CREATE" not in str(caught.value)
+
+
+def test_an_outline_that_stands_twice_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "two.svg").write_text(svg(LOOP + LOOP))
+    with pytest.raises(InputError, match="stands twice"):
+        load_garment(tmp_path / "two.svg")
+
+
+def test_openings_of_one_name_are_all_open(tmp_path: Path) -> None:
+    ends = '<path id="open" d="M50 20 L250 20"/><path id="open" d="M290 380 L10 380"/>'
+    (tmp_path / "tube.svg").write_text(svg(LOOP + ends))
+    assert sorted(load_garment(tmp_path / "tube.svg").openings) == ["open", "open 2"]
+
+
+def test_cloth_that_does_not_bend_is_no_garment() -> None:
+    limp = Material(areal_density=0.2, stretch_stiffness=100.0, bending_rigidity=0.0)
+    with pytest.raises(InputError, match="bending_rigidity must be above zero"):
+        make_garment("towel", material=limp)
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ("[loop]\nheight = 2.5", "centimetres or millimetres"),
+        ("[sag]\nedge = 'bottom'\nfree_length = 34\nsag = 0.02", "write 0.34 or 0.034"),
+        ("[friction]\nL_t = 0.6\nH_s = 100000000000000000000", "at most 10"),
+        ("[loop]\nheight = 0.03\n[errors]\nlength = 1e-300", "greater than or equal to 0.000001"),
+    ],
+)
+def test_readings_that_cannot_be(tmp_path: Path, table: str, said: str) -> None:
+    (tmp_path / "m.toml").write_text(f"[garment]\nname = 'towel'\nmass = 0.1\n{table}\n")
+    with pytest.raises(InputError, match=said):
+        load_measurements(tmp_path / "m.toml")
+
+
+def test_a_mark_in_front_of_a_file_is_no_matter(tmp_path: Path) -> None:
+    (tmp_path / "m.toml").write_bytes(b"\xef\xbb\xbf" + EXAMPLE.read_bytes())
+    assert read_toml(tmp_path / "m.toml") == read_toml(EXAMPLE)
+
+
+def test_one_mistake_is_counted_once(tmp_path: Path) -> None:
+    (tmp_path / "p.toml").write_text('[[step]]\nline = [[0.0, -0.5], [0.0, 0.5]]\nmoves = "-x"\nfoo = 1\n')
+    with pytest.raises(InputError, match="foo") as caught:
+        load_plan(tmp_path / "p.toml")
+    assert "more)" not in str(caught.value)
+
+
+def test_grips_that_hold_the_same_cloth_are_refused() -> None:
+    from tatamu.calibration.elongation import Elongation
+    from tatamu.calibration.measurements import Grasp
+
+    grasps = [Grasp(edge="bottom"), Grasp(edge="bottom", at=0.2, width=0.05)]
+    with pytest.raises(InputError, match="hold the same cloth"):
+        _ = Elongation(make_garment("towel"), grasps).held
+    apart = [Grasp(edge="bottom", at=0.1, width=0.05), Grasp(edge="bottom", at=0.9, width=0.05)]
+    assert len(np.concatenate(Elongation(make_garment("towel"), apart).held)) > 2
