@@ -107,7 +107,8 @@ def answer(options: argparse.Namespace) -> list[Row]:
     rows = []
     for fabric in ANSWER_FABRICS:
         for engine in options.simulators:
-            rows += _answers([Case(engine, "towel", fabric, spacing) for spacing in ANSWER], options)
+            cases = [Case(engine, "towel", fabric, spacing) for spacing in ANSWER]
+            rows += _answers([c for c in cases if not options.kept or (options.out / c.file(0)).exists()], options)
     return rows
 
 
@@ -189,6 +190,7 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=3, help="rollouts of each kind, at most")
     parser.add_argument("--out", type=Path, default=Path("runs/speed"), help="folder of the rollouts and results.json")
     parser.add_argument("--limit", type=float, default=1800.0, help="a rollout that takes longer is given up [s]")
+    parser.add_argument("--kept", action="store_true", help="answer: only what was run before")
     parser.add_argument("--write-docs", action="store_true", help="write the tables into docs/benchmarks.md")
     options = parser.parse_args()
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})

@@ -47,14 +47,12 @@ def test_files_of_somebody_else_are_kept(tmp_path: Path) -> None:
 def test_nobody_is_told_to_remove_a_study_that_another_program_holds(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from tatamu.learning import study
-
     def held(*_: object, **__: object) -> None:
         from sqlalchemy.exc import OperationalError
 
         raise OperationalError("CREATE TABLE studies", None, sqlite3.OperationalError("database is locked"))
 
-    monkeypatch.setattr(study.optuna, "create_study", held)
+    monkeypatch.setattr("optuna.create_study", held)
     with pytest.raises(InputError, match="another program holds it") as caught:
         learn(make_task("towel", spacing=0.04), tmp_path, trials=1)
     assert "remove it" not in str(caught.value) and "CREATE" not in str(caught.value)
@@ -82,7 +80,7 @@ def test_cloth_that_does_not_bend_is_no_garment() -> None:
     ("table", "said"),
     [
         ("[loop]\nheight = 2.5", "centimetres or millimetres"),
-        ("[sag]\nedge = 'bottom'\nfree_length = 34\nsag = 0.02", "write 0.34 or 0.034"),
+        ("[sag]\nedge = 'bottom'\nfree_length = 34\nsag = 0.02", "write 0.034; in centimetres, 0.34"),
         ("[friction]\nL_t = 0.6\nH_s = 100000000000000000000", "at most 10"),
         ("[loop]\nheight = 0.03\n[errors]\nlength = 1e-300", "greater than or equal to 0.000001"),
     ],

@@ -13,6 +13,7 @@ from tatamu.material import Material
 from tatamu.scene import Cloth, Gripper, Scene
 from tatamu.simulators import simulate
 from tatamu.simulators.native import simulator
+from tatamu.simulators.native import untangle as native_untangle
 from tatamu.simulators.native.candidates import Mesh
 from tatamu.simulators.native.model import model_of
 from tatamu.simulators.native.untangle import LONGEST, SHORTEST, untangle
@@ -75,6 +76,17 @@ def test_what_is_not_tangled_stays_and_edges_keep_their_lengths() -> None:
     assert SHORTEST - 0.01 < now.min() and now.max() < LONGEST + 0.01
     again, left = untangle(apart, mesh, lengths)
     assert again is apart and left == 0
+
+
+def test_no_triangle_becomes_so_slim_that_bending_would_throw_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    x, faces, _ = _stack(4, held=0)
+    mesh, lengths = _mesh(x, faces)
+    monkeypatch.setattr(native_untangle, "SLIMMEST", 10.0)  # no triangle may become slimmer than the slimmest is
+    apart, _ = untangle(x, mesh, lengths)
+    assert native_untangle._slimmest(apart, faces) >= native_untangle._slimmest(x, faces)
+    monkeypatch.setattr(native_untangle, "SLIMMEST", 0.0)
+    apart, _ = untangle(x, mesh, lengths)
+    assert native_untangle._slimmest(apart, faces) < native_untangle._slimmest(x, faces)
 
 
 def test_held_vertices_stay() -> None:

@@ -38,14 +38,14 @@ def _readings(value: Any, largest: float, unit: str, smaller: str) -> tuple[floa
             raise ValueError(f"must be more than nothing, given {each:g} {unit}")
         if each > largest:
             raise ValueError(
-                f"must be in {unit}, at most {largest:g}, given {each:g}: if that was read in {smaller}, write "
-                + " or ".join(f"{each / part:g}" for part in ((100, 1000) if unit == "metres" else (1000,)))
+                f"must be in {unit}, at most {largest:g}, given {each:g}: if that was read in {smaller}, "
+                f"write {each / 1000:g}" + (f"; in centimetres, {each / 100:g}" if unit == "metres" else "")
             )
     return tuple(float(each) for each in given)
 
 
 def _lengths(value: Any) -> tuple[float, ...]:
-    return _readings(value, LONGEST, "metres", "centimetres or millimetres")
+    return _readings(value, LONGEST, "metres", "millimetres")
 
 
 def _masses(value: Any) -> tuple[float, ...]:

@@ -19,6 +19,7 @@ from numba import njit
 from tatamu.crossings import crossing_pairs
 from tatamu.simulators.native.candidates import Mesh
 from tatamu.simulators.native.geometry import cross, normal_of
+from tatamu.topology import areas
 
 STEP = 0.3
 """How far one pass moves an edge against a triangle, in thicknesses."""
@@ -29,6 +30,8 @@ BLUNT = 0.1
 """Where the sum of the directions is not longer than this, it tells little, and the pass moves less."""
 SHORTEST, LONGEST = 0.7, 1.1
 """Edges keep between these parts of their rest lengths; farther, and the membrane would throw them back."""
+SLIMMEST = 0.1
+"""Triangles stay higher than this part of the shortest edge, or than they were: bending forces go with the inverse."""
 SWEEPS = 4
 """Sweeps per pass that give edges back such lengths."""
 
@@ -47,18 +50,26 @@ def untangle(x: np.ndarray, mesh: Mesh, lengths: np.ndarray) -> tuple[np.ndarray
     now = _lengths(x, mesh.edges)
     low, high = np.minimum(SHORTEST * lengths, now), np.maximum(LONGEST * lengths, now)
     best, pairs = x, crossing_pairs(x, mesh.faces, mesh.edges)
+    slimmest = min(SLIMMEST * lengths.min(), _slimmest(x, mesh.faces))
     fewest, passes, x = len(pairs), 0, x.copy()
     while len(pairs) and passes < MOST_PASSES:
         _part(x, pairs, mesh, STEP * mesh.reach[0])
         _keep_lengths(x, mesh.edges, low, high, mesh.inverse_mass)
         pairs, passes = crossing_pairs(x, mesh.faces, mesh.edges), passes + 1
-        if len(pairs) < fewest:
+        if len(pairs) < fewest and _slimmest(x, mesh.faces) > slimmest:
             best, fewest = x.copy(), len(pairs)
     return best, fewest
 
 
 def _lengths(x: np.ndarray, edges: np.ndarray) -> np.ndarray:
     return np.linalg.norm(x[edges[:, 1]] - x[edges[:, 0]], axis=1)
+
+
+def _slimmest(x: np.ndarray, faces: np.ndarray) -> float:
+    """Smallest height of all triangles [m]."""
+    a, b, c = (x[faces[:, k]] for k in range(3))
+    longest = np.max([((q - p) ** 2).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0)
+    return float((2.0 * areas(x, faces) / np.sqrt(longest + 1e-30)).min())
 
 
 @njit(cache=True, error_model="numpy")
