@@ -38,6 +38,8 @@ def test_simulate_writes_a_rollout(tmp_path: Path) -> None:
         (["simulate", "SCENE", "--out", "SCENE/r.npz"], "cannot be written"),
         (["simulate", "SCENE", "--out", "/"], "cannot be written"),
         (["simulate", "SCENE", "--out", f"{'x' * 250}.npz"], "cannot be written"),
+        (["simulate", "SCENE", "--out", f"{'x' * 300}.npz"], "cannot be written"),
+        (["learn", "towel", "--out", "x" * 300], "cannot be written"),
         (["learn", "sock", "--out", "DIR"], "garment: must be one of towel"),
         (["learn", "towel"], "out"),
         (["learn", "towel", "--out", "DIR", "--size", "0x0.8"], "size: both sides must be"),

@@ -20,15 +20,7 @@ from tatamu.report.verdict import MEASURES, grade
 from tatamu.rollout import Rollout
 from tests.fabricated import changed, rewritten, write_fold
 
-
-@pytest.fixture(autouse=True)
-def small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tatamu.report.topview.WIDE", 120)
-
-
-@pytest.fixture
-def folder(tmp_path: Path) -> Path:
-    return write_fold(tmp_path / "towel", spacing=0.08, frames=24)
+pytestmark = pytest.mark.usefixtures("small_pictures")
 
 
 def test_the_report_is_one_page_with_every_figure(folder: Path) -> None:

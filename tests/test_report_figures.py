@@ -23,15 +23,7 @@ from tatamu.report.tube import tube
 from tatamu.report.ways import figure
 from tests.fabricated import changed, grid, rewritten, write_fold
 
-
-@pytest.fixture(autouse=True)
-def small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tatamu.report.topview.WIDE", 120)
-
-
-@pytest.fixture
-def folder(tmp_path: Path) -> Path:
-    return write_fold(tmp_path / "towel", spacing=0.08, frames=24)
+pytestmark = pytest.mark.usefixtures("small_pictures")
 
 
 @pytest.mark.parametrize(

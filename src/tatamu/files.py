@@ -25,9 +25,9 @@ def check_targets(targets: Sequence[Path], sources: Sequence[Path] = ()) -> None
         InputError: A target is a folder, or one of the sources.
     """
     for target in targets:
-        if target.is_dir():
+        if os.path.isdir(target):  # unlike Path.is_dir, False of a name that no file can have: writing says so
             raise InputError(f"{target}: cannot be written (is a folder)")
-        if any(target.exists() and source.exists() and target.samefile(source) for source in sources):
+        if os.path.exists(target) and any(os.path.exists(source) and target.samefile(source) for source in sources):
             raise InputError(f"{target}: is what is read; give another name to write to")
 
 

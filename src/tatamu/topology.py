@@ -72,6 +72,16 @@ def areas(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
     return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
 
 
+def edge_lengths(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Lengths of edges, shape (e,), from points of shape (n, 2) or (n, 3) and edges of shape (e, 2)."""
+    return np.asarray(np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1))
+
+
+def longest_sides(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Longest side of each triangle, shape (m,), from points of shape (n, 3)."""
+    return np.max([edge_lengths(points, faces[:, [i - 1, i]]) for i in range(3)], axis=0)
+
+
 def lumped(weight: np.ndarray, faces: np.ndarray, count: int) -> np.ndarray:
     """Share the weight of every triangle, shape (m,), equally among its corners; shape (count,)."""
     return np.bincount(faces.ravel(), np.repeat(weight / 3.0, 3), minlength=count)
@@ -91,8 +101,7 @@ def check_mesh(rest: np.ndarray, faces: np.ndarray, seams: np.ndarray) -> None:
         wrong = int(np.argmax((faces < 0).any(1) | (faces >= count).any(1)))
         raise ValueError(f"faces must use vertices 0 to {count - 1}, triangle {wrong} is {faces[wrong].tolist()}")
     area = areas(rest, faces)
-    longest = np.max([np.linalg.norm(rest[faces[:, i]] - rest[faces[:, i - 1]], axis=1) for i in range(3)], axis=0)
-    flat = area < 1e-6 * longest**2
+    flat = area < 1e-6 * longest_sides(rest, faces) ** 2
     if flat.any() or not area.min() > 1e-12:
         wrong = int(np.argmax(flat | (area <= 1e-12)))
         raise ValueError(f"faces must have an area, triangle {wrong} {faces[wrong].tolist()} has none")

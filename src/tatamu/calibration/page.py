@@ -13,7 +13,7 @@ from tatamu.calibration import drawing
 from tatamu.calibration.advice import NAMES, advice_on
 from tatamu.calibration.friction import SLIDING
 from tatamu.calibration.result import PARAMETERS, SYMBOLS, UNITS, Calibration, Fit
-from tatamu.validation.page import FIT, GRID, INK, STYLE
+from tatamu.validation.page import FIT, GRID, INK, STYLE, chart_html
 
 TITLES = {
     "elongation": "Elongation: stretch stiffness Y",
@@ -106,12 +106,7 @@ def _fit(calibration: Calibration, fit: Fit) -> str:
             f"</p><div class='fit'><div>{_picture(calibration, fit.test)}</div></div></section>"
         )
     chart = _friction_chart(calibration, fit) if fit.test == "friction" else _chart(calibration, fit)
-    plot = chart.to_html(
-        full_html=False,
-        include_plotlyjs=False,
-        config={"displayModeBar": False, "responsive": True},
-        div_id=f"fit-{fit.test}",  # else a random one: the same input must give the same page
-    )
+    plot = chart_html(chart, f"fit-{fit.test}")
     value, spread = shown(calibration, fit.parameter)
     return (
         f"<section><h2>{TITLES[fit.test]}</h2><p class='reference'>{escape(_sentence(calibration, fit))} "

@@ -44,7 +44,7 @@ def outline(
     """
     from tatamu.files import check_targets, replacing, write_text
     from tatamu.garments.photo import find_outline, outline_svg, straightened
-    from tatamu.garments.resolution import LARGEST_SIDE, SMALLEST_SIDE
+    from tatamu.garments.resolution import check_size
 
     given = [value for value in (width, ruler, sheet) if value is not None]
     if len(given) != 1:
@@ -56,11 +56,10 @@ def outline(
     found = find_outline(photo)
     curve = straightened(found.outline, _to_metres(found, width, ruler, sheet))
     across, along = np.ptp(curve, axis=0)
-    if not SMALLEST_SIDE <= min(across, along) <= max(across, along) <= LARGEST_SIDE:
-        raise InputError(
-            f"scale: makes a garment of {across:.3g} x {along:.3g} m; it must be from {SMALLEST_SIDE:g} to "
-            f"{LARGEST_SIDE:g} m: were all lengths given in metres?"
-        )
+    try:
+        check_size((across, along))
+    except InputError as error:
+        raise InputError(f"{error}: were all lengths given in metres?") from None
     with replacing(picture) as temporary:
         temporary.write_bytes(_overlay(found))
     write_text(out, outline_svg(curve))

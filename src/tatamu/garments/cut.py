@@ -48,11 +48,11 @@ def cut(
         raise InputError(f"{path}: outline: must be a closed curve, given {len(curves)} open ones")
     outer, *inner = (turned(loop.points * scale, up) for loop in loops)
     region = _valid(outer, path)
-    if any(_valid(hole, path).area > SAME * region.area for hole in inner):
+    holes = [_valid(hole, path) for hole in inner]
+    if any(hole.area > SAME * region.area for hole in holes):
         raise InputError(f"{path}: outline: stands twice in the drawing; leave one")
-    for hole in inner:
-        if not region.contains(_valid(hole, path)):
-            raise InputError(f"{path}: outline: must be one closed curve with holes inside, given several pieces")
+    if not all(region.contains(hole) for hole in holes):
+        raise InputError(f"{path}: outline: must be one closed curve with holes inside, given several pieces")
     drawn = _distinct([(c.name, turned(c.points * scale, up)) for c in curves if not c.closed and c.name])
     named, names = _named(drawn, openings, scale, up, path)
     loop = shapely.simplify(shapely.Polygon(outer), SMOOTH).exterior.normalize().coords[:-1]

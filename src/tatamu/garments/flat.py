@@ -14,7 +14,7 @@ from tatamu.garments.outline import Outline
 from tatamu.garments.sewing import front_and_back, one_layer
 from tatamu.garments.sides import named_sides
 from tatamu.material import Material
-from tatamu.topology import Topology
+from tatamu.topology import Topology, edge_lengths
 
 OVERLAP = 1.01
 """Triangles that face up may have this times the area that they cover: more, and they lie on each other."""
@@ -78,8 +78,7 @@ def meshed_anew(garment: Garment, spacing: float | None) -> Garment:
 
 def typical_edge(points: np.ndarray, faces: np.ndarray) -> float:
     """Median length of a mesh's edges [m]."""
-    edges = Topology(faces).edges
-    return float(np.median(np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)))
+    return float(np.median(edge_lengths(points, Topology(faces).edges)))
 
 
 def _facing(plan: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -16,7 +16,7 @@ from scipy.spatial import Delaunay
 
 from tatamu.errors import InputError
 from tatamu.garments.outline import Outline, resampled
-from tatamu.topology import Topology
+from tatamu.topology import Topology, edge_lengths
 
 ROW = np.sqrt(0.75)
 """Distance of the lattice's rows in spacings."""
@@ -178,8 +178,7 @@ def _missing(mesh: Panel) -> list[tuple[int, int]]:
 def _shorter(mesh: Panel, least: float) -> list[tuple[int, int]]:
     """Edges shorter than `least`: an explicit simulator would pay for them with its step."""
     edges = Topology(mesh.faces).edges
-    length = np.linalg.norm(mesh.points[edges[:, 0]] - mesh.points[edges[:, 1]], axis=1)
-    return [(int(a), int(b)) for a, b in edges[length < least]]
+    return [(int(a), int(b)) for a, b in edges[edge_lengths(mesh.points, edges) < least]]
 
 
 def _split(curve: np.ndarray, path: np.ndarray, missing: list[tuple[int, int]]) -> np.ndarray:

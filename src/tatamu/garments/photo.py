@@ -141,18 +141,19 @@ def homography(corners: np.ndarray, width: float, height: float) -> np.ndarray:
     Raises:
         InputError: The corners come in another order, or lie on a line.
     """
-    sides = np.roll(corners, -1, axis=0) - corners
-    turns = sides[:, 0] * np.roll(sides[:, 1], -1) - sides[:, 1] * np.roll(sides[:, 0], -1)
-    if not (turns > 0.0).all():
-        raise InputError("sheet: its corners must be top left, top right, bottom right, bottom left, not on a line")
     wanted = np.array([[0, 0], [width, 0], [width, height], [0, height]])
     rows = []
     for (x, y), (u, v) in zip(corners, wanted, strict=True):
         rows += [[x, y, 1, 0, 0, 0, -u * x, -u * y], [0, 0, 0, x, y, 1, -v * x, -v * y]]
     try:
-        return np.append(np.linalg.solve(np.array(rows), wanted.ravel()), 1.0).reshape(3, 3)
+        matrix = np.append(np.linalg.solve(np.array(rows), wanted.ravel()), 1.0).reshape(3, 3)
     except np.linalg.LinAlgError:
         raise InputError("sheet: its four corners must not lie on a line") from None
+    sides = np.roll(corners, -1, axis=0) - corners
+    turns = sides[:, 0] * np.roll(sides[:, 1], -1) - sides[:, 1] * np.roll(sides[:, 0], -1)
+    if not (turns > 0.0).all():
+        raise InputError("sheet: its corners must be top left, top right, bottom right, bottom left")
+    return matrix
 
 
 def straightened(outline: np.ndarray, matrix: np.ndarray) -> np.ndarray:

@@ -6,6 +6,7 @@ beside them what belongs to the whole.
 
 from __future__ import annotations
 
+import os
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
@@ -17,7 +18,7 @@ import numpy as np
 from tatamu.errors import InputError
 from tatamu.folding.fold import ideal_folds
 from tatamu.folding.task import Job, Task, digest
-from tatamu.learning.learn import Progress, check_parallel, check_search, learn, locked
+from tatamu.learning.learn import Progress, begun, check_parallel, check_search, learn, locked, step_name
 from tatamu.learning.reachable import check_reach
 from tatamu.learning.space import Grasps
 from tatamu.learning.study import held_identity
@@ -76,7 +77,7 @@ def learn_job(
         "parallel": parallel,
     }
     _refuse_other(folder, count)
-    if not any((folder / name).exists() for name in ("study.db", step_name(0))):
+    if not begun(folder):
         check_reach(job)
     if count == 1:
         return _learn(job.task(0), folder, trials, reporting, options)
@@ -92,11 +93,6 @@ def learn_job(
         return write_whole(job, folder, folders, ideals)
 
 
-def step_name(number: int) -> str:
-    """The folder of a step, the first being 0."""
-    return f"step-{number + 1}"
-
-
 def _learn(task: Task, folder: Path, trials: int, reporting: Reporting, options: dict[str, Any]) -> Path:
     with reporting(task, trials) as progress:
         return learn(task, folder, trials=trials, progress=progress, **options)
@@ -104,9 +100,9 @@ def _learn(task: Task, folder: Path, trials: int, reporting: Reporting, options:
 
 def _refuse_other(folder: Path, count: int) -> None:
     """One-step studies and plans live in different folders."""
-    if count == 1 and (folder / step_name(0)).exists():
+    if count == 1 and os.path.exists(folder / step_name(0)):
         raise InputError(f"{folder}: holds a plan of several steps; give another folder")
-    if count > 1 and (folder / "study.db").exists():
+    if count > 1 and os.path.exists(folder / "study.db"):
         raise InputError(f"{folder}: holds the study of a single fold; give another folder")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -113,15 +114,24 @@ def check_parallel(parallel: int, simulator: str, reaches: bool) -> None:
         raise InputError(f"parallel: folds within a robot's reach are tried one at a time, given {parallel}")
 
 
+def step_name(number: int) -> str:
+    """The folder of a step of a plan, the first being 0."""
+    return f"step-{number + 1}"
+
+
+def begun(folder: Path) -> bool:
+    """Whether a study, or a plan of several steps, was begun there."""
+    return any(os.path.exists(folder / name) for name in ("study.db", step_name(0)))
+
+
 def locked(folder: Path) -> Any:
     """A lock on the folder that ends with the process, however it ends.
 
     Raises:
         InputError: The folder cannot be written, another run has it, or it holds such files of somebody else.
     """
-    begun = (folder / "study.db").exists() or (folder / "step-1").exists()
-    foreign = [name for name in WRITTEN if not begun and (folder / name).exists()]
-    if foreign:
+    foreign = [name for name in WRITTEN if os.path.exists(folder / name)]
+    if foreign and not begun(folder):
         raise InputError(f"{folder}: holds a {foreign[0]} but no study, and it would be lost; give another folder")
     try:
         folder.mkdir(parents=True, exist_ok=True)

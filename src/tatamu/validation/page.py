@@ -132,14 +132,13 @@ def _plot(result: CheckResult, key: str, figure: Figure) -> str:
         place = names.index(curve.name) if not curve.reference else 0
         chart.add_trace(_trace(curve, figure, place, curve.name not in seen))
         seen.add(curve.name)
-    return chart.to_html(
-        full_html=False,
-        include_plotlyjs=False,
-        config={"displayModeBar": False, "responsive": True},
-        div_id=f"{result.check.name}-{key}".replace(
-            " ", "-"
-        ),  # else a random one: the same input must give the same page
-    )
+    return chart_html(chart, f"{result.check.name}-{key}")
+
+
+def chart_html(chart: go.Figure, name: str) -> str:
+    """A chart as a part of a page. Its name, the only such one there, keeps plotly from making up a random one."""
+    config = {"displayModeBar": False, "responsive": True}
+    return chart.to_html(full_html=False, include_plotlyjs=False, config=config, div_id=name.replace(" ", "-"))
 
 
 def _trace(curve: Curve, figure: Figure, place: int, first: bool) -> go.Scatter:

@@ -13,7 +13,7 @@ import numpy as np
 from scipy import sparse
 
 from tatamu.scene import Cloth
-from tatamu.topology import Topology, areas
+from tatamu.topology import Topology, areas, edge_lengths
 
 DIRECTIONS = np.linspace(0.0, np.pi, 24, endpoint=False)
 """Directions that constants are averaged over [rad]."""
@@ -27,8 +27,7 @@ class Springs:
         self.faces = cloth.faces
         self.topology = Topology(cloth.faces)
         self.area = float(areas(self.rest, self.faces).sum())
-        edges = self.topology.edges
-        self.lengths = np.linalg.norm(self.rest[edges[:, 1]] - self.rest[edges[:, 0]], axis=1)
+        self.lengths = edge_lengths(self.rest, self.topology.edges)
 
     @property
     def mean_length(self) -> float:

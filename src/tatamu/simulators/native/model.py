@@ -16,7 +16,7 @@ from tatamu.material import Material
 from tatamu.scene import Cloth
 from tatamu.simulators.native import bending, candidates, membrane
 from tatamu.simulators.native.layout import Bands, bands, slots, turned, turned_hinges
-from tatamu.topology import Topology, areas, lumped
+from tatamu.topology import Topology, areas, edge_lengths, lumped
 
 OUTER_STEP = 1e-3
 """Contact and friction are resolved at least this often [s]."""
@@ -123,7 +123,7 @@ def _build(cloth: Cloth, material: Material) -> Model:
         membrane_step=MEMBRANE_PHASE / _membrane_frequency(rest, faces, S, mass),
         bending_step=BENDING_PHASE / _bending_frequency(gradient, weights, others, mass),
         thickness=material.thickness,
-        lengths=np.linalg.norm(rest[topology.edges[:, 1]] - rest[topology.edges[:, 0]], axis=1),
+        lengths=edge_lengths(rest, topology.edges),
     )
 
 

@@ -19,7 +19,7 @@ from numba import njit
 from tatamu.crossings import crossing_pairs
 from tatamu.simulators.native.candidates import Mesh
 from tatamu.simulators.native.geometry import cross, normal_of
-from tatamu.topology import areas
+from tatamu.topology import areas, edge_lengths, longest_sides
 
 STEP = 0.3
 """How far one pass moves an edge against a triangle, in thicknesses."""
@@ -47,9 +47,11 @@ def untangle(x: np.ndarray, mesh: Mesh, lengths: np.ndarray) -> tuple[np.ndarray
     Returns:
         The positions with the fewest crossings that were found, x itself where none has fewer, and how many are left.
     """
-    now = _lengths(x, mesh.edges)
-    low, high = np.minimum(SHORTEST * lengths, now), np.maximum(LONGEST * lengths, now)
     best, pairs = x, crossing_pairs(x, mesh.faces, mesh.edges)
+    if not len(pairs):
+        return best, 0
+    now = edge_lengths(x, mesh.edges)
+    low, high = np.minimum(SHORTEST * lengths, now), np.maximum(LONGEST * lengths, now)
     slimmest = min(SLIMMEST * lengths.min(), _slimmest(x, mesh.faces))
     fewest, passes, x = len(pairs), 0, x.copy()
     while len(pairs) and passes < MOST_PASSES:
@@ -61,15 +63,9 @@ def untangle(x: np.ndarray, mesh: Mesh, lengths: np.ndarray) -> tuple[np.ndarray
     return best, fewest
 
 
-def _lengths(x: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    return np.linalg.norm(x[edges[:, 1]] - x[edges[:, 0]], axis=1)
-
-
 def _slimmest(x: np.ndarray, faces: np.ndarray) -> float:
     """Smallest height of all triangles [m]."""
-    a, b, c = (x[faces[:, k]] for k in range(3))
-    longest = np.max([((q - p) ** 2).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0)
-    return float((2.0 * areas(x, faces) / np.sqrt(longest + 1e-30)).min())
+    return float((2.0 * areas(x, faces) / (longest_sides(x, faces) + 1e-30)).min())
 
 
 @njit(cache=True, error_model="numpy")

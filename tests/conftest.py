@@ -1,0 +1,21 @@
+"""What several files of tests begin with."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.fabricated import write_fold
+
+
+@pytest.fixture
+def small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Views from above of a few pixels: drawing them is most of a report's time."""
+    monkeypatch.setattr("tatamu.report.topview.WIDE", 120)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A learned fold of a few vertices and frames."""
+    return write_fold(tmp_path / "towel", spacing=0.08, frames=24)
