@@ -15,6 +15,7 @@ from tatamu import InputError, Rollout, Scene, simulate
 from tatamu.folding.fold import ideal_folds
 from tatamu.folding.task import Job, Task, make_job
 from tatamu.learning import learn_job
+from tatamu.learning.space import carried_over, search_space
 from tatamu.report.fold import read_fold
 from tatamu.report.plan import joined_path
 from tatamu.report.replay import hands
@@ -86,6 +87,35 @@ def test_errors_are_told_against_the_step_and_against_the_flat_garment(learned: 
         assert step["whole"]["mean_vertex_distance"] == pytest.approx(whole)
     assert result["steps"][0]["whole"]["mean_vertex_distance"] == result["steps"][0]["mean_vertex_distance"]
     assert result["steps"][1]["whole"]["mean_vertex_distance"] != result["steps"][1]["mean_vertex_distance"]
+
+
+def test_a_later_step_begins_with_what_the_one_before_it_found(learned: Path) -> None:
+    results = [json.loads((learned / step / "result.json").read_text()) for step in ("step-1", "step-2")]
+    best = results[0]["trials"][results[0]["best"]]["parameters"]
+    first, second = (folds.fold for folds in (job().task(0), job().task(1, _end(learned / "step-1"))))
+    begun = results[1]["trials"][0]["parameters"]
+    assert begun == results[1]["first"][0] and "first" not in results[0]
+    for name in ("x1", "z1", "x2", "z2"):
+        assert begun[name] / second.span == pytest.approx(best[name] / first.span)
+    for name in ("g1", "g2"):
+        part = best[name] / (first.candidates - 1)
+        assert begun[name] == pytest.approx(part * (second.candidates - 1), abs=0.5)
+    assert results[1]["trials"][1]["parameters"] != begun
+
+
+@pytest.mark.parametrize("grasps", ["integer", "continuous"])
+def test_what_is_carried_over_can_be_searched(grasps: Any) -> None:
+    first = job().task(0).fold
+    second = job(fold="half", size=(0.3, 0.9)).task(0).fold
+    assert second.candidates > first.candidates
+    for bound in ("low", "high"):
+        extreme = {name: getattr(part, bound) for name, part in search_space(first, grasps).items()}
+        wanted = {name: getattr(part, bound) for name, part in search_space(second, grasps).items()}
+        assert carried_over(extreme, first, second, grasps) == pytest.approx(wanted)
+
+
+def _end(folder: Path) -> np.ndarray:
+    return Rollout.load(folder / "rollout.npz").positions[-1]
 
 
 def test_a_finished_plan_is_left_alone(learned: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -87,6 +87,26 @@ def test_the_hands_of_the_scene_go_where_the_tools_went(done: Rehearsal) -> None
     assert Scene.model_validate(rehearsed.model_dump()).duration == rehearsed.duration
 
 
+def test_layers_that_fingers_press_down_go_with_the_hand(done: Rehearsal) -> None:
+    held, down = scene(), np.array([0.0, 0.0, -0.02])
+    hand = {"closes": 0, "opens": 3.5}
+    parts = [
+        Gripper(vertices=[3], times=[0.1, 3.0], displacements=[[0, 0, 0], [0.3, 0, 0]], **hand),
+        Gripper(
+            vertices=[2], times=[0, 0.1, 3.0], displacements=[[0, 0, 0], down, down + np.array([0.3, 0, 0])], **hand
+        ),
+        Gripper(vertices=[0], times=[0.1, 3.0], displacements=[[0, 0, 0], [0.3, 0, 0]], **hand),
+    ]
+    rehearsed = done.scene(held.model_copy(update={"grippers": parts}))
+    first, pressed, other = rehearsed.grippers
+    assert [gripper.vertices for gripper in rehearsed.grippers] == [[3], [2], [0]]
+    assert pressed.displacements[-1] - first.displacements[-1] == pytest.approx(down)
+    assert pressed.displacements[0] == pytest.approx(np.zeros(3), abs=1e-9)
+    assert other.displacements[-1] == pytest.approx(np.array([0.34, 0, 0.001]), abs=1e-3)
+    with pytest.raises(InputError, match="of two hands, left and right, given 1"):
+        done.scene(held.model_copy(update={"grippers": parts[:2]}))
+
+
 def made_up(done: Rehearsal, learned: Scene, shift: np.ndarray) -> Refold:
     """A fold by the robot's hands that ends `shift` [m] from the one by floating hands; the target is as far in y."""
     rehearsed = done.scene(learned)

@@ -9,6 +9,7 @@ import numpy as np
 
 from tatamu.folding import path
 from tatamu.folding.fold import Fold
+from tatamu.folding.pinch import pressed
 from tatamu.scene import Cloth, Gripper, Scene, Table
 
 TOP_SPEED = 0.6
@@ -21,6 +22,8 @@ VIA_EVERY = 10
 
 
 HANDS = ("left", "right")
+_CLOSING = np.linspace(0.0, WAIT, round(WAIT * FRAME_RATE) + 1).tolist()
+"""When fingers close, frame by frame [s]: before the hands move."""
 
 
 @dataclass(frozen=True)
@@ -85,18 +88,22 @@ def bezier_manipulation(
 
 
 def scene_of(fold: Fold, manipulation: Manipulation) -> Scene:
-    """The scene of one trial: the garment as it lies on the table, and the hands."""
+    """The scene of one trial: the garment as it lies on the table, and the hands.
+
+    A hand is one gripper, left before right, or several where its fingers press layers together.
+    """
     garment, timing = fold.garment, manipulation.timing
     times, displacements = manipulation.motion()
     grippers = [
         Gripper(
-            vertices=fold.patch(vertex),
+            vertices=held,
             closes=timing["closes"],
             opens=timing["opens"],
-            times=times.tolist(),
-            displacements=moved,
+            times=[*_CLOSING[:-1], *times.tolist()] if down else times.tolist(),
+            displacements=_after_closing(moved, down) if down else moved,
         )
         for vertex, moved in zip(manipulation.grasps, displacements, strict=True)
+        for held, down in _held(fold, vertex)
     ]
     return Scene(
         cloth=_cloth(fold),
@@ -106,6 +113,20 @@ def scene_of(fold: Fold, manipulation: Manipulation) -> Scene:
         duration=timing["ends"],
         frame_rate=FRAME_RATE,
     )
+
+
+def _held(fold: Fold, vertex: int) -> list[tuple[list[int], float]]:
+    """What a hand holds, in parts that its fingers press down equally far [m]; what stays as it lies is the first."""
+    patch = np.array(fold.patch(vertex))
+    down = pressed(fold.start[patch], fold.garment.material.thickness, fold.garment.spacing)
+    return [(patch[down == each].tolist(), float(each)) for each in np.unique(down)[::-1]]
+
+
+def _after_closing(moved: np.ndarray, down: float) -> np.ndarray:
+    """Displacements of what the fingers press down while they close and then carry along [m]."""
+    shift = np.array([0.0, 0.0, down])
+    closing = path.minimum_jerk(np.linspace(0.0, 1.0, len(_CLOSING)))[:-1, None] * shift
+    return np.concatenate([closing, moved + shift])
 
 
 def _cloth(fold: Fold) -> Cloth:

@@ -16,11 +16,12 @@ from typing import Any
 import numpy as np
 
 from tatamu.errors import InputError
-from tatamu.folding.fold import ideal_folds
+from tatamu.files import read_json
+from tatamu.folding.fold import Fold, ideal_folds
 from tatamu.folding.task import Job, Task, digest
 from tatamu.learning.learn import Progress, begun, check_parallel, check_search, learn, locked, step_name
 from tatamu.learning.reachable import check_reach
-from tatamu.learning.space import Grasps
+from tatamu.learning.space import Grasps, carried_over
 from tatamu.learning.study import held_identity
 from tatamu.learning.whole import write_whole
 from tatamu.rollout import Rollout
@@ -47,6 +48,8 @@ def learn_job(
     reporting: Reporting = _silent,
 ) -> Path:
     """Learn every step of a job, or go on where it stopped.
+
+    A later step begins its search with what the steps before it found, each carried over to its own fold.
 
     Args:
         job: What to fold by which plan.
@@ -83,10 +86,13 @@ def learn_job(
         return _learn(job.task(0), folder, trials, reporting, options)
     with locked(folder):
         state: np.ndarray | None = None
+        found: list[tuple[Fold, dict[str, float]]] = []
         for number in range(count):
             task, own = job.task(number, state), folder / step_name(number)
             _forget_if_outdated(task, own)
-            _learn(task, own, trials, reporting, options)
+            first = [carried_over(parameters, fold, task.fold, grasps) for fold, parameters in found]
+            _learn(task, own, trials, reporting, {**options, "first": first})
+            found.append((task.fold, _best(own)))
             state = Rollout.load(own / "rollout.npz").positions[-1]
         folders = [folder / step_name(number) for number in range(count)]
         ideals = [fold.target for fold in ideal_folds(job.garment, job.plan, job.hands)]
@@ -96,6 +102,12 @@ def learn_job(
 def _learn(task: Task, folder: Path, trials: int, reporting: Reporting, options: dict[str, Any]) -> Path:
     with reporting(task, trials) as progress:
         return learn(task, folder, trials=trials, progress=progress, **options)
+
+
+def _best(folder: Path) -> dict[str, float]:
+    """Parameters of the best trial of a learned step."""
+    result = read_json(folder / "result.json")
+    return dict(result["trials"][result["best"]]["parameters"])
 
 
 def _refuse_other(folder: Path, count: int) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -49,6 +49,7 @@ def learn(
     grasps: Grasps = "integer",
     baselines: bool = True,
     parallel: int = 1,
+    first: Sequence[dict[str, float]] = (),
     progress: Callable[[Progress], None] = lambda _: None,
 ) -> Path:
     """Learn a task, or go on where it stopped; the folder then holds everything.
@@ -63,6 +64,7 @@ def learn(
         baselines: Also score the fixed trajectories.
         parallel: How many trials run at a time, in threads. Each is proposed knowing all before it but the last
             `parallel` - 1, whether these have ended or not, so that the study does not depend on how fast they are.
+        first: Parameters to begin the search with, as many as there are trials for.
         progress: Called when the study is opened and after every trial.
 
     Returns:
@@ -78,7 +80,9 @@ def learn(
         identity = {"task": task.describe(), "sampler": sampler, "grasps": grasps, "seed": seed}
         if parallel > 1:
             identity["parallel"] = parallel
-        study = Study(folder / "study.db", identity, search_space(task.fold, grasps), floor=task.fold.span)
+        if first:
+            identity["first"] = [dict(parameters) for parameters in first]
+        study = Study(folder / "study.db", identity, search_space(task.fold, grasps), task.fold.span, first)
         done = len(study.trials)
         if trials < done:
             raise InputError(f"trials: {folder} has {done} trials already, given {trials}; give {done} or more")

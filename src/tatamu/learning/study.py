@@ -41,7 +41,14 @@ optuna.logging.set_verbosity(optuna.logging.ERROR)
 class Study:
     """Ask for parameters, tell what came of them."""
 
-    def __init__(self, path: Path, identity: dict[str, Any], space: dict[str, BaseDistribution], floor: float) -> None:
+    def __init__(
+        self,
+        path: Path,
+        identity: dict[str, Any],
+        space: dict[str, BaseDistribution],
+        floor: float,
+        first: Sequence[dict[str, float]] = (),
+    ) -> None:
         """Open the study at `path`, or begin one.
 
         Args:
@@ -49,11 +56,12 @@ class Study:
             identity: Task, sampler, grasps and seed; must be those that the study began with.
             space: What is searched.
             floor: What every objective lies above.
+            first: Parameters of the first trials; the sampler proposes the others.
 
         Raises:
             InputError: The file is no such study, or it belongs to another task.
         """
-        self.identity, self.space, self.floor, self._path = identity, space, floor, path
+        self.identity, self.space, self.floor, self.first, self._path = identity, space, floor, first, path
         with self._readable():
             self._study = optuna.create_study(
                 storage=f"sqlite:///{path}", study_name=NAME, direction="minimize", load_if_exists=True
@@ -83,6 +91,8 @@ class Study:
             known: How many finished trials it may know the objective of. The others count as running.
         """
         finished = self.trials
+        if len(finished) + len(pending) < len(self.first):
+            return dict(self.first[len(finished) + len(pending)])
         told, running = finished[:known], [*(trial.params for trial in finished[known:]), *pending]
         sampler = make_sampler(self.identity["sampler"], self.identity["seed"], len(finished) + len(pending))
         scratch = optuna.create_study(sampler=sampler, direction="minimize")

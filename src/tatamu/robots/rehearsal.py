@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from tatamu.errors import InputError
+from tatamu.folding.manipulation import WAIT
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.model import TABLE
 from tatamu.robots.planned import ARMS, Planned
@@ -100,21 +101,24 @@ class Rehearsal:
         Time begins when the fingers close; each gripper follows where its tool really was.
 
         Args:
-            learned: The scene of the fold, with the left hand's gripper first.
+            learned: The scene of the fold, with the left hand's grippers first; of several, the first stays as it is
+                while the fingers close, and the others are pressed onto it.
         """
-        if len(learned.grippers) != 2:
-            raise InputError(f"scene.json: grippers: must be two, left and right, given {len(learned.grippers)}")
+        hands = _hands(learned)
+        if len(hands) != 2:
+            raise InputError(f"scene.json: grippers: must be of two hands, left and right, given {len(hands)}")
         closes = self.closes
         grippers = [
-            self._gripper(number, arm, gripper, closes)
-            for number, (arm, gripper) in enumerate(zip(ARMS, learned.grippers, strict=True))
+            self._gripper(number, arm, gripper, gripper.displacements[-1] - hand[0].displacements[-1], closes)
+            for number, (arm, hand) in enumerate(zip(ARMS, hands, strict=True))
+            for gripper in hand
         ]
         ends = [gripper.opens for gripper in learned.grippers if gripper.opens is not None]
         rest = max(1.0, learned.duration - max(ends, default=learned.duration))
         duration = max(self.planned.event(arm, "open") for arm in ARMS) - closes + rest
         return learned.model_copy(update={"grippers": grippers, "duration": duration})
 
-    def _gripper(self, number: int, arm: str, learned: Gripper, closes: float) -> Gripper:
+    def _gripper(self, number: int, arm: str, learned: Gripper, pressed: np.ndarray, closes: float) -> Gripper:
         rows = np.flatnonzero(self._holding(arm))[::2]
         R_BF = self.planned.plan.task_in_base.matrix[:3, :3]
         moved = (self.tools[number, rows] - self.tools[number, rows[0]]) @ R_BF
@@ -123,8 +127,28 @@ class Rehearsal:
             closes=self.planned.event(arm, "close") - closes,
             opens=self.planned.event(arm, "open") - closes,
             times=(self.times[rows] - closes + 1e-9).tolist(),
-            displacements=moved,
+            displacements=moved + np.clip((self.times[rows, None] - self.times[rows[0]]) / WAIT, 0.0, 1.0) * pressed,
         )
+
+
+def _hands(scene: Scene) -> list[list[Gripper]]:
+    """The grippers of each hand: those that have the same way, but for where their layers are pressed to."""
+    hands: list[list[Gripper]] = []
+    for gripper in scene.grippers:
+        if hands and _goes_with(gripper, hands[-1][0]):
+            hands[-1].append(gripper)
+        else:
+            hands.append([gripper])
+    return hands
+
+
+def _goes_with(gripper: Gripper, first: Gripper) -> bool:
+    """Whether a gripper presses layers onto those of another, and then goes its way."""
+    count = len(first.times)
+    if len(gripper.times) <= count:
+        return False
+    apart = gripper.displacements[-count:] - first.displacements
+    return bool(np.ptp(apart, axis=0).max() < 1e-9)
 
 
 def rehearse(planned: Planned) -> Rehearsal:

@@ -74,7 +74,7 @@ def search(x, mesh, lists):  # type: ignore[no-untyped-def]
     """Find the nearest triangle on either side of every vertex, and the pairs of guarded edges, at legal x."""
     face_normal, vertex_normal, centroid, radius = nearest.normals(x, mesh.faces)
     nearest.find(x, mesh, lists, face_normal, vertex_normal, centroid, radius)
-    ridges.find(x, mesh, lists, face_normal, centroid)
+    ridges.find(x, mesh, lists, face_normal, centroid, radius)
     lists.travelled[0], lists.due[0], lists.call[0] = 0.0, 0.0, False
     lists.built[:] = x
     for v in range(x.shape[0]):

@@ -48,7 +48,7 @@ def _mark_near(mesh, e, is_near):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def find(x, mesh, lists, face_normal, centroid):  # type: ignore[no-untyped-def]
+def find(x, mesh, lists, face_normal, centroid, radius):  # type: ignore[no-untyped-def]
     """Pair each guarded edge with the edges of triangles near it, but for what is level beside it on the cloth."""
     edges, count, guarded = mesh.edges, 0, _guarded(mesh, lists, face_normal)
     reach = mesh.reach[0] + 0.5 * (mesh.reach[1] - mesh.reach[0])
@@ -65,6 +65,7 @@ def find(x, mesh, lists, face_normal, centroid):  # type: ignore[no-untyped-def]
         ux, uy, uz = _mean_normal(mesh, e, face_normal)
         mx, my, mz = 0.5 * (x[a, 0] + x[b, 0]), 0.5 * (x[a, 1] + x[b, 1]), 0.5 * (x[a, 2] + x[b, 2])
         middle[0], middle[1], middle[2] = mx, my, mz
+        far = reach + 0.5 * np.sqrt((x[b, 0] - x[a, 0]) ** 2 + (x[b, 1] - x[a, 1]) ** 2 + (x[b, 2] - x[a, 2]) ** 2)
         i0, j0, k0 = grid_cell(middle, grid)
         for i in range(max(i0 - 2, 0), min(i0 + 3, grid.shape[0])):
             for j in range(max(j0 - 2, 0), min(j0 + 3, grid.shape[1])):
@@ -73,9 +74,12 @@ def find(x, mesh, lists, face_normal, centroid):  # type: ignore[no-untyped-def]
                     dx = sorted_centroid[p, 0] - mx
                     dy = sorted_centroid[p, 1] - my
                     dz = sorted_centroid[p, 2] - mz
-                    if dx * dx + dy * dy + dz * dz > around * around:
+                    square = dx * dx + dy * dy + dz * dz
+                    if square > around * around:
                         continue
                     t = grid.order[p]
+                    if square > (far + radius[t]) ** 2:
+                        continue
                     if is_near[t] == e:
                         lean = ux * face_normal[t, 0] + uy * face_normal[t, 1] + uz * face_normal[t, 2]
                         if lean > CREASE:

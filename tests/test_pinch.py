@@ -1,0 +1,78 @@
+"""Fingers press the layers between them together, and lay them on one another in the order they were in."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tatamu import Scene, simulate
+from tatamu.folding.fold import fold_of, ideal_folds
+from tatamu.folding.manipulation import WAIT, Manipulation, bezier_manipulation, scene_of
+from tatamu.folding.pinch import APART, pressed
+from tatamu.folding.plans import make_plan
+from tatamu.garments import make_garment
+
+T, CELL = 0.001, 0.012
+
+
+def tower(*heights: float) -> np.ndarray:
+    """Points over one another."""
+    return np.array([[0.0, 0.0, height] for height in heights])
+
+
+def test_layers_that_lie_on_each_other_stay_as_they_lie() -> None:
+    assert (pressed(tower(0.5 * T, 1.5 * T, 2.5 * T), T, CELL) == 0.0).all()
+
+
+def test_loose_layers_come_to_lie_on_each_other_in_their_order() -> None:
+    points = tower(0.025, 0.0005, 0.012, 0.0015)
+    after = points[:, 2] + pressed(points, T, CELL)
+    assert after == pytest.approx([0.0005 + 3 * APART * T, 0.0005, 0.0005 + 2 * APART * T, 0.0015])
+
+
+def test_what_is_beside_does_not_carry() -> None:
+    points = np.array([[0.0, 0.0, 0.0005], [CELL, 0.0, 0.0105]])
+    assert pressed(points, T, CELL)[1] == pytest.approx(-0.01)
+
+
+def test_nothing_is_pushed_up_or_pressed_by_less_than_a_thickness() -> None:
+    points = tower(0.0005, 0.0007, 0.0026, 0.0024)
+    assert (pressed(points, T, CELL) == 0.0).all()
+
+
+def second_fold() -> tuple[Scene, Manipulation, np.ndarray]:
+    """A folded towel whose upper layer is lifted 2 cm, about to be folded along its length."""
+    towel = make_garment("towel", (0.24, 0.5), None, 0.03)
+    plan = make_plan("quarters", towel)
+    state = ideal_folds(towel, plan)[0].target.copy()
+    state[towel.vertices[:, 0] < 0, 2] += 0.02
+    fold = fold_of(towel, plan, plan.steps[1], state)
+    manipulation = bezier_manipulation(fold, (int(fold.left[2]), int(fold.right[2])), 0.02, 0.06, 0.1, 0.06)
+    return scene_of(fold, manipulation), manipulation, state
+
+
+def test_a_hand_is_a_gripper_for_each_height_that_its_fingers_press_down() -> None:
+    scene, manipulation, state = second_fold()
+    assert len(scene.grippers) > 2
+    for vertex, moved in zip(manipulation.grasps, manipulation.motion()[1], strict=True):
+        hand = [gripper for gripper in scene.grippers if _near(state, gripper.vertices[0], vertex)]
+        assert (hand[0].displacements == moved).all(), "the lowest layers go the hand's way and no other"
+        closed = np.concatenate([state[g.vertices] + g.displacement(WAIT) for g in hand])
+        assert np.ptp(closed[:, 2]) < 0.006, "pressed together"
+        for gripper in hand:
+            way = gripper.displacement(scene.duration) - gripper.displacement(WAIT)
+            assert way == pytest.approx(moved[-1], abs=1e-12), "and carried along together"
+
+
+def test_pressed_layers_are_simulated() -> None:
+    scene, _, _ = second_fold()
+    positions = simulate(scene).positions
+    first = scene.grippers[1]
+    frame = round(WAIT * scene.frame_rate)
+    assert positions[frame, first.vertices] == pytest.approx(
+        positions[0, first.vertices] + first.displacement(WAIT), abs=1e-9
+    )
+
+
+def _near(state: np.ndarray, one: int, other: int) -> bool:
+    return bool(np.linalg.norm(state[one, :2] - state[other, :2]) < 0.05)
