@@ -170,6 +170,20 @@ def test_a_reading_that_cannot_tell_gives_a_bound_and_says_what_would(
     assert limit < 4e-6 if bound == "at most" else limit > (2e-4 if fit.test == "sag" else 200.0)
 
 
+@pytest.mark.parametrize(("longest", "L1", "bound"), [((0.0, 0.1), 0.75, "at most"), ((0.02, 1.0), 0.605, "at least")])
+def test_a_reading_that_the_simulator_does_not_come_to_is_a_bound(
+    monkeypatch: pytest.MonkeyPatch, longest: tuple[float, float], L1: float, bound: str
+) -> None:
+    honest = Elongation.reading
+    monkeypatch.setattr(Elongation, "reading", lambda *given: float(np.clip(honest(*given), *longest)))
+    result = calibrate(measured(elongation__L1=L1, friction=None, sag=None))
+    (fit,) = result.fits
+    assert fit.bound == bound and not {"stretch_stiffness", "bending_rigidity"} & set(result.known)
+    assert result.to_toml()["bound"] == {"stretch_stiffness": bound}
+    (said,) = (text for text in advice_on(result) if text.startswith("elongation"))
+    assert f"its nearest is taken, Y is {bound}" in said and "Is the reading right?" in said
+
+
 def test_a_limp_cloth_is_told_the_length_or_the_loop_that_would_tell() -> None:
     said = advice_on(calibrate(measured(sag__sag=0.0455, errors={"length": 0.003}, friction=None, elongation=None)))
     assert any("free length of about" in text for text in said)

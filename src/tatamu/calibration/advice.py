@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tatamu.calibration.loop import HEIGHT, LIFT
-from tatamu.calibration.result import PARAMETERS, SYMBOLS, Calibration, Fit
+from tatamu.calibration.result import PARAMETERS, SYMBOLS, UNITS, Calibration, Fit
 from tatamu.validation.elastica import tip
 
 AGREES = 2.0
@@ -51,10 +51,14 @@ def _of_fit(calibration: Calibration, fit: Fit) -> list[str]:
         return _check(calibration, fit)
     texts = []
     if abs(fit.simulated - fit.aim) > fit.uncertainty:
+        value = getattr(calibration.material, fit.parameter)
         texts.append(
             f"{fit.test}: {calibration.simulator} comes to {_mm(fit.simulated)}, not to the {_mm(fit.aim)} asked for: "
-            "its nearest is taken."
+            f"its nearest is taken, {SYMBOLS[fit.parameter]} is {fit.bound} {value:.3g} {UNITS[fit.parameter]}. Is the "
+            "reading right?"
         )
+        if fit.aim == fit.measured:  # the reading could tell, the simulator could not follow
+            return texts
     if fit.test == "elongation":
         texts += _elongation(calibration, fit)
     elif fit.test == "sag":

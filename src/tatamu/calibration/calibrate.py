@@ -8,6 +8,7 @@ parameter is an effective one: with it this simulator, on such a mesh, gives the
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -53,8 +54,9 @@ def calibrate(
     setup, readings = setup_of(measurements, spacing), readings_of(measurements)
     laboratory, (targets, checks) = Laboratory(simulator, tick), parted(targets_of(setup, readings))
     material, matches, passes = _elastic(laboratory, targets, _start(setup, readings, targets))
-    fits = [_fit(target, found.reading, found.samples) for target in targets for found in [matches[target.parameter]]]
+    fits = [_matched(target, matches[target.parameter]) for target in targets]
     fits += [_fit(target, laboratory.reading(target.test, material), check=True) for target in checks]
+    told = [target for target, fit in zip(targets, fits, strict=False) if fit.bound is None]
     shapes = {target.test.name: laboratory.shape(target.test, material) for target in [*targets, *checks]}
     sliding = None
     if setup.slope is not None:
@@ -66,7 +68,7 @@ def calibrate(
         simulator=simulator,
         setup=setup,
         fits=tuple(fits),
-        contributions=_contributions(laboratory, setup, readings, targets, material, sliding),
+        contributions=_contributions(laboratory, setup, readings, told, material, sliding),
         readings=readings,
         assumed=_assumed(setup),
         shapes=shapes,
@@ -115,7 +117,12 @@ def _moved(material: Material, before: Material, targets: list[Target]) -> bool:
     return any(abs(np.log(ratio)) > SAME for ratio in ratios)
 
 
-def _fit(target: Target, simulated: float, samples: tuple[tuple[float, float], ...] = (), check: bool = False) -> Fit:
+def _matched(target: Target, found: Match) -> Fit:
+    """A test that was matched, as near as the simulator comes."""
+    return replace(_fit(target, found.reading), bound=target.bound_by(found), samples=found.samples)
+
+
+def _fit(target: Target, simulated: float, check: bool = False) -> Fit:
     """A test and what it reads in the simulator; a `check` had no say, another test told its parameter."""
     return Fit(
         test=target.test.name,
@@ -126,7 +133,7 @@ def _fit(target: Target, simulated: float, samples: tuple[tuple[float, float], .
         simulated=simulated,
         unit="m",
         bound=target.bound,
-        samples=samples,
+        samples=(),
         check=check,
     )
 
@@ -165,16 +172,16 @@ def _contributions(
     material: Material,
     sliding: Sliding | None,
 ) -> dict[str, np.ndarray]:
-    told = {target.test.name: target for target in targets if target.bound is None}
+    """What each reading has to do with each parameter; `targets` are those whose readings tell one."""
     found: dict[str, Slopes] = {}
-    for name, target in told.items():
+    for target in targets:
 
         def reading(stretch: float, bending: float, target: Target = target) -> float:
             changed = {"stretch_stiffness": float(np.exp(stretch)), "bending_rigidity": float(np.exp(bending))}
             return laboratory.reading(target.test, material.model_copy(update=changed))
 
         at = float(np.log(material.stretch_stiffness)), float(np.log(material.bending_rigidity))
-        found[name] = slopes(reading, at)
+        found[target.test.name] = slopes(reading, at)
     friction = None
     if setup.slope is not None and sliding is not None:
         friction = setup.slope.angle, readings["L_t"].value, (sliding.sticks - sliding.slides) / sliding.coefficient

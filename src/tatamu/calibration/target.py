@@ -57,6 +57,12 @@ class Target:
         within = max(WITHIN * self.aim, FINEST)
         return match(reading, self.aim, start, self.limits, within, self.straight, self.rising)
 
+    def bound_by(self, found: Match) -> str | None:
+        """`bound`, or that of a search that ended where the simulator cannot come nearer to the reading."""
+        if self.bound is not None or found.reached or abs(found.reading - self.aim) <= self.uncertainty:
+            return self.bound
+        return "at most" if (found.reading < self.aim) != self.rising else "at least"
+
 
 def targets_of(setup: Setup, readings: dict[str, Reading]) -> list[Target]:
     """The tests that are matched by a length: elongation, sag and loop, in this order."""
