@@ -4,19 +4,23 @@ from __future__ import annotations
 
 import shutil
 import sqlite3
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tatamu.calibration import load_measurements
-from tatamu.errors import InputError
+from tatamu.errors import InputError, TatamuError
 from tatamu.files import check_targets, read_toml
 from tatamu.folding.plan import load_plan
-from tatamu.folding.task import make_task
+from tatamu.folding.task import Task, make_task
 from tatamu.garments import load_garment, make_garment
+from tatamu.garments.meshfile import read_mesh
 from tatamu.learning import learn
 from tatamu.material import Material
+from tatamu.report.fold import read_fold
 from tests.foreign import svg
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "measurements-towel.toml"
@@ -112,3 +116,32 @@ def test_grips_that_hold_the_same_cloth_are_refused() -> None:
         _ = Elongation(make_garment("towel"), grasps).held
     apart = [Grasp(edge="bottom", at=0.1, width=0.05), Grasp(edge="bottom", at=0.9, width=0.05)]
     assert len(np.concatenate(Elongation(make_garment("towel"), apart).held)) > 2
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "binary"])
+def test_a_mesh_file_that_ends_early_is_no_smaller_mesh(tmp_path: Path, encoding: str) -> None:
+    trimesh = pytest.importorskip("trimesh")
+    whole = trimesh.creation.box().export(file_type="ply", encoding=encoding)
+    (tmp_path / "whole.ply").write_bytes(whole)
+    assert len(read_mesh(tmp_path / "whole.ply")[1]) == 12
+    (tmp_path / "cut.ply").write_bytes(whole[:-60])
+    with pytest.raises(InputError, match=r"is cut short|is not a mesh file"):
+        read_mesh(tmp_path / "cut.ply")
+
+
+def test_a_study_of_failures_only_holds_no_fold(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Task, "_left_table", lambda *given: True)
+    task = make_task("towel", spacing=0.04, size=(0.24, 0.5))
+    with pytest.raises(TatamuError, match="all 1 trials failed"):
+        learn(task, tmp_path, trials=1, sampler="random", baselines=False)
+    with pytest.raises(InputError, match="all of its trials failed"):
+        read_fold(tmp_path)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+def test_an_output_that_is_full_is_one_line() -> None:
+    command = [sys.executable, "-c", "from tatamu.cli import main; main()", "garments"]
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stderr == "tatamu: the output cannot be written (No space left on device)\n"

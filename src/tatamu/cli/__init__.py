@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 import sys
 from typing import NoReturn
 
@@ -38,6 +39,7 @@ def main() -> None:
             stream.reconfigure(errors="replace")  # a terminal without Greek letters shows question marks
     try:
         code = app(standalone_mode=False)
+        sys.stdout.flush()
     except InputError as error:
         _stop(str(error), 2)
     except TatamuError as error:
@@ -46,6 +48,11 @@ def main() -> None:
         _stop("aborted", INTERRUPTED)
     except KeyboardInterrupt:
         code = INTERRUPTED  # as typer says where it sees the exception first
+    except OSError as error:
+        if error.filename is not None:  # not the output: files are said to be unreadable where they are opened
+            raise
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is left of it is not tried again
+        _stop(f"the output cannot be written ({error.strerror})", 1)
     except Exception as error:
         if not hasattr(error, "format_message"):
             raise

@@ -36,12 +36,27 @@ def read_mesh(path: Path) -> tuple[np.ndarray, np.ndarray]:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
     except Exception as error:  # each of the readers raises its own kinds
         raise InputError(f"{path}: is not a mesh file ({error})") from None
+    if path.suffix.lower() == ".ply":
+        _check_whole(path, len(vertices), len(faces))
     if not len(faces):
         raise InputError(f"{path}: mesh: must have triangles, given none")
     if not np.isfinite(vertices).all():
         raise InputError(f"{path}: mesh: vertices must be finite")
     used, index = np.unique(faces, return_inverse=True)
     return vertices[used], index.reshape(-1, 3)
+
+
+def _check_whole(path: Path, vertices: int, faces: int) -> None:
+    """Refuse a PLY file that ends before what its header promises: trimesh reads a smaller mesh from it."""
+    header = path.read_bytes().split(b"end_header")[0].decode("ascii", "replace").split()
+    promised = {
+        name: int(number)
+        for word, name, number in zip(header, header[1:], header[2:], strict=False)
+        if word == "element"
+    }
+    for name, found in (("vertex", vertices), ("face", faces)):
+        if found < promised.get(name, 0):
+            raise InputError(f"{path}: is cut short: it promises {promised[name]} of element {name}, and holds {found}")
 
 
 def welded(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -86,7 +86,10 @@ def read_fold(folder: Path) -> LearnedFold:
     Raises:
         InputError: A file is missing, broken, of another version or does not fit the others.
     """
-    result = validated(Result, read_json(folder / "result.json"), folder / "result.json")
+    told = read_json(folder / "result.json")
+    if isinstance(told, dict) and "trials" in told and told.get("best", 0) is None:
+        raise InputError(f"{folder}: all of its trials failed; there is no learned fold in it")
+    result = validated(Result, told, folder / "result.json")
     manipulation = validated(Manipulation, read_json(folder / "manipulation.json"), folder / "manipulation.json")
     scene = Scene.load(folder / "scene.json")
     rollout = Rollout.load(folder / "rollout.npz")
