@@ -8,14 +8,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
 from PIL import Image
 from typer.testing import CliRunner
 
 from tatamu.cli.app import app
 from tatamu.errors import InputError
+from tatamu.folding.fold import ideal_folds
+from tatamu.folding.plans import PLANS
 from tatamu.garments import GARMENTS, make_garment
-from tatamu.report.diagram import Diagram, Dot, Line
+from tatamu.report.diagram import Diagram, Dot, Label, Line
 from tatamu.report.garment import FoldMark, diagram, page
+from tatamu.report.palette import TARGET
 from tests.foreign import GOOD
 
 
@@ -90,3 +94,22 @@ def test_folds_that_are_handed_over_are_drawn_and_names_are_escaped() -> None:
     assert "&lt;b&gt;" in text
     assert "<b>" not in text.split("<figcaption>")[0].split("<figure>")[1]
     assert page(garment, [mark]) == text
+
+
+@pytest.mark.parametrize(("name", "plan"), [("tshirt", "shop"), ("trousers", "thirds"), ("towel", "quarters")])
+def test_the_arrow_of_a_fold_crosses_its_own_line_only_and_no_line_a_name(name: str, plan: str) -> None:
+    garment = make_garment(name)
+    marks = [
+        FoldMark(step.title, fold.line, fold.normal, np.empty((0, 2)), np.empty((0, 2)))
+        for step, fold in zip(PLANS[name][plan].steps, ideal_folds(garment, PLANS[name][plan]), strict=True)
+    ]
+    shapes = diagram(garment, marks).shapes
+    lines = [s for s in shapes if isinstance(s, Line) and s.colour == TARGET and s.width]
+    dashed = shapely.MultiLineString([s.points for s in lines if s.dash])
+    shafts = [shapely.LineString(s.points) for s in lines if not s.dash and len(s.points) == 2]
+    assert len(shafts) == len(marks)
+    for shaft in shafts:
+        assert len(shapely.get_parts(shaft.intersection(dashed))) == 1
+    kinds = [isinstance(shape, Label) for shape in shapes if not isinstance(shape, Dot)]
+    names = kinds.index(True)
+    assert not any(kinds[:names]) and all(kinds[names : names + len(garment.edges) + len(marks)])

@@ -43,7 +43,8 @@ def diagram(garment: Garment, folds: Sequence[FoldMark] = ()) -> Diagram:
     margin = MARGIN * float((high - low).max())
     shapes: list[Shape] = [*_cloth(garment), *_edges(garment)]
     for fold in folds:
-        shapes += _fold(fold, margin)
+        shapes += _fold(fold, margin, [other for other in folds if other is not fold])
+    shapes.sort(key=lambda shape: isinstance(shape, Label))  # no line strikes a name through
     low, high = low - margin, high + margin
     words = f"{garment.name} from above, {len(garment.vertices)} vertices in {garment.layers} layers"
     return Diagram((*shapes, *_ruler(low, high)), low, high, words=words)
@@ -86,13 +87,12 @@ def _edges(garment: Garment) -> list[Shape]:
     return shapes
 
 
-def _fold(fold: FoldMark, margin: float) -> list[Shape]:
+def _fold(fold: FoldMark, margin: float, others: Sequence[FoldMark]) -> list[Shape]:
     """The line, an arrow over it, and the places where the hands may grasp."""
     start, end = fold.line
     along = (end - start) / np.linalg.norm(end - start)
-    middle = 0.5 * (start + end)
     arm, head = 0.35 * margin, 0.12 * margin
-    tip, tail = middle + arm * fold.towards, middle - arm * fold.towards
+    tail, tip = _arrow(fold, arm, shapely.MultiLineString([other.line for other in others]), 2.0 * head)
     barbs = [tip - head * (fold.towards + side * along) for side in (1, -1)]
     reach = 0.7 * margin
     shapes: list[Shape] = [
@@ -103,6 +103,19 @@ def _fold(fold: FoldMark, margin: float) -> list[Shape]:
     ]
     shapes += [Dot(place, LEFT, 3.0) for place in fold.left]
     return shapes + [Dot(place, RIGHT, 3.0) for place in fold.right]
+
+
+def _arrow(fold: FoldMark, arm: float, others: shapely.Geometry, clear: float) -> np.ndarray:
+    """Tail and tip of a fold's arrow: over the middle of its line, or beside it where other lines are there."""
+    start, end = fold.line
+    arms = np.outer([-arm, arm], fold.towards)
+    arrows = [start + part * (end - start) + arms for part in sorted(np.arange(0.2, 0.81, 0.05), key=_from_middle)]
+    free = (arrow for arrow in arrows if others.is_empty or others.distance(shapely.LineString(arrow)) >= clear)
+    return next(free, arrows[0])
+
+
+def _from_middle(part: float) -> float:
+    return round(abs(part - 0.5), 9)
 
 
 def _ruler(low: np.ndarray, high: np.ndarray) -> list[Shape]:
