@@ -187,6 +187,25 @@ def test_hands_follow_the_grippers_of_the_scene(folder: Path) -> None:
         assert np.allclose(fold.hand(arm), fold.rollout.positions[:, arm.grasp.vertex], atol=1e-6)
 
 
+def test_a_hand_whose_fingers_press_layers_together_is_drawn_on_its_own_way(folder: Path) -> None:
+    fold = read_fold(folder)
+    arm = fold.manipulation.arms[0]
+    way, vertex = fold.hand(arm), arm.grasp.vertex
+
+    def press(scene: Any) -> None:
+        whole = scene["grippers"][0]
+        pressed = {
+            **whole,
+            "vertices": [vertex],
+            "displacements": [[x, y, z - 0.02] for x, y, z in whole["displacements"]],
+        }
+        others = [each for each in whole["vertices"] if each != vertex]
+        scene["grippers"][:1] = [{**whole, "vertices": others}, pressed]
+
+    changed(folder / "scene.json", press)
+    assert (read_fold(folder).hand(arm) == way).all()
+
+
 def test_a_cloth_exactly_on_its_target_has_a_report(folder: Path) -> None:
     rewritten(folder, lambda a: a["positions"].__setitem__(-1, a["target"]))
     write_report(folder)

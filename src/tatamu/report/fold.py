@@ -71,13 +71,14 @@ class LearnedFold:
         return np.array(arm.grasp.position) + gripper.path(self.rollout.times)
 
     def _gripper(self, arm: Arm) -> Gripper:
-        for gripper in self.scene.grippers:
-            if arm.grasp.vertex in gripper.vertices:
-                return gripper
-        raise InputError(
-            f"{self.folder / 'scene.json'}: grippers: none holds vertex {arm.grasp.vertex}, "
-            f"the grasp of the {arm.name} arm in manipulation.json"
-        )
+        """The gripper that goes the hand's way: of several, the first, as the others are also pressed onto it."""
+        if not any(arm.grasp.vertex in gripper.vertices for gripper in self.scene.grippers):
+            raise InputError(
+                f"{self.folder / 'scene.json'}: grippers: none holds vertex {arm.grasp.vertex}, "
+                f"the grasp of the {arm.name} arm in manipulation.json"
+            )
+        patch = {arm.grasp.vertex, *arm.grasp.patch}
+        return next(gripper for gripper in self.scene.grippers if not patch.isdisjoint(gripper.vertices))
 
 
 def read_fold(folder: Path) -> LearnedFold:
