@@ -30,6 +30,10 @@ WORDS = {
 }
 AXES = {"elongation": "Y [N/m]", "sag": "B [µN m]", "loop": "B [µN m]", "friction": "μ"}
 FACTORS = {"elongation": 1.0, "sag": 1e6, "loop": 1e6, "friction": 1.0}
+ROOM = 1.6
+"""Beside the points of a chart, as a factor: a logarithmic axis then always has a number on it."""
+TICKS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0)
+"""Numbers on it, times powers of ten."""
 OWN_STYLE = """
 .fit { display: grid; grid-template-columns: minmax(280px, 1fr) minmax(380px, 1.3fr); gap: 18px; align-items: center }
 @media (max-width: 760px) { .fit { grid-template-columns: 1fr } }
@@ -142,6 +146,11 @@ def _chart(calibration: Calibration, fit: Fit) -> go.Figure:
     found = factor * getattr(calibration.material, fit.parameter)
     lowest, highest = min(low, y.min()), max(high, y.max())
     chart.update_yaxes(range=[lowest - 0.08 * (highest - lowest), highest + 0.08 * (highest - lowest)])
+    left, right = min(x.min(), found) / ROOM, max(x.max(), found) * ROOM
+    chart.update_xaxes(range=np.log10([left, right]))
+    if right < 10.0 * left:  # too narrow for whole powers of ten
+        values = np.outer(10.0 ** np.arange(np.floor(np.log10(left)), np.log10(right)), TICKS).ravel()
+        chart.update_xaxes(tickvals=values, ticktext=[f"{value:g}" for value in values])
     chart.add_vline(found, line={"color": INK, "width": 1, "dash": "dot"})
     return chart
 
