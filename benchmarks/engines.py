@@ -14,7 +14,7 @@ from tatamu.errors import InputError, SimulationError
 from tatamu.rollout import Rollout
 from tatamu.scene import Gripper, Scene
 from tatamu.simulators import SIMULATORS, simulate
-from tatamu.topology import Topology
+from tatamu.topology import Topology, edge_lengths
 
 ENGINES = (*SIMULATORS, "newton")
 VARIABLE = "TATAMU_NEWTON"
@@ -63,14 +63,13 @@ def _call(command: list[str]) -> None:
 def _request(scene: Scene, substeps: int, iterations: int) -> dict[str, np.ndarray]:
     cloth, step = scene.cloth, 1.0 / (scene.frame_rate * substeps)
     count = (scene.frames - 1) * substeps
-    sides = cloth.rest[Topology(cloth.faces).edges]
     held = np.zeros((len(scene.grippers), len(cloth.vertices)), dtype=bool)
     for row, gripper in zip(held, scene.grippers, strict=True):
         row[gripper.vertices] = True
     numbers = {
         **scene.material.model_dump(),
         "gravity": scene.gravity,
-        "edge": float(np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1).mean()),
+        "edge": float(edge_lengths(cloth.rest, Topology(cloth.faces).edges).mean()),
         "frames": scene.frames,
         "substeps": substeps,
         "iterations": iterations,

@@ -27,7 +27,7 @@ from tatamu.folding.task import make_job
 from tatamu.garments import make_garment
 from tatamu.learning import learn_job
 from tatamu.report import picture
-from tatamu.topology import Topology
+from tatamu.topology import Topology, edge_lengths
 
 PAGE = Path("docs/folds.md")
 FOLDS = {
@@ -88,10 +88,10 @@ def _strain(fold: Fold) -> tuple[np.ndarray, np.ndarray]:
     """Of every edge: whether it lies away from this fold's crease, and the relative change of its length."""
     garment = fold.garment
     rest = garment.vertices if garment.rest is None else garment.rest
-    ends = Topology(garment.faces).edges.T
-    wanted, flat = (np.linalg.norm(shape[ends[0]] - shape[ends[1]], axis=1) for shape in (fold.target, rest))
+    edges = Topology(garment.faces).edges
+    wanted, flat = (edge_lengths(shape, edges) for shape in (fold.target, rest))
     distance = np.abs(fold.crease.split(fold.start)[0])
-    return distance[ends].min(axis=0) > 4.5 * garment.material.bending_length, wanted / flat - 1.0
+    return distance[edges].min(axis=1) > 4.5 * garment.material.bending_length, wanted / flat - 1.0
 
 
 def learned(name: str, garment: str, fold: str, seed: int, trials: int, out: Path) -> list[dict[str, Any]]:

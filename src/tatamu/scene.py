@@ -166,6 +166,14 @@ class Gripper(Record):
         together = self.closes < other_end and other.closes < end
         return together and not set(self.vertices).isdisjoint(other.vertices)
 
+    def goes_with(self, other: Gripper) -> bool:
+        """Whether it goes the other's way, but for layers that it first presses onto the other's: a hand of both."""
+        count = len(other.times)
+        if len(self.times) < count:
+            return False
+        apart = self.displacements[-count:] - other.displacements
+        return bool(np.ptp(apart, axis=0).max() < 1e-9 < np.abs(apart).max())
+
 
 class Scene(Record):
     """Cloth, material, table, hands and time: the whole input of a simulator."""
@@ -197,6 +205,17 @@ class Scene(Record):
         if self.frames > 200_000:
             raise ValueError(f"duration x frame_rate must be at most 200000 frames, given {self.frames}")
         return self
+
+    @property
+    def hands(self) -> list[list[Gripper]]:
+        """The grippers of each hand, which follow one another: the first goes the hand's way."""
+        hands: list[list[Gripper]] = []
+        for gripper in self.grippers:
+            if hands and gripper.goes_with(hands[-1][0]):
+                hands[-1].append(gripper)
+            else:
+                hands.append([gripper])
+        return hands
 
     @property
     def frames(self) -> int:

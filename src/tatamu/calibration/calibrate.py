@@ -8,7 +8,6 @@ parameter is an effective one: with it this simulator, on such a mesh, gives the
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
@@ -54,9 +53,9 @@ def calibrate(
     setup, readings = setup_of(measurements, spacing), readings_of(measurements)
     laboratory, (targets, checks) = Laboratory(simulator, tick), parted(targets_of(setup, readings))
     material, matches, passes = _elastic(laboratory, targets, _start(setup, readings, targets))
-    fits = [_matched(target, matches[target.parameter]) for target in targets]
-    fits += [_fit(target, laboratory.reading(target.test, material), check=True) for target in checks]
-    told = [target for target, fit in zip(targets, fits, strict=False) if fit.bound is None]
+    fits = [_fit(target, found.reading, found) for target in targets for found in [matches[target.parameter]]]
+    fits += [_fit(target, laboratory.reading(target.test, material)) for target in checks]
+    told = [target for target in targets if target.bound_by(matches[target.parameter]) is None]
     shapes = {target.test.name: laboratory.shape(target.test, material) for target in [*targets, *checks]}
     sliding = None
     if setup.slope is not None:
@@ -117,13 +116,8 @@ def _moved(material: Material, before: Material, targets: list[Target]) -> bool:
     return any(abs(np.log(ratio)) > SAME for ratio in ratios)
 
 
-def _matched(target: Target, found: Match) -> Fit:
-    """A test that was matched, as near as the simulator comes."""
-    return replace(_fit(target, found.reading), bound=target.bound_by(found), samples=found.samples)
-
-
-def _fit(target: Target, simulated: float, check: bool = False) -> Fit:
-    """A test and what it reads in the simulator; a `check` had no say, another test told its parameter."""
+def _fit(target: Target, simulated: float, found: Match | None = None) -> Fit:
+    """A test and what it reads in the simulator; without a search it is a check: another test told its parameter."""
     return Fit(
         test=target.test.name,
         parameter=target.parameter,
@@ -132,9 +126,9 @@ def _fit(target: Target, simulated: float, check: bool = False) -> Fit:
         aim=target.aim,
         simulated=simulated,
         unit="m",
-        bound=target.bound,
-        samples=(),
-        check=check,
+        bound=target.bound_by(found) if found else target.bound,
+        samples=found.samples if found else (),
+        check=found is None,
     )
 
 

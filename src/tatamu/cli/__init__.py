@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import os
 import sys
@@ -28,6 +29,8 @@ from tatamu.cli import (  # noqa: F401
 from tatamu.cli.app import app
 from tatamu.errors import InputError, TatamuError
 
+UNWRITABLE = (errno.ENOSPC, errno.EIO, errno.EPIPE)
+"""What goes wrong with standard output: it is full, broken, or nobody reads it."""
 INTERRUPTED = 130
 """The exit code of a program that was ended by Ctrl-C: 128 + SIGINT."""
 
@@ -49,7 +52,7 @@ def main() -> None:
     except KeyboardInterrupt:
         code = INTERRUPTED  # as typer says where it sees the exception first
     except OSError as error:
-        if error.filename is not None:  # not the output: files are said to be unreadable where they are opened
+        if error.errno not in UNWRITABLE:  # what is wrong with other files is said where they are opened
             raise
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is left of it is not tried again
         _stop(f"the output cannot be written ({error.strerror})", 1)

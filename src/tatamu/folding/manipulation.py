@@ -95,15 +95,10 @@ def scene_of(fold: Fold, manipulation: Manipulation) -> Scene:
     garment, timing = fold.garment, manipulation.timing
     times, displacements = manipulation.motion()
     grippers = [
-        Gripper(
-            vertices=held,
-            closes=timing["closes"],
-            opens=timing["opens"],
-            times=[*_CLOSING[:-1], *times.tolist()] if down else times.tolist(),
-            displacements=_after_closing(moved, down) if down else moved,
-        )
+        Gripper(vertices=held, closes=timing["closes"], opens=timing["opens"], times=knots, displacements=way)
         for vertex, moved in zip(manipulation.grasps, displacements, strict=True)
         for held, down in _held(fold, vertex)
+        for knots, way in [_after_closing(times, moved, down)]
     ]
     return Scene(
         cloth=_cloth(fold),
@@ -122,11 +117,13 @@ def _held(fold: Fold, vertex: int) -> list[tuple[list[int], float]]:
     return [(patch[down == each].tolist(), float(each)) for each in np.unique(down)[::-1]]
 
 
-def _after_closing(moved: np.ndarray, down: float) -> np.ndarray:
-    """Displacements of what the fingers press down while they close and then carry along [m]."""
+def _after_closing(times: np.ndarray, moved: np.ndarray, down: float) -> tuple[list[float], np.ndarray]:
+    """Knots [s] and displacements [m] of what the fingers press `down` while they close, and then carry along."""
+    if not down:
+        return times.tolist(), moved
     shift = np.array([0.0, 0.0, down])
     closing = path.minimum_jerk(np.linspace(0.0, 1.0, len(_CLOSING)))[:-1, None] * shift
-    return np.concatenate([closing, moved + shift])
+    return [*_CLOSING[:-1], *times.tolist()], np.concatenate([closing, moved + shift])
 
 
 def _cloth(fold: Fold) -> Cloth:

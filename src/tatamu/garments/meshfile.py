@@ -10,7 +10,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from tatamu.errors import InputError
-from tatamu.topology import Topology, areas
+from tatamu.topology import Topology, areas, longest_sides
 
 FORMATS = (".obj", ".ply", ".stl", ".glb")
 SLIVER = 1e-3
@@ -48,12 +48,9 @@ def read_mesh(path: Path) -> tuple[np.ndarray, np.ndarray]:
 
 def _check_whole(path: Path, vertices: int, faces: int) -> None:
     """Refuse a PLY file that ends before what its header promises: trimesh reads a smaller mesh from it."""
-    header = path.read_bytes().split(b"end_header")[0].decode("ascii", "replace").split()
-    promised = {
-        name: int(number)
-        for word, name, number in zip(header, header[1:], header[2:], strict=False)
-        if word == "element"
-    }
+    header = path.read_bytes().split(b"end_header")[0].decode("ascii", "replace")
+    elements = [line.split() for line in header.splitlines() if line.startswith("element ")]
+    promised = {name: int(number) for _, name, number in elements}
     for name, found in (("vertex", vertices), ("face", faces)):
         if found < promised.get(name, 0):
             raise InputError(f"{path}: is cut short: it promises {promised[name]} of element {name}, and holds {found}")
@@ -78,10 +75,7 @@ def _places(vertices: np.ndarray) -> np.ndarray:
 def faults(vertices: np.ndarray, faces: np.ndarray) -> list[str]:
     """What keeps a mesh from being a cloth, each in a few words; none if nothing does."""
     topology, found = Topology(faces), []
-    longest = np.max(
-        [np.linalg.norm(vertices[faces[:, k]] - vertices[faces[:, k - 1]], axis=1) for k in range(3)], axis=0
-    )
-    flat = areas(vertices, faces) < SLIVER * longest**2
+    flat = areas(vertices, faces) < SLIVER * longest_sides(vertices, faces) ** 2
     if flat.any():
         found.append(f"{flat.sum()} triangles without area, the first is {_first(flat)}")
     double = len(vertices) - len(np.unique(_places(vertices)))

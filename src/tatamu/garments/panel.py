@@ -70,8 +70,7 @@ def panel(outline: Outline, spacing: float) -> Panel:
 
 def _quality(mesh: Panel, spacing: float) -> float:
     """Smallest angle over 30 degrees or longest edge over 1.7 spacings, whichever is worse; 1 is good."""
-    ends = mesh.points[Topology(mesh.faces).edges]
-    longest = float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).max())
+    longest = float(edge_lengths(mesh.points, Topology(mesh.faces).edges).max())
     return min(float(np.degrees(angles(mesh.points, mesh.faces).min())) / 30.0, 1.7 * spacing / longest)
 
 

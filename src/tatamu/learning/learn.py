@@ -82,7 +82,7 @@ def learn(
             identity["parallel"] = parallel
         if first:
             identity["first"] = [dict(parameters) for parameters in first]
-        study = Study(folder / "study.db", identity, search_space(task.fold, grasps), task.fold.span, first)
+        study = Study(folder / "study.db", identity, search_space(task.fold, grasps), floor=task.fold.span)
         done = len(study.trials)
         if trials < done:
             raise InputError(f"trials: {folder} has {done} trials already, given {trials}; give {done} or more")

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from typing import Literal
 
-from optuna.distributions import BaseDistribution, FloatDistribution, IntDistribution
+from optuna.distributions import FloatDistribution, IntDistribution
 
 from tatamu.folding.fold import Fold
 
 Grasps = Literal["integer", "continuous"]
+Bounds = FloatDistribution | IntDistribution
 
 HIGHEST = 0.75
 """P1 and P2 lie at most this part of the span over the grasp."""
 
 
-def search_space(fold: Fold, grasps: Grasps) -> dict[str, BaseDistribution]:
+def search_space(fold: Fold, grasps: Grasps) -> dict[str, Bounds]:
     """Bounds of the search.
 
     P1 and P2 lie between grasp and release, from the height of the grasp up to `HIGHEST` spans. Grasps are whole
@@ -31,16 +32,13 @@ def carried_over(parameters: dict[str, float], before: Fold, fold: Fold, grasps:
 
     P1 and P2 keep their place in parts of the span, grasps theirs among the candidates from the corner inwards.
     """
-    larger = fold.span / before.span
-    most = {"integer": (before.candidates - 1, fold.candidates - 1), "continuous": (before.candidates, fold.candidates)}
-    old, new = most[grasps]
+    old, new, larger = search_space(before, grasps), search_space(fold, grasps), fold.span / before.span
     moved = {name: larger * parameters[name] for name in ("x1", "z1", "x2", "z2")}
-    held = {name: new * parameters[name] / max(old, 1) for name in ("g1", "g2")}
-    return {name: _within(bounds, {**moved, **held}[name]) for name, bounds in search_space(fold, grasps).items()}
+    held = {name: new[name].high * parameters[name] / max(old[name].high, 1) for name in ("g1", "g2")}
+    return {name: _within(new[name], value) for name, value in {**moved, **held}.items()}
 
 
-def _within(bounds: BaseDistribution, value: float) -> float:
+def _within(bounds: Bounds, value: float) -> float:
     """The nearest value that the search may propose."""
-    assert isinstance(bounds, FloatDistribution | IntDistribution)
     inside = min(max(value, bounds.low), bounds.high)
     return round(inside) if isinstance(bounds, IntDistribution) else float(inside)

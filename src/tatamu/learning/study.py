@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
@@ -42,26 +42,21 @@ class Study:
     """Ask for parameters, tell what came of them."""
 
     def __init__(
-        self,
-        path: Path,
-        identity: dict[str, Any],
-        space: dict[str, BaseDistribution],
-        floor: float,
-        first: Sequence[dict[str, float]] = (),
+        self, path: Path, identity: dict[str, Any], space: Mapping[str, BaseDistribution], floor: float
     ) -> None:
         """Open the study at `path`, or begin one.
 
         Args:
             path: The database file.
-            identity: Task, sampler, grasps and seed; must be those that the study began with.
+            identity: Task, sampler, grasps and seed, and the parameters of the `first` trials where the sampler shall
+                not propose them; must be those that the study began with.
             space: What is searched.
             floor: What every objective lies above.
-            first: Parameters of the first trials; the sampler proposes the others.
 
         Raises:
             InputError: The file is no such study, or it belongs to another task.
         """
-        self.identity, self.space, self.floor, self.first, self._path = identity, space, floor, first, path
+        self.identity, self.space, self.floor, self._path = identity, dict(space), floor, path
         with self._readable():
             self._study = optuna.create_study(
                 storage=f"sqlite:///{path}", study_name=NAME, direction="minimize", load_if_exists=True
@@ -91,10 +86,11 @@ class Study:
             known: How many finished trials it may know the objective of. The others count as running.
         """
         finished = self.trials
-        if len(finished) + len(pending) < len(self.first):
-            return dict(self.first[len(finished) + len(pending)])
+        number, first = len(finished) + len(pending), self.identity.get("first", [])
+        if number < len(first):
+            return dict(first[number])
         told, running = finished[:known], [*(trial.params for trial in finished[known:]), *pending]
-        sampler = make_sampler(self.identity["sampler"], self.identity["seed"], len(finished) + len(pending))
+        sampler = make_sampler(self.identity["sampler"], self.identity["seed"], number)
         scratch = optuna.create_study(sampler=sampler, direction="minimize")
         scratch.add_trials(self._as_told(told))
         for parameters in running:

@@ -67,18 +67,16 @@ class LearnedFold:
 
     def hand(self, arm: Arm) -> np.ndarray:
         """Where a hand is at each frame [m], shape (f, 3)."""
-        gripper = self._gripper(arm)
-        return np.array(arm.grasp.position) + gripper.path(self.rollout.times)
+        return np.array(arm.grasp.position) + self._gripper(arm).path(self.rollout.times)
 
     def _gripper(self, arm: Arm) -> Gripper:
-        """The gripper that goes the hand's way: of several, the first, as the others are also pressed onto it."""
-        if not any(arm.grasp.vertex in gripper.vertices for gripper in self.scene.grippers):
-            raise InputError(
-                f"{self.folder / 'scene.json'}: grippers: none holds vertex {arm.grasp.vertex}, "
-                f"the grasp of the {arm.name} arm in manipulation.json"
-            )
-        patch = {arm.grasp.vertex, *arm.grasp.patch}
-        return next(gripper for gripper in self.scene.grippers if not patch.isdisjoint(gripper.vertices))
+        for hand in self.scene.hands:
+            if any(arm.grasp.vertex in gripper.vertices for gripper in hand):
+                return hand[0]
+        raise InputError(
+            f"{self.folder / 'scene.json'}: grippers: none holds vertex {arm.grasp.vertex}, "
+            f"the grasp of the {arm.name} arm in manipulation.json"
+        )
 
 
 def read_fold(folder: Path) -> LearnedFold:

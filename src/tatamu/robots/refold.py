@@ -21,7 +21,7 @@ from tatamu.robots.rehearsal import Rehearsal
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 from tatamu.simulators import named
-from tatamu.topology import Topology
+from tatamu.topology import Topology, edge_lengths
 
 FINE_ENOUGH = {"mujoco": 0.45}
 """Cells of at most so many bending lengths: where a simulator bends quadratically, a fold collapses on larger ones."""
@@ -67,8 +67,8 @@ class Refold:
 
 def halvings_for(scene: Scene, simulator: str) -> int:
     """How often the edges of a scene's mesh must be halved until the simulator can fold it."""
-    edges = scene.cloth.rest[Topology(scene.cloth.faces).edges]
-    cells = np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1).mean() / max(scene.material.bending_length, 1e-9)
+    lengths = edge_lengths(scene.cloth.rest, Topology(scene.cloth.faces).edges)
+    cells = lengths.mean() / max(scene.material.bending_length, 1e-9)
     needed = int(np.ceil(np.log2(max(cells / FINE_ENOUGH.get(simulator, np.inf), 1e-9))))
     return min(max(0, needed), MOST_HALVINGS)
 

@@ -104,7 +104,7 @@ class Rehearsal:
             learned: The scene of the fold, with the left hand's grippers first; of several, the first stays as it is
                 while the fingers close, and the others are pressed onto it.
         """
-        hands = _hands(learned)
+        hands = learned.hands
         if len(hands) != 2:
             raise InputError(f"scene.json: grippers: must be of two hands, left and right, given {len(hands)}")
         closes = self.closes
@@ -129,26 +129,6 @@ class Rehearsal:
             times=(self.times[rows] - closes + 1e-9).tolist(),
             displacements=moved + np.clip((self.times[rows, None] - self.times[rows[0]]) / WAIT, 0.0, 1.0) * pressed,
         )
-
-
-def _hands(scene: Scene) -> list[list[Gripper]]:
-    """The grippers of each hand: those that have the same way, but for where their layers are pressed to."""
-    hands: list[list[Gripper]] = []
-    for gripper in scene.grippers:
-        if hands and _goes_with(gripper, hands[-1][0]):
-            hands[-1].append(gripper)
-        else:
-            hands.append([gripper])
-    return hands
-
-
-def _goes_with(gripper: Gripper, first: Gripper) -> bool:
-    """Whether a gripper presses layers onto those of another, and then goes its way."""
-    count = len(first.times)
-    if len(gripper.times) <= count:
-        return False
-    apart = gripper.displacements[-count:] - first.displacements
-    return bool(np.ptp(apart, axis=0).max() < 1e-9)
 
 
 def rehearse(planned: Planned) -> Rehearsal:

@@ -16,7 +16,7 @@ from tatamu.files import validated
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 from tatamu.simulators import simulate
-from tatamu.topology import Topology
+from tatamu.topology import Topology, edge_lengths
 from tatamu.validation.meshes import LAYOUTS, Mesh, right
 from tatamu.validation.scenes import joined, raised, sewn
 
@@ -150,9 +150,7 @@ def _placed(random: np.random.Generator, rest: np.ndarray, size: float, thicknes
 
 def _longest(rest: np.ndarray, faces: np.ndarray, material: dict[str, float]) -> float:
     """Duration that WORK allows [s], by the waves of membrane and bending across the smallest triangle."""
-    sides = rest[Topology(faces).edges]
-    edge = np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1)
-    height = 0.5 * float(edge.min())
+    height = 0.5 * float(edge_lengths(rest, Topology(faces).edges).min())
     rho = material["areal_density"]
     stretch = 2.0 * np.sqrt(material["stretch_stiffness"] / (rho * (1.0 - material["poisson_ratio"] ** 2))) / height
     bend = 4.0 * np.sqrt(material["bending_rigidity"] / rho) / height**2

@@ -15,7 +15,7 @@ from tatamu.simulators.many import side_by_side
 from tatamu.simulators.mujoco.hold import Hand
 from tatamu.simulators.mujoco.model import compiled, engine, vertex_masses
 from tatamu.simulators.timeline import Segment, segments
-from tatamu.topology import Topology
+from tatamu.topology import Topology, edge_lengths
 
 LONGEST_STEP = 2e-3
 """Longest time step [s]."""
@@ -113,8 +113,7 @@ class Run:
 
     def _coarse(self) -> list[str]:
         cloth, length = self.scene.cloth, self.scene.material.bending_length
-        edges = cloth.rest[Topology(cloth.faces).edges]
-        spacing = float(np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1).mean())
+        spacing = float(edge_lengths(cloth.rest, Topology(cloth.faces).edges).mean())
         if spacing <= COARSEST * length:
             return []
         return [
