@@ -22,11 +22,12 @@ from scipy.stats import binom
 from tables import insert
 
 from tatamu.calibration import Calibration, calibrate
-from tatamu.calibration.drawing import hanging, looped, sagging, sliding
+from tatamu.calibration.drawing import hanging, looped, pushed, sagging, sliding
 from tatamu.calibration.elongation import Elongation
 from tatamu.calibration.friction import Slope
 from tatamu.calibration.loop import Loop
 from tatamu.calibration.measurements import Grasp
+from tatamu.calibration.push import Push
 from tatamu.calibration.sag import Sag
 from tatamu.files import write_json, write_text
 from tatamu.garments import make_garment
@@ -189,6 +190,9 @@ def drawings() -> None:
     write_text(DOCS.parent / "measure-sag.svg", sagging(strip, simulate(strip.scene(terry)).positions[-1]))
     loop = Loop(0.034, 0.002)
     write_text(DOCS.parent / "measure-loop.svg", looped(loop, simulate(loop.scene(terry)).positions[-1]))
+    push = Push(0.4, 0.06, 0.01)
+    wrinkled = terry.model_copy(update={"compression": 0.12, "stretch_stiffness": 60.0})
+    write_text(DOCS.parent / "measure-push.svg", pushed(push, simulate(push.scene(wrinkled)).positions[-1]))
     write_text(DOCS.parent / "measure-slide.svg", sliding(Slope(float(np.arctan(terry.friction_table)))))
 
 

@@ -1,11 +1,11 @@
 """Another simulator as the real cloth: the table "cloths" of docs/calibration.md.
 
-    python benchmarks/cloths.py [--only towel ..] [--manipulations 10] [--trials 15] [--out DIR] [--write-docs]
+    python benchmarks/cloths.py [--only towel ..] [--manipulations 30] [--trials 15] [--out DIR] [--write-docs]
 
 A sheet is measured in one simulator as if it lay on the table, another one is calibrated to the readings, by the
-paper's three tests and with the loop, and both fold it by the same random manipulations. Beside it the preset of that
-kind of cloth. Where `native` is the one calibrated, a fold is learned in it and replayed on the real cloth. What is in
-the folder is not run again.
+paper's three tests, with the loop, and with the push, and both fold it by the same random manipulations. Beside it the
+preset of that kind of cloth. Where `native` is the one calibrated, a fold is learned in it and replayed on the real
+cloth. What is in the folder is not run again.
 """
 
 from __future__ import annotations
@@ -45,6 +45,14 @@ SHORTER = [0.02, 0.025, 0.03, 0.035, 0.04, 0.05, 0.06]
 """Free lengths that a person tries for the sag of a fabric [m]."""
 CONTACT_ROUNDS = 12
 """With Blender's own 2, the table does not hold cloth that bears cloth (docs/second-opinion.md)."""
+READINGS = {"three": (), "four": ("loop",), "five": ("loop", "push")}
+"""What is read beside the paper's three."""
+TITLES = {
+    "preset": "with the preset",
+    "three": "three readings",
+    "four": "and the loop",
+    "five": "and the push",
+}
 DRAWN = ("areal_density", "stretch_stiffness", "bending_rigidity", "friction_table", "friction_cloth")
 """What differs from the preset in a cloth of its kind, within the preset's spread."""
 
@@ -151,15 +159,15 @@ def replayed(case: Case, task: Task, folder: Path, trials: int) -> dict[str, flo
 
 def compare(case: Case, count: int, trials: int, folder: Path) -> dict[str, Any]:
     """Measure the real cloth, calibrate the learner to it, and compare folds with the preset's."""
-    true = measured(case.real, case.of, case.size, sag_length(case), case.cells, loop=True)
+    true = measured(case.real, case.of, case.size, sag_length(case), case.cells, READINGS["five"])
     row: dict[str, Any] = {"readings": true, "preset": {"material": load_material(Path(case.preset)).model_dump()}}
-    for name in ("three", "four"):
-        told = readings(true, case.size, loop=name == "four", material=case.preset, thickness=case.real.thickness)
+    for name, more in READINGS.items():
+        told = readings(true, case.size, more=more, material=case.preset, thickness=case.real.thickness)
         started = time.perf_counter()
         found = calibrate(told, case.learner, case.cells)
         row[name] = {"material": found.material.model_dump(), "seconds": time.perf_counter() - started}
     truth = final_shapes(task_of(case, case.real, case.of), count)
-    for name in ("preset", "three", "four"):
+    for name in TITLES:
         task = task_of(case, Material.model_validate(row[name]["material"]), case.learner)
         row[name]["apart"] = apart(truth, final_shapes(task, count))
         if case.learner == "native":
@@ -170,6 +178,7 @@ def compare(case: Case, count: int, trials: int, folder: Path) -> dict[str, Any]
 def measured_line(case: Case, row: dict[str, Any]) -> dict[str, str]:
     """What was read, and what became of it."""
     true, three, four = row["readings"], row["three"]["material"], row["four"]["material"]
+    five = row.get("five", {}).get("material", {})
     return {
         "cloth": f"{case.name} in {case.of}",
         "calibrated": case.learner,
@@ -177,27 +186,31 @@ def measured_line(case: Case, row: dict[str, Any]) -> dict[str, str]:
         "slides at [°]": f"{np.degrees(true['angle']):.1f}",
         "sag [mm]": f"{1e3 * true['sag']:.0f} of {1e3 * true['free_length']:.0f}",
         "loop [mm]": f"{1e3 * true['loop']:.0f}",
+        "moved [mm]": f"{1e3 * true['moved']:.0f}" if "moved" in true else "-",
         "Y [N/m]": f"{three['stretch_stiffness']:.0f}",
         "μ": f"{three['friction_table']:.2f}",
         "B by sag [µN m]": f"{1e6 * three['bending_rigidity']:.0f}",
         "B by loop [µN m]": f"{1e6 * four['bending_rigidity']:.0f}",
-        "seconds": f"{row['three']['seconds']:.0f}, {row['four']['seconds']:.0f}",
+        "c": f"{five.get('compression', 1.0):.2g}" if five else "-",
+        "seconds": ", ".join(f"{row[name]['seconds']:.0f}" for name in READINGS if name in row),
     }
 
 
 def compared_line(case: Case, row: dict[str, Any]) -> dict[str, str]:
     """How far preset and calibrations are from the real cloth after the random manipulations."""
     told = {"cloth": f"{case.name} in {case.of}", "calibrated": case.learner, "preset": case.preset}
-    middles, columns = {}, [row[name]["apart"] for name in ("preset", "three", "four")]
+    names = [name for name in TITLES if name in row]
+    middles, columns = {}, [row[name]["apart"] for name in names]
     finished = [k for k, each in enumerate(zip(*columns, strict=True)) if None not in each]
-    for name in ("preset", "three", "four"):
+    told["folds"] = str(len(finished))
+    for name in names:
         lengths = 1e3 * np.array([row[name]["apart"][k] for k in finished])
         middles[name] = float(np.mean(lengths)), float(np.median(lengths))
-    for name, title in (("preset", "with the preset"), ("three", "three readings"), ("four", "and the loop")):
-        told[f"{title}: mean, median [mm]"] = "{:.1f}, {:.1f}".format(*middles[name])
+    for name, title in TITLES.items():
+        told[f"{title}: mean, median [mm]"] = "{:.1f}, {:.1f}".format(*middles[name]) if name in row else "-"
         if name != "preset":
-            ratios = [a / b for a, b in zip(middles[name], middles["preset"], strict=True)]
-            told[f"{title}: ratios"] = "{:.2f}, {:.2f}".format(*ratios)
+            ratios = [a / b for a, b in zip(middles.get(name, ()), middles["preset"], strict=False)]
+            told[f"{title}: ratios"] = "{:.2f}, {:.2f}".format(*ratios) if ratios else "-"
     return told
 
 
@@ -209,14 +222,13 @@ def replayed_line(case: Case, row: dict[str, Any]) -> dict[str, str]:
         return "{} → {}; {}".format(*lengths)
 
     told = {"cloth": f"{case.name} in {case.of}"}
-    titles = {"preset": "with the preset", "three": "three readings", "four": "and the loop"}
-    return told | {f"{title} [mm]": words(row[name]["fold"]) for name, title in titles.items()}
+    return told | {f"{title} [mm]": words(row[name]["fold"]) if name in row else "-" for name, title in TITLES.items()}
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", nargs="+", help="cloths, such as towel or denim; default: all")
-    parser.add_argument("--manipulations", type=int, default=10)
+    parser.add_argument("--manipulations", type=int, default=30)
     parser.add_argument("--trials", type=int, default=15)
     parser.add_argument("--out", type=Path, default=Path("runs/calibration"))
     parser.add_argument("--write-docs", action="store_true")

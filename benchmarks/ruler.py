@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from tatamu.calibration.friction import SLIDING, Slope
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.loop import HEIGHT, LIFT, Loop
 from tatamu.calibration.measurements import Grasp
+from tatamu.calibration.push import Push
 from tatamu.calibration.sag import Sag
 from tatamu.files import validated
 from tatamu.garments import make_garment
@@ -20,6 +21,8 @@ from tatamu.material import Material
 
 BOARD = 0.8
 """Length of the board [m]."""
+PUSHED = 0.05
+"""How far a ruler pushes the cloth [m]."""
 MARK = 1e-3
 """Marks of the ruler [m] and of the scale [kg]."""
 HUMAN = {"length": 1e-3, "mass": 1e-3, "H_s": 5e-3}
@@ -34,9 +37,9 @@ def measured(
     size: tuple[float, float],
     free_length: float,
     spacing: float | None = None,
-    loop: bool = False,
+    more: Collection[str] = (),
 ) -> dict[str, float]:
-    """True lengths, angle and mass of a simulated cloth; the height of its loop where asked for."""
+    """True lengths, angle and mass of a simulated cloth; of `more`, "loop" and "push", what is asked for."""
     lab = Laboratory(simulator)
     hung = Elongation(make_garment("towel", size, material, spacing or FINE_HANG), [Grasp(edge="bottom")])
     strip = Sag(free_length, spacing or free_length / FINE_SAG)
@@ -49,7 +52,8 @@ def measured(
         "L2": size[1],
         "H_s": BOARD * float(np.sin(angle)),
         "sag": lab.reading(strip, still),
-        **({"loop": loop_height(lab, still, spacing)} if loop else {}),
+        **({"loop": loop_height(lab, still, spacing)} if "loop" in more else {}),
+        **({"moved": lab.reading(Push(size[1], PUSHED, spacing), material)} if "push" in more else {}),
         "free_length": free_length,
         "angle": angle,
     }
@@ -90,12 +94,12 @@ def readings(
     size: tuple[float, float],
     errors: dict[str, float] = HUMAN,
     random: np.random.Generator | None = None,
-    loop: bool = False,
+    more: Collection[str] = (),
     **garment: Any,
 ) -> Measurements:
     """What a person reads: with the stated errors if there is a generator, and rounded to the marks.
 
-    The loop is read where asked for. `garment` is what else the table of that name says.
+    Of `more`, "loop" and "push", what is asked for is read too. `garment` is what else the table of that name says.
     """
 
     def read(value: float, kind: str) -> float:
@@ -114,7 +118,12 @@ def readings(
             "friction": {"L_t": read(BOARD, "length"), "H_s": read(true["H_s"], "H_s")},
             "sag": {"edge": "bottom", "free_length": lengths["free_length"], "sag": lengths["sag"]},
             "errors": errors,
-            **({"loop": {"height": read(true["loop"], "length")}} if loop else {}),
+            **({"loop": {"height": read(true["loop"], "length")}} if "loop" in more else {}),
+            **({"push": _pushed(size[1], true["moved"])} if "push" in more else {}),
         },
         "readings",
     )
+
+
+def _pushed(length: float, moved: float) -> dict[str, float]:
+    return {"length": length, "pushed": PUSHED, "moved": min(round(max(moved, 0.0) / MARK) * MARK, PUSHED)}

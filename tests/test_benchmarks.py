@@ -111,6 +111,7 @@ def test_cloths_are_compared_by_what_all_finished(modules: Any) -> None:
     assert line["with the preset: mean, median [mm]"] == "30.0, 30.0"
     assert line["three readings: ratios"] == "0.67, 0.67"
     assert line["and the loop: ratios"] == "0.50, 0.50"
+    assert line["and the push: ratios"] == "-" and line["folds"] == "2"
 
 
 def test_a_hidden_cloth_lies_within_the_spread_of_its_preset(modules: Any) -> None:

@@ -7,9 +7,15 @@ import sys
 
 import numpy as np
 import pytest
+from scipy.stats import spearmanr
 
 from tatamu import Cloth, Scene, SimulationError, Table, simulate, simulate_many
+from tatamu.simulators.native import model
 from tatamu.topology import areas, lumped
+from tatamu.validation.checks.refinement import TOWEL, score
+from tatamu.validation.manipulations import EDGE, Manipulation
+from tatamu.validation.manipulations import scene_of as folded
+from tatamu.validation.subject import Subject
 from tests.scenes import CLOTH, held, scene, sheet
 
 
@@ -132,3 +138,17 @@ def test_info_says_what_a_rollout_must_say() -> None:
     info = simulate(scene(duration=0.1)).info
     assert {"simulator", "version", "wall_seconds", "setup_seconds", "steps", "warnings"} <= set(info)
     assert info["simulator"] == "native"
+
+
+@pytest.mark.slow
+def test_half_the_time_step_keeps_the_order_of_folds(monkeypatch: pytest.MonkeyPatch) -> None:
+    folds = [folded(Manipulation.random(100 + seed, fast=False), TOWEL, 0.02, EDGE) for seed in range(30)]
+    subject = Subject.named("native")
+    whole = np.array([score(subject, fold) for fold in folds])
+    for name in ("OUTER_STEP", "MEMBRANE_PHASE", "BENDING_PHASE"):
+        monkeypatch.setattr(model, name, getattr(model, name) / 2)
+    monkeypatch.setattr(model, "_kept", {})
+    half = np.array([score(subject, fold) for fold in folds])
+    assert (half != whole).any()
+    assert spearmanr(whole, half).statistic >= 0.95
+    assert half[whole.argmin()] - half.min() < 0.002

@@ -7,8 +7,9 @@ import pytest
 
 from tatamu.garments import make_garment
 from tatamu.garments.towel import staggered_rectangle
-from tatamu.simulators.native import bending, layout, membrane
-from tatamu.topology import Topology
+from tatamu.material import Material
+from tatamu.simulators.native import bending, layout, membrane, wrinkling
+from tatamu.topology import Topology, areas
 from tatamu.validation.meshes import LAYOUTS
 from tests.scenes import CLOTH
 
@@ -36,15 +37,17 @@ def irregular() -> Mesh:
 class Elastic:
     """Membrane and bending of a mesh, through the memory layout of the simulator."""
 
-    def __init__(self, mesh: Mesh) -> None:
+    def __init__(self, mesh: Mesh, material: Material = CLOTH) -> None:
         self.rest, self.faces = mesh
+        self.material = material
         self.topology = Topology(self.faces)
         self.slot, self.slots = layout.slots(self.rest, self.topology.hinges)
         self.triangles = layout.bands(self.slot[self.faces], self.slots)
         hinges = layout.turned_hinges(self.topology.hinges, self.slot)
         self.hinges = layout.bands(self.slot[hinges], self.slots)
         frames = membrane.rest_frames(self.rest, self.faces)
-        self.S, self.L2 = membrane.constants(frames, CLOTH)
+        self.frames = frames
+        self.S, self.L2, self.R = membrane.constants(frames, material)
         free = np.zeros(len(self.topology.hinges), dtype=bool)
         self.weights, self.others = bending.constants(self.rest, self.topology, frames, free, CLOTH.bending_rigidity)
 
@@ -62,7 +65,8 @@ class Elastic:
         X = self._slotted(x, self.triangles)
         F, tau = np.zeros_like(X), np.zeros((3, int(self.triangles.table[:, 1].max())))
         S, L2 = self.triangles.spread(self.S), self.triangles.spread(self.L2)
-        membrane.add_force(X, F, self.triangles.table, S, L2, tau)
+        R = self.triangles.spread(self.R) if self.R.size else self.R
+        membrane.add_force(X, F, self.triangles.table, S, L2, R, self.material.compression, tau)
         return self._gathered(F, self.triangles)
 
     def membrane_energy(self, x: np.ndarray) -> float:
@@ -70,6 +74,23 @@ class Elastic:
         eps = np.stack([((e) ** 2).sum(1) for e in (c - b, a - c, b - a)]) - self.L2
         full = 0.5 * self.S[[0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(3, 3, -1)
         return float(0.5 * np.einsum("it,ijt,jt", eps, full, eps))
+
+    def relaxed_energy(self, x: np.ndarray) -> float:
+        """Of cloth that wrinkles: from the principal Green strains of every triangle, as docs/native.md has it."""
+        corners = x[self.faces]
+        now = np.stack([corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]], axis=2)
+        then = np.stack([self.frames[:, 1], self.frames[:, 2]], axis=2)
+        gradient = now @ np.linalg.inv(then)
+        low, high = np.linalg.eigvalsh(0.5 * (gradient.transpose(0, 2, 1) @ gradient - np.eye(2))).T
+        cloth, b = self.material, wrinkling.CROWDED
+        nu, Y = cloth.poisson_ratio, cloth.stretch_stiffness
+
+        def psi(e: np.ndarray, b: float) -> np.ndarray:
+            soft = cloth.compression * e**2 + (1 - cloth.compression) * np.minimum(e + b, 0.0) ** 2
+            return np.where(e > 0, e**2, soft)
+
+        density = 0.5 * Y * psi(high, b) + 0.5 * Y / (1 - nu**2) * psi(low + nu * high, (1 + nu) * b)
+        return float((areas(self.rest, self.faces) * density).sum())
 
     def _hinge_state(self, x: np.ndarray) -> np.ndarray:
         H = np.zeros((10, self.hinges.size))
@@ -115,6 +136,27 @@ def test_forces_carry_no_momentum(elastic: Elastic, part: str) -> None:
     scale = np.abs(force).sum()
     assert np.abs(force.sum(0)).max() < 1e-12 * scale
     assert np.abs(np.cross(x, force).sum(0)).max() < 1e-12 * scale
+
+
+@pytest.mark.parametrize("compression", [0.02, 0.999])
+def test_the_force_of_cloth_that_wrinkles_is_minus_the_gradient_of_its_energy(compression: float) -> None:
+    elastic = Elastic(regular(), CLOTH.model_copy(update={"compression": compression}))
+    rng = np.random.default_rng(3)
+    x = elastic.rest + rng.normal(0.0, 0.003, elastic.rest.shape)  # strains from -0.4 to 0.9: every branch
+    force = elastic.membrane_force(x)
+    for v, k in zip(rng.integers(0, len(x), 20), rng.integers(0, 3, 20), strict=True):
+        step = np.zeros_like(x)
+        step[v, k] = 1e-6
+        slope = (elastic.relaxed_energy(x + step) - elastic.relaxed_energy(x - step)) / 2e-6
+        assert force[v, k] == pytest.approx(-slope, rel=1e-4, abs=1e-5 * np.abs(force).max())
+
+
+def test_cloth_that_hardly_wrinkles_is_cloth_that_does_not() -> None:
+    hardly = Elastic(regular(), CLOTH.model_copy(update={"compression": 1.0 - 1e-9}))
+    plain = Elastic(regular())
+    x = plain.rest + np.random.default_rng(4).normal(0.0, 0.003, plain.rest.shape)
+    force = plain.membrane_force(x)
+    assert np.allclose(hardly.membrane_force(x), force, atol=1e-7 * np.abs(force).max())
 
 
 def test_rows_of_a_staggered_mesh_need_no_copies() -> None:

@@ -36,6 +36,9 @@ class Material(BaseModel):
     """Membrane stiffness Y: tension per width per strain [N/m]."""
     poisson_ratio: Number = Field(0.25, ge=-0.95, le=0.95)
     """In-plane Poisson ratio nu [-]."""
+    compression: Number = Field(1.0, ge=1e-3, le=1.0)
+    """c: part of the stretch stiffness that resists compression [-]; less than 1 stands for wrinkles finer than the
+    mesh."""
     bending_rigidity: Number = Field(ge=0.0, le=1.0)
     """Bending rigidity B: moment per width per curvature [N m]."""
     thickness: Number = Field(1e-3, ge=THICKNESS[0], le=THICKNESS[1])
@@ -52,10 +55,11 @@ class Material(BaseModel):
 
     @model_serializer(mode="wrap")
     def _plain(self, standard: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Plain data without the `blender` table where there is none: most scenes have nothing to say of it."""
+        """Plain data without what most scenes have nothing to say of: a `blender` table, and compression."""
         plain: dict[str, Any] = standard(self)
-        if self.blender is None:
-            plain.pop("blender", None)  # it may have been excluded already
+        for name, usual in (("blender", None), ("compression", 1.0)):
+            if getattr(self, name) == usual:
+                plain.pop(name, None)  # it may have been excluded already
         return plain
 
     @property

@@ -29,13 +29,16 @@ NAMES = {
     "free_length": "the free length",
     "sag": "the sag",
     "height": "the height of the loop",
+    "push_length": "the length of the cloth ahead of the ruler",
+    "pushed": "how far the ruler was pushed",
+    "moved": "how far the far edge moved",
 }
 
 
 def advice_on(calibration: Calibration) -> list[str]:
     """Sentences, the most important first."""
     advice = [text for fit in calibration.fits for text in _of_fit(calibration, fit)]
-    advice += _substitution(calibration)
+    advice += _substitution(calibration) + _unused(calibration)
     repeated = best_repeat(calibration)
     if repeated is not None:
         name, gains = repeated
@@ -65,6 +68,8 @@ def _of_fit(calibration: Calibration, fit: Fit) -> list[str]:
         texts += _sag(calibration, fit)
     elif fit.test == "loop":
         texts += _loop(calibration, fit)
+    elif fit.test == "push":
+        texts += _push(calibration, fit)
     elif fit.bound:
         does = "slides on this slope whatever the coefficient" if fit.bound == "at least" else "sticks without friction"
         texts.append(f"friction: {calibration.simulator} {does}; tan(theta) is taken, which it cannot follow.")
@@ -137,6 +142,27 @@ def _loop(calibration: Calibration, fit: Fit) -> list[str]:
         f"loop: {_mm(fit.measured)} is as low as two layers: the cloth has no loop that a ruler could read, B is at "
         f"most {1e6 * calibration.material.bending_rigidity:.2g} µN m."
     ]
+
+
+def _push(calibration: Calibration, fit: Fit) -> list[str]:
+    compression = calibration.material.compression
+    if fit.bound == "at most":
+        return [
+            f"push: the far edge stayed where it was to {_mm(fit.uncertainty)}: c is at most {compression:.2g}, and "
+            "folding asks for no more. A shorter cloth or a longer push would tell."
+        ]
+    if fit.bound == "at least":
+        return [
+            f"push: the cloth slid as a whole, to {_mm(fit.uncertainty)}: c is at least {compression:.2g}. A longer "
+            "cloth would tell."
+        ]
+    return []
+
+
+def _unused(calibration: Calibration) -> list[str]:
+    if calibration.setup.push is None or calibration.fit("push") is not None:
+        return []
+    return [f"push: not used, {calibration.simulator} knows no compression: its cloth resists it as it does tension."]
 
 
 def _limp(length: float, calibration: Calibration) -> str:

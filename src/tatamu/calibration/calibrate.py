@@ -1,8 +1,9 @@
 """Calibration: measurements in, the parameters of one simulator out (paper, section IV).
 
 Areal density is mass over area. Stretch stiffness and bending rigidity are matched in turn, each in its own test with
-the other as it stands, until both stay; friction does not touch those tests, and is searched once they are done. Every
-parameter is an effective one: with it this simulator, on such a mesh, gives the readings.
+the other as it stands, until both stay; friction does not touch those tests, and is searched once they are done, and
+compression, which needs all the others, last. Every parameter is an effective one: with it this simulator, on such a
+mesh, gives the readings.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from tatamu.calibration.measurements import Measurements
 from tatamu.calibration.readings import Reading, readings_of
 from tatamu.calibration.result import Calibration, Fit
 from tatamu.calibration.setup import Setup, setup_of
-from tatamu.calibration.target import Target, parted, targets_of
+from tatamu.calibration.target import Target, parted, push_target, targets_of
 from tatamu.calibration.uncertainty import Slopes, contributions, slopes
 from tatamu.errors import InputError, SimulationError
 from tatamu.material import Material
@@ -29,6 +30,8 @@ SAME = 5e-3
 MOST_PASSES = 5
 LIGHTEST, HEAVIEST = 0.02, 5.0
 """Areal densities that a fabric has [kg/m^2]."""
+WRINKLE = ("native", "blender")
+"""Simulators that know `Material.compression`."""
 
 
 def calibrate(
@@ -62,6 +65,12 @@ def calibrate(
         sliding = _friction(laboratory, setup.slope, material)
         material = material.model_copy(update={"friction_table": sliding.coefficient})
         fits.append(_friction_fit(setup.slope, sliding, readings))
+    if setup.push is not None and simulator in WRINKLE:
+        target = push_target(setup.push, material, readings)
+        found = _compression(laboratory, target, material)
+        material = material.model_copy(update={"compression": found.parameter})
+        fits.append(_fit(target, found.reading, found))
+        shapes[target.test.name] = laboratory.shape(target.test, material)
     return Calibration(
         material=material,
         simulator=simulator,
@@ -69,7 +78,7 @@ def calibrate(
         fits=tuple(fits),
         contributions=_contributions(laboratory, setup, readings, told, material, sliding),
         readings=readings,
-        assumed=_assumed(setup),
+        assumed=_assumed(setup, simulator),
         shapes=shapes,
         passes=passes,
         simulations=laboratory.simulations,
@@ -142,6 +151,15 @@ def _friction(laboratory: Laboratory, slope: Slope, material: Material) -> Slidi
     return threshold(speed, slope.textbook)
 
 
+def _compression(laboratory: Laboratory, target: Target, material: Material) -> Match:
+    """Search the part of the stretch stiffness that resists compression."""
+    start = float(np.clip(target.guess(target.aim, material.areal_density), *target.limits))
+    found = target.matched(laboratory, material, start)
+    if not np.isfinite(found.reading):
+        raise SimulationError(f"{target.test.name}: {laboratory.simulator} gave up: {laboratory.failure}")
+    return found
+
+
 def _friction_fit(slope: Slope, sliding: Sliding, readings: dict[str, Reading]) -> Fit:
     board, height = readings["L_t"], readings["H_s"]
     error = np.hypot(height.uncertainty, np.sin(slope.angle) * board.uncertainty) / (board.value * np.cos(slope.angle))
@@ -183,11 +201,12 @@ def _contributions(
     return contributions(readings, found.get("elongation"), bending, friction)
 
 
-def _assumed(setup: Setup) -> tuple[str, ...]:
+def _assumed(setup: Setup, simulator: str) -> tuple[str, ...]:
     """Fields that nothing measured."""
     made = {
         "stretch_stiffness": setup.elongation,
         "bending_rigidity": setup.sag or setup.loop,
         "friction_table": setup.slope,
+        "compression": setup.push if simulator in WRINKLE else None,
     }
     return (*(name for name, test in made.items() if test is None), "poisson_ratio", "friction_cloth", "air_drag")

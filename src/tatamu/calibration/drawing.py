@@ -1,4 +1,4 @@
-"""Drawings of the three tests, from simulated shapes: for the docs and beside the fits."""
+"""Drawings of the tests, from simulated shapes: for the docs and beside the fits."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from tatamu.calibration.elongation import Elongation
 from tatamu.calibration.friction import SIZE, Slope
 from tatamu.calibration.loop import Loop
+from tatamu.calibration.push import Push
 from tatamu.calibration.sag import Sag
 from tatamu.topology import Topology
 
@@ -171,4 +172,24 @@ def looped(test: Loop, end: np.ndarray) -> str:
     read = reach + 0.35 * height
     drawing.line(np.array([[side[side[:, 1].argmax(), 0], height], [read, height]]), FAINT, 1.0, stroke_dasharray="4 4")
     drawing.dimension(np.array([read, 0.0]), np.array([read, height]), "height")
+    return drawing.svg()
+
+
+def pushed(test: Push, end: np.ndarray) -> str:
+    """The strip after the push, positions [m] of shape (n, 3), from the side, and where its ends were before."""
+    side = test.profile(end)
+    low, high = 0.12 * test.length, 0.05 * test.length
+    corners = np.array([[-0.08 * test.length, -low], [test.length + max(0.08 * test.length, test.pushed), 2.2 * high]])
+    drawing = Drawing.around(np.concatenate([side, corners]), 420.0, 220.0)
+    drawing.line(np.array([[corners[0, 0], 0.0], [corners[1, 0], 0.0]]), GRIP, 3.0)
+    drawing.line(side + np.array([0.0, 2.0 / drawing.scale]), CLOTH, 3.5, stroke_linecap="round")
+    ruler = side[0]
+    box = np.array([[0.0, 0.0], [-0.03, 0.0], [-0.03, 2.0], [0.0, 2.0], [0.0, 0.0]]) * [test.length, high] + ruler
+    drawing.line(box, GRIP, 1.0, fill="#cbd2d9")
+    for start, now, name in ((0.0, side[0, 0], "pushed"), (test.length, side[-1, 0], "moved")):
+        drawing.line(np.array([[start, -0.7 * low], [start, 1.6 * high]]), FAINT, 1.0, stroke_dasharray="4 4")
+        if now - start > 1e-3:
+            drawing.dimension(np.array([start, -0.4 * low]), np.array([now, -0.4 * low]), "")
+        drawing.label((0.5 * (start + now), -0.9 * low), name, READ)
+    drawing.dimension(np.array([0.0, 1.8 * high]), np.array([test.length, 1.8 * high]), "length")
     return drawing.svg()

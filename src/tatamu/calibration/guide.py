@@ -20,7 +20,7 @@ STEP = 0.005
 """Free lengths are proposed in steps of this [m]."""
 
 INSTRUCTIONS = """\
-Three measurements of your garment give a simulator its cloth; a fourth is for limp cloth. You need a ruler with
+Three measurements of your garment give a simulator its cloth; two more are for limp cloth. You need a ruler with
 millimetres, a kitchen scale, a board longer than the garment, with the surface it will be folded on, and two more
 rulers or flat strips as a grip. Let the cloth lie for a minute before each. Repeat what you can: write repeats as a
 list, [0.804, 0.805].
@@ -47,6 +47,11 @@ list, [0.804, 0.805].
    Lay one layer (of a T-shirt the hem of one side) over itself on the table without pressing, edges parallel, until
    four times the height of the loop lies on either side. height: from the table to the top of the loop. Where it is
    given, it tells bending, as folds bend like it, and the sag is a check.
+
+5  Push it, if you like: cloth that hands push along the table wrinkles or slides.     [push] length, pushed, moved
+   Lay one layer flat on the surface of 2. Press a ruler on its whole near edge and push it 5 cm towards the far one,
+   slowly. length: of the cloth ahead of the ruler before; pushed: how far the ruler went; moved: how far the far edge
+   did, 0 where it stayed.
 
     tatamu measure --template towel            writes measurements.toml, to be filled in
     tatamu calibrate measurements.toml --out my-towel.toml
@@ -93,6 +98,11 @@ sag = []                 # from the grip vertically down to the edge
 
 # [loop]                 # optional: cloth folded over itself; then B is the loop's, and the sag a check
 # height = []            # from the table to the top of the loop
+
+# [push]                 # optional: cloth pushed along the table by a ruler on its near edge
+# length = []            # of the cloth ahead of the ruler
+# pushed = []            # how far the ruler went
+# moved = []             # how far the far edge did, 0 where it stayed
 
 [errors]                 # standard deviation of one reading, all causes together
 length = 0.001

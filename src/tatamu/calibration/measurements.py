@@ -5,6 +5,7 @@
     [friction]    L_t, H_s                        paper, section IV-B
     [sag]         edge, free_length, sag          paper, section IV-C
     [loop]        height                          bending of limp cloth, and at the curvature of a fold
+    [push]        length, pushed, moved           whether cloth that is pushed wrinkles or slides
     [errors]      length, mass, H_s               standard deviation of one reading
 
 A reading is a number or a list of repeats. SI units: metres and kilograms.
@@ -46,6 +47,11 @@ def _readings(value: Any, largest: float, unit: str, smaller: str) -> tuple[floa
 
 def _lengths(value: Any) -> tuple[float, ...]:
     return _readings(value, LONGEST, "metres", "millimetres")
+
+
+def _lengths_or_nothing(value: Any) -> tuple[float, ...]:
+    given = value if isinstance(value, list | tuple) else [value]
+    return tuple(0.0 if each == 0 and not isinstance(each, bool) else _length(each) for each in given) or _lengths([])
 
 
 def _masses(value: Any) -> tuple[float, ...]:
@@ -187,6 +193,32 @@ class LoopReadings(Part):
         return self
 
 
+class PushReadings(Part):
+    """How far the far edge of cloth on a table moves when a ruler pushes the near one."""
+
+    length: Lengths
+    """Of the cloth ahead of the ruler, in the direction of the push [m]."""
+    pushed: Lengths
+    """How far the ruler was pushed [m]."""
+    moved: Annotated[tuple[float, ...], BeforeValidator(_lengths_or_nothing)]
+    """How far the far edge moved [m]; 0 where it stayed."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        length, pushed = float(np.mean(self.length)), float(np.mean(self.pushed))
+        for moved in self.moved:
+            if moved > pushed:
+                raise ValueError(
+                    f"moved ({moved:g} m) must be at most pushed ({pushed:g} m): the far edge does not go farther than "
+                    "the ruler; was the cloth pulled?"
+                )
+        if pushed > 0.3 * length:
+            raise ValueError(
+                f"pushed ({pushed:g} m) must be at most 0.3 of length ({length:g} m): cloth heaps up before the ruler"
+            )
+        return self
+
+
 class Errors(Part):
     """Standard deviation of one reading, all causes together: the ruler's marks, the eye, the cloth's unrest."""
 
@@ -207,12 +239,15 @@ class Measurements(Part):
     friction: FrictionReadings | None = None
     sag: SagReadings | None = None
     loop: LoopReadings | None = None
+    push: PushReadings | None = None
     errors: Errors = Field(default_factory=Errors)
 
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.elongation is None and self.friction is None and self.sag is None and self.loop is None:
             raise ValueError("must hold at least one of the tables [elongation], [friction], [sag], [loop]; given none")
+        if self.push is not None and (self.elongation is None or self.friction is None):
+            raise ValueError("push: needs [elongation] and [friction] as well, as what resists a push depends on both")
         return self
 
 

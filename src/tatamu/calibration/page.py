@@ -20,16 +20,18 @@ TITLES = {
     "sag": "Sag: bending rigidity B",
     "loop": "Loop: bending rigidity B",
     "friction": "Friction: coefficient μ on the table",
+    "push": "Push: compression c",
 }
-READINGS = {"elongation": "L1 - L2", "sag": "sag", "loop": "height of the loop"}
+READINGS = {"elongation": "L1 - L2", "sag": "sag", "loop": "height of the loop", "push": "moved"}
 WORDS = {
     "areal_density": "areal density",
     "stretch_stiffness": "stretch stiffness",
     "bending_rigidity": "bending rigidity",
     "friction_table": "friction on the table",
+    "compression": "resists compression, part of Y",
 }
-AXES = {"elongation": "Y [N/m]", "sag": "B [µN m]", "loop": "B [µN m]", "friction": "μ"}
-FACTORS = {"elongation": 1.0, "sag": 1e6, "loop": 1e6, "friction": 1.0}
+AXES = {"elongation": "Y [N/m]", "sag": "B [µN m]", "loop": "B [µN m]", "friction": "μ", "push": "c"}
+FACTORS = {"elongation": 1.0, "sag": 1e6, "loop": 1e6, "friction": 1.0, "push": 1.0}
 ROOM = 1.6
 """Beside the points of a chart, as a factor: a logarithmic axis then always has a number on it."""
 TICKS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0)
@@ -73,6 +75,8 @@ def _picture(calibration: Calibration, test: str) -> str:
         return drawing.sagging(setup.sag, shape)
     if test == "loop" and setup.loop is not None and shape is not None:
         return drawing.looped(setup.loop, shape)
+    if test == "push" and setup.push is not None and shape is not None:
+        return drawing.pushed(setup.push, shape)
     return drawing.sliding(setup.slope) if setup.slope is not None and test == "friction" else ""
 
 

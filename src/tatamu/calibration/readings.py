@@ -37,6 +37,10 @@ def readings_of(measurements: Measurements) -> dict[str, Reading]:
         found["sag"] = _reading(measurements.sag.sag, errors.length)
     if measurements.loop is not None:
         found["height"] = _reading(measurements.loop.height, errors.length)
+    if measurements.push is not None:
+        found["push_length"] = _reading(measurements.push.length, errors.length)
+        found["pushed"] = _reading(measurements.push.pushed, errors.length)
+        found["moved"] = _reading(measurements.push.moved, errors.length)
     return found
 
 

@@ -16,10 +16,10 @@ from tatamu.calibration.setup import Setup
 from tatamu.files import write_text
 from tatamu.material import Material
 
-PARAMETERS = ("areal_density", "stretch_stiffness", "bending_rigidity", "friction_table")
+PARAMETERS = ("areal_density", "stretch_stiffness", "bending_rigidity", "friction_table", "compression")
 """Fields of a material that calibration finds, in the order of its matrices."""
-UNITS = {"areal_density": "kg/m²", "stretch_stiffness": "N/m", "bending_rigidity": "N m", "friction_table": "-"}
-SYMBOLS = {"areal_density": "ρ", "stretch_stiffness": "Y", "bending_rigidity": "B", "friction_table": "μ"}
+UNITS = dict(zip(PARAMETERS, ("kg/m²", "N/m", "N m", "-", "-"), strict=True))
+SYMBOLS = dict(zip(PARAMETERS, ("ρ", "Y", "B", "μ", "c"), strict=True))
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Fit:
     test: str
     parameter: str
     measured: float
-    """The reading: L1 - L2 [m], theta [rad], sag [m], height of the loop [m]."""
+    """The reading: L1 - L2 [m], theta [rad], sag [m], height of the loop [m], how far the far edge moved [m]."""
     uncertainty: float
     """Its standard uncertainty."""
     aim: float
@@ -54,7 +54,7 @@ class Calibration:
     setup: Setup
     fits: tuple[Fit, ...]
     contributions: Mapping[str, np.ndarray]
-    """Reading to the part of each of `PARAMETERS` that one standard uncertainty of it moves, shape (4,)."""
+    """Reading to the part of each of `PARAMETERS` that one standard uncertainty of it moves, shape (5,)."""
     readings: Mapping[str, Reading]
     """By the name they have in the file."""
     assumed: tuple[str, ...]
@@ -73,8 +73,8 @@ class Calibration:
 
     @property
     def covariance(self) -> np.ndarray:
-        """Of the logarithms of `PARAMETERS`, shape (4, 4)."""
-        parts = np.array([np.zeros(4), *self.contributions.values()])
+        """Of the logarithms of `PARAMETERS`, shape (5, 5)."""
+        parts = np.array([np.zeros(len(PARAMETERS)), *self.contributions.values()])
         return np.asarray(parts.T @ parts)
 
     def relative(self, parameter: str) -> float:

@@ -11,6 +11,7 @@ from tatamu.calibration.elongation import Elongation, named_edge
 from tatamu.calibration.friction import Slope
 from tatamu.calibration.loop import Loop
 from tatamu.calibration.measurements import Measurements
+from tatamu.calibration.push import Push
 from tatamu.calibration.sag import Sag
 from tatamu.errors import InputError
 from tatamu.garments import GARMENTS, Garment, make_garment
@@ -36,6 +37,7 @@ class Setup:
     slope: Slope | None
     sag: Sag | None
     loop: Loop | None
+    push: Push | None = None
 
     @property
     def area(self) -> float:
@@ -73,7 +75,10 @@ def setup_of(measurements: Measurements, spacing: float | None = None) -> Setup:
     if measurements.loop is not None:
         loop = Loop(float(np.mean(measurements.loop.height)), base.thickness, spacing)
         _check_height(loop)
-    return Setup(garment, base, elongation, slope, sag, loop)
+    push = None
+    if measurements.push is not None:
+        push = Push(float(np.mean(measurements.push.length)), float(np.mean(measurements.push.pushed)), spacing)
+    return Setup(garment, base, elongation, slope, sag, loop, push)
 
 
 def _check_length(elongation: Elongation, lying: float) -> None:

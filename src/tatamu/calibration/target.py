@@ -10,12 +10,13 @@ from scipy.special import logit
 
 from tatamu.calibration.laboratory import Laboratory, Test
 from tatamu.calibration.match import Match, match
+from tatamu.calibration.push import Push
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.setup import Setup
 from tatamu.material import Material
 
-STRETCH, BENDING = (1.0, 1e5), (1e-8, 1e-2)
-"""Ranges in which the parameters are searched [N/m], [N m]."""
+STRETCH, BENDING, COMPRESSION = (1.0, 1e5), (1e-8, 1e-2), (0.01, 1.0)
+"""Ranges in which the parameters are searched [N/m], [N m], [-]."""
 WITHIN, FINEST = 1e-3, 1e-5
 """Readings are matched to this part of themselves, or to this length [m] where that is more."""
 STIFFEST, LIMPEST = 0.02, 0.96
@@ -114,6 +115,23 @@ def targets_of(setup: Setup, readings: dict[str, Reading]) -> list[Target]:
             )
         )
     return targets
+
+
+def push_target(push: Push, material: Material, readings: dict[str, Reading]) -> Target:
+    """The test of a push, which is matched last, once friction is known."""
+    pushed, moved = readings["pushed"], readings["moved"]
+    error = float(np.hypot(pushed.uncertainty, moved.uncertainty))
+    return Target(
+        push,
+        "compression",
+        moved.value,
+        error,
+        "at most" if moved.value < error else "at least" if moved.value > pushed.value - error else None,
+        lambda reading, _: push.guess(reading, material),
+        COMPRESSION,
+        lambda value: float(-np.log(max(pushed.value - value, 1e-5))),
+        rising=True,
+    )
 
 
 def parted(targets: list[Target]) -> tuple[list[Target], list[Target]]:

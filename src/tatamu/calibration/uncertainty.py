@@ -62,7 +62,7 @@ def contributions(
     bending: tuple[str, Slopes] | None,
     friction: tuple[float, float, float] | None,
 ) -> dict[str, np.ndarray]:
-    """Change of the logarithm of each of `PARAMETERS`, shape (4,), with one standard uncertainty of each reading.
+    """Change of the logarithm of each of `PARAMETERS`, shape (5,), with one standard uncertainty of each reading.
 
     Args:
         readings: By name.
@@ -72,8 +72,7 @@ def contributions(
     """
     found = {name: np.zeros(len(PARAMETERS)) for name in readings}
     for name, reading in readings.items():
-        error = reading.uncertainty / reading.value
-        density = error * {"mass": 1.0, "width": -1.0, "length": -1.0}.get(name, 0.0)
+        density = _share(reading) * {"mass": 1.0, "width": -1.0, "length": -1.0}.get(name, 0.0)
         found[name][0] = density
         found[name][1:3] = _elastic(name, reading, density, elongation, bending)
     if friction is not None:
@@ -82,8 +81,24 @@ def contributions(
         per_height = per_radian / (board * np.cos(angle))
         found["H_s"][3] = per_height * readings["H_s"].uncertainty
         found["L_t"][3] = -per_height * np.sin(angle) * readings["L_t"].uncertainty
-        found["search"] = np.array([0.0, 0.0, 0.0, interval / np.sqrt(12.0)])
+        found["search"] = np.array([0.0, 0.0, 0.0, interval / np.sqrt(12.0), 0.0])
+    if "moved" in readings:
+        _compression(found, readings)
     return found
+
+
+def _compression(found: dict[str, np.ndarray], readings: Mapping[str, Reading]) -> None:
+    """Of c, from those of the others: c = mu rho g L^2 / 2 Y (s - p), see `push`."""
+    shorter = max(readings["pushed"].value - readings["moved"].value, readings["pushed"].uncertainty)
+    for name, change in found.items():
+        own = {"push_length": 2.0 / readings["push_length"].value, "pushed": -1.0 / shorter, "moved": 1.0 / shorter}
+        error = readings[name].uncertainty if name in readings else 0.0
+        change[4] = change[0] - change[1] + change[3] + own.get(name, 0.0) * error
+
+
+def _share(reading: Reading) -> float:
+    """The error as a part of the reading; of an edge that stayed none."""
+    return reading.uncertainty / reading.value if reading.value else 0.0
 
 
 def _elastic(
@@ -94,13 +109,13 @@ def _elastic(
     bending: tuple[str, Slopes] | None,
 ) -> np.ndarray:
     """Changes of ln Y and ln B that make up for the change of one reading, shape (2,)."""
-    error = reading.uncertainty
+    error, share = reading.uncertainty, _share(reading)
     matrix, wanted = np.eye(2), np.zeros(2)
     if elongation is not None:
-        own = {"L1": error, "L2": -error, "length": -elongation.size * error / reading.value}.get(name, 0.0)
+        own = {"L1": error, "L2": -error, "length": -elongation.size * share}.get(name, 0.0)
         matrix[0], wanted[0] = (elongation.stretch, elongation.bending), own - elongation.density * density
     if bending is not None:
         test, bent = bending
-        read = {"sag": error, "free_length": -bent.size * error / reading.value} if test == "sag" else {"height": error}
+        read = {"sag": error, "free_length": -bent.size * share} if test == "sag" else {"height": error}
         matrix[1], wanted[1] = (bent.stretch, bent.bending), read.get(name, 0.0) - bent.density * density
     return np.asarray(np.linalg.solve(matrix, wanted))

@@ -10,9 +10,11 @@ import numpy as np
 from tatamu.errors import InputError
 from tatamu.folding.grasps import candidates
 from tatamu.folding.ideal import Line, Stack, crease_of, ideal_fold, stack
+from tatamu.folding.pinch import outermost
 from tatamu.folding.plan import Plan, Step
 from tatamu.folding.plans import make_plan
 from tatamu.garments import Garment
+from tatamu.topology import Topology
 
 PAD = 0.03
 """Width of the finger pad along the fold line [m]."""
@@ -72,11 +74,25 @@ class Fold:
         return np.array([*self.span_of(vertex) * self.normal, self.stacks.under[vertex] - lowest])
 
     def patch(self, vertex: int) -> list[int]:
-        """Vertices that a finger pad covers when it pinches there, of every layer; on a coarse mesh neighbours too."""
+        """Vertices that fingers hold when they pinch there: under the pad, the outermost of every layer."""
+        spacing = self.garment.spacing
         across, along = self.crease.split(self.start)
-        sideways = np.abs(along - along[vertex]) <= max(PAD / 2, 1.3 * self.garment.spacing)
+        sideways = np.abs(along - along[vertex]) <= max(PAD / 2, 1.3 * spacing)  # on a coarse mesh neighbours too
         inwards = np.abs(across - across[vertex]) <= PINCH + 1e-9
-        return np.flatnonzero(sideways & inwards & (across < 0)).tolist()
+        under = np.flatnonzero(sideways & inwards & (across < 0))
+        held = outermost(across[under], along[under], self._links(under), spacing)
+        return under[held | (under == vertex)].tolist()
+
+    def _links(self, vertices: np.ndarray) -> np.ndarray:
+        """Edges of the mesh between some vertices, by their places among them, shape (e, 2)."""
+        place = np.full(len(self.start), -1)
+        place[vertices] = np.arange(len(vertices))
+        links = place[self._edges]
+        return np.asarray(links[(links >= 0).all(axis=1)])
+
+    @cached_property
+    def _edges(self) -> np.ndarray:
+        return Topology(self.garment.faces).edges
 
     def still(self) -> np.ndarray:
         """Vertices that a perfect fold does not move, shape (n,)."""

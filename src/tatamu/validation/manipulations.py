@@ -15,7 +15,11 @@ LENGTH, WIDTH = 0.28, 0.20
 """Of the towel [m]; its rows double when the spacing goes from 20 to 10 mm, so that hands hold the same part."""
 PATCH = 0.025
 """Side of the corner that a hand holds [m]."""
+EDGE = 1e-9
+"""How far in from the edge a hand reaches that holds the edge alone [m]."""
 KNOTS = 41
+REST = 0.6
+"""From letting go to the end of the scene [s]."""
 
 
 @dataclass(frozen=True)
@@ -49,12 +53,12 @@ class Manipulation:
         return 3 * (1 - t) ** 2 * t * p1 + 3 * (1 - t) * t**2 * p2 + t**3 * p3
 
 
-def scene_of(manipulation: Manipulation, material: Material, spacing: float, rest: float = 0.6) -> Scene:
-    """The manipulation on a mesh: both near corners are held, carried over, and let go."""
+def scene_of(manipulation: Manipulation, material: Material, spacing: float, depth: float = PATCH) -> Scene:
+    """The manipulation on a mesh: both near corners are held `depth` metres in, carried over, and let go."""
     mesh = staggered(LENGTH, WIDTH, spacing)
     plan = mesh[0]
     times = (np.linspace(0, 1, KNOTS) * manipulation.seconds).tolist()
-    near = plan[:, 0] < PATCH
+    near = plan[:, 0] < depth
     corners = (near & (plan[:, 1] > WIDTH - PATCH), near & (plan[:, 1] < PATCH))
     grippers = [
         Gripper(
@@ -70,7 +74,7 @@ def scene_of(manipulation: Manipulation, material: Material, spacing: float, res
         material=material,
         table=Table(),
         grippers=grippers,
-        duration=manipulation.seconds + 0.1 + rest,
+        duration=manipulation.seconds + 0.1 + REST,
     )
 
 

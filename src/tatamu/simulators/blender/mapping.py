@@ -106,6 +106,7 @@ def _elasticity(mapping: Mapping, scene: Scene, springs: Springs) -> None:
         "bending_model": "ANGULAR",
         "bending_damping": BENDING_DAMPING * bending * lighter,
         **_each("{}_stiffness", tension * lighter),
+        **_pair("compression_stiffness", tension * lighter * material.compression),
         **_each("{}_damping", min(50.0, float(damping))),
         **_pair("bending_stiffness", bending * lighter),
     }

@@ -109,6 +109,8 @@ class Run:
             for number, warning in enumerate(self.data.warning)
             if warning.number
         ]
+        if self.scene.material.compression < 1.0:
+            found.append("mujoco: cloth resists compression as it does tension")
         return found + self._coarse()
 
     def _coarse(self) -> list[str]:

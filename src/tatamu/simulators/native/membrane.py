@@ -14,6 +14,7 @@ import numpy as np
 from numba import njit
 
 from tatamu.material import Material
+from tatamu.simulators.native import wrinkling
 
 
 def rest_frames(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -29,8 +30,11 @@ def rest_frames(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
     return frames
 
 
-def constants(frames: np.ndarray, material: Material) -> tuple[np.ndarray, np.ndarray]:
-    """S as (S00, S01, S02, S11, S12, S22), doubled for the force, shape (6, m); L^2 [m^2], shape (3, m)."""
+def constants(frames: np.ndarray, material: Material) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of every triangle: S as (S00, S01, S02, S11, S12, S22), doubled for the force, shape (6, m).
+
+    Then L^2 [m^2], shape (3, m), and what cloth that wrinkles needs instead of S, see `wrinkling.constants`.
+    """
     edges = frames[:, [2, 0, 1]] - frames[:, [1, 2, 0]]  # edge q is opposite corner q
     dx, dy = edges[..., 0], edges[..., 1]
     inverse = np.linalg.inv(2 * np.stack([dx * dx, dy * dy, dx * dy], axis=-1))
@@ -39,7 +43,7 @@ def constants(frames: np.ndarray, material: Material) -> tuple[np.ndarray, np.nd
     plane = np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]]) * material.stretch_stiffness / (1 - nu * nu)
     s = area[:, None, None] * (inverse.transpose(0, 2, 1) @ plane @ inverse)
     upper = s[:, [0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]]
-    return 2 * upper.T, (dx * dx + dy * dy).T
+    return 2 * upper.T, (dx * dx + dy * dy).T, wrinkling.constants(inverse, area, material)
 
 
 def gradients(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -87,11 +91,14 @@ def _pull(X, F, a, b, c, n, tau_b, tau_c):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def add_force(X, F, table, S, L2, tau):  # type: ignore[no-untyped-def]
+def add_force(X, F, table, S, L2, R, soft, tau):  # type: ignore[no-untyped-def]
     """Add the membrane force at X, shape (3, slots), to F, shape (3, slots) [N]; `tau` is scratch."""
     for r in range(table.shape[0]):
         e, n, a, b, c = table[r, 0], table[r, 1], table[r, 2], table[r, 3], table[r, 4]
-        _tension(X, a, b, c, n, S, L2, e, tau)
+        if R.shape[1]:
+            wrinkling.tension(X, a, b, c, n, R, L2, soft, e, tau)
+        else:
+            _tension(X, a, b, c, n, S, L2, e, tau)
         _pull(X, F, a, b, c, n, tau[2], tau[1])
         _pull(X, F, b, c, a, n, tau[0], tau[2])
         _pull(X, F, c, a, b, n, tau[1], tau[0])

@@ -33,6 +33,8 @@ class Elastic(NamedTuple):
     triangle_copies: np.ndarray
     S: np.ndarray  # (6, places)
     L2: np.ndarray  # (3, places)
+    R: np.ndarray  # (12, places) of cloth that wrinkles, (12, 0) of other cloth
+    compression: np.float32
     hinges: np.ndarray  # band table
     hinge_copies: np.ndarray
     weights: np.ndarray  # (5, places)
@@ -96,7 +98,7 @@ def _build(cloth: Cloth, material: Material) -> Model:
     topology = Topology(faces)
     triangles, hinges = bands(slot[faces], count), bands(slot[turned_hinges(topology.hinges, slot)], count)
     frames = membrane.rest_frames(rest, faces)
-    S, L2 = membrane.constants(frames, material)
+    S, L2, R = membrane.constants(frames, material)
     weights, others = bending.constants(
         rest, topology, frames, _seams(topology, cloth.seams), material.bending_rigidity
     )
@@ -113,6 +115,8 @@ def _build(cloth: Cloth, material: Material) -> Model:
             triangles.copied,
             triangles.spread(S).astype(np.float32),
             triangles.spread(L2).astype(np.float32),
+            (triangles.spread(R) if R.size else R).astype(np.float32),
+            np.float32(material.compression),
             hinges.table,
             hinges.copied,
             hinges.spread(weights).astype(np.float32),

@@ -137,7 +137,9 @@ def _stretch(state, elastic, world, h, damping):  # type: ignore[no-untyped-def]
     state.F[:] = 0.0
     _place(state.Y, state.X, state.V, damping)
     copy_out(state.Y, elastic.triangle_copies, slots)
-    membrane.add_force(state.Y, state.F, elastic.triangles, elastic.S, elastic.L2, state.tau)
+    membrane.add_force(
+        state.Y, state.F, elastic.triangles, elastic.S, elastic.L2, elastic.R, elastic.compression, state.tau
+    )
     _add_back(state.F, elastic.triangle_copies, slots)
     _move(state, world, h)
 

@@ -1,0 +1,117 @@
+"""Push: the test that tells what compression a cloth resists, against the bar with friction."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from tatamu import simulate
+from tatamu.calibration import advice_on, calibrate
+from tatamu.calibration.measurements import Measurements
+from tatamu.calibration.page import page, shown
+from tatamu.calibration.push import Push
+from tatamu.material import GRAVITY, Material
+
+CLOTH = Material(
+    areal_density=0.2, stretch_stiffness=140.0, bending_rigidity=5e-5, friction_table=0.7, compression=0.15
+)
+TEST = Push(length=0.6, pushed=0.05)
+
+
+def told(moved: float | list[float]) -> Measurements:
+    """What a ruler says of a towel of that cloth: hung, on a board, pushed."""
+    length, width = 0.6, 0.3
+    longer = CLOTH.areal_density * GRAVITY * length**2 / (2 * CLOTH.stretch_stiffness)
+    return Measurements.model_validate(
+        {
+            "garment": {"name": "towel", "size": [width, length], "mass": CLOTH.areal_density * width * length},
+            "elongation": {"grasps": [{"edge": "bottom"}], "L1": length + longer, "L2": length},
+            "friction": {"L_t": 1.0, "H_s": float(np.sin(np.arctan(CLOTH.friction_table)))},
+            "push": {"length": TEST.length, "pushed": TEST.pushed, "moved": moved},
+        }
+    )
+
+
+@pytest.mark.parametrize("compression", [1.0, 0.3, 0.15])
+def test_a_pushed_cloth_is_shorter_as_a_bar_with_friction_is(compression: float) -> None:
+    cloth = CLOTH.model_copy(update={"compression": compression})
+    shorter = TEST.pushed - TEST.reading(simulate(TEST.scene(cloth)))
+    pressure = cloth.friction_table * cloth.areal_density * GRAVITY
+    bar = pressure * TEST.length**2 / (2 * compression * cloth.stretch_stiffness)
+    assert shorter == pytest.approx(bar, rel=0.08)
+    assert TEST.guess(TEST.pushed - bar, cloth) == pytest.approx(compression)
+
+
+def test_cloth_that_wrinkles_stays_at_its_far_edge() -> None:
+    limp = CLOTH.model_copy(update={"compression": 0.02})
+    assert TEST.reading(simulate(TEST.scene(limp))) == pytest.approx(0.0, abs=1e-4)
+
+
+def test_compression_comes_back_from_its_reading() -> None:
+    moved = TEST.reading(simulate(TEST.scene(CLOTH)))
+    found = calibrate(told(round(moved, 3)))
+    assert found.material.compression == pytest.approx(CLOTH.compression, rel=0.08)
+    assert "compression" in found.known and "compression" not in found.assumed
+    value, spread = shown(found, "compression")
+    assert value.startswith("0.1") and "±" in spread
+    places = [found.known.index(name) for name in ("stretch_stiffness", "compression")]
+    assert found.correlation()[tuple(places)] < -0.95  # a bar tells c Y, and Y is read to half of itself
+    assert found.relative("compression") == pytest.approx(found.relative("stretch_stiffness"), rel=0.1)
+    assert "Push: compression c" in page(found)
+    assert found.to_toml()["material"]["compression"] == found.material.compression
+
+
+def test_its_uncertainty_is_that_of_simulated_readings() -> None:
+    moved = TEST.reading(simulate(TEST.scene(CLOTH)))
+    here, there = (calibrate(told(moved + step)) for step in (0.0, 0.001))
+    change = np.log(there.material.compression / here.material.compression)
+    assert here.contributions["moved"][4] == pytest.approx(change, rel=0.25)
+
+
+def test_an_edge_that_stays_bounds_compression() -> None:
+    found = calibrate(told(0.0))
+    fit = found.fit("push")
+    assert fit is not None and fit.bound == "at most"
+    assert 0.03 < found.material.compression < 0.15
+    assert any("the far edge stayed" in text for text in advice_on(found))
+
+
+def test_a_cloth_that_slides_as_a_whole_bounds_it_from_below() -> None:
+    found = calibrate(told(TEST.pushed))
+    fit = found.fit("push")
+    assert fit is not None and fit.bound == "at least"
+    assert any("slid as a whole" in text for text in advice_on(found))
+
+
+@pytest.mark.parametrize(
+    ("push", "says"),
+    [
+        ({"length": 0.6, "pushed": 0.05, "moved": 0.06}, "at most pushed"),
+        ({"length": 0.1, "pushed": 0.05, "moved": 0.0}, "at most 0.3"),
+        ({"length": 0.6, "pushed": 0.0, "moved": 0.0}, "more than nothing"),
+        ({"length": 0.6, "pushed": 0.05, "moved": []}, "at least one reading"),
+        ({"length": 0.6, "pushed": 0.05, "moved": -0.01}, "more than nothing"),
+        ({"length": 0.6, "pushed": 0.05, "moved": False}, "finite number"),
+    ],
+)
+def test_impossible_readings_are_refused(push: dict[str, object], says: str) -> None:
+    given = told(0.01).model_dump(mode="json", exclude_none=True) | {"push": push}
+    with pytest.raises(ValidationError, match=says):
+        Measurements.model_validate(given)
+
+
+def test_a_push_needs_stretch_and_friction() -> None:
+    given = told(0.01).model_dump(mode="json", exclude_none=True)
+    del given["elongation"]
+    with pytest.raises(ValidationError, match=r"needs \[elongation\] and \[friction\]"):
+        Measurements.model_validate(given)
+
+
+def test_a_simulator_without_wrinkles_does_not_use_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys.modules["tatamu.calibration.calibrate"], "WRINKLE", ())
+    found = calibrate(told(0.01))
+    assert found.fit("push") is None and "compression" in found.assumed and found.material.compression == 1.0
+    assert any("not used" in text for text in advice_on(found))
