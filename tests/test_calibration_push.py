@@ -14,6 +14,7 @@ from tatamu.calibration.measurements import Measurements
 from tatamu.calibration.page import page, shown
 from tatamu.calibration.push import Push
 from tatamu.material import GRAVITY, Material
+from tatamu.simulators.blender.mapping import mapped
 
 CLOTH = Material(
     areal_density=0.2, stretch_stiffness=140.0, bending_rigidity=5e-5, friction_table=0.7, compression=0.15
@@ -115,3 +116,11 @@ def test_a_simulator_without_wrinkles_does_not_use_it(monkeypatch: pytest.Monkey
     found = calibrate(told(0.01))
     assert found.fit("push") is None and "compression" in found.assumed and found.material.compression == 1.0
     assert any("not used" in text for text in advice_on(found))
+
+
+def test_blender_is_told_of_compression() -> None:
+    told = mapped(TEST.scene(CLOTH), 0.1).settings
+    assert told["compression_stiffness"] == pytest.approx(CLOTH.compression * told["tension_stiffness"])
+    assert told["compression_stiffness_max"] == told["compression_stiffness"]
+    whole = mapped(TEST.scene(CLOTH.model_copy(update={"compression": 1.0})), 0.1).settings
+    assert whole["compression_stiffness"] == whole["tension_stiffness"] == pytest.approx(told["tension_stiffness"])

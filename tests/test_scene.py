@@ -132,6 +132,13 @@ def test_a_material_can_be_dumped_without_its_blender_table() -> None:
         assert "blender" not in CLOTH.model_copy(update={"blender": raw}).model_dump(exclude={"blender"})
 
 
+def test_a_material_speaks_of_compression_only_where_it_differs_from_tension() -> None:
+    assert "compression" not in CLOTH.model_dump() and "compression" not in CLOTH.model_dump_json()
+    wrinkles = CLOTH.model_copy(update={"compression": 0.1})
+    assert wrinkles.model_dump()["compression"] == 0.1
+    assert Material.model_validate_json(wrinkles.model_dump_json()) == wrinkles
+
+
 def test_whole_numbers_and_switches_in_a_blender_table_stay_what_they_are() -> None:
     raw = {"quality": 5, "mass": 0.3, "use_self_collision": True, "bending_model": "LINEAR"}
     dumped = Material(**{**CLOTH.model_dump(), "blender": raw}).model_dump_json()
