@@ -119,6 +119,7 @@ def material(fold: LearnedFold) -> str:
         [
             ("areal density", f"{1e3 * cloth.areal_density:.4g} g/m²"),
             ("stretch stiffness", f"{cloth.stretch_stiffness:.4g} N/m"),
+            *([("of it in compression", f"{cloth.compression:.3g}")] if cloth.compression < 1.0 else []),
             ("Poisson ratio", f"{cloth.poisson_ratio:.3g}"),
             ("bending rigidity", f"{1e6 * cloth.bending_rigidity:.4g} µN m"),
             ("bending length", f"{1e3 * cloth.bending_length:.3g} mm"),

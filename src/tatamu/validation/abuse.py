@@ -53,6 +53,8 @@ def scene(seed: int) -> Scene:
     material["poisson_ratio"] = float(random.uniform(-0.9, 0.9))
     for name in ("bending_rigidity", "air_drag", "friction_table", "friction_cloth"):
         material[name] *= float(random.random() > 0.1)
+    if seed % 2:
+        material["compression"] = _log(np.random.default_rng([seed, 1]), 1e-3, 1.0)
     size = _log(random, 0.05, 2.0)
     rest, faces, seams = _cloth(random, size, material["thickness"])
     start = _placed(random, rest, size, material["thickness"])
