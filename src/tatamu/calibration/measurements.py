@@ -14,58 +14,17 @@ A reading is a number or a list of repeats. SI units: metres and kilograms.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
+from tatamu.calibration.quantity import Distances, Error, Length, Lengths, Masses
 from tatamu.files import read_toml, validated
 from tatamu.material import THICKNESS
 
 HIGHEST_LOOP = 0.3
 """A fold higher than this [m] would be of a sheet of card."""
-LONGEST, HEAVIEST = 10.0, 20.0
-"""A garment's length [m] and mass [kg] beyond these are a unit error."""
-
-
-def _readings(value: Any, largest: float, unit: str, smaller: str) -> tuple[float, ...]:
-    given = value if isinstance(value, list | tuple) else [value]
-    if not given:
-        raise ValueError("must hold at least one reading, given none")
-    for each in given:
-        if isinstance(each, bool) or not isinstance(each, int | float) or not abs(each) < np.inf:
-            raise ValueError(f"must be a finite number of {unit}, or a list of them, given {each!r}")
-        if each <= 0:
-            raise ValueError(f"must be more than nothing, given {each:g} {unit}")
-        if each > largest:
-            raise ValueError(
-                f"must be in {unit}, at most {largest:g}, given {each:g}: if that was read in {smaller}, "
-                f"write {each / 1000:g}" + (f"; in centimetres, {each / 100:g}" if unit == "metres" else "")
-            )
-    return tuple(float(each) for each in given)
-
-
-def _lengths(value: Any) -> tuple[float, ...]:
-    return _readings(value, LONGEST, "metres", "millimetres")
-
-
-def _lengths_or_nothing(value: Any) -> tuple[float, ...]:
-    given = value if isinstance(value, list | tuple) else [value]
-    return tuple(0.0 if each == 0 and not isinstance(each, bool) else _length(each) for each in given) or _lengths([])
-
-
-def _masses(value: Any) -> tuple[float, ...]:
-    return _readings(value, HEAVIEST, "kilograms", "grams")
-
-
-def _length(value: Any) -> float:
-    return _lengths([value])[0]
-
-
-Lengths = Annotated[tuple[float, ...], BeforeValidator(_lengths)]
-Masses = Annotated[tuple[float, ...], BeforeValidator(_masses)]
-Length = Annotated[float, BeforeValidator(_length)]
-Error = Annotated[float, Field(ge=1e-6, le=0.1)]
 
 
 class Part(BaseModel):
@@ -200,7 +159,7 @@ class PushReadings(Part):
     """Of the cloth ahead of the ruler, in the direction of the push [m]."""
     pushed: Lengths
     """How far the ruler was pushed [m]."""
-    moved: Annotated[tuple[float, ...], BeforeValidator(_lengths_or_nothing)]
+    moved: Distances
     """How far the far edge moved [m]; 0 where it stayed."""
 
     @model_validator(mode="after")

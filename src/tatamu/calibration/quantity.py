@@ -1,0 +1,52 @@
+"""Readings as a file holds them: a number or a list of repeats, checked for units."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import BeforeValidator, Field
+
+LONGEST, HEAVIEST = 10.0, 20.0
+"""A garment's length [m] and mass [kg] beyond these are a unit error."""
+
+
+def _readings(value: Any, largest: float, unit: str, smaller: str, nothing: bool = False) -> tuple[float, ...]:
+    given = value if isinstance(value, list | tuple) else [value]
+    if not given:
+        raise ValueError("must hold at least one reading, given none")
+    for each in given:
+        if isinstance(each, bool) or not isinstance(each, int | float) or not abs(each) < np.inf:
+            raise ValueError(f"must be a finite number of {unit}, or a list of them, given {each!r}")
+        if each < 0 or (each == 0 and not nothing):
+            raise ValueError(f"must be {'at least 0' if nothing else 'more than nothing'}, given {each:g} {unit}")
+        if each > largest:
+            raise ValueError(
+                f"must be in {unit}, at most {largest:g}, given {each:g}: if that was read in {smaller}, "
+                f"write {each / 1000:g}" + (f"; in centimetres, {each / 100:g}" if unit == "metres" else "")
+            )
+    return tuple(float(each) for each in given)
+
+
+def _lengths(value: Any) -> tuple[float, ...]:
+    return _readings(value, LONGEST, "metres", "millimetres")
+
+
+def _distances(value: Any) -> tuple[float, ...]:
+    return _readings(value, LONGEST, "metres", "millimetres", nothing=True)
+
+
+def _masses(value: Any) -> tuple[float, ...]:
+    return _readings(value, HEAVIEST, "kilograms", "grams")
+
+
+def _length(value: Any) -> float:
+    return _lengths([value])[0]
+
+
+Lengths = Annotated[tuple[float, ...], BeforeValidator(_lengths)]
+Distances = Annotated[tuple[float, ...], BeforeValidator(_distances)]
+"""Lengths that may be 0."""
+Masses = Annotated[tuple[float, ...], BeforeValidator(_masses)]
+Length = Annotated[float, BeforeValidator(_length)]
+Error = Annotated[float, Field(ge=1e-6, le=0.1)]
