@@ -186,7 +186,7 @@ def measured_line(case: Case, row: dict[str, Any]) -> dict[str, str]:
         "slides at [°]": f"{np.degrees(true['angle']):.1f}",
         "sag [mm]": f"{1e3 * true['sag']:.0f} of {1e3 * true['free_length']:.0f}",
         "loop [mm]": f"{1e3 * true['loop']:.0f}",
-        "moved [mm]": f"{1e3 * true['moved']:.0f}" if "moved" in true else "-",
+        "moved [mm]": f"{1e3 * max(true['moved'], 0.0):.0f}" if "moved" in true else "-",
         "Y [N/m]": f"{three['stretch_stiffness']:.0f}",
         "μ": f"{three['friction_table']:.2f}",
         "B by sag [µN m]": f"{1e6 * three['bending_rigidity']:.0f}",
