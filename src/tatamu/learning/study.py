@@ -30,6 +30,7 @@ BAD = 2.0
 PASSING = {
     "is full": "the disk is full",
     "is locked": "another program holds it",
+    "already exists": "another program is making it at this moment",
     "readonly": "cannot be written",
     "disk I/O error": "cannot be read or written now",
 }
