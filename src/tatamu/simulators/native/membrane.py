@@ -57,25 +57,33 @@ def gradients(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True, error_model="numpy")
-def _tension(X, a, b, c, n, S, L2, e, tau):  # type: ignore[no-untyped-def]
-    """Tau = 2 S eps of the n triangles (a+j, b+j, c+j), whose constants begin at place e.
+def _measure(X, a, b, c, n, L2, e, eps):  # type: ignore[no-untyped-def]
+    """Eps of the n triangles (a+j, b+j, c+j), whose constants begin at place e.
 
     Rows are cut out one by one, as only a one-dimensional cut is known to be contiguous when this is compiled.
     """
     xa, ya, za = X[0, a : a + n], X[1, a : a + n], X[2, a : a + n]
     xb, yb, zb = X[0, b : b + n], X[1, b : b + n], X[2, b : b + n]
     xc, yc, zc = X[0, c : c + n], X[1, c : c + n], X[2, c : c + n]
-    s0, s1, s2 = S[0, e : e + n], S[1, e : e + n], S[2, e : e + n]
-    s3, s4, s5 = S[3, e : e + n], S[4, e : e + n], S[5, e : e + n]
     l0, l1, l2 = L2[0, e : e + n], L2[1, e : e + n], L2[2, e : e + n]
-    t0, t1, t2 = tau[0, :n], tau[1, :n], tau[2, :n]
+    e0, e1, e2 = eps[0, :n], eps[1, :n], eps[2, :n]
     for j in range(n):
         ux, uy, uz = xc[j] - xb[j], yc[j] - yb[j], zc[j] - zb[j]
         vx, vy, vz = xa[j] - xc[j], ya[j] - yc[j], za[j] - zc[j]
         wx, wy, wz = xb[j] - xa[j], yb[j] - ya[j], zb[j] - za[j]
-        e0 = ux * ux + uy * uy + uz * uz - l0[j]
-        e1 = vx * vx + vy * vy + vz * vz - l1[j]
-        e2 = wx * wx + wy * wy + wz * wz - l2[j]
+        e0[j] = ux * ux + uy * uy + uz * uz - l0[j]
+        e1[j] = vx * vx + vy * vy + vz * vz - l1[j]
+        e2[j] = wx * wx + wy * wy + wz * wz - l2[j]
+
+
+@njit(cache=True, error_model="numpy")
+def _tension(S, e, n, tau):  # type: ignore[no-untyped-def]
+    """Turn eps, in tau, into tau = 2 S eps."""
+    s0, s1, s2 = S[0, e : e + n], S[1, e : e + n], S[2, e : e + n]
+    s3, s4, s5 = S[3, e : e + n], S[4, e : e + n], S[5, e : e + n]
+    t0, t1, t2 = tau[0, :n], tau[1, :n], tau[2, :n]
+    for j in range(n):
+        e0, e1, e2 = t0[j], t1[j], t2[j]
         t0[j] = s0[j] * e0 + s1[j] * e1 + s2[j] * e2
         t1[j] = s1[j] * e0 + s3[j] * e1 + s4[j] * e2
         t2[j] = s2[j] * e0 + s4[j] * e1 + s5[j] * e2
@@ -95,10 +103,11 @@ def add_force(X, F, table, S, L2, R, soft, tau):  # type: ignore[no-untyped-def]
     """Add the membrane force at X, shape (3, slots), to F, shape (3, slots) [N]; `tau` is scratch."""
     for r in range(table.shape[0]):
         e, n, a, b, c = table[r, 0], table[r, 1], table[r, 2], table[r, 3], table[r, 4]
+        _measure(X, a, b, c, n, L2, e, tau)
         if R.shape[1]:
-            wrinkling.tension(X, a, b, c, n, R, L2, soft, e, tau)
+            wrinkling.tension(R, soft, e, n, tau)
         else:
-            _tension(X, a, b, c, n, S, L2, e, tau)
+            _tension(S, e, n, tau)
         _pull(X, F, a, b, c, n, tau[2], tau[1])
         _pull(X, F, b, c, a, n, tau[0], tau[2])
         _pull(X, F, c, a, b, n, tau[1], tau[0])

@@ -46,25 +46,16 @@ def _half_slope(e, soft, crowded):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def tension(X, a, b, c, n, R, L2, soft, e, tau):  # type: ignore[no-untyped-def]
-    """As `membrane._tension`: tau = 2 dW/d eps of the n triangles (a+j, b+j, c+j); `soft` is c."""
-    xa, ya, za = X[0, a : a + n], X[1, a : a + n], X[2, a : a + n]
-    xb, yb, zb = X[0, b : b + n], X[1, b : b + n], X[2, b : b + n]
-    xc, yc, zc = X[0, c : c + n], X[1, c : c + n], X[2, c : c + n]
+def tension(R, soft, e, n, tau):  # type: ignore[no-untyped-def]
+    """Turn eps, in tau, into tau = 2 dW/d eps of the n triangles whose constants begin at place e; `soft` is c."""
     p0, p1, p2 = R[0, e : e + n], R[1, e : e + n], R[2, e : e + n]
     p3, p4, p5 = R[3, e : e + n], R[4, e : e + n], R[5, e : e + n]
     p6, p7, p8 = R[6, e : e + n], R[7, e : e + n], R[8, e : e + n]
     pull, push, ratio = R[9, e : e + n], R[10, e : e + n], R[11, e : e + n]
-    l0, l1, l2 = L2[0, e : e + n], L2[1, e : e + n], L2[2, e : e + n]
     t0, t1, t2 = tau[0, :n], tau[1, :n], tau[2, :n]
     crowded = np.float32(CROWDED)
     for j in range(n):
-        ux, uy, uz = xc[j] - xb[j], yc[j] - yb[j], zc[j] - zb[j]
-        vx, vy, vz = xa[j] - xc[j], ya[j] - yc[j], za[j] - zc[j]
-        wx, wy, wz = xb[j] - xa[j], yb[j] - ya[j], zb[j] - za[j]
-        e0 = ux * ux + uy * uy + uz * uz - l0[j]
-        e1 = vx * vx + vy * vy + vz * vz - l1[j]
-        e2 = wx * wx + wy * wy + wz * wz - l2[j]
+        e0, e1, e2 = t0[j], t1[j], t2[j]
         exx = p0[j] * e0 + p1[j] * e1 + p2[j] * e2
         eyy = p3[j] * e0 + p4[j] * e1 + p5[j] * e2
         shear = HALF * (p6[j] * e0 + p7[j] * e1 + p8[j] * e2)
