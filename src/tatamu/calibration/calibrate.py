@@ -16,12 +16,13 @@ from tatamu.calibration.friction import Sliding, Slope, threshold
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.match import Match
 from tatamu.calibration.measurements import Measurements
+from tatamu.calibration.push import Push
 from tatamu.calibration.readings import Reading, readings_of
 from tatamu.calibration.result import Calibration, Fit
 from tatamu.calibration.setup import Setup, setup_of
 from tatamu.calibration.target import Target, parted, push_target, targets_of
 from tatamu.calibration.uncertainty import Slopes, contributions, slopes
-from tatamu.errors import InputError, SimulationError
+from tatamu.errors import InputError
 from tatamu.material import Material
 from tatamu.simulators import named
 
@@ -65,9 +66,10 @@ def calibrate(
         sliding = _friction(laboratory, setup.slope, material)
         material = material.model_copy(update={"friction_table": sliding.coefficient})
         fits.append(_friction_fit(setup.slope, sliding, readings))
-    if setup.push is not None and simulator in WRINKLE:
-        target = push_target(setup.push, material, readings)
-        found = _compression(laboratory, target, material)
+    push = setup.push if simulator in WRINKLE else None
+    if push is not None:
+        target = push_target(push, material, readings)
+        found = target.matched(laboratory, material, target.start(material.areal_density))
         material = material.model_copy(update={"compression": found.parameter})
         fits.append(_fit(target, found.reading, found))
         shapes[target.test.name] = laboratory.shape(target.test, material)
@@ -78,7 +80,7 @@ def calibrate(
         fits=tuple(fits),
         contributions=_contributions(laboratory, setup, readings, told, material, sliding),
         readings=readings,
-        assumed=_assumed(setup, simulator),
+        assumed=_assumed(setup, push),
         shapes=shapes,
         passes=passes,
         simulations=laboratory.simulations,
@@ -94,10 +96,7 @@ def _start(setup: Setup, readings: dict[str, Reading], targets: list[Target]) ->
             f"mass: {readings['mass'].value:g} kg over the garment's {setup.area:.3f} m² is {density:.3g} kg/m², but "
             f"fabrics weigh {LIGHTEST:g} to {HEAVIEST:g} kg/m²; are mass (kg) and size (m) those of this garment?"
         )
-    guesses = {
-        target.parameter: float(np.clip(target.guess(max(target.aim, 1e-5), density), *target.limits))
-        for target in targets
-    }
+    guesses = {target.parameter: target.start(density) for target in targets}
     return setup.base.model_copy(update={"areal_density": density, **guesses})
 
 
@@ -111,8 +110,6 @@ def _elastic(
         passes, before = passes + 1, material
         for target in targets:
             found = target.matched(laboratory, material, getattr(material, target.parameter))
-            if not np.isfinite(found.reading):
-                raise SimulationError(f"{target.test.name}: {laboratory.simulator} gave up: {laboratory.failure}")
             earlier = matches[target.parameter].samples if target.parameter in matches else ()
             matches[target.parameter] = found.after(earlier)
             material = material.model_copy(update={target.parameter: found.parameter})
@@ -149,15 +146,6 @@ def _friction(laboratory: Laboratory, slope: Slope, material: Material) -> Slidi
         return slope.speed(rollout)
 
     return threshold(speed, slope.textbook)
-
-
-def _compression(laboratory: Laboratory, target: Target, material: Material) -> Match:
-    """Search the part of the stretch stiffness that resists compression."""
-    start = float(np.clip(target.guess(target.aim, material.areal_density), *target.limits))
-    found = target.matched(laboratory, material, start)
-    if not np.isfinite(found.reading):
-        raise SimulationError(f"{target.test.name}: {laboratory.simulator} gave up: {laboratory.failure}")
-    return found
 
 
 def _friction_fit(slope: Slope, sliding: Sliding, readings: dict[str, Reading]) -> Fit:
@@ -201,12 +189,12 @@ def _contributions(
     return contributions(readings, found.get("elongation"), bending, friction)
 
 
-def _assumed(setup: Setup, simulator: str) -> tuple[str, ...]:
-    """Fields that nothing measured."""
+def _assumed(setup: Setup, push: Push | None) -> tuple[str, ...]:
+    """Fields that nothing measured; `push` is None where it was not made, or not used."""
     made = {
         "stretch_stiffness": setup.elongation,
         "bending_rigidity": setup.sag or setup.loop,
         "friction_table": setup.slope,
-        "compression": setup.push if simulator in WRINKLE else None,
+        "compression": push,
     }
     return (*(name for name, test in made.items() if test is None), "poisson_ratio", "friction_cloth", "air_drag")

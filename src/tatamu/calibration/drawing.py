@@ -89,6 +89,17 @@ class Drawing:
         )
 
 
+def _side(along: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """A strip from the side: the mean of each of its rows [m], shape (rows, 2).
+
+    Args:
+        along: Where each vertex is along the unfolded strip [m], shape (n,).
+        end: Positions [m], shape (n, 3).
+    """
+    along = along.round(6)
+    return np.array([end[along == row][:, [0, 2]].mean(axis=0) for row in np.unique(along)])
+
+
 def hanging(test: Elongation, shape: np.ndarray) -> str:
     """The garment as it hangs, positions [m] of shape (n, 3), and as it lies beside."""
     hung = shape[:, 1:]
@@ -132,9 +143,7 @@ def sliding(slope: Slope) -> str:
 
 def sagging(test: Sag, end: np.ndarray) -> str:
     """The strip in front of its grip, positions [m] of shape (n, 3), from the side."""
-    along = test.mesh[0][:, 0]
-    rows = np.unique(along)
-    side = np.array([end[along == row][:, [0, 2]].mean(axis=0) for row in rows])
+    rows, side = np.unique(test.mesh[0][:, 0].round(6)), _side(test.mesh[0][:, 0], end)
     front = test.free_length
     back = rows[-1] + 0.25 * front
     thick = 0.07 * front
@@ -158,8 +167,7 @@ def sagging(test: Sag, end: np.ndarray) -> str:
 
 def looped(test: Loop, end: np.ndarray) -> str:
     """The strip folded over itself, positions [m] of shape (n, 3), from the side."""
-    along = test.mesh[0][:, 0].round(6)
-    side = np.array([end[along == row][:, [0, 2]].mean(axis=0) for row in np.unique(along)])
+    side = _side(test.mesh[0][:, 0], end)
     height, reach = test.height_of(end), side[:, 0].max()
     side = side[side[:, 0] > reach - 3.2 * height]
     left = side[:, 0].min()
@@ -177,7 +185,7 @@ def looped(test: Loop, end: np.ndarray) -> str:
 
 def pushed(test: Push, end: np.ndarray) -> str:
     """The strip after the push, positions [m] of shape (n, 3), from the side, and where its ends were before."""
-    side = test.profile(end)
+    side = _side(test.mesh[0][:, 0], end)
     low, high = 0.12 * test.length, 0.05 * test.length
     corners = np.array([[-0.08 * test.length, -low], [test.length + max(0.08 * test.length, test.pushed), 2.2 * high]])
     drawing = Drawing.around(np.concatenate([side, corners]), 420.0, 220.0)

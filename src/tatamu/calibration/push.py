@@ -80,8 +80,3 @@ class Push:
         """Compression by the formula above."""
         weight = material.friction_table * material.areal_density * GRAVITY
         return weight * self.length**2 / (2.0 * material.stretch_stiffness * max(self.pushed - moved, 1e-4))
-
-    def profile(self, positions: np.ndarray) -> np.ndarray:
-        """The strip from the side: mean of each row [m], shape (rows, 2)."""
-        along = self.mesh[0][:, 0].round(6)
-        return np.array([positions[along == row][:, [0, 2]].mean(axis=0) for row in np.unique(along)])

@@ -13,6 +13,7 @@ from tatamu.calibration.match import Match, match
 from tatamu.calibration.push import Push
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.setup import Setup
+from tatamu.errors import SimulationError
 from tatamu.material import Material
 
 STRETCH, BENDING, COMPRESSION = (1.0, 1e5), (1e-8, 1e-2), (0.01, 1.0)
@@ -49,14 +50,25 @@ class Target:
         towards = {None: 0.0, "at least": 1.0, "at most": -1.0}[self.bound] * (-1.0 if self.rising else 1.0)
         return self.measured + towards * self.uncertainty
 
+    def start(self, density: float) -> float:
+        """The parameter by the textbook, within its limits: where the search begins."""
+        return float(np.clip(self.guess(max(self.aim, 1e-5), density), *self.limits))
+
     def matched(self, laboratory: Laboratory, material: Material, start: float) -> Match:
-        """The parameter at which the laboratory's simulator gives the aim, all else as in `material`."""
+        """The parameter at which the laboratory's simulator gives the aim, all else as in `material`.
+
+        Raises:
+            SimulationError: The simulator gave up whatever the parameter.
+        """
 
         def reading(value: float) -> float:
             return laboratory.reading(self.test, material.model_copy(update={self.parameter: value}))
 
         within = max(WITHIN * self.aim, FINEST)
-        return match(reading, self.aim, start, self.limits, within, self.straight, self.rising)
+        found = match(reading, self.aim, start, self.limits, within, self.straight, self.rising)
+        if not np.isfinite(found.reading):
+            raise SimulationError(f"{self.test.name}: {laboratory.simulator} gave up: {laboratory.failure}")
+        return found
 
     def bound_by(self, found: Match) -> str | None:
         """`bound`, or that of a search that ended where the simulator cannot come nearer to the reading."""

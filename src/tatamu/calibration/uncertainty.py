@@ -90,10 +90,11 @@ def contributions(
 def _compression(found: dict[str, np.ndarray], readings: Mapping[str, Reading]) -> None:
     """Of c, from those of the others: c = mu rho g L^2 / 2 Y (s - p), see `push`."""
     shorter = max(readings["pushed"].value - readings["moved"].value, readings["pushed"].uncertainty)
+    own = {"push_length": 2.0 / readings["push_length"].value, "pushed": -1.0 / shorter, "moved": 1.0 / shorter}
     for name, change in found.items():
-        own = {"push_length": 2.0 / readings["push_length"].value, "pushed": -1.0 / shorter, "moved": 1.0 / shorter}
-        error = readings[name].uncertainty if name in readings else 0.0
-        change[4] = change[0] - change[1] + change[3] + own.get(name, 0.0) * error
+        change[4] = change[0] - change[1] + change[3]
+        if name in own:
+            change[4] += own[name] * readings[name].uncertainty
 
 
 def _share(reading: Reading) -> float:
