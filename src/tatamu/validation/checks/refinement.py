@@ -4,8 +4,8 @@ Thirty random folds of one towel are scored by their mean vertex distance to the
 on one of half its spacing; what a search would learn is the order of the scores. Hands hold the edge, as
 tatamu's own do, and cloth turns about it. Hands that hold the corner's slope as well, as deep as the mesh
 has rows there, lay it down with its hem the wrong way up, and how it jumps when they open is not the same
-on any two meshes: that is stated, not judged. Half the time step is not asked: a scene has no time step,
-every simulator chooses its own.
+on any two meshes: a case of its own. Half the time step is not asked: a scene has no time step, every
+simulator chooses its own.
 """
 
 from __future__ import annotations
@@ -40,13 +40,12 @@ def score(subject: Subject, scene: Scene) -> float:
 
 
 def half_the_mesh(subject: Subject, spacing: float, depth: float = EDGE, count: int = COUNT) -> Findings:
-    """Order and best of random folds on two meshes; judged where hands hold the edge."""
+    """Order and best of random folds on two meshes, by hands that reach `depth` metres in from the edge."""
     folds = [Manipulation.random(100 + seed, fast=False) for seed in range(count)]
     coarse, fine = (
         np.array([score(subject, scene_of(fold, TOWEL, s, depth)) for fold in folds]) for s in (spacing, spacing / 2)
     )
-    judged = depth == EDGE
-    least = subject.limit("rank correlation") if judged else None
+    least = subject.limit("rank correlation")
     found = float(spearmanr(coarse, fine).statistic)
     yield Row(
         "rank correlation of the scores",
@@ -57,7 +56,7 @@ def half_the_mesh(subject: Subject, spacing: float, depth: float = EDGE, count: 
         "-",
         "error is 1 minus it",
     )
-    limit = subject.limit("best") if judged else None
+    limit = subject.limit("best")
     yield absolute(
         f"best score of {count} [mm]",
         1e3 * float(fine.min()),
@@ -73,9 +72,8 @@ def half_the_mesh(subject: Subject, spacing: float, depth: float = EDGE, count: 
         None if limit is None else 1e3 * limit,
         "mm",
     )
-    if not judged:
-        return
-    yield Curve("refinement", f"{1e3 * spacing:g} mm", 1e3 * fine, 1e3 * coarse)
+    held = "" if depth == EDGE else f", held {1e3 * depth:g} mm deep"
+    yield Curve("refinement", f"{1e3 * spacing:g} mm{held}", 1e3 * fine, 1e3 * coarse)
     ends = 1e3 * np.array([fine.min(), fine.max()])
     yield Curve("refinement", "equal", ends, ends, reference=True)
 
