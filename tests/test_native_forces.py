@@ -63,10 +63,10 @@ class Elastic:
 
     def membrane_force(self, x: np.ndarray) -> np.ndarray:
         X = self._slotted(x, self.triangles)
-        F, tau = np.zeros_like(X), np.zeros((3, int(self.triangles.table[:, 1].max())))
+        F, scratch = np.zeros_like(X), np.zeros((12, membrane.BLOCK))
         S, L2 = self.triangles.spread(self.S), self.triangles.spread(self.L2)
         R = self.triangles.spread(self.R) if self.R.size else self.R
-        membrane.add_force(X, F, self.triangles.table, S, L2, R, self.material.compression, tau)
+        membrane.add_force(X, F, self.triangles.table, S, L2, R, self.material.compression, scratch)
         return self._gathered(F, self.triangles)
 
     def membrane_energy(self, x: np.ndarray) -> float:

@@ -131,9 +131,10 @@ def _normals(X, a, b, c, n, H, row, foot, e):  # type: ignore[no-untyped-def]
     xb, yb, zb = X[0, b : b + n], X[1, b : b + n], X[2, b : b + n]
     xc, yc, zc = X[0, c : c + n], X[1, c : c + n], X[2, c : c + n]
     h0, h1, h2, h3 = H[row, e : e + n], H[row + 1, e : e + n], H[row + 2, e : e + n], H[foot, e : e + n]
+    real = H.dtype.type
     for j in range(n):
-        ex, ey, ez = xb[j] - xa[j], yb[j] - ya[j], zb[j] - za[j]
-        px, py, pz = xc[j] - xa[j], yc[j] - ya[j], zc[j] - za[j]
+        ex, ey, ez = real(xb[j] - xa[j]), real(yb[j] - ya[j]), real(zb[j] - za[j])
+        px, py, pz = real(xc[j] - xa[j]), real(yc[j] - ya[j]), real(zc[j] - za[j])
         h0[j], h1[j], h2[j] = ey * pz - ez * py, ez * px - ex * pz, ex * py - ey * px
         h3[j] = (px * ex + py * ey + pz * ez) / (ex * ex + ey * ey + ez * ez + TINY)
 
@@ -146,8 +147,9 @@ def _gradients(X, a, b, n, H, e):  # type: ignore[no-untyped-def]
     h0, h1, h2 = H[0, e : e + n], H[1, e : e + n], H[2, e : e + n]
     h3, h4, h5 = H[3, e : e + n], H[4, e : e + n], H[5, e : e + n]
     h8, h9 = H[8, e : e + n], H[9, e : e + n]
+    real = H.dtype.type
     for j in range(n):
-        ex, ey, ez = xb[j] - xa[j], yb[j] - ya[j], zb[j] - za[j]
+        ex, ey, ez = real(xb[j] - xa[j]), real(yb[j] - ya[j]), real(zb[j] - za[j])
         px, py, pz, qx, qy, qz = h0[j], h1[j], h2[j], -h3[j], -h4[j], -h5[j]
         length = np.sqrt(ex * ex + ey * ey + ez * ez + TINY)
         s1 = px * px + py * py + pz * pz + TINY

@@ -39,6 +39,8 @@ class Lists(NamedTuple):
 
     face: np.ndarray  # (n, 2): triangle in each slot, -1 for none
     side: np.ndarray  # (n, 2): +1 or -1, 0 while not known
+    order: np.ndarray  # (n,): vertices with a triangle in a slot, the highest first
+    ordered: np.ndarray  # (1,): how many they are
     wake: np.ndarray  # (n, 2): travelled distance at which the pair must be looked at again
     pairs: np.ndarray  # (p, 4): edge pairs, the ends of the guarded edge first
     pair_wake: np.ndarray  # (p,)
@@ -70,11 +72,19 @@ def _relative_motion(x, before):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
+def _put_in_order(x, lists):  # type: ignore[no-untyped-def]
+    near = np.flatnonzero((lists.face[:, 0] >= 0) | (lists.face[:, 1] >= 0))
+    lists.ordered[0] = near.shape[0]
+    lists.order[: near.shape[0]] = near[np.argsort(-x[near, 2])]
+
+
+@njit(cache=True, error_model="numpy")
 def search(x, mesh, lists):  # type: ignore[no-untyped-def]
     """Find the nearest triangle on either side of every vertex, and the pairs of guarded edges, at legal x."""
     face_normal, vertex_normal, centroid, radius = nearest.normals(x, mesh.faces)
     nearest.find(x, mesh, lists, face_normal, vertex_normal, centroid, radius)
     ridges.find(x, mesh, lists, face_normal, centroid, radius)
+    _put_in_order(x, lists)
     lists.travelled[0], lists.due[0], lists.call[0] = 0.0, 0.0, False
     lists.built[:] = x
     for v in range(x.shape[0]):

@@ -103,13 +103,14 @@ def _turned_over(x, faces, t, beyond):  # type: ignore[no-untyped-def]
 def _sweep_slots(x, before, moved, mesh, lists, friction, step, keep):  # type: ignore[no-untyped-def]
     """One pass over all slots that restores `keep` of the thickness; the smallest gap seen before.
 
+    From the highest vertex down, so that each layer of a stack hands all of its weight to the next.
     In one piece, long as it is: cut into functions that hand the records on, a rollout took 1.8 times as long.
     """
     faces, thickness, inverse_mass = mesh.faces, mesh.reach[0], mesh.inverse_mass
     wanted, smallest = keep * thickness, thickness
     touched, last, noticeable = lists.touched, lists.sweeps[0] - 1, NOTICEABLE * thickness
     restless, until, hard = lists.restless, lists.number[0] + RESTLESS_FOR, HARD * thickness
-    for v in range(x.shape[0]):
+    for v in lists.order[: lists.ordered[0]]:
         for s in range(2):
             t = lists.face[v, s]
             if t < 0 or lists.wake[v, s] > lists.travelled[0]:

@@ -6,6 +6,8 @@
     f_a   = -2 tau_q (x_a - x_b) - ..,       tau = S eps
 
 Damping is Kelvin-Voigt: lengths and edges are taken at x + tau_d v. Derived in docs/native.md.
+
+eps is a small difference of large numbers, so it is taken in double precision; all that follows in single.
 """
 
 from __future__ import annotations
@@ -15,6 +17,10 @@ from numba import njit
 
 from tatamu.material import Material
 from tatamu.simulators.native import wrinkling
+
+BLOCK = 528
+"""Triangles whose forces are computed together: what they need in between stays in the nearest cache, and its rows
+do not begin a power of two apart, which processors take for the same place."""
 
 
 def rest_frames(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -57,23 +63,18 @@ def gradients(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True, error_model="numpy")
-def _measure(X, a, b, c, n, L2, e, eps):  # type: ignore[no-untyped-def]
-    """Eps of the n triangles (a+j, b+j, c+j), whose constants begin at place e.
+def _measure(X, a, b, n, l2, edge, eps):  # type: ignore[no-untyped-def]
+    """Edges from a + j to b + j, in rows 0 .. 2 of `edge`, and their eps.
 
     Rows are cut out one by one, as only a one-dimensional cut is known to be contiguous when this is compiled.
     """
     xa, ya, za = X[0, a : a + n], X[1, a : a + n], X[2, a : a + n]
     xb, yb, zb = X[0, b : b + n], X[1, b : b + n], X[2, b : b + n]
-    xc, yc, zc = X[0, c : c + n], X[1, c : c + n], X[2, c : c + n]
-    l0, l1, l2 = L2[0, e : e + n], L2[1, e : e + n], L2[2, e : e + n]
-    e0, e1, e2 = eps[0, :n], eps[1, :n], eps[2, :n]
+    x, y, z = edge[0, :n], edge[1, :n], edge[2, :n]
     for j in range(n):
-        ux, uy, uz = xc[j] - xb[j], yc[j] - yb[j], zc[j] - zb[j]
-        vx, vy, vz = xa[j] - xc[j], ya[j] - yc[j], za[j] - zc[j]
-        wx, wy, wz = xb[j] - xa[j], yb[j] - ya[j], zb[j] - za[j]
-        e0[j] = ux * ux + uy * uy + uz * uz - l0[j]
-        e1[j] = vx * vx + vy * vy + vz * vz - l1[j]
-        e2[j] = wx * wx + wy * wy + wz * wz - l2[j]
+        ux, uy, uz = xb[j] - xa[j], yb[j] - ya[j], zb[j] - za[j]
+        x[j], y[j], z[j] = ux, uy, uz
+        eps[j] = ux * ux + uy * uy + uz * uz - l2[j]
 
 
 @njit(cache=True, error_model="numpy")
@@ -90,27 +91,32 @@ def _tension(S, e, n, tau):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _pull(X, F, a, b, c, n, tau_b, tau_c):  # type: ignore[no-untyped-def]
-    """Pull corners a towards b by tau_b and towards c by tau_c."""
+def _pull(F, a, n, leaving, tau_leaving, arriving, tau_arriving):  # type: ignore[no-untyped-def]
+    """Pull corners a along the edges that leave them, and back along those that arrive."""
     for k in range(3):
-        xa, xb, xc, f = X[k, a : a + n], X[k, b : b + n], X[k, c : c + n], F[k, a : a + n]
+        u, v, f = leaving[k, :n], arriving[k, :n], F[k, a : a + n]
         for j in range(n):
-            f[j] += tau_b[j] * (xb[j] - xa[j]) + tau_c[j] * (xc[j] - xa[j])
+            f[j] += tau_leaving[j] * u[j] - tau_arriving[j] * v[j]
 
 
 @njit(cache=True, error_model="numpy")
-def add_force(X, F, table, S, L2, R, soft, tau):  # type: ignore[no-untyped-def]
-    """Add the membrane force at X, shape (3, slots), to F, shape (3, slots) [N]; `tau` is scratch."""
+def add_force(X, F, table, S, L2, R, soft, scratch):  # type: ignore[no-untyped-def]
+    """Add the membrane force at X, shape (3, slots), to F, shape (3, slots) [N]; `scratch` has shape (12, BLOCK)."""
+    u, v, w, tau = scratch[:3], scratch[3:6], scratch[6:9], scratch[9:]  # edges opposite corners a, b, c
     for r in range(table.shape[0]):
-        e, n, a, b, c = table[r, 0], table[r, 1], table[r, 2], table[r, 3], table[r, 4]
-        _measure(X, a, b, c, n, L2, e, tau)
-        if R.shape[1]:
-            wrinkling.tension(R, soft, e, n, tau)
-        else:
-            _tension(S, e, n, tau)
-        _pull(X, F, a, b, c, n, tau[2], tau[1])
-        _pull(X, F, b, c, a, n, tau[0], tau[2])
-        _pull(X, F, c, a, b, n, tau[1], tau[0])
+        for done in range(0, table[r, 1], BLOCK):
+            n = min(table[r, 1] - done, BLOCK)
+            e, a, b, c = table[r, 0] + done, table[r, 2] + done, table[r, 3] + done, table[r, 4] + done
+            _measure(X, b, c, n, L2[0, e : e + n], u, tau[0])
+            _measure(X, c, a, n, L2[1, e : e + n], v, tau[1])
+            _measure(X, a, b, n, L2[2, e : e + n], w, tau[2])
+            if R.shape[1]:
+                wrinkling.tension(R, soft, e, n, tau)
+            else:
+                _tension(S, e, n, tau)
+            _pull(F, a, n, w, tau[2], v, tau[1])
+            _pull(F, b, n, u, tau[0], w, tau[2])
+            _pull(F, c, n, v, tau[1], u, tau[0])
 
 
 @njit(cache=True, error_model="numpy")

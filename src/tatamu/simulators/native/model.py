@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import eigsh
+from scipy.sparse.linalg import LinearOperator, eigsh
 
 from tatamu.material import Material
 from tatamu.scene import Cloth
@@ -114,7 +114,7 @@ def _build(cloth: Cloth, material: Material) -> Model:
             triangles.table,
             triangles.copied,
             triangles.spread(S).astype(np.float32),
-            triangles.spread(L2).astype(np.float32),
+            triangles.spread(L2),
             (triangles.spread(R) if R.size else R).astype(np.float32),
             np.float32(material.compression),
             hinges.table,
@@ -187,10 +187,10 @@ def _bending_frequency(gradient: sparse.csr_array, weights: np.ndarray, others: 
 def _largest_frequency(gradient: sparse.csr_array, stiffness: sparse.sparray, mass: np.ndarray) -> float:
     """Largest omega of G' K G u = omega^2 M u."""
     scaled = gradient @ sparse.diags_array(1.0 / np.sqrt(np.repeat(mass, 3)))
-    operator = (scaled.T @ (stiffness @ scaled)).tocsr()
-    size = operator.shape[0]
+    size = scaled.shape[1]
     if size < 40:
-        return float(np.sqrt(np.linalg.eigvalsh(operator.toarray()).max()))
+        return float(np.sqrt(np.linalg.eigvalsh((scaled.T @ (stiffness @ scaled)).toarray()).max()))
+    operator = LinearOperator((size, size), matvec=lambda u: scaled.T @ (stiffness @ (scaled @ u)), dtype=float)
     start = np.cos(np.arange(size) * 2.399963)  # any fixed vector with all frequencies in it
     top = eigsh(operator, k=1, which="LA", v0=start, tol=1e-2, return_eigenvectors=False)
     return float(1.01 * np.sqrt(top[0]))

@@ -211,7 +211,6 @@ class _Run:
 
 def _state(scene: Scene, model: Model) -> State:
     count, hinges = len(scene.cloth.vertices), model.elastic.weights.shape[1]
-    longest = int(model.elastic.triangles[:, 1].max())
     X = np.zeros((3, model.width))
     X[:, model.slot] = scene.cloth.vertices.T
     inverse_mass, free = np.zeros(model.slots), np.zeros(model.slots)
@@ -220,9 +219,9 @@ def _state(scene: Scene, model: Model) -> State:
     return State(
         X=X,
         V=np.zeros((3, model.slots)),
-        Y=np.zeros_like(X, dtype=np.float32),
+        Y=np.zeros_like(X),
         F=np.zeros_like(X, dtype=np.float32),
-        tau=np.zeros((3, longest), dtype=np.float32),
+        edges=np.zeros((12, membrane.BLOCK), dtype=np.float32),
         H=np.zeros((10, hinges), dtype=np.float32),
         moment=np.zeros(hinges, dtype=np.float32),
         x=x,
@@ -240,6 +239,8 @@ def _lists(mesh: candidates.Mesh) -> candidates.Lists:
     return candidates.Lists(
         face=np.full((count, 2), -1),
         side=np.zeros((count, 2), dtype=np.int64),
+        order=np.arange(count),
+        ordered=np.zeros(1, dtype=np.int64),
         wake=np.zeros((count, 2)),
         pairs=np.empty((room, 4), dtype=np.int64),
         pair_wake=np.empty(room),

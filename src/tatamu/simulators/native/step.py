@@ -6,7 +6,7 @@ second; then contact and the table correct the positions, and the velocities by 
 crushed, contact is resolved several times per outer step. There is no linear solve, no iteration to a tolerance. Held
 vertices have inverse mass zero and follow their path at constant velocity within an outer step.
 
-Forces are computed in single precision, from positions relative to one vertex; states are kept in double.
+Forces are computed in single precision, from edges and strains taken in double; states are kept in double.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ class State(NamedTuple):
 
     X: np.ndarray  # (3, width) positions in slots
     V: np.ndarray  # (3, slots) velocities
-    Y: np.ndarray  # (3, width) scratch, single: positions that forces are computed at
+    Y: np.ndarray  # (3, width) scratch: positions that forces are computed at
     F: np.ndarray  # (3, width) scratch, single: forces
-    tau: np.ndarray  # (3, longest band) scratch, single
+    edges: np.ndarray  # (12, membrane.BLOCK) scratch, single: edges of triangles and their tensions
     H: np.ndarray  # (10, hinges) scratch, single
     moment: np.ndarray  # (hinges,) scratch, single
     x: np.ndarray  # (n, 3) positions by vertex
@@ -87,12 +87,12 @@ def _add_back(F, copied, slots):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def _place(Y, X, V, h):  # type: ignore[no-untyped-def]
-    """Positions h seconds ahead, relative to the first slot's: small numbers, so that single precision does."""
+    """Positions h seconds ahead."""
     n = V.shape[1]
     for k in range(3):
-        y, x, v, origin = Y[k, :n], X[k, :n], V[k, :n], X[k, 0]
+        y, x, v = Y[k, :n], X[k, :n], V[k, :n]
         for i in range(n):
-            y[i] = x[i] - origin + h * v[i]
+            y[i] = x[i] + h * v[i]
 
 
 @njit(cache=True, error_model="numpy")
@@ -138,7 +138,7 @@ def _stretch(state, elastic, world, h, damping):  # type: ignore[no-untyped-def]
     _place(state.Y, state.X, state.V, damping)
     copy_out(state.Y, elastic.triangle_copies, slots)
     membrane.add_force(
-        state.Y, state.F, elastic.triangles, elastic.S, elastic.L2, elastic.R, elastic.compression, state.tau
+        state.Y, state.F, elastic.triangles, elastic.S, elastic.L2, elastic.R, elastic.compression, state.edges
     )
     _add_back(state.F, elastic.triangle_copies, slots)
     _move(state, world, h)
