@@ -21,7 +21,6 @@ from tables import insert, markdown
 
 from tatamu.folding.score import score
 from tatamu.folding.task import make_task
-from tatamu.garments.fabrics import TERRY
 from tatamu.garments.towel import staggered_rectangle
 from tatamu.learning import learn
 from tatamu.material import GRAVITY
@@ -29,6 +28,7 @@ from tatamu.opinion.agreement import Agreement, compare, manipulations
 from tatamu.opinion.check import asked, on_coarse_mesh
 from tatamu.opinion.learned import Learned, read_learned
 from tatamu.opinion.matrix import HEAD, pair_cells, save
+from tatamu.presets import load_preset
 from tatamu.scene import Cloth, Gripper, Scene, Table
 from tatamu.simulators import simulate
 from tatamu.simulators.blender import mapping
@@ -52,7 +52,8 @@ START = 0.05
 def drawn(mu: float, speed: float) -> tuple[Scene, int, float]:
     """A sheet drawn over another on a table without friction: scene, vertices of the lower one, m_upper / m_lower."""
     (lower, faces), (upper, more) = staggered_rectangle(0.12, 0.5, 0.013), staggered_rectangle(0.09, 0.2, 0.013)
-    thickness = TERRY.thickness
+    terry = load_preset("terry").material
+    thickness = terry.thickness
     vertices = np.concatenate([lower, upper - np.array([0.1, 0.0, -thickness])]) + np.array([0.0, 0.0, thickness / 2])
     faces = np.concatenate([faces, more + len(lower)])
     front = len(lower) + np.flatnonzero(upper[:, 0] > upper[:, 0].max() - 1e-6)
@@ -61,7 +62,7 @@ def drawn(mu: float, speed: float) -> tuple[Scene, int, float]:
     )
     scene = Scene(
         cloth=Cloth(vertices=vertices, faces=faces),
-        material=TERRY.model_copy(update={"friction_table": 0.0, "friction_cloth": mu, "air_drag": 0.0}),
+        material=terry.model_copy(update={"friction_table": 0.0, "friction_cloth": mu, "air_drag": 0.0}),
         table=Table(),
         grippers=[hand],
         duration=START + min(0.25, 0.12 / speed),

@@ -10,8 +10,8 @@ from tatamu.folding.fold import Fold as HalfFold
 from tatamu.folding.fold import make_fold
 from tatamu.folding.manipulation import Manipulation, scene_of
 from tatamu.garments import make_garment
-from tatamu.garments.fabrics import TERRY
 from tatamu.material import GRAVITY, Material
+from tatamu.presets import load_preset
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 
@@ -25,7 +25,7 @@ JERSEY = Material(
 """A limp fabric: bending length 2 cm."""
 FABRICS = {
     "stiff, bending length 3.7 cm": CLOTH,
-    "terry, the default towel": TERRY,
+    "terry, the default towel": load_preset("terry").material,
     "jersey, bending length 2 cm": JERSEY,
 }
 FOLDED = 0.02

@@ -94,13 +94,13 @@ def disc_stl(folder: Path) -> Path:
 
 def bag_ply(folder: Path) -> Path:
     """A front and a back, sewn on three sides, flat on the floor of a world whose y is up."""
-    from tatamu.garments.fabrics import JERSEY
     from tatamu.garments.outline import Outline
     from tatamu.garments.sewing import front_and_back
+    from tatamu.presets import load_preset
 
     corners = np.array([[0, 0], [0.3, 0], [0.3, 0.25], [0, 0.25]])
     sides = {name: corners[[k, (k + 1) % 4]] for k, name in enumerate(("right", "top", "left", "mouth"))}
-    bag = front_and_back("bag", Outline(sides), ["mouth"], JERSEY, 0.011)
+    bag = front_and_back("bag", Outline(sides), ["mouth"], load_preset("jersey").material, 0.011)
     x, y, z = bag.vertices.T
     path = folder / "bag.ply"
     trimesh.Trimesh(np.column_stack([-y, z, -x]), bag.faces, process=False).export(path)

@@ -18,12 +18,14 @@ def garments() -> None:
     from rich.table import Table
 
     from tatamu.garments import DESCRIPTIONS, make_garment
-    from tatamu.garments.fabrics import FABRICS
+    from tatamu.material import preset_names
+    from tatamu.presets import load_preset
 
     table = Table("garment", "what", "width x length", "layers", "vertices", "fabric", box=None, pad_edge=False)
+    presets = {each: load_preset(each).material for each in preset_names()}
     for name, what in DESCRIPTIONS.items():
         garment = make_garment(name)
-        fabric = next(title for title, material in FABRICS.items() if material == garment.material)
+        fabric = next(each for each, material in presets.items() if material == garment.material)
         size = "{:g}x{:g}".format(*garment.size)
         table.add_row(name, what, size, str(garment.layers), str(len(garment.vertices)), fabric)
     Console().print(table)

@@ -13,7 +13,6 @@ from tatamu.errors import InputError
 from tatamu.files import read_toml, validated
 from tatamu.garments.cut import cut
 from tatamu.garments.drawing import read_drawing
-from tatamu.garments.fabrics import FABRICS
 from tatamu.garments.flat import flat_garment, meshed_anew
 from tatamu.garments.frame import FLAT, turned
 from tatamu.garments.garment import Garment
@@ -21,11 +20,14 @@ from tatamu.garments.laying import laid_flat
 from tatamu.garments.meshfile import FORMATS, faults, read_mesh, welded
 from tatamu.garments.resolution import LARGEST_SIDE, PASSABLE, SMALLEST_SIDE
 from tatamu.garments.sewing import front_and_back, one_layer
-from tatamu.material import Material
+from tatamu.material import Material, preset_names
+from tatamu.presets import load_preset
 
 OUTLINES = (".svg", ".dxf")
 SUFFIXES = (".toml", *OUTLINES, *FORMATS)
 """What a file of a garment may be."""
+FABRIC = "jersey"
+"""The preset that it is of unless it says otherwise."""
 Position = tuple[float, float]
 Side = Annotated[float, Field(ge=SMALLEST_SIDE, le=LARGEST_SIDE)]
 
@@ -54,7 +56,7 @@ class GarmentFile(BaseModel):
     spacing: float | None = Field(None, gt=0.0)
     """Edge length of the mesh [m]."""
     fabric: str | None = None
-    """Name of a fabric; instead there may be a table [material]."""
+    """Name of a preset; instead there may be a table [material]."""
     weld: bool = False
     """Join vertices at one place."""
     remesh: bool = False
@@ -64,8 +66,8 @@ class GarmentFile(BaseModel):
     def _check(self) -> Self:
         if (self.outline is None) == (self.mesh is None):
             raise ValueError("must have either outline or mesh, a file name")
-        if self.fabric is not None and self.fabric not in FABRICS:
-            raise ValueError(f"fabric must be one of {', '.join(FABRICS)}, given {self.fabric!r}")
+        if self.fabric is not None and self.fabric not in preset_names():
+            raise ValueError(f"fabric must be one of {', '.join(preset_names())}, given {self.fabric!r}")
         if self.mesh is not None and (self.layers, self.openings) != (None, None):
             raise ValueError("layers and openings belong to an outline; those of a mesh are in the mesh")
         if self.outline is not None and (self.weld or self.remesh):
@@ -100,7 +102,8 @@ def _read(path: Path) -> tuple[GarmentFile, Material]:
     """The description in a TOML file, or that of a bare outline or mesh; and the fabric."""
     kind = path.suffix.lower()
     if kind != ".toml":
-        return GarmentFile(name=path.stem, **{"outline" if kind in OUTLINES else "mesh": path.name}), FABRICS["jersey"]
+        given = GarmentFile(name=path.stem, **{"outline" if kind in OUTLINES else "mesh": path.name})
+        return given, load_preset(FABRIC).material
     value: dict[str, Any] = read_toml(path)
     unknown = sorted(set(value) - {"garment", "material"})
     if unknown or not isinstance(value.get("garment"), dict):
@@ -109,7 +112,7 @@ def _read(path: Path) -> tuple[GarmentFile, Material]:
     given = validated(GarmentFile, {"name": path.stem, **value["garment"]}, path)
     if "material" in value:
         return given, validated(Material, value["material"], path)
-    return given, FABRICS[given.fabric or "jersey"]
+    return given, load_preset(given.fabric or FABRIC).material
 
 
 def _from_outline(given: GarmentFile, source: Path, material: Material) -> Garment:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from tatamu.garments.fabrics import TERRY
 from tatamu.garments.garment import Garment
 from tatamu.garments.resolution import check_size, check_spacing, spacing_for
 from tatamu.material import Material
+from tatamu.presets import load_preset
 
+FABRIC = "terry"
+"""A preset."""
 SIZE = (0.34, 0.80)
 """Width and length of a face towel [m]."""
 SHEAR = 0.25
@@ -16,13 +18,14 @@ SHEAR = 0.25
 equilateral, and those at the straight sides are not so small that they would slow the explicit steps down."""
 
 
-def towel(size: tuple[float, float] = SIZE, material: Material = TERRY, spacing: float | None = None) -> Garment:
+def towel(size: tuple[float, float] = SIZE, material: Material | None = None, spacing: float | None = None) -> Garment:
     """A towel of width (y) and length (x) [m], centred at the origin; mesh rows run across its length.
 
     Raises:
         InputError: A size or a spacing that no towel has.
     """
     check_size(size)
+    material = material or load_preset(FABRIC).material
     chosen = spacing if spacing is not None else spacing_for(material)
     check_spacing(chosen, size, size[0] * size[1])
     vertices, faces = staggered_rectangle(*size, chosen)

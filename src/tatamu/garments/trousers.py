@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from tatamu.garments.fabrics import DENIM
 from tatamu.garments.garment import Garment
 from tatamu.garments.outline import Outline, mirrored
 from tatamu.garments.sewing import front_and_back
 from tatamu.material import Material
+from tatamu.presets import load_preset
 
+FABRIC = "denim"
+"""A preset."""
 SIZE = (0.34, 0.60)
 """Width over both hems and length [m] of a child of three to four: waist 10 in (25.4 cm) laid flat, full length 23.5 in
 (60 cm) (Stone Harbor, chart of garment measurements)."""
@@ -22,13 +24,14 @@ CROTCH = (0.41, 0.012)
 
 
 def trousers(
-    size: tuple[float, float] | None = None, material: Material = DENIM, spacing: float | None = None
+    size: tuple[float, float] | None = None, material: Material | None = None, spacing: float | None = None
 ) -> Garment:
     """Trousers of width (over both hems, y) and length (x) [m]; hems at x < 0, waist at x > 0.
 
     Raises:
         InputError: A size or a spacing that no trousers have.
     """
+    material = material or load_preset(FABRIC).material
     return front_and_back("trousers", pattern().fitted(size or SIZE), OPENINGS, material, spacing)
 
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from tatamu.garments.fabrics import JERSEY
 from tatamu.garments.garment import Garment
 from tatamu.garments.outline import Outline, mirrored
 from tatamu.garments.sewing import front_and_back
 from tatamu.material import Material
+from tatamu.presets import load_preset
 
+FABRIC = "jersey"
+"""A preset."""
 SIZE = (0.54, 0.46)
 """Width over both sleeves and length from shoulder to hem [m] of a child of four: half chest 32 cm, length 46 cm
 (23rd New Zealand Scout Jamboree, chart of garments laid flat, youth 4). A men's M there, 52 x 70 cm, is 0.88x0.70."""
@@ -28,13 +30,14 @@ NECK_DEPTH = {"front": 0.055, "back": 0.015}
 
 
 def tshirt(
-    size: tuple[float, float] | None = None, material: Material = JERSEY, spacing: float | None = None
+    size: tuple[float, float] | None = None, material: Material | None = None, spacing: float | None = None
 ) -> Garment:
     """A T-shirt of width (over the sleeves, y) and length (x) [m]; hem at x < 0.
 
     Raises:
         InputError: A size or a spacing that no T-shirt has.
     """
+    material = material or load_preset(FABRIC).material
     return front_and_back("tshirt", pattern().fitted(size or SIZE), OPENINGS, material, spacing)
 
 
