@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapely
+from PIL import Image
 from typer.testing import CliRunner
 
 from tatamu.cli.app import app
@@ -114,3 +115,14 @@ def test_no_picture_is_refused(tmp_path: Path) -> None:
         find_outline(tmp_path / "photo.jpg")
     with pytest.raises(InputError, match="cannot be read"):
         find_outline(tmp_path / "none.jpg")
+    (tmp_path / "photo.HEIC").write_bytes(b"no picture")
+    with pytest.raises(InputError, match="save it as JPEG"):
+        find_outline(tmp_path / "photo.HEIC")
+
+
+def test_sixteen_bits_of_grey_are_read(tmp_path: Path) -> None:
+    shades = np.full((300, 400), 60_000, dtype=np.uint16)
+    shades[60:240, 80:320] = 8_000
+    Image.fromarray(shades).save(tmp_path / "photo.png")
+    found = find_outline(tmp_path / "photo.png").outline
+    assert np.ptp(found, axis=0) == pytest.approx((240, 180), abs=4)

@@ -63,10 +63,14 @@ def _read(path: Path) -> np.ndarray:
     from PIL import Image, ImageOps, UnidentifiedImageError
 
     try:
-        with Image.open(path) as image:
-            return np.asarray(ImageOps.exif_transpose(image).convert("RGB"))
+        with Image.open(path) as file:
+            image = ImageOps.exif_transpose(file)
+            if image.mode.startswith("I"):  # 16 bits of grey, which `convert` would cut off at 255
+                image = Image.fromarray((np.asarray(image) >> 8).astype(np.uint8))
+            return np.asarray(image.convert("RGB"))
     except UnidentifiedImageError:
-        raise InputError(f"{path}: is not a picture") from None
+        hint = "; save it as JPEG or PNG" if path.suffix.lower() in (".heic", ".heif") else ""
+        raise InputError(f"{path}: is not a picture that can be read here{hint}") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
     except (SyntaxError, Image.DecompressionBombError) as error:  # a broken file, one too large
