@@ -190,7 +190,7 @@ def measured_line(case: Case, row: dict[str, Any]) -> dict[str, str]:
         "Y [N/m]": f"{three['stretch_stiffness']:.0f}",
         "μ": f"{three['friction_table']:.2f}",
         "B by sag [µN m]": f"{1e6 * three['bending_rigidity']:.0f}",
-        "B by loop [µN m]": f"{1e6 * four['bending_rigidity']:.0f}",
+        "B by sag and loop [µN m]": f"{1e6 * four['bending_rigidity']:.0f}",
         "c": f"{five.get('compression', 1.0):.2g}" if five else "-",
         "seconds": ", ".join(f"{row[name]['seconds']:.0f}" for name in READINGS if name in row),
     }

@@ -137,7 +137,10 @@ def test_contributions_solve_what_they_say() -> None:
     ]
     values = {"mass": 0.1, "length": size, "L1": 0.81, "free_length": free, "sag": base[1]}
     told = contributions(
-        {name: Reading(value, 1e-6 * value) for name, value in values.items()}, slopes[0], ("sag", slopes[1]), None
+        {name: Reading(value, 1e-6 * value) for name, value in values.items()},
+        slopes[0],
+        {"sag": (1.0, slopes[1])},
+        None,
     )
     for name, value in values.items():
         change = 1e-6 * value

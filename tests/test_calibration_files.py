@@ -74,6 +74,7 @@ sag = 0.03
         ("L1 = 0.404", 'L1 = "0.404 m"', "elongation.L1: must be a finite number of metres"),
         ("L1 = 0.404", "l1 = 0.404", "elongation.L1: Field required"),
         ("L1 = 0.404", "L1 = 0.404\nL3 = 1", "elongation.L3: Extra inputs are not permitted"),
+        ('[{edge = "bottom"}]', '["bottom"]', "elongation.grasps.0: must be a table (an object), given 'bottom'"),
         ('edge = "bottom"}', 'edge = "bottom", at = 2}', "elongation.grasps.0.at"),
         ("H_s = [0.25, 0.26]", "H_s = 0.7", "H_s (0.7 m) must be less than L_t (0.6 m)"),
         ("H_s = [0.25, 0.26]", "H_s = 0.59", "over 70 degrees"),

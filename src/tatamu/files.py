@@ -119,6 +119,8 @@ def describe(error: ValidationError) -> str:
     first = error.errors(include_url=False)[0]
     where = ".".join(str(part) for part in first["loc"]) or "(whole file)"
     message = first["msg"].removeprefix("Value error, ").removeprefix("Assertion failed, ")
+    if first["type"] in ("model_type", "dict_type"):
+        message = "must be a table (an object)"
     given = "" if first["type"] in ("missing", "value_error") else f", given {_short(first['input'])}"
     more = sum(other["loc"] != first["loc"][: len(other["loc"])] for other in error.errors()[1:])  # not what holds it
     return f"{where}: {message}{given}" + (f" (and {more} more)" if more else "")

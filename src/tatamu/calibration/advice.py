@@ -8,8 +8,6 @@ from tatamu.calibration.loop import HEIGHT, LIFT
 from tatamu.calibration.result import PARAMETERS, SYMBOLS, UNITS, Calibration, Fit
 from tatamu.validation.elastica import tip
 
-AGREES = 2.0
-"""A check within so many standard uncertainties agrees."""
 POOR = 0.25
 """A relative standard uncertainty above this is said to tell hardly anything."""
 BEST = 1.8
@@ -32,13 +30,15 @@ NAMES = {
     "push_length": "the length of the cloth ahead of the ruler",
     "pushed": "how far the ruler was pushed",
     "moved": "how far the far edge moved",
+    "search": "the last step of the search for friction",
+    "disagreement": "sag and loop, which disagree",
 }
 
 
 def advice_on(calibration: Calibration) -> list[str]:
     """Sentences, the most important first."""
     advice = [text for fit in calibration.fits for text in _of_fit(calibration, fit)]
-    advice += _substitution(calibration) + _unused(calibration)
+    advice += _disagreement(calibration) + _substitution(calibration) + _unused(calibration)
     repeated = best_repeat(calibration)
     if repeated is not None:
         name, gains = repeated
@@ -50,8 +50,8 @@ def advice_on(calibration: Calibration) -> list[str]:
 
 
 def _of_fit(calibration: Calibration, fit: Fit) -> list[str]:
-    if fit.check:
-        return _check(calibration, fit)
+    if fit.alone is not None and fit.bound is None:
+        return []
     texts = []
     if abs(fit.simulated - fit.aim) > fit.uncertainty:
         value = getattr(calibration.material, fit.parameter)
@@ -76,25 +76,17 @@ def _of_fit(calibration: Calibration, fit: Fit) -> list[str]:
     return texts
 
 
-def _check(calibration: Calibration, fit: Fit) -> list[str]:
+def _disagreement(calibration: Calibration) -> list[str]:
     """Where sag and loop do not fit one rigidity, cloth does not bend in proportion."""
-    if abs(fit.simulated - fit.measured) <= AGREES * np.hypot(fit.uncertainty, _through_bending(calibration, fit)):
+    if "disagreement" not in calibration.contributions:
         return []
-    other = "loop" if fit.test == "sag" else "sag"
+    alone = {fit.test: 1e6 * fit.alone for fit in calibration.fits if fit.alone is not None}
+    told = " and the ".join(f"{test} alone says {value:.3g}" for test, value in alone.items())
+    taken = 1e6 * calibration.material.bending_rigidity
     return [
-        f"{fit.test}: {_mm(fit.measured)} measured, but {_mm(fit.simulated)} with the bending rigidity that the "
-        f"{other} tells: this cloth does not bend in proportion. The {other}'s is taken"
-        + (", which bends as a fold does." if other == "loop" else ".")
+        f"bending: the {told} µN m: this cloth does not bend in proportion. {taken:.3g} is taken, each weighing as "
+        "much as its readings tell; the uncertainty says how far they are apart."
     ]
-
-
-def _through_bending(calibration: Calibration, fit: Fit) -> float:
-    """What the uncertainty of B makes of the reading of a check, by the textbook [m]."""
-    test = calibration.setup.sag if fit.test == "sag" else calibration.setup.loop
-    assert test is not None, "a test that was simulated is set up"
-    around = (fit.measured + fit.uncertainty, fit.measured - fit.uncertainty)
-    more, less = (np.log(test.guess(reading, calibration.material.areal_density)) for reading in around)
-    return float(calibration.relative("bending_rigidity") * 2.0 * fit.uncertainty / max(abs(more - less), 1e-9))
 
 
 def _elongation(calibration: Calibration, fit: Fit) -> list[str]:

@@ -1,7 +1,8 @@
 """Calibration: measurements in, the parameters of one simulator out (paper, section IV).
 
-Areal density is mass over area. Stretch stiffness and bending rigidity are matched in turn, each in its own test with
-the other as it stands, until both stay; friction does not touch those tests, and is searched once they are done, and
+Areal density is mass over area. Stretch stiffness and bending rigidity are matched in turn, each in its own tests with
+the other as it stands, until both stay; where sag and loop both tell bending, it is the mean of what each says alone,
+each weighing as much as its readings tell; friction does not touch those tests, and is searched once they are done, and
 compression, which needs all the others, last. Every parameter is an effective one: with it this simulator, on such a
 mesh, gives the readings.
 """
@@ -20,8 +21,8 @@ from tatamu.calibration.push import Push
 from tatamu.calibration.readings import Reading, readings_of
 from tatamu.calibration.result import Calibration, Fit
 from tatamu.calibration.setup import Setup, setup_of
-from tatamu.calibration.target import Target, parted, push_target, targets_of
-from tatamu.calibration.uncertainty import Slopes, contributions, slopes
+from tatamu.calibration.target import Target, by_parameter, push_target, targets_of, weights
+from tatamu.calibration.uncertainty import Slopes, contributions, disagreement, slopes
 from tatamu.errors import InputError
 from tatamu.material import Material
 from tatamu.simulators import named
@@ -33,6 +34,8 @@ LIGHTEST, HEAVIEST = 0.02, 5.0
 """Areal densities that a fabric has [kg/m^2]."""
 WRINKLE = ("native", "blender")
 """Simulators that know `Material.compression`."""
+Groups = dict[str, list[Target]]
+"""Parameter to the tests that tell it."""
 
 
 def calibrate(
@@ -55,12 +58,12 @@ def calibrate(
     """
     named(simulator)
     setup, readings = setup_of(measurements, spacing), readings_of(measurements)
-    laboratory, (targets, checks) = Laboratory(simulator, tick), parted(targets_of(setup, readings))
-    material, matches, passes = _elastic(laboratory, targets, _start(setup, readings, targets))
-    fits = [_fit(target, found.reading, found) for target in targets for found in [matches[target.parameter]]]
-    fits += [_fit(target, laboratory.reading(target.test, material)) for target in checks]
-    told = [target for target in targets if target.bound_by(matches[target.parameter]) is None]
-    shapes = {target.test.name: laboratory.shape(target.test, material) for target in [*targets, *checks]}
+    laboratory, groups = Laboratory(simulator, tick), by_parameter(targets_of(setup, readings))
+    material, matches, passes = _elastic(laboratory, groups, _start(setup, readings, groups))
+    fits = [fit for group in groups.values() for fit in _fits(laboratory, group, matches, material)]
+    shapes = {
+        target.test.name: laboratory.shape(target.test, material) for group in groups.values() for target in group
+    }
     sliding = None
     if setup.slope is not None:
         sliding = _friction(laboratory, setup.slope, material)
@@ -71,14 +74,14 @@ def calibrate(
         target = push_target(push, material, readings)
         found = target.matched(laboratory, material, target.start(material.areal_density))
         material = material.model_copy(update={"compression": found.parameter})
-        fits.append(_fit(target, found.reading, found))
+        fits.append(_fit(target, found, found.reading, target.bound_by(found)))
         shapes[target.test.name] = laboratory.shape(target.test, material)
     return Calibration(
         material=material,
         simulator=simulator,
         setup=setup,
         fits=tuple(fits),
-        contributions=_contributions(laboratory, setup, readings, told, material, sliding),
+        contributions=_contributions(laboratory, setup, readings, groups, matches, material, sliding),
         readings=readings,
         assumed=_assumed(setup, push),
         shapes=shapes,
@@ -88,7 +91,7 @@ def calibrate(
     )
 
 
-def _start(setup: Setup, readings: dict[str, Reading], targets: list[Target]) -> Material:
+def _start(setup: Setup, readings: dict[str, Reading], groups: Groups) -> Material:
     """The material before the first simulation: textbook guesses for what was measured."""
     density = readings["mass"].value / setup.area
     if not LIGHTEST <= density <= HEAVIEST:
@@ -96,34 +99,60 @@ def _start(setup: Setup, readings: dict[str, Reading], targets: list[Target]) ->
             f"mass: {readings['mass'].value:g} kg over the garment's {setup.area:.3f} m² is {density:.3g} kg/m², but "
             f"fabrics weigh {LIGHTEST:g} to {HEAVIEST:g} kg/m²; are mass (kg) and size (m) those of this garment?"
         )
-    guesses = {target.parameter: target.start(density) for target in targets}
+    guesses = {
+        parameter: _mean(group, [target.start(density) for target in group]) for parameter, group in groups.items()
+    }
     return setup.base.model_copy(update={"areal_density": density, **guesses})
 
 
-def _elastic(
-    laboratory: Laboratory, targets: list[Target], material: Material
-) -> tuple[Material, dict[str, Match], int]:
-    """Match the targets in turn until no parameter changes; the matches by parameter, and how many passes it took."""
+def _elastic(laboratory: Laboratory, groups: Groups, material: Material) -> tuple[Material, dict[str, Match], int]:
+    """Match the tests in turn until no parameter changes; the matches by test, and how many passes it took."""
     matches: dict[str, Match] = {}
     passes, before = 0, None
-    while passes < MOST_PASSES and (before is None or _moved(material, before, targets)):
+    while passes < MOST_PASSES and (before is None or _moved(material, before, groups)):
         passes, before = passes + 1, material
-        for target in targets:
-            found = target.matched(laboratory, material, getattr(material, target.parameter))
-            earlier = matches[target.parameter].samples if target.parameter in matches else ()
-            matches[target.parameter] = found.after(earlier)
-            material = material.model_copy(update={target.parameter: found.parameter})
+        for parameter, group in groups.items():
+            for target in group:
+                earlier = matches.get(target.test.name)
+                start = earlier.parameter if earlier else getattr(material, parameter)
+                found = target.matched(laboratory, material, start)
+                matches[target.test.name] = found.after(earlier.samples if earlier else ())
+            some = _telling(group, matches)
+            value = _mean(some, [matches[target.test.name].parameter for target in some])
+            material = material.model_copy(update={parameter: value})
     return material, matches, passes
 
 
-def _moved(material: Material, before: Material, targets: list[Target]) -> bool:
+def _mean(group: list[Target], values: list[float]) -> float:
+    """A parameter from what each of its tests says alone: the mean of the logarithms, by `weights`."""
+    return values[0] if len(values) == 1 else float(np.exp(weights(group) @ np.log(values)))
+
+
+def _telling(group: list[Target], matches: dict[str, Match]) -> list[Target]:
+    """The tests of a group whose reading the simulator came to; if there is none, the last one."""
+    return [target for target in group if target.bound_by(matches[target.test.name]) is None] or group[-1:]
+
+
+def _moved(material: Material, before: Material, groups: Groups) -> bool:
     """Whether a pass changed a parameter."""
-    ratios = [getattr(material, target.parameter) / getattr(before, target.parameter) for target in targets]
+    ratios = [getattr(material, parameter) / getattr(before, parameter) for parameter in groups]
     return any(abs(np.log(ratio)) > SAME for ratio in ratios)
 
 
-def _fit(target: Target, simulated: float, found: Match | None = None) -> Fit:
-    """A test and what it reads in the simulator; without a search it is a check: another test told its parameter."""
+def _fits(laboratory: Laboratory, group: list[Target], matches: dict[str, Match], material: Material) -> list[Fit]:
+    """The tests of one parameter, as they read in the simulator with the material found."""
+    if len(group) == 1:
+        target, found = group[0], matches[group[0].test.name]
+        return [_fit(target, found, found.reading, target.bound_by(found))]
+    telling, fits = _telling(group, matches), []
+    for target in group:
+        found = matches[target.test.name]
+        bound = target.bound_by(found) if telling == [target] else None
+        fits.append(_fit(target, found, laboratory.reading(target.test, material), bound, alone=found.parameter))
+    return fits
+
+
+def _fit(target: Target, found: Match, simulated: float, bound: str | None, alone: float | None = None) -> Fit:
     return Fit(
         test=target.test.name,
         parameter=target.parameter,
@@ -132,9 +161,9 @@ def _fit(target: Target, simulated: float, found: Match | None = None) -> Fit:
         aim=target.aim,
         simulated=simulated,
         unit="m",
-        bound=target.bound_by(found) if found else target.bound,
-        samples=found.samples if found else (),
-        check=found is None,
+        bound=bound,
+        samples=found.samples,
+        alone=alone,
     )
 
 
@@ -168,25 +197,37 @@ def _contributions(
     laboratory: Laboratory,
     setup: Setup,
     readings: dict[str, Reading],
-    targets: list[Target],
+    groups: Groups,
+    matches: dict[str, Match],
     material: Material,
     sliding: Sliding | None,
 ) -> dict[str, np.ndarray]:
-    """What each reading has to do with each parameter; `targets` are those whose readings tell one."""
-    found: dict[str, Slopes] = {}
-    for target in targets:
+    """What each reading has to do with each parameter; what only bounds one has nothing to do with it."""
 
-        def reading(stretch: float, bending: float, target: Target = target) -> float:
+    def found(target: Target) -> Slopes:
+        def reading(stretch: float, bending: float) -> float:
             changed = {"stretch_stiffness": float(np.exp(stretch)), "bending_rigidity": float(np.exp(bending))}
             return laboratory.reading(target.test, material.model_copy(update=changed))
 
-        at = float(np.log(material.stretch_stiffness)), float(np.log(material.bending_rigidity))
-        found[target.test.name] = slopes(reading, at)
+        return slopes(reading, (float(np.log(material.stretch_stiffness)), float(np.log(material.bending_rigidity))))
+
+    told = {
+        parameter: [target for target in group if target.bound_by(matches[target.test.name]) is None]
+        for parameter, group in groups.items()
+    }
+    elongation = next((found(target) for target in told.get("stretch_stiffness", [])), None)
+    both = told.get("bending_rigidity", [])
+    bending = {
+        target.test.name: (float(weight), found(target)) for target, weight in zip(both, weights(both), strict=True)
+    }
     friction = None
     if setup.slope is not None and sliding is not None:
         friction = setup.slope.angle, readings["L_t"].value, (sliding.sticks - sliding.slides) / sliding.coefficient
-    bending = next(((name, found[name]) for name in ("sag", "loop") if name in found), None)
-    return contributions(readings, found.get("elongation"), bending, friction)
+    made = contributions(readings, elongation, bending, friction)
+    apart = disagreement([matches[target.test.name].parameter for target in both], [target.spread for target in both])
+    if apart:
+        made["disagreement"] = np.array([0.0, 0.0, apart, 0.0, 0.0])
+    return made
 
 
 def _assumed(setup: Setup, push: Push | None) -> tuple[str, ...]:

@@ -45,8 +45,8 @@ list, [0.804, 0.805].
 
 4  Let it loop, if you like: for cloth that hangs straight down in 3, or bends otherwise in a fold.  [loop] height
    Lay one layer (of a T-shirt the hem of one side) over itself on the table without pressing, edges parallel, until
-   four times the height of the loop lies on either side. height: from the table to the top of the loop. Where it is
-   given, it tells bending, as folds bend like it, and the sag is a check.
+   four times the height of the loop lies on either side. height: from the table to the top of the loop. With the
+   sag it tells bending better than either does alone; where they disagree, cloth bends otherwise in a fold.
 
 5  Push it, if you like: cloth that hands push along the table wrinkles or slides.     [push] length, pushed, moved
    Lay one layer flat on the surface of 2. Press a ruler on its whole near edge and push it 5 cm towards the far one,
@@ -96,7 +96,7 @@ edge = "{edge}"
 free_length = {free:g}      # from the front of the grip to the edge: set what you used
 sag = []                 # from the grip vertically down to the edge
 
-# [loop]                 # optional: cloth folded over itself; then B is the loop's, and the sag a check
+# [loop]                 # optional: cloth folded over itself; tells B too
 # height = []            # from the table to the top of the loop
 
 # [push]                 # optional: cloth pushed along the table by a ruler on its near edge

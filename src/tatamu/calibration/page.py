@@ -12,7 +12,8 @@ from tatamu import __version__
 from tatamu.calibration import drawing
 from tatamu.calibration.advice import NAMES, advice_on
 from tatamu.calibration.friction import SLIDING
-from tatamu.calibration.result import PARAMETERS, SYMBOLS, UNITS, Calibration, Fit
+from tatamu.calibration.readings import Reading
+from tatamu.calibration.result import PARAMETERS, SYMBOLS, UNITS, Calibration, Fit, rounded
 from tatamu.validation.page import FIT, GRID, INK, STYLE, chart_html
 
 TITLES = {
@@ -91,7 +92,7 @@ def shown(calibration: Calibration, parameter: str) -> tuple[str, str]:
     if parameter in calibration.assumed:
         return text, "not measured"
     relative = calibration.relative(parameter)
-    return text, f"± {factor * calibration.uncertainty(parameter):.2g} ({100 * relative:.1f} %)"
+    return text, f"± {rounded(factor * calibration.uncertainty(parameter), 2):g} ({100 * relative:.1f} %)"
 
 
 def _parameters(calibration: Calibration) -> str:
@@ -100,7 +101,7 @@ def _parameters(calibration: Calibration) -> str:
         for name in PARAMETERS
         for value, spread in [shown(calibration, name)]
     )
-    note = "Standard uncertainty, from the errors of the readings alone; the correlations are in the file."
+    note = "Standard uncertainty, from the errors of the readings; the correlations are in the file."
     return (
         f"<table><thead><tr><th>parameter</th><th class='n'>value</th><th>uncertainty</th></tr></thead>"
         f"<tbody>{lines}</tbody></table><p class='reference'>{note}</p>"
@@ -108,11 +109,6 @@ def _parameters(calibration: Calibration) -> str:
 
 
 def _fit(calibration: Calibration, fit: Fit) -> str:
-    if fit.check:
-        return (
-            f"<section><h2>{TITLES[fit.test]}, a check</h2><p class='reference'>{escape(_sentence(calibration, fit))}"
-            f"</p><div class='fit'><div>{_picture(calibration, fit.test)}</div></div></section>"
-        )
     chart = _friction_chart(calibration, fit) if fit.test == "friction" else _chart(calibration, fit)
     plot = chart_html(chart, f"fit-{fit.test}")
     value, spread = shown(calibration, fit.parameter)
@@ -133,6 +129,7 @@ def _sentence(calibration: Calibration, fit: Fit) -> str:
     return (
         f"{name[0].upper()}{name[1:]} measured: {1e3 * fit.measured:.1f} ± {1e3 * fit.uncertainty:.1f} mm; simulated: "
         f"{1e3 * fit.simulated:.2f} mm."
+        + (f" Alone it says {FACTORS[fit.test] * fit.alone:.4g} µN m." if fit.alone is not None else "")
     )
 
 
@@ -204,15 +201,21 @@ def _budget(calibration: Calibration) -> str:
         f"<th>{SYMBOLS[name]}</th>" for name in known
     )
     lines = []
-    for name, reading in calibration.readings.items():
-        shares = calibration.contributions[name][rows] ** 2 / np.where(variance > 0, variance, 1.0)
+    for name, contribution in calibration.contributions.items():
+        shares = contribution[rows] ** 2 / np.where(variance > 0, variance, 1.0)
         cells = "".join(
             f"<td><span class='bar' style='width:{70 * share:.0f}px'></span> {100 * share:.0f} %</td>"
             for share in shares
         )
-        unit = "g" if name == "mass" else "mm"
-        lines.append(
-            f"<tr><td>{escape(NAMES[name])}</td><td class='n'>{1e3 * reading.value:.4g} {unit}</td>"
-            f"<td class='n'>{1e3 * reading.uncertainty:.2g} {unit}</td>{cells}</tr>"
-        )
+        lines.append(f"<tr><td>{escape(NAMES[name])}</td>{_read(name, calibration.readings.get(name))}{cells}</tr>")
     return f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(lines)}</tbody></table>"
+
+
+def _read(name: str, reading: Reading | None) -> str:
+    """The cells of a reading and its uncertainty; of what was not read, empty ones."""
+    if reading is None:
+        return "<td></td><td></td>"
+    unit = "g" if name == "mass" else "mm"
+    return (
+        f"<td class='n'>{1e3 * reading.value:.4g} {unit}</td><td class='n'>{1e3 * reading.uncertainty:.2g} {unit}</td>"
+    )

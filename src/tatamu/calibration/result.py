@@ -41,8 +41,8 @@ class Fit:
     """None where the reading tells the parameter; else "at least" or "at most": all that it tells."""
     samples: tuple[tuple[float, float], ...]
     """Simulated (parameter, reading); of friction (parameter, speed)."""
-    check: bool = False
-    """Whether it had no say: another test told its parameter, which this one only checks."""
+    alone: float | None = None
+    """What this test alone says of the parameter, where several tell it; None where it is the only one."""
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ class Calibration:
                     "uncertainty": rounded(fit.uncertainty),
                     "simulated": rounded(fit.simulated, 6),
                     "unit": fit.unit,
-                    **({"check": True} if fit.check else {}),
+                    **({} if fit.alone is None else {"alone": rounded(fit.alone, 6)}),
                 }
                 for fit in self.fits
             ],

@@ -12,6 +12,7 @@ from tatamu.calibration.laboratory import Laboratory, Test
 from tatamu.calibration.match import Match, match
 from tatamu.calibration.push import Push
 from tatamu.calibration.readings import Reading
+from tatamu.calibration.sag import Sag
 from tatamu.calibration.setup import Setup
 from tatamu.errors import SimulationError
 from tatamu.material import Material
@@ -43,6 +44,9 @@ class Target:
     """Of the reading: nearly a straight line of the logarithm of the parameter."""
     rising: bool = False
     """Whether the reading rises with the parameter."""
+    spread: float = 1.0
+    """What the test's own readings leave of the logarithm of the parameter: its standard uncertainty by the textbook.
+    Tests of one parameter weigh by it."""
 
     @property
     def aim(self) -> float:
@@ -98,7 +102,7 @@ def targets_of(setup: Setup, readings: dict[str, Reading]) -> list[Target]:
             )
         )
     if setup.sag is not None:
-        sag, free = readings["sag"], setup.sag.free_length
+        sag, length, free = readings["sag"], readings["free_length"], setup.sag.free_length
         targets.append(
             Target(
                 setup.sag,
@@ -109,6 +113,12 @@ def targets_of(setup: Setup, readings: dict[str, Reading]) -> list[Target]:
                 setup.sag.guess,
                 BENDING,
                 lambda value: float(logit(np.clip(value / free, 1e-4, 1.0 - 1e-4))),
+                spread=float(
+                    np.hypot(
+                        _spread(setup.sag.guess, sag),
+                        _spread(lambda free, density: Sag(free).guess(sag.value, density), length),
+                    )
+                ),
             )
         )
     if setup.loop is not None:
@@ -124,6 +134,7 @@ def targets_of(setup: Setup, readings: dict[str, Reading]) -> list[Target]:
                 BENDING,
                 lambda value: float(np.log(max(value - 0.5 * layers, 1e-4))),
                 rising=True,
+                spread=_spread(setup.loop.guess, height),
             )
         )
     return targets
@@ -146,18 +157,27 @@ def push_target(push: Push, material: Material, readings: dict[str, Reading]) ->
     )
 
 
-def parted(targets: list[Target]) -> tuple[list[Target], list[Target]]:
-    """One target for each parameter, and those that are left to check it and can tell.
+def _spread(guess: Callable[[float, float], float], reading: Reading) -> float:
+    """Standard uncertainty of the logarithm of a parameter from that of a reading, by the textbook."""
+    more, less = (guess(reading.value + step, 1.0) for step in (reading.uncertainty, -reading.uncertainty))
+    return max(0.5 * abs(float(np.log(more / less))), 1e-6)
 
-    Of two that tell bending the later one, the loop, is matched, as it bends like a fold; unless it only bounds it.
-    """
-    chosen: dict[str, Target] = {}
+
+def by_parameter(targets: list[Target]) -> dict[str, list[Target]]:
+    """Parameter to the tests that tell it; a test that only bounds it is left out where another one tells it."""
+    groups: dict[str, list[Target]] = {}
     for target in targets:
-        before = chosen.get(target.parameter)
-        if before is None or before.bound is not None or target.bound is None:
-            chosen[target.parameter] = target
-    left = [target for target in targets if target not in chosen.values() and target.bound is None]
-    return list(chosen.values()), left
+        groups.setdefault(target.parameter, []).append(target)
+    return {
+        parameter: [target for target in group if target.bound is None] or group[-1:]
+        for parameter, group in groups.items()
+    }
+
+
+def weights(group: list[Target]) -> np.ndarray:
+    """How much each test of one parameter has to say: inverse squares of their spreads, with the sum 1, shape (k,)."""
+    inverse = np.array([target.spread**-2.0 for target in group])
+    return np.asarray(inverse / inverse.sum())
 
 
 def sag_bound(sag: Reading, free_length: float) -> str | None:

@@ -19,6 +19,8 @@ from tatamu.errors import TatamuError
 
 STEP = 0.1
 """Of the logarithm of a parameter, for differences."""
+AGREES = 2.0
+"""Tests of one parameter within so many standard uncertainties of one another agree."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,7 @@ def slopes(reading: Callable[[float, float], float], at: tuple[float, float]) ->
 def contributions(
     readings: Mapping[str, Reading],
     elongation: Slopes | None,
-    bending: tuple[str, Slopes] | None,
+    bending: Mapping[str, tuple[float, Slopes]],
     friction: tuple[float, float, float] | None,
 ) -> dict[str, np.ndarray]:
     """Change of the logarithm of each of `PARAMETERS`, shape (5,), with one standard uncertainty of each reading.
@@ -67,7 +69,7 @@ def contributions(
     Args:
         readings: By name.
         elongation: Slopes of L1 - L2; None where it tells no stretch stiffness.
-        bending: Name and slopes of the test that tells bending rigidity, "sag" or "loop"; None where none does.
+        bending: Tests that tell bending rigidity, "sag" or "loop" or both: how much each has to say, and its slopes.
         friction: theta [rad], L_t [m] and the width of the search's interval over the coefficient; None: not measured.
     """
     found = {name: np.zeros(len(PARAMETERS)) for name in readings}
@@ -85,6 +87,22 @@ def contributions(
     if "moved" in readings:
         _compression(found, readings)
     return found
+
+
+def disagreement(values: list[float], spreads: list[float]) -> float:
+    """What tests that differ on one parameter add to the uncertainty of its logarithm; nothing where they agree.
+
+    That of the weighted mean is raised by the Birge ratio, as the Particle Data Group does.
+
+    Args:
+        values: What each test alone says of the parameter.
+        spreads: Standard uncertainty of the logarithm of each.
+    """
+    if len(values) < 2:
+        return 0.0
+    logs, inverse = np.log(values), np.array(spreads) ** -2.0
+    squares = float(inverse @ (logs - inverse @ logs / inverse.sum()) ** 2) / (len(values) - 1)
+    return float(np.sqrt((squares - 1.0) / inverse.sum())) if squares > AGREES**2 else 0.0
 
 
 def _compression(found: dict[str, np.ndarray], readings: Mapping[str, Reading]) -> None:
@@ -107,7 +125,7 @@ def _elastic(
     reading: Reading,
     density: float,
     elongation: Slopes | None,
-    bending: tuple[str, Slopes] | None,
+    bending: Mapping[str, tuple[float, Slopes]],
 ) -> np.ndarray:
     """Changes of ln Y and ln B that make up for the change of one reading, shape (2,)."""
     error, share = reading.uncertainty, _share(reading)
@@ -115,8 +133,8 @@ def _elastic(
     if elongation is not None:
         own = {"L1": error, "L2": -error, "length": -elongation.size * share}.get(name, 0.0)
         matrix[0], wanted[0] = (elongation.stretch, elongation.bending), own - elongation.density * density
-    if bending is not None:
-        test, bent = bending
+    for test, (weight, bent) in bending.items():
         read = {"sag": error, "free_length": -bent.size * share} if test == "sag" else {"height": error}
-        matrix[1], wanted[1] = (bent.stretch, bent.bending), read.get(name, 0.0) - bent.density * density
+        matrix[1, 0] += weight * bent.stretch / bent.bending
+        wanted[1] += weight * (read.get(name, 0.0) - bent.density * density) / bent.bending
     return np.asarray(np.linalg.solve(matrix, wanted))
