@@ -74,12 +74,12 @@ def test_half_a_millimetre_of_the_loop_moves_bending_as_stated(limp: Calibration
     assert moved == pytest.approx(0.5 * limp.contributions["height"][2], rel=0.1)
 
 
-def both(sag_of: float, loop_of_: float) -> Calibration:
-    """Sag and loop of cloths with these bending lengths [m]."""
+def both(over_an_edge: float, in_a_fold: float) -> Calibration:
+    """Of a cloth with the sag of one bending length and the loop of another [m]."""
     strip = Sag(FREE)
-    sag = strip.reading(simulate(strip.scene(cloth(sag_of))))
+    sag = strip.reading(simulate(strip.scene(cloth(over_an_edge))))
     return calibrate(
-        measured(loop={"height": loop_of(loop_of_)}, sag={"edge": "bottom", "free_length": FREE, "sag": sag})
+        measured(loop={"height": loop_of(in_a_fold)}, sag={"edge": "bottom", "free_length": FREE, "sag": sag})
     )
 
 

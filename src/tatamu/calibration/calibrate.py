@@ -117,7 +117,7 @@ def _elastic(laboratory: Laboratory, groups: Groups, material: Material) -> tupl
                 start = earlier.parameter if earlier else getattr(material, parameter)
                 found = target.matched(laboratory, material, start)
                 matches[target.test.name] = found.after(earlier.samples if earlier else ())
-            some = _telling(group, matches)
+            some = _told(group, matches) or group[-1:]
             value = _mean(some, [matches[target.test.name].parameter for target in some])
             material = material.model_copy(update={parameter: value})
     return material, matches, passes
@@ -128,9 +128,9 @@ def _mean(group: list[Target], values: list[float]) -> float:
     return values[0] if len(values) == 1 else float(np.exp(weights(group) @ np.log(values)))
 
 
-def _telling(group: list[Target], matches: dict[str, Match]) -> list[Target]:
-    """The tests of a group whose reading the simulator came to; if there is none, the last one."""
-    return [target for target in group if target.bound_by(matches[target.test.name]) is None] or group[-1:]
+def _told(group: list[Target], matches: dict[str, Match]) -> list[Target]:
+    """The tests of a group that tell the parameter, and do not only bound it."""
+    return [target for target in group if target.bound_by(matches[target.test.name]) is None]
 
 
 def _moved(material: Material, before: Material, groups: Groups) -> bool:
@@ -144,10 +144,10 @@ def _fits(laboratory: Laboratory, group: list[Target], matches: dict[str, Match]
     if len(group) == 1:
         target, found = group[0], matches[group[0].test.name]
         return [_fit(target, found, found.reading, target.bound_by(found))]
-    telling, fits = _telling(group, matches), []
+    fits, bounds = [], not _told(group, matches)
     for target in group:
         found = matches[target.test.name]
-        bound = target.bound_by(found) if telling == [target] else None
+        bound = target.bound_by(found) if bounds and target is group[-1] else None
         fits.append(_fit(target, found, laboratory.reading(target.test, material), bound, alone=found.parameter))
     return fits
 
@@ -211,12 +211,8 @@ def _contributions(
 
         return slopes(reading, (float(np.log(material.stretch_stiffness)), float(np.log(material.bending_rigidity))))
 
-    told = {
-        parameter: [target for target in group if target.bound_by(matches[target.test.name]) is None]
-        for parameter, group in groups.items()
-    }
-    elongation = next((found(target) for target in told.get("stretch_stiffness", [])), None)
-    both = told.get("bending_rigidity", [])
+    elongation = next((found(target) for target in _told(groups.get("stretch_stiffness", []), matches)), None)
+    both = _told(groups.get("bending_rigidity", []), matches)
     bending = {
         target.test.name: (float(weight), found(target)) for target, weight in zip(both, weights(both), strict=True)
     }
