@@ -106,6 +106,18 @@ def test_cloth_that_does_not_bend_in_proportion_is_said_to() -> None:
     assert ">height</text>" in text and "the height of the loop" in text
 
 
+def test_a_loop_that_the_simulator_cannot_follow_is_left_out_and_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    stiffest = 1.5 * cloth(0.015).bending_rigidity
+    monkeypatch.setattr("tatamu.calibration.target.BENDING", (1e-8, stiffest))
+    found = both(0.015, 0.03)
+    loop = found.fit("loop")
+    assert loop is not None and loop.bound == "at least" and loop.alone == pytest.approx(stiffest)
+    assert found.material.bending_rigidity == pytest.approx(cloth(0.015).bending_rigidity, rel=0.03)
+    assert "bending_rigidity" in found.known and not found.to_toml()["bound"]
+    assert sum("loop: native does not come to" in text for text in advice_on(found)) == 1
+    assert f"Alone it says at least {1e6 * stiffest:.4g} µN m." in page(found)
+
+
 def test_a_loop_pressed_flat_only_bounds_bending_and_lets_the_sag_tell_it() -> None:
     flat = {"height": 2.5 * THICKNESS}
     alone = calibrate(measured(loop=flat))

@@ -22,7 +22,7 @@ CLOTH = Material(
 TEST = Push(length=0.6, pushed=0.05)
 
 
-def told(moved: float | list[float]) -> Measurements:
+def told(moved: float | list[float], ahead: float = TEST.length) -> Measurements:
     """What a ruler says of a towel of that cloth: hung, on a board, pushed."""
     length, width = 0.6, 0.3
     longer = CLOTH.areal_density * GRAVITY * length**2 / (2 * CLOTH.stretch_stiffness)
@@ -31,7 +31,7 @@ def told(moved: float | list[float]) -> Measurements:
             "garment": {"name": "towel", "size": [width, length], "mass": CLOTH.areal_density * width * length},
             "elongation": {"grasps": [{"edge": "bottom"}], "L1": length + longer, "L2": length},
             "friction": {"L_t": 1.0, "H_s": float(np.sin(np.arctan(CLOTH.friction_table)))},
-            "push": {"length": TEST.length, "pushed": TEST.pushed, "moved": moved},
+            "push": {"length": ahead, "pushed": TEST.pushed, "moved": moved},
         }
     )
 
@@ -81,10 +81,21 @@ def test_an_edge_that_stays_bounds_compression() -> None:
 
 
 def test_a_cloth_that_slides_as_a_whole_bounds_it_from_below() -> None:
-    found = calibrate(told(TEST.pushed))
+    whole = calibrate(told(TEST.pushed))
+    assert whole.fit("push").bound == "at least"  # type: ignore[union-attr]
+    assert any("slid as a whole" in text for text in advice_on(whole))
+
+
+def test_a_bound_from_below_leaves_a_cloth_that_resists_more_as_it_was() -> None:
+    found = calibrate(told(TEST.pushed, ahead=0.35))
     fit = found.fit("push")
     assert fit is not None and fit.bound == "at least"
-    assert any("slid as a whole" in text for text in advice_on(found))
+    assert fit.alone is not None and 0.01 < fit.alone < 1.0 and found.material.compression == 1.0
+    assert shown(found, "compression") == (f"at least {fit.alone:.4g}", "the reading cannot tell; 1 is taken")
+    assert found.to_toml()["bound"] == {"compression": "at least"} and "compression" not in found.known
+    assert f"push: the cloth slid as a whole, to 1.4 mm: c is at least {fit.alone:.2g}, and 1 is taken." in " ".join(
+        advice_on(found)
+    )
 
 
 @pytest.mark.parametrize(

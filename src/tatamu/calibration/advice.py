@@ -50,8 +50,10 @@ def advice_on(calibration: Calibration) -> list[str]:
 
 
 def _of_fit(calibration: Calibration, fit: Fit) -> list[str]:
-    if fit.alone is not None and fit.bound is None:
-        return []
+    if fit.parameter in calibration.known and fit.alone is not None:
+        return _left_out(calibration, fit) if fit.bound else []
+    if fit.test == "push" and fit.alone is not None:
+        return _push(calibration, fit)
     texts = []
     if abs(fit.simulated - fit.aim) > fit.uncertainty:
         value = getattr(calibration.material, fit.parameter)
@@ -76,15 +78,26 @@ def _of_fit(calibration: Calibration, fit: Fit) -> list[str]:
     return texts
 
 
+def _left_out(calibration: Calibration, fit: Fit) -> list[str]:
+    """A test that the simulator cannot follow, of a parameter that another test tells."""
+    others = [each.test for each in calibration.fits if each.parameter == fit.parameter and each is not fit]
+    symbol = SYMBOLS[fit.parameter]
+    return [
+        f"{fit.test}: {calibration.simulator} does not come to {_mm(fit.aim)} whatever {symbol} is; {symbol} is by the "
+        f"{others[0]} alone, with which it comes to {_mm(fit.simulated)}. Is the reading right?"
+    ]
+
+
 def _disagreement(calibration: Calibration) -> list[str]:
     """Where sag and loop do not fit one rigidity, cloth does not bend in proportion."""
     if "disagreement" not in calibration.contributions:
         return []
-    alone = {fit.test: 1e6 * fit.alone for fit in calibration.fits if fit.alone is not None}
-    told = " and the ".join(f"{test} alone says {value:.3g}" for test, value in alone.items())
+    told = [fit for fit in calibration.fits if fit.parameter == "bending_rigidity"]
+    alone = {fit.test: 1e6 * fit.alone for fit in told if fit.alone is not None}
+    says = " and the ".join(f"{test} alone says {value:.3g}" for test, value in alone.items())
     taken = 1e6 * calibration.material.bending_rigidity
     return [
-        f"bending: the {told} µN m: this cloth does not bend in proportion. {taken:.3g} is taken, each weighing as "
+        f"bending: the {says} µN m: this cloth does not bend in proportion. {taken:.3g} is taken, each weighing as "
         "much as its readings tell; the uncertainty says how far they are apart."
     ]
 
@@ -138,6 +151,7 @@ def _loop(calibration: Calibration, fit: Fit) -> list[str]:
 
 def _push(calibration: Calibration, fit: Fit) -> list[str]:
     compression = calibration.material.compression
+    least = fit.alone or compression
     if fit.bound == "at most":
         return [
             f"push: the far edge stayed where it was to {_mm(fit.uncertainty)}: c is at most {compression:.2g}, and "
@@ -145,8 +159,8 @@ def _push(calibration: Calibration, fit: Fit) -> list[str]:
         ]
     if fit.bound == "at least":
         return [
-            f"push: the cloth slid as a whole, to {_mm(fit.uncertainty)}: c is at least {compression:.2g}. A longer "
-            "cloth would tell."
+            f"push: the cloth slid as a whole, to {_mm(fit.uncertainty)}: c is at least {least:.2g}, and "
+            f"{compression:.2g} is taken. A longer cloth would tell."
         ]
     return []
 

@@ -72,9 +72,8 @@ def calibrate(
     push = setup.push if simulator in WRINKLE else None
     if push is not None:
         target = push_target(push, material, readings)
-        found = target.matched(laboratory, material, target.start(material.areal_density))
-        material = material.model_copy(update={"compression": found.parameter})
-        fits.append(_fit(target, found, found.reading, target.bound_by(found)))
+        material, fit = _compression(laboratory, target, material)
+        fits.append(fit)
         shapes[target.test.name] = laboratory.shape(target.test, material)
     return Calibration(
         material=material,
@@ -142,17 +141,16 @@ def _moved(material: Material, before: Material, groups: Groups) -> bool:
 def _fits(laboratory: Laboratory, group: list[Target], matches: dict[str, Match], material: Material) -> list[Fit]:
     """The tests of one parameter, as they read in the simulator with the material found."""
     if len(group) == 1:
-        target, found = group[0], matches[group[0].test.name]
-        return [_fit(target, found, found.reading, target.bound_by(found))]
-    fits, bounds = [], not _told(group, matches)
-    for target in group:
-        found = matches[target.test.name]
-        bound = target.bound_by(found) if bounds and target is group[-1] else None
-        fits.append(_fit(target, found, laboratory.reading(target.test, material), bound, alone=found.parameter))
-    return fits
+        found = matches[group[0].test.name]
+        return [_fit(group[0], found, found.reading)]
+    return [
+        _fit(target, matches[target.test.name], laboratory.reading(target.test, material), shared=True)
+        for target in group
+    ]
 
 
-def _fit(target: Target, found: Match, simulated: float, bound: str | None, alone: float | None = None) -> Fit:
+def _fit(target: Target, found: Match, simulated: float, shared: bool = False) -> Fit:
+    """`shared`: what the test alone says is not all that decided the parameter."""
     return Fit(
         test=target.test.name,
         parameter=target.parameter,
@@ -161,10 +159,21 @@ def _fit(target: Target, found: Match, simulated: float, bound: str | None, alon
         aim=target.aim,
         simulated=simulated,
         unit="m",
-        bound=bound,
+        bound=target.bound_by(found),
         samples=found.samples,
-        alone=alone,
+        alone=found.parameter if shared else None,
     )
+
+
+def _compression(laboratory: Laboratory, target: Target, material: Material) -> tuple[Material, Fit]:
+    """Search the part of Y that resists compression; cloth that is known to resist at least so much resists as before.
+
+    A sheet that slides as a whole before a ruler gives no reason to think that it wrinkles where nobody looked.
+    """
+    found = target.matched(laboratory, material, target.start(material.areal_density))
+    if target.bound_by(found) == "at least" and found.parameter < material.compression:
+        return material, _fit(target, found, laboratory.reading(target.test, material), shared=True)
+    return material.model_copy(update={"compression": found.parameter}), _fit(target, found, found.reading)
 
 
 def _friction(laboratory: Laboratory, slope: Slope, material: Material) -> Sliding:

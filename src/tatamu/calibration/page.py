@@ -83,12 +83,16 @@ def _picture(calibration: Calibration, test: str) -> str:
 
 def shown(calibration: Calibration, parameter: str) -> tuple[str, str]:
     """A parameter's value and its uncertainty as text, with the unit of the first."""
-    value = getattr(calibration.material, parameter)
     factor, unit = (1e6, "µN m") if parameter == "bending_rigidity" else (1.0, UNITS[parameter])
-    text = f"{factor * value:.4g} {unit if unit != '-' else ''}".strip()
-    bound = next((fit.bound for fit in calibration.fits if fit.parameter == parameter), None)
-    if bound:
-        return f"{bound} {text}", "the reading cannot tell"
+
+    def words(value: float) -> str:
+        return f"{factor * value:.4g} {unit if unit != '-' else ''}".strip()
+
+    text = words(getattr(calibration.material, parameter))
+    fit = calibration.bounding(parameter)
+    if fit is not None:
+        least = text if fit.alone is None else words(fit.alone)
+        return f"{fit.bound} {least}", "the reading cannot tell" + (f"; {text} is taken" if least != text else "")
     if parameter in calibration.assumed:
         return text, "not measured"
     relative = calibration.relative(parameter)
@@ -126,10 +130,11 @@ def _sentence(calibration: Calibration, fit: Fit) -> str:
             f"tan θ = {calibration.textbook_friction:.3f}."
         )
     name = READINGS[fit.test]
+    beside = fit.alone if fit.parameter == "bending_rigidity" else None
     return (
         f"{name[0].upper()}{name[1:]} measured: {1e3 * fit.measured:.1f} ± {1e3 * fit.uncertainty:.1f} mm; simulated: "
         f"{1e3 * fit.simulated:.2f} mm."
-        + (f" Alone it says {FACTORS[fit.test] * fit.alone:.4g} µN m." if fit.alone is not None else "")
+        + (f" Alone it says {f'{fit.bound} ' if fit.bound else ''}{1e6 * beside:.4g} µN m." if beside else "")
     )
 
 

@@ -38,11 +38,12 @@ class Fit:
     """The same reading, simulated with the parameter found."""
     unit: str
     bound: str | None
-    """None where the reading tells the parameter; else "at least" or "at most": all that it tells."""
+    """None where the test tells the parameter; else "at least" or "at most": all that it tells."""
     samples: tuple[tuple[float, float], ...]
     """Simulated (parameter, reading); of friction (parameter, speed)."""
     alone: float | None = None
-    """What this test alone says of the parameter, where several tell it; None where it is the only one."""
+    """What this test alone says of the parameter, where it did not decide alone: of several tests that tell it, or of a
+    bound that what was assumed keeps."""
 
 
 @dataclass(frozen=True)
@@ -85,8 +86,12 @@ class Calibration:
     @property
     def known(self) -> tuple[str, ...]:
         """Parameters that the readings tell."""
-        bounded = {fit.parameter for fit in self.fits if fit.bound}
-        return tuple(name for name in PARAMETERS if name not in self.assumed and name not in bounded)
+        return tuple(name for name in PARAMETERS if name not in self.assumed and self.bounding(name) is None)
+
+    def bounding(self, parameter: str) -> Fit | None:
+        """The fit that bounds a parameter of which no test tells more; None where one does, or none was made."""
+        fits = [fit for fit in self.fits if fit.parameter == parameter]
+        return fits[-1] if fits and all(fit.bound for fit in fits) else None
 
     def uncertainty(self, parameter: str) -> float:
         """Standard uncertainty of a parameter, in its unit."""
@@ -108,7 +113,7 @@ class Calibration:
         return {
             "material": self.material.model_dump(),
             "uncertainty": {name: rounded(self.uncertainty(name)) for name in self.known},
-            "bound": {fit.parameter: fit.bound for fit in self.fits if fit.bound},
+            "bound": {fit.parameter: fit.bound for fit in map(self.bounding, PARAMETERS) if fit is not None},
             "correlation": {
                 "parameters": list(self.known),
                 "matrix": [[round(float(each), 3) for each in row] for row in self.correlation()],
