@@ -18,7 +18,7 @@ from scipy.sparse.linalg import spsolve
 from tables import insert, markdown
 
 from tatamu.simulators.native import bending, membrane
-from tatamu.simulators.native.model import hinge_gradients
+from tatamu.simulators.native.frequencies import hinge_gradients
 from tatamu.topology import Topology, areas, lumped
 from tatamu.validation.meshes import LAYOUTS, mirrored
 from tatamu.validation.scenes import raised

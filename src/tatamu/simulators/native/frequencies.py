@@ -1,0 +1,69 @@
+"""The fastest vibrations of membrane and bending at rest, from which the explicit steps take their size."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import LinearOperator, eigsh
+
+from tatamu.simulators.native import bending, membrane
+
+
+def hinge_gradients(rest: np.ndarray, hinges: np.ndarray) -> tuple[sparse.csr_array, np.ndarray]:
+    """D theta / d x at rest as a matrix, shape (h, 3n), and g at rest, shape (h,)."""
+    count = len(hinges)
+    X = np.ascontiguousarray(rest[hinges.T.ravel()].T)
+    table = np.array([[0, count, 0, count, 2 * count, 3 * count]])
+    H = np.zeros((10, count))
+    bending.measure(X, table, H)
+    d2, d3, t2, t3 = H[0:3], H[3:6], H[6], H[7]
+    parts = [-(1 - t2) * d2 - (1 - t3) * d3, -t2 * d2 - t3 * d3, d2, d3]
+    flat = np.where(np.abs(H[8]) < 1e-9, 0.0, H[8])
+    return _derivatives(np.stack(parts).transpose(2, 0, 1), hinges, len(rest)), flat
+
+
+def _derivatives(values: np.ndarray, vertices: np.ndarray, count: int) -> sparse.csr_array:
+    """D y / d x as a matrix, shape (r, 3 count), of y that depend on k vertices each.
+
+    Args:
+        values: Derivatives by the positions of its vertices, shape (r, k, 3).
+        vertices: The vertices of each, shape (r, k).
+        count: How many vertices there are.
+    """
+    rows, each = vertices.shape
+    columns = (3 * vertices[..., None] + np.arange(3)).astype(np.int32)
+    starts = 3 * each * np.arange(rows + 1, dtype=np.int32)
+    return sparse.csr_array((values.ravel(), columns.ravel(), starts), shape=(rows, 3 * count))
+
+
+def membrane_frequency(rest: np.ndarray, faces: np.ndarray, S: np.ndarray, mass: np.ndarray) -> float:
+    """Largest angular frequency of the membrane at rest [1/s]."""
+    count = len(faces)
+    ends = faces[:, membrane.ENDS].reshape(-1, 2)
+    gradient = _derivatives(membrane.gradients(rest, faces).reshape(-1, 2, 3), ends, len(rest))
+    full = 0.5 * S[[0, 1, 2, 1, 3, 4, 2, 4, 5]].T.reshape(count, 3, 3)
+    stiffness = sparse.bsr_array((full, np.arange(count), np.arange(count + 1)))
+    return _largest_frequency(gradient, stiffness, mass)
+
+
+def bending_frequency(gradient: sparse.csr_array, weights: np.ndarray, others: np.ndarray, mass: np.ndarray) -> float:
+    """Largest angular frequency of bending at rest [1/s]."""
+    count = weights.shape[1]
+    if not weights.any():
+        return 1e-9
+    stiffness = sparse.csr_array((weights.ravel(), (np.tile(np.arange(count), 5), others.ravel())))
+    return _largest_frequency(gradient, stiffness, mass)
+
+
+def _largest_frequency(gradient: sparse.csr_array, stiffness: sparse.sparray, mass: np.ndarray) -> float:
+    """Largest omega of G' K G u = omega^2 M u."""
+    scale, size = 1.0 / np.sqrt(np.repeat(mass, 3)), gradient.shape[1]
+    if size < 40:
+        dense = (gradient.T @ (stiffness @ gradient)).toarray()
+        return float(np.sqrt(np.linalg.eigvalsh(dense * scale[:, None] * scale).max()))
+    operator = LinearOperator(
+        (size, size), matvec=lambda u: scale * (gradient.T @ (stiffness @ (gradient @ (scale * u)))), dtype=float
+    )
+    start = np.cos(np.arange(size) * 2.399963)  # any fixed vector with all frequencies in it
+    top = eigsh(operator, k=1, which="LA", v0=start, tol=1e-2, return_eigenvectors=False)
+    return float(1.01 * np.sqrt(top[0]))
