@@ -1,17 +1,19 @@
 """Bending: hinge angles combined per triangle into its curvature.
 
     g   = 4 tan(theta / 4)                      hinge measure; keeps tight loops open on coarse meshes
-    Q   = (C + R^-1) / 2                        from the three angles of triangle T to its curvatures (k_uu, k_vv, k_uv)
+    Q   = a C + (1 - a) R^-1                    from the three angles of triangle T to its curvatures (k_uu, k_vv, k_uv)
     K_T = A_T Q' D Q                            D = B diag(1, 1, 2)
     W   = sum_T 1/2 (g - g0)' K_T (g - g0)      over the inner edges of T
 
 R maps the curvatures of a quadratic deflection to the small hinge angles of the six-point patch around T. R^-1 is exact
 for such a deflection, but on irregular meshes the forces of a constant moment do not cancel, and cloth is too soft. C
-is the mean of the rotations over the edges, k = sum_e l_e theta_e n_e n_e' / 2A (as in the basic shell triangle of
-Onate and Zarate 2000): the forces of a constant moment cancel on any mesh, but the curvature is not exact, and cloth is
-too stiff. In regular rows both are the same; elsewhere their mean is nearer than either. At a border or a seam, which
-carries no moment, the curvature across it is none. Bending carries no Poisson coupling, so a narrow strip and a wide
-sheet have the same moment per width per curvature, B. Derived in docs/native.md.
+adds up how far the surface has turned at each edge, k = sum_e l_e s_e theta_e n_e n_e' / A (as in the basic shell
+triangle of Onate and Zarate 2000, with s_e = 1/2); of theta_e a triangle of height d has the share s_e = d / (d + d'),
+which is exact for curvature across the edge. Both shares make 1, so the forces of a constant moment cancel on any mesh;
+but the curvature is not exact, and cloth is too stiff. In regular rows both are the same; elsewhere their mean is
+nearer than either. At a border or a seam, which carries no moment, the curvature across it is none. Bending carries no
+Poisson coupling, so a narrow strip and a wide sheet have the same moment per width per curvature, B. Derived in
+docs/native.md.
 """
 
 from __future__ import annotations
@@ -21,6 +23,8 @@ from numba import njit
 
 from tatamu.topology import Topology, areas
 
+PART_OF_C = 0.45
+"""a: where irregular and turned meshes are too soft as often as too stiff (benchmarks/statics.py)."""
 TINY = np.float32(1e-30)
 HALF, ONE, FOUR = np.float32(0.5), np.float32(1.0), np.float32(4.0)  # a plain 0.5 would turn single into double
 WIDE = np.float32(0.4)
@@ -56,11 +60,12 @@ def _operators(
         own_second = hinges[h, 2] != face[:, k]  # this triangle holds x3 rather than x2
         forward = hinges[h, 0] == face[:, i]
         sign = np.where(own_second == forward, -1.0, 1.0)
-        columns[has, :, q] = (-sign * length[has] / (2.0 * area[has]))[:, None] * nn[has]
         t_own, l_own, t_far, l_far = (
             np.where(own_second, feet[1 - s][p][h], feet[s][p][h]) for s in (0, 1) for p in (0, 1)
         )
         t_own, t_far = (np.where(forward, t, 1 - t) for t in (t_own, t_far))
+        share = l_own / (l_own + l_far)
+        columns[has, :, q] = (-sign * length[has] * share / area[has])[:, None] * nn[has]
         p = frames[has, i]
         far = p + t_far[:, None] * side[has] + l_far[:, None] * normal[has]
         points = (p, frames[has, j], frames[has, k], far)
@@ -78,7 +83,7 @@ def _operators(
 
 def curvatures(R: np.ndarray, C: np.ndarray) -> np.ndarray:
     """Q of every triangle: its curvatures from its hinge angles, shape (m, 3, 3)."""
-    return np.asarray(0.5 * (C + np.linalg.inv(R)))
+    return np.asarray(PART_OF_C * C + (1.0 - PART_OF_C) * np.linalg.inv(R))
 
 
 def constants(
