@@ -14,6 +14,8 @@ from numba import njit
 
 from tatamu.simulators.native import nearest, ridges
 
+SLOTS = 3
+"""Triangles that a vertex is kept from: the nearest below, the nearest above, and one that would be lost."""
 WORN = 0.8
 """Lists are made anew once this part of their margin may be used up."""
 PRESSED_FOR = 4
@@ -37,11 +39,11 @@ class Mesh(NamedTuple):
 class Lists(NamedTuple):
     """Candidate pairs, and how far they may be relied on."""
 
-    face: np.ndarray  # (n, 2): triangle in each slot, -1 for none
-    side: np.ndarray  # (n, 2): +1 or -1, 0 while not known
+    face: np.ndarray  # (n, SLOTS): triangle in each slot, -1 for none
+    side: np.ndarray  # (n, SLOTS): +1 or -1, 0 while not known
     order: np.ndarray  # (n,): vertices with a triangle in a slot, the highest first
     ordered: np.ndarray  # (1,): how many they are
-    wake: np.ndarray  # (n, 2): travelled distance at which the pair must be looked at again
+    wake: np.ndarray  # (n, SLOTS): travelled distance at which the pair must be looked at again
     pairs: np.ndarray  # (p, 4): edge pairs, the ends of the guarded edge first
     pair_wake: np.ndarray  # (p,)
     used: np.ndarray  # (1,): edge pairs in use
@@ -49,8 +51,8 @@ class Lists(NamedTuple):
     call: np.ndarray  # (1,): whether a vertex has been pressed whose edges are not yet guarded
     touched: np.ndarray  # (n,): number of the last sweep that moved the vertex noticeably
     sweeps: np.ndarray  # (1,): sweeps so far
-    anchor_face: np.ndarray  # (n, 2): triangle that the vertex sticks to, -1 for none
-    anchor: np.ndarray  # (n, 2, 3): where it sticks on it, barycentric
+    anchor_face: np.ndarray  # (n, SLOTS): triangle that the vertex sticks to, -1 for none
+    anchor: np.ndarray  # (n, SLOTS, 3): where it sticks on it, barycentric
     travelled: np.ndarray  # (1,): bound on the way of any vertex against any other since the search
     due: np.ndarray  # (1,): travelled distance at which the lists may be worn out
     built: np.ndarray  # (n, 3): positions that they were made at
@@ -73,7 +75,7 @@ def _relative_motion(x, before):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def _put_in_order(x, lists):  # type: ignore[no-untyped-def]
-    near = np.flatnonzero((lists.face[:, 0] >= 0) | (lists.face[:, 1] >= 0))
+    near = np.flatnonzero((lists.face[:, 0] >= 0) | (lists.face[:, 1] >= 0) | (lists.face[:, 2] >= 0))
     lists.ordered[0] = near.shape[0]
     lists.order[: near.shape[0]] = near[np.argsort(-x[near, 2])]
 

@@ -1,8 +1,9 @@
 """Cloth against cloth: vertices against triangles, and border or creased edges against edges.
 
-Every vertex has two slots, one per side, for the nearest triangle that is not its own. A slot walks from triangle to
-triangle as the cloth slides, and remembers on which side of the triangle the vertex is. Positions are corrected so that
-layers stay a thickness apart; the tangential part of a correction is Coulomb friction:
+Every vertex has two slots, one per side, for the nearest triangle that is not its own, and a third one (`nearest`). A
+slot walks from triangle to triangle as the cloth slides, and remembers on which side of the triangle the vertex is.
+Positions are corrected so that layers stay a thickness apart; the tangential part of a correction is Coulomb
+friction:
 
     W   = w_v + sum b_k^2 w_k                       inverse mass seen by the contact, barycentric b
     l_n = (target - gap) / W,   l_t = min(|slip| / W, mu l_n)
@@ -111,7 +112,7 @@ def _sweep_slots(x, before, moved, mesh, lists, friction, step, keep):  # type: 
     touched, last, noticeable = lists.touched, lists.sweeps[0] - 1, NOTICEABLE * thickness
     restless, until, hard = lists.restless, lists.number[0] + RESTLESS_FOR, HARD * thickness
     for v in lists.order[: lists.ordered[0]]:
-        for s in range(2):
+        for s in range(lists.face.shape[1]):
             t = lists.face[v, s]
             if t < 0 or lists.wake[v, s] > lists.travelled[0]:
                 continue
@@ -128,6 +129,8 @@ def _sweep_slots(x, before, moved, mesh, lists, friction, step, keep):  # type: 
                 beyond = mesh.neighbours[t, corner]
                 if beyond < 0 or _turned_over(x, faces, t, beyond):
                     break
+                if beyond == lists.face[v, s - 1] or beyond == lists.face[v, s - 2]:
+                    break  # another slot is there: within a crease a vertex is kept from both of its sides
                 t = beyond
                 if faces[t, 0] == v or faces[t, 1] == v or faces[t, 2] == v:
                     break

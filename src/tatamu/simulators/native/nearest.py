@@ -9,6 +9,8 @@ from tatamu.simulators.native.geometry import dot, grid_cell, grid_of, normal_of
 
 CREASE = 0.5
 """Cloth whose normals have a cosine below this is folded: vertices are then kept from triangles next to them."""
+TOUCHING, SAME_WAY = 1.1, 0.8
+"""A triangle closer than this part of a thickness is in contact; directions with a larger cosine are the same."""
 LEVEL = 0.7
 """Of a triangle more level with a vertex than this cosine, the plane tells on which side of the vertex it is."""
 
@@ -46,6 +48,40 @@ def normals(x, faces):  # type: ignore[no-untyped-def]
 def _flat_there(t, v, is_near, face_normal, vertex_normal):  # type: ignore[no-untyped-def]
     """Whether triangle t is near v on the cloth and level with it, so that they cannot touch."""
     return is_near[t] == v and dot(face_normal[t], vertex_normal[v]) > CREASE
+
+
+@njit(cache=True, error_model="numpy")
+def _same_way(x, v, s, t, face_normal, centroid):  # type: ignore[no-untyped-def]
+    """Whether v is kept from triangle s in much the same direction as from triangle t."""
+    over_s, over_t = 0.0, 0.0
+    for k in range(3):
+        over_s += face_normal[s, k] * (x[v, k] - centroid[s, k])
+        over_t += face_normal[t, k] * (x[v, k] - centroid[t, k])
+    along = dot(face_normal[s], face_normal[t])
+    return (along if over_s * over_t > 0.0 else -along) > SAME_WAY
+
+
+@njit(cache=True, error_model="numpy")
+def _third(x, v, mesh, lists, below, above, face_normal, centroid, up):  # type: ignore[no-untyped-def]
+    """Of the triangles that v has touched until now the nearest that is lost to it, with its slot; -1 for none.
+
+    In a crumple of three sheets the third would else be let go, and passed. One that lies the same way as another
+    slot's is not lost: it is of the same sheet, or behind it.
+    """
+    nearest, kept = TOUCHING * mesh.reach[0], -1
+    for s in range(lists.face.shape[1]):
+        t = lists.face[v, s]
+        if t < 0 or t == below or t == above or lists.side[v, s] == 0:
+            continue
+        if below >= 0 and _same_way(x, v, below, t, face_normal, centroid):
+            continue
+        if above >= 0 and _same_way(x, v, above, t, face_normal, centroid):
+            continue
+        a, b, c = mesh.faces[t, 0], mesh.faces[t, 1], mesh.faces[t, 2]
+        distance = point_triangle(x, v, a, b, c, up)[0]
+        if distance < nearest:
+            nearest, kept = distance, s
+    return kept
 
 
 @njit(cache=True, error_model="numpy")
@@ -107,6 +143,8 @@ def find(x, mesh, lists, face_normal, vertex_normal, centroid, radius):  # type:
                         best_above, above = distance, t
                     elif not up and distance < best_below:
                         best_below, below = distance, t
+        kept = _third(x, v, mesh, lists, below, above, face_normal, centroid, vertex_normal[v])
+        lists.face[v, 2], lists.side[v, 2] = (-1, 0) if kept < 0 else (lists.face[v, kept], lists.side[v, kept])
         lists.face[v, 0], lists.face[v, 1] = below, above
-        lists.side[v, :] = 0
+        lists.side[v, :2] = 0
         lists.wake[v, :] = 0.0

@@ -237,11 +237,11 @@ def _state(scene: Scene, model: Model) -> State:
 def _lists(mesh: candidates.Mesh) -> candidates.Lists:
     count, room = len(mesh.inverse_mass), DENSEST_PAIRS * len(mesh.edges)
     return candidates.Lists(
-        face=np.full((count, 2), -1),
-        side=np.zeros((count, 2), dtype=np.int64),
+        face=np.full((count, candidates.SLOTS), -1),
+        side=np.zeros((count, candidates.SLOTS), dtype=np.int64),
         order=np.arange(count),
         ordered=np.zeros(1, dtype=np.int64),
-        wake=np.zeros((count, 2)),
+        wake=np.zeros((count, candidates.SLOTS)),
         pairs=np.empty((room, 4), dtype=np.int64),
         pair_wake=np.empty(room),
         used=np.zeros(1, dtype=np.int64),
@@ -249,8 +249,8 @@ def _lists(mesh: candidates.Mesh) -> candidates.Lists:
         call=np.zeros(1, dtype=np.bool_),
         touched=np.zeros(count, dtype=np.int64),
         sweeps=np.zeros(1, dtype=np.int64),
-        anchor_face=np.full((count, 2), -1),
-        anchor=np.zeros((count, 2, 3)),
+        anchor_face=np.full((count, candidates.SLOTS), -1),
+        anchor=np.zeros((count, candidates.SLOTS, 3)),
         travelled=np.zeros(1),
         due=np.zeros(1),
         built=np.zeros((count, 3)),

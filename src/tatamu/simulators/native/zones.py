@@ -96,7 +96,7 @@ def _mark(x, before, mesh, lists, zone):  # type: ignore[no-untyped-def]
             _join(zone, c, d)
             grew = True
     for v in range(x.shape[0]):
-        for s in range(2):
+        for s in range(lists.face.shape[1]):
             t = lists.face[v, s]
             if t < 0 or lists.side[v, s] == 0 or lists.wake[v, s] > lists.travelled[0]:
                 continue

@@ -1,0 +1,55 @@
+"""Which triangles a vertex is kept from, where more than two sheets meet."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tatamu.material import Material
+from tatamu.scene import Cloth, Scene
+from tatamu.simulators.native import candidates
+from tatamu.simulators.native.simulator import _Run
+
+CLOTH = Material(areal_density=0.2, stretch_stiffness=100.0, bending_rigidity=1e-5, thickness=0.001)
+
+
+def sheet(at: list[float], normal: list[float]) -> np.ndarray:
+    """A triangle with its middle at a point and that normal, shape (3, 3)."""
+    n = np.array(normal) / np.linalg.norm(normal)
+    u = np.cross(n, [0.0, 0.0, 1.0] if abs(n[2]) < 0.9 else [1.0, 0.0, 0.0])
+    u /= np.linalg.norm(u)
+    turns = np.radians([0.0, 120.0, 240.0])
+    return np.array(at) + 0.02 * (np.cos(turns)[:, None] * u + np.sin(turns)[:, None] * np.cross(n, u))
+
+
+def crumple(third: np.ndarray) -> tuple[_Run, int]:
+    """A corner 0.5 mm over one sheet and 0.6 mm under another, and a third sheet; and the corner's vertex."""
+    corner = np.array([[0.0, 0.0, 0.0], [0.004, -0.02, 0.0], [-0.004, -0.02, 0.0]])
+    below, above = sheet([0.0, 0.0, -0.0005], [0.0, 0.0, 1.0]), sheet([0.0, 0.0, 0.0006], [0.0, 0.0, 1.0])
+    cloth = Cloth(vertices=np.concatenate([corner, below, above, third]), faces=np.arange(12).reshape(4, 3))
+    return _Run(Scene(cloth=cloth, material=CLOTH, duration=0.1)), 0
+
+
+def kept(third: np.ndarray, slots: list[int], sides: list[int]) -> tuple[list[int], list[int]]:
+    """Slots and sides of the corner after a search, given those before."""
+    run, corner = crumple(third)
+    run.lists.face[corner], run.lists.side[corner] = slots, sides
+    candidates.search(run.state.x, run.mesh, run.lists)
+    return run.lists.face[corner].tolist(), run.lists.side[corner].tolist()
+
+
+ACROSS = sheet([0.0, 0.0007, 0.0], [0.0, 1.0, 0.1])
+FURTHER = sheet([0.0, 0.0, -0.0009], [0.0, 0.0, 1.0])
+
+
+def test_a_third_sheet_that_was_touched_stays_guarded_with_its_side() -> None:
+    faces, sides = kept(ACROSS, [1, 3, -1], [1, -1, 0])
+    assert set(faces[:2]) == {1, 2} and faces[2] == 3 and sides == [0, 0, -1]
+    again, _ = kept(ACROSS, faces, [1, -1, -1])
+    assert again == faces
+
+
+@pytest.mark.parametrize("third", [FURTHER, sheet([0.0, 0.0015, 0.0], [0.0, 1.0, 0.1])])
+def test_what_is_behind_a_sheet_or_no_longer_touched_is_let_go(third: np.ndarray) -> None:
+    faces, _ = kept(third, [1, 3, -1], [1, 1, 0])
+    assert set(faces[:2]) == {1, 2} and faces[2] == -1
