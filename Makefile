@@ -7,7 +7,7 @@ DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 
 .PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators opinion paper \
-        calibration folds robots foreign statics help
+        calibration folds robots foreign statics tangle help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1: /'
@@ -63,6 +63,9 @@ robots: $(DEV)  ## the table of docs/robots.md: an hour, most of it MuJoCo's
 
 foreign: $(DEV)  ## the table of docs/garments.md: outlines and meshes from elsewhere; minutes
 	$(BIN)/python -m benchmarks.foreign --out runs/foreign --trials 25 --write-docs
+
+tangle: $(READY)  ## 1,200 folds of limp cloth: in how many anything passes through; a quarter of an hour
+	$(BIN)/python benchmarks/tangle.py --write-docs
 
 statics: $(READY)  ## the table of docs/native.md: bending on every layout of a mesh
 	$(BIN)/python benchmarks/statics.py --write-docs
