@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -352,6 +353,28 @@ def test_a_scene_that_has_not_settled_is_run_longer(monkeypatch: pytest.MonkeyPa
     assert durations == sorted(set(durations)) and len(durations) > 1
     lab.reading(Sag(FREE), HIDDEN)
     assert len(durations) == lab.simulations  # the second reading was remembered
+
+
+def test_a_scene_that_never_settles_does_not_grow_from_reading_to_reading(monkeypatch: pytest.MonkeyPatch) -> None:
+    durations: list[float] = []
+
+    def creeping(scene: Scene, simulator: str) -> Rollout:
+        durations.append(scene.duration)
+        times = np.arange(scene.frames) / scene.frame_rate
+        return Rollout(times, scene.cloth.vertices - 0.01 * times[:, None, None] * [0, 0, 1], scene.cloth.faces, {})
+
+    monkeypatch.setattr(laboratory, "simulate", creeping)
+    lab = laboratory.Laboratory("native")
+    for stiffness in (100.0, 200.0, 300.0):
+        lab.reading(Sag(FREE), HIDDEN.model_copy(update={"stretch_stiffness": stiffness}))
+    assert max(durations) <= laboratory.LONGEST * min(durations) and lab.simulations == len(durations) == 6
+    assert lab.unsettled > laboratory.SETTLED
+
+
+def test_cloth_that_does_not_come_to_rest_is_said(found: Calibration) -> None:
+    assert not any("come to rest" in text for text in advice_on(found))
+    creeping = advice_on(replace(found, unsettled=0.002))
+    assert any("native's cloth does not come to rest: a reading still moved by 2.0 mm" in text for text in creeping)
 
 
 def test_a_cloth_too_soft_for_the_simulator_reads_as_infinitely_long(monkeypatch: pytest.MonkeyPatch) -> None:

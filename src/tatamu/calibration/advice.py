@@ -38,7 +38,7 @@ NAMES = {
 def advice_on(calibration: Calibration) -> list[str]:
     """Sentences, the most important first."""
     advice = [text for fit in calibration.fits for text in _of_fit(calibration, fit)]
-    advice += _disagreement(calibration) + _substitution(calibration) + _unused(calibration)
+    advice += _disagreement(calibration) + _substitution(calibration) + _unused(calibration) + _restless(calibration)
     repeated = best_repeat(calibration)
     if repeated is not None:
         name, gains = repeated
@@ -169,6 +169,17 @@ def _unused(calibration: Calibration) -> list[str]:
     if calibration.setup.push is None or calibration.fit("push") is not None:
         return []
     return [f"push: not used, {calibration.simulator} knows no compression: its cloth resists it as it does tension."]
+
+
+def _restless(calibration: Calibration) -> list[str]:
+    """Where simulated cloth creeps by as much as a ruler's reading is off."""
+    errors = [fit.uncertainty for fit in calibration.fits if fit.unit == "m"]
+    if not errors or calibration.unsettled < 0.5 * min(errors):
+        return []
+    return [
+        f"{calibration.simulator}'s cloth does not come to rest: a reading still moved by {_mm(calibration.unsettled)} "
+        "over the last quarter of its test, and its mean was taken."
+    ]
 
 
 def _limp(length: float, calibration: Calibration) -> str:

@@ -16,8 +16,8 @@ from tatamu.simulators import simulate
 
 SETTLED = 5e-5
 """A reading that moves less than this over the last quarter of its scene has settled [m]."""
-LONGER = 2.0
-MOST_DOUBLINGS = 3
+LONGER, LONGEST = 2.0, 8.0
+"""A scene that has not settled is made so many times as long; at most so many times as long as the test wants."""
 
 
 class Test(Protocol):
@@ -76,12 +76,12 @@ class Laboratory:
     def _settled(self, test: Test, scene: Scene) -> tuple[float, np.ndarray]:
         """Simulate, longer where it has to be; what once was long enough is where the next begins."""
         factor = self._durations.get(test.name, 1.0)
-        for attempt in range(MOST_DOUBLINGS + 1):
+        while True:
             longer = scene.model_copy(update={"duration": factor * scene.duration})
             rollout = self.run(longer, test.name)
             reading = test.reading(rollout)
             late = [test.reading(rollout, frame) for frame in range(len(rollout.times) * 3 // 4, len(rollout.times))]
-            if np.ptp(late) < SETTLED or attempt == MOST_DOUBLINGS:
+            if np.ptp(late) < SETTLED or factor >= LONGEST:
                 break
             factor *= LONGER
         self._durations[test.name] = factor
