@@ -174,12 +174,17 @@ def compare(case: Case, count: int, trials: int, folder: Path) -> dict[str, Any]
     if case.real.blender is None:
         row["hidden"] = {"material": case.real.model_dump()}
     truth = final_shapes(task_of(case, case.real, case.of), count)
-    for name in [name for name in TITLES if name in row]:
+    for name in columns(row):
         task = task_of(case, Material.model_validate(row[name]["material"]), case.learner)
         row[name]["apart"] = apart(truth, final_shapes(task, count))
         if case.learner == "native":
             row[name]["fold"] = replayed(case, task, folder / f"{case.title}-{name}", trials)
     return row
+
+
+def columns(row: dict[str, Any]) -> list[str]:
+    """Of `TITLES`, the materials that a row has."""
+    return [name for name in TITLES if name in row]
 
 
 def measured_line(case: Case, row: dict[str, Any]) -> dict[str, str]:
@@ -206,9 +211,9 @@ def measured_line(case: Case, row: dict[str, Any]) -> dict[str, str]:
 def compared_line(case: Case, row: dict[str, Any]) -> dict[str, str]:
     """How far preset and calibrations are from the real cloth after the random manipulations."""
     told = {"cloth": f"{case.name} in {case.of}", "calibrated": case.learner, "preset": case.preset}
-    names = [name for name in TITLES if name in row]
-    middles, columns = {}, [row[name]["apart"] for name in names]
-    finished = [k for k, each in enumerate(zip(*columns, strict=True)) if None not in each]
+    names, middles = columns(row), {}
+    folds = zip(*(row[name]["apart"] for name in names), strict=True)
+    finished = [k for k, each in enumerate(folds) if None not in each]
     told["folds"] = str(len(finished))
     for name in names:
         lengths = 1e3 * np.array([row[name]["apart"][k] for k in finished])

@@ -11,32 +11,18 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-import numpy as np
 from tables import insert, markdown
 
-from tatamu.crossings import crossings_over_time
-from tatamu.errors import SimulationError
 from tatamu.simulators.native import simulate
-from tatamu.validation.checks.tangle import LIMP
-from tatamu.validation.manipulations import Manipulation, scene_of
+from tatamu.validation.checks.tangle import crossings_of_fold
 
 FIRST = 300
 """Seed of the first fold."""
-SPACING = 0.012
-
-
-def crossed(seed: int, fast: bool) -> np.ndarray | None:
-    """Crossings in every frame of a fold, None where it ended in an error."""
-    try:
-        rollout = simulate(scene_of(Manipulation.random(seed, fast), LIMP, SPACING))
-    except SimulationError:
-        return None
-    return crossings_over_time(rollout.positions, rollout.faces)
 
 
 def line(fast: bool, count: int) -> dict[str, object]:
     """What became of `count` folds."""
-    found = [crossed(seed, fast) for seed in range(FIRST, FIRST + count)]
+    found = [crossings_of_fold(simulate, seed, fast) for seed in range(FIRST, FIRST + count)]
     frames = [each for each in found if each is not None]
     passed = [each for each in frames if each.any()]
     return {

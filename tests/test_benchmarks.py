@@ -131,6 +131,6 @@ def test_the_loop_of_a_simulated_cloth_is_that_of_its_bending_length(modules: An
 def test_crossings_of_folds_are_counted(modules: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     tangle = modules("tangle")
     made = iter([np.array([0, 3, 1]), None, np.array([0, 0, 0]), np.array([1, 0, 0])])
-    monkeypatch.setattr(tangle, "crossed", lambda seed, fast: next(made))
+    monkeypatch.setattr(tangle, "crossings_of_fold", lambda simulate, seed, fast: next(made))
     row = tangle.line(True, 4)
     assert list(row.values()) == ["4 fast", 2, 1, 3, 1]

@@ -50,7 +50,7 @@ def advice_on(calibration: Calibration) -> list[str]:
 
 
 def _of_fit(calibration: Calibration, fit: Fit) -> list[str]:
-    if fit.parameter in calibration.known and fit.alone is not None:
+    if fit.alone is not None and calibration.bounding(fit.parameter) is not fit:
         return _left_out(calibration, fit) if fit.bound else []
     if fit.test == "push" and fit.alone is not None:
         return _push(calibration, fit)
@@ -79,7 +79,7 @@ def _of_fit(calibration: Calibration, fit: Fit) -> list[str]:
 
 
 def _left_out(calibration: Calibration, fit: Fit) -> list[str]:
-    """A test that the simulator cannot follow, of a parameter that another test tells."""
+    """A test that the simulator cannot follow, of a parameter that another test decides."""
     others = [each.test for each in calibration.fits if each.parameter == fit.parameter and each is not fit]
     symbol = SYMBOLS[fit.parameter]
     return [

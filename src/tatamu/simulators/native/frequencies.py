@@ -48,11 +48,12 @@ def membrane_frequency(rest: np.ndarray, faces: np.ndarray, S: np.ndarray, mass:
 
 def bending_frequency(gradient: sparse.csr_array, weights: np.ndarray, others: np.ndarray, mass: np.ndarray) -> float:
     """Largest angular frequency of bending at rest [1/s]."""
-    count = weights.shape[1]
-    if not weights.any():
-        return 1e-9
-    stiffness = sparse.csr_array((weights.ravel(), (np.tile(np.arange(count), 5), others.ravel())))
-    return _largest_frequency(gradient, stiffness, mass)
+    return _largest_frequency(gradient, hinge_stiffness(weights, others), mass) if weights.any() else 1e-9
+
+
+def hinge_stiffness(weights: np.ndarray, others: np.ndarray) -> sparse.csr_array:
+    """`bending.constants` as a matrix from the angles of all hinges to their moments, shape (h, h)."""
+    return sparse.csr_array((weights.ravel(), (np.tile(np.arange(weights.shape[1]), 5), others.ravel())))
 
 
 def _largest_frequency(gradient: sparse.csr_array, stiffness: sparse.sparray, mass: np.ndarray) -> float:

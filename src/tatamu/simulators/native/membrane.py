@@ -43,7 +43,7 @@ def constants(frames: np.ndarray, material: Material) -> tuple[np.ndarray, np.nd
 
     Then L^2 [m^2], shape (3, m), and what cloth that wrinkles needs instead of S, see `wrinkling.constants`.
     """
-    edges = frames[:, [2, 0, 1]] - frames[:, [1, 2, 0]]  # edge q is opposite corner q
+    edges = frames[:, ENDS[:, 1]] - frames[:, ENDS[:, 0]]
     dx, dy = edges[..., 0], edges[..., 1]
     inverse = np.linalg.inv(2 * np.stack([dx * dx, dy * dy, dx * dy], axis=-1))
     area = 0.5 * np.abs(edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0])

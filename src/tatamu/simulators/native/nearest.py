@@ -63,7 +63,7 @@ def _same_way(x, v, s, t, face_normal, centroid):  # type: ignore[no-untyped-def
 
 @njit(cache=True, error_model="numpy")
 def _third(x, v, mesh, lists, below, above, face_normal, centroid, up):  # type: ignore[no-untyped-def]
-    """Of the triangles that v has touched until now the nearest that is lost to it, with its slot; -1 for none.
+    """Slot of the nearest of those triangles that v has touched until now and that are lost to it; -1 for none.
 
     In a crumple of three sheets the third would else be let go, and passed. One that lies the same way as another
     slot's is not lost: it is of the same sheet, or behind it.
