@@ -289,6 +289,21 @@ def test_parallel_trials_do_not_depend_on_which_ends_first(tmp_path: Path) -> No
     assert timeless(tmp_path / "once") == timeless(tmp_path / "twice")
 
 
+def test_a_study_simulates_each_trial_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first trial and the best of ten, which the report shows, are kept until it is written."""
+    simulated: list[Scene] = []
+
+    def counted(scene: Scene, name: str) -> Rollout:
+        simulated.append(scene)
+        return simulate(scene, name)
+
+    monkeypatch.setattr("tatamu.folding.task.simulate", counted)
+    learn(task(), tmp_path, trials=12, sampler="random", baselines=False)
+    objectives = [trial["objective"] for trial in json.loads((tmp_path / "result.json").read_text())["trials"]]
+    assert min(objectives) < objectives[0]  # or there would be nothing to keep but the best
+    assert len(simulated) == 12
+
+
 @pytest.mark.parametrize(("parallel", "simulator"), [(0, "native"), (17, "native"), (2, "blender")])
 def test_wrong_parallel_is_refused(tmp_path: Path, parallel: int, simulator: str) -> None:
     with pytest.raises(InputError, match="parallel"):

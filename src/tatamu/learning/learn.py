@@ -94,7 +94,7 @@ def learn(
         for _ in runner.run(trials, parallel):
             progress(runner.progress(trials))
         if baselines and study.baselines is None:
-            study.baselines = result.baseline_records(task)
+            study.baselines = result.baseline_records(task, parallel)
         return runner.write(folder, identity)
 
 
@@ -194,7 +194,7 @@ class _Runner:
         self.study.tell(proposal.parameters, outcome.objective, attributes)
         trials = self.study.trials
         self._kept[len(trials) - 1] = outcome
-        needed = {*self._shown(), result.best_number(trials)}
+        needed = {*self._shown().values(), result.best_number(trials)}
         self._kept = {number: kept for number, kept in self._kept.items() if number in needed}
 
     def progress(self, trials: int) -> Progress:

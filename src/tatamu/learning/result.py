@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -52,25 +54,20 @@ def best_number(trials: list[FrozenTrial], count: int | None = None) -> int | No
     return min(complete, key=lambda t: (t.value, t.number)).number if complete else None
 
 
-def baseline_records(task: Task) -> list[dict[str, Any]]:
-    """Score the fixed trajectories on this task."""
-    records = []
-    for name, (title, make) in BASELINES.items():
-        manipulation = make(task.fold)
-        outcome = task.evaluate(manipulation)
-        attributes = attributes_of(outcome, manipulation.trajectory_length, 0.0)
-        attributes["seconds"] = outcome.rollout.info["wall_seconds"] if outcome.rollout else 0.0
-        path = manipulation.paths[0][:: max(1, len(manipulation.paths[0]) // 100)]
-        records.append(
-            {
-                "name": name,
-                "title": title,
-                "objective": outcome.objective,
-                **attributes,
-                "path": path.tolist(),
-            }
-        )
-    return records
+def baseline_records(task: Task, parallel: int = 1) -> list[dict[str, Any]]:
+    """Score the fixed trajectories on this task, so many at a time."""
+    with ThreadPoolExecutor(parallel) as pool:
+        return list(pool.map(partial(_baseline_record, task), BASELINES))
+
+
+def _baseline_record(task: Task, name: str) -> dict[str, Any]:
+    title, make = BASELINES[name]
+    manipulation = make(task.fold)
+    outcome = task.evaluate(manipulation)
+    attributes = attributes_of(outcome, manipulation.trajectory_length, 0.0)
+    attributes["seconds"] = outcome.rollout.info["wall_seconds"] if outcome.rollout else 0.0
+    path = manipulation.paths[0][:: max(1, len(manipulation.paths[0]) // 100)]
+    return {"name": name, "title": title, "objective": outcome.objective, **attributes, "path": path.tolist()}
 
 
 def crossings_of(rollout: Rollout) -> dict[str, int]:
