@@ -83,11 +83,11 @@ def _pushes(gap, gap_before, wanted, step):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _slip(x, v, a, b, c, anchor, nx, ny, nz):  # type: ignore[no-untyped-def]
-    """How far v is from its anchor on the triangle (a, b, c), along the triangle."""
-    sx = x[v, 0] - anchor[0] * x[a, 0] - anchor[1] * x[b, 0] - anchor[2] * x[c, 0]
-    sy = x[v, 1] - anchor[0] * x[a, 1] - anchor[1] * x[b, 1] - anchor[2] * x[c, 1]
-    sz = x[v, 2] - anchor[0] * x[a, 2] - anchor[1] * x[b, 2] - anchor[2] * x[c, 2]
+def _slip(x, v, a, b, c, pa, pb, pc, nx, ny, nz):  # type: ignore[no-untyped-def]
+    """How far v is from its anchor (pa, pb, pc) on the triangle (a, b, c), along the triangle."""
+    sx = x[v, 0] - pa * x[a, 0] - pb * x[b, 0] - pc * x[c, 0]
+    sy = x[v, 1] - pa * x[a, 1] - pb * x[b, 1] - pc * x[c, 1]
+    sz = x[v, 2] - pa * x[a, 2] - pb * x[b, 2] - pc * x[c, 2]
     along = sx * nx + sy * ny + sz * nz
     return sx - along * nx, sy - along * ny, sz - along * nz
 
@@ -111,6 +111,7 @@ def _sweep_slots(x, before, moved, mesh, lists, friction, step, keep):  # type: 
     wanted, smallest = keep * thickness, thickness
     touched, last, noticeable = lists.touched, lists.sweeps[0] - 1, NOTICEABLE * thickness
     restless, until, hard = lists.restless, lists.number[0] + RESTLESS_FOR, HARD * thickness
+    anchor = lists.anchor
     for v in lists.order[: lists.ordered[0]]:
         for s in range(lists.face.shape[1]):
             t = lists.face[v, s]
@@ -169,18 +170,20 @@ def _sweep_slots(x, before, moved, mesh, lists, friction, step, keep):  # type: 
             if push > hard:
                 restless[v] = restless[a] = restless[b] = restless[c] = until
             nx, ny, nz = side * nx, side * ny, side * nz
-            anchor = lists.anchor[v, s]
             if lists.anchor_face[v, s] != t:
                 lists.anchor_face[v, s] = t
-                anchor[0], anchor[1], anchor[2] = _barycentric(before, v, a, b, c)[:3]
-            sx, sy, sz = _slip(x, v, a, b, c, anchor, nx, ny, nz)
+                pa, pb, pc = _barycentric(before, v, a, b, c)[:3]
+                anchor[v, s, 0], anchor[v, s, 1], anchor[v, s, 2] = pa, pb, pc
+            else:
+                pa, pb, pc = anchor[v, s, 0], anchor[v, s, 1], anchor[v, s, 2]
+            sx, sy, sz = _slip(x, v, a, b, c, pa, pb, pc, nx, ny, nz)
             slip = np.sqrt(sx * sx + sy * sy + sz * sz) + 1e-30
             held = min(1.0, friction * push / slip)
             lag = 2.0 * friction * push / slip
             if keep == 1.0 and lag < 1.0:  # slides: drags the anchor along, as far behind as the next step can hold
-                anchor[0] = ba + lag * (anchor[0] - ba)
-                anchor[1] = bb + lag * (anchor[1] - bb)
-                anchor[2] = bc + lag * (anchor[2] - bc)
+                anchor[v, s, 0] = ba + lag * (pa - ba)
+                anchor[v, s, 1] = bb + lag * (pb - bb)
+                anchor[v, s, 2] = bc + lag * (pc - bc)
             px = (push * nx - held * sx) / weight
             py = (push * ny - held * sy) / weight
             pz = (push * nz - held * sz) / weight

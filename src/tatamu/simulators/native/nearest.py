@@ -62,23 +62,22 @@ def _same_way(x, v, s, t, face_normal, centroid):  # type: ignore[no-untyped-def
 
 
 @njit(cache=True, error_model="numpy")
-def _third(x, v, mesh, lists, below, above, face_normal, centroid, up):  # type: ignore[no-untyped-def]
+def _third(x, v, faces, slots, sides, touching, below, above, face_normal, centroid, up):  # type: ignore[no-untyped-def]
     """Slot of the nearest of those triangles that v has touched until now and that are lost to it; -1 for none.
 
     In a crumple of three sheets the third would else be let go, and passed. One that lies the same way as another
     slot's is not lost: it is of the same sheet, or behind it.
     """
-    nearest, kept = TOUCHING * mesh.reach[0], -1
-    for s in range(lists.face.shape[1]):
-        t = lists.face[v, s]
-        if t < 0 or t == below or t == above or lists.side[v, s] == 0:
+    nearest, kept = touching, -1
+    for s in range(slots.shape[1]):
+        t = slots[v, s]
+        if t < 0 or t == below or t == above or sides[v, s] == 0:
             continue
         if below >= 0 and _same_way(x, v, below, t, face_normal, centroid):
             continue
         if above >= 0 and _same_way(x, v, above, t, face_normal, centroid):
             continue
-        a, b, c = mesh.faces[t, 0], mesh.faces[t, 1], mesh.faces[t, 2]
-        distance = point_triangle(x, v, a, b, c, up)[0]
+        distance = point_triangle(x, v, faces[t, 0], faces[t, 1], faces[t, 2], up)[0]
         if distance < nearest:
             nearest, kept = distance, s
     return kept
@@ -143,7 +142,19 @@ def find(x, mesh, lists, face_normal, vertex_normal, centroid, radius):  # type:
                         best_above, above = distance, t
                     elif not up and distance < best_below:
                         best_below, below = distance, t
-        kept = _third(x, v, mesh, lists, below, above, face_normal, centroid, vertex_normal[v])
+        kept = _third(
+            x,
+            v,
+            faces,
+            lists.face,
+            lists.side,
+            TOUCHING * mesh.reach[0],
+            below,
+            above,
+            face_normal,
+            centroid,
+            vertex_normal[v],
+        )
         lists.face[v, 2], lists.side[v, 2] = (-1, 0) if kept < 0 else (lists.face[v, kept], lists.side[v, kept])
         lists.face[v, 0], lists.face[v, 1] = below, above
         lists.side[v, :2] = 0

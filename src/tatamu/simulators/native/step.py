@@ -31,8 +31,8 @@ class State(NamedTuple):
 
     X: np.ndarray  # (3, width) positions in slots
     V: np.ndarray  # (3, slots) velocities
-    Y: np.ndarray  # (3, width) scratch: positions that forces are computed at
-    F: np.ndarray  # (3, width) scratch, single: forces
+    Y: np.ndarray  # (3, width) positions that forces are computed at
+    F: np.ndarray  # (3, width) single: forces, zero before and after each step
     edges: np.ndarray  # (12, membrane.BLOCK) scratch, single: edges of triangles and their tensions
     H: np.ndarray  # (10, hinges) scratch, single
     moment: np.ndarray  # (hinges,) scratch, single
@@ -83,6 +83,7 @@ def _add_back(F, copied, slots):  # type: ignore[no-untyped-def]
         f = F[k]
         for i in range(copied.shape[0]):
             f[copied[i]] += f[slots + i]
+            f[slots + i] = 0.0
 
 
 @njit(cache=True, error_model="numpy")
@@ -98,7 +99,6 @@ def _place(Y, X, V, h):  # type: ignore[no-untyped-def]
 @njit(cache=True, error_model="numpy")
 def _bend(state, elastic, h):  # type: ignore[no-untyped-def]
     slots = state.V.shape[1]
-    state.F[:] = 0.0
     _place(state.Y, state.X, state.V, 0.0)
     copy_out(state.Y, elastic.hinge_copies, slots)
     bending.add_force(
@@ -116,32 +116,37 @@ def _bend(state, elastic, h):  # type: ignore[no-untyped-def]
         v, f = state.V[k], state.F[k, :slots]
         for i in range(slots):
             v[i] += h * state.inverse_mass[i] * f[i]
+            f[i] = 0.0
 
 
 @njit(cache=True, error_model="numpy")
-def _move(state, world, h):  # type: ignore[no-untyped-def]
-    """Kick by the forces and by gravity, then drift. Drag on the velocity alone does not change where cloth rests."""
+def _move(state, world, h, ahead):  # type: ignore[no-untyped-def]
+    """Kick by the forces and by gravity, then drift, and look so far ahead for the next step.
+
+    Drag on the velocity alone does not change where cloth rests.
+    """
     n = state.V.shape[1]
     slower = -h * world.drag / (1.0 + h * world.drag)
     for k in range(3):
-        x, v, f, fall = state.X[k, :n], state.V[k, :n], state.F[k, :n], h * world.gravity if k == 2 else 0.0
+        x, v, y, f = state.X[k, :n], state.V[k, :n], state.Y[k, :n], state.F[k, :n]
+        fall = h * world.gravity if k == 2 else 0.0
         for i in range(n):
             faster = v[i] + state.free[i] * (slower * v[i] - fall) + h * state.inverse_mass[i] * f[i]
             v[i] = faster
             x[i] += h * faster
+            y[i] = x[i] + ahead * faster
+            f[i] = 0.0
 
 
 @njit(cache=True, error_model="numpy")
 def _stretch(state, elastic, world, h, damping):  # type: ignore[no-untyped-def]
     slots = state.V.shape[1]
-    state.F[:] = 0.0
-    _place(state.Y, state.X, state.V, damping)
     copy_out(state.Y, elastic.triangle_copies, slots)
     membrane.add_force(
         state.Y, state.F, elastic.triangles, elastic.S, elastic.L2, elastic.R, elastic.compression, state.edges
     )
     _add_back(state.F, elastic.triangle_copies, slots)
-    _move(state, world, h)
+    _move(state, world, h, damping)
 
 
 @njit(cache=True, error_model="numpy")
@@ -249,6 +254,8 @@ def advance(state, elastic, mesh, lists, hands, world, first, count, step, bends
             for substep in range(done, until):
                 if substep % stretches == 0:
                     _bend(state, elastic, kick)
+                if substep % stretches == 0 or substep == done:
+                    _place(state.Y, state.X, state.V, damping)
                 _stretch(state, elastic, world, h, damping)
             if not _gather(state.X, state.slot, state.x, state.moved) < farthest * farthest:
                 return number
