@@ -73,7 +73,7 @@ def shortfalls(found: dict[str, Found]) -> Iterator[dict[str, object]]:
             unit = next(iter(rows.values()))["unit"].replace("-", "")
             cells = {name: _cell(rows.get(name), limit) for name in found}
             shown = "" if limit is None else f"{limit:g}"
-            yield {"check": check, "error of": quantity.replace("|", "\\|"), **cells, "limit": shown, "unit": unit}
+            yield {"check": check, "error of": quantity, **cells, "limit": shown, "unit": unit}
 
 
 def _cell(row: dict[str, Any] | None, limit: float | None) -> str:

@@ -77,15 +77,16 @@ def test_the_worst_case_of_a_check_stands_for_it(modules: Any) -> None:
     simulators = modules("simulators")
 
     def check(*errors: float | None) -> dict[str, Any]:
-        row = {"quantity": "sag", "limit": 1.0, "unit": "%"}
+        row = {"quantity": "|sag|", "limit": 1.0, "unit": "%"}
         return {"cases": [{"case": f"{k}", "rows": [{**row, "error": error}]} for k, error in enumerate(errors)]}
 
-    assert simulators.worst(check(0.2, 3.0, 1.0))["sag"]["error"] == 3.0
-    assert simulators.worst(check(0.2, None, 1.0))["sag"]["error"] is None
-    assert list(simulators.worst(check(0.2, 3.0), apart=True)) == ["0: sag", "1: sag"]
+    assert simulators.worst(check(0.2, 3.0, 1.0))["|sag|"]["error"] == 3.0
+    assert simulators.worst(check(0.2, None, 1.0))["|sag|"]["error"] is None
+    assert list(simulators.worst(check(0.2, 3.0), apart=True)) == ["0: |sag|", "1: |sag|"]
     found = {"one": {"hang": check(0.2, 0.5)}, "two": {"hang": check(1.5)}, "three": {"hang": check(None)}, "four": {}}
     (row,) = simulators.shortfalls(found)
     assert [row[name] for name in found] == ["0.5", "**1.5**", "**failed**", "-"]
+    assert row["error of"] == "|sag|"  # a table of Markdown escapes it, once
 
 
 def test_slips_are_of_each_layer_on_the_one_below(modules: Any, monkeypatch: pytest.MonkeyPatch) -> None:
