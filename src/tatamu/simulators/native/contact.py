@@ -24,11 +24,7 @@ import numpy as np
 from numba import njit
 
 from tatamu.simulators.native.candidates import PRESSED_FOR
-from tatamu.simulators.native.geometry import (
-    closest_on_segments,
-    cross,
-    normal_of,
-)
+from tatamu.simulators.native.geometry import closest_on_segments, cross, normal_of
 
 INSIDE = -0.02
 """A barycentric coordinate above this counts as inside the triangle."""
@@ -172,10 +168,8 @@ def _sweep_slots(x, before, moved, mesh, lists, friction, step, keep):  # type: 
             nx, ny, nz = side * nx, side * ny, side * nz
             if lists.anchor_face[v, s] != t:
                 lists.anchor_face[v, s] = t
-                pa, pb, pc = _barycentric(before, v, a, b, c)[:3]
-                anchor[v, s, 0], anchor[v, s, 1], anchor[v, s, 2] = pa, pb, pc
-            else:
-                pa, pb, pc = anchor[v, s, 0], anchor[v, s, 1], anchor[v, s, 2]
+                anchor[v, s, 0], anchor[v, s, 1], anchor[v, s, 2] = _barycentric(before, v, a, b, c)[:3]
+            pa, pb, pc = anchor[v, s, 0], anchor[v, s, 1], anchor[v, s, 2]
             sx, sy, sz = _slip(x, v, a, b, c, pa, pb, pc, nx, ny, nz)
             slip = np.sqrt(sx * sx + sy * sy + sz * sz) + 1e-30
             held = min(1.0, friction * push / slip)
@@ -221,7 +215,6 @@ def _sweep_pairs(x, before, moved, mesh, lists, step, keep):  # type: ignore[no-
         if distance < 1e-9:
             continue
         wa, wb, wc, wd = 1.0 - s, s, -(1.0 - t), -t
-        nx, ny, nz, gap = 0.0, 0.0, 0.0, 0.0
         nx = (wa * before[a, 0] + wb * before[b, 0] + wc * before[c, 0] + wd * before[d, 0]) / distance
         ny = (wa * before[a, 1] + wb * before[b, 1] + wc * before[c, 1] + wd * before[d, 1]) / distance
         nz = (wa * before[a, 2] + wb * before[b, 2] + wc * before[c, 2] + wd * before[d, 2]) / distance
