@@ -41,6 +41,19 @@ def timeless(folder: Path) -> str:
     return json.dumps(data)
 
 
+@pytest.fixture
+def simulated(monkeypatch: pytest.MonkeyPatch) -> list[Scene]:
+    """The scenes that trials simulate, as they come."""
+    scenes: list[Scene] = []
+
+    def counted(scene: Scene, name: str) -> Rollout:
+        scenes.append(scene)
+        return simulate(scene, name)
+
+    monkeypatch.setattr("tatamu.folding.task.simulate", counted)
+    return scenes
+
+
 @pytest.fixture(scope="module")
 def learned(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("learned")
@@ -250,16 +263,9 @@ class Low:
         return 0.08 - points[1][2]
 
 
-def test_what_a_robot_cannot_reach_is_not_simulated_and_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_a_robot_cannot_reach_is_not_simulated_and_fails(tmp_path: Path, simulated: list[Scene]) -> None:
     low = Low()
     reached = task(reach=Reach("low", low))
-    simulated: list[Scene] = []
-
-    def counted(scene: Scene, name: str) -> Rollout:
-        simulated.append(scene)
-        return simulate(scene, name)
-
-    monkeypatch.setattr("tatamu.folding.task.simulate", counted)
     learn(reached, tmp_path, trials=6, baselines=False)
     result = json.loads((tmp_path / "result.json").read_text())
     failed = [trial for trial in result["trials"] if trial["state"] == "failed"]
@@ -289,15 +295,8 @@ def test_parallel_trials_do_not_depend_on_which_ends_first(tmp_path: Path) -> No
     assert timeless(tmp_path / "once") == timeless(tmp_path / "twice")
 
 
-def test_a_study_simulates_each_trial_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_study_simulates_each_trial_once(tmp_path: Path, simulated: list[Scene]) -> None:
     """The first trial and the best of ten, which the report shows, are kept until it is written."""
-    simulated: list[Scene] = []
-
-    def counted(scene: Scene, name: str) -> Rollout:
-        simulated.append(scene)
-        return simulate(scene, name)
-
-    monkeypatch.setattr("tatamu.folding.task.simulate", counted)
     learn(task(), tmp_path, trials=12, sampler="random", baselines=False)
     objectives = [trial["objective"] for trial in json.loads((tmp_path / "result.json").read_text())["trials"]]
     assert min(objectives) < objectives[0]  # or there would be nothing to keep but the best

@@ -94,7 +94,7 @@ def find(x, mesh, lists, face_normal, vertex_normal, centroid, radius):  # type:
     around = mesh.reach[1] ** 2 + mesh.reach[2] ** 2  # a layer at the margin has a centroid within its root
     grid = grid_of(centroid, np.sqrt(around))
     sorted_centroid = centroid[grid.order]
-    sure = 0.3 * mesh.reach[0]
+    sure, touching = 0.3 * mesh.reach[0], TOUCHING * mesh.reach[0]
     is_near = np.full(faces.shape[0], -1)
     for v in range(x.shape[0]):
         for i in range(mesh.near_start[v], mesh.near_start[v + 1]):
@@ -142,19 +142,8 @@ def find(x, mesh, lists, face_normal, vertex_normal, centroid, radius):  # type:
                         best_above, above = distance, t
                     elif not up and distance < best_below:
                         best_below, below = distance, t
-        kept = _third(
-            x,
-            v,
-            faces,
-            lists.face,
-            lists.side,
-            TOUCHING * mesh.reach[0],
-            below,
-            above,
-            face_normal,
-            centroid,
-            vertex_normal[v],
-        )
+        normal = vertex_normal[v]
+        kept = _third(x, v, faces, lists.face, lists.side, touching, below, above, face_normal, centroid, normal)
         lists.face[v, 2], lists.side[v, 2] = (-1, 0) if kept < 0 else (lists.face[v, kept], lists.side[v, kept])
         lists.face[v, 0], lists.face[v, 1] = below, above
         lists.side[v, :2] = 0

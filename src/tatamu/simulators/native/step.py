@@ -254,7 +254,7 @@ def advance(state, elastic, mesh, lists, hands, world, first, count, step, bends
             for substep in range(done, until):
                 if substep % stretches == 0:
                     _bend(state, elastic, kick)
-                if substep % stretches == 0 or substep == done:
+                if substep % stretches == 0 or substep == done:  # bending or contact came after the last look ahead
                     _place(state.Y, state.X, state.V, damping)
                 _stretch(state, elastic, world, h, damping)
             if not _gather(state.X, state.slot, state.x, state.moved) < farthest * farthest:
