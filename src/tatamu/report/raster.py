@@ -1,4 +1,4 @@
-"""Triangles to pixels: which triangle is seen where. A z-buffer in NumPy, for pictures without a browser.
+"""Triangles to pixels: which triangle is seen where. A z-buffer, for pictures without a browser.
 
 Notation: image x to the right, y down [pixels]; depth grows towards the eye.
 """
@@ -6,11 +6,10 @@ Notation: image x to the right, y down [pixels]; depth grows towards the eye.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-
-BLOCK = 300_000
-"""About how many pixels are looked at together; bounds the memory."""
+from numba import njit
 
 
 @dataclass(frozen=True)
@@ -55,72 +54,50 @@ class Visible:
     weights: np.ndarray
     """Barycentric coordinates in it, shape (h, w, 3)."""
 
-    @property
+    @cached_property
     def mask(self) -> np.ndarray:
         """Where any triangle is, shape (h, w)."""
         return self.face >= 0
 
+    @cached_property
+    def covered(self) -> tuple[np.ndarray, np.ndarray]:
+        """Triangle and barycentric coordinates of the covered pixels, shapes (p,) and (p, 3)."""
+        return self.face[self.mask], self.weights[self.mask]
+
     def sample(self, values: np.ndarray, faces: np.ndarray) -> np.ndarray:
         """Interpolate values at vertices, shape (n,) or (n, k), over the covered pixels, (p,) or (p, k)."""
-        corners = values[faces[self.face[self.mask]]]
-        return np.einsum("pc,pc...->p...", self.weights[self.mask], corners)
+        face, weights = self.covered
+        return np.einsum("pc,pc...->p...", weights, values[faces[face]])
 
 
 def rasterise(projected: np.ndarray, faces: np.ndarray, shape: tuple[int, int]) -> Visible:
     """Draw triangles (m, 3) with corners `projected` (x, y, depth), shape (n, 3)."""
-    face, nearest = np.full(shape, -1, dtype=np.int64), np.full(shape, -np.inf)
-    weights = np.zeros((*shape, 3))
-    corners = projected[faces]
-    low = np.clip(np.floor(corners[:, :, :2].min(axis=1) - 0.5), 0, shape[::-1]).astype(int)
-    high = np.clip(np.ceil(corners[:, :, :2].max(axis=1) + 0.5), 0, shape[::-1]).astype(int)
-    for block in _blocks((high - low).prod(axis=1)):
-        owner, column, row = _candidates(block, low, high)
-        shares = _barycentric(corners[owner], column + 0.5, row + 0.5)
-        inside = np.flatnonzero(shares.min(axis=1) >= 0)
-        owner, column, row, shares = owner[inside], column[inside], row[inside], shares[inside]
-        depth = np.einsum("pc,pc->p", shares, corners[owner, :, 2])
-        kept = _front(row * shape[1] + column, depth)
-        kept = kept[depth[kept] > nearest[row[kept], column[kept]]]
-        at = row[kept], column[kept]
-        nearest[at], face[at], weights[at] = depth[kept], owner[kept], shares[kept]
+    face, weights = np.full(shape, -1, dtype=np.int64), np.zeros((*shape, 3))
+    _draw(np.ascontiguousarray(projected, dtype=float)[faces], np.full(shape, -np.inf), face, weights)
     return Visible(face, weights)
 
 
-def _blocks(areas: np.ndarray) -> list[np.ndarray]:
-    """Triangles in groups whose windows hold about BLOCK pixels together."""
-    drawn = np.flatnonzero(areas > 0)
-    group = np.cumsum(areas[drawn]) // BLOCK
-    return np.split(drawn, np.flatnonzero(np.diff(group)) + 1) if len(drawn) else []
-
-
-def _candidates(block: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Triangle, column and row of every pixel in the windows of some triangles, shapes (p,)."""
-    width, height = (high - low)[block].T
-    owner = np.repeat(block, width * height)
-    first = np.cumsum(width * height) - width * height
-    place = np.arange(len(owner)) - np.repeat(first, width * height)
-    across = np.repeat(width, width * height)
-    return owner, low[owner, 0] + place % across, low[owner, 1] + place // across
-
-
-def _barycentric(corners: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Barycentric coordinates of places in their triangles, shape (p, 3); -1 where edge-on."""
-    a, b, c = (corners[:, k, :2] for k in range(3))
-    (ux, uy), (vx, vy) = (b - a).T, (c - a).T
-    wx, wy = x - a[:, 0], y - a[:, 1]
-    twice_area = ux * vy - vx * uy
-    flat = np.abs(twice_area) < 1e-12
-    safe = np.where(flat, 1.0, twice_area)
-    second, third = (wx * vy - vx * wy) / safe, (ux * wy - wx * uy) / safe
-    weights = np.column_stack([1.0 - second - third, second, third])
-    return np.where(flat[:, None], -1.0, weights)
-
-
-def _front(pixel: np.ndarray, depth: np.ndarray) -> np.ndarray:
-    """The nearest candidate of each pixel, as indices."""
-    order = np.lexsort((depth, pixel))
-    sorted_pixel = pixel[order]
-    return order[np.append(sorted_pixel[1:] != sorted_pixel[:-1], True)[: len(order)]]
+@njit(cache=True)
+def _draw(corners, nearest, face, weights):  # type: ignore[no-untyped-def]
+    """Triangles, shape (m, 3 corners, 3), into the z-buffer `nearest` and the arrays of `Visible`; no edge-on ones."""
+    height, width = face.shape
+    for t in range(corners.shape[0]):
+        (ax, ay, az), (bx, by, bz), (cx, cy, cz) = corners[t, 0], corners[t, 1], corners[t, 2]
+        ux, uy, vx, vy = bx - ax, by - ay, cx - ax, cy - ay
+        twice_area = ux * vy - vx * uy
+        if abs(twice_area) < 1e-12:
+            continue
+        top, bottom = max(min(ay, by, cy) - 0.5, 0.0), min(max(ay, by, cy) + 0.5, height)
+        left, right = max(min(ax, bx, cx) - 0.5, 0.0), min(max(ax, bx, cx) + 0.5, width)
+        for row in range(int(top), int(np.ceil(bottom))):
+            for column in range(int(left), int(np.ceil(right))):
+                wx, wy = column + 0.5 - ax, row + 0.5 - ay
+                second, third = (wx * vy - vx * wy) / twice_area, (ux * wy - wx * uy) / twice_area
+                first = 1.0 - second - third
+                depth = first * az + second * bz + third * cz
+                if min(first, second, third) >= 0.0 and depth > nearest[row, column]:
+                    nearest[row, column], face[row, column] = depth, t
+                    weights[row, column, 0], weights[row, column, 1], weights[row, column, 2] = first, second, third
 
 
 def vertex_normals(points: np.ndarray, faces: np.ndarray) -> np.ndarray:

@@ -49,7 +49,7 @@ def shade(view: View, mesh: Mesh, visible: Visible, sunlit: np.ndarray | float =
     normals = visible.sample(vertex_normals(mesh.points, mesh.faces), mesh.faces)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
     eye = view.towards_eye(visible.sample(mesh.points, mesh.faces))
-    facing = _facing(view, mesh)[visible.face[visible.mask]]
+    facing = _facing(view, mesh)[visible.covered[0]]
     normals = np.where((np.einsum("pk,pk->p", normals, eye) > 0)[:, None], normals, -normals)
     colour = np.where(facing[:, None], mesh.front, mesh.back)
     if mesh.flat is not None:
