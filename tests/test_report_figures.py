@@ -179,6 +179,14 @@ def test_the_nearest_triangle_is_seen() -> None:
     assert np.allclose(seen.sample(points[:, 0], np.array([[0, 1, 2], [3, 4, 5]]))[:3], [0.5, 1.5, 2.5])
 
 
+def test_triangles_beyond_the_image_or_edge_on_are_cut_off() -> None:
+    beyond = [[-90, -90, 0], [90, -90, 0], [0, 90, 0]]
+    off, flat, none = [[9, 9, 5], [20, 9, 5], [9, 20, 5]], [[1, 1, 5], [3, 3, 5], [5, 5, 9]], [[np.nan, 0, 5]] * 3
+    seen = rasterise(np.array([*beyond, *off, *flat, *none], dtype=float), np.arange(12).reshape(4, 3), (8, 8))
+    assert (seen.face == 0).all()
+    assert np.allclose(seen.weights.sum(axis=2), 1.0)
+
+
 def test_a_view_sees_up_as_up_and_near_as_large() -> None:
     points = np.array([[0, 0, 0], [0, 0.1, 0], [0, 0.1, 1.0]], dtype=float)
     flat = View(np.zeros(3), np.eye(3), 100.0, (40, 60)).project(points)

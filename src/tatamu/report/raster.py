@@ -85,7 +85,7 @@ def _draw(corners, nearest, face, weights):  # type: ignore[no-untyped-def]
         (ax, ay, az), (bx, by, bz), (cx, cy, cz) = corners[t, 0], corners[t, 1], corners[t, 2]
         ux, uy, vx, vy = bx - ax, by - ay, cx - ax, cy - ay
         twice_area = ux * vy - vx * uy
-        if abs(twice_area) < 1e-12:
+        if not 1e-12 < abs(twice_area) < np.inf:  # edge-on, or no number
             continue
         top, bottom = max(min(ay, by, cy) - 0.5, 0.0), min(max(ay, by, cy) + 0.5, height)
         left, right = max(min(ax, bx, cx) - 0.5, 0.0), min(max(ax, bx, cx) + 0.5, width)
