@@ -63,7 +63,7 @@ class Elastic:
 
     def membrane_force(self, x: np.ndarray) -> np.ndarray:
         X = self._slotted(x, self.triangles)
-        F, scratch = np.zeros_like(X), np.zeros((12, membrane.BLOCK))
+        F, scratch = np.zeros_like(X), np.zeros(9 * layout.BLOCK)
         S, L2 = self.triangles.spread(self.S), self.triangles.spread(self.L2)
         R = self.triangles.spread(self.R) if self.R.size else self.R
         membrane.add_force(X, F, self.triangles.table, S, L2, R, self.material.compression, scratch)
@@ -92,23 +92,24 @@ class Elastic:
         density = 0.5 * Y * psi(high, b) + 0.5 * Y / (1 - nu**2) * psi(low + nu * high, (1 + nu) * b)
         return float((areas(self.rest, self.faces) * density).sum())
 
-    def _hinge_state(self, x: np.ndarray) -> np.ndarray:
-        H = np.zeros((10, self.hinges.size))
-        bending.measure(self._slotted(x, self.hinges), self.hinges.table, H)
-        return H
+    def _hinge_measures(self, x: np.ndarray) -> np.ndarray:
+        """g of every place."""
+        H, g = np.zeros((layout.blocks(self.hinges.table), 8 * layout.BLOCK)), np.zeros(self.hinges.size)
+        bending.measure(self._slotted(x, self.hinges), self.hinges.table, H, g, g.copy())
+        return g
 
     def bending_force(self, x: np.ndarray) -> np.ndarray:
         X, bands = self._slotted(x, self.hinges), self.hinges
         others = np.tile(np.arange(bands.size), (5, 1))
         others[:, bands.place] = bands.place[self.others]
         F, none = np.zeros_like(X), np.zeros(bands.size)
-        bending.add_force(
-            X, F, bands.table, none, bands.spread(self.weights), others, np.zeros((10, bands.size)), none.copy()
-        )
+        H = np.zeros((layout.blocks(bands.table), 8 * layout.BLOCK))
+        scratch = (none.copy() for _ in range(3))
+        bending.add_force(X, F, bands.table, none, bands.spread(self.weights), others, H, *scratch)
         return self._gathered(F, bands)
 
     def bending_energy(self, x: np.ndarray) -> float:
-        g = self._hinge_state(x)[8][self.hinges.place]
+        g = self._hinge_measures(x)[self.hinges.place]
         return float(0.5 * (g * (self.weights * g[self.others]).sum(0)).sum())
 
 

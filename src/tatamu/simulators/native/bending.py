@@ -21,6 +21,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from tatamu.simulators.native.layout import BLOCK
 from tatamu.topology import Topology, areas
 
 PART_OF_C = 0.45
@@ -130,57 +131,42 @@ def constants(
 
 
 @njit(cache=True, error_model="numpy")
-def _normals(X, a, b, c, n, H, row, foot, e):  # type: ignore[no-untyped-def]
-    """Edge x apex, into rows row .. row + 2 of H, and the foot of apex c on edge (a, b) as a fraction of it."""
+def _half_angle(cosine, sine):  # type: ignore[no-untyped-def]
+    """tan(theta / 4)."""
+    half_cos = np.sqrt(max(HALF + HALF * cosine, TINY))
+    wide = np.copysign(np.sqrt(max(HALF - HALF * cosine, TINY)), sine)  # exact where half_cos is small
+    narrow = HALF * sine / max(half_cos, WIDE)
+    return (wide if cosine < -HALF else narrow) / (ONE + half_cos)
+
+
+@njit(cache=True, error_model="numpy")
+def _measure(X, a, b, c, d, n, H, g, slope):  # type: ignore[no-untyped-def]
+    """Fill the first n columns of H, eight rows of BLOCK, and n elements of g and of its slope."""
     xa, ya, za = X[0, a : a + n], X[1, a : a + n], X[2, a : a + n]
     xb, yb, zb = X[0, b : b + n], X[1, b : b + n], X[2, b : b + n]
     xc, yc, zc = X[0, c : c + n], X[1, c : c + n], X[2, c : c + n]
-    h0, h1, h2, h3 = H[row, e : e + n], H[row + 1, e : e + n], H[row + 2, e : e + n], H[foot, e : e + n]
+    xd, yd, zd = X[0, d : d + n], X[1, d : d + n], X[2, d : d + n]
     real = H.dtype.type
     for j in range(n):
         ex, ey, ez = real(xb[j] - xa[j]), real(yb[j] - ya[j]), real(zb[j] - za[j])
-        px, py, pz = real(xc[j] - xa[j]), real(yc[j] - ya[j]), real(zc[j] - za[j])
-        h0[j], h1[j], h2[j] = ey * pz - ez * py, ez * px - ex * pz, ex * py - ey * px
-        h3[j] = (px * ex + py * ey + pz * ez) / (ex * ex + ey * ey + ez * ez + TINY)
-
-
-@njit(cache=True, error_model="numpy")
-def _gradients(X, a, b, n, H, e):  # type: ignore[no-untyped-def]
-    """Turn the normals in H into gradients of theta; cosine and sine of theta into rows 8 and 9."""
-    xa, ya, za = X[0, a : a + n], X[1, a : a + n], X[2, a : a + n]
-    xb, yb, zb = X[0, b : b + n], X[1, b : b + n], X[2, b : b + n]
-    h0, h1, h2 = H[0, e : e + n], H[1, e : e + n], H[2, e : e + n]
-    h3, h4, h5 = H[3, e : e + n], H[4, e : e + n], H[5, e : e + n]
-    h8, h9 = H[8, e : e + n], H[9, e : e + n]
-    real = H.dtype.type
-    for j in range(n):
-        ex, ey, ez = real(xb[j] - xa[j]), real(yb[j] - ya[j]), real(zb[j] - za[j])
-        px, py, pz, qx, qy, qz = h0[j], h1[j], h2[j], -h3[j], -h4[j], -h5[j]
-        length = np.sqrt(ex * ex + ey * ey + ez * ez + TINY)
-        s1 = px * px + py * py + pz * pz + TINY
-        s2 = qx * qx + qy * qy + qz * qz + TINY
-        i1, i2 = ONE / np.sqrt(s1), ONE / np.sqrt(s2)  # apart, as s1 s2 may be too small for single precision
+        ux, uy, uz = real(xc[j] - xa[j]), real(yc[j] - ya[j]), real(zc[j] - za[j])
+        wx, wy, wz = real(xd[j] - xa[j]), real(yd[j] - ya[j]), real(zd[j] - za[j])
+        square = ex * ex + ey * ey + ez * ez + TINY
+        px, py, pz = ey * uz - ez * uy, ez * ux - ex * uz, ex * uy - ey * ux
+        qx, qy, qz = ez * wy - ey * wz, ex * wz - ez * wx, ey * wx - ex * wy
+        length = np.sqrt(square)
+        i1 = ONE / np.sqrt(px * px + py * py + pz * pz + TINY)  # apart, as the product of both squares
+        i2 = ONE / np.sqrt(qx * qx + qy * qy + qz * qz + TINY)  # may be too small for single precision
         scale = i1 * i2
         cx, cy, cz = py * qz - pz * qy, pz * qx - px * qz, px * qy - py * qx
-        h8[j] = (px * qx + py * qy + pz * qz) * scale
-        h9[j] = (cx * ex + cy * ey + cz * ez) * scale / length
+        sine = (cx * ex + cy * ey + cz * ez) * scale / length
+        t = _half_angle((px * qx + py * qy + pz * qz) * scale, sine)
+        g[j], slope[j] = FOUR * t, ONE + t * t
         g1, g2 = -length * i1 * i1, -length * i2 * i2
-        h0[j], h1[j], h2[j] = g1 * px, g1 * py, g1 * pz
-        h3[j], h4[j], h5[j] = g2 * qx, g2 * qy, g2 * qz
-
-
-@njit(cache=True, error_model="numpy")
-def _half_angles(H):  # type: ignore[no-untyped-def]
-    """Turn cosine and sine of theta (rows 8, 9 of H) into g = 4 tan(theta/4) and g' = 1 + tan^2(theta/4)."""
-    cosines, sines = H[8], H[9]
-    for j in range(H.shape[1]):
-        cosine, sine = cosines[j], sines[j]
-        half_cos = np.sqrt(max(HALF + HALF * cosine, TINY))
-        wide = np.copysign(np.sqrt(max(HALF - HALF * cosine, TINY)), sine)  # exact where half_cos is small
-        narrow = HALF * sine / max(half_cos, WIDE)
-        t = (wide if cosine < -HALF else narrow) / (ONE + half_cos)
-        cosines[j] = FOUR * t
-        sines[j] = ONE + t * t
+        H[j], H[j + BLOCK], H[j + 2 * BLOCK] = g1 * px, g1 * py, g1 * pz
+        H[j + 3 * BLOCK], H[j + 4 * BLOCK], H[j + 5 * BLOCK] = g2 * qx, g2 * qy, g2 * qz
+        H[j + 6 * BLOCK] = (ux * ex + uy * ey + uz * ez) / square
+        H[j + 7 * BLOCK] = (wx * ex + wy * ey + wz * ez) / square
 
 
 @njit(cache=True, error_model="numpy")
@@ -194,45 +180,63 @@ def _moments(g, slope, rest, weights, others, moment):  # type: ignore[no-untype
 
 
 @njit(cache=True, error_model="numpy")
-def _push_apex(F, c, n, moment, H, row, e):  # type: ignore[no-untyped-def]
+def _push_apex(F, c, n, moment, H, row):  # type: ignore[no-untyped-def]
     """Force on the apex whose gradient stands in rows row .. row + 2 of H."""
-    m = moment[e : e + n]
-    for k in range(3):
-        f, d = F[k, c : c + n], H[row + k, e : e + n]
-        for j in range(n):
-            f[j] += m[j] * d[j]
+    fx, fy, fz = F[0, c : c + n], F[1, c : c + n], F[2, c : c + n]
+    d = H[row * BLOCK :]
+    for j in range(n):
+        m = moment[j]
+        fx[j] += m * d[j]
+        fy[j] += m * d[j + BLOCK]
+        fz[j] += m * d[j + 2 * BLOCK]
 
 
 @njit(cache=True, error_model="numpy")
-def _push_ends(F, a, b, n, moment, H, e):  # type: ignore[no-untyped-def]
-    """The ends of the hinge's edge balance force and torque of its two apices."""
-    m, t2, t3 = moment[e : e + n], H[6, e : e + n], H[7, e : e + n]
-    for k in range(3):
-        fa, fb, d2, d3 = F[k, a : a + n], F[k, b : b + n], H[k, e : e + n], H[3 + k, e : e + n]
-        for j in range(n):
-            fa[j] -= m[j] * ((ONE - t2[j]) * d2[j] + (ONE - t3[j]) * d3[j])
-        for j in range(n):
-            fb[j] -= m[j] * (t2[j] * d2[j] + t3[j] * d3[j])
+def _push_end(F, a, n, moment, H, first):  # type: ignore[no-untyped-def]
+    """Force on an end of the hinge's edge, the first or the other: they balance force and torque of both apices."""
+    fx, fy, fz = F[0, a : a + n], F[1, a : a + n], F[2, a : a + n]
+    for j in range(n):
+        m, t2, t3 = moment[j], H[j + 6 * BLOCK], H[j + 7 * BLOCK]
+        if first:
+            t2, t3 = ONE - t2, ONE - t3
+        fx[j] -= m * (t2 * H[j] + t3 * H[j + 3 * BLOCK])
+        fy[j] -= m * (t2 * H[j + BLOCK] + t3 * H[j + 4 * BLOCK])
+        fz[j] -= m * (t2 * H[j + 2 * BLOCK] + t3 * H[j + 5 * BLOCK])
 
 
 @njit(cache=True, error_model="numpy")
-def measure(X, table, H):  # type: ignore[no-untyped-def]
-    """Fill H, shape (10, places): d theta / d x2 (rows 0-2) and x3 (3-5), feet t2, t3 (6, 7), g (8), g' (9)."""
+def measure(X, table, H, g, slope):  # type: ignore[no-untyped-def]
+    """Measure all hinges at X, shape (3, slots).
+
+    Args:
+        X: Positions in slots.
+        table: Bands of hinges.
+        H: To be filled, shape (`blocks(table)`, 8 BLOCK), per block of a band the rows d theta / d x2 (0-2) and x3
+            (3-5), and the feet t2, t3 (6, 7).
+        g: To be filled, per place.
+        slope: To be filled with g', per place.
+    """
+    block = 0
     for r in range(table.shape[0]):
-        e, n, a, b, c, d = table[r, 0], table[r, 1], table[r, 2], table[r, 3], table[r, 4], table[r, 5]
-        _normals(X, a, b, c, n, H, 0, 6, e)
-        _normals(X, a, b, d, n, H, 3, 7, e)
-        _gradients(X, a, b, n, H, e)
-    _half_angles(H)
+        for done in range(0, table[r, 1], BLOCK):
+            n, e = min(table[r, 1] - done, BLOCK), table[r, 0] + done
+            a, b, c, d = table[r, 2] + done, table[r, 3] + done, table[r, 4] + done, table[r, 5] + done
+            _measure(X, a, b, c, d, n, H[block], g[e : e + n], slope[e : e + n])
+            block += 1
 
 
 @njit(cache=True, error_model="numpy")
-def add_force(X, F, table, rest, weights, others, H, moment):  # type: ignore[no-untyped-def]
-    """Add the bending force at X, shape (3, slots), to F [N]; `rest` is K g0, H and moment are scratch."""
-    measure(X, table, H)
-    _moments(H[8], H[9], rest, weights, others, moment)
+def add_force(X, F, table, rest, weights, others, H, g, slope, moment):  # type: ignore[no-untyped-def]
+    """Add the bending force at X, shape (3, slots), to F [N]; `rest` is K g0; H, g, slope and moment are scratch."""
+    measure(X, table, H, g, slope)
+    _moments(g, slope, rest, weights, others, moment)
+    block = 0
     for r in range(table.shape[0]):
-        e, n, a, b, c, d = table[r, 0], table[r, 1], table[r, 2], table[r, 3], table[r, 4], table[r, 5]
-        _push_apex(F, c, n, moment, H, 0, e)
-        _push_apex(F, d, n, moment, H, 3, e)
-        _push_ends(F, a, b, n, moment, H, e)
+        for done in range(0, table[r, 1], BLOCK):
+            n, e = min(table[r, 1] - done, BLOCK), table[r, 0] + done
+            m, h = moment[e : e + n], H[block]
+            _push_apex(F, table[r, 4] + done, n, m, h, 0)
+            _push_apex(F, table[r, 5] + done, n, m, h, 3)
+            _push_end(F, table[r, 2] + done, n, m, h, True)
+            _push_end(F, table[r, 3] + done, n, m, h, False)
+            block += 1

@@ -63,14 +63,13 @@ class Lists(NamedTuple):
 @njit(cache=True, error_model="numpy")
 def _relative_motion(x, before):  # type: ignore[no-untyped-def]
     """A bound on how far any two vertices moved against each other: the diagonal of the box of all displacements."""
-    square = 0.0
-    for k in range(3):
-        low, high = np.inf, -np.inf
-        for v in range(x.shape[0]):
-            d = x[v, k] - before[v, k]
-            low, high = min(low, d), max(high, d)
-        square += (high - low) ** 2
-    return np.sqrt(square)
+    ax, ay, az = np.inf, np.inf, np.inf
+    bx, by, bz = -np.inf, -np.inf, -np.inf
+    for v in range(x.shape[0]):
+        dx, dy, dz = x[v, 0] - before[v, 0], x[v, 1] - before[v, 1], x[v, 2] - before[v, 2]
+        ax, ay, az = min(ax, dx), min(ay, dy), min(az, dz)
+        bx, by, bz = max(bx, dx), max(by, dy), max(bz, dz)
+    return np.sqrt((bx - ax) ** 2 + (by - ay) ** 2 + (bz - az) ** 2)
 
 
 @njit(cache=True, error_model="numpy")

@@ -1,4 +1,4 @@
-"""Cloth against cloth: vertices against triangles, and border or creased edges against edges.
+"""Cloth against cloth: vertices against triangles; edges against edges are in `pairs`.
 
 Every vertex has two slots, one per side, for the nearest triangle that is not its own, and a third one (`nearest`). A
 slot walks from triangle to triangle as the cloth slides, and remembers on which side of the triangle the vertex is.
@@ -23,23 +23,15 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from tatamu.simulators.native import pairs
 from tatamu.simulators.native.candidates import PRESSED_FOR
-from tatamu.simulators.native.geometry import closest_on_segments, cross, normal_of
+from tatamu.simulators.native.geometry import cross, normal_of
+from tatamu.simulators.native.push import HARD, NOTICEABLE, RESTLESS_FOR, pushes, shift
 
 INSIDE = -0.02
 """A barycentric coordinate above this counts as inside the triangle."""
-CLEARING_SPEED, RECOVERY_SPEED = 0.5, 0.1
-"""Layers that begin a step too close come apart at the first of these speeds [m/s], but keep no more than the second:
-what begins in a tangle does not explode."""
 PRESSED = 0.6
 """Layers closer than this part of a thickness are pressed: their edges are guarded as well."""
-NOTICEABLE = 0.02
-"""Pushes beyond this part of a thickness make the next sweep look again at what they moved."""
-EDGE_GAP = 0.75
-"""Edges keep this part of a thickness; vertices against triangles keep the whole."""
-HARD, RESTLESS_FOR = 0.08, 3
-"""A push beyond that part of a thickness is hard, and makes vertices restless for so many outer steps: only they can
-pass through something in spite of contact (`zones`)."""
 KEEP = (1.0, 0.5, 0.5, 0.3, 0.3, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2)
 """Part of a thickness that each sweep restores. The first wants all of it; later ones, made only while some pair is
 still closer, want less: layers that a hand crushes have no room for all, but always for not passing through."""
@@ -67,15 +59,6 @@ def _height(x, v, a, b, c):  # type: ignore[no-untyped-def]
     nx, ny, nz = normal_of(x, a, b, c)
     length = np.sqrt(nx * nx + ny * ny + nz * nz) + 1e-30
     return (nx * (x[v, 0] - x[a, 0]) + ny * (x[v, 1] - x[a, 1]) + nz * (x[v, 2] - x[a, 2])) / length
-
-
-@njit(cache=True, error_model="numpy")
-def _pushes(gap, gap_before, wanted, step):  # type: ignore[no-untyped-def]
-    """How far to push a pair apart, and the part of it that must not become velocity."""
-    before = max(gap_before, 0.0)
-    push = min(wanted, before + CLEARING_SPEED * step) - gap
-    lasting = min(wanted, before + RECOVERY_SPEED * step) - gap
-    return push, push - max(lasting, 0.0)
 
 
 @njit(cache=True, error_model="numpy")
@@ -152,7 +135,7 @@ def _sweep_slots(x, before, moved, mesh, lists, friction, step, keep):  # type: 
             weight = inverse_mass[v] + ba * ba * inverse_mass[a] + bb * bb * inverse_mass[b] + bc * bc * inverse_mass[c]
             if inverse_mass[v] == 0.0 and min(inverse_mass[a], inverse_mass[b], inverse_mass[c]) == 0.0:
                 continue  # where both layers are held, the hand decides how far they are apart
-            push, silent = _pushes(gap, side * _height(before, v, a, b, c), wanted, step)
+            push, silent = pushes(gap, side * _height(before, v, a, b, c), wanted, step)
             if push <= 0.0:
                 continue
             smallest = min(smallest, gap)
@@ -181,75 +164,16 @@ def _sweep_slots(x, before, moved, mesh, lists, friction, step, keep):  # type: 
             px = (push * nx - held * sx) / weight
             py = (push * ny - held * sy) / weight
             pz = (push * nz - held * sz) / weight
-            for o, w in ((v, 1.0), (a, -ba), (b, -bb), (c, -bc)):
-                f = w * inverse_mass[o]
-                x[o, 0] += f * px
-                x[o, 1] += f * py
-                x[o, 2] += f * pz
-                if silent > 0.0:
-                    moved[o, 0] += f * silent * nx
-                    moved[o, 1] += f * silent * ny
-                    moved[o, 2] += f * silent * nz
-    return smallest
-
-
-@njit(cache=True, error_model="numpy")
-def _sweep_pairs(x, before, moved, mesh, lists, step, keep):  # type: ignore[no-untyped-def]
-    """One pass over the edge pairs, along their closest points before the step; the smallest gap seen before."""
-    inverse_mass = mesh.inverse_mass
-    thickness = EDGE_GAP * mesh.reach[0]
-    wanted, smallest = keep * thickness, thickness
-    touched, last, noticeable = lists.touched, lists.sweeps[0] - 1, NOTICEABLE * thickness
-    restless, until, hard = lists.restless, lists.number[0] + RESTLESS_FOR, HARD * mesh.reach[0]
-    for p in range(lists.used[0]):
-        if lists.pair_wake[p] > lists.travelled[0]:
-            continue
-        a, b, c, d = lists.pairs[p, 0], lists.pairs[p, 1], lists.pairs[p, 2], lists.pairs[p, 3]
-        if keep < 1.0 and touched[a] < last and touched[b] < last and touched[c] < last and touched[d] < last:
-            continue
-        distance, s, t = closest_on_segments(before, a, b, c, d)
-        if keep == 1.0 and distance > 1.5 * thickness:
-            lists.pair_wake[p] = lists.travelled[0] + 0.9 * (distance - thickness)
-            if distance > 3.0 * thickness:
-                continue
-        if distance < 1e-9:
-            continue
-        wa, wb, wc, wd = 1.0 - s, s, -(1.0 - t), -t
-        nx = (wa * before[a, 0] + wb * before[b, 0] + wc * before[c, 0] + wd * before[d, 0]) / distance
-        ny = (wa * before[a, 1] + wb * before[b, 1] + wc * before[c, 1] + wd * before[d, 1]) / distance
-        nz = (wa * before[a, 2] + wb * before[b, 2] + wc * before[c, 2] + wd * before[d, 2]) / distance
-        gap = (
-            nx * (wa * x[a, 0] + wb * x[b, 0] + wc * x[c, 0] + wd * x[d, 0])
-            + ny * (wa * x[a, 1] + wb * x[b, 1] + wc * x[c, 1] + wd * x[d, 1])
-            + nz * (wa * x[a, 2] + wb * x[b, 2] + wc * x[c, 2] + wd * x[d, 2])
-        )
-        if gap >= wanted:
-            continue
-        if min(inverse_mass[a], inverse_mass[b]) == 0.0 and min(inverse_mass[c], inverse_mass[d]) == 0.0:
-            continue
-        weight = (
-            wa * wa * inverse_mass[a]
-            + wb * wb * inverse_mass[b]
-            + wc * wc * inverse_mass[c]
-            + wd * wd * inverse_mass[d]
-        )
-        push, silent = _pushes(gap, distance, wanted, step)
-        if push <= 0.0:
-            continue
-        smallest = min(smallest, gap)
-        if push > noticeable:
-            touched[a] = touched[b] = touched[c] = touched[d] = last + 1
-        if push > hard:
-            restless[a] = restless[b] = restless[c] = restless[d] = until
-        for o, w in ((a, wa), (b, wb), (c, wc), (d, wd)):
-            f = w * inverse_mass[o] / weight
-            x[o, 0] += f * push * nx
-            x[o, 1] += f * push * ny
-            x[o, 2] += f * push * nz
+            fv, fa, fb, fc = inverse_mass[v], -ba * inverse_mass[a], -bb * inverse_mass[b], -bc * inverse_mass[c]
+            shift(x, v, fv, px, py, pz)
+            shift(x, a, fa, px, py, pz)
+            shift(x, b, fb, px, py, pz)
+            shift(x, c, fc, px, py, pz)
             if silent > 0.0:
-                moved[o, 0] += f * silent * nx
-                moved[o, 1] += f * silent * ny
-                moved[o, 2] += f * silent * nz
+                shift(moved, v, fv * silent, nx, ny, nz)
+                shift(moved, a, fa * silent, nx, ny, nz)
+                shift(moved, b, fb * silent, nx, ny, nz)
+                shift(moved, c, fc * silent, nx, ny, nz)
     return smallest
 
 
@@ -271,6 +195,6 @@ def sweep(x, before, moved, mesh, lists, friction, step, keep):  # type: ignore[
         Smallest gap found before it was corrected, as part of what the pair should keep.
     """
     lists.sweeps[0] += 1
-    edge_gap = _sweep_pairs(x, before, moved, mesh, lists, step, keep)
+    edge_gap = pairs.sweep(x, before, moved, mesh, lists, step, keep)
     gap = _sweep_slots(x, before, moved, mesh, lists, friction, step, keep)
-    return min(gap, edge_gap / EDGE_GAP) / mesh.reach[0]
+    return min(gap, edge_gap / pairs.EDGE_GAP) / mesh.reach[0]

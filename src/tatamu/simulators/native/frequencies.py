@@ -7,6 +7,7 @@ from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from tatamu.simulators.native import bending, membrane
+from tatamu.simulators.native.layout import BLOCK, blocks
 
 
 def hinge_gradients(rest: np.ndarray, hinges: np.ndarray) -> tuple[sparse.csr_array, np.ndarray]:
@@ -14,11 +15,12 @@ def hinge_gradients(rest: np.ndarray, hinges: np.ndarray) -> tuple[sparse.csr_ar
     count = len(hinges)
     X = np.ascontiguousarray(rest[hinges.T.ravel()].T)
     table = np.array([[0, count, 0, count, 2 * count, 3 * count]])
-    H = np.zeros((10, count))
-    bending.measure(X, table, H)
-    d2, d3, t2, t3 = H[0:3], H[3:6], H[6], H[7]
+    H, g = np.zeros((blocks(table), 8 * BLOCK)), np.zeros(count)
+    bending.measure(X, table, H, g, np.zeros(count))
+    rows = H.reshape(-1, 8, BLOCK).transpose(1, 0, 2).reshape(8, -1)[:, :count]
+    d2, d3, t2, t3 = rows[0:3], rows[3:6], rows[6], rows[7]
     parts = [-(1 - t2) * d2 - (1 - t3) * d3, -t2 * d2 - t3 * d3, d2, d3]
-    flat = np.where(np.abs(H[8]) < 1e-9, 0.0, H[8])
+    flat = np.where(np.abs(g) < 1e-9, 0.0, g)
     return _derivatives(np.stack(parts).transpose(2, 0, 1), hinges, len(rest)), flat
 
 

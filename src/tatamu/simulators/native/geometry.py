@@ -40,23 +40,31 @@ def _clamp(value):  # type: ignore[no-untyped-def]
     return min(1.0, max(0.0, value))
 
 
+@njit(cache=True, error_model="numpy", inline="always")
+def closest_between(ux, uy, uz, vx, vy, vz, rx, ry, rz):  # type: ignore[no-untyped-def]
+    """`closest_on_segments` of edges u and v, the first beginning at r as seen from where the second does.
+
+    Without branches, so that many may be computed at once.
+    """
+    uu, vv = ux * ux + uy * uy + uz * uz + 1e-30, vx * vx + vy * vy + vz * vz + 1e-30
+    uv, ur, vr = ux * vx + uy * vy + uz * vz, ux * rx + uy * ry + uz * rz, vx * rx + vy * ry + vz * rz
+    area = uu * vv - uv * uv
+    s = _clamp((uv * vr - ur * vv) / area) if area > 1e-9 * uu * vv else 0.5
+    t = (uv * s + vr) / vv
+    at_start, at_end = _clamp(-ur / uu), _clamp((uv - ur) / uu)
+    s = at_start if t < 0.0 else (at_end if t > 1.0 else s)
+    t = 0.0 if t < 0.0 else (1.0 if t > 1.0 else t)
+    dx, dy, dz = rx + s * ux - t * vx, ry + s * uy - t * vy, rz + s * uz - t * vz
+    return np.sqrt(dx * dx + dy * dy + dz * dz), s, t
+
+
 @njit(cache=True, error_model="numpy")
 def closest_on_segments(x, a, b, c, d):  # type: ignore[no-untyped-def]
     """Distance of segments (a, b) and (c, d), and the fractions along them where it is reached."""
     ux, uy, uz = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
     vx, vy, vz = x[d, 0] - x[c, 0], x[d, 1] - x[c, 1], x[d, 2] - x[c, 2]
     rx, ry, rz = x[a, 0] - x[c, 0], x[a, 1] - x[c, 1], x[a, 2] - x[c, 2]
-    uu, vv = ux * ux + uy * uy + uz * uz + 1e-30, vx * vx + vy * vy + vz * vz + 1e-30
-    uv, ur, vr = ux * vx + uy * vy + uz * vz, ux * rx + uy * ry + uz * rz, vx * rx + vy * ry + vz * rz
-    area = uu * vv - uv * uv
-    s = _clamp((uv * vr - ur * vv) / area) if area > 1e-9 * uu * vv else 0.5
-    t = (uv * s + vr) / vv
-    if t < 0.0:
-        t, s = 0.0, _clamp(-ur / uu)
-    elif t > 1.0:
-        t, s = 1.0, _clamp((uv - ur) / uu)
-    dx, dy, dz = rx + s * ux - t * vx, ry + s * uy - t * vy, rz + s * uz - t * vz
-    return np.sqrt(dx * dx + dy * dy + dz * dz), s, t
+    return closest_between(ux, uy, uz, vx, vy, vz, rx, ry, rz)
 
 
 @njit(cache=True, error_model="numpy")

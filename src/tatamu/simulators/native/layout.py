@@ -15,6 +15,9 @@ import numpy as np
 
 from tatamu.simulators.native.lattice import patches
 
+BLOCK = 528
+"""Elements of a band that are computed together: what they need in between stays in the nearest cache, and its rows
+do not begin a power of two apart, which processors take for the same place."""
 SHORTEST_BAND = 24
 FULLEST = 2.0
 """Give up on rows when they would need more than this many slots per vertex."""
@@ -116,3 +119,8 @@ def bands(elements: np.ndarray, total: int) -> Bands:
         table.append([sum(map(len, order)), len(rest), *begin])
         order.append(rest)
     return Bands(np.array(table, dtype=np.int64), np.concatenate(order), elements[rest].T.ravel())
+
+
+def blocks(table: np.ndarray) -> int:
+    """How many blocks the bands of a table have."""
+    return int((-(-table[:, 1] // BLOCK)).sum())

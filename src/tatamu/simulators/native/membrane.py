@@ -17,10 +17,8 @@ from numba import njit
 
 from tatamu.material import Material
 from tatamu.simulators.native import wrinkling
+from tatamu.simulators.native.layout import BLOCK
 
-BLOCK = 528
-"""Triangles whose forces are computed together: what they need in between stays in the nearest cache, and its rows
-do not begin a power of two apart, which processors take for the same place."""
 ENDS = np.array([[1, 2], [2, 0], [0, 1]])
 """Corners of a triangle that edge q joins, shape (3, 2): the two that are not corner q."""
 
@@ -61,60 +59,94 @@ def gradients(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True, error_model="numpy")
-def _measure(X, a, b, n, l2, edge, eps):  # type: ignore[no-untyped-def]
-    """Edges from a + j to b + j, in rows 0 .. 2 of `edge`, and their eps.
+def _side(x, y, z, to_x, to_y, to_z, l2, real):  # type: ignore[no-untyped-def]
+    """An edge and its eps, in the precision `real`."""
+    x, y, z = to_x - x, to_y - y, to_z - z
+    return real(x), real(y), real(z), real(x * x + y * y + z * z - l2)
 
-    Rows are cut out one by one, as only a one-dimensional cut is known to be contiguous when this is compiled.
+
+@njit(cache=True, error_model="numpy")
+def _pull(ux, uy, uz, vx, vy, vz, wx, wy, wz, t0, t1, t2, j, out):  # type: ignore[no-untyped-def]
+    """Column j of `out`: each corner is pulled along the edge that leaves it, and back along the one that arrives."""
+    out[j], out[j + BLOCK], out[j + 2 * BLOCK] = t2 * wx - t1 * vx, t2 * wy - t1 * vy, t2 * wz - t1 * vz
+    out[j + 3 * BLOCK], out[j + 4 * BLOCK], out[j + 5 * BLOCK] = t0 * ux - t2 * wx, t0 * uy - t2 * wy, t0 * uz - t2 * wz
+    out[j + 6 * BLOCK], out[j + 7 * BLOCK], out[j + 8 * BLOCK] = t1 * vx - t0 * ux, t1 * vy - t0 * uy, t1 * vz - t0 * uz
+
+
+@njit(cache=True, error_model="numpy")
+def _forces(X, a, b, c, L2, S, e, n, out):  # type: ignore[no-untyped-def]
+    """Forces on corners a + j, b + j, c + j, j < n, of the triangles at place e: nine rows of BLOCK in `out`.
+
+    Rows are cut out one by one, as only a one-dimensional cut is known to be contiguous when this is compiled. `out` is
+    one array with rows a known way apart: each further one that is written would have to be checked against each that
+    is read, every time, before anything may be computed eight at a time.
     """
     xa, ya, za = X[0, a : a + n], X[1, a : a + n], X[2, a : a + n]
     xb, yb, zb = X[0, b : b + n], X[1, b : b + n], X[2, b : b + n]
-    x, y, z = edge[0, :n], edge[1, :n], edge[2, :n]
-    for j in range(n):
-        ux, uy, uz = xb[j] - xa[j], yb[j] - ya[j], zb[j] - za[j]
-        x[j], y[j], z[j] = ux, uy, uz
-        eps[j] = ux * ux + uy * uy + uz * uz - l2[j]
-
-
-@njit(cache=True, error_model="numpy")
-def _tension(S, e, n, tau):  # type: ignore[no-untyped-def]
-    """Turn eps, in tau, into tau = 2 S eps."""
+    xc, yc, zc = X[0, c : c + n], X[1, c : c + n], X[2, c : c + n]
+    l0, l1, l2 = L2[0, e : e + n], L2[1, e : e + n], L2[2, e : e + n]
     s0, s1, s2 = S[0, e : e + n], S[1, e : e + n], S[2, e : e + n]
     s3, s4, s5 = S[3, e : e + n], S[4, e : e + n], S[5, e : e + n]
-    t0, t1, t2 = tau[0, :n], tau[1, :n], tau[2, :n]
+    real = out.dtype.type
     for j in range(n):
-        e0, e1, e2 = t0[j], t1[j], t2[j]
-        t0[j] = s0[j] * e0 + s1[j] * e1 + s2[j] * e2
-        t1[j] = s1[j] * e0 + s3[j] * e1 + s4[j] * e2
-        t2[j] = s2[j] * e0 + s4[j] * e1 + s5[j] * e2
+        ux, uy, uz, e0 = _side(xb[j], yb[j], zb[j], xc[j], yc[j], zc[j], l0[j], real)
+        vx, vy, vz, e1 = _side(xc[j], yc[j], zc[j], xa[j], ya[j], za[j], l1[j], real)
+        wx, wy, wz, e2 = _side(xa[j], ya[j], za[j], xb[j], yb[j], zb[j], l2[j], real)
+        t0 = s0[j] * e0 + s1[j] * e1 + s2[j] * e2
+        t1 = s1[j] * e0 + s3[j] * e1 + s4[j] * e2
+        t2 = s2[j] * e0 + s4[j] * e1 + s5[j] * e2
+        _pull(ux, uy, uz, vx, vy, vz, wx, wy, wz, t0, t1, t2, j, out)
 
 
 @njit(cache=True, error_model="numpy")
-def _pull(F, a, n, leaving, tau_leaving, arriving, tau_arriving):  # type: ignore[no-untyped-def]
-    """Pull corners a along the edges that leave them, and back along those that arrive."""
+def _forces_of_wrinkled(X, a, b, c, L2, R, soft, e, n, out):  # type: ignore[no-untyped-def]
+    """`_forces` of cloth that gives way under compression."""
+    xa, ya, za = X[0, a : a + n], X[1, a : a + n], X[2, a : a + n]
+    xb, yb, zb = X[0, b : b + n], X[1, b : b + n], X[2, b : b + n]
+    xc, yc, zc = X[0, c : c + n], X[1, c : c + n], X[2, c : c + n]
+    l0, l1, l2 = L2[0, e : e + n], L2[1, e : e + n], L2[2, e : e + n]
+    p0, p1, p2 = R[0, e : e + n], R[1, e : e + n], R[2, e : e + n]
+    p3, p4, p5 = R[3, e : e + n], R[4, e : e + n], R[5, e : e + n]
+    p6, p7, p8 = R[6, e : e + n], R[7, e : e + n], R[8, e : e + n]
+    pull, push, ratio = R[9, e : e + n], R[10, e : e + n], R[11, e : e + n]
+    real = out.dtype.type
+    for j in range(n):
+        ux, uy, uz, e0 = _side(xb[j], yb[j], zb[j], xc[j], yc[j], zc[j], l0[j], real)
+        vx, vy, vz, e1 = _side(xc[j], yc[j], zc[j], xa[j], ya[j], za[j], l1[j], real)
+        wx, wy, wz, e2 = _side(xa[j], ya[j], za[j], xb[j], yb[j], zb[j], l2[j], real)
+        exx = p0[j] * e0 + p1[j] * e1 + p2[j] * e2
+        eyy = p3[j] * e0 + p4[j] * e1 + p5[j] * e2
+        exy = wrinkling.HALF * (p6[j] * e0 + p7[j] * e1 + p8[j] * e2)
+        sxx, syy, sxy = wrinkling.stress(exx, eyy, exy, pull[j], push[j], ratio[j], soft)
+        t0 = p0[j] * sxx + p3[j] * syy + p6[j] * sxy
+        t1 = p1[j] * sxx + p4[j] * syy + p7[j] * sxy
+        t2 = p2[j] * sxx + p5[j] * syy + p8[j] * sxy
+        _pull(ux, uy, uz, vx, vy, vz, wx, wy, wz, t0, t1, t2, j, out)
+
+
+@njit(cache=True, error_model="numpy")
+def _add(F, a, n, forces, row):  # type: ignore[no-untyped-def]
     for k in range(3):
-        u, v, f = leaving[k, :n], arriving[k, :n], F[k, a : a + n]
+        f, first = F[k, a : a + n], (row + k) * BLOCK
+        more = forces[first : first + n]
         for j in range(n):
-            f[j] += tau_leaving[j] * u[j] - tau_arriving[j] * v[j]
+            f[j] += more[j]
 
 
 @njit(cache=True, error_model="numpy")
 def add_force(X, F, table, S, L2, R, soft, scratch):  # type: ignore[no-untyped-def]
-    """Add the membrane force at X, shape (3, slots), to F, shape (3, slots) [N]; `scratch` has shape (12, BLOCK)."""
-    u, v, w, tau = scratch[:3], scratch[3:6], scratch[6:9], scratch[9:]  # edges opposite corners a, b, c
+    """Add the membrane force at X, shape (3, slots), to F, shape (3, slots) [N]; `scratch` has shape (9 BLOCK,)."""
     for r in range(table.shape[0]):
         for done in range(0, table[r, 1], BLOCK):
             n = min(table[r, 1] - done, BLOCK)
             e, a, b, c = table[r, 0] + done, table[r, 2] + done, table[r, 3] + done, table[r, 4] + done
-            _measure(X, b, c, n, L2[0, e : e + n], u, tau[0])
-            _measure(X, c, a, n, L2[1, e : e + n], v, tau[1])
-            _measure(X, a, b, n, L2[2, e : e + n], w, tau[2])
             if R.shape[1]:
-                wrinkling.tension(R, soft, e, n, tau)
+                _forces_of_wrinkled(X, a, b, c, L2, R, soft, e, n, scratch)
             else:
-                _tension(S, e, n, tau)
-            _pull(F, a, n, w, tau[2], v, tau[1])
-            _pull(F, b, n, u, tau[0], w, tau[2])
-            _pull(F, c, n, v, tau[1], u, tau[0])
+                _forces(X, a, b, c, L2, S, e, n, scratch)
+            _add(F, a, n, scratch, 0)
+            _add(F, b, n, scratch, 3)
+            _add(F, c, n, scratch, 6)
 
 
 @njit(cache=True, error_model="numpy")

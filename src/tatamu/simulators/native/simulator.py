@@ -15,6 +15,7 @@ from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene, Table
 from tatamu.simulators.many import side_by_side
 from tatamu.simulators.native import candidates, membrane
+from tatamu.simulators.native.layout import BLOCK, blocks
 from tatamu.simulators.native.model import DENSEST_PAIRS, Model, model_of, steps_per_frame, substeps
 from tatamu.simulators.native.step import Hands, State, World, advance, copy_out
 from tatamu.simulators.native.untangle import untangle
@@ -210,7 +211,7 @@ class _Run:
 
 
 def _state(scene: Scene, model: Model) -> State:
-    count, hinges = len(scene.cloth.vertices), model.elastic.weights.shape[1]
+    count = len(scene.cloth.vertices)
     X = np.zeros((3, model.width))
     X[:, model.slot] = scene.cloth.vertices.T
     inverse_mass, free = np.zeros(model.slots), np.zeros(model.slots)
@@ -221,9 +222,9 @@ def _state(scene: Scene, model: Model) -> State:
         V=np.zeros((3, model.slots)),
         Y=np.zeros_like(X),
         F=np.zeros_like(X, dtype=np.float32),
-        edges=np.zeros((12, membrane.BLOCK), dtype=np.float32),
-        H=np.zeros((10, hinges), dtype=np.float32),
-        moment=np.zeros(hinges, dtype=np.float32),
+        forces=np.zeros(9 * BLOCK, dtype=np.float32),
+        H=np.zeros((blocks(model.elastic.hinges), 8 * BLOCK), dtype=np.float32),
+        bend=np.zeros((3, model.elastic.weights.shape[1]), dtype=np.float32),
         x=x,
         before=np.empty((count, 3)),
         moved=np.empty((count, 3)),

@@ -33,9 +33,9 @@ class State(NamedTuple):
     V: np.ndarray  # (3, slots) velocities
     Y: np.ndarray  # (3, width) positions that forces are computed at
     F: np.ndarray  # (3, width) single: forces, zero before and after each step
-    edges: np.ndarray  # (12, membrane.BLOCK) scratch, single: edges of triangles and their tensions
-    H: np.ndarray  # (10, hinges) scratch, single
-    moment: np.ndarray  # (hinges,) scratch, single
+    forces: np.ndarray  # (9 layout.BLOCK,) scratch, single: of triangles on their corners
+    H: np.ndarray  # (blocks of hinges, 8 layout.BLOCK) scratch, single: see `bending.measure`
+    bend: np.ndarray  # (3, hinges) scratch, single: g, g' and moments
     x: np.ndarray  # (n, 3) positions by vertex
     before: np.ndarray  # (n, 3) positions at the start of the outer step
     moved: np.ndarray  # (n, 3) positions before contact
@@ -109,7 +109,9 @@ def _bend(state, elastic, h):  # type: ignore[no-untyped-def]
         elastic.weights,
         elastic.others,
         state.H,
-        state.moment,
+        state.bend[0],
+        state.bend[1],
+        state.bend[2],
     )
     _add_back(state.F, elastic.hinge_copies, slots)
     for k in range(3):
@@ -143,7 +145,7 @@ def _stretch(state, elastic, world, h, damping):  # type: ignore[no-untyped-def]
     slots = state.V.shape[1]
     copy_out(state.Y, elastic.triangle_copies, slots)
     membrane.add_force(
-        state.Y, state.F, elastic.triangles, elastic.S, elastic.L2, elastic.R, elastic.compression, state.edges
+        state.Y, state.F, elastic.triangles, elastic.S, elastic.L2, elastic.R, elastic.compression, state.forces
     )
     _add_back(state.F, elastic.triangle_copies, slots)
     _move(state, world, h, damping)

@@ -46,28 +46,14 @@ def _half_slope(e, soft, crowded):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def tension(R, soft, e, n, tau):  # type: ignore[no-untyped-def]
-    """Turn eps, in tau, into tau = 2 dW/d eps of the n triangles whose constants begin at place e; `soft` is c."""
-    p0, p1, p2 = R[0, e : e + n], R[1, e : e + n], R[2, e : e + n]
-    p3, p4, p5 = R[3, e : e + n], R[4, e : e + n], R[5, e : e + n]
-    p6, p7, p8 = R[6, e : e + n], R[7, e : e + n], R[8, e : e + n]
-    pull, push, ratio = R[9, e : e + n], R[10, e : e + n], R[11, e : e + n]
-    t0, t1, t2 = tau[0, :n], tau[1, :n], tau[2, :n]
+def stress(exx, eyy, exy, pull, push, nu, soft):  # type: ignore[no-untyped-def]
+    """2 dW/dE (xx, yy, xy) of a triangle; `pull`, `push` and nu as in `constants`, `soft` is c."""
     crowded = np.float32(CROWDED)
-    for j in range(n):
-        e0, e1, e2 = t0[j], t1[j], t2[j]
-        exx = p0[j] * e0 + p1[j] * e1 + p2[j] * e2
-        eyy = p3[j] * e0 + p4[j] * e1 + p5[j] * e2
-        shear = HALF * (p6[j] * e0 + p7[j] * e1 + p8[j] * e2)
-        mean, half = HALF * (exx + eyy), HALF * (exx - eyy)
-        radius = np.sqrt(half * half + shear * shear) + TINY
-        nu = ratio[j]
-        first = mean + radius
-        across = _half_slope(mean - radius + nu * first, soft, (ONE + nu) * crowded)
-        s1 = pull[j] * _half_slope(first, soft, crowded) + push[j] * nu * across
-        s2 = push[j] * across
-        middle, lean = HALF * (s1 + s2), HALF * (s1 - s2) / radius
-        sxx, syy, sxy = middle + lean * half, middle - lean * half, lean * shear
-        t0[j] = p0[j] * sxx + p3[j] * syy + p6[j] * sxy
-        t1[j] = p1[j] * sxx + p4[j] * syy + p7[j] * sxy
-        t2[j] = p2[j] * sxx + p5[j] * syy + p8[j] * sxy
+    mean, half = HALF * (exx + eyy), HALF * (exx - eyy)
+    radius = np.sqrt(half * half + exy * exy) + TINY
+    first = mean + radius
+    across = _half_slope(mean - radius + nu * first, soft, (ONE + nu) * crowded)
+    s1 = pull * _half_slope(first, soft, crowded) + push * nu * across
+    s2 = push * across
+    middle, lean = HALF * (s1 + s2), HALF * (s1 - s2) / radius
+    return middle + lean * half, middle - lean * half, lean * exy
