@@ -3,10 +3,10 @@
     python benchmarks/speed.py [--only towel ..] [--simulators native ..] [--runs 3] [--out FOLDER] [--write-docs]
 
 Parts: towel (two meshes), shirt (the T-shirt), growth (native, from 850 to 13,000 vertices, time and memory),
-answer (seconds until a finer mesh changes nothing), throughput (`simulate_many`), startup (import). Simulators run in
-turn, `--runs` times each on one core (but for throughput), each rollout in a process of its own; medians are given, and
-only of rollouts that ended folded. Rollouts are kept in the folder, and one that is there is not run again, so a killed
-run goes on; to measure anew, remove them.
+answer (seconds until a finer mesh changes nothing), throughput (`simulate_many`, and one after another on all cores),
+startup (import). Simulators run in turn, `--runs` times each on one core (but for throughput), each rollout in a
+process of its own; medians are given, and only of rollouts that ended folded. Rollouts are kept in the folder, and one
+that is there is not run again, so a killed run goes on; to measure anew, remove them.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from typing import Any
 import numpy as np
 from engines import ENGINES
 from tables import insert, markdown
-from timed_folds import FABRICS, towel
+from timed_folds import FABRICS, Fold, towel
 from timed_rollouts import Case, Timing, check_folded, timed
 
-from tatamu import __version__, simulate_many
+from tatamu import __version__, simulate, simulate_many
 from tatamu.errors import TatamuError
 from tatamu.files import read_json, write_json
 
@@ -138,23 +138,31 @@ def _answer_row(case: Case, timing: Timing, finest: np.ndarray | None) -> Row:
 
 
 def throughput(options: argparse.Namespace) -> list[Row]:
-    """Rollouts per second of `simulate_many` on all cores, each scene with hands that rise a little higher."""
+    """Rollouts per second on all cores, of `simulate_many` and one after another; each with hands a little higher."""
     rows: list[Row] = []
     os.sched_setaffinity(0, range(os.cpu_count() or 1))
     for engine in (name for name in options.simulators if name in BATCH):
         folds = [towel(SPACINGS[0], height=height) for height in np.linspace(0.45, 0.55, BATCH[engine])]
-        try:
-            simulate_many([fold.scene for fold in folds[:2]], simulator=engine)  # starts processes
-            begin = perf_counter()
-            rollouts = simulate_many([fold.scene for fold in folds], simulator=engine)
-            rate = len(folds) / (perf_counter() - begin)
-            for fold, rollout in zip(folds, rollouts, strict=True):
-                check_folded(fold, rollout)
-        except TatamuError as error:
-            rows.append({"simulator": engine, "scenes": len(folds), "rollouts/s": "-", "note": str(error)})
-            continue
-        rows.append({"simulator": engine, "scenes": len(folds), "rollouts/s": _short(rate), "note": "-"})
+        for together in (True, False):
+            how = "side by side" if together else "one after another"
+            row = {"simulator": engine, "scenes": len(folds), "how": how}
+            try:
+                rows.append({**row, "rollouts/s": _short(_rate(engine, folds, together)), "note": "-"})
+            except TatamuError as error:
+                rows.append({**row, "rollouts/s": "-", "note": str(error)})
     return rows
+
+
+def _rate(engine: str, folds: Sequence[Fold], together: bool) -> float:
+    """Rollouts per second, each checked to have folded."""
+    scenes = [fold.scene for fold in folds]
+    simulate_many(scenes[:2], simulator=engine)  # starts processes
+    begin = perf_counter()
+    rollouts = simulate_many(scenes, engine) if together else [simulate(scene, engine) for scene in scenes]
+    rate = len(folds) / (perf_counter() - begin)
+    for fold, rollout in zip(folds, rollouts, strict=True):
+        check_folded(fold, rollout)
+    return rate
 
 
 def startup(options: argparse.Namespace) -> list[Row]:

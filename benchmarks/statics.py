@@ -41,11 +41,11 @@ def tip(layout: Layout, spacing: float) -> float:
     plan, faces = mirrored(layout(LENGTH, WIDTH, spacing))
     rest, topology = raised(plan), Topology(faces)
     free = np.zeros(len(topology.hinges), dtype=bool)
-    weights, others = bending.constants(rest, topology, membrane.rest_frames(rest, faces), free, 1.0)
+    K, at = bending.constants(rest, topology, membrane.rest_frames(rest, faces), free, 1.0)
     G = hinge_gradients(rest, topology.hinges)[0][:, 2::3]
     loose = np.abs(plan[:, 0]) > 1e-12  # all but the middle row, about which a load on both sides turns nothing
     turn = plan[loose, 0] / np.linalg.norm(plan[loose, 0])
-    S = (G.T @ hinge_stiffness(weights, others) @ G).toarray()[np.ix_(loose, loose)]
+    S = (G.T @ hinge_stiffness(K, at, len(topology.hinges)) @ G).toarray()[np.ix_(loose, loose)]
     sag = np.zeros(len(plan))
     load = lumped(areas(rest, faces), faces, len(rest))[loose]
     sag[loose] = np.linalg.solve(S + S.diagonal().mean() * np.outer(turn, turn), load)

@@ -9,6 +9,7 @@ from tatamu.garments import make_garment
 from tatamu.garments.towel import staggered_rectangle
 from tatamu.material import Material
 from tatamu.simulators.native import bending, layout, membrane, wrinkling
+from tatamu.simulators.native.model import UPPER
 from tatamu.topology import Topology, areas
 from tatamu.validation.meshes import LAYOUTS
 from tests.scenes import CLOTH
@@ -49,7 +50,7 @@ class Elastic:
         self.frames = frames
         self.S, self.L2, self.R = membrane.constants(frames, material)
         free = np.zeros(len(self.topology.hinges), dtype=bool)
-        self.weights, self.others = bending.constants(self.rest, self.topology, frames, free, CLOTH.bending_rigidity)
+        self.K, self.at = bending.constants(self.rest, self.topology, frames, free, CLOTH.bending_rigidity)
 
     def _slotted(self, x: np.ndarray, bands: layout.Bands) -> np.ndarray:
         X = np.zeros((3, self.slots + len(bands.copied)))
@@ -98,19 +99,21 @@ class Elastic:
         bending.measure(self._slotted(x, self.hinges), self.hinges.table, H, g, g.copy())
         return g
 
+    def _curls(self) -> layout.Bands:
+        return layout.bands(self.hinges.place[self.at], self.hinges.size)
+
     def bending_force(self, x: np.ndarray) -> np.ndarray:
-        X, bands = self._slotted(x, self.hinges), self.hinges
-        others = np.tile(np.arange(bands.size), (5, 1))
-        others[:, bands.place] = bands.place[self.others]
+        X, bands, curls = self._slotted(x, self.hinges), self.hinges, self._curls()
         F, none = np.zeros_like(X), np.zeros(bands.size)
         H = np.zeros((layout.blocks(bands.table), 8 * layout.BLOCK))
-        scratch = (none.copy() for _ in range(3))
-        bending.add_force(X, F, bands.table, none, bands.spread(self.weights), others, H, *scratch)
+        g, moment = np.zeros((2, bands.size + len(curls.copied)))
+        K = curls.spread(self.K.reshape(-1, 9).T[UPPER])
+        bending.add_force(X, F, bands.table, none, curls.table, curls.copied, K, H, g, none.copy(), moment)
         return self._gathered(F, bands)
 
     def bending_energy(self, x: np.ndarray) -> float:
         g = self._hinge_measures(x)[self.hinges.place]
-        return float(0.5 * (g * (self.weights * g[self.others]).sum(0)).sum())
+        return float(0.5 * np.einsum("tq,tqp,tp", g[self.at], self.K, g[self.at]))
 
 
 @pytest.fixture(params=[regular, shuffled, irregular], ids=["bands", "shuffled", "copies"])

@@ -90,7 +90,7 @@ def curvatures(R: np.ndarray, C: np.ndarray) -> np.ndarray:
 def constants(
     rest: np.ndarray, topology: Topology, frames: np.ndarray, free: np.ndarray, bending_rigidity: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Moment of every hinge as a sum over five hinges, itself first.
+    """K_T of every triangle, and which hinges its edges are.
 
     Args:
         rest: Unstrained positions [m], shape (n, 3).
@@ -100,34 +100,21 @@ def constants(
         bending_rigidity: B [N m].
 
     Returns:
-        Coefficients [N m], shape (5, h), and the hinges they multiply, shape (5, h).
+        K_T [N m], shape (t, 3, 3), and hinges, shape (t, 3), of the triangles that have any; an edge that carries no
+        moment has zeros in K_T, and another hinge of the triangle for its own.
     """
-    faces, hinges = topology.faces, topology.hinges
     number = np.full(len(topology.edges), -1)
     inner = np.flatnonzero(topology.faces_per_edge == 2)
     number[inner] = np.where(free, -1, np.arange(len(inner)))
     at = number[topology.face_edges]  # (m, 3)
     lacking = at < 0
-    R, C = _operators(rest, faces, frames, hinges, at)
+    R, C = _operators(rest, topology.faces, frames, topology.hinges, at)
     Q = curvatures(R, C)
     D = bending_rigidity * np.diag([1.0, 1.0, 2.0])
-    stiffness = areas(rest, faces)[:, None, None] * (Q.transpose(0, 2, 1) @ D @ Q)
+    stiffness = areas(rest, topology.faces)[:, None, None] * (Q.transpose(0, 2, 1) @ D @ Q)
     stiffness *= ~(lacking[:, :, None] | lacking[:, None, :])
-
-    weights = np.zeros((5, len(hinges)))
-    others = np.tile(np.arange(len(hinges)), (5, 1))
-    filled = np.ones(len(hinges), dtype=np.int64)
-    for q in range(3):
-        has = np.flatnonzero(at[:, q] >= 0)
-        np.add.at(weights[0], at[has, q], stiffness[has, q, q])
-    for face in np.flatnonzero((~lacking).sum(1) > 1):
-        for q in range(3):
-            for p in range(3):
-                h, o = at[face, q], at[face, p]
-                if p != q and h >= 0 and o >= 0:
-                    weights[filled[h], h], others[filled[h], h] = stiffness[face, q, p], o
-                    filled[h] += 1
-    return weights, others
+    some = ~lacking.all(axis=1)
+    return stiffness[some], np.where(lacking, at.max(axis=1)[:, None], at)[some]
 
 
 @njit(cache=True, error_model="numpy")
@@ -170,13 +157,33 @@ def _measure(X, a, b, c, d, n, H, g, slope):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _moments(g, slope, rest, weights, others, moment):  # type: ignore[no-untyped-def]
-    """(K g0 - K g) g' of every hinge, with `rest` = K g0."""
-    w0, w1, w2, w3, w4 = weights[0], weights[1], weights[2], weights[3], weights[4]
-    o1, o2, o3, o4 = others[1], others[2], others[3], others[4]
-    for h in range(moment.shape[0]):
-        near = w1[h] * g[o1[h]] + w2[h] * g[o2[h]] + w3[h] * g[o3[h]] + w4[h] * g[o4[h]]
-        moment[h] = (rest[h] - w0[h] * g[h] - near) * slope[h]
+def _curl(g0, g1, g2, K, e, n, m0, m1, m2):  # type: ignore[no-untyped-def]
+    """Add K_T g of n triangles."""
+    k0, k1, k2 = K[0, e : e + n], K[1, e : e + n], K[2, e : e + n]
+    k3, k4, k5 = K[3, e : e + n], K[4, e : e + n], K[5, e : e + n]
+    for j in range(n):  # apart, as rows of m may overlap
+        m0[j] += k0[j] * g0[j] + k1[j] * g1[j] + k2[j] * g2[j]
+    for j in range(n):
+        m1[j] += k1[j] * g0[j] + k3[j] * g1[j] + k4[j] * g2[j]
+    for j in range(n):
+        m2[j] += k2[j] * g0[j] + k4[j] * g1[j] + k5[j] * g2[j]
+
+
+@njit(cache=True, error_model="numpy")
+def _moments(g, slope, rest, table, copied, K, moment):  # type: ignore[no-untyped-def]
+    """(K g0 - K g) g' of every hinge, with `rest` = K g0; g and moment have room for `copied` behind."""
+    count = slope.shape[0]
+    for i in range(copied.shape[0]):
+        g[count + i] = g[copied[i]]
+    moment[:] = 0.0
+    for r in range(table.shape[0]):
+        e, n, a, b, c = table[r, 0], table[r, 1], table[r, 2], table[r, 3], table[r, 4]
+        g0, g1, g2 = g[a : a + n], g[b : b + n], g[c : c + n]
+        _curl(g0, g1, g2, K, e, n, moment[a : a + n], moment[b : b + n], moment[c : c + n])
+    for i in range(copied.shape[0]):
+        moment[copied[i]] += moment[count + i]
+    for h in range(count):
+        moment[h] = (rest[h] - moment[h]) * slope[h]
 
 
 @njit(cache=True, error_model="numpy")
@@ -226,10 +233,24 @@ def measure(X, table, H, g, slope):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def add_force(X, F, table, rest, weights, others, H, g, slope, moment):  # type: ignore[no-untyped-def]
-    """Add the bending force at X, shape (3, slots), to F [N]; `rest` is K g0; H, g, slope and moment are scratch."""
+def add_force(X, F, table, rest, triangles, copied, K, H, g, slope, moment):  # type: ignore[no-untyped-def]
+    """Add the bending force at X, shape (3, slots), to F, shape (3, slots) [N].
+
+    Args:
+        X: Positions in slots [m].
+        F: Forces in slots [N].
+        table: Bands of hinges over slots.
+        rest: K g0 of each hinge.
+        triangles: Bands of triangles over hinges.
+        copied: Hinges copied behind the last one for these bands.
+        K: K_T of each triangle as (K00, K01, K02, K11, K12, K22).
+        H: Scratch, see `measure`.
+        g: Scratch per hinge and copy.
+        slope: Scratch per hinge.
+        moment: Scratch per hinge and copy.
+    """
     measure(X, table, H, g, slope)
-    _moments(g, slope, rest, weights, others, moment)
+    _moments(g, slope, rest, triangles, copied, K, moment)
     block = 0
     for r in range(table.shape[0]):
         for done in range(0, table[r, 1], BLOCK):

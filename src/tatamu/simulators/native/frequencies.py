@@ -48,14 +48,15 @@ def membrane_frequency(rest: np.ndarray, faces: np.ndarray, S: np.ndarray, mass:
     return _largest_frequency(gradient, stiffness, mass)
 
 
-def bending_frequency(gradient: sparse.csr_array, weights: np.ndarray, others: np.ndarray, mass: np.ndarray) -> float:
-    """Largest angular frequency of bending at rest [1/s]."""
-    return _largest_frequency(gradient, hinge_stiffness(weights, others), mass) if weights.any() else 1e-9
+def bending_frequency(gradient: sparse.csr_array, stiffness: sparse.csr_array, mass: np.ndarray) -> float:
+    """Largest angular frequency of bending at rest [1/s], `stiffness` as of `hinge_stiffness`."""
+    return _largest_frequency(gradient, stiffness, mass) if stiffness.data.any() else 1e-9
 
 
-def hinge_stiffness(weights: np.ndarray, others: np.ndarray) -> sparse.csr_array:
-    """`bending.constants` as a matrix from the angles of all hinges to their moments, shape (h, h)."""
-    return sparse.csr_array((weights.ravel(), (np.tile(np.arange(weights.shape[1]), 5), others.ravel())))
+def hinge_stiffness(K: np.ndarray, hinges: np.ndarray, count: int) -> sparse.csr_array:
+    """`bending.constants` as a matrix from the angles of all hinges to their moments, shape (count, count)."""
+    rows, columns = np.repeat(hinges, 3, axis=1), np.tile(hinges, (1, 3))
+    return sparse.csr_array((K.ravel(), (rows.ravel(), columns.ravel())), shape=(count, count))
 
 
 def _largest_frequency(gradient: sparse.csr_array, stiffness: sparse.sparray, mass: np.ndarray) -> float:

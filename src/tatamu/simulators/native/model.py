@@ -16,14 +16,16 @@ from scipy import sparse
 from tatamu.material import Material
 from tatamu.scene import Cloth
 from tatamu.simulators.native import bending, candidates, membrane
-from tatamu.simulators.native.frequencies import bending_frequency, hinge_gradients, membrane_frequency
-from tatamu.simulators.native.layout import Bands, bands, slots, turned, turned_hinges
+from tatamu.simulators.native.frequencies import bending_frequency, hinge_gradients, hinge_stiffness, membrane_frequency
+from tatamu.simulators.native.layout import bands, slots, turned, turned_hinges
 from tatamu.topology import Topology, areas, edge_lengths, lumped
 
 OUTER_STEP = 1e-3
 """Contact and friction are resolved at least this often [s]."""
 MEMBRANE_PHASE, BENDING_PHASE = 1.25, 1.0
 """Largest h omega of the explicit steps; 2 is the limit of stability, the rest is room for large deformation."""
+UPPER = [0, 1, 2, 4, 5, 8]
+"""Where the upper triangle of a symmetric matrix, 3 x 3, stands in its nine elements."""
 DENSEST_PAIRS = 24
 """Edge pairs kept per edge at most."""
 
@@ -39,9 +41,10 @@ class Elastic(NamedTuple):
     compression: np.float32
     hinges: np.ndarray  # band table
     hinge_copies: np.ndarray
-    weights: np.ndarray  # (5, places)
-    others: np.ndarray  # (5, places)
     rest_moment: np.ndarray  # (places,)
+    curls: np.ndarray  # band table of triangles over places of hinges
+    curl_copies: np.ndarray
+    K: np.ndarray  # (6, places of curls)
 
 
 @dataclass(frozen=True)
@@ -108,12 +111,11 @@ def _build(cloth: Cloth, material: Material) -> Model:
     triangles, hinges = bands(slot[faces], count), bands(slot[turned_hinges(topology.hinges, slot)], count)
     frames = membrane.rest_frames(rest, faces)
     S, L2, R = membrane.constants(frames, material)
-    weights, others = bending.constants(
-        rest, topology, frames, _seams(topology, cloth.seams), material.bending_rigidity
-    )
+    K, at = bending.constants(rest, topology, frames, _seams(topology, cloth.seams), material.bending_rigidity)
+    curls = bands(hinges.place[at], hinges.size)
     mass = lumped(areas(rest, faces) * material.areal_density, faces, len(rest))
     gradient, angle = hinge_gradients(rest, topology.hinges)
-    rest_moment = (weights * angle[others]).sum(0)
+    stiffness = hinge_stiffness(K, at, len(topology.hinges))
     return Model(
         slot=slot,
         slots=count,
@@ -128,24 +130,17 @@ def _build(cloth: Cloth, material: Material) -> Model:
             np.float32(material.compression),
             hinges.table,
             hinges.copied,
-            hinges.spread(weights).astype(np.float32),
-            _placed(others, hinges),
-            hinges.spread(rest_moment).astype(np.float32),
+            hinges.spread(stiffness @ angle).astype(np.float32),
+            curls.table,
+            curls.copied,
+            curls.spread(K.reshape(-1, 9).T[UPPER]).astype(np.float32),
         ),
         mesh=_contact_mesh(topology, mass, material.thickness, np.sqrt(L2.max())),
         membrane_step=MEMBRANE_PHASE / membrane_frequency(rest, faces, S, mass),
-        bending_step=BENDING_PHASE / bending_frequency(gradient, weights, others, mass),
+        bending_step=BENDING_PHASE / bending_frequency(gradient, stiffness, mass),
         thickness=material.thickness,
         lengths=edge_lengths(rest, topology.edges),
     )
-
-
-def _placed(others: np.ndarray, hinges: Bands) -> np.ndarray:
-    """Hinge numbers as places; fillers point at themselves."""
-    out = np.tile(np.arange(hinges.size), (5, 1))
-    place = hinges.place
-    out[:, place] = place[others]
-    return out
 
 
 def _seams(topology: Topology, seams: np.ndarray) -> np.ndarray:

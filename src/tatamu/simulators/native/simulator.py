@@ -211,7 +211,7 @@ class _Run:
 
 
 def _state(scene: Scene, model: Model) -> State:
-    count = len(scene.cloth.vertices)
+    count, elastic = len(scene.cloth.vertices), model.elastic
     X = np.zeros((3, model.width))
     X[:, model.slot] = scene.cloth.vertices.T
     inverse_mass, free = np.zeros(model.slots), np.zeros(model.slots)
@@ -223,8 +223,8 @@ def _state(scene: Scene, model: Model) -> State:
         Y=np.zeros_like(X),
         F=np.zeros_like(X, dtype=np.float32),
         forces=np.zeros(9 * BLOCK, dtype=np.float32),
-        H=np.zeros((blocks(model.elastic.hinges), 8 * BLOCK), dtype=np.float32),
-        bend=np.zeros((3, model.elastic.weights.shape[1]), dtype=np.float32),
+        H=np.zeros((blocks(elastic.hinges), 8 * BLOCK), dtype=np.float32),
+        bend=np.zeros((3, len(elastic.rest_moment) + len(elastic.curl_copies)), dtype=np.float32),
         x=x,
         before=np.empty((count, 3)),
         moved=np.empty((count, 3)),

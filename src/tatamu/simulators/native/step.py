@@ -35,7 +35,7 @@ class State(NamedTuple):
     F: np.ndarray  # (3, width) single: forces, zero before and after each step
     forces: np.ndarray  # (9 layout.BLOCK,) scratch, single: of triangles on their corners
     H: np.ndarray  # (blocks of hinges, 8 layout.BLOCK) scratch, single: see `bending.measure`
-    bend: np.ndarray  # (3, hinges) scratch, single: g, g' and moments
+    bend: np.ndarray  # (3, hinges and copies) scratch, single: g, g' and moments
     x: np.ndarray  # (n, 3) positions by vertex
     before: np.ndarray  # (n, 3) positions at the start of the outer step
     moved: np.ndarray  # (n, 3) positions before contact
@@ -106,11 +106,12 @@ def _bend(state, elastic, h):  # type: ignore[no-untyped-def]
         state.F,
         elastic.hinges,
         elastic.rest_moment,
-        elastic.weights,
-        elastic.others,
+        elastic.curls,
+        elastic.curl_copies,
+        elastic.K,
         state.H,
         state.bend[0],
-        state.bend[1],
+        state.bend[1, : elastic.rest_moment.shape[0]],
         state.bend[2],
     )
     _add_back(state.F, elastic.hinge_copies, slots)
