@@ -16,14 +16,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from tatamu.simulators.native import bending, candidates, contact, membrane, table, zones
+from tatamu.simulators.native import bending, membrane, rounds
 
 MEMBRANE_DAMPING = 5e-5
 """tau_d of the membrane's Kelvin-Voigt damping [s], at most 0.3 of the substep."""
-RESTLESS, CALM = 0.25, 0.08
-"""Contact that moves a vertex by more than the first part of a thickness is resolved twice as often from then on, at
-most after every substep; by less than the second, half as often. Layers that hands crush would otherwise swing by
-thicknesses between two corrections."""
 
 
 class State(NamedTuple):
@@ -163,90 +159,14 @@ def _lead(state, hands, number, step):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _gather(X, slot, x, moved):  # type: ignore[no-untyped-def]
-    """Positions from slots to vertices, twice; the sum of the squares of all [m^2]."""
-    a, b, c = X[0], X[1], X[2]
-    square = 0.0
-    for v in range(slot.shape[0]):
-        s = slot[v]
-        p, q, r = a[s], b[s], c[s]
-        x[v, 0], x[v, 1], x[v, 2] = p, q, r
-        moved[v, 0], moved[v, 1], moved[v, 2] = p, q, r
-        square += p * p + q * q + r * r
-    return square
-
-
-@njit(cache=True, error_model="numpy")
-def _scatter(x, moved, slot, X, V, rate):  # type: ignore[no-untyped-def]
-    """Corrected positions back to slots, and what was corrected to the velocities."""
-    a, b, c, u, v, w = X[0], X[1], X[2], V[0], V[1], V[2]
-    for i in range(slot.shape[0]):
-        s = slot[i]
-        a[s], b[s], c[s] = x[i, 0], x[i, 1], x[i, 2]
-        u[s] += rate * (x[i, 0] - moved[i, 0])
-        v[s] += rate * (x[i, 1] - moved[i, 1])
-        w[s] += rate * (x[i, 2] - moved[i, 2])
-
-
-@njit(cache=True, error_model="numpy")
-def _largest_correction(x, moved):  # type: ignore[no-untyped-def]
-    """Longest way that contact moved a vertex [m]."""
-    square = 0.0
-    for v in range(x.shape[0]):
-        a, b, c = x[v, 0] - moved[v, 0], x[v, 1] - moved[v, 1], x[v, 2] - moved[v, 2]
-        square = max(square, a * a + b * b + c * c)
-    return np.sqrt(square)
-
-
-@njit(cache=True, error_model="numpy")
-def _collide(state, mesh, lists, world, step):  # type: ignore[no-untyped-def]
-    """Resolve contact; the longest way that it moved a vertex [m]."""
-    x, moved, before = state.x, state.moved, state.before
-    candidates.refresh(x, before, mesh, lists)
-    gap = 0.0
-    for keep in contact.KEEP:
-        if gap >= keep:
-            break
-        gap = contact.sweep(x, before, moved, mesh, lists, world.friction_cloth, step, keep)
-        if world.has_table:  # last, so that it carries what the layers hand down
-            table.sweep(
-                x,
-                before,
-                moved,
-                mesh.inverse_mass,
-                lists,
-                world.height,
-                world.sine,
-                world.cosine,
-                world.half_thickness,
-                world.friction_table,
-                step,
-            )
-    correction = _largest_correction(x, moved)
-    if correction > CALM * mesh.reach[0] or state.rounds[0] > 1:
-        zones.hold(x, before, mesh, lists)
-    _scatter(x, moved, state.slot, state.X, state.V, 1.0 / step)
-    return correction
-
-
-@njit(cache=True, error_model="numpy")
-def _pace(rounds, correction, thickness, most):  # type: ignore[no-untyped-def]
-    """Rounds of contact in the next outer step."""
-    if correction > RESTLESS * thickness:
-        return min(2 * rounds, most)
-    if correction < CALM * thickness:
-        return max(rounds // 2, 1)
-    return rounds
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def advance(state, elastic, mesh, lists, hands, world, first, count, step, bends, stretches, farthest):  # type: ignore[no-untyped-def]
-    """Run `count` outer steps of `step` seconds from number `first`; stop early when anything is too far away."""
+def _advance(state, elastic, mesh, lists, hands, world, first, last, pace, farthest):  # type: ignore[no-untyped-def]
+    """Outer steps from number `first` up to `last`; the number reached, less when anything is too far away."""
+    step, bends, stretches = pace
     kick = step / bends
     h = kick / stretches
     damping = min(MEMBRANE_DAMPING, 0.3 * h)
     total = bends * stretches
-    for number in range(first, first + count):
+    for number in range(first, last):
         _lead(state, hands, number, step)
         lists.number[0] += 1
         every = (total + state.rounds[0] - 1) // state.rounds[0]
@@ -260,9 +180,43 @@ def advance(state, elastic, mesh, lists, hands, world, first, count, step, bends
                 if substep % stretches == 0 or substep == done:  # bending or contact came after the last look ahead
                     _place(state.Y, state.X, state.V, damping)
                 _stretch(state, elastic, world, h, damping)
-            if not _gather(state.X, state.slot, state.x, state.moved) < farthest * farthest:
+            if not rounds.gather(state.X, state.slot, state.x, state.moved) < farthest * farthest:
                 return number
-            correction = max(correction, _collide(state, mesh, lists, world, (until - done) * h))
+            correction = max(correction, rounds.collide(state, mesh, lists, world, (until - done) * h))
             done = until
-        state.rounds[0] = _pace(state.rounds[0], correction, mesh.reach[0], total)
-    return first + count
+        state.rounds[0] = rounds.pace(state.rounds[0], correction, mesh.reach[0], total)
+    return last
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def advance(state, elastic, mesh, lists, hands, world, frames, per_frame, first, last, pace, limits):  # type: ignore[no-untyped-def]
+    """Outer steps from number `first` up to `last`.
+
+    Args:
+        state: Changed in place.
+        elastic: Constants of the cloth.
+        mesh: The mesh.
+        lists: Its candidate pairs.
+        hands: Held vertices.
+        world: The scene.
+        frames: To be filled with positions [m], shape (f, n, 3).
+        per_frame: Outer steps per frame.
+        first: Number of the first step.
+        last: Number of the step to stop before.
+        pace: Outer step [s], bending steps in it, membrane steps in each of these.
+        limits: Largest stretch, farthest distance from the origin [m].
+
+    Returns:
+        The number reached and the largest stretch there: `last`, unless the cloth went beyond a limit before.
+    """
+    number, stretch = first, 1.0
+    while number < last and stretch <= limits[0]:
+        until = min((number // per_frame + 1) * per_frame, last)
+        number = _advance(state, elastic, mesh, lists, hands, world, number, until, pace, limits[1])
+        copy_out(state.X, elastic.triangle_copies, state.V.shape[1])
+        stretch = membrane.largest_stretch(state.X, elastic.triangles, elastic.L2)
+        if number < until:
+            break
+        if number % per_frame == 0:
+            frames[number // per_frame] = state.x
+    return number, stretch
