@@ -77,6 +77,7 @@ def collide(state, mesh, lists, world, step):  # type: ignore[no-untyped-def]
                 step,
             )
     correction = _largest_correction(x, moved)
+    lists.travelled[0] += 2.0 * correction  # what contact moves may have come nearer to something as well
     if correction > CALM * mesh.reach[0] or state.rounds[0] > 1:
         zones.hold(x, before, mesh, lists)
     _scatter(x, moved, state.slot, state.X, state.V, 1.0 / step)
