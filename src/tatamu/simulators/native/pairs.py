@@ -1,8 +1,7 @@
 """Edges against edges: guarded edges (`ridges`) and those near them are kept apart, as vertices are from triangles.
 
 Most pairs are near but not too near. How near they are is therefore computed for many pairs at a time, eight at once,
-and only those that are too near are looked at one by one. What another pair of the same many pushes too near is found
-by the next sweep, as is what one that comes later in the list does.
+and they are looked at one by one only from the first on that is too near, as its push may bring others too near.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from tatamu.simulators.native.push import HARD, NOTICEABLE, RESTLESS_FOR, pushes
 
 EDGE_GAP = 0.75
 """Edges keep this part of a thickness; vertices against triangles keep the whole."""
-MANY = 72
+MANY = 32
 """Pairs that are measured together."""
 S, T, GAP = MANY, 2 * MANY, 3 * MANY
 """Where rows of measures begin, after that of distances."""
@@ -77,13 +76,12 @@ def _let_sleep(wake, travelled, chosen, distance, n, thickness):  # type: ignore
 
 
 @njit(cache=True, error_model="numpy")
-def _too_near(near, n, wanted, farthest, out):  # type: ignore[no-untyped-def]
-    """Which pairs are to be pushed, and how many they are."""
-    count = 0
+def _first_too_near(gap, n, wanted):  # type: ignore[no-untyped-def]
+    """The first of n gaps that is too small, n if none is."""
     for i in range(n):
-        out[count] = i
-        count += near[i + GAP] < wanted and 1e-9 < near[i] <= farthest
-    return count
+        if gap[i] < wanted:
+            return i
+    return n
 
 
 @njit(cache=True, error_model="numpy")
@@ -123,8 +121,7 @@ def sweep(x, before, moved, mesh, lists, step, keep):  # type: ignore[no-untyped
     inverse_mass, thickness = mesh.inverse_mass, EDGE_GAP * mesh.reach[0]
     wanted, smallest = keep * thickness, thickness
     farthest = 3.0 * thickness if keep == 1.0 else np.inf
-    chosen, close = np.empty(MANY, np.int64), np.empty(MANY, np.int64)
-    m, near = np.empty(24 * MANY), np.empty(4 * MANY)
+    chosen, m, near = np.empty(MANY, np.int64), np.empty(24 * MANY), np.empty(4 * MANY)
     p = 0
     while p < lists.used[0]:
         n, p = _choose(lists, p, keep, chosen)
@@ -133,8 +130,9 @@ def sweep(x, before, moved, mesh, lists, step, keep):  # type: ignore[no-untyped
         _measure(n, m, near)
         if keep == 1.0:
             _let_sleep(lists.pair_wake, lists.travelled[0], chosen, near, n, thickness)
-        for k in range(_too_near(near, n, wanted, farthest, close)):
-            i = close[k]
+        for i in range(_first_too_near(near[GAP:], n, wanted), n):
+            if near[i] < 1e-9 or near[i] > farthest:
+                continue
             q = chosen[i]
             a, b, c, d = lists.pairs[q, 0], lists.pairs[q, 1], lists.pairs[q, 2], lists.pairs[q, 3]
             if min(inverse_mass[a], inverse_mass[b]) == 0.0 and min(inverse_mass[c], inverse_mass[d]) == 0.0:
