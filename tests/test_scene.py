@@ -87,6 +87,16 @@ def test_three_triangles_on_one_edge_are_no_cloth(tmp_path: Path) -> None:
         Scene.load(file)
 
 
+@pytest.mark.parametrize("wrong", [[0, 1], [0, 9], [0, 7], [2, 2]])
+def test_a_seam_is_an_inner_edge_whichever_way_round(wrong: list[int]) -> None:
+    corners = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.1, 0.1, 0.0], [0.0, 0.1, 0.0]])
+    faces = np.array([[0, 1, 3], [1, 2, 3]])
+    for right in ([[1, 3]], [[3, 1]], [[3, 1], [1, 3]]):
+        assert len(Cloth(vertices=corners, faces=faces, seams=np.array(right)).seams) == len(right)
+        with pytest.raises(ValueError, match=rf"\[{wrong[0]}, {wrong[1]}\] is not"):
+            Cloth(vertices=corners, faces=faces, seams=np.array([*right, wrong]))
+
+
 @pytest.mark.parametrize("text", ["", "{", "[]", "7", '{"version": 1}'])
 def test_what_is_no_scene_is_refused(tmp_path: Path, text: str) -> None:
     file = tmp_path / "scene.json"

@@ -25,7 +25,9 @@ class Topology:
 
     @cached_property
     def _grouped(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        return np.unique(self._sides[0], axis=0, return_inverse=True, return_counts=True)
+        count = self.faces.max() + 1
+        numbers, which, times = np.unique(self._sides[0] @ [count, 1], return_inverse=True, return_counts=True)
+        return np.column_stack(np.divmod(numbers, count)), which, times
 
     @property
     def edges(self) -> np.ndarray:
@@ -119,7 +121,8 @@ def check_mesh(rest: np.ndarray, faces: np.ndarray, seams: np.ndarray) -> None:
 
 
 def _check_seams(topology: Topology, seams: np.ndarray) -> None:
-    inner = {tuple(edge) for edge in topology.edges[topology.faces_per_edge == 2].tolist()}
-    for seam in seams.tolist():
-        if tuple(sorted(seam)) not in inner:
-            raise ValueError(f"seams must be edges shared by two triangles, {seam} is not")
+    inner = topology.edges[topology.faces_per_edge == 2]
+    count = max(topology.faces.max(), seams.max(initial=0)) + 1
+    wrong = ~np.isin(np.sort(seams, axis=1) @ [count, 1], inner @ [count, 1])
+    if wrong.any():
+        raise ValueError(f"seams must be edges shared by two triangles, {seams[wrong.argmax()].tolist()} is not")
