@@ -10,7 +10,7 @@ import pytest
 from scipy.stats import spearmanr
 
 from tatamu import Cloth, Scene, SimulationError, Table, simulate, simulate_many
-from tatamu.simulators.native import model
+from tatamu.simulators.native import model, simulator
 from tatamu.topology import areas, lumped
 from tatamu.validation.checks.refinement import TOWEL, score
 from tatamu.validation.manipulations import EDGE, Manipulation
@@ -138,6 +138,16 @@ def test_info_says_what_a_rollout_must_say() -> None:
     info = simulate(scene(duration=0.1)).info
     assert {"simulator", "version", "wall_seconds", "setup_seconds", "steps", "warnings"} <= set(info)
     assert info["simulator"] == "native"
+
+
+def test_frames_of_a_large_rollout_are_kept_in_single_precision(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = scene(cloth=sheet(height=0.3), duration=0.4)
+    double = simulate(made).positions
+    monkeypatch.setattr(simulator, "MOST_IN_DOUBLE", double.nbytes - 1)
+    single = simulate(made).positions
+    assert (double.dtype, single.dtype) == (np.float64, np.float32)
+    assert (single == double.astype(np.float32)).all()
+    assert np.ptp(double[:, 0, 2]) > 0.2
 
 
 @pytest.mark.slow

@@ -199,7 +199,7 @@ def advance(state, elastic, mesh, lists, hands, world, frames, per_frame, first,
         lists: Its candidate pairs.
         hands: Held vertices.
         world: The scene.
-        frames: To be filled with positions [m], shape (f, n, 3).
+        frames: To be filled with positions [m], frame i at i modulo f, shape (f, n, 3).
         per_frame: Outer steps per frame.
         first: Number of the first step.
         last: Number of the step to stop before.
@@ -218,5 +218,5 @@ def advance(state, elastic, mesh, lists, hands, world, frames, per_frame, first,
         if number < until:
             break
         if number % per_frame == 0:
-            frames[number // per_frame] = state.x
+            frames[number // per_frame % frames.shape[0]] = state.x
     return number, stretch
