@@ -68,6 +68,12 @@ class Topology:
         return np.column_stack([self.faces[face, (corner + 1) % 3], self.faces[face, (corner + 2) % 3]])
 
 
+def among(pairs: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Which pairs of vertices, shape (k, 2), are among others, shape (o, 2), whichever way round; shape (k,)."""
+    count = max(pairs.max(initial=0), others.max(initial=0)) + 1
+    return np.isin(np.sort(pairs, axis=1) @ [count, 1], np.sort(others, axis=1) @ [count, 1])
+
+
 def areas(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Triangle areas, shape (m,), from points of shape (n, 3)."""
     a, b, c = (points[faces[:, k]] for k in range(3))
@@ -122,7 +128,6 @@ def check_mesh(rest: np.ndarray, faces: np.ndarray, seams: np.ndarray) -> None:
 
 def _check_seams(topology: Topology, seams: np.ndarray) -> None:
     inner = topology.edges[topology.faces_per_edge == 2]
-    count = max(topology.faces.max(), seams.max(initial=0)) + 1
-    wrong = ~np.isin(np.sort(seams, axis=1) @ [count, 1], inner @ [count, 1])
+    wrong = ~among(seams, inner)
     if wrong.any():
         raise ValueError(f"seams must be edges shared by two triangles, {seams[wrong.argmax()].tolist()} is not")

@@ -16,7 +16,7 @@ import numpy as np
 from tatamu.errors import InputError
 from tatamu.material import Material
 from tatamu.scene import Scene, Table
-from tatamu.topology import Topology, areas
+from tatamu.topology import Topology, among, areas
 
 CONTACT = 'solref="0.004 1" solimp="0.95 0.99 0.0002"'
 """Contact stiffness and softness: MuJoCo's contacts are springs and dampers, here of 4 ms over 0.2 mm."""
@@ -114,6 +114,4 @@ def _free_seams(model: Any, scene: Scene) -> None:
         return
     edges = np.sort(model.flex_edge, axis=1)
     assert np.array_equal(np.unique(edges, axis=0), Topology(scene.cloth.faces).edges)
-    seams = {tuple(sorted(seam)) for seam in scene.cloth.seams.tolist()}
-    free = np.array([tuple(edge) in seams for edge in edges.tolist()])
-    model.flex_bending.reshape(len(edges), -1)[free] = 0.0
+    model.flex_bending.reshape(len(edges), -1)[among(edges, scene.cloth.seams)] = 0.0

@@ -18,7 +18,7 @@ from tatamu.scene import Cloth
 from tatamu.simulators.native import bending, candidates, membrane
 from tatamu.simulators.native.frequencies import bending_frequency, hinge_gradients, hinge_stiffness, membrane_frequency
 from tatamu.simulators.native.layout import bands, slots, turned, turned_hinges
-from tatamu.topology import Topology, areas, edge_lengths, lumped
+from tatamu.topology import Topology, among, areas, edge_lengths, lumped
 
 OUTER_STEP = 1e-3
 """Contact and friction are resolved at least this often [s]."""
@@ -111,7 +111,8 @@ def _build(cloth: Cloth, material: Material) -> Model:
     triangles, hinges = bands(slot[faces], count), bands(slot[turned_hinges(topology.hinges, slot)], count)
     frames = membrane.rest_frames(rest, faces)
     S, L2, R = membrane.constants(frames, material)
-    K, at = bending.constants(rest, topology, frames, _seams(topology, cloth.seams), material.bending_rigidity)
+    free = among(topology.hinges[:, :2], cloth.seams)
+    K, at = bending.constants(rest, topology, frames, free, material.bending_rigidity)
     curls = bands(hinges.place[at], hinges.size)
     mass = lumped(areas(rest, faces) * material.areal_density, faces, len(rest))
     gradient, angle = hinge_gradients(rest, topology.hinges)
@@ -141,12 +142,6 @@ def _build(cloth: Cloth, material: Material) -> Model:
         thickness=material.thickness,
         lengths=edge_lengths(rest, topology.edges),
     )
-
-
-def _seams(topology: Topology, seams: np.ndarray) -> np.ndarray:
-    """Which hinges are seams, shape (h,)."""
-    named = {tuple(sorted(seam)) for seam in seams.tolist()}
-    return np.array([tuple(sorted(pair)) in named for pair in topology.hinges[:, :2].tolist()], dtype=bool)
 
 
 def _contact_mesh(topology: Topology, mass: np.ndarray, thickness: float, longest: float) -> candidates.Mesh:

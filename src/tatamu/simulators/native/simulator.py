@@ -89,7 +89,6 @@ class _Run:
         self.bends, self.stretches = substeps(self.model, self.step)
         self.mesh = self.model.mesh._replace(inverse_mass=self.model.mesh.inverse_mass.copy())
         self.state = _state(scene, self.model)
-        self.latest = np.empty((FRAMES_AT_ONCE, *self.state.x.shape))
         self.lists = _lists(self.mesh)
         self.world = _world(scene)
         self.number = 0
@@ -122,10 +121,10 @@ class _Run:
         stop = min([end, *(n for n in self._events() if n > self.number)])
         pace, limits = (self.step, self.bends, self.stretches), (LARGEST_STRETCH, FARTHEST)
         work = (self.state, self.model.elastic, self.mesh, self.lists, self._hands(), self.world)
-        first = self.number // self.per_frame + 1
-        self.number, stretch = advance(*work, self.latest, self.per_frame, self.number, stop, pace, limits)
-        for frame in range(first, self.number // self.per_frame + 1):
-            positions[frame] = self.latest[frame % FRAMES_AT_ONCE]
+        latest, begin = np.empty((FRAMES_AT_ONCE, *self.state.x.shape)), self.number // self.per_frame + 1
+        self.number, stretch = advance(*work, latest, self.per_frame, self.number, stop, pace, limits)
+        reached = self.number // self.per_frame + 1
+        positions[begin:reached] = latest[: reached - begin]
         self._check(stretch, self.number < stop)
 
     def _events(self) -> list[int]:

@@ -199,7 +199,7 @@ def advance(state, elastic, mesh, lists, hands, world, frames, per_frame, first,
         lists: Its candidate pairs.
         hands: Held vertices.
         world: The scene.
-        frames: To be filled with positions [m], frame i at i modulo f, shape (f, n, 3).
+        frames: To be filled with positions [m] in the frames after the first step, shape (f, n, 3).
         per_frame: Outer steps per frame.
         first: Number of the first step.
         last: Number of the step to stop before.
@@ -209,7 +209,7 @@ def advance(state, elastic, mesh, lists, hands, world, frames, per_frame, first,
     Returns:
         The number reached and the largest stretch there: `last`, unless the cloth went beyond a limit before.
     """
-    number, stretch = first, 1.0
+    number, stretch, begin = first, 1.0, first // per_frame + 1
     while number < last and stretch <= limits[0]:
         until = min((number // per_frame + 1) * per_frame, last)
         number = _advance(state, elastic, mesh, lists, hands, world, number, until, pace, limits[1])
@@ -218,5 +218,5 @@ def advance(state, elastic, mesh, lists, hands, world, frames, per_frame, first,
         if number < until:
             break
         if number % per_frame == 0:
-            frames[number // per_frame % frames.shape[0]] = state.x
+            frames[number // per_frame - begin] = state.x
     return number, stretch
