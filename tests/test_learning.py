@@ -295,6 +295,23 @@ def test_parallel_trials_do_not_depend_on_which_ends_first(tmp_path: Path) -> No
     assert timeless(tmp_path / "once") == timeless(tmp_path / "twice")
 
 
+@pytest.mark.parametrize(("trials", "made_ready"), [(2, []), (4, [(0, False)])])
+def test_the_sampler_is_made_ready_while_the_first_trials_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, trials: int, made_ready: list[tuple[int, bool]]
+) -> None:
+    """Once, before any result is waited for, where there is one to learn from; it changes no proposal."""
+    calls, warm_up = [], Study.warm_up
+
+    def watched(study: Study) -> None:
+        before = study.ask([], 0)
+        warm_up(study)
+        calls.append((len(study.trials), study.ask([], 0) != before))
+
+    monkeypatch.setattr(Study, "warm_up", watched)
+    learn(task(), tmp_path, trials=trials, parallel=2, baselines=False)
+    assert calls == made_ready
+
+
 def test_a_study_simulates_each_trial_once(tmp_path: Path, simulated: list[Scene]) -> None:
     """The first trial and the best of ten, which the report shows, are kept until it is written."""
     learn(task(), tmp_path, trials=12, sampler="random", baselines=False)

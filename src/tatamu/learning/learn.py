@@ -170,8 +170,11 @@ class _Runner:
     def run(self, trials: int, parallel: int) -> Iterator[None]:
         """Run trials until there are so many; yields after each, in order."""
         pending: deque[tuple[_Proposal, Future[tuple[Outcome, float]]]] = deque()
+        begin = len(self.study.trials)
         with ThreadPoolExecutor(parallel) as pool:
-            for number in range(len(self.study.trials), trials):
+            for number in range(begin, trials):
+                if number == begin + parallel:
+                    self.study.warm_up()  # now, while trials run
                 if len(pending) == parallel:
                     self._finish(*pending.popleft())
                     yield

@@ -90,10 +90,20 @@ class Study:
         number, first = len(finished) + len(pending), self.identity.get("first", [])
         if number < len(first):
             return dict(first[number])
-        told, running = finished[:known], [*(trial.params for trial in finished[known:]), *pending]
+        running = [*(trial.params for trial in finished[known:]), *pending]
+        return self._propose(number, self._as_told(finished[:known]), running)
+
+    def warm_up(self) -> None:
+        """Make the sampler load what it needs, which takes seconds, by a proposal that is thrown away."""
+        made_up = self._propose(0, [], [])
+        self._propose(0, [create_trial(value=0.0, params=made_up, distributions=self.space)], [])
+
+    def _propose(
+        self, number: int, told: Sequence[FrozenTrial], running: Sequence[dict[str, float]]
+    ) -> dict[str, float]:
         sampler = make_sampler(self.identity["sampler"], self.identity["seed"], number)
         scratch = optuna.create_study(sampler=sampler, direction="minimize")
-        scratch.add_trials(self._as_told(told))
+        scratch.add_trials(told)
         for parameters in running:
             scratch.add_trial(create_trial(state=TrialState.RUNNING, params=parameters, distributions=self.space))
         with threadpool_limits(1):  # the matrices are small: threads that wait for one another cost ten times the work
