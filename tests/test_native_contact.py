@@ -1,4 +1,4 @@
-"""Which triangles a vertex is kept from, where more than two sheets meet."""
+"""Which triangles a vertex is kept from, where more than two sheets meet; and how often what is crushed is swept."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from tatamu.material import Material
-from tatamu.scene import Cloth, Scene
+from tatamu.scene import Cloth, Gripper, Scene, Table
 from tatamu.simulators.native import candidates
+from tatamu.simulators.native.rounds import SWEEPS_OF_MANY
 from tatamu.simulators.native.simulator import _Run
+from tests.scenes import sheet as sheet_of
 
 CLOTH = Material(areal_density=0.2, stretch_stiffness=100.0, bending_rigidity=1e-5, thickness=0.001)
 
@@ -53,3 +55,22 @@ def test_a_third_sheet_that_was_touched_stays_guarded_with_its_side() -> None:
 def test_what_is_behind_a_sheet_or_no_longer_touched_is_let_go(third: np.ndarray) -> None:
     faces, _ = kept(third, [1, 3, -1], [1, 1, 0])
     assert set(faces[:2]) == {1, 2} and faces[2] == -1
+
+
+def test_layers_without_room_are_swept_a_few_times_in_each_of_many_rounds() -> None:
+    """A hand crushes one sheet with another onto the table, where there is room for neither."""
+    lower = sheet_of(0.1, 0.1)
+    count = len(lower.vertices)
+    upper = lower.vertices + np.array([0.003, 0.002, 0.0015])
+    vertices = np.concatenate([lower.vertices + np.array([0.0, 0.0, 0.0005]), upper])
+    cloth = Cloth(vertices=vertices, faces=np.concatenate([lower.faces, lower.faces + count]))
+    down = Gripper(vertices=range(count, 2 * count), times=[0.0, 0.05], displacements=[[0, 0, 0], [0, 0, -0.0013]])
+    run = _Run(Scene(cloth=cloth, material=CLOTH, table=Table(), grippers=[down], duration=0.3))
+    positions, seen = np.empty((run.scene.frames, 2 * count, 3)), []
+    for _ in range(2):
+        run._work_grippers()
+        run._advance(positions)
+        seen.append((int(run.lists.sweeps[0]), run.number, int(run.state.rounds[0])))
+    (sweeps, number, rounds), (more_sweeps, later, as_many) = seen
+    assert rounds == as_many > 1
+    assert rounds < (more_sweeps - sweeps) / (later - number) <= SWEEPS_OF_MANY * rounds

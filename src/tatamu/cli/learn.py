@@ -47,7 +47,7 @@ def learn(
     trials: Annotated[int, typer.Option(help="Trials of the study in the end.")] = 50,
     seed: Annotated[int, typer.Option(help="Seed of the search.")] = 0,
     parallel: Annotated[
-        int, typer.Option(help="Trials at a time, up to one more than cores; each then knows a little less.")
+        int, typer.Option(help="Trials at a time, one per core; each then knows a little less of the others.")
     ] = 1,
     robot: Annotated[
         str | None,
@@ -62,7 +62,7 @@ def learn(
 
     `tatamu learn towel --size 0.30x0.50 --trials 20 --seed 1 --out runs/small`
 
-    `tatamu learn towel --parallel 3 --out runs/quick`
+    `tatamu learn towel --parallel 2 --out runs/quick`
 
     `tatamu learn tshirt --fold shop --out runs/shop`
 

@@ -15,6 +15,9 @@ RESTLESS, CALM = 0.25, 0.08
 most after every substep; by less than the second, half as often. Layers that hands crush would otherwise swing by
 thicknesses between two corrections."""
 
+SWEEPS_OF_MANY = 5
+"""Sweeps at most where a step has several rounds of contact: the next round is soon."""
+
 
 @njit(cache=True, error_model="numpy")
 def gather(X, slot, x, moved):  # type: ignore[no-untyped-def]
@@ -58,7 +61,8 @@ def collide(state, mesh, lists, world, step):  # type: ignore[no-untyped-def]
     x, moved, before = state.x, state.moved, state.before
     candidates.refresh(x, before, mesh, lists)
     gap = 0.0
-    for keep in contact.KEEP:
+    for sweep in range(len(contact.KEEP) if state.rounds[0] == 1 else SWEEPS_OF_MANY):
+        keep = contact.KEEP[sweep]
         if gap >= keep:
             break
         gap = contact.sweep(x, before, moved, mesh, lists, world.friction_cloth, step, keep)
