@@ -9,7 +9,6 @@ the same machine. Compiled kernels are there; the time runs from the study's ope
 from __future__ import annotations
 
 import argparse
-import json
 import multiprocessing
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -20,6 +19,7 @@ from typing import NamedTuple
 
 from tables import insert, markdown
 
+from tatamu.files import read_json
 from tatamu.folding.task import make_task
 from tatamu.learning import Progress, learn
 
@@ -44,7 +44,7 @@ def study(parallel: int, seed: int, trials: int) -> Found:
     with TemporaryDirectory() as folder:
         task, options = make_task("towel"), {"trials": trials, "seed": seed, "parallel": parallel}
         learn(task, Path(folder), baselines=False, progress=note, **options)
-        result = json.loads((Path(folder) / "result.json").read_text())
+        result = read_json(Path(folder) / "result.json")
     best = result["trials"][result["best"]]
     return Found(times[-1] - times[0], best["objective"], best["mean_vertex_distance"])
 
