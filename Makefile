@@ -6,7 +6,7 @@ READY = $(VENV)/.ready
 DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 
-.PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators opinion paper \
+.PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
         calibration folds robots foreign statics tangle parallel help
 
 help:  ## this list
@@ -88,8 +88,8 @@ $(NEWTON):
 simulators: $(DEV)  ## the figures of docs/simulators.md: minutes; needs `make blender`
 	$(BIN)/python benchmarks/simulators.py --out runs/simulators --write-docs
 
-opinion: $(DEV)  ## the figures of docs/second-opinion.md: hours; needs `make blender`
-	$(BIN)/python benchmarks/opinion.py --out runs/opinion --write-docs
+crosscheck: $(DEV)  ## the figures of docs/second-opinion.md: hours; needs `make blender`
+	$(BIN)/python benchmarks/crosscheck.py --out runs/crosscheck --write-docs
 
 paper: $(READY)  ## section VI of the paper in Blender, all garments and seeds, and docs/reproduction.md: hours; needs `make blender`
 	$(BIN)/tatamu reproduce --out runs/paper

@@ -26,13 +26,13 @@ from tatamu.calibration import calibrate
 from tatamu.calibration.calibrate import WRINKLE
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.sag import Sag
+from tatamu.crosscheck.check import check
+from tatamu.crosscheck.learned import read_learned
 from tatamu.files import write_json
 from tatamu.folding.task import Task, make_task
 from tatamu.learning import learn
 from tatamu.learning.space import search_space
 from tatamu.material import Material, load_material
-from tatamu.opinion.check import check
-from tatamu.opinion.learned import read_learned
 from tatamu.presets import load_preset
 
 DOCS = Path("docs/calibration.md")

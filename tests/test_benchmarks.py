@@ -90,7 +90,7 @@ def test_the_worst_case_of_a_check_stands_for_it(modules: Any) -> None:
 
 
 def test_slips_are_of_each_layer_on_the_one_below(modules: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    opinion = modules("opinion")
+    opinion = modules("crosscheck")
     scene, members = opinion.layers(4, opinion.FRICTION, np.radians(opinion.TILT), opinion.DURATION)
     down = np.array([np.cos(scene.table.tilt), 0.0, -np.sin(scene.table.tilt)])
     end = scene.cloth.vertices.copy()

@@ -15,8 +15,8 @@ from tatamu.errors import InputError
 from tatamu.report import write_report
 from tatamu.report.fold import read_fold
 from tatamu.report.markup import filled, inline
-from tatamu.report.records import Scores
 from tatamu.report.verdict import MEASURES, grade
+from tatamu.results.records import Scores
 from tatamu.rollout import Rollout
 from tests.fabricated import changed, rewritten, write_fold
 

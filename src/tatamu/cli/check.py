@@ -13,8 +13,8 @@ from tatamu.cli.app import app
 from tatamu.errors import InputError
 
 if TYPE_CHECKING:
+    from tatamu.crosscheck.learned import Learned
     from tatamu.folding.score import Score
-    from tatamu.opinion.learned import Learned
 
 
 @app.command()
@@ -50,7 +50,7 @@ def check(
 
     With `--all` every simulation is kept: run the same command again to go on where it stopped.
     """
-    from tatamu.opinion.learned import read_learned
+    from tatamu.crosscheck.learned import read_learned
 
     if everything == (simulator is not None):
         raise InputError("check: give either --simulator or --all")
@@ -68,9 +68,9 @@ def check(
 
 
 def _one(learned: Learned, simulator: str, out: Path, material: Path | None, halve: bool) -> int:
+    from tatamu.crosscheck.check import check as run
+    from tatamu.crosscheck.page import save
     from tatamu.material import load_material
-    from tatamu.opinion.check import check as run
-    from tatamu.opinion.page import save
 
     given = load_material(material) if material else None
     with Console().status(f"{learned.name} in {simulator}"):
@@ -92,9 +92,9 @@ def _words(score: Score) -> str:
 
 
 def _all(learned: Learned, names: list[str], out: Path, count: int, seed: int, halve: bool) -> int:
+    from tatamu.crosscheck.agreement import compare
+    from tatamu.crosscheck.matrix import save, terminal
     from tatamu.folding.baselines import BASELINES
-    from tatamu.opinion.agreement import compare
-    from tatamu.opinion.matrix import save, terminal
 
     console = Console()
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 
 from tatamu.report.fold import LearnedFold
-from tatamu.report.records import Asked
+from tatamu.results.records import Asked
 
 
 def learn(fold: LearnedFold) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 
 from tatamu.errors import InputError
 from tatamu.files import read_json, validated
-from tatamu.report.records import Arm, Manipulation, Result
+from tatamu.results.records import Arm, Manipulation, Result
 from tatamu.rollout import Rollout
 from tatamu.scene import Gripper, Scene
 

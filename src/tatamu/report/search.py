@@ -7,8 +7,8 @@ import html
 import numpy as np
 
 from tatamu.report.chart import Figure, axis, layout, line, note
-from tatamu.report.records import Result, Trial
 from tatamu.report.verdict import GRADES
+from tatamu.results.records import Result, Trial
 
 
 def objective(result: Result) -> Figure:

@@ -8,8 +8,8 @@ import numpy as np
 
 from tatamu.report.fold import LearnedFold
 from tatamu.report.markup import rows, table, text
-from tatamu.report.records import Scores
 from tatamu.report.verdict import MEASURES, Measure, grade
+from tatamu.results.records import Scores
 
 
 def measures(fold: LearnedFold) -> str:

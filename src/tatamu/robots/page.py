@@ -14,10 +14,10 @@ from tatamu.report.chart import Figure, axis, layout, line
 from tatamu.report.errormap import largest, maps
 from tatamu.report.headline import title
 from tatamu.report.markup import rows, table, text
-from tatamu.report.records import Scores
 from tatamu.report.replay import COLOURS, FRAMES, Hand, replay_of
 from tatamu.report.sheet import Sheet, card
 from tatamu.report.topview import beside
+from tatamu.results.records import Scores
 from tatamu.robots.checks import in_words
 from tatamu.robots.links import link_boxes
 from tatamu.robots.planned import ARMS

@@ -11,11 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
+from tatamu.crosscheck.check import on_coarse_mesh
+from tatamu.crosscheck.finer import finer
+from tatamu.crosscheck.learned import Learned, read_learned
 from tatamu.errors import InputError
 from tatamu.folding.score import Score
-from tatamu.opinion.check import on_coarse_mesh
-from tatamu.opinion.finer import finer
-from tatamu.opinion.learned import Learned, read_learned
 from tatamu.robots.planned import fold_file
 from tatamu.robots.rehearsal import Rehearsal
 from tatamu.rollout import Rollout

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from tatamu.files import write_json, write_npz
-from tatamu.report.records import Scores
 from tatamu.report.verdict import MEASURES
+from tatamu.results.records import Scores
 from tatamu.robots.refold import Refold
 from tatamu.robots.rehearsal import Rehearsal
 

@@ -1,6 +1,6 @@
 """Figures of docs/second-opinion.md: friction of layers, and how far simulators agree on towels.
 
-    python benchmarks/opinion.py --out runs/opinion [--simulators native,blender,mujoco] [--only towel] [--write-docs]
+    python benchmarks/crosscheck.py --out DIR [--simulators native,blender,mujoco] [--only towel] [--write-docs]
 
 Parts: `friction` of moving layers; stacks at rest by Blender's `rounds` of contact; the `small` towel; the default
 `towel`, which takes half an hour of processor time in Blender and hours in MuJoCo. A fold that is there already is not
@@ -19,15 +19,15 @@ from unittest.mock import patch
 import numpy as np
 from tables import insert, markdown
 
+from tatamu.crosscheck.agreement import Agreement, compare, manipulations
+from tatamu.crosscheck.check import asked, on_coarse_mesh
+from tatamu.crosscheck.learned import Learned, read_learned
+from tatamu.crosscheck.matrix import HEAD, pair_cells, save
 from tatamu.folding.score import score
 from tatamu.folding.task import make_task
 from tatamu.garments.towel import staggered_rectangle
 from tatamu.learning import learn
 from tatamu.material import GRAVITY
-from tatamu.opinion.agreement import Agreement, compare, manipulations
-from tatamu.opinion.check import asked, on_coarse_mesh
-from tatamu.opinion.learned import Learned, read_learned
-from tatamu.opinion.matrix import HEAD, pair_cells, save
 from tatamu.presets import load_preset
 from tatamu.scene import Cloth, Gripper, Scene, Table
 from tatamu.simulators import simulate

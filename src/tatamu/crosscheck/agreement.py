@@ -17,13 +17,13 @@ from optuna.distributions import FloatDistribution, IntDistribution
 from scipy.stats import spearmanr
 
 from tatamu import __version__
+from tatamu.crosscheck.check import asked, meets, on_coarse_mesh
+from tatamu.crosscheck.learned import Learned
 from tatamu.errors import InputError, SimulationError
 from tatamu.folding.baselines import BASELINES
 from tatamu.folding.manipulation import Manipulation, scene_of
 from tatamu.folding.score import Score, score
 from tatamu.learning.space import search_space
-from tatamu.opinion.check import asked, meets, on_coarse_mesh
-from tatamu.opinion.learned import Learned
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 from tatamu.simulators import named

@@ -1,6 +1,6 @@
 """A second opinion: what another simulator says of a learned fold, and how far simulators agree at all."""
 
-from tatamu.opinion.agreement import Agreement, compare
-from tatamu.opinion.check import Opinion, check
+from tatamu.crosscheck.agreement import Agreement, compare
+from tatamu.crosscheck.check import Opinion, check
 
 __all__ = ["Agreement", "Opinion", "check", "compare"]

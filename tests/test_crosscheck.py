@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 
 from tatamu.cli import main
+from tatamu.crosscheck import check, compare
+from tatamu.crosscheck.agreement import LEARNED, rank_correlation
+from tatamu.crosscheck.check import asked
+from tatamu.crosscheck.finer import finer
+from tatamu.crosscheck.learned import Learned, read_learned
 from tatamu.errors import InputError
 from tatamu.folding.task import make_task
 from tatamu.learning import learn
 from tatamu.material import Material
-from tatamu.opinion import check, compare
-from tatamu.opinion.agreement import LEARNED, rank_correlation
-from tatamu.opinion.check import asked
-from tatamu.opinion.finer import finer
-from tatamu.opinion.learned import Learned, read_learned
 from tatamu.report import command
 from tatamu.scene import Cloth, Gripper, Scene
 from tatamu.simulators import SIMULATORS, simulate

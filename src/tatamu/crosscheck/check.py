@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from tatamu import __version__
+from tatamu.crosscheck.finer import finer
+from tatamu.crosscheck.learned import Learned
 from tatamu.errors import SimulationError
 from tatamu.folding.score import Score
 from tatamu.material import Material
-from tatamu.opinion.finer import finer
-from tatamu.opinion.learned import Learned
-from tatamu.report.records import Scores
 from tatamu.report.verdict import MEASURES
+from tatamu.results.records import Scores
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 from tatamu.simulators import named

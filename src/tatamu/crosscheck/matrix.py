@@ -7,9 +7,9 @@ from pathlib import Path
 
 from rich.table import Table
 
+from tatamu.crosscheck.agreement import LEARNED, Agreement, Entry, Pair
 from tatamu.files import write_json, write_text
 from tatamu.folding.baselines import BASELINES
-from tatamu.opinion.agreement import LEARNED, Agreement, Entry, Pair
 from tatamu.report.chart import Figure, axis, layout
 from tatamu.report.headline import title
 from tatamu.report.markup import table, text

@@ -1,0 +1,1 @@
+"""The learned fold: what its folder holds."""
