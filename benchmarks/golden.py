@@ -73,7 +73,7 @@ SCENES = ("towel", "quarters/step-1", "quarters/step-2", "shop/step-1", "shop/st
 CHANGED: dict[str, tuple[dict[str, float], dict[str, float] | None, float]] = {
     "wrinkling": ({"compression": 0.05}, {"height": 0.0}, 0.002),
     "crushed": ({"bending_rigidity": 1e-6, "friction_cloth": 1.0}, {"height": 0.0}, 0.004),
-    "tilted": ({"air_drag": 0.5, "poisson_ratio": 0.4}, {"height": 0.0, "tilt": 0.3}, 0.0),
+    "tilted": ({"air_drag": 0.5, "poisson_ratio": 0.4}, {"height": -0.03, "tilt": 0.1}, 0.0),
     "hung": ({"areal_density": 0.3}, None, 0.0),
 }
 """Name: fields of the material, the table, how much lower hands go [m]."""
