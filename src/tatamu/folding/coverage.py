@@ -1,0 +1,229 @@
+"""Which part of the moving side no hand carries.
+
+Hands turn the cloth about the fold line as a stiff board would turn only where it is held: between the hands and the
+line. What lies beside that, or beyond the hands, hangs from it by its edge and trails; what is joined to it only
+across the line is not held at all. So, with the cloth as it lies seen from above:
+
+- *Held* is the convex hull of the places that the hands grasp and of where their piece of the moving side meets the
+  line; of the cloth inside it, what hangs together with a hand on the moving side.
+- What lies on top of cloth that is carried is carried with it, as a sleeve that was laid on the body.
+- Elsewhere the *overhang* is the shortest distance through the cloth of the moving side to what is held.
+
+An overhang costs about `TRAIL` of its length in distance from the target, but nothing that turns over the line misses
+its place by more than twice its distance from the line. `docs/guide/fold-plans-for-your-garment.md` has the figures of
+the simulator that the numbers below were taken from.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.spatial import cKDTree
+
+from tatamu.folding.ideal import Line
+from tatamu.garments import Garment
+from tatamu.topology import Topology, areas
+
+OFF = 0.0125
+"""A part that ends farther than this from its place [m] is not carried (success of BiFold 2025)."""
+CARRIED = 0.05
+"""Cloth that overhangs by less than this is laid down well enough [m]."""
+TRAIL = 0.5
+"""An overhang beyond that ends off its place by this part of its length."""
+LEAST_SHARE = 0.01
+"""Smaller parts than this share of the cloth that moves are not spoken of."""
+SAME_PLACE = 0.7
+"""What is nearer than this many cells from above lies over or under one another."""
+TRIES = 4
+"""So many candidates of each hand are tried, from the corner inwards."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of the moving side that no hand carries."""
+
+    name: str
+    """The edges of the garment along it, or its place."""
+    low: np.ndarray
+    """Least x and y of where it lies before the fold [m], shape (2,)."""
+    high: np.ndarray
+    """Largest x and y [m], shape (2,)."""
+    area: float
+    """Of its cloth, all layers [m^2]."""
+    overhang: float
+    """How far it reaches beyond what the hands hold [m]; infinite where nothing joins it to them."""
+    vertices: np.ndarray
+    """Its vertices, shape (k,)."""
+
+    @property
+    def text(self) -> str:
+        """Name and extent in a few words."""
+        (x0, y0), (x1, y1) = self.low, self.high
+        how = "not joined to the hands" if np.isinf(self.overhang) else f"{self.overhang:.2f} m beyond the hands"
+        return f"{self.name} (x {x0:.2f} to {x1:.2f}, y {y0:.2f} to {y1:.2f} m; {how})"
+
+
+@dataclass(frozen=True)
+class Hold:
+    """What a pair of grasps carries."""
+
+    grasps: tuple[int, ...]
+    """Grasped vertices."""
+    overhang: np.ndarray
+    """Of every vertex beyond what is held [m], shape (n,); 0 for what is held or lies still, infinite for the rest."""
+    off: np.ndarray
+    """How far each vertex is expected to end from its place [m], shape (n,)."""
+
+
+def uncarried(
+    garment: Garment,
+    state: np.ndarray,
+    line: Line,
+    hands: tuple[np.ndarray, ...],
+) -> tuple[Part, ...]:
+    """The parts of the moving side that no hand carries, the largest first.
+
+    Args:
+        garment: What is folded.
+        state: The cloth before the fold [m], shape (n, 3).
+        line: The fold line and its moving side.
+        hands: Grasp candidates of each hand, from the corner inwards, shapes (m,).
+    """
+    hold = best_hold(garment, state, line, hands)
+    return parts_of(garment, state, line, hold)
+
+
+def best_hold(garment: Garment, state: np.ndarray, line: Line, hands: tuple[np.ndarray, ...]) -> Hold:
+    """What the best of some pairs of grasps carries: that with the least expected distance, area by area."""
+    cloth = _Cloth.of(garment, state, line)
+    count = min(len(hand) for hand in hands)
+    tried = np.unique(np.linspace(0, count - 1, TRIES).round().astype(int))
+    pairs = [tuple(int(hand[k]) for hand in hands) for k in tried]
+    holds = [cloth.hold(pair) for pair in pairs]
+    return min(holds, key=lambda hold: float((hold.off * cloth.weight).sum()))
+
+
+def parts_of(garment: Garment, state: np.ndarray, line: Line, hold: Hold) -> tuple[Part, ...]:
+    """Vertices that are expected farther than `OFF` from their place, gathered into parts that hang together."""
+    missed = np.flatnonzero(hold.off > OFF)
+    weight = vertex_areas(garment)
+    moving = line.split(state)[0] < 0
+    least = LEAST_SHARE * float(weight[moving].sum())
+    place = np.full(len(state), -1)
+    place[missed] = np.arange(len(missed))
+    links = place[np.concatenate([Topology(garment.faces).edges, _stacked(state, missed, garment.spacing)])]
+    links = links[(links >= 0).all(axis=1)]
+    graph = csr_array((np.ones(len(links)), links.T), shape=(len(missed), len(missed)))
+    number, label = connected_components(graph, directed=False)
+    parts = []
+    for each in range(number):
+        vertices = missed[label == each]
+        area = float(weight[vertices].sum())
+        if area < least:
+            continue
+        plan = state[vertices, :2]
+        overhang = float(hold.overhang[vertices].max())
+        name = _name(garment, vertices, plan)
+        parts.append(Part(name, plan.min(axis=0), plan.max(axis=0), area, overhang, vertices))
+    return tuple(sorted(parts, key=lambda part: (-round(part.area, 6), part.name)))
+
+
+def vertex_areas(garment: Garment) -> np.ndarray:
+    """A third of the triangles around each vertex [m^2], shape (n,)."""
+    flat = garment.vertices if garment.rest is None else garment.rest
+    each = np.repeat(areas(flat, garment.faces) / 3.0, 3)
+    return np.bincount(garment.faces.ravel(), each, minlength=len(flat))
+
+
+@dataclass(frozen=True)
+class _Cloth:
+    """The moving side as a graph: along the mesh by the length of its edges, upwards through a stack for nothing."""
+
+    line: Line
+    places: np.ndarray
+    """Across the line and along it [m], shape (n, 2)."""
+    moving: np.ndarray
+    """Which vertices are on the moving side, shape (n,)."""
+    weight: np.ndarray
+    """Area of each vertex [m^2], shape (n,)."""
+    pieces: np.ndarray
+    """Which piece of the moving side each vertex belongs to, -1 for those that stay, shape (n,)."""
+    graph: csr_array
+    """Lengths from vertex to vertex [m], shape (n, n)."""
+    spacing: float
+
+    @classmethod
+    def of(cls, garment: Garment, state: np.ndarray, line: Line) -> _Cloth:
+        across, along = line.split(state)
+        moving = across < 0
+        count = len(state)
+        edges = Topology(garment.faces).edges
+        edges = edges[moving[edges].all(axis=1)]
+        lengths = np.linalg.norm(state[edges[:, 0]] - state[edges[:, 1]], axis=1)
+        stacked = _stacked(state, np.flatnonzero(moving), garment.spacing)
+        rows = np.concatenate([edges[:, 0], edges[:, 1], stacked[:, 0]])
+        columns = np.concatenate([edges[:, 1], edges[:, 0], stacked[:, 1]])
+        values = np.concatenate([lengths, lengths, np.full(len(stacked), 1e-9)])
+        graph = csr_array((values, (rows, columns)), shape=(count, count))
+        mesh = csr_array((np.ones(len(edges)), edges.T), shape=(count, count))
+        pieces = np.where(moving, connected_components(mesh, directed=False)[1], -1)
+        places = np.column_stack([across, along])
+        return cls(line, places, moving, vertex_areas(garment), pieces, graph, garment.spacing)
+
+    def hold(self, grasps: tuple[int, ...]) -> Hold:
+        """What hands at these vertices carry."""
+        overhang = np.full(len(self.places), np.inf)
+        held = np.zeros(len(self.places), dtype=bool)
+        for piece, members in self._pinched(grasps).items():
+            own = self.pieces == piece
+            held |= own & self._inside(own, members)
+        if held.any():
+            overhang = dijkstra(self.graph, indices=np.flatnonzero(held), min_only=True)
+        overhang[~self.moving] = 0.0
+        off = np.where(self.moving, np.minimum(-2.0 * self.places[:, 0], TRAIL * np.maximum(overhang - CARRIED, 0)), 0)
+        return Hold(grasps, overhang, off)
+
+    def _pinched(self, grasps: tuple[int, ...]) -> dict[int, list[int]]:
+        """Pieces under the fingers, and the grasps that hold them; a pinch takes all layers."""
+        found: dict[int, list[int]] = {}
+        for grasp in grasps:
+            near = np.linalg.norm(self.places - self.places[grasp], axis=1) < SAME_PLACE * self.spacing
+            for piece in np.unique(self.pieces[near & self.moving]):
+                found.setdefault(int(piece), []).append(grasp)
+        return found
+
+    def _inside(self, own: np.ndarray, grasps: list[int]) -> np.ndarray:
+        """What of a piece lies between its grasps and the line, shape (n,)."""
+        at_line = own & (self.places[:, 0] > -1.5 * self.spacing)
+        corners = [self.places[grasp] for grasp in grasps]
+        if at_line.any():
+            ends = self.places[at_line, 1]
+            corners += [np.array([0.0, ends.min()]), np.array([0.0, ends.max()])]
+        hull = shapely.MultiPoint(np.array(corners)).convex_hull.buffer(0.51 * self.spacing)
+        return np.asarray(shapely.contains_xy(hull, *self.places.T))
+
+
+def _stacked(state: np.ndarray, vertices: np.ndarray, spacing: float) -> np.ndarray:
+    """Pairs of vertices of which the second lies on the first, shape (k, 2)."""
+    if not len(vertices):
+        return np.empty((0, 2), dtype=np.int64)
+    tree = cKDTree(state[vertices, :2])
+    pairs = vertices[tree.query_pairs(SAME_PLACE * spacing, output_type="ndarray")]
+    below = state[pairs[:, 0], 2] <= state[pairs[:, 1], 2]
+    pairs = np.where(below[:, None], pairs, pairs[:, ::-1])
+    return np.asarray(pairs[np.abs(np.diff(state[pairs, 2], axis=1)[:, 0]) > 1e-9].reshape(-1, 2))
+
+
+def _name(garment: Garment, vertices: np.ndarray, plan: np.ndarray) -> str:
+    """The named edges that end in a part, longest first; else its place."""
+    inside = set(vertices.tolist())
+    shares = {name: np.mean([int(v) in inside for v in path]) for name, path in garment.edges.items()}
+    whole = [name for name in sorted(shares, key=lambda name: -shares[name]) if shares[name] > 0.5]
+    if whole:
+        return f"the part with {' and '.join(whole[:2])}"
+    x, y = plan.mean(axis=0)
+    return f"the part about x {x:.2f}, y {y:.2f} m"
