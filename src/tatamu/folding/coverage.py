@@ -1,22 +1,23 @@
 """Which part of the moving side no hand carries.
 
-Hands turn the cloth about the fold line as a stiff board would turn only where it is held: between the hands and the
-line. What lies beside that, or beyond the hands, hangs from it by its edge and trails; what is joined to it only
-across the line is not held at all. So, with the cloth as it lies seen from above:
+Cloth on a table folds over a line as a sheet of paper does, also beside the hands: what hangs down between a hand and
+a corner is laid down where it belongs. What goes wrong is cloth that stands off: a sleeve beside the body, whose tip
+hangs from its root and trails, or one that is joined to the body only across the line and stays where it lies. So, with
+the cloth as it lies seen from above:
 
-- *Held* is the convex hull of the places that the hands grasp and of where their piece of the moving side meets the
-  line; of the cloth inside it, what hangs together with a hand on the moving side.
+- *Held* is, of the pieces of the moving side that a hand grasps, what lies between the hands and the line (the convex
+  hull), and what is joined straight to the line, its shortest way there all in cloth, unless that is farther beside the
+  hands than the hands are from the line.
 - What lies on top of cloth that is carried is carried with it, as a sleeve that was laid on the body.
 - Elsewhere the *overhang* is the shortest distance through the cloth of the moving side to what is held.
 
-An overhang costs about `TRAIL` of its length in distance from the target, but nothing that turns over the line misses
-its place by more than twice its distance from the line. `docs/guide/fold-plans-for-your-garment.md` has the figures of
-the simulator that the numbers below were taken from.
+A part that overhangs by more than `LONGEST` is not carried, from near its root on. The figures of the simulator from
+which these numbers come are in docs/guide/fold-plans-for-your-garment.md.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import shapely
@@ -24,21 +25,27 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
+from tatamu.folding import layers
 from tatamu.folding.ideal import Line
 from tatamu.garments import Garment
 from tatamu.topology import Topology, areas
 
 OFF = 0.0125
-"""A part that ends farther than this from its place [m] is not carried (success of BiFold 2025)."""
-CARRIED = 0.05
-"""Cloth that overhangs by less than this is laid down well enough [m]."""
-TRAIL = 0.5
-"""An overhang beyond that ends off its place by this part of its length."""
+"""What ends farther than this from its place is not folded [m] (BiFold 2025): twice its distance from the line, at
+least, for what stays behind."""
+LONGEST = 0.15
+"""Cloth that stands off by no more than this [m] is laid down with what it hangs from."""
+ROOT = 0.03
+"""A part that is not carried begins this far from what is held [m]."""
+BESIDE = 1.0
+"""Cloth beside the hands is held up to this many times their distance from the line."""
 LEAST_SHARE = 0.01
 """Smaller parts than this share of the cloth that moves are not spoken of."""
 SAME_PLACE = 0.7
 """What is nearer than this many cells from above lies over or under one another."""
-TRIES = 4
+PIXEL = 0.4
+"""Whether cloth is joined straight to the line is looked up in pixels of this many cells."""
+TRIES = 3
 """So many candidates of each hand are tried, from the corner inwards."""
 
 
@@ -75,8 +82,8 @@ class Hold:
     """Grasped vertices."""
     overhang: np.ndarray
     """Of every vertex beyond what is held [m], shape (n,); 0 for what is held or lies still, infinite for the rest."""
-    off: np.ndarray
-    """How far each vertex is expected to end from its place [m], shape (n,)."""
+    missed: np.ndarray
+    """Which vertices overhang by so much, and lie so far from the line, that they end off their place, shape (n,)."""
 
 
 def uncarried(
@@ -98,18 +105,18 @@ def uncarried(
 
 
 def best_hold(garment: Garment, state: np.ndarray, line: Line, hands: tuple[np.ndarray, ...]) -> Hold:
-    """What the best of some pairs of grasps carries: that with the least expected distance, area by area."""
+    """What the best of some pairs of grasps carries: that which leaves least cloth behind."""
     cloth = _Cloth.of(garment, state, line)
     count = min(len(hand) for hand in hands)
     tried = np.unique(np.linspace(0, count - 1, TRIES).round().astype(int))
     pairs = [tuple(int(hand[k]) for hand in hands) for k in tried]
     holds = [cloth.hold(pair) for pair in pairs]
-    return min(holds, key=lambda hold: float((hold.off * cloth.weight).sum()))
+    return min(holds, key=lambda hold: float(cloth.weight[hold.missed & (hold.overhang > LONGEST)].sum()))
 
 
 def parts_of(garment: Garment, state: np.ndarray, line: Line, hold: Hold) -> tuple[Part, ...]:
-    """Vertices that are expected farther than `OFF` from their place, gathered into parts that hang together."""
-    missed = np.flatnonzero(hold.off > OFF)
+    """What overhangs, gathered into parts that hang together; those are left that reach beyond `LONGEST`."""
+    missed = np.flatnonzero(hold.missed)
     weight = vertex_areas(garment)
     moving = line.split(state)[0] < 0
     least = LEAST_SHARE * float(weight[moving].sum())
@@ -123,10 +130,10 @@ def parts_of(garment: Garment, state: np.ndarray, line: Line, hold: Hold) -> tup
     for each in range(number):
         vertices = missed[label == each]
         area = float(weight[vertices].sum())
-        if area < least:
+        overhang = float(hold.overhang[vertices].max())
+        if area < least or overhang < LONGEST:
             continue
         plan = state[vertices, :2]
-        overhang = float(hold.overhang[vertices].max())
         name = _name(garment, vertices, plan)
         parts.append(Part(name, plan.min(axis=0), plan.max(axis=0), area, overhang, vertices))
     return tuple(sorted(parts, key=lambda part: (-round(part.area, 6), part.name)))
@@ -154,7 +161,11 @@ class _Cloth:
     """Which piece of the moving side each vertex belongs to, -1 for those that stay, shape (n,)."""
     graph: csr_array
     """Lengths from vertex to vertex [m], shape (n, n)."""
+    region: np.ndarray
+    """Triangles of the moving side by their vertices, shape (m, 3)."""
     spacing: float
+    straight: dict[int, np.ndarray] = field(default_factory=dict)
+    """What of each piece is joined straight to the line, once it was asked for, shape (n,)."""
 
     @classmethod
     def of(cls, garment: Garment, state: np.ndarray, line: Line) -> _Cloth:
@@ -172,7 +183,8 @@ class _Cloth:
         mesh = csr_array((np.ones(len(edges)), edges.T), shape=(count, count))
         pieces = np.where(moving, connected_components(mesh, directed=False)[1], -1)
         places = np.column_stack([across, along])
-        return cls(line, places, moving, vertex_areas(garment), pieces, graph, garment.spacing)
+        triangles = garment.faces[moving[garment.faces].any(axis=1)]
+        return cls(line, places, moving, vertex_areas(garment), pieces, graph, triangles, garment.spacing)
 
     def hold(self, grasps: tuple[int, ...]) -> Hold:
         """What hands at these vertices carry."""
@@ -180,12 +192,14 @@ class _Cloth:
         held = np.zeros(len(self.places), dtype=bool)
         for piece, members in self._pinched(grasps).items():
             own = self.pieces == piece
-            held |= own & self._inside(own, members)
+            if piece not in self.straight:
+                self.straight[piece] = self._straight(own)
+            held |= own & self._inside(own, members, self.straight[piece])
         if held.any():
             overhang = dijkstra(self.graph, indices=np.flatnonzero(held), min_only=True)
         overhang[~self.moving] = 0.0
-        off = np.where(self.moving, np.minimum(-2.0 * self.places[:, 0], TRAIL * np.maximum(overhang - CARRIED, 0)), 0)
-        return Hold(grasps, overhang, off)
+        missed = self.moving & (overhang > ROOT) & (-2.0 * self.places[:, 0] > OFF)
+        return Hold(grasps, overhang, missed)
 
     def _pinched(self, grasps: tuple[int, ...]) -> dict[int, list[int]]:
         """Pieces under the fingers, and the grasps that hold them; a pinch takes all layers."""
@@ -196,15 +210,37 @@ class _Cloth:
                 found.setdefault(int(piece), []).append(grasp)
         return found
 
-    def _inside(self, own: np.ndarray, grasps: list[int]) -> np.ndarray:
-        """What of a piece lies between its grasps and the line, shape (n,)."""
+    def _inside(self, own: np.ndarray, grasps: list[int], straight: np.ndarray) -> np.ndarray:
+        """What of a piece lies between its grasps and the line, or beside that straight above the line, shape (n,)."""
         at_line = own & (self.places[:, 0] > -1.5 * self.spacing)
-        corners = [self.places[grasp] for grasp in grasps]
+        hands = self.places[grasps]
+        corners = [*hands]
         if at_line.any():
             ends = self.places[at_line, 1]
             corners += [np.array([0.0, ends.min()]), np.array([0.0, ends.max()])]
         hull = shapely.MultiPoint(np.array(corners)).convex_hull.buffer(0.51 * self.spacing)
-        return np.asarray(shapely.contains_xy(hull, *self.places.T))
+        inside = shapely.contains_xy(hull, *self.places.T)
+        reach = BESIDE * float(-hands[:, 0].min())
+        along = self.places[:, 1]
+        beside = (along > hands[:, 1].min() - reach) & (along < hands[:, 1].max() + reach)
+        beside &= self.places[:, 0] > hands[:, 0].min() - ROOT
+        return np.asarray(inside | (beside & straight))
+
+    def _straight(self, own: np.ndarray) -> np.ndarray:
+        """What of a piece is joined to the line by the shortest way, all in its cloth, shape (n,)."""
+        triangles = self.region[own[self.region].any(axis=1)]
+        pixel = PIXEL * self.spacing
+        shrunk = np.column_stack([layers.PIXEL / pixel * self.places, np.ones(len(self.places))])
+        cloth = layers.Surface.of(shrunk, triangles, 0.0, layers.PIXEL)
+        low, high = self.places[own].min(axis=0), self.places[own].max(axis=0)
+        across = np.arange(0.5, -low[0] / pixel + 1.0) * -pixel
+        along = np.arange(low[1], high[1] + pixel, pixel)
+        grid = np.stack(np.meshgrid(across, along, indexing="ij"), axis=-1)
+        covered = cloth.height(layers.PIXEL / pixel * grid.reshape(-1, 2)) > 0
+        straight = np.logical_and.accumulate(covered.reshape(grid.shape[:2]))
+        row = np.clip((-self.places[:, 0] / pixel).astype(int), 0, len(across) - 1)
+        column = np.clip(np.round((self.places[:, 1] - low[1]) / pixel).astype(int), 0, len(along) - 1)
+        return np.asarray(own & straight[row, column])
 
 
 def _stacked(state: np.ndarray, vertices: np.ndarray, spacing: float) -> np.ndarray:

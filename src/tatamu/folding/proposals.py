@@ -7,22 +7,21 @@ Proposed are lines, the sides that move, their order, and the edges to grasp; wh
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from tatamu.errors import InputError
 from tatamu.folding.appendages import Appendage, appendages, has_legs, silhouette
-from tatamu.folding.coverage import Part, uncarried
-from tatamu.folding.grasps import candidates
+from tatamu.folding.coverage import Part
+from tatamu.folding.hold import covered, farthest_edge, grasp_for
 from tatamu.folding.ideal import Line, crease_of
+from tatamu.folding.laid import laid
 from tatamu.folding.plan import Plan, line_of
 from tatamu.garments import Garment
 
 AUTO_PLAN = "auto"
 """The name under which the best proposal is asked for."""
-TWO_HANDS = 0.15
-"""An edge at least this long along the fold line is grasped by both hands [m]; a cuff by one."""
 SIDES = ("bottom", "top", "left", "right")
 """Names that edges have when nobody gave them one, as `garments.sides` has them."""
 
@@ -47,7 +46,12 @@ def propose(garment: Garment) -> list[Proposal]:
     Raises:
         InputError: No line is found that it can be folded over.
     """
-    found = [proposal for plan in _sequences(garment) if (proposal := _tried(garment, *plan))]
+    known: dict[tuple[_Fold, ...], _Folded | None] = {(): _Folded((), (), garment.vertices)}
+    found = [
+        Proposal(Plan.model_validate({"name": name, "step": folded.steps}), folded.uncarried)
+        for name, folds in _sequences(garment)
+        if (folded := _folded(garment, tuple(folds), known))
+    ]
     if not found:
         raise InputError(f"fold: no plan is found for {garment.name}; write one (docs/folds.md)")
     return sorted(found, key=lambda proposal: bool(proposal.uncarried))  # a stable sort: else in the order proposed
@@ -72,7 +76,7 @@ def _sequences(garment: Garment) -> list[tuple[str, list[_Fold]]]:
     low_x, low_y, high_x, high_y = outline.bounds
     endings: list[tuple[str, list[_Fold]]] = [("half", [across]), ("lengthwise", [lengthwise])]
     if has_legs(outline):
-        endings = [("half", [lengthwise, across]), ("leg", [lengthwise])]
+        endings = [("legs-half", [lengthwise, across]), ("legs", [lengthwise]), ("half", [across])]
     elif not parts and high_y - low_y > high_x - low_x:
         endings.reverse()
     endings.append(("quarters", [across, lengthwise]))
@@ -89,10 +93,19 @@ def _title(garment: Garment, part: Appendage, parts: list[Appendage]) -> str:
     pair = {"+y", "-y"} <= {each.facing for each in parts}
     if part.facing in ("+y", "-y"):
         return f"{'left' if part.facing == '+y' else 'right'} {'sleeve' if pair else 'side'} in"
-    end = _farthest_edge(garment, garment.vertices, _line(part))
+    end = farthest_edge(garment, garment.vertices, line_of(_ends(part.facing, part.line), part.facing))
     own = not any(end == side or end.startswith(f"{side} ") for side in SIDES)
     name = end if own else "top" if part.facing == "+x" else "bottom"
     return f"{name} {'down' if part.facing == '+x' else 'up'}"
+
+
+class _Wanted(NamedTuple):
+    """A fold over a line along an axis."""
+
+    title: str
+    moves: str
+    at: float
+    """X or y of the line [m]."""
 
 
 @dataclass(frozen=True)
@@ -102,8 +115,8 @@ class _Inwards:
     part: Appendage
     title: str
 
-    def step(self, state: np.ndarray) -> dict[str, Any]:
-        return {"title": self.title, "moves": self.part.facing, "at": self.part.line}
+    def step(self, state: np.ndarray) -> _Wanted:
+        return _Wanted(self.title, self.part.facing, self.part.line)
 
 
 @dataclass(frozen=True)
@@ -112,97 +125,70 @@ class _Halving:
 
     axis: str
 
-    def step(self, state: np.ndarray) -> dict[str, Any]:
+    def step(self, state: np.ndarray) -> _Wanted:
         column = 0 if self.axis == "x" else 1
         at = 0.5 * float(state[:, column].min() + state[:, column].max())
         how = "across" if self.axis == "x" else "along"
-        return {"title": f"in half {how} the length", "moves": f"-{self.axis}", "at": at}
+        return _Wanted(f"in half {how} the length", f"-{self.axis}", at)
 
 
 _Fold = _Inwards | _Halving
 
 
-def _line(part: Appendage) -> Line:
-    return line_of(_ends(part.facing, part.line, 0.5, 0.5), part.facing)
-
-
-def _ends(moves: str, at: float, half_length: float, half_width: float) -> np.ndarray:
+def _ends(moves: str, at: float) -> np.ndarray:
     """Two points of the line at x or y = `at`, shape (2, 2)."""
-    if moves[1] == "x":
-        return np.array([[at, -half_width], [at, half_width]])
-    return np.array([[-half_length, at], [half_length, at]])
+    return np.array([[at, -0.5], [at, 0.5]] if moves[1] == "x" else [[-0.5, at], [0.5, at]])
 
 
-def _tried(garment: Garment, name: str, folds: list[_Fold]) -> Proposal | None:
-    """The proposal of these folds; None where one of them cannot be."""
-    state = garment.vertices
-    steps: list[dict[str, Any]] = []
-    missed: list[tuple[int, Part]] = []
-    width, length = garment.size
-    for number, fold in enumerate(folds):
-        wanted = fold.step(state)
-        at = round(wanted["at"] / (length if wanted["moves"][1] == "x" else width), 4)
-        step = {
-            "title": wanted["title"],
-            "line": _ends(wanted["moves"], at, 0.5, 0.5).tolist(),
-            "moves": wanted["moves"],
-        }
-        try:
-            step, part, state = _folded(garment, state, step)
-        except InputError:
-            return None
-        steps.append(step)
-        missed += [(number, each) for each in part]
-    return Proposal(Plan.model_validate({"name": name, "step": steps}), tuple(missed))
+@dataclass(frozen=True)
+class _Folded:
+    """A garment after some folds, each ideal and flat."""
+
+    steps: tuple[dict[str, Any], ...]
+    uncarried: tuple[tuple[int, Part], ...]
+    state: np.ndarray
+    """The cloth [m], shape (n, 3)."""
 
 
 def _folded(
-    garment: Garment, state: np.ndarray, given: dict[str, Any]
-) -> tuple[dict[str, Any], tuple[Part, ...], np.ndarray]:
-    """A step with its grasps, what of it no hand carries, and the cloth after it [m], shape (n, 3).
+    garment: Garment, folds: tuple[_Fold, ...], known: dict[tuple[_Fold, ...], _Folded | None]
+) -> _Folded | None:
+    """The garment after these folds; None where one of them cannot be. What is `known` is not asked again."""
+    if folds not in known:
+        before = _folded(garment, folds[:-1], known)
+        try:
+            known[folds] = before and _folded_once(garment, before, folds[-1])
+        except InputError:
+            known[folds] = None
+    return known[folds]
+
+
+def _folded_once(garment: Garment, before: _Folded, fold: _Fold) -> _Folded:
+    """One fold more.
 
     Raises:
-        InputError: The step cannot be folded.
+        InputError: It cannot be folded.
     """
-    draft = Plan.model_validate({"name": "draft", "step": [given]})
-    line = draft.line(draft.steps[0], garment)
-    across, along = line.split(state)
-    if -across.min() < crease_of(garment, garment.material.thickness).arc[-1]:
+    state = before.state
+    wanted = fold.step(state)
+    width, length = garment.size
+    at = round(wanted.at / (length if wanted.moves[1] == "x" else width), 4) + 0.0  # no negative zero
+    step: dict[str, Any] = {"title": wanted.title, "line": _ends(wanted.moves, at).tolist(), "moves": wanted.moves}
+    line = _line_of(garment, step)
+    if -line.split(state)[0].min() < crease_of(garment, garment.material.thickness).arc[-1]:
         raise InputError("fold: the side that moves is narrower than a crease")
-    edge = _farthest_edge(garment, state, line)
-    hands = 2 if _extent(garment, state, line, edge) >= TWO_HANDS else 1
-    step = {**given, "grasp": edge, **({"hands": 1} if hands == 1 else {})}
-    full = Plan.model_validate({"name": "draft", "step": [step]}).steps[0]
-    chosen = candidates(garment, state, line, full, hands)[:hands]
-    return step, uncarried(garment, state, line, chosen), _laid(garment, state, line)
+    grasp, hands = grasp_for(garment, state, line)
+    step["grasp"] = grasp[0] if len(grasp) == 1 else list(grasp)
+    if hands == 1:
+        step["hands"] = 1
+    missed = tuple((len(before.steps), part) for part in covered(garment, state, line, grasp, hands))
+    return _Folded((*before.steps, step), (*before.uncarried, *missed), laid(garment, state, line))
 
 
-def _farthest_edge(garment: Garment, state: np.ndarray, line: Line) -> str:
-    """The edge whose part on the moving side is on average farthest from the line."""
-    away = {name: _away(state, line, path) for name, path in garment.edges.items()}
-    reach = {name: float(far[far >= 0.5 * far.max()].mean()) for name, far in away.items() if far.max() > 0}
-    if not reach:
-        raise InputError("fold: no edge of the garment lies on the moving side of the fold line")
-    return max(reach, key=lambda name: reach[name])
+def _plan(*steps: dict[str, Any]) -> Plan:
+    return Plan.model_validate({"name": "draft", "step": steps})
 
 
-def _away(state: np.ndarray, line: Line, path: np.ndarray) -> np.ndarray:
-    return -line.split(state[np.unique(path)])[0]
-
-
-def _extent(garment: Garment, state: np.ndarray, line: Line, edge: str) -> float:
-    """How long the far part of an edge is along the line [m]."""
-    across, along = line.split(state[np.unique(garment.edges[edge])])
-    far = -across >= 0.5 * float((-across).max())
-    return float(np.ptp(along[far]))
-
-
-def _laid(garment: Garment, state: np.ndarray, line: Line) -> np.ndarray:
-    """The cloth with the moving side turned over the line, flat and on top [m], shape (n, 3)."""
-    across, _ = line.split(state)
-    moving = across < 0
-    laid = state.copy()
-    laid[moving, :2] = line.mirrored(state)[moving]
-    top = float(state[:, 2].max()) + garment.material.thickness
-    laid[moving, 2] = 2.0 * top - state[moving, 2]
-    return laid
+def _line_of(garment: Garment, step: dict[str, Any]) -> Line:
+    plan = _plan(step)
+    return plan.line(plan.steps[0], garment)
