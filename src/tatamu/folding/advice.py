@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from tatamu.errors import InputError
 from tatamu.folding.coverage import Part, uncarried
 from tatamu.folding.grasps import candidates
 from tatamu.folding.hold import other_grasp
 from tatamu.folding.laid import laid
 from tatamu.folding.plan import Plan
-from tatamu.folding.proposals import AUTO_PLAN, propose
+from tatamu.folding.plans import known_plans, make_plan
+from tatamu.folding.proposals import AUTO_PLAN, Proposal, propose
 from tatamu.garments import Garment
 
 
@@ -67,10 +70,34 @@ def _remedies(garment: Garment, plan: Plan, found: list[tuple[int, Part]]) -> li
             lines.append(f"{_step(plan, number)}grasp = [{shown}] in a plan file would carry it (docs/folds.md)")
         state = laid(garment, state, line)
     try:
-        best = propose(garment)[0]
+        best = choices(garment)[0]
     except InputError:
         return lines
-    if not best.uncarried and best.plan.steps != plan.steps:
+    if not best.missed and best.plan.steps != plan.steps:
         name = AUTO_PLAN if garment.own else best.plan.name
         lines.append(f"--fold {name} would carry all: {best.text}; `tatamu plans` draws it, and others")
     return lines
+
+
+def choices(garment: Garment) -> list[Proposal]:
+    """The plans that a garment can be folded by: those that tatamu knows, or, of one's own, its outline's, best first.
+
+    Raises:
+        InputError: No line is found that it can be folded over.
+    """
+    if garment.own:
+        return propose(garment)
+    known = [Proposal(plan, tuple(left_behind(garment, plan))) for plan in known_plans(garment).values()]
+    return sorted(known, key=lambda proposal: bool(proposal.missed))
+
+
+def chosen(garment: Garment, names: Sequence[str]) -> list[Proposal]:
+    """Some of the plans that a garment can be folded by: by name, `auto`, or from files; all where none is named.
+
+    Raises:
+        InputError: One of them is not there, or cannot be folded.
+    """
+    if not names:
+        return choices(garment)
+    plans = [make_plan(name, garment) for name in names]
+    return [Proposal(plan, tuple(left_behind(garment, plan))) for plan in plans]

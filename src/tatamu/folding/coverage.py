@@ -6,13 +6,13 @@ hangs from its root and trails, or one that is joined to the body only across th
 the cloth as it lies seen from above:
 
 - *Held* is, of the pieces of the moving side that a hand grasps, what lies between the hands and the line (the convex
-  hull), and what is joined straight to the line, its shortest way there all in cloth, unless that is farther beside the
-  hands than the hands are from the line.
+  hull), and what is no farther from the line than they are and joined straight to it, its shortest way there all in
+  cloth, unless that is farther beside the hands than the hands are from the line.
 - What lies on top of cloth that is carried is carried with it, as a sleeve that was laid on the body.
 - Elsewhere the *overhang* is the shortest distance through the cloth of the moving side to what is held.
 
-A part that overhangs by more than `LONGEST` is not carried, from near its root on. The figures of the simulator from
-which these numbers come are in docs/guide/fold-plans-for-your-garment.md.
+A part that overhangs by more than `LONGEST`, or `LONGEST_TAIL` beyond the hands, is not carried, from its root on.
+docs/guide/fold-plans-for-your-garment.md has the simulator's figures from which these numbers come.
 """
 
 from __future__ import annotations
@@ -35,6 +35,9 @@ OFF = 0.0125
 least, for what stays behind."""
 LONGEST = 0.15
 """Cloth that stands off by no more than this [m] is laid down with what it hangs from."""
+LONGEST_TAIL = 0.10
+"""Of cloth that hangs beyond the hands, away from the line, by no more than this [m]: hands do not turn, and it is laid
+under what they carry."""
 ROOT = 0.03
 """A part that is not carried begins this far from what is held [m]."""
 BESIDE = 1.0
@@ -82,8 +85,15 @@ class Hold:
     """Grasped vertices."""
     overhang: np.ndarray
     """Of every vertex beyond what is held [m], shape (n,); 0 for what is held or lies still, infinite for the rest."""
+    limit: np.ndarray
+    """Of the overhang, from which on a part is not carried [m], shape (n,)."""
     missed: np.ndarray
-    """Which vertices overhang by so much, and lie so far from the line, that they end off their place, shape (n,)."""
+    """Vertices of parts that may be missed: beyond their root, and so far from the line that it matters, shape (n,)."""
+
+    @property
+    def lost(self) -> np.ndarray:
+        """Which vertices are too far from what is held, shape (n,)."""
+        return self.missed & (self.overhang > self.limit)
 
 
 def uncarried(
@@ -111,11 +121,11 @@ def best_hold(garment: Garment, state: np.ndarray, line: Line, hands: tuple[np.n
     tried = np.unique(np.linspace(0, count - 1, TRIES).round().astype(int))
     pairs = [tuple(int(hand[k]) for hand in hands) for k in tried]
     holds = [cloth.hold(pair) for pair in pairs]
-    return min(holds, key=lambda hold: float(cloth.weight[hold.missed & (hold.overhang > LONGEST)].sum()))
+    return min(holds, key=lambda hold: float(cloth.weight[hold.lost].sum()))
 
 
 def parts_of(garment: Garment, state: np.ndarray, line: Line, hold: Hold) -> tuple[Part, ...]:
-    """What overhangs, gathered into parts that hang together; those are left that reach beyond `LONGEST`."""
+    """What overhangs, gathered into parts that hang together; those are left that reach beyond the limit."""
     missed = np.flatnonzero(hold.missed)
     weight = vertex_areas(garment)
     moving = line.split(state)[0] < 0
@@ -131,7 +141,7 @@ def parts_of(garment: Garment, state: np.ndarray, line: Line, hold: Hold) -> tup
         vertices = missed[label == each]
         area = float(weight[vertices].sum())
         overhang = float(hold.overhang[vertices].max())
-        if area < least or overhang < LONGEST:
+        if area < least or not hold.lost[vertices].any():
             continue
         plan = state[vertices, :2]
         name = _name(garment, vertices, plan)
@@ -199,7 +209,12 @@ class _Cloth:
             overhang = dijkstra(self.graph, indices=np.flatnonzero(held), min_only=True)
         overhang[~self.moving] = 0.0
         missed = self.moving & (overhang > ROOT) & (-2.0 * self.places[:, 0] > OFF)
-        return Hold(grasps, overhang, missed)
+        beyond = self.places[:, 0] < self._farthest(grasps) - 0.5 * self.spacing
+        return Hold(grasps, overhang, np.where(beyond, LONGEST_TAIL, LONGEST), missed)
+
+    def _farthest(self, grasps: tuple[int, ...]) -> float:
+        """Where the hand is that is farthest from the line [m]; negative."""
+        return float(self.places[list(grasps), 0].min())
 
     def _pinched(self, grasps: tuple[int, ...]) -> dict[int, list[int]]:
         """Pieces under the fingers, and the grasps that hold them; a pinch takes all layers."""
@@ -223,7 +238,7 @@ class _Cloth:
         reach = BESIDE * float(-hands[:, 0].min())
         along = self.places[:, 1]
         beside = (along > hands[:, 1].min() - reach) & (along < hands[:, 1].max() + reach)
-        beside &= self.places[:, 0] > hands[:, 0].min() - ROOT
+        beside &= self.places[:, 0] >= hands[:, 0].min() - 0.5 * self.spacing
         return np.asarray(inside | (beside & straight))
 
     def _straight(self, own: np.ndarray) -> np.ndarray:

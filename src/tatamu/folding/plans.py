@@ -86,7 +86,7 @@ def make_plan(name: str, garment: Garment) -> Plan:
         return known[name]
     proposed = {proposal.plan.name: proposal.plan for proposal in propose(garment)} if garment.own else {}
     if name not in proposed:
-        names = dict.fromkeys([*known, *proposed, AUTO_PLAN])
+        names = dict.fromkeys([*known, *proposed, AUTO_PLAN] if garment.own else known)
         raise InputError(f"fold: must be one of {', '.join(names)} or a file .toml, given {name!r}")
     return proposed[name]
 

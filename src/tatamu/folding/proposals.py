@@ -31,7 +31,7 @@ class Proposal:
     """A fold plan that suits a garment's outline."""
 
     plan: Plan
-    uncarried: tuple[tuple[int, Part], ...]
+    missed: tuple[tuple[int, Part], ...]
     """What no hand carries: number of the step, the first being 0, and the part."""
 
     @property
@@ -48,13 +48,13 @@ def propose(garment: Garment) -> list[Proposal]:
     """
     known: dict[tuple[_Fold, ...], _Folded | None] = {(): _Folded((), (), garment.vertices)}
     found = [
-        Proposal(Plan.model_validate({"name": name, "step": folded.steps}), folded.uncarried)
+        Proposal(Plan.model_validate({"name": name, "step": folded.steps}), folded.missed)
         for name, folds in _sequences(garment)
         if (folded := _folded(garment, tuple(folds), known))
     ]
     if not found:
         raise InputError(f"fold: no plan is found for {garment.name}; write one (docs/folds.md)")
-    return sorted(found, key=lambda proposal: bool(proposal.uncarried))  # a stable sort: else in the order proposed
+    return sorted(found, key=lambda proposal: bool(proposal.missed))  # a stable sort: else in the order proposed
 
 
 def best_plan(garment: Garment) -> Plan:
@@ -145,7 +145,7 @@ class _Folded:
     """A garment after some folds, each ideal and flat."""
 
     steps: tuple[dict[str, Any], ...]
-    uncarried: tuple[tuple[int, Part], ...]
+    missed: tuple[tuple[int, Part], ...]
     state: np.ndarray
     """The cloth [m], shape (n, 3)."""
 
@@ -182,7 +182,7 @@ def _folded_once(garment: Garment, before: _Folded, fold: _Fold) -> _Folded:
     if hands == 1:
         step["hands"] = 1
     missed = tuple((len(before.steps), part) for part in covered(garment, state, line, grasp, hands))
-    return _Folded((*before.steps, step), (*before.uncarried, *missed), laid(garment, state, line))
+    return _Folded((*before.steps, step), (*before.missed, *missed), laid(garment, state, line))
 
 
 def _plan(*steps: dict[str, Any]) -> Plan:

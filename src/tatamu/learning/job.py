@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
@@ -17,6 +18,7 @@ import numpy as np
 
 from tatamu.errors import InputError
 from tatamu.files import read_json
+from tatamu.folding.advice import UncarriedWarning, advice
 from tatamu.folding.fold import Fold, ideal_folds
 from tatamu.folding.task import Job, Task, digest
 from tatamu.learning.learn import Progress, begun, check_parallel, check_search, learn, locked, step_name
@@ -48,6 +50,8 @@ def learn_job(
     reporting: Reporting = _silent,
 ) -> Path:
     """Learn every step of a job, or go on where it stopped.
+
+    What no hand carries in one of its folds is said by an `UncarriedWarning` before the first trial.
 
     A later step begins its search with what the steps before it found, each carried over to its own fold.
 
@@ -82,6 +86,8 @@ def learn_job(
     _refuse_other(folder, count)
     if not begun(folder):
         check_reach(job)
+    for line in advice(job.garment, job.plan, job.hands):
+        warnings.warn(line, UncarriedWarning, stacklevel=2)
     if count == 1:
         return _learn(job.task(0), folder, trials, reporting, options)
     with locked(folder):
