@@ -14,6 +14,7 @@ ORDER = [
     ["topology", "material"],
     ["presets"],
     ["scene", "rollout", "crossings"],
+    ["presentation"],
     ["simulators"],
     ["validation"],
     ["garments"],

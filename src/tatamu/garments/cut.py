@@ -10,7 +10,7 @@ import shapely
 from shapely.validation import explain_validity
 
 from tatamu.errors import InputError
-from tatamu.garments.drawing import Curve
+from tatamu.garments.drawing import DrawnCurve
 from tatamu.garments.frame import turned
 from tatamu.garments.outline import Outline
 from tatamu.garments.sides import named_sides, with_ends
@@ -24,7 +24,7 @@ Openings = Mapping[str, list[tuple[float, float]]] | Sequence[str]
 
 
 def cut(
-    curves: Sequence[Curve],
+    curves: Sequence[DrawnCurve],
     scale: float,
     up: str,
     openings: Openings | None,

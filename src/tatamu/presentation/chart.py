@@ -1,16 +1,36 @@
-"""What all 2-D figures share.
+"""2-D charts as plain Plotly data.
 
-A colour "@name" is the page's custom property --name; charts.js fills it in.
+A colour "@name" is the one that `palette` has under that name; scripts/charts.js fills it in, by day and by night.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
-Figure = dict[str, Any]
+Plot = dict[str, Any]
 """A Plotly figure as plain data: "data" and "layout"."""
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
+
+
+@dataclass(frozen=True)
+class Chart:
+    """A plot in its place on a page."""
+
+    title: str
+    """Plain text above it."""
+    plot: Plot
+    caption: str = ""
+    """Plain text after the title."""
+    kind: str = ""
+    """A class of the style sheet that sets its height."""
+
+
+def traces(data: Sequence[dict[str, Any]], **more: Any) -> Plot:
+    """A plot of traces with the layout of `layout`."""
+    return {"data": list(data), "layout": layout(**more)}
 
 
 def axis(title: str, **more: Any) -> dict[str, Any]:
@@ -44,13 +64,29 @@ def layout(**more: Any) -> dict[str, Any]:
 
 
 def note(x: float, y: float, text: str, **more: Any) -> dict[str, Any]:
-    """A word in a figure, at data coordinates unless told otherwise."""
+    """A word in a chart, at data coordinates unless `xref` or `yref` say otherwise."""
     font = {"size": 11.5, "color": "@muted"}
     return {"x": x, "y": y, "text": text, "showarrow": False, "font": font, **more}
 
 
-def line(axis_name: str, at: float, *, dash: str = "dot", **more: Any) -> dict[str, Any]:
-    """A line across the figure at a value of "x" or "y"."""
+def line(axis_name: str, at: float, *, dash: str = "dot", colour: str = "@muted", **more: Any) -> dict[str, Any]:
+    """A line across the chart at a value of "x" or "y"."""
     other = "y" if axis_name == "x" else "x"
     span = {f"{axis_name}0": at, f"{axis_name}1": at, f"{other}0": 0, f"{other}1": 1, f"{other}ref": "paper"}
-    return {"type": "line", **span, "line": {"color": "@muted", "width": 1, "dash": dash}, **more}
+    return {"type": "line", **span, "line": {"color": colour, "width": 1, "dash": dash}, **more}
+
+
+def band(low: float, high: float, colour: str) -> dict[str, Any]:
+    """A pale band across the chart between two values of y."""
+    return {
+        "type": "rect",
+        "y0": low,
+        "y1": high,
+        "x0": 0,
+        "x1": 1,
+        "xref": "paper",
+        "fillcolor": colour,
+        "opacity": 0.15,
+        "line": {"width": 0},
+        "layer": "below",
+    }

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.report.chart import Figure, axis, layout
+from tatamu.presentation.chart import Plot, axis, traces
 from tatamu.report.fold import LearnedFold
 
 DASHES = ("dash", "dot", "dashdot", "longdash", "longdashdot")
@@ -15,55 +15,53 @@ ALIKE = 0.01
 """Paths nearer to one another than this [m] are drawn once."""
 
 
-def figure(fold: LearnedFold) -> Figure:
+def plot(fold: LearnedFold) -> Plot:
     """The paths relative to the grasp, in millimetres, both axes alike."""
-    traces = [
+    lines = [
         _line(_in_plane(baseline.path), baseline.label, color="@muted", width=1.8, dash=DASHES[number % len(DASHES)])
         for number, baseline in enumerate(fold.result.baselines)
     ]
-    for name, colour, control, way in _learned(fold):
-        traces += [_handles(control, colour), _line(way, name, color=colour, width=3)]
-    return {
-        "data": traces,
-        "layout": layout(
-            xaxis=axis("from the grasp towards its release [mm]", constrain="domain"),
-            yaxis=axis("height above the grasp [mm]", scaleanchor="x", scaleratio=1, rangemode="tozero"),
-            showlegend=True,
-            legend={
-                "orientation": "h",
-                "y": 1.02,
-                "yanchor": "bottom",
-                "x": 0,
-                "traceorder": "reversed",
-                "font": {"color": "@ink"},
-            },
-            hovermode="closest",
-        ),
-    }
+    for name, colour, control, path in _learned(fold):
+        lines += [_handles(control, colour), _line(path, name, color=colour, width=3)]
+    return traces(
+        lines,
+        xaxis=axis("from the grasp towards its release [mm]", constrain="domain"),
+        yaxis=axis("height above the grasp [mm]", scaleanchor="x", scaleratio=1, rangemode="tozero"),
+        showlegend=True,
+        legend={
+            "orientation": "h",
+            "y": 1.02,
+            "yanchor": "bottom",
+            "x": 0,
+            "traceorder": "reversed",
+            "font": {"color": "@ink"},
+        },
+        hovermode="closest",
+    )
 
 
 def _learned(fold: LearnedFold) -> list[tuple[str, str, np.ndarray, np.ndarray]]:
     """Name, colour, control points (4, 2) and path (f, 2) in the plane of the fold; once for hands that move alike."""
     arms = fold.manipulation.arms
-    ways = [_in_plane(fold.hand(arm) - np.array(arm.grasp.position)) for arm in arms]
+    paths = [_in_plane(fold.hand(arm) - np.array(arm.grasp.position)) for arm in arms]
     controls = [_in_plane(arm.control_points - arm.control_points[0]) for arm in arms]
-    if len(arms) == 2 and np.abs(ways[1] - ways[0]).max() < ALIKE:
-        return [("learned, both hands", "@accent", controls[0], ways[0])]
+    if len(arms) == 2 and np.abs(paths[1] - paths[0]).max() < ALIKE:
+        return [("learned, both hands", "@accent", controls[0], paths[0])]
     names = [f"learned, {arm.name} hand" for arm in arms]
-    return list(zip(names, ("@left", "@right"), controls, ways, strict=False))
+    return list(zip(names, ("@left", "@right"), controls, paths, strict=False))
 
 
-def _in_plane(way: np.ndarray) -> np.ndarray:
+def _in_plane(path: np.ndarray) -> np.ndarray:
     """A path from its grasp, shape (k, 3), as the distance towards its end and the height, shape (k, 2)."""
-    along = way[-1, :2] / max(float(np.linalg.norm(way[-1, :2])), 1e-9)
-    return np.column_stack([way[:, :2] @ along, way[:, 2]])
+    along = path[-1, :2] / max(float(np.linalg.norm(path[-1, :2])), 1e-9)
+    return np.column_stack([path[:, :2] @ along, path[:, 2]])
 
 
-def _line(way: np.ndarray, name: str, **style: Any) -> dict[str, Any]:
+def _line(path: np.ndarray, name: str, **style: Any) -> dict[str, Any]:
     label = html.escape(name)
     return {
-        "x": (1e3 * way[:, 0]).round(2).tolist(),
-        "y": (1e3 * way[:, 1]).round(2).tolist(),
+        "x": (1e3 * path[:, 0]).round(2).tolist(),
+        "y": (1e3 * path[:, 1]).round(2).tolist(),
         "name": label,
         "mode": "lines",
         "line": style,

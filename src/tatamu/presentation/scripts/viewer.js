@@ -1,6 +1,11 @@
 /* What is seen at a time: table, cloth, hands, their paths, a robot, the target as a ghost. */
 
-class Viewer {
+import { Camera } from "./camera.js";
+import { matrix, vector } from "./matrix.js";
+import { shapes } from "./shapes.js";
+import { Stage } from "./stage.js";
+
+export class Viewer {
   constructor(canvas, motion, settings, robot) {
     Object.assign(this, { canvas, motion, settings, robot, time: 0, draws: 0 });
     this.show = { target: true, paths: true, error: false, robot: true };

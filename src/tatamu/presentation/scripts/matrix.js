@@ -1,6 +1,6 @@
 /* Vectors of 3 and matrices of 4 x 4 in column order, as WebGL takes them. */
 
-const vector = {
+export const vector = {
   add: (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]],
   sub: (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]],
   scale: (a, s) => [a[0] * s, a[1] * s, a[2] * s],
@@ -13,7 +13,7 @@ const vector = {
   mix: (a, b, u) => [a[0] + (b[0] - a[0]) * u, a[1] + (b[1] - a[1]) * u, a[2] + (b[2] - a[2]) * u],
 };
 
-const matrix = {
+export const matrix = {
   product(a, b) {
     const out = new Float32Array(16);
     for (let column = 0; column < 4; column++) {

@@ -1,6 +1,6 @@
 /* The four programs of the replay. Light is added up linearly and brought to the screen's gamma at the end. */
 
-const shaders = (() => {
+export const shaders = (() => {
   const head = `#version 300 es
     precision highp float;
     precision highp sampler2DShadow;`;

@@ -1,6 +1,6 @@
 /* Play, pause, slide: time runs in the viewer as it ran for the hands. */
 
-class Player {
+export class Player {
   constructor(viewer, root) {
     this.viewer = viewer;
     this.rate = 1;

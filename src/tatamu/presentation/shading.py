@@ -7,15 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from tatamu.report.palette import BACK, FRONT, rgb
-from tatamu.report.raster import View, Visible, rasterise, vertex_normals
+from tatamu.presentation.palette import BACK, FRONT, rgb
+from tatamu.presentation.raster import View, Visible, rasterise, vertex_normals
 
 SUN = np.array([-0.35, -0.30, 0.89]) / np.linalg.norm([-0.35, -0.30, 0.89])
 """Direction towards the light, unit vector, shape (3,)."""
 
 
 @dataclass(frozen=True)
-class Mesh:
+class PaintedMesh:
     """A triangle mesh with one colour for each of its sides."""
 
     points: np.ndarray
@@ -30,12 +30,12 @@ class Mesh:
     """Places on the flat cloth [m], shape (n, 2), where lines are drawn every 5 cm; None: no lines."""
 
 
-def cloth(points: np.ndarray, faces: np.ndarray, start: np.ndarray | None = None) -> Mesh:
+def cloth(points: np.ndarray, faces: np.ndarray, start: np.ndarray | None = None) -> PaintedMesh:
     """The cloth in its two colours, with the lines of its flat `start` (n, 3)."""
-    return Mesh(points, faces, rgb(FRONT), rgb(BACK), None if start is None else start[:, :2])
+    return PaintedMesh(points, faces, rgb(FRONT), rgb(BACK), None if start is None else start[:, :2])
 
 
-def see(view: View, mesh: Mesh) -> tuple[Visible, np.ndarray]:
+def see(view: View, mesh: PaintedMesh) -> tuple[Visible, np.ndarray]:
     """What is visible of a mesh, and the depth of every pixel, -inf where there is none, shape (h, w)."""
     projected = view.project(mesh.points)
     visible = rasterise(projected, mesh.faces, view.shape)
@@ -44,7 +44,7 @@ def see(view: View, mesh: Mesh) -> tuple[Visible, np.ndarray]:
     return visible, depth
 
 
-def shade(view: View, mesh: Mesh, visible: Visible, sunlit: np.ndarray | float = 1.0) -> np.ndarray:
+def shade(view: View, mesh: PaintedMesh, visible: Visible, sunlit: np.ndarray | float = 1.0) -> np.ndarray:
     """Linear light of the covered pixels, shape (p, 3); `sunlit`: 0 in shadow to 1, shape (p,)."""
     normals = visible.sample(vertex_normals(mesh.points, mesh.faces), mesh.faces)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
@@ -64,7 +64,7 @@ def _threads(flat: np.ndarray) -> np.ndarray:
     return np.clip(1.5 - off / 0.0008, 0.0, 1.0)
 
 
-def _facing(view: View, mesh: Mesh) -> np.ndarray:
+def _facing(view: View, mesh: PaintedMesh) -> np.ndarray:
     """Which triangles show their front, shape (m,)."""
     a, b, c = (mesh.points[mesh.faces[:, k]] for k in range(3))
     return np.einsum("mk,mk->m", np.cross(b - a, c - a), view.towards_eye((a + b + c) / 3.0)) > 0

@@ -1,6 +1,8 @@
 /* An eye on a sphere around the scene, turned by pointer and keys. Angles in radians. */
 
-class Camera {
+import { matrix, vector } from "./matrix.js";
+
+export class Camera {
   constructor(canvas, bounds, changed) {
     Object.assign(this, { canvas, bounds, changed, pointers: new Map() });
     this.set("three");

@@ -1,6 +1,9 @@
 /* The replay's data: cloth and hands at any time, between frames by straight lines. Lengths in metres. */
 
-class Motion {
+import { vector } from "./matrix.js";
+import { packing } from "./packing.js";
+
+export class Motion {
   static async unpack(data) {
     const [steps, faces] = [await packing.bytes(data.positions), await packing.bytes(data.faces)];
     return new Motion(data, packing.motion(steps, 3 * data.count), new Uint32Array(faces.buffer));

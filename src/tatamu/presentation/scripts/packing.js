@@ -1,6 +1,6 @@
 /* What packing.py packed: deflated bytes as text, and numbers that change smoothly from frame to frame. */
 
-const packing = {
+export const packing = {
   async bytes(text) {
     const raw = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
     const stream = new Blob([raw]).stream().pipeThrough(new DecompressionStream("deflate"));

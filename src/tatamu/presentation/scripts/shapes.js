@@ -1,6 +1,8 @@
 /* Solids that are not cloth: tubes around paths, balls for hands, the sheet of the table. */
 
-const shapes = {
+import { vector } from "./matrix.js";
+
+export const shapes = {
   /* A tube around places of [m]; each point knows the time at which the hand was there. */
   tube(path, times, radius, sides = 12) {
     const kept = [0];

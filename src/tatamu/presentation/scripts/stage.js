@@ -1,6 +1,8 @@
 /* WebGL 2 without the ceremony: programs, meshes, the shadow map. */
 
-class Stage {
+import { shaders } from "./shaders.js";
+
+export class Stage {
   constructor(canvas) {
     this.canvas = canvas;
     this.gl = canvas.getContext("webgl2", { antialias: true, premultipliedAlpha: true, preserveDrawingBuffer: true });
