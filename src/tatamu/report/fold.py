@@ -53,7 +53,7 @@ class LearnedFold:
 
     @property
     def errors(self) -> np.ndarray:
-        """e_i of the learned fold, Eq. 12 [m], shape (n,)."""
+        """e_i of the learned fold, Eq. (12) [m], shape (n,)."""
         return np.linalg.norm(self.final - self.target, axis=1)
 
     @property

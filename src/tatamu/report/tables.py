@@ -33,7 +33,7 @@ def measures(fold: LearnedFold) -> list[Column]:
 
 
 def parameters(fold: LearnedFold) -> Facts:
-    """What the search chose, Eq. 9."""
+    """What the search chose, Eq. (9)."""
     given = fold.result.best_trial.parameters
     lengths = [
         (f"{name[0]}{'₁₂'[int(name[1]) - 1]} of P{'₁₂'[int(name[1]) - 1]}", f"{1e3 * given[name]:.1f} mm")
