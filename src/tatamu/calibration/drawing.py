@@ -46,9 +46,9 @@ def hanging(test: Elongation, shape: np.ndarray) -> str:
     for view, end, name in ((hung, hung[test.end, 1].mean(), "L1"), (flat + aside, -test.length, "L2")):
         right = view[:, 0].max() + 0.04 * aside[0]
         drawing.dimension(np.array([right, 0.0]), np.array([right, end]), name)
-    top = hung[:, 1].max() + 0.03 * np.ptp(flat[:, 1])
-    drawing.label((hung[:, 0].mean(), top), "hanging", "muted")
-    drawing.label(((flat + aside)[:, 0].mean(), top), "lying", "muted")
+    top = hung[:, 1].max() + 0.01 * np.ptp(flat[:, 1])
+    drawing.label((hung[:, 0].mean(), top), "hanging", "muted", (0.0, 1.0))
+    drawing.label(((flat + aside)[:, 0].mean(), top), "lying", "muted", (0.0, 1.0))
     return drawing.svg()
 
 

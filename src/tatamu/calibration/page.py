@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from markupsafe import Markup
@@ -13,7 +12,7 @@ from tatamu.calibration.advice import NAMES, advice_on
 from tatamu.calibration.friction import SLIDING
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.result import PARAMETERS, SYMBOLS, UNITS, Calibration, Fit, rounded
-from tatamu.presentation.chart import Chart, Plot, axis, band, line, note, traces
+from tatamu.presentation.chart import Chart, Plot, axis, band, line, log_axis, note, traces
 from tatamu.presentation.page import render
 
 TITLES = {
@@ -35,8 +34,6 @@ AXES = {"elongation": "Y [N/m]", "sag": "B [µN m]", "loop": "B [µN m]", "frict
 FACTORS = {"elongation": 1.0, "sag": 1e6, "loop": 1e6, "friction": 1.0, "push": 1.0}
 ROOM = 1.6
 """Beside the points of a chart, as a factor: a logarithmic axis then always has a number on it."""
-TICKS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0)
-"""Numbers on it, times powers of ten."""
 
 
 @dataclass(frozen=True)
@@ -156,7 +153,7 @@ def _reading_chart(calibration: Calibration, fit: Fit) -> Plot:
                 "hovertemplate": f"{AXES[fit.test]} %{{x:.4g}}<br>%{{y:.2f}} mm<extra></extra>",
             }
         ],
-        xaxis=_logarithmic(AXES[fit.test], min(x.min(), found) / ROOM, max(x.max(), found) * ROOM),
+        xaxis=log_axis(AXES[fit.test], min(x.min(), found) / ROOM, max(x.max(), found) * ROOM),
         yaxis=axis(f"{READINGS[fit.test]} [mm]", range=[lowest - room, highest + room]),
         shapes=[
             band(low, high, "@reading"),
@@ -165,16 +162,6 @@ def _reading_chart(calibration: Calibration, fit: Fit) -> Plot:
         ],
         annotations=[note(1, 1e3 * fit.measured, "measured", xref="paper", xanchor="right", yanchor="bottom")],
     )
-
-
-def _logarithmic(label: str, left: float, right: float) -> dict[str, Any]:
-    """A logarithmic axis between two values, with numbers on it even where no whole power of ten lies between them."""
-    ticks: dict[str, Any] = {}
-    if right < 10.0 * left:
-        powers = 10.0 ** np.arange(np.floor(np.log10(left)), np.log10(right))
-        values = np.outer(powers, TICKS).ravel().tolist()
-        ticks = {"tickvals": values, "ticktext": [f"{value:g}" for value in values]}
-    return axis(label, type="log", range=np.log10([left, right]).tolist(), **ticks)
 
 
 def _friction_chart(calibration: Calibration, fit: Fit) -> Plot:

@@ -9,7 +9,7 @@ from rich.table import Table
 from tatamu.crosscheck.agreement import LEARNED, Agreement, Pair
 from tatamu.files import write_json, write_text
 from tatamu.folding.baselines import BASELINES
-from tatamu.presentation.chart import Chart, Plot, axis, traces
+from tatamu.presentation.chart import Chart, Plot, log_axis, traces
 from tatamu.presentation.page import render
 from tatamu.report.headline import title
 
@@ -91,6 +91,6 @@ def _scatter(agreement: Agreement, pair: Pair) -> Plot:
                 "hovertemplate": "%{text}<br>%{x:.2f} mm, %{y:.2f} mm<extra></extra>",
             },
         ],
-        xaxis=axis(f"{pair.first} [mm]", type="log"),
-        yaxis=axis(f"{pair.second} [mm]", type="log"),
+        xaxis=log_axis(f"{pair.first} [mm]", *ends),
+        yaxis=log_axis(f"{pair.second} [mm]", *ends),
     )

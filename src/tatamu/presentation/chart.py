@@ -9,10 +9,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 Plot = dict[str, Any]
 """A Plotly figure as plain data: "data" and "layout"."""
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
+TICKS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0)
+"""Numbers on a logarithmic axis, times powers of ten."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +50,16 @@ def axis(title: str, **more: Any) -> dict[str, Any]:
         "tickcolor": "@line",
         **more,
     }
+
+
+def log_axis(title: str, low: float, high: float) -> dict[str, Any]:
+    """A logarithmic axis between two values, with plain numbers on it where no two powers of ten lie between them."""
+    ticks: dict[str, Any] = {}
+    if high < 100.0 * low:
+        powers = 10.0 ** np.arange(np.floor(np.log10(low)), np.log10(high))
+        values = np.outer(powers, TICKS).ravel().tolist()
+        ticks = {"tickvals": values, "ticktext": [f"{value:g}" for value in values]}
+    return axis(title, type="log", range=np.log10([low, high]).tolist(), **ticks)
 
 
 def layout(**more: Any) -> dict[str, Any]:

@@ -108,13 +108,15 @@ class Drawing:
         self.add(Label(np.asarray(place, dtype=float), text, np.asarray(towards, dtype=float), colour))
 
     def dimension(self, start: Any, end: Any, name: str, colour: str = "reading") -> None:
-        """Draw a line with arrows at both ends and write its name beside its middle."""
+        """Draw a line with arrows at both ends and write its name above it, or to the right of an upright one."""
         ends = np.array([start, end], dtype=float)
         self.arrow(ends, colour, both=True)
-        right, up = np.abs(self.axes @ (ends[1] - ends[0]))
-        beside = np.array([1.0, 0.0]) if right < up else np.array([0.0, 1.0])
+        right, up = self.axes @ (ends[1] - ends[0])
+        across = np.array([-up, right]) / max(float(np.hypot(right, up)), 1e-12)
+        if across @ [0.5, 1.0] < 0.0:
+            across = -across
         if name:
-            self.label(ends.mean(axis=0), name, colour, self.axes.T @ beside)
+            self.label(ends.mean(axis=0), name, colour, self.axes.T @ across)
 
     def ruler(self, right_end: Any, colour: str = "muted") -> None:
         """Draw a bar of ten centimetres that ends at a place, with its length above it."""

@@ -137,5 +137,13 @@ MEASURES = (
         "Σ w<sub>i</sub> e<sub>i</sub>; depends on the mesh",
         source="the paper, Eq. (11), Eq. (12), Eq. (13)",
     ),
-    Measure("objective", "Objective C", "", 1.0, 4, "l<sub>x</sub> + 0.01 D, what the search minimised", source="the paper, Eq. (10)"),
+    Measure(
+        "objective",
+        "Objective C",
+        "",
+        1.0,
+        4,
+        "l<sub>x</sub> + 0.01 D, what the search minimised",
+        source="the paper, Eq. (10)",
+    ),
 )
