@@ -23,7 +23,6 @@ from tatamu.report.tables import Column
 from tatamu.report.topview import TopView, draw, extent, outlined, paths, view
 from tatamu.report.verdict import MEASURES
 from tatamu.results.records import Scores
-from tatamu.rollout import Rollout
 
 
 def save(opinion: Opinion, folder: Path) -> Path:
@@ -44,10 +43,10 @@ def save(opinion: Opinion, folder: Path) -> Path:
 
 def seen(opinion: Opinion) -> LearnedFold:
     """The learned fold as the other simulator has it."""
-    told = opinion.rollout
-    assert told is not None
+    rollout = opinion.rollout
+    assert rollout is not None
     fold = opinion.learned.fold
-    return replace(fold, rollout=Rollout(told.times, told.positions, told.faces, told.info, {"target": fold.target}))
+    return replace(fold, rollout=replace(rollout, extra={"target": fold.target}))
 
 
 def page(opinion: Opinion) -> str:
@@ -69,8 +68,7 @@ def page(opinion: Opinion) -> str:
 
 
 def _charts(opinion: Opinion, second: LearnedFold) -> dict[str, list[Chart]]:
-    told = second.rollout
-    there = Rollout(told.times, told.positions, told.faces, told.info, {"target": opinion.learned.fold.final})
+    there = replace(second.rollout, extra={"target": opinion.learned.fold.final})
     apart = [
         replace(chart, title=f"Distance between the two: {chart.title.lower()}")
         for chart in maps(replace(second, rollout=there))

@@ -1,7 +1,7 @@
-"""How tatamu shows things: pages, charts, drawings, pictures and the replay of a fold in three dimensions.
+"""A toolkit for pages, charts, drawings, pictures and the replay of a fold in three dimensions.
 
-A toolkit of nobody's domain. It knows errors, files, scenes and rollouts, not what a learned fold, a calibration
-or a robot plan is. Who has something to show collects the data, and names a template that extends `base.html`:
+It belongs to no domain: it knows errors, files, scenes and rollouts, but no learned fold, calibration or robot
+plan. A package that has something to show collects the data and names a template that extends `base.html`:
 
 - `page`: data and a template to one HTML file that opens offline; `base.html`, `parts.html`, `style.css`;
 - `chart`: 2-D charts as plain Plotly data in the colours of the page;

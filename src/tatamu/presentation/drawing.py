@@ -48,7 +48,7 @@ class Drawing:
     """Lines of text under the drawing."""
     background: str | None = "card"
     words: str = ""
-    """What the drawing shows, for those who cannot see it."""
+    """The drawing in words, for readers who cannot see it."""
 
     @classmethod
     def around(cls, points: np.ndarray, width: float, height: float, *, margin: float = 34.0) -> Drawing:
@@ -178,7 +178,7 @@ class Drawing:
         return corners.min(axis=0), np.ptp(corners, axis=0)
 
     def beside(self, label: Label) -> tuple[np.ndarray, str]:
-        """Where the word goes [pixels], and whether its left end, middle or right end is there; within the drawing."""
+        """Place a word within the drawing: pixels, and the part of it that is there, l(eft), m(iddle) or r(ight)."""
         right, up = self.axes @ label.towards
         at = self.pixels(label.place[None])[0] + np.array([right, -up]) * 0.9 * FONT
         anchor = "l" if right > 0.4 else "r" if right < -0.4 else "m"

@@ -15,7 +15,7 @@ from tatamu.files import replacing
 def png(pixels: np.ndarray) -> bytes:
     """A PNG file of pixels: uint8, shape (h, w, 4), RGBA with straight alpha, row 0 on top."""
     buffer = io.BytesIO()
-    Image.fromarray(pixels, "RGBA" if pixels.shape[2] == 4 else "RGB").save(buffer, "PNG", optimize=True)
+    Image.fromarray(pixels).save(buffer, "PNG", optimize=True)
     return buffer.getvalue()
 
 

@@ -18,7 +18,7 @@ SCALE = ("#fdf3dc", "#f9c982", "#ef8a5b", "#c9475f", "#6b2a72")
 TABLE = "#e9e5dd"
 
 SERIES = 8
-"""How many colours `series-0`, `series-1` .. there are for curves that differ in name only."""
+"""Number of colours `series-0`, `series-1` .. for curves that differ in name only."""
 
 COLOURS = {
     "paper": ("#f6f4ef", "#15171c"),

@@ -56,7 +56,7 @@ class Visible:
 
     @cached_property
     def mask(self) -> np.ndarray:
-        """Where any triangle is, shape (h, w)."""
+        """The pixels that any triangle covers, shape (h, w)."""
         return self.face >= 0
 
     @cached_property

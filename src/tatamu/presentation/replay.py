@@ -74,7 +74,7 @@ def _packed(positions: np.ndarray, last: np.ndarray, faces: np.ndarray) -> dict[
 
 
 def frames(count: int, vertices: int) -> np.ndarray:
-    """Which frames of a rollout to show: the first, the last, and evenly between."""
+    """Choose the frames of a rollout to show: the first, the last, and evenly between."""
     most = int(np.clip(BUDGET // (3 * vertices), 2, FRAMES))
     return np.unique(np.rint(np.linspace(0, count - 1, min(count, most))).astype(int))
 

@@ -36,7 +36,7 @@ def cloth(points: np.ndarray, faces: np.ndarray, start: np.ndarray | None = None
 
 
 def see(view: View, mesh: PaintedMesh) -> tuple[Visible, np.ndarray]:
-    """What is visible of a mesh, and the depth of every pixel, -inf where there is none, shape (h, w)."""
+    """Find the visible triangles of a mesh and the depth of every pixel, -inf where there is none, shape (h, w)."""
     projected = view.project(mesh.points)
     visible = rasterise(projected, mesh.faces, view.shape)
     depth = np.full(view.shape, -np.inf)
@@ -65,13 +65,13 @@ def _threads(flat: np.ndarray) -> np.ndarray:
 
 
 def _facing(view: View, mesh: PaintedMesh) -> np.ndarray:
-    """Which triangles show their front, shape (m,)."""
+    """Find the triangles that show their front, shape (m,)."""
     a, b, c = (mesh.points[mesh.faces[:, k]] for k in range(3))
     return np.einsum("mk,mk->m", np.cross(b - a, c - a), view.towards_eye((a + b + c) / 3.0)) > 0
 
 
 def occlusion(depth: np.ndarray, ground: float, radius: float, reach: float) -> np.ndarray:
-    """How much lower a pixel lies than its surroundings, 0 to 1 at `reach`, shape (h, w).
+    """Measure how much lower a pixel lies than its surroundings, 0 to 1 at `reach`, shape (h, w).
 
     Flat layers differ by a millimetre; darkening what lies lower than its neighbourhood makes them visible
     (Luft, Colditz and Deussen 2006, depth darkening).

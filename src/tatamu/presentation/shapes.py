@@ -1,4 +1,4 @@
-"""What a drawing is made of. Places are in metres, widths in pixels; colours are names of `palette` or "#rrggbb"."""
+"""The shapes of a drawing. Places are in metres, widths in pixels; colours are names of `palette` or "#rrggbb"."""
 
 from __future__ import annotations
 

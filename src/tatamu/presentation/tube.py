@@ -11,8 +11,8 @@ def tube(path: np.ndarray, radius: float, sides: int = 10) -> tuple[np.ndarray, 
     along = np.gradient(path, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     # Any fixed direction that the path never follows serves: a hand stays near the vertical plane through its ends.
-    way = path[-1] - path[0]
-    side = np.cross(along, [-way[1], way[0], 0.0] if np.hypot(way[0], way[1]) > radius else [0.0, 1.0, 0.0])
+    span = path[-1] - path[0]
+    side = np.cross(along, [-span[1], span[0], 0.0] if np.hypot(span[0], span[1]) > radius else [0.0, 1.0, 0.0])
     side /= np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-9)
     angles = 2 * np.pi * np.arange(sides) / sides
     ring = np.cos(angles)[:, None, None] * side + np.sin(angles)[:, None, None] * np.cross(side, along)

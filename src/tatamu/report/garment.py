@@ -27,7 +27,7 @@ ALONG = (0.5, 0.45, 0.55, 0.4, 0.6, 0.35, 0.65, 0.3, 0.7, 0.25, 0.75, 0.2, 0.8)
 
 @dataclass(frozen=True)
 class FoldMark:
-    """What to draw of a fold."""
+    """The parts of a fold that a drawing shows."""
 
     name: str
     line: np.ndarray
@@ -129,7 +129,7 @@ def _draw_scale(drawing: Drawing) -> None:
 
 
 def facts(garment: Garment) -> list[tuple[str, str]]:
-    """What there is to say of a garment, names and values."""
+    """Names and values that describe a garment."""
     rest = garment.vertices if garment.rest is None else garment.rest
     mass = float(areas(rest, garment.faces).sum()) * garment.material.areal_density
     width, length = garment.size

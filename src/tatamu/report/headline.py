@@ -16,7 +16,7 @@ TILES = ("mean_vertex_distance", "mask_iou", "area_error", "slip", "residual_ben
 
 
 def title(fold: LearnedFold) -> str:
-    """What was folded how, plain text: "Towel, half fold"."""
+    """The garment and its fold in plain text: "Towel, half fold"."""
     task = fold.result.task
     step = f", step {task.step[0]} of {task.step[1]}" if task.step else ""
     return f"{spelled(task.garment)}, {task.fold} fold{step}"

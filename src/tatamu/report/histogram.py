@@ -21,7 +21,7 @@ def along(moments: list[tuple[str, np.ndarray]]) -> list[Chart]:
 
 
 def histogram(errors: np.ndarray, width: float, end: float | None = None) -> Plot:
-    """How many vertices have which e_i.
+    """Count vertices by their e_i.
 
     Args:
         errors: e_i [m], shape (n,).

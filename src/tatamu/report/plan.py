@@ -19,7 +19,7 @@ from tatamu.report.verdict import grade
 from tatamu.rollout import Rollout
 
 LIFT = 0.10
-"""How far the hands rise on their way to the next grasp, in the replay [m]."""
+"""Height by which hands rise between a release and the next grasp, in the replay [m]."""
 
 
 def write_plan_report(folder: Path, result: dict[str, Any]) -> Path:

@@ -84,7 +84,7 @@ def _eye(points: np.ndarray) -> View:
 
 
 class _Sun:
-    """What the sun sees first, so that the rest lies in shadow."""
+    """The scene as the sun sees it; what it does not see lies in shadow."""
 
     def __init__(self, meshes: list[PaintedMesh], around: np.ndarray) -> None:
         right = np.cross([0.0, 1.0, 0.0], SUN) / np.linalg.norm(np.cross([0.0, 1.0, 0.0], SUN))

@@ -1,4 +1,4 @@
-"""What the tables of the page say: measures, parameters, grasps, timing, material."""
+"""The contents of the page's tables: measures, parameters, grasps, timing, material."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def measures(fold: LearnedFold) -> list[Column]:
 
 
 def parameters(fold: LearnedFold) -> Facts:
-    """What the search chose, Eq. (9)."""
+    """The parameters that the search chose, Eq. (9)."""
     given = fold.result.best_trial.parameters
     lengths = [
         (f"{name[0]}{'₁₂'[int(name[1]) - 1]} of P{'₁₂'[int(name[1]) - 1]}", f"{1e3 * given[name]:.1f} mm")
@@ -68,7 +68,7 @@ def _place(point: np.ndarray) -> str:
 
 
 def timing(fold: LearnedFold) -> Facts:
-    """When the hands close, go, arrive, open."""
+    """The times at which the hands close, start, arrive and open."""
     known = {
         "closes": "hands close",
         "starts": "hands start",
@@ -103,7 +103,7 @@ def material(fold: LearnedFold) -> Facts:
 
 
 def task(fold: LearnedFold) -> Facts:
-    """What was simulated, with what, for how long."""
+    """The task, its simulation and its search."""
     chosen, info, result = fold.result.task, fold.rollout.info, fold.result
     size = " × ".join(f"{side:g}" for side in chosen.size) + " m" if chosen.size else ""
     simulated = info.get("wall_seconds")
@@ -123,5 +123,5 @@ def task(fold: LearnedFold) -> Facts:
 
 
 def warnings(fold: LearnedFold) -> list[str]:
-    """What the simulator warned of, if anything."""
+    """Warnings of the simulator."""
     return [str(warning) for warning in fold.rollout.info.get("warnings") or []]

@@ -95,7 +95,7 @@ def beside(fold: LearnedFold, goal: np.ndarray, name: str = "Learned fold") -> l
 
 
 def paths(fold: LearnedFold) -> list[np.ndarray]:
-    """Where the hands are at each frame [m], shapes (f, 3)."""
+    """The places of the hands at each frame [m], shapes (f, 3)."""
     return [fold.hand(arm) for arm in fold.manipulation.arms]
 
 

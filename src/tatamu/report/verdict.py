@@ -1,4 +1,4 @@
-"""How good a fold is, in the field's own words and numbers. All thresholds with their sources are here."""
+"""Verdicts on a fold in the field's own words and numbers. All thresholds with their sources are here."""
 
 from __future__ import annotations
 

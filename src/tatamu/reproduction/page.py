@@ -23,7 +23,6 @@ from tatamu.report.still import render as still
 from tatamu.report.verdict import MEASURES, Measure
 from tatamu.reproduction.claims import claims
 from tatamu.reproduction.experiment import Choices, Study
-from tatamu.rollout import Rollout
 
 BLACK = "#111111"
 TABLES = (
@@ -50,16 +49,16 @@ def data(choices: Choices, studies: list[Study]) -> dict[str, Any]:
     """Medians, claims and choices as plain data; what no seed has is null."""
     garments = {}
     for name in choices.garments:
-        own, told = _of(studies, name), claims(name, studies)
+        own, found = _of(studies, name), claims(name, studies)
         garments[name] = {
             "medians": {measure.key: _median(measure, own) for measure in MEASURES},
             "mean_vertex_distance_by_seed": [study.fold.result.best_trial.mean_vertex_distance for study in own],
             "crossings_by_seed": [crossed(study) for study in own],
             "seconds_by_seed": [study.fold.result.wall_seconds for study in own],
-            "moments": [{k: _finite(v) for k, v in vars(moment).items()} for moment in told.moments],
-            "moved_left": told.moved_left,
-            "separation_of_peaks": told.peaks,
-            "slipped_less": told.slipped_less,
+            "moments": [{k: _finite(v) for k, v in vars(moment).items()} for moment in found.moments],
+            "moved_left": found.moved_left,
+            "separation_of_peaks": found.peaks,
+            "slipped_less": found.slipped_less,
         }
     return {
         "version": 1,
@@ -100,8 +99,9 @@ def _finite(value: float) -> float | None:
 
 def drawn(fold: LearnedFold) -> tuple[np.ndarray, np.ndarray]:
     """The target, and the learned fold with the hands' paths in black, as pixels."""
-    told = fold.rollout
-    ideal = Rollout(told.times[:1], fold.target[None], told.faces, told.info, {"target": fold.target})
+    ideal = replace(
+        fold.rollout, times=fold.rollout.times[:1], positions=fold.target[None], extra={"target": fold.target}
+    )
     pictures = ((replace(fold, rollout=ideal), ()), (fold, (BLACK, BLACK)))
     target, result = (to_pixels(shrink(still(seen, hands, flying=False), 2 * FINER)) for seen, hands in pictures)
     return target, result
@@ -125,7 +125,7 @@ def _medians(choices: Choices, studies: list[Study]) -> list[tuple[Markup, list[
 
 
 def crossed(study: Study) -> int:
-    """How many edges pass through triangles of the same cloth in the learned fold."""
+    """The number of edges that pass through triangles of the same cloth in the learned fold."""
     return crossings(study.fold.final, study.fold.faces)
 
 
@@ -136,7 +136,7 @@ def _median(measure: Measure, studies: list[Study]) -> float | None:
 
 
 def _chosen(choices: Choices, shown: list[Study]) -> list[tuple[str, list[str]]]:
-    """What the paper leaves open: its name and what was chosen for each garment."""
+    """The choices that the paper leaves open: their names and those made for each garment."""
     tasks = [study.fold.result.task for study in shown]
     return [
         ("size (width × length)", [" × ".join(f"{side:g}" for side in task.size or []) for task in tasks]),

@@ -80,7 +80,7 @@ def _views(fold: Refold | None) -> list[TopView]:
 
 
 def _apart(fold: Refold | None) -> list[Chart]:
-    """How far each vertex ends from where floating hands leave it."""
+    """Charts of the distance of each vertex from where floating hands leave it."""
     if fold is None or fold.learned is None:
         return []
     floating = replace(fold.robot, extra={"target": fold.floating.positions[-1]})

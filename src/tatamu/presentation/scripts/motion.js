@@ -30,7 +30,7 @@ export class Motion {
     return out;
   }
 
-  /* The frame before `time`, and how far it is on the way to the next. */
+  /* The frame before `time`, the one after it, and the part of the step between them that has passed. */
   locate(time) {
     let low = 0;
     let high = this.times.length - 1;
