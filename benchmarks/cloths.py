@@ -1,4 +1,4 @@
-"""Another simulator as the real cloth: the table "cloths" of docs/calibration.md.
+"""Another simulator as the real cloth: the table "cloths" of docs/notes/calibration.md.
 
     python benchmarks/cloths.py [--only towel ..] [--manipulations 30] [--trials 15] [--out DIR] [--write-docs]
 
@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 from ruler import measured, readings, settling
-from tables import insert, markdown
+from tables import markdown, publish
 
 from tatamu.calibration import calibrate
 from tatamu.calibration.calibrate import WRINKLE
@@ -35,7 +35,6 @@ from tatamu.learning.space import search_space
 from tatamu.material import Material, load_material
 from tatamu.presets import load_preset
 
-DOCS = Path("docs/calibration.md")
 SPACING, FINE = 0.02, 0.012
 """Of the sheets' meshes [m]: of cloth in numbers per spring, and of fabrics, which are limper."""
 SHEET, LONG_SHEET = (0.24, 0.38), (0.24, 0.69)
@@ -46,7 +45,7 @@ FREE_LENGTHS = [round((rows + 0.5) * ROW, 3) for rows in range(3, 8)]
 SHORTER = [0.02, 0.025, 0.03, 0.035, 0.04, 0.05, 0.06]
 """Free lengths that a person tries for the sag of a fabric [m]."""
 CONTACT_ROUNDS = 12
-"""With Blender's own 2, the table does not hold cloth that bears cloth (docs/second-opinion.md)."""
+"""With Blender's own 2, the table does not hold cloth that bears cloth (docs/notes/second-opinion.md)."""
 READINGS = {"three": (), "four": ("loop",), "five": ("loop", "push")}
 """What is read beside the paper's three."""
 TITLES = {
@@ -260,7 +259,7 @@ def main() -> None:
     ]
     print("\n\n".join(tables))
     if options.write_docs:
-        insert("calibration: cloths", "\n\n".join(tables), DOCS)
+        publish("calibration: cloths", "\n\n".join(tables))
 
 
 if __name__ == "__main__":

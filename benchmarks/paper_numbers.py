@@ -1,4 +1,4 @@
-"""The tables of docs/reproduction.md: what Tables I and II make of cloth in Blender, its time, the outcome of a run.
+"""What Tables I and II make of cloth in Blender, its time, the outcome of a run: docs/notes/reproduction.md.
 
 python benchmarks/paper_numbers.py [--run runs/paper] [--spacing 0.02] [--only cloth] [--write-docs]
 """
@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
-from tables import insert, markdown
+from tables import IMAGES, markdown, publish
 
 from tatamu.folding.baselines import BASELINES
 from tatamu.folding.manipulation import scene_of
@@ -29,7 +29,6 @@ from tatamu.simulators.blender.process import WORKERS
 from tatamu.validation.elastica import cantilever
 from tatamu.validation.scenes import held
 
-PAGE = Path("docs/reproduction.md")
 PARTS = ("cloth", "time", "run")
 Row = dict[str, object]
 
@@ -152,14 +151,14 @@ def main() -> None:
     parser.add_argument("--spacing", type=float, default=SPACING)
     parser.add_argument("--run", type=Path, help="a folder of `tatamu reproduce`, whose outcome is shown too")
     parser.add_argument("--only", nargs="+", choices=PARTS, default=list(PARTS))
-    parser.add_argument("--write-docs", action="store_true", help="write the tables into docs/reproduction.md")
+    parser.add_argument("--write-docs", action="store_true", help="write the tables into docs/notes/reproduction.md")
     options = parser.parse_args()
     for mark, rows in tables(options):
         print(markdown(rows), flush=True)
         if options.write_docs:
-            insert(mark, markdown(rows), PAGE)
+            publish(mark, markdown(rows))
     if options.write_docs and options.run and "run" in options.only:
-        shutil.copy(options.run / "figure-5.png", PAGE.with_name("reproduction.png"))
+        shutil.copy(options.run / "figure-5.png", IMAGES / "reproduction.png")
 
 
 def tables(options: argparse.Namespace) -> Iterator[tuple[str, list[Row]]]:

@@ -66,7 +66,7 @@ def test_every_plan_can_be_folded_step_by_step(garment: str, name: str, garments
 
 @pytest.mark.parametrize("garment", PLANS)
 def test_the_plan_of_the_docs_folds_every_garment(garment: str, garments: dict[str, Garment], tmp_path: Path) -> None:
-    page = (Path(__file__).parent.parent / "docs" / "folds.md").read_text()
+    page = (Path(__file__).parent.parent / "docs" / "reference" / "fold-plan.md").read_text()
     block = page.split("## A plan of your own")[1].split("`line` and `moves`")[0]
     (tmp_path / "corner-in.toml").write_text(dedent(block))
     assert len(ideal_folds(garments[garment], load_plan(tmp_path / "corner-in.toml"))) == 2

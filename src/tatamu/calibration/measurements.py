@@ -1,4 +1,4 @@
-"""What ruler, scale and board said, as `measurements.toml` holds it; docs/calibration.md shows each reading.
+"""What ruler, scale and board said, as `measurements.toml` holds it; docs/guide/calibration.md shows each reading.
 
     [garment]     name, size, mass                what it is, and its mass
     [elongation]  grasps, L1, L2                  paper, section IV-A

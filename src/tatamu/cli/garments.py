@@ -10,7 +10,7 @@ def garments() -> None:
     """List the garments that can be named, as they are unless told otherwise.
 
     A file is a garment, too: an outline (.svg, .dxf), a mesh (.obj, .ply, .stl, .glb), or a garment file (.toml) that
-    says more of one; see docs/garments.md. `tatamu show GARMENT` draws any of them.
+    says more of one; see docs/reference/garment-file.md. `tatamu show GARMENT` draws any of them.
 
     Example: `tatamu garments`
     """

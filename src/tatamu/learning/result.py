@@ -1,4 +1,4 @@
-"""The folder of a learned fold; docs/result-folder.md describes every file."""
+"""The folder of a learned fold; docs/reference/result-folder.md describes every file."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ def load(name: str, wrist_offset: float | None = None, fingertip: float | None =
     """The robot of a name, or of a TOML file.
 
     Args:
-        name: A name in `NAMED`, or the path of a description (see docs/robots.md).
+        name: A name in `NAMED`, or the path of a description (see docs/reference/robot-description.md).
         wrist_offset: Of HIRONX and NEXTAGE Open [m]; see `kawada`.
         fingertip: Of HIRONX and NEXTAGE Open [m]; see `kawada`.
 

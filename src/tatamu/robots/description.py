@@ -1,4 +1,7 @@
-"""Any dual-arm robot: a short TOML file that names its model, arms, tool frames and limits. See docs/robots.md."""
+"""Any dual-arm robot: a short TOML file that names its model, arms, tool frames and limits.
+
+docs/reference/robot-description.md has an example.
+"""
 
 from __future__ import annotations
 

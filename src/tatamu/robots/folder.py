@@ -1,4 +1,4 @@
-"""The folder of a plan, written in one piece. See docs/robots.md."""
+"""The folder of a plan, written in one piece. See docs/reference/robot-plan.md."""
 
 from __future__ import annotations
 

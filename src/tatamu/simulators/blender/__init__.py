@@ -1,4 +1,4 @@
-"""Blender's cloth, the paper's simulator, as a process of its own. See docs/simulators.md.
+"""Blender's cloth, the paper's simulator, as a process of its own. See docs/theory/blender.md.
 
 Scenes are translated into Blender's numbers (`mapping`, `springs`), written as recipes (`recipe`, `timeline`) and run
 by a program inside Blender (`worker`) at the end of a pipe (`process`).

@@ -12,7 +12,7 @@ from tatamu.errors import InputError
 VARIABLE = "TATAMU_BLENDER"
 """Names a Python that has `bpy`, or a Blender executable."""
 VERSION = "5.0.1"
-"""The Blender that `tatamu install blender` installs, and whose cloth docs/simulators.md measures."""
+"""The Blender that `tatamu install blender` installs, and whose cloth docs/notes/simulators.md measures."""
 HELP = (
     f"blender: no Blender found; run `tatamu install blender`, or put `blender` on the search path, "
     f"or let {VARIABLE} name a Blender executable or a Python that has bpy"

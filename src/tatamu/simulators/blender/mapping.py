@@ -1,4 +1,4 @@
-"""A material in SI units as Blender's own numbers. docs/simulators.md derives and measures each relation.
+"""A material in SI units as Blender's own numbers. docs/theory/blender.md derives and measures each relation.
 
 Blender's clock: it multiplies gravity by 0.001 and counts frames, so its unit of time is sqrt(0.001) s = 31.6 ms, and a
 stiffness k over a mass m in its numbers is 1000 k/m in 1/s^2.

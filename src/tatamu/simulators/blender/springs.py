@@ -81,8 +81,8 @@ class Springs:
     def rigidities(self) -> np.ndarray:
         """Bending rigidity in each direction per Blender's bending stiffness, B/b, shape (d,).
 
-        Blender pushes each vertex opposite an edge with b L theta / 30 (measured: docs/simulators.md), so a hinge is as
-        stiff as b L (H_a + H_b) / 60. Energy over area of a sheet bent to a cylinder across a direction.
+        Blender pushes each vertex opposite an edge with b L theta / 30 (measured: docs/theory/blender.md), so a hinge
+        is as stiff as b L (H_a + H_b) / 60. Energy over area of a sheet bent to a cylinder across a direction.
         """
         hinges = self._hinges
         angle = self._edge_angles[:, None]

@@ -1,4 +1,4 @@
-"""MuJoCo's flex as a third simulator. See docs/simulators.md."""
+"""MuJoCo's flex as a third simulator. See docs/theory/mujoco.md."""
 
 from __future__ import annotations
 
