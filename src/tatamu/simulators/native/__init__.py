@@ -1,4 +1,4 @@
-"""The embedded simulator: explicit, multirate, on the processor. docs/native.md derives it."""
+"""The embedded simulator: explicit, multirate, on the processor. docs/theory/native.md derives it."""
 
 from tatamu.simulators.native.cache import forget_stale_kernels
 

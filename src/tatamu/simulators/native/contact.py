@@ -15,7 +15,7 @@ slip is measured from where the vertex began to stick, not from the last step: w
 of a correction is then corrected in the next step, so that layers at rest do not creep.
 
 Which side a pair is on is always read off the previous, legal positions, never off the moved ones.
-Derived in docs/native.md.
+Derived in docs/theory/contact.md.
 """
 
 from __future__ import annotations

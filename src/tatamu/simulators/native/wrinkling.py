@@ -8,7 +8,7 @@ therefore relaxed: with the principal strains E1 >= E2, and m = E2 + nu E1, whic
     psi(e) = e^2 for e > 0, c e^2 down to -b, c e^2 + (1 - c)(e + b)^2 beyond
 
 c is the material's `compression`; with c = 1 this is St. Venant-Kirchhoff. b keeps triangles from turning inside out.
-The second b is larger so that the stresses agree where E1 = E2. Derived in docs/native.md.
+The second b is larger so that the stresses agree where E1 = E2. Derived in docs/theory/membrane.md.
 """
 
 from __future__ import annotations
