@@ -18,8 +18,8 @@ learn: $(READY)  ## learn to fold the default towel
 blender: $(READY)  ## Blender, for `--simulator blender`, in a virtual environment of its own among the user's caches
 	$(BIN)/tatamu install blender
 
-test: $(DEV)  ## the tests that take minutes
-	$(BIN)/python -m pytest -q
+test: $(DEV)  ## the tests that take minutes, files side by side; the slowest are named
+	$(BIN)/python -m pytest -q -n auto --dist loadfile --durations 15
 
 test-slow: $(DEV)  ## the tests that take longer
 	$(BIN)/python -m pytest -q -m slow
