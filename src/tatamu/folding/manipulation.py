@@ -135,7 +135,7 @@ def _cloth(fold: Fold) -> Cloth:
 
 
 def described(fold: Fold, manipulation: Manipulation) -> dict[str, Any]:
-    """What `manipulation.json` holds; see docs/result-folder.md."""
+    """What `manipulation.json` holds; see docs/reference/result-folder.md."""
     times, displacements = manipulation.motion()
     via = np.unique(np.append(np.arange(0, len(times), VIA_EVERY), len(times) - 1))
     arms: list[dict[str, Any]] = []
