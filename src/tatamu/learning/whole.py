@@ -65,7 +65,7 @@ def joined(rollouts: list[Rollout], target: np.ndarray) -> Rollout:
 
 
 def _result(job: Job, results: list[Any], rollouts: list[Rollout], ideals: list[np.ndarray]) -> dict[str, Any]:
-    """What `result.json` of a plan holds; see docs/folds.md."""
+    """What `result.json` of a plan holds; see docs/reference/result-folder.md."""
     garment, first = job.garment, results[0]
     states = [rollout.positions[-1] for rollout in rollouts]
     assert all((after.positions[0] == before).all() for before, after in zip(states, rollouts[1:], strict=False))

@@ -1,4 +1,4 @@
-"""What the report reads of `result.json` and `manipulation.json`; see docs/result-folder.md."""
+"""What the report reads of `result.json` and `manipulation.json`; see docs/reference/result-folder.md."""
 
 from __future__ import annotations
 

@@ -81,7 +81,7 @@ class ViaPoints(_Record):
 
 
 class Manipulation(_Record):
-    """The file manipulation.json of a learned fold. See docs/result-folder.md."""
+    """The file manipulation.json of a learned fold. See docs/reference/result-folder.md."""
 
     version: Literal[1]
     frame_rate: float = Field(gt=0)
