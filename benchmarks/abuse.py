@@ -44,7 +44,7 @@ def worker(seeds: range) -> None:
 
 
 def outcomes(seeds: range) -> dict[int, str]:
-    """What became of each seed, from a process of its own, and from another after each that dies."""
+    """Outcome of each seed, from a process of its own, and from another after each that crashes."""
     found: dict[int, str] = {}
     while len(found) < len(seeds):
         rest = seeds[len(found) :]

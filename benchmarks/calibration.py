@@ -36,7 +36,7 @@ from tatamu.scene import Gripper, Scene, Table
 from tatamu.simulators import simulate
 
 LIMITS = {"stretch_stiffness": 0.05, "bending_rigidity": 0.10, "friction_table": 0.5}
-"""What recovery is held to: parts of the parameter, and degrees of atan(mu)."""
+"""Limits of recovery: fractions of the parameter, and degrees of atan(mu)."""
 PARAMETERS = tuple(LIMITS)
 
 

@@ -47,7 +47,7 @@ SHORTER = [0.02, 0.025, 0.03, 0.035, 0.04, 0.05, 0.06]
 CONTACT_ROUNDS = 12
 """With Blender's own 2, the table does not hold cloth that bears cloth (docs/notes/second-opinion.md)."""
 READINGS = {"three": (), "four": ("loop",), "five": ("loop", "push")}
-"""What is read beside the paper's three."""
+"""Readings beside the paper's three."""
 TITLES = {
     "preset": "with the preset",
     "three": "three readings",
@@ -56,7 +56,7 @@ TITLES = {
     "hidden": "the cloth's own numbers",
 }
 DRAWN = ("areal_density", "stretch_stiffness", "bending_rigidity", "friction_table", "friction_cloth")
-"""What differs from the preset in a cloth of its kind, within the preset's spread."""
+"""Fields that differ from the preset in a cloth of its kind, within the preset's spread."""
 
 
 @dataclass(frozen=True)
@@ -187,7 +187,7 @@ def columns(row: dict[str, Any]) -> list[str]:
 
 
 def measured_line(case: Case, row: dict[str, Any]) -> dict[str, str]:
-    """What was read, and what became of it."""
+    """Readings of a cloth, and the calibration from them."""
     true, three, four = row["readings"], row["three"]["material"], row["four"]["material"]
     five = row.get("five", {}).get("material", {})
     return {

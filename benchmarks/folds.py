@@ -63,7 +63,7 @@ PICTURES = {
 
 
 def target_rows() -> list[dict[str, str]]:
-    """What is wrong with each ideal shape: layers that cross, and edges whose length is not that of the flat cloth."""
+    """Faults of each ideal shape: layers that cross, and edges whose length is not that of the flat cloth."""
     rows = []
     for garment, plans in PLANS.items():
         made = make_garment(garment)
@@ -117,7 +117,7 @@ def learned(name: str, garment: str, fold: str, seed: int, trials: int, out: Pat
 
 
 def _single(result: dict[str, Any]) -> dict[str, Any]:
-    """A fold in one step, told as a step: its own target is the flat garment's."""
+    """A fold in one step in the form of a step of a plan: its own target is the flat garment's."""
     best = result["trials"][result["best"]]
     return {**best, "folder": ".", "title": "", "crossings": result["crossings"], "whole": best}
 

@@ -1,4 +1,4 @@
-"""What Tables I and II make of cloth in Blender, its time, the outcome of a run: docs/notes/reproduction.md.
+"""Cloth of Tables I and II in Blender, its time, the outcome of a run: the tables of docs/notes/reproduction.md.
 
 python benchmarks/paper_numbers.py [--run runs/paper] [--spacing 0.02] [--only cloth] [--write-docs]
 """
@@ -63,7 +63,7 @@ def bending_length(material: Material, spacing: float) -> float:
 
 
 def cloths(spacing: float) -> list[Row]:
-    """What the numbers of each garment make of cloth."""
+    """Membrane stiffness and bending length of the cloth that each garment's numbers make."""
     rows: list[Row] = []
     for garment in FOLDS:
         material = load_material(Path(f"paper-{garment}"))
@@ -108,7 +108,7 @@ def spent(scene: Scene) -> float:
 
 
 def outcomes(told: dict[str, Any]) -> list[Row]:
-    """What a run of `tatamu reproduce` found, by garment and moment."""
+    """Outcome of a run of `tatamu reproduce`, by garment and moment."""
     return [
         {
             "garment": garment,
@@ -123,7 +123,7 @@ def outcomes(told: dict[str, Any]) -> list[Row]:
 
 
 def answers(told: dict[str, Any]) -> list[Row]:
-    """What the paper claims, and in how many seeds it came out so."""
+    """The paper's claims, and in how many seeds each holds."""
     seeds = told["seeds"]
     rows: list[Row] = []
     for garment, found in told["garments"].items():

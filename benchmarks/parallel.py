@@ -29,7 +29,7 @@ AT_A_TIME = (1, 2, 3)
 
 
 class Found(NamedTuple):
-    """What came of a study."""
+    """Result of one study."""
 
     seconds: float
     objective: float

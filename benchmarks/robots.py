@@ -34,7 +34,7 @@ SIMULATORS = ("native", "mujoco")
 
 @dataclass(frozen=True)
 class Case:
-    """A garment of one size, folded in one way."""
+    """A garment, its size and its fold."""
 
     garment: str
     size: tuple[float, float]
@@ -66,7 +66,7 @@ CASES = (
 
 @dataclass(frozen=True)
 class Setting:
-    """What is asked of every case."""
+    """The options of every case."""
 
     robot: str
     out: Path

@@ -28,7 +28,7 @@ from tatamu.validation.checks import CHECKS
 WHOLE = ("incline", "layers")
 """Checks of which every case is run, and has rows of its own."""
 Found = dict[str, dict[str, Any]]
-"""What was found of each check."""
+"""Findings of each check."""
 
 
 def checked(name: str, folder: Path, long: bool) -> Found:

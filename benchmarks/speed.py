@@ -6,7 +6,7 @@ Parts: towel (two meshes), shirt (the T-shirt), growth (native, from 850 to 13,0
 answer (seconds until a finer mesh changes nothing), throughput (`simulate_many`, and one after another on all cores),
 startup (import). Simulators run in turn, `--runs` times each on one core (but for throughput), each rollout in a
 process of its own; medians are given, and only of rollouts that ended folded. Rollouts are kept in the folder, and one
-that is there is not run again, so a killed run goes on; to measure anew, remove them.
+that is there is not run again, so a killed run goes on; to measure again, remove them.
 """
 
 from __future__ import annotations

@@ -52,7 +52,7 @@ def tip(layout: Layout, spacing: float) -> float:
 
 
 def rows() -> list[dict[str, str]]:
-    """Each layout: the error of the tip [%] for each way to find curvatures, on three meshes; of several their mean."""
+    """Each layout: the error of the tip [%] for each map to curvatures, on three meshes; of several their mean."""
     lines = []
     for kind, layouts in ({name: [layout] for name, layout in LAYOUTS.items()} | OTHERS).items():
         line = {"mesh": kind}

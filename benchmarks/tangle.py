@@ -20,7 +20,7 @@ FIRST = 300
 
 
 def line(fast: bool, count: int) -> dict[str, object]:
-    """What became of `count` folds."""
+    """Outcome of `count` folds."""
     found = [crossings_of_fold(simulate, seed, fast) for seed in range(FIRST, FIRST + count)]
     frames = [each for each in found if each is not None]
     passed = [each for each in frames if each.any()]

@@ -58,7 +58,7 @@ def _number(value: float, unit: str) -> str:
 
 
 def draw(report: Report, out: Path) -> None:
-    """What the simulator got (points) against the references (lines), one panel for each figure."""
+    """Plot the simulator's values (points) against the references (lines), one panel for each figure."""
     panels = [
         (result, key, result.check.figures[key])
         for key in SHOWN

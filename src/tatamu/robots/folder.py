@@ -24,14 +24,14 @@ from tatamu.robots.stage import stage_xml
 from tatamu.robots.tables import joint_csv, pattern_json, trajectory_json
 
 FOLD_FILES = ("manipulation.json", "scene.json", "rollout.npz", "result.json")
-"""Of the learned fold's folder; all but the first may be missing."""
+"""Files copied from the learned fold's folder; all but the first may be missing."""
 
 
 def check_out(out: Path) -> None:
-    """Refuse a place where something is that is no plan; worth asking before a plan is made.
+    """Refuse an existing path that is no plan, before any work is done.
 
     Raises:
-        InputError: Something else is there.
+        InputError: The path holds something else.
     """
     if out.resolve() == Path.cwd():
         raise InputError(f"{out}: is the folder that you are in, which a plan would replace: give another --out")
@@ -60,7 +60,7 @@ def save(plan: Plan, out: Path) -> None:
 
 
 def _carry_fold(source: Path, folder: Path) -> None:
-    """Copy what a rehearsal reads of the learned fold, so that a plan's folder can travel alone."""
+    """Copy the learned fold's files that a rehearsal reads, so that a plan's folder is self-contained."""
     folder.mkdir()
     for name in FOLD_FILES:
         if (source / name).is_file():
@@ -87,7 +87,7 @@ def _replacing(out: Path) -> Iterator[Path]:
 
 
 def plan_json(plan: Plan) -> dict[str, Any]:
-    """What plan.json holds."""
+    """The contents of plan.json."""
     task, motion = plan.task, plan.motion
     robot, placement = task.robot, task.placement
     return {
@@ -120,7 +120,7 @@ def plan_json(plan: Plan) -> dict[str, Any]:
 
 
 def _via_points(plan: Plan) -> dict[str, Any]:
-    """Both tools in B [m] at the via-points, when, and the joints there."""
+    """Times of the via-points, both tools in B [m] and the joints there."""
     task, fold = plan.task, plan.motion.part("fold")
     times = plan.via_times
     fine = np.linspace(0, fold.timed.duration, 20001)

@@ -43,7 +43,7 @@ def simulate(scene: Scene) -> Rollout:
 
 
 def _positions(scene: Scene, moved: np.ndarray) -> np.ndarray:
-    """All frames [m], shape (f, n, 3), from all but the first."""
+    """Positions of all frames [m], shape (f, n, 3), from those after the first."""
     if not np.isfinite(moved).all():
         frame = 1 + int(np.argmin(np.isfinite(moved).all(axis=(1, 2))))
         raise SimulationError(f"blender: positions are no longer finite after {frame / scene.frame_rate:.3g} s")

@@ -1,4 +1,4 @@
-"""What sheet a mesh of Blender's springs and hinges amounts to: its elastic constants, averaged over directions.
+"""Elastic constants of a mesh of Blender's springs and hinges as a sheet, averaged over directions.
 
 Notation: k spring constant of every edge [N/m], A area of the cloth, L rest length of an edge, n its direction,
 H_a, H_b heights of the two triangles over a shared edge, theta the angle between them.
@@ -123,7 +123,7 @@ class Hinges:
     length: np.ndarray
     """L [m], shape (h,)."""
     feet: np.ndarray
-    """Where along the edge the opposite vertices stand [m], shape (2, h)."""
+    """Foot of each opposite vertex along the edge [m], shape (2, h)."""
     heights: np.ndarray
     """H_a and H_b [m], shape (2, h)."""
 

@@ -20,7 +20,7 @@ from tatamu.topology import Topology, edge_lengths
 LONGEST_STEP = 2e-3
 """Longest time step [s]."""
 COARSEST = 0.37
-"""Cells larger than this many bending lengths let a quadratic bending energy collapse in a fold."""
+"""Largest cell, in bending lengths, at which MuJoCo's quadratic bending energy keeps a fold from collapsing."""
 
 
 def simulate(scene: Scene) -> Rollout:
@@ -46,7 +46,7 @@ def simulate(scene: Scene) -> Rollout:
 
 
 class Run:
-    """A scene under way: MuJoCo's model and state, and the hands."""
+    """A running simulation: MuJoCo's model and state, and the hands."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
@@ -58,7 +58,7 @@ class Run:
         self.steps = 0
 
     def positions(self) -> np.ndarray:
-        """All frames [m], shape (f, n, 3)."""
+        """Positions of all frames [m], shape (f, n, 3)."""
         frames = [self.scene.cloth.vertices]
         before: tuple[object, ...] = ()
         for segment in segments(self.scene, np.inf):
@@ -73,7 +73,7 @@ class Run:
         return np.array(frames)
 
     def _change(self, step: float, held: tuple[bool, ...]) -> None:
-        """Another time step, or other vertices held: MuJoCo keeps a factor of mass and stiffness that knows both."""
+        """Change time step or held vertices, and recompute the factor of mass and stiffness that depends on both."""
         for hand, holding in zip(self.hands, held, strict=True):
             if not holding:
                 hand.open(self.model)
@@ -102,7 +102,7 @@ class Run:
         return np.asarray(positions)
 
     def warnings(self) -> list[str]:
-        """What MuJoCo warned of, and what it cannot represent."""
+        """Warnings of MuJoCo, and properties that it cannot represent."""
         names = engine().mjtWarning
         found = [
             f"mujoco: {names(number).name.removeprefix('mjWARN_').lower()}, {warning.number} times"
