@@ -12,8 +12,8 @@ HEAVY = 1e6
 """Factor on the mass of a held vertex, so that cloth cannot pull it off its path within a step."""
 
 
-class Hand:
-    """One gripper and the vertices that it holds."""
+class HeldVertices:
+    """The vertices of one gripper."""
 
     def __init__(self, gripper: Gripper, masses: np.ndarray) -> None:
         self.gripper = gripper
