@@ -27,8 +27,8 @@ from tatamu.calibration.uncertainty import Slopes, contributions, slopes
 from tatamu.errors import InputError, SimulationError, TatamuError
 from tatamu.files import validated
 from tatamu.garments import make_garment
+from tatamu.heavy_strip.cantilever import tip
 from tatamu.material import GRAVITY, load_material
-from tatamu.validation.elastica import tip
 
 SIZE = (0.2, 0.6)
 HIDDEN = Material(areal_density=0.24, stretch_stiffness=45.0, bending_rigidity=4e-5, thickness=0.002)

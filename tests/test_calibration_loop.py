@@ -16,8 +16,8 @@ from tatamu.calibration.page import page
 from tatamu.calibration.sag import Sag
 from tatamu.errors import InputError
 from tatamu.files import validated
+from tatamu.heavy_strip.chain import FoldedStrip
 from tatamu.material import GRAVITY
-from tatamu.validation.loop import Crease
 
 DENSITY, THICKNESS = 0.2, 0.001
 SIZE, FREE = (0.2, 0.4), 0.03
@@ -36,7 +36,7 @@ def cloth(bending_length: float) -> Material:
 def loop_of(bending_length: float) -> float:
     """Height of the loop of a heavy chain: its top over the table [m]."""
     half = 4.2 * bending_length
-    return float(Crease(2 * half, bending_length, THICKNESS, THICKNESS).solve()[:, 1].max()) + 0.5 * THICKNESS
+    return float(FoldedStrip(2 * half, bending_length, THICKNESS, THICKNESS).solve()[:, 1].max()) + 0.5 * THICKNESS
 
 
 def measured(**tables: Any) -> Measurements:

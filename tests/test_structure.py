@@ -11,7 +11,7 @@ SOURCE = Path(tatamu.__file__).parent
 ORDER = [
     ["errors"],
     ["files"],
-    ["topology", "material"],
+    ["topology", "material", "heavy_strip"],
     ["presets"],
     ["scene", "rollout", "crossings"],
     ["simulators"],

@@ -6,7 +6,7 @@ import numpy as np
 
 from tatamu.calibration.loop import HEIGHT, LIFT
 from tatamu.calibration.result import PARAMETERS, SYMBOLS, UNITS, Calibration, Fit
-from tatamu.validation.elastica import tip
+from tatamu.heavy_strip.cantilever import tip
 
 POOR = 0.25
 """A relative standard uncertainty above this is said to tell hardly anything."""

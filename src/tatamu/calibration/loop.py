@@ -14,10 +14,10 @@ import numpy as np
 
 from tatamu.calibration.settling import settling
 from tatamu.garments.towel import staggered_rectangle
+from tatamu.heavy_strip.chain import start
 from tatamu.material import GRAVITY, Material
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene, Table
-from tatamu.validation.loop import start
 
 HEIGHT, LIFT = 0.906, 1.1
 """Height of the loop: 0.906 l_b + 1.1 thickness, by the heavy chain (`validation.loop`) [its top over the table]."""

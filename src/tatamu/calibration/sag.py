@@ -14,10 +14,10 @@ import numpy as np
 
 from tatamu.calibration.settling import settling
 from tatamu.garments.towel import staggered_rectangle
+from tatamu.heavy_strip.cantilever import tip
 from tatamu.material import GRAVITY, Material
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene
-from tatamu.validation.elastica import tip
 
 CELLS = 12
 """Rows of the mesh in front of the grip."""

@@ -43,7 +43,7 @@ def _continued(gamma: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def cantilever(gamma: float, count: int = 201) -> np.ndarray:
-    """Cantilever of unit length at equal steps of arc: reach x / L, drop y / L, shape (count, 2)."""
+    """Reach x / L and drop y / L of the cantilever at equal steps of arc length, shape (count, 2)."""
     s, y = _continued(float(gamma))
     arc = np.linspace(0, 1, count)
     return np.column_stack([np.interp(arc, s, y[2]), np.interp(arc, s, y[3])])
