@@ -11,6 +11,7 @@ from scipy.optimize import nnls
 
 from tatamu.errors import TatamuError
 from tatamu.heavy_strip import cantilever
+from tatamu.heavy_strip import chain as chain_module
 from tatamu.heavy_strip import crease as crease_module
 from tatamu.heavy_strip.chain import ChainEnergy, FoldedStrip
 from tatamu.heavy_strip.crease import AFTER, HALF_LENGTH, LINKS, STEP, crease, least_energy, nodes
@@ -75,6 +76,12 @@ def test_the_chain_agrees_with_one_made_apart(bending_length: float, height: flo
 def test_the_chain_does_not_depend_on_its_links() -> None:
     strip = FoldedStrip(0.3, 0.022, 0.001, 0.004)
     assert_allclose(strip.solve(100)[:, 1].max(), strip.solve(200)[:, 1].max(), rtol=0.01)
+
+
+def test_a_chain_that_is_not_at_rest_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(chain_module, "PENALTIES", (1e2,))  # one round of multipliers leaves a constraint unmet
+    with pytest.raises(TatamuError, match="no equilibrium"):
+        FoldedStrip(0.3, 0.022, 0.001, 0.004).solve(100)
 
 
 # --- the crease of a fold

@@ -15,6 +15,8 @@ from functools import lru_cache
 import numpy as np
 from scipy.integrate import solve_bvp
 
+from tatamu.errors import TatamuError
+
 SMALLEST = 0.01
 STEPS_PER_DECADE = 30
 
@@ -28,7 +30,7 @@ def _solve(gamma: float, s: np.ndarray, guess: np.ndarray) -> tuple[np.ndarray, 
 
     found = solve_bvp(slope, ends, s, guess, tol=1e-8, max_nodes=20000)
     if not found.success:
-        raise ArithmeticError(f"heavy elastica, Gamma {gamma:g}: {found.message}")
+        raise TatamuError(f"heavy elastica, Gamma {gamma:g}: {found.message}")
     return found.x, found.y
 
 

@@ -17,8 +17,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize
 
+from tatamu.errors import TatamuError
+
 PENALTIES = (1e2, 1e3, 1e4, 1e4, 1e4, 1e4)
 """Stiffness of the constraints' penalty in each round of multipliers [w]."""
+AT_REST = 1e-5
+"""Largest moment on a link that may be left [w l_b^2]."""
+MET = 1e-5
+"""Largest violation of a constraint that may be left [l_b]."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +41,11 @@ class FoldedStrip:
     """Height of the upper clamp over the lower one [m]."""
 
     def solve(self, links: int = 200) -> np.ndarray:
-        """Nodes at rest, shape (links + 1, 2): x, z over the table [m]; the loop points to +x."""
+        """Nodes at rest, shape (links + 1, 2): x, z over the table [m]; the loop points to +x.
+
+        Raises:
+            TatamuError: The minimisation did not come to rest, or misses a constraint.
+        """
         energy = ChainEnergy(self, links)
         theta = energy.start()
         for stiffness in PENALTIES:
@@ -50,6 +60,9 @@ class FoldedStrip:
             )
             theta = found.x
             energy.update(theta)
+        # The minimiser calls it no success when rounding keeps it from `gtol`, so look at what it found instead.
+        if not (np.abs(found.jac).max() < AT_REST and energy.violation(theta) < MET):
+            raise TatamuError(f"chain of {links} links: no equilibrium of {self} found: {found.message}")
         return energy.nodes(theta)
 
 
@@ -137,6 +150,11 @@ class ChainEnergy:
         out[1:] -= weights[1:-1] * p[:-1]
         out += cosine * np.cumsum((stiff * np.cumsum(cosine * p))[::-1])[::-1]
         return np.asarray(out + self.stiffness * sine * (sine @ p))
+
+    def violation(self, theta: np.ndarray) -> float:
+        """How far the worst constraint is from being met [l_b]."""
+        x, z = self._points(theta)
+        return float(max(abs(x[-1]), abs(z[-1] - self.rise), (self.floor - z)[:-1].max()))
 
     def update(self, theta: np.ndarray) -> None:
         """Update the multipliers by the violation of their constraints."""
