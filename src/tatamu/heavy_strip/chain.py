@@ -23,7 +23,7 @@ PENALTIES = (1e2, 1e3, 1e4, 1e4, 1e4, 1e4)
 """Stiffness of the constraints' penalty in each round of multipliers [w]."""
 AT_REST = 1e-5
 """Largest moment on a link that may be left [w l_b^2]."""
-MET = 1e-5
+MET = 1e-4
 """Largest violation of a constraint that may be left [l_b]."""
 
 
