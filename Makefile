@@ -78,7 +78,7 @@ bench: $(DEV) $(NEWTON)  ## native, Blender, MuJoCo and Newton side by side: doc
 	$(BIN)/python benchmarks/speed.py --out runs/speed --write-docs
 
 abuse: $(READY)  ## ten thousand random scenes: each a rollout or a clear error
-	$(BIN)/python benchmarks/abuse.py --out runs/abuse.json --write-docs
+	$(BIN)/python -m benchmarks.abuse --out runs/abuse.json --write-docs
 
 $(NEWTON):
 	$(PYTHON) -m venv $(dir $(NEWTON))

@@ -2,10 +2,10 @@
 
 The table "abuse" of docs/notes/benchmarks.md:
 
-    python benchmarks/abuse.py [--scenes 10000] [--processes 2] [--out runs/abuse.json] [--write-docs]
+    python -m benchmarks.abuse [--scenes 10000] [--processes 2] [--out runs/abuse.json] [--write-docs]
 
 A scene is wrong that gives NaN, raises what is no error of ours, crashes, or takes longer than a minute; each is named
-by its seed (`tatamu.validation.abuse.scene(SEED)`), and the exit code is then 1.
+by its seed (`tests.abuse.scene(SEED)`), and the exit code is then 1.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from concurrent.futures import ThreadPoolExecutor
 from faulthandler import dump_traceback_later
 from pathlib import Path
 
-from tables import markdown, publish
-from timed_folds import towel
+from benchmarks.tables import markdown, publish
+from benchmarks.timed_folds import towel
+from tests.abuse import acceptable, outcome
 
 from tatamu import simulate
 from tatamu.files import write_json
-from tatamu.validation.abuse import acceptable, outcome
 
 PATIENCE = 60.0
 """A scene that takes longer hangs [s]."""
@@ -48,7 +48,7 @@ def outcomes(seeds: range) -> dict[int, str]:
     found: dict[int, str] = {}
     while len(found) < len(seeds):
         rest = seeds[len(found) :]
-        command = [sys.executable, __file__, "--worker", str(rest.start), str(rest.stop)]
+        command = [sys.executable, "-m", "benchmarks.abuse", "--worker", str(rest.start), str(rest.stop)]
         one = {**os.environ, "OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
         done = subprocess.run(command, stdout=subprocess.PIPE, text=True, env=one, check=False)
         found |= {int(seed): kind for seed, kind in (line.split("\t") for line in done.stdout.splitlines())}

@@ -23,10 +23,9 @@ from tables import IMAGES, publish
 
 from tatamu.calibration import Calibration, calibrate
 from tatamu.calibration.drawing import hanging, looped, pushed, sagging, sliding
-from tatamu.calibration.elongation import Elongation
+from tatamu.calibration.elongation import Elongation, Grasp
 from tatamu.calibration.friction import Slope
 from tatamu.calibration.loop import Loop
-from tatamu.calibration.measurements import Grasp
 from tatamu.calibration.push import Push
 from tatamu.calibration.sag import Sag
 from tatamu.files import write_json, write_text

@@ -23,8 +23,8 @@ from ruler import measured, readings, settling
 from tables import markdown, publish
 
 from tatamu.calibration import calibrate
-from tatamu.calibration.calibrate import WRINKLE
 from tatamu.calibration.laboratory import Laboratory
+from tatamu.calibration.push import supports_compression
 from tatamu.calibration.sag import Sag
 from tatamu.crosscheck.check import check
 from tatamu.files import write_json
@@ -164,7 +164,7 @@ def compare(case: Case, count: int, trials: int, folder: Path) -> dict[str, Any]
     true = measured(case.real, case.of, case.size, sag_length(case), case.cells, READINGS["five"])
     row: dict[str, Any] = {"readings": true, "preset": {"material": load_material(Path(case.preset)).model_dump()}}
     for name, more in READINGS.items():
-        if "push" in more and case.learner not in WRINKLE:
+        if "push" in more and not supports_compression(case.learner):
             continue
         told = readings(true, case.size, more=more, material=case.preset, thickness=case.real.thickness)
         started = time.perf_counter()

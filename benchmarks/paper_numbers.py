@@ -20,13 +20,13 @@ from tables import IMAGES, markdown, publish
 from tatamu.folding.baselines import BASELINES
 from tatamu.folding.manipulation import scene_of
 from tatamu.garments.towel import staggered_rectangle
+from tatamu.heavy_strip.cantilever import cantilever
 from tatamu.material import GRAVITY, Material, load_material
 from tatamu.reproduction.claims import TWO_PEAKS
 from tatamu.reproduction.experiment import FOLDS, SPACING, Choices
 from tatamu.scene import Cloth, Scene
 from tatamu.simulators import simulate
 from tatamu.simulators.blender.process import WORKERS
-from tatamu.validation.elastica import cantilever
 from tatamu.validation.scenes import held
 
 PARTS = ("cloth", "time", "run")

@@ -10,7 +10,6 @@ import pytest
 
 from tatamu import InputError
 from tatamu.crossings import crossings
-from tatamu.folding.crease import crease
 from tatamu.folding.fold import Fold, fold_of, ideal_folds, make_fold
 from tatamu.folding.ideal import pressed
 from tatamu.folding.manipulation import bezier_manipulation, scene_of
@@ -19,6 +18,7 @@ from tatamu.folding.plans import PLANS, make_plan
 from tatamu.folding.score import score
 from tatamu.folding.task import make_job
 from tatamu.garments import Garment, make_garment
+from tatamu.heavy_strip.crease import crease
 from tatamu.results import describe_manipulation, describe_task
 from tatamu.topology import Topology
 from tests.foreign import GOOD

@@ -11,7 +11,7 @@ SOURCE = Path(tatamu.__file__).parent
 ORDER = [
     ["errors"],
     ["files", "records", "curves"],
-    ["topology"],
+    ["topology", "heavy_strip"],
     ["material"],
     ["presets"],
     ["scene", "rollout", "crossings"],

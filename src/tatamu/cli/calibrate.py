@@ -37,7 +37,7 @@ def calibrate(
     from tatamu.calibration import advice_on, load_measurements
     from tatamu.calibration import calibrate as run
     from tatamu.calibration.page import page, shown
-    from tatamu.calibration.result import PARAMETERS, SYMBOLS
+    from tatamu.calibration.parameters import PARAMETERS, SYMBOLS
     from tatamu.files import check_targets, write_text
 
     if spacing is not None and not 1e-3 <= spacing <= 0.1:

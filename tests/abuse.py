@@ -135,17 +135,17 @@ def _mesh(random: np.random.Generator, size: float, triangles: float) -> Mesh:
 
 def _placed(random: np.random.Generator, rest: np.ndarray, size: float, thickness: float) -> np.ndarray:
     """Where the cloth starts: flat, at any height, upright, crumpled, stretched, or through the table."""
-    way = random.choice(["flat", "high", "upright", "crumpled", "stretched", "through"])
+    pose = random.choice(["flat", "high", "upright", "crumpled", "stretched", "through"])
     start = rest + 0.5 * thickness * UP
-    if way == "high":
+    if pose == "high":
         start = start + random.uniform(0.0, 1.0) * UP
-    elif way == "upright":
+    elif pose == "upright":
         start = start[:, [0, 2, 1]]
-    elif way == "crumpled":
+    elif pose == "crumpled":
         start = start + size * 10 ** random.uniform(-4.0, -1.5) * random.normal(size=rest.shape)
-    elif way == "stretched":
+    elif pose == "stretched":
         start = start * random.uniform(0.6, 1.6, 3)
-    elif way == "through":
+    elif pose == "through":
         start = start[:, [0, 2, 1]] - 0.3 * size * UP
     return np.asarray(start)
 
@@ -189,22 +189,22 @@ def _hands(random: np.random.Generator, start: np.ndarray, size: float, duration
 
 
 def _motion(random: np.random.Generator, kind: str, across: np.ndarray, size: float, duration: float) -> dict[str, Any]:
-    """When a hand closes and opens, and its way; `across` leads to the hand opposite [m]."""
+    """When a hand closes and opens, and its displacements; `across` leads to the hand opposite [m]."""
     times = [0.0, 0.5 * duration, 0.9 * duration]
     closes, opens = 0.0, None
     far = size * 10 ** random.uniform(-3.0, 0.5)
-    ways = far * np.cumsum(np.vstack([np.zeros(3), random.normal(size=(2, 3))]), axis=0)
+    displacements = far * np.cumsum(np.vstack([np.zeros(3), random.normal(size=(2, 3))]), axis=0)
     if kind == "still":
-        ways = np.zeros((3, 3))
+        displacements = np.zeros((3, 3))
     elif kind == "jerk":
-        times, ways = [0.0, 1e-3, 2e-3], far * random.choice([-1.0, 1.0], (3, 3))
+        times, displacements = [0.0, 1e-3, 2e-3], far * random.choice([-1.0, 1.0], (3, 3))
     elif kind == "cross":
-        ways = np.outer([0.0, 1.0, 1.0], across) + 0.01 * size * UP
+        displacements = np.outer([0.0, 1.0, 1.0], across) + 0.01 * size * UP
     elif kind == "pull apart":
-        ways = np.outer([0.0, 0.1, random.uniform(0.1, 2.0)], -across)
+        displacements = np.outer([0.0, 0.1, random.uniform(0.1, 2.0)], -across)
     elif kind == "drop":
         opens = duration * random.uniform(0.01, 1.0)
     elif kind == "late":
         closes = duration * random.uniform(0.0, 1.5)
         opens = closes + duration * random.uniform(1e-6, 0.5)
-    return {"times": times, "displacements": ways, "closes": closes, "opens": opens}
+    return {"times": times, "displacements": displacements, "closes": closes, "opens": opens}

@@ -1,4 +1,4 @@
-"""The crease of a fold: a strip folded over itself on a table, under its own weight.
+"""The loop of a folded strip as a chain of links: what validation holds simulators to.
 
 One inextensible chain of n links, of slopes theta_i and link length h:
 
@@ -17,13 +17,22 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize
 
+from tatamu.errors import TatamuError
+
+PENALTIES = (1e2, 1e3, 1e4, 1e4, 1e4, 1e4)
+"""Stiffness of the constraints' penalty in each round of multipliers [w]."""
+AT_REST = 1e-5
+"""Largest moment on a link that may be left [w l_b^2]."""
+MET = 1e-4
+"""Largest violation of a constraint that may be left [l_b]."""
+
 
 @dataclass(frozen=True)
-class Crease:
-    """A strip folded once, per unit of width."""
+class FoldedStrip:
+    """A strip folded over itself once, on a table."""
 
     length: float
-    """Of the whole strip [m]."""
+    """Arc length of the whole strip [m]."""
     bending_length: float
     """l_b = (B / w)^(1/3) [m]."""
     thickness: float
@@ -32,10 +41,14 @@ class Crease:
     """Height of the upper clamp over the lower one [m]."""
 
     def solve(self, links: int = 200) -> np.ndarray:
-        """Nodes at rest, shape (links + 1, 2): x, z over the table [m]; the loop points to +x."""
-        energy = _Chain(self, links)
+        """Nodes at rest, shape (links + 1, 2): x, z over the table [m]; the loop points to +x.
+
+        Raises:
+            TatamuError: The minimisation did not come to rest, or misses a constraint.
+        """
+        energy = ChainEnergy(self, links)
         theta = energy.start()
-        for stiffness in (1e2, 1e3, 1e4, 1e4, 1e4, 1e4):
+        for stiffness in PENALTIES:
             energy.stiffness = stiffness
             found = minimize(
                 energy.value,
@@ -47,26 +60,31 @@ class Crease:
             )
             theta = found.x
             energy.update(theta)
+        # The minimiser calls it no success when rounding keeps it from `gtol`, so look at what it found instead.
+        if not (np.abs(found.jac).max() < AT_REST and energy.violation(theta) < MET):
+            raise TatamuError(f"chain of {links} links: no equilibrium of {self} found: {found.message}")
         return energy.nodes(theta)
 
 
 def start(length: float, bending_length: float, thickness: float, links: int = 200) -> np.ndarray:
     """Nodes of a wide loop to begin from, shape (links + 1, 2) [m]: a half circle between two level runs."""
-    chain = _Chain(Crease(length, bending_length, thickness, 0.0), links)
+    chain = ChainEnergy(FoldedStrip(length, bending_length, thickness, 0.0), links)
     return chain.nodes(chain.start())
 
 
-class _Chain:
-    """Energy of the chain in units of w l_b^2, lengths in l_b, as a function of the inner link slopes."""
+class ChainEnergy:
+    """Augmented Lagrangian of the chain in units of w l_b^2, lengths in l_b, as a function of the links' slopes."""
 
-    def __init__(self, crease: Crease, links: int) -> None:
-        self.crease, self.links = crease, links
-        self.h = crease.length / crease.bending_length / links
-        self.floor = np.where(np.arange(1, links + 1) <= links // 2, 0.0, crease.thickness) / crease.bending_length
-        self.rise = crease.rise / crease.bending_length
-        self.stiffness = 1e2
-        self.push = np.zeros(links)
-        self.pull = np.zeros(2)
+    def __init__(self, strip: FoldedStrip, links: int) -> None:
+        """The chain of a strip in `links` links, all multipliers zero."""
+        self.strip = strip
+        self.links = links
+        self.h = strip.length / strip.bending_length / links
+        self.floor = np.where(np.arange(1, links + 1) <= links // 2, 0.0, strip.thickness) / strip.bending_length
+        self.rise = strip.rise / strip.bending_length
+        self.stiffness = PENALTIES[0]
+        self.push = np.zeros(links)  # multipliers of contact, one for each node but the first
+        self.pull = np.zeros(2)  # multipliers of the upper end's place
 
     def start(self) -> np.ndarray:
         """A half circle between two straight runs; its radius about one bending length."""
@@ -79,9 +97,10 @@ class _Chain:
         return np.cumsum(self.h * np.cos(theta)), np.cumsum(self.h * np.sin(theta))
 
     def nodes(self, theta: np.ndarray) -> np.ndarray:
+        """Nodes of the chain with these slopes [m], shape (links + 1, 2)."""
         x, z = self._points(theta)
-        points = np.vstack([[0.0, 0.0], np.column_stack([x, z])]) * self.crease.bending_length
-        return points + np.array([0.0, self.crease.thickness / 2])
+        points = np.vstack([[0.0, 0.0], np.column_stack([x, z])]) * self.strip.bending_length
+        return points + np.array([0.0, self.strip.thickness / 2])
 
     def _turns(self, theta: np.ndarray) -> np.ndarray:
         """Turn at every node, the clamps included; a clamp turns over half a link: twice the moment."""
@@ -102,6 +121,7 @@ class _Chain:
         return fx, fz, press > 0
 
     def value(self, theta: np.ndarray) -> float:
+        """The augmented Lagrangian."""
         x, z = self._points(theta)
         turn = 0.5 * float(self._weights @ self._turns(theta) ** 2)
         weight = self.h * (z.sum() - 0.5 * z[-1])
@@ -111,17 +131,19 @@ class _Chain:
         return float(turn + weight + (press @ press - self.push[:-1] @ self.push[:-1]) / (2 * self.stiffness) + held)
 
     def slope(self, theta: np.ndarray) -> np.ndarray:
+        """Its gradient, shape (links,)."""
         fx, fz, _ = self._forces(theta)
         sx, sz = (np.cumsum(f[::-1])[::-1] for f in (fx, fz))
         moment = -np.diff(self._weights * self._turns(theta))
         return moment + self.h * (sz * np.cos(theta) - sx * np.sin(theta))
 
     def curved(self, theta: np.ndarray, p: np.ndarray) -> np.ndarray:
-        """Second derivative of the energy times a direction p, without the matrix."""
+        """Its Hessian times a direction p, without the matrix, shape (links,)."""
         fx, fz, pressed = self._forces(theta)
         sx, sz = (np.cumsum(f[::-1])[::-1] for f in (fx, fz))
         cosine, sine = self.h * np.cos(theta), self.h * np.sin(theta)
-        weights, stiff = self._weights, self.stiffness * pressed
+        weights = self._weights
+        stiff = self.stiffness * pressed
         stiff[-1] = self.stiffness
         out = (weights[:-1] + weights[1:] - sz * sine - sx * cosine) * p
         out[:-1] -= weights[1:-1] * p[1:]
@@ -129,8 +151,13 @@ class _Chain:
         out += cosine * np.cumsum((stiff * np.cumsum(cosine * p))[::-1])[::-1]
         return np.asarray(out + self.stiffness * sine * (sine @ p))
 
+    def violation(self, theta: np.ndarray) -> float:
+        """How far the worst constraint is from being met [l_b]."""
+        x, z = self._points(theta)
+        return float(max(abs(x[-1]), abs(z[-1] - self.rise), (self.floor - z)[:-1].max()))
+
     def update(self, theta: np.ndarray) -> None:
-        """Raise the multipliers by what the constraints still miss."""
+        """Update the multipliers by the violation of their constraints."""
         x, z = self._points(theta)
         self.push = np.maximum(0.0, self.push - self.stiffness * (z - self.floor))
         self.push[-1] = 0.0

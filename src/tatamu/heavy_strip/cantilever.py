@@ -15,6 +15,8 @@ from functools import lru_cache
 import numpy as np
 from scipy.integrate import solve_bvp
 
+from tatamu.errors import TatamuError
+
 SMALLEST = 0.01
 STEPS_PER_DECADE = 30
 
@@ -28,7 +30,7 @@ def _solve(gamma: float, s: np.ndarray, guess: np.ndarray) -> tuple[np.ndarray, 
 
     found = solve_bvp(slope, ends, s, guess, tol=1e-8, max_nodes=20000)
     if not found.success:
-        raise ArithmeticError(f"heavy elastica, Gamma {gamma:g}: {found.message}")
+        raise TatamuError(f"heavy elastica, Gamma {gamma:g}: {found.message}")
     return found.x, found.y
 
 
@@ -43,7 +45,7 @@ def _continued(gamma: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def cantilever(gamma: float, count: int = 201) -> np.ndarray:
-    """Cantilever of unit length at equal steps of arc: reach x / L, drop y / L, shape (count, 2)."""
+    """Reach x / L and drop y / L of the cantilever at equal steps of arc length, shape (count, 2)."""
     s, y = _continued(float(gamma))
     arc = np.linspace(0, 1, count)
     return np.column_stack([np.interp(arc, s, y[2]), np.interp(arc, s, y[3])])

@@ -19,11 +19,23 @@ import numpy as np
 from scipy.optimize import minimize
 from threadpoolctl import threadpool_limits
 
+from tatamu.errors import TatamuError
+
 LINKS = 100
 HALF_LENGTH = 4.5
 """U in bending lengths: the loop of a heavy strip is shorter than this on either side."""
+STEP = 2 * HALF_LENGTH / LINKS
+"""Length of a link in bending lengths."""
 SHARPEST = 0.75
 """A crease is computed for bending lengths of at least this many thicknesses; limper cloth gets the same shape."""
+GUESSED_WIDTH = 1.4
+"""Arc length of half the turn that the minimisation starts from [bending lengths]."""
+TOLERANCE = 1e-8
+"""Change of the energy at which the minimisation ends [w l_b^2]."""
+MOST_ITERATIONS = 300
+"""Some 75 are enough from the thinnest cloth to `SHARPEST`."""
+AFTER = np.tril(np.ones((LINKS + 1, LINKS)), -1)
+"""1 where a node (row) comes after a link (column) and so moves as that link turns, shape (LINKS + 1, LINKS)."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +58,8 @@ class Crease:
 
     def normals(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """X and z of unit vectors across the strip at arc lengths u, into the loop: up below, down above."""
-        along_x, along_z = np.gradient(self.x, self.arc), np.gradient(self.z, self.arc)
+        along_x = np.gradient(self.x, self.arc)
+        along_z = np.gradient(self.z, self.arc)
         inside = np.abs(u) <= self.arc[-1]
         x = np.where(inside, -np.interp(u, self.arc, along_z), 0.0)
         z = np.where(inside, np.interp(u, self.arc, along_x), np.sign(u))
@@ -55,58 +68,77 @@ class Crease:
 
 
 def crease(bending_length: float, thickness: float) -> Crease:
-    """The crease of a cloth with bending length l_b [m] and thickness t [m]."""
+    """The crease of a cloth with bending length l_b [m] and thickness t [m].
+
+    Raises:
+        TatamuError: The minimisation did not converge, which it does for every cloth that was tried.
+    """
     length = max(bending_length, SHARPEST * thickness)
-    arc, x, z = _shape(round(thickness / length, 6))
+    arc, x, z = _profile(round(thickness / length, 6))
     return Crease(arc * length, x * length, z * length)
 
 
 @lru_cache(maxsize=32)
-def _shape(thickness: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _profile(thickness: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Arc, x and z in bending lengths for a thickness in bending lengths."""
-    step = 2 * HALF_LENGTH / LINKS
+    phi = least_energy(thickness)
+    x, z = nodes(phi, thickness)
+    arc = HALF_LENGTH - STEP * np.arange(LINKS + 1)
+    return arc[::-1], x[::-1], z[::-1]
 
-    def nodes(phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        x = HALF_LENGTH + step * np.concatenate([[0.0], np.cumsum(np.cos(phi))])
-        z = thickness / 2 + step * np.concatenate([[0.0], np.cumsum(np.sin(phi))])
-        return x, z
 
-    later = np.tril(np.ones((LINKS + 1, LINKS)), -1)  # node k moves with links before it
+def nodes(phi: np.ndarray, thickness: float) -> tuple[np.ndarray, np.ndarray]:
+    """X and z of the nodes of a chain with link directions phi, from u = U, shapes (LINKS + 1,) [bending lengths]."""
+    x = HALF_LENGTH + STEP * np.concatenate([[0.0], np.cumsum(np.cos(phi))])
+    z = thickness / 2 + STEP * np.concatenate([[0.0], np.cumsum(np.sin(phi))])
+    return x, z
+
+
+def least_energy(thickness: float) -> np.ndarray:
+    """Directions phi of the links with the least energy for a thickness in bending lengths, shape (LINKS,).
+
+    Raises:
+        TatamuError: The minimisation did not converge.
+    """
 
     def energy(phi: np.ndarray) -> tuple[float, np.ndarray]:
         bend = np.diff(np.concatenate([[np.pi], phi, [0.0]]))
-        _, z = nodes(phi)
-        slope = (bend[:-1] - bend[1:]) / step + step * step * np.cos(phi) * (LINKS - np.arange(LINKS))
-        return float((bend**2).sum() / (2 * step) + step * z[1:].sum()), slope
+        _, z = nodes(phi, thickness)
+        slope = (bend[:-1] - bend[1:]) / STEP + STEP * STEP * np.cos(phi) * (LINKS - np.arange(LINKS))
+        return float((bend**2).sum() / (2 * STEP) + STEP * z[1:].sum()), slope
+
+    def miss(phi: np.ndarray) -> np.ndarray:
+        x, z = nodes(phi, thickness)
+        return np.array([x[-1] - HALF_LENGTH, z[-1] - 1.5 * thickness])
 
     floor = np.where(np.arange(LINKS + 1) <= LINKS // 2, thickness / 2, 1.5 * thickness)
     constraints = [
         {
             "type": "eq",
-            "fun": lambda phi: np.array([nodes(phi)[0][-1] - HALF_LENGTH, nodes(phi)[1][-1] - 1.5 * thickness]),
-            "jac": lambda phi: step * np.stack([-np.sin(phi), np.cos(phi)]),
+            "fun": miss,
+            "jac": lambda phi: STEP * np.stack([-np.sin(phi), np.cos(phi)]),
         },
         {
             "type": "ineq",
-            "fun": lambda phi: (nodes(phi)[1] - floor)[1:-1],
-            "jac": lambda phi: (step * later * np.cos(phi))[1:-1],
+            "fun": lambda phi: (nodes(phi, thickness)[1] - floor)[1:-1],
+            "jac": lambda phi: (STEP * AFTER * np.cos(phi))[1:-1],
         },
     ]
     with threadpool_limits(1):  # the last bit of a product shared among threads depends on how many there are
         result = minimize(
             energy,
-            _guess(step),
+            guess(),
             jac=True,
             method="SLSQP",
             constraints=constraints,
-            options={"maxiter": 300, "ftol": 1e-8},
+            options={"maxiter": MOST_ITERATIONS, "ftol": TOLERANCE},
         )
-    x, z = nodes(result.x)
-    arc = HALF_LENGTH - step * np.arange(LINKS + 1)
-    return arc[::-1], x[::-1], z[::-1]
+    if not result.success:
+        raise TatamuError(f"crease: no shape of least energy found for {thickness:g} l_b thick cloth: {result.message}")
+    return np.asarray(result.x)
 
 
-def _guess(step: float) -> np.ndarray:
-    """Links of a flat strip that turns over a half circle about one bending length wide."""
-    turn = np.clip((np.arange(LINKS) + 0.5 - LINKS / 2) * step / 1.4, -0.5, 0.5)
+def guess() -> np.ndarray:
+    """Link directions to begin from, shape (LINKS,): a flat strip that turns over a half circle."""
+    turn = np.clip((np.arange(LINKS) + 0.5 - LINKS / 2) * STEP / GUESSED_WIDTH, -0.5, 0.5)
     return np.pi * (0.5 - turn)
