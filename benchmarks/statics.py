@@ -15,8 +15,8 @@ from unittest.mock import patch
 import numpy as np
 from tables import markdown, publish
 
-from tatamu.simulators.native import bending, membrane
-from tatamu.simulators.native.frequencies import hinge_gradients, hinge_stiffness
+from tatamu.simulators.native.elastic import bending, membrane
+from tatamu.simulators.native.elastic.stable_step import hinge_gradients, hinge_stiffness
 from tatamu.topology import Topology, areas, lumped
 from tatamu.validation.meshes import LAYOUTS, Layout, irregular, mirrored, turned
 from tatamu.validation.scenes import raised

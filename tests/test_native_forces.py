@@ -8,7 +8,8 @@ import pytest
 from tatamu.garments import make_garment
 from tatamu.garments.towel import staggered_rectangle
 from tatamu.material import Material
-from tatamu.simulators.native import bending, layout, membrane, wrinkling
+from tatamu.simulators.native.elastic import bending, membrane, wrinkling
+from tatamu.simulators.native.memory import bands as layout
 from tatamu.simulators.native.model import UPPER
 from tatamu.topology import Topology, areas
 from tatamu.validation.meshes import LAYOUTS

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tatamu.simulators.native.lattice import patches
+from tatamu.simulators.native.memory.lattice import patches
 
 BLOCK = 528
 """Elements of a band that are computed together: what they need in between stays in the nearest cache, and its rows

@@ -17,7 +17,7 @@ import numpy as np
 from numba import njit
 
 from tatamu.crossings import crossing_pairs
-from tatamu.simulators.native.candidates import Mesh
+from tatamu.simulators.native.contact.broad_phase import Mesh
 from tatamu.simulators.native.geometry import cross, normal_of
 from tatamu.topology import areas, edge_lengths, longest_sides
 

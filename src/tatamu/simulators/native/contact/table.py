@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from tatamu.simulators.native.push import CLEARING_SPEED, HARD, RECOVERY_SPEED, RESTLESS_FOR
+from tatamu.simulators.native.contact.projection import CLEARING_SPEED, HARD, RECOVERY_SPEED, RESTLESS_FOR
 
 
 @njit(cache=True, error_model="numpy")

@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from tatamu.simulators.native import nearest, ridges
+from tatamu.simulators.native.contact import edge_edge_search as ridges
+from tatamu.simulators.native.contact import vertex_face_search as nearest
 
 SLOTS = 3
 """Triangles that a vertex is kept from: the nearest below, the nearest above, and one that would be lost."""

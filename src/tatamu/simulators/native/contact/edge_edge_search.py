@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from tatamu.simulators.native.contact.vertex_face_search import CREASE
 from tatamu.simulators.native.geometry import closest_on_segments, dot, grid_cell, grid_of
-from tatamu.simulators.native.nearest import CREASE
 
 RIDGE = 0.94
 """Edges whose triangles' normals have a cosine below this are guarded like borders."""

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from tatamu.simulators.native.contact.projection import HARD, NOTICEABLE, RESTLESS_FOR, pushes, shift
 from tatamu.simulators.native.geometry import closest_between
-from tatamu.simulators.native.push import HARD, NOTICEABLE, RESTLESS_FOR, pushes, shift
 
 EDGE_GAP = 0.75
 """Edges keep this part of a thickness; vertices against triangles keep the whole."""

@@ -16,8 +16,8 @@ import numpy as np
 from numba import njit
 
 from tatamu.material import Material
-from tatamu.simulators.native import wrinkling
-from tatamu.simulators.native.layout import BLOCK
+from tatamu.simulators.native.elastic import wrinkling
+from tatamu.simulators.native.memory.bands import BLOCK
 
 ENDS = np.array([[1, 2], [2, 0], [0, 1]])
 """Corners of a triangle that edge q joins, shape (3, 2): the two that are not corner q."""

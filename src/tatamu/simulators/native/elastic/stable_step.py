@@ -6,8 +6,8 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from tatamu.simulators.native import bending, membrane
-from tatamu.simulators.native.layout import BLOCK, blocks
+from tatamu.simulators.native.elastic import bending, membrane
+from tatamu.simulators.native.memory.bands import BLOCK, blocks
 
 
 def hinge_gradients(rest: np.ndarray, hinges: np.ndarray) -> tuple[sparse.csr_array, np.ndarray]:

@@ -21,7 +21,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from tatamu.simulators.native.layout import BLOCK
+from tatamu.simulators.native.memory.bands import BLOCK
 from tatamu.topology import Topology, areas
 
 PART_OF_C = 0.45

@@ -23,10 +23,10 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from tatamu.simulators.native import pairs
-from tatamu.simulators.native.candidates import PRESSED_FOR
+from tatamu.simulators.native.contact import edge_edge as pairs
+from tatamu.simulators.native.contact.broad_phase import PRESSED_FOR
+from tatamu.simulators.native.contact.projection import HARD, NOTICEABLE, RESTLESS_FOR, pushes, shift
 from tatamu.simulators.native.geometry import cross, normal_of
-from tatamu.simulators.native.push import HARD, NOTICEABLE, RESTLESS_FOR, pushes, shift
 
 INSIDE = -0.02
 """A barycentric coordinate above this counts as inside the triangle."""

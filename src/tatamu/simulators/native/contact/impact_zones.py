@@ -11,8 +11,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from tatamu.simulators.native.contact.projection import RESTLESS_FOR
 from tatamu.simulators.native.geometry import closest_on_segments, normal_of
-from tatamu.simulators.native.push import RESTLESS_FOR
 
 MOST_PASSES = 30
 """A zone may run into what is beside it; after so many passes the rest is left to the next step."""

@@ -8,7 +8,10 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from tatamu.simulators.native import candidates, contact, table, zones
+from tatamu.simulators.native.contact import broad_phase as candidates
+from tatamu.simulators.native.contact import impact_zones as zones
+from tatamu.simulators.native.contact import table
+from tatamu.simulators.native.contact import vertex_face as contact
 
 RESTLESS, CALM = 0.25, 0.08
 """Contact that moves a vertex by more than the first part of a thickness is resolved twice as often from then on, at
