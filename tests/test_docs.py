@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import fields
 from functools import cache
 from pathlib import Path
 
@@ -11,6 +12,8 @@ import pytest
 import typer
 
 from tatamu.cli.app import app
+from tatamu.simulators import SIMULATORS, capabilities
+from tatamu.simulators.capabilities import Capabilities
 from tests.test_structure import ORDER, SOURCE
 
 ROOT = Path(__file__).parent.parent
@@ -19,6 +22,7 @@ NAMES = [page.relative_to(ROOT).as_posix() for page in PAGES]
 GUIDES = [name for name in NAMES if name != "CHANGELOG.md"]
 """Pages that speak of the present; a changelog speaks of what was."""
 TEXT = (".md", ".py", ".toml")
+CAPABILITY_PAGE = "docs/reference/simulators.md"
 
 
 @cache
@@ -169,7 +173,20 @@ def test_the_architecture_page_has_every_folder_and_module() -> None:
     assert rooms == {room for rooms in ORDER for room in rooms}
 
 
+def test_the_capabilities_on_the_page_are_those_that_simulators_state() -> None:
+    head, *rows = re.findall(
+        r"^\| (`?\w+`?) \| .+? \| (.+) \|$", read(CAPABILITY_PAGE).partition("## Cap")[2], flags=re.M
+    )
+    assert re.findall(r"`(\w+)`", head[1]) == list(SIMULATORS)
+    assert [name.strip("`") for name, _ in rows] == [field.name for field in fields(Capabilities)]
+    shown = {True: "yes", False: "no", None: "-"}
+    for name, cells in rows:
+        stated = [getattr(capabilities(simulator), name.strip("`")) for simulator in SIMULATORS]
+        assert cells.split(" | ") == [shown.get(value) or f"{value:g}" for value in stated], name
+
+
 def test_every_module_of_native_is_on_a_map() -> None:
     maps = read("CONTRIBUTING.md") + read("docs/architecture.md")
+    maps = re.sub(r"(\w+)\((_\w+)\)", r"\1 \1\2", maps)  # vertex_face(_search) names both
     modules = {path.stem for path in (SOURCE / "simulators" / "native").rglob("*.py")} - {"__init__"}
     assert not {module for module in modules if not re.search(rf"`?\b{module}\b`?", maps)}
