@@ -18,10 +18,10 @@ from tatamu.presentation.replay import FRAMES, frames
 from tatamu.presentation.tube import tube
 from tatamu.report import picture, write_report
 from tatamu.report.errormap import largest, maps
-from tatamu.report.fold import read_fold
 from tatamu.report.histogram import bin_width, histogram
 from tatamu.report.paths import plot
 from tatamu.report.replay import replay
+from tatamu.results import read_fold
 from tests.fabricated import changed, grid, rewritten, write_fold
 from tests.pages import shown, unpacked
 

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from tatamu.calibration.elongation import Elongation
-from tatamu.calibration.friction import SIZE, Slope
-from tatamu.calibration.loop import Loop
-from tatamu.calibration.push import Push
-from tatamu.calibration.sag import Sag
 from tatamu.presentation.drawing import Drawing
 from tatamu.presentation.shapes import Box, Segments
 from tatamu.topology import Topology
+
+if TYPE_CHECKING:
+    from tatamu.calibration.elongation import Elongation
+    from tatamu.calibration.friction import Slope
+    from tatamu.calibration.loop import Loop
+    from tatamu.calibration.push import Push
+    from tatamu.calibration.sag import Sag
 
 CLOTH = "plot"
 DASH = 4.0
@@ -60,7 +64,7 @@ def sliding(slope: Slope) -> str:
     drawing = Drawing.around(np.array([foot, (top[0] + 0.08, top[1] + 0.05), (top[0] + 0.1, 0.0)]), 320.0, 240.0)
     drawing.line(np.array([foot - [0.02, 0.0], [top[0] + 0.1, 0.0]]), "muted", 1.5)
     drawing.line(np.array([foot, top]), "muted", 5.0)
-    middle, half = 0.55 * top, 0.5 * 1.2 * SIZE[1] * top / board
+    middle, half = 0.55 * top, 0.5 * 1.2 * slope.sheet[1] * top / board
     drawing.line(np.array([middle - half, middle + half]) + 0.012 * normal, CLOTH, 5.0)
     drawing.dimension(np.array([top[0] + 0.03, 0.0]), np.array([top[0] + 0.03, top[1]]), "H_s")
     drawing.dimension(foot + 0.05 * normal, top + 0.05 * normal, "L_t")

@@ -7,31 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 from markupsafe import Markup
 
-from tatamu.calibration import drawing
 from tatamu.calibration.advice import NAMES, advice_on
+from tatamu.calibration.fit import Fit
 from tatamu.calibration.friction import SLIDING
+from tatamu.calibration.parameters import KNOWN, PARAMETERS, PLACE, SYMBOLS, UNITS
 from tatamu.calibration.readings import Reading
-from tatamu.calibration.result import PARAMETERS, SYMBOLS, UNITS, Calibration, Fit, rounded
+from tatamu.calibration.result import Calibration, rounded
+from tatamu.calibration.test import CalibrationTest
 from tatamu.presentation.chart import Chart, Plot, axis, band, line, log_axis, note, traces
 from tatamu.presentation.page import render
 
-TITLES = {
-    "elongation": "Elongation: stretch stiffness Y",
-    "sag": "Sag: bending rigidity B",
-    "loop": "Loop: bending rigidity B",
-    "friction": "Friction: coefficient μ on the table",
-    "push": "Push: compression c",
-}
-READINGS = {"elongation": "L1 - L2", "sag": "sag", "loop": "height of the loop", "push": "moved"}
-WORDS = {
-    "areal_density": "areal density",
-    "stretch_stiffness": "stretch stiffness",
-    "bending_rigidity": "bending rigidity",
-    "friction_table": "friction on the table",
-    "compression": "resists compression, part of Y",
-}
-AXES = {"elongation": "Y [N/m]", "sag": "B [µN m]", "loop": "B [µN m]", "friction": "μ", "push": "c"}
-FACTORS = {"elongation": 1.0, "sag": 1e6, "loop": 1e6, "friction": 1.0, "push": 1.0}
 ROOM = 1.6
 """Beside the points of a chart, as a factor: a logarithmic axis then always has a number on it."""
 
@@ -60,7 +45,7 @@ def page(calibration: Calibration) -> str:
         charts=charts,
         title=f"{calibration.setup.garment.name}, calibrated for {calibration.simulator}",
         calibration=calibration,
-        parameters=[(f"{WORDS[name]}, {SYMBOLS[name]}", *shown(calibration, name)) for name in PARAMETERS],
+        parameters=[(f"{KNOWN[name].words}, {SYMBOLS[name]}", *shown(calibration, name)) for name in PARAMETERS],
         advice=advice_on(calibration),
         fits=[_shown_fit(calibration, fit) for fit in calibration.fits],
         symbols=[SYMBOLS[name] for name in calibration.known],
@@ -69,36 +54,23 @@ def page(calibration: Calibration) -> str:
 
 
 def _shown_fit(calibration: Calibration, fit: Fit) -> ShownFit:
+    test = calibration.setup.tests[fit.test]
     value, spread = shown(calibration, fit.parameter)
     return ShownFit(
         name=fit.test,
-        title=TITLES[fit.test],
-        sentence=_sentence(calibration, fit),
+        title=test.title,
+        sentence=_sentence(fit, test),
         symbol=SYMBOLS[fit.parameter],
         relation="is" if fit.bound else "=",
         value=value,
         spread=spread,
-        picture=Markup(_picture(calibration, fit.test)),
+        picture=Markup(test.drawing(calibration.shapes[fit.test])),
     )
-
-
-def _picture(calibration: Calibration, test: str) -> str:
-    """The drawing of a test, as it came to rest."""
-    setup, shape = calibration.setup, calibration.shapes.get(test)
-    if test == "elongation" and setup.elongation is not None and shape is not None:
-        return drawing.hanging(setup.elongation, shape)
-    if test == "sag" and setup.sag is not None and shape is not None:
-        return drawing.sagging(setup.sag, shape)
-    if test == "loop" and setup.loop is not None and shape is not None:
-        return drawing.looped(setup.loop, shape)
-    if test == "push" and setup.push is not None and shape is not None:
-        return drawing.pushed(setup.push, shape)
-    return drawing.sliding(setup.slope) if setup.slope is not None and test == "friction" else ""
 
 
 def shown(calibration: Calibration, parameter: str) -> tuple[str, str]:
     """A parameter's value and its uncertainty as text, with the unit of the first."""
-    factor, unit = (1e6, "µN m") if parameter == "bending_rigidity" else (1.0, UNITS[parameter])
+    factor, unit = KNOWN[parameter].shown_factor, KNOWN[parameter].shown_unit or UNITS[parameter]
 
     def words(value: float) -> str:
         return f"{factor * value:.4g} {unit if unit != '-' else ''}".strip()
@@ -114,28 +86,21 @@ def shown(calibration: Calibration, parameter: str) -> tuple[str, str]:
     return text, f"± {rounded(factor * calibration.uncertainty(parameter), 2):g} ({100 * relative:.1f} %)"
 
 
-def _sentence(calibration: Calibration, fit: Fit) -> str:
-    if fit.test == "friction":
-        return (
-            f"θ = asin(H_s / L_t) = {np.degrees(fit.measured):.1f} ± {np.degrees(fit.uncertainty):.1f} degrees; "
-            f"tan θ = {calibration.textbook_friction:.3f}."
-        )
-    name = READINGS[fit.test]
+def _sentence(fit: Fit, test: CalibrationTest) -> str:
     beside = fit.alone if fit.parameter == "bending_rigidity" else None
-    return (
-        f"{name[0].upper()}{name[1:]} measured: {1e3 * fit.measured:.1f} ± {1e3 * fit.uncertainty:.1f} mm; simulated: "
-        f"{1e3 * fit.simulated:.2f} mm."
-        + (f" Alone it says {f'{fit.bound} ' if fit.bound else ''}{1e6 * beside:.4g} µN m." if beside else "")
-    )
+    alone = f" Alone it says {f'{fit.bound} ' if fit.bound else ''}{1e6 * beside:.4g} µN m." if beside else ""
+    return test.sentence(fit) + alone
 
 
 def _chart(calibration: Calibration, fit: Fit) -> Plot:
-    return _friction_chart(calibration, fit) if fit.test == "friction" else _reading_chart(calibration, fit)
+    test = calibration.setup.tests[fit.test]
+    return _speed_chart(fit, test) if test.samples == "speed" else _reading_chart(calibration, fit, test)
 
 
-def _reading_chart(calibration: Calibration, fit: Fit) -> Plot:
+def _reading_chart(calibration: Calibration, fit: Fit, test: CalibrationTest) -> Plot:
     """Simulated readings over the parameter, and the measured one as a band."""
-    factor = FACTORS[fit.test]
+    factor = KNOWN[fit.parameter].shown_factor
+    label = KNOWN[fit.parameter].label
     x = factor * np.array([sample[0] for sample in fit.samples])
     y = 1e3 * np.array([sample[1] for sample in fit.samples])
     low, high = 1e3 * (fit.measured - fit.uncertainty), 1e3 * (fit.measured + fit.uncertainty)
@@ -150,11 +115,11 @@ def _reading_chart(calibration: Calibration, fit: Fit) -> Plot:
                 "y": y.tolist(),
                 "mode": "lines+markers",
                 "line": {"color": "@plot", "width": 1.3},
-                "hovertemplate": f"{AXES[fit.test]} %{{x:.4g}}<br>%{{y:.2f}} mm<extra></extra>",
+                "hovertemplate": f"{label} %{{x:.4g}}<br>%{{y:.2f}} mm<extra></extra>",
             }
         ],
-        xaxis=log_axis(AXES[fit.test], min(x.min(), found) / ROOM, max(x.max(), found) * ROOM),
-        yaxis=axis(f"{READINGS[fit.test]} [mm]", range=[lowest - room, highest + room]),
+        xaxis=log_axis(label, min(x.min(), found) / ROOM, max(x.max(), found) * ROOM),
+        yaxis=axis(f"{test.read} [mm]", range=[lowest - room, highest + room]),
         shapes=[
             band(low, high, "@reading"),
             line("y", 1e3 * fit.measured, dash="solid", colour="@reading"),
@@ -164,7 +129,7 @@ def _reading_chart(calibration: Calibration, fit: Fit) -> Plot:
     )
 
 
-def _friction_chart(calibration: Calibration, fit: Fit) -> Plot:
+def _speed_chart(fit: Fit, test: CalibrationTest) -> Plot:
     """Speed over the coefficient: zero where it sticks."""
     dots = []
     for slides, name, symbol in ((True, "slides", "circle"), (False, "sticks", "square")):
@@ -179,11 +144,11 @@ def _friction_chart(calibration: Calibration, fit: Fit) -> Plot:
                 "hovertemplate": f"μ %{{x:.4g}}: {name}, %{{y:.2f}} mm/s<extra></extra>",
             }
         )
-    textbook = calibration.textbook_friction
-    assert textbook is not None, "a fit of the friction has a slope"
+    textbook = test.textbook
+    assert textbook is not None, "a test that reads a speed knows the textbook's value"
     return traces(
         dots,
-        xaxis=axis("μ"),
+        xaxis=axis(KNOWN[fit.parameter].label),
         yaxis=axis("speed at the end [mm/s]"),
         showlegend=True,
         legend={"orientation": "h", "y": 1.14, "font": {"color": "@ink"}},
@@ -194,7 +159,7 @@ def _friction_chart(calibration: Calibration, fit: Fit) -> Plot:
 
 def _budget(calibration: Calibration) -> list[tuple[str, str, str, list[float]]]:
     """For each reading its name, its value, its uncertainty, and its part of each parameter's variance."""
-    known = [PARAMETERS.index(name) for name in calibration.known]
+    known = [PLACE[name] for name in calibration.known]
     if not known:
         return []
     variance = np.diag(calibration.covariance)[known]

@@ -15,14 +15,13 @@ from tatamu.presentation.image import save_png
 from tatamu.presentation.page import render
 from tatamu.presentation.shading import shrink, to_pixels
 from tatamu.report.errormap import maps
-from tatamu.report.fold import LearnedFold
 from tatamu.report.headline import title
 from tatamu.report.still import FINER
 from tatamu.report.still import render as still
 from tatamu.report.tables import Column
 from tatamu.report.topview import TopView, draw, extent, outlined, paths, view
 from tatamu.report.verdict import MEASURES
-from tatamu.results.records import Scores
+from tatamu.results import LearnedFold, Scores
 
 
 def save(opinion: Opinion, folder: Path) -> Path:

@@ -9,8 +9,8 @@ import numpy as np
 from tatamu.presentation.chart import Chart, Plot, axis, traces
 from tatamu.presentation.palette import SCALE
 from tatamu.presentation.raster import rasterise
-from tatamu.report.fold import LearnedFold
 from tatamu.report.topview import Extent, extent
+from tatamu.results import LearnedFold
 
 CELLS = 45_000
 """About how many cells a map has."""

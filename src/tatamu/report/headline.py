@@ -7,8 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from tatamu.report.fold import LearnedFold
 from tatamu.report.verdict import FAILED, GRADES, MEASURES, SUCCESS, Measure, grade
+from tatamu.results import LearnedFold
 
 GAUGE = (0.0005, 0.08)
 """Ends of the gauge [m], on a logarithmic scale."""
@@ -68,7 +68,7 @@ def _share(distance: float) -> float:
 def events(fold: LearnedFold) -> list[tuple[float, str]]:
     """Marks under the time slider, at parts of the whole time: when the hands start, arrive and open."""
     end = float(fold.rollout.times[-1])
-    timing = fold.manipulation.timing
+    timing = fold.manipulation.timing_values
     known = (("starts", "start"), ("arrives", "arrive"), ("opens", "open"))
     return [(min(timing[name] / end, 1.0), word) for name, word in known if name in timing and end > 0]
 

@@ -9,9 +9,9 @@ from tatamu.files import write_text
 from tatamu.presentation.chart import Chart
 from tatamu.presentation.page import Charts, render
 from tatamu.report import command, errormap, headline, histogram, paths, search, tables, topview
-from tatamu.report.fold import LearnedFold, read_fold
 from tatamu.report.replay import replay
 from tatamu.report.verdict import MEASURES, SUCCESS
+from tatamu.results import LearnedFold, read_fold
 
 
 def write_report(folder: Path) -> Path:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -12,42 +11,42 @@ from tatamu.presentation.page import render
 from tatamu.presentation.replay import HAND_COLOURS, HandTrack, replay_data
 from tatamu.report import command, topview
 from tatamu.report.errormap import largest
-from tatamu.report.fold import LearnedFold, read_fold
 from tatamu.report.headline import spelled
 from tatamu.report.replay import hands
 from tatamu.report.verdict import grade
+from tatamu.results import LearnedFold, PlanResult, read_fold
 from tatamu.rollout import Rollout
 
 LIFT = 0.10
 """Height by which hands rise between a release and the next grasp, in the replay [m]."""
 
 
-def write_plan_report(folder: Path, result: dict[str, Any]) -> Path:
-    """Write `report.html` of a plan; `result` is what its `result.json` holds, `rollout.npz` and the steps are there.
+def write_plan_report(folder: Path, result: PlanResult) -> Path:
+    """Write `report.html` of a plan; `rollout.npz` and the steps are there.
 
     Raises:
         InputError: A step's folder does not hold a learned fold.
     """
-    folds = [read_fold(folder / step["folder"]) for step in result["steps"]]
+    folds = [read_fold(folder / step.folder) for step in result.steps]
     rollout = Rollout.load(folder / "rollout.npz")
     write_text(folder / "report.html", page(folder, result, folds, rollout))
     return folder / "report.html"
 
 
-def page(folder: Path, result: dict[str, Any], folds: list[LearnedFold], rollout: Rollout) -> str:
+def page(folder: Path, result: PlanResult, folds: list[LearnedFold], rollout: Rollout) -> str:
     """The whole page; the same plan gives the same bytes."""
-    target, final, plan = rollout.extra["target"], result["final"], result["plan"]
+    target, final, plan = rollout.extra["target"], result.final, result.plan
     scale = largest(np.linalg.norm(rollout.positions[-1] - target, axis=1))
-    views = [(step, topview.beside(fold, fold.target)) for step, fold in zip(result["steps"], folds, strict=True)]
+    views = [(step, topview.beside(fold, fold.target)) for step, fold in zip(result.steps, folds, strict=True)]
     return render(
         "report/plan.html",
         replay=replay_data(rollout, folds[0].scene, _hands(folds, rollout), scale),
-        title=f"{spelled(plan['garment'])}, {plan['fold']} in {len(folds)} folds",
-        verdict=grade(final["mean_vertex_distance"]),
+        title=f"{spelled(plan.garment)}, {plan.fold} in {len(folds)} folds",
+        verdict=grade(final.mean_vertex_distance),
         events=_events(rollout),
         result=result,
         final=final,
-        trials=sum(step["trials"] for step in result["steps"]),
+        trials=sum(step.trials for step in result.steps),
         views=views,
         whole=topview.beside(folds[-1], target),
         learn_command=command.learn(folds[0]),

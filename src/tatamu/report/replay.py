@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from tatamu.presentation.replay import HAND_COLOURS, HandTrack, replay_data
-from tatamu.report.fold import LearnedFold
+from tatamu.results import LearnedFold
 
 
 def replay(fold: LearnedFold, largest: float) -> dict[str, Any]:
@@ -16,7 +16,7 @@ def replay(fold: LearnedFold, largest: float) -> dict[str, Any]:
 def hands(fold: LearnedFold) -> list[HandTrack]:
     """The hands of a learned fold."""
     timing = fold.manipulation.timing
-    hold = (timing.get("closes", 0.0), timing.get("opens"))
+    hold = (timing.closes, timing.opens) if timing else (0.0, None)
     return [
         HandTrack(colour, fold.hand(arm), [hold])
         for colour, arm in zip(HAND_COLOURS, fold.manipulation.arms, strict=False)

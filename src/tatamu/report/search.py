@@ -9,7 +9,7 @@ import numpy as np
 
 from tatamu.presentation.chart import Plot, axis, line, note, traces
 from tatamu.report.verdict import GRADES
-from tatamu.results.records import Result, Trial
+from tatamu.results import Result, Trial
 
 
 def objective(result: Result) -> Plot:
@@ -31,7 +31,7 @@ def objective(result: Result) -> Plot:
             _dots(numbers, values, "C = %{y:.4f}"),
             steps,
             _failed(result.trials, top),
-            _star(result.best, min(values), "C = %{y:.4f}"),
+            _star(result.best_trial.number, min(values), "C = %{y:.4f}"),
         ],
         xaxis=_trials(result),
         yaxis=axis("objective C"),
@@ -58,7 +58,7 @@ def distance(result: Result) -> Plot:
         [
             _dots(numbers, values, "%{y:.2f} mm"),
             _failed(result.trials, high / 1.15),
-            _star(result.best, max(best, 0.01), "%{y:.2f} mm"),
+            _star(result.best_trial.number, max(best, 0.01), "%{y:.2f} mm"),
         ],
         xaxis=_trials(result),
         yaxis=axis(

@@ -12,7 +12,7 @@ from tatamu.presentation.palette import LEFT, RIGHT, TABLE, rgb
 from tatamu.presentation.raster import View
 from tatamu.presentation.shading import SUN, PaintedMesh, cloth, see, shade, shrink, to_pixels
 from tatamu.presentation.tube import tube
-from tatamu.report.fold import LearnedFold, read_fold
+from tatamu.results import LearnedFold, read_fold
 
 SIZE = (720, 1280)
 """Height and width of the picture [pixels]."""

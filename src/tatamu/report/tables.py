@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tatamu.report.fold import LearnedFold
 from tatamu.report.verdict import grade
-from tatamu.results.records import Scores
+from tatamu.results import LearnedFold, Scores
 
 Facts = list[tuple[str, str]]
 """Names and values, plain text."""
@@ -77,7 +76,7 @@ def timing(fold: LearnedFold) -> Facts:
         "ends": "rollout ends",
         "top_speed": "top speed",
     }
-    given = fold.manipulation.timing
+    given = fold.manipulation.timing_values
     return [
         (word, f"{given[name]:.3g} {'m/s' if name == 'top_speed' else 's'}")
         for name, word in known.items()

@@ -16,7 +16,7 @@ from tatamu.presentation.raster import View
 from tatamu.presentation.replay import HAND_COLOURS
 from tatamu.presentation.shading import cloth, occlusion, see, shade, shrink, to_pixels
 from tatamu.presentation.shapes import Dot, Picture
-from tatamu.report.fold import LearnedFold
+from tatamu.results import LearnedFold
 
 WIDE = 600
 """Width of the images [pixels], before the screen scales them."""

@@ -16,13 +16,13 @@ from tatamu.presentation.chart import Chart
 from tatamu.presentation.image import data_uri, save_png
 from tatamu.presentation.page import render
 from tatamu.presentation.shading import shrink, to_pixels
-from tatamu.report.fold import LearnedFold
 from tatamu.report.histogram import along
 from tatamu.report.still import FINER
 from tatamu.report.still import render as still
 from tatamu.report.verdict import MEASURES, Measure
 from tatamu.reproduction.claims import claims
 from tatamu.reproduction.experiment import Choices, Study
+from tatamu.results import LearnedFold
 
 BLACK = "#111111"
 TABLES = (

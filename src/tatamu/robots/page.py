@@ -17,7 +17,7 @@ from tatamu.report.headline import title
 from tatamu.report.tables import Column
 from tatamu.report.topview import TopView, beside
 from tatamu.report.verdict import MEASURES
-from tatamu.results.records import Scores
+from tatamu.results import Scores
 from tatamu.robots.checks import in_words
 from tatamu.robots.links import link_boxes
 from tatamu.robots.planned import ARMS

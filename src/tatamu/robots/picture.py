@@ -13,7 +13,7 @@ import numpy as np
 from tatamu.presentation.drawing import FROM_ABOVE, Drawing
 from tatamu.presentation.shapes import Box, Dot
 from tatamu.robots.chain import Chain
-from tatamu.robots.plan import Plan
+from tatamu.robots.plan import RobotPlan
 
 SCALE = 900.0
 """Pixels per metre."""
@@ -24,7 +24,7 @@ CELL = 0.034
 COLOURS = {"larm": "left", "rarm": "right"}
 
 
-def reach_svg(plan: Plan) -> str:
+def reach_svg(plan: RobotPlan) -> str:
     """The picture of a plan, as text."""
     name = plan.task.robot.name
     squares = "squares: the middle of the fold; green well within reach, yellow just so, red not; "
@@ -43,7 +43,7 @@ def reach_svg(plan: Plan) -> str:
     return drawing.svg() + "\n"
 
 
-def _draw_squares(drawing: Drawing, plan: Plan) -> None:
+def _draw_squares(drawing: Drawing, plan: RobotPlan) -> None:
     """Every place that was tried with about the chosen height and turn; the best ones drawn last."""
     reach, chosen = plan.reach, plan.task.placement
     if reach is None:
@@ -56,7 +56,7 @@ def _draw_squares(drawing: Drawing, plan: Plan) -> None:
             drawing.add(Box(centre - CELL / 2, centre + CELL / 2, _colour(float(quality)), "card"))
 
 
-def _middle(plan: Plan) -> np.ndarray:
+def _middle(plan: RobotPlan) -> np.ndarray:
     """The middle of both hands' paths in F, homogeneous, shape (4,)."""
     points = plan.task.hands.at(plan.via_times).reshape(-1, 3)
     return np.append((points.min(axis=0) + points.max(axis=0)) / 2, 1.0)
@@ -70,7 +70,7 @@ def _colour(quality: float) -> str:
     return "#" + "".join(f"{round(255 * part):02x}" for part in colorsys.hls_to_rgb(hue, 0.62, 0.70))
 
 
-def _draw_robot(drawing: Drawing, plan: Plan) -> None:
+def _draw_robot(drawing: Drawing, plan: RobotPlan) -> None:
     """Shoulders and what they span."""
     turn = np.linspace(0.0, 2 * np.pi, 97)
     around = np.column_stack([np.cos(turn), np.sin(turn)])
@@ -83,7 +83,7 @@ def _draw_robot(drawing: Drawing, plan: Plan) -> None:
         drawing.line(shoulder + radius * around, COLOURS[arm.name], 1.0, opacity=0.5)
 
 
-def _draw_hands(drawing: Drawing, plan: Plan) -> None:
+def _draw_hands(drawing: Drawing, plan: RobotPlan) -> None:
     task = plan.task
     points = task.hands.at(plan.via_times) @ task.placement.matrix[:3, :3].T + task.placement.matrix[:3, 3]
     for arm, path in zip(task.robot.arms, points, strict=True):
