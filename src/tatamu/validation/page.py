@@ -2,48 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 from tatamu.presentation.chart import Chart, Plot, axis, traces
 from tatamu.presentation.page import render
 from tatamu.presentation.palette import SERIES
-from tatamu.validation.findings import Curve, Figure, Row
+from tatamu.validation.findings import Curve, Figure
 from tatamu.validation.report import CheckResult, Report
 from tatamu.validation.terminal import cells
 
 SYMBOLS = ("circle", "square", "diamond", "triangle-up", "x", "cross")
 LONG = 16
 """Tables with more rows than this are folded away behind their failures."""
-
-
-@dataclass(frozen=True)
-class ShownRow:
-    """A row of a table as text."""
-
-    case: str
-    """Empty where it is that of the row above."""
-    quantity: str
-    note: str
-    numbers: list[str]
-    """Reference, got, error and limit."""
-    verdict: str
-    """pass, fail or stated."""
-
-
-@dataclass(frozen=True)
-class ShownCheck:
-    """A check's section of the page."""
-
-    result: CheckResult
-    verdict: str
-    """In a few words."""
-    tone: str
-    """Of that verdict: pass, fail or stated."""
-    seconds: float
-    rows: list[ShownRow]
-    failed: list[ShownRow]
-    """Only those; shown before the others where there are many."""
 
 
 def page(report: Report) -> str:
@@ -54,33 +24,19 @@ def page(report: Report) -> str:
         title=f"Validation of the simulator {report.simulator}",
         report=report,
         stated=len(report.rows) - report.judged,
-        checks=[_check(result) for result in report.results],
+        checks=[(result, *_verdict(result)) for result in report.results],
+        cells=cells,
         long=LONG,
     )
 
 
-def _check(result: CheckResult) -> ShownCheck:
-    found = [(case.label, row) for case in result.cases for row in case.rows]
-    failed = [(label, row) for label, row in found if row.passed is False]
-    judged = sum(row.passed is not None for _, row in found)
+def _verdict(result: CheckResult) -> tuple[str, str]:
+    """The verdict on a check in a few words, and its tone: pass, fail or stated."""
+    passed = [row.passed for case in result.cases for row in case.rows if row.passed is not None]
+    failed = passed.count(False)
     if failed:
-        verdict, tone = f"{len(failed)} of {judged} fail", "fail"
-    else:
-        verdict, tone = (f"{judged} pass", "pass") if judged else ("stated", "stated")
-    seconds = sum(case.seconds for case in result.cases)
-    return ShownCheck(result, verdict, tone, seconds, _rows(found), _rows(failed))
-
-
-def _rows(found: list[tuple[str, Row]]) -> list[ShownRow]:
-    rows = []
-    before = ""
-    for label, row in found:
-        quantity, *numbers, unit = cells(row)
-        numbers[2:] = [f"{text} {unit}" if text != "–" and unit != "-" else text for text in numbers[2:]]
-        verdict = {True: "pass", False: "fail", None: "stated"}[row.passed]
-        rows.append(ShownRow("" if label == before else label, quantity, row.note, numbers, verdict))
-        before = label
-    return rows
+        return f"{failed} of {len(passed)} fail", "fail"
+    return (f"{len(passed)} pass", "pass") if passed else ("stated", "stated")
 
 
 def _charts(result: CheckResult) -> list[Chart]:
