@@ -24,7 +24,7 @@ from tatamu import InputError, Rollout, Scene, TatamuError, simulate
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.task import Outcome, Reach, Task, make_task
 from tatamu.learning import learn
-from tatamu.learning.study import Identity, Study
+from tatamu.learning.study import Identity, OptunaStudy
 from tatamu.results import describe_task
 
 COARSE = {"spacing": 0.04, "size": (0.24, 0.5)}
@@ -159,7 +159,7 @@ def test_a_failed_trial_is_a_finite_penalty_that_the_search_keeps(
 def test_the_search_sees_even_where_the_best_is_far_from_ideal(tmp_path: Path) -> None:
     """As the last step of a plan may be, which cannot mend what the steps before it left."""
     identity = Identity(task=describe_task(task()), sampler="gp", seed=0)
-    study = Study(tmp_path / "study.db", identity, {"x": FloatDistribution(0.0, 1.0)}, floor=0.4)
+    study = OptunaStudy(tmp_path / "study.db", identity, {"x": FloatDistribution(0.0, 1.0)}, floor=0.4)
     for number in range(12):
         parameters = study.ask([], number)
         study.tell(parameters, 1.0 + 2.0 * (parameters["x"] - 0.3) ** 2, {})
@@ -302,14 +302,14 @@ def test_the_sampler_is_made_ready_while_the_first_trials_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, trials: int, made_ready: list[tuple[int, bool]]
 ) -> None:
     """Once, before any result is waited for, where there is one to learn from; it changes no proposal."""
-    calls, warm_up = [], Study.warm_up
+    calls, warm_up = [], OptunaStudy.warm_up
 
-    def watched(study: Study) -> None:
+    def watched(study: OptunaStudy) -> None:
         before = study.ask([], 0)
         warm_up(study)
         calls.append((len(study.trials), study.ask([], 0) != before))
 
-    monkeypatch.setattr(Study, "warm_up", watched)
+    monkeypatch.setattr(OptunaStudy, "warm_up", watched)
     learn(task(), tmp_path, trials=trials, parallel=2, baselines=False)
     assert calls == made_ready
 

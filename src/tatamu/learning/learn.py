@@ -21,7 +21,7 @@ from tatamu.folding.task import Outcome, Task
 from tatamu.learning.outcomes import attributes_of, best_number, result_of, scored_baselines
 from tatamu.learning.samplers import SAMPLERS
 from tatamu.learning.space import Grasps, search_space
-from tatamu.learning.study import Identity, Study
+from tatamu.learning.study import Identity, OptunaStudy
 from tatamu.results import MOMENTS, ResultFolder, describe_manipulation, describe_task
 from tatamu.results.folder import LEARNED
 from tatamu.results.result import Parameters
@@ -90,7 +90,7 @@ def learn(
             parallel=parallel,
             first=[dict(parameters) for parameters in first],
         )
-        study = Study(results.study_file, identity, search_space(task.fold, grasps), floor=task.fold.span)
+        study = OptunaStudy(results.study_file, identity, search_space(task.fold, grasps), floor=task.fold.span)
         done = len(study.trials)
         if trials < done:
             raise InputError(f"trials: {folder} has {done} trials already, given {trials}; give {done} or more")
@@ -157,7 +157,7 @@ class _Proposal(NamedTuple):
 class _Runner:
     """Trials of one study; the outcomes that the folder keeps are remembered, others are forgotten."""
 
-    def __init__(self, task: Task, study: Study) -> None:
+    def __init__(self, task: Task, study: OptunaStudy) -> None:
         self.task, self.study = task, study
         self._kept: dict[int, Outcome] = {}
         for trial in study.trials:  # a reach that learns from what it is asked knows what it would know without a pause
