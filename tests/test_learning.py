@@ -25,7 +25,7 @@ from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.task import Outcome, Reach, Task, make_task
 from tatamu.learning import learn
 from tatamu.learning.study import Identity, OptunaStudy
-from tatamu.results import describe_task
+from tatamu.results import ResultFolder, describe_task
 
 COARSE = {"spacing": 0.04, "size": (0.24, 0.5)}
 
@@ -80,6 +80,12 @@ def test_the_saved_scene_gives_the_saved_rollout(learned: Path) -> None:
     again = simulate(Scene.load(learned / "scene.json"))
     assert again.positions.tobytes() == rollout.positions.tobytes()
     assert rollout.extra["target"].shape == rollout.positions.shape[1:]
+
+
+def test_the_models_read_and_write_the_same_bytes(learned: Path) -> None:
+    folder = ResultFolder(learned)
+    for file, model in ((folder.result_file, folder.result), (folder.manipulation_file, folder.manipulation)):
+        assert json.dumps(model.model_dump(), indent=1) + "\n" == file.read_text()
 
 
 def test_optuna_opens_the_study(learned: Path) -> None:

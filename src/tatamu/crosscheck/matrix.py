@@ -113,9 +113,9 @@ def _scores(agreement: Agreement) -> str:
 
 def _rows(agreement: Agreement) -> Iterator[str]:
     for name in agreement.manipulations:
-        told = BASELINES[name][0] if name in BASELINES else name
+        shown = BASELINES[name][0] if name in BASELINES else name
         cells = "".join(_cell(agreement.entries[name, simulator]) for simulator in agreement.simulators)
-        yield f'<tr><th scope="row">{text(told)}</th>{cells}</tr>'
+        yield f'<tr><th scope="row">{text(shown)}</th>{cells}</tr>'
 
 
 def _cell(entry: Entry) -> str:

@@ -28,12 +28,12 @@ from tatamu.results.result import Parameters
 from tatamu.simulators import SIMULATORS, capabilities
 
 MOST_PARALLEL = 16
-"""More trials than this at a time know too little of one another."""
+"""Trials at a time at most: more would know too little of one another."""
 
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a study is; given to the caller after every trial."""
+    """Progress of a study; given to the caller after every trial."""
 
     done: int
     trials: int
@@ -148,7 +148,7 @@ def locked(folder: ResultFolder) -> Any:
 
 
 class _Proposal(NamedTuple):
-    """A trial that is on its way."""
+    """A trial that is running."""
 
     parameters: Parameters
     manipulation: Manipulation
@@ -164,7 +164,7 @@ class _Runner:
             task.out_of_reach(task.manipulation(trial.params))
 
     def run(self, trials: int, parallel: int) -> Iterator[None]:
-        """Run trials until there are so many; yields after each, in order."""
+        """Run trials until there are `trials` of them; yields after each, in order."""
         pending: deque[tuple[_Proposal, Future[tuple[Outcome, float]]]] = deque()
         begin = len(self.study.trials)
         with ThreadPoolExecutor(parallel) as pool:
@@ -182,7 +182,7 @@ class _Runner:
                 yield
 
     def _evaluate(self, manipulation: Manipulation) -> tuple[Outcome, float]:
-        """What came of a manipulation, and how long it took [s]."""
+        """The outcome of a manipulation, and how long it took [s]."""
         started = perf_counter()
         return self.task.evaluate(manipulation), perf_counter() - started
 
@@ -232,7 +232,7 @@ class _Runner:
         return write_report(folder.path)
 
     def _shown(self) -> dict[str, int]:
-        """Trials whose errors the folder keeps: best of the first 1, 10 and 50, if there are so many."""
+        """Trials whose errors the folder keeps: the best of those that `MOMENTS` names."""
         trials = self.study.trials
         counts = {name: count for name, (count, _) in MOMENTS.items() if count <= len(trials)}
         numbers = {name: best_number(trials, count) for name, count in counts.items()}

@@ -14,7 +14,7 @@ from tatamu.report.markup import filled, inline, text
 from tatamu.report.packing import packed
 from tatamu.report.palette import css
 from tatamu.report.replay import replay
-from tatamu.results import LearnedFold, read_fold
+from tatamu.results import LearnedFold, ResultFolder, read_fold
 
 SCRIPTS = (
     "packing",
@@ -38,7 +38,7 @@ def write_report(folder: Path) -> Path:
     Raises:
         InputError: A file is missing, broken, of another version or does not fit the others.
     """
-    out = Path(folder) / "report.html"
+    out = ResultFolder(Path(folder)).report_file
     write_text(out, page(read_fold(Path(folder))))
     return out
 

@@ -16,7 +16,7 @@ from tatamu.report.markup import filled, inline, table, text
 from tatamu.report.page import frame, resource
 from tatamu.report.replay import COLOURS, Hand, hands, replay_of
 from tatamu.report.verdict import grade
-from tatamu.results import LearnedFold, PlanResult, StepResult, read_fold
+from tatamu.results import LearnedFold, PlanResult, ResultFolder, StepResult, read_fold
 from tatamu.rollout import Rollout
 
 LIFT = 0.10
@@ -41,9 +41,9 @@ def write_plan_report(folder: Path, result: PlanResult) -> Path:
         InputError: A step's folder does not hold a learned fold.
     """
     folds = [read_fold(folder / step.folder) for step in result.steps]
-    rollout = Rollout.load(folder / "rollout.npz")
-    write_text(folder / "report.html", page(folder, result, folds, rollout))
-    return folder / "report.html"
+    results = ResultFolder(folder)
+    write_text(results.report_file, page(folder, result, folds, results.rollout))
+    return results.report_file
 
 
 def page(folder: Path, result: PlanResult, folds: list[LearnedFold], rollout: Rollout) -> str:
