@@ -13,10 +13,10 @@ from tatamu.material import Material
 from tatamu.scene import Cloth, Gripper, Scene
 from tatamu.simulators import simulate
 from tatamu.simulators.native import simulator
-from tatamu.simulators.native import untangle as native_untangle
-from tatamu.simulators.native.candidates import Mesh
+from tatamu.simulators.native.contact import untangle as native_untangle
+from tatamu.simulators.native.contact.broad_phase import Mesh
+from tatamu.simulators.native.contact.untangle import LONGEST, SHORTEST, untangle
 from tatamu.simulators.native.model import model_of
-from tatamu.simulators.native.untangle import LONGEST, SHORTEST, untangle
 from tests.scenes import sheet
 
 THICK = 0.001

@@ -1,6 +1,6 @@
 """A fold plan: folds that follow one another, each a line, the side that moves, and the edges where hands may grasp.
 
-Own plans are TOML; docs/folds.md shows one.
+Own plans are TOML; docs/reference/fold-plan.md shows one.
 """
 
 from __future__ import annotations

@@ -109,7 +109,7 @@ _ABOUT_CLAIMS = (
     "(Ashman’s D above 2). “A trajectory that would not slip”: seeds whose best fold slips less than their first trial."
 )
 _ABOUT_TABLES = "The paper’s numbers under the names that Blender gives them today."
-_ABOUT_CHOICES = "What the paper leaves open, each an option of the command; the reasons are in docs/reproduction.md."
+_ABOUT_CHOICES = "What the paper leaves open, each an option of the command; reasons: docs/guide/reproduction.md."
 
 
 def _of(studies: list[Study], garment: str) -> list[Study]:

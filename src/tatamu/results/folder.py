@@ -1,6 +1,6 @@
 """The folder of a learned fold, or of a plan of several: the names of its files, reading and writing them.
 
-docs/result-folder.md describes every file.
+docs/reference/result-folder.md describes every file.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""The embedded simulator: explicit, multirate, on the processor. docs/native.md derives it."""
+"""The embedded simulator: explicit, multirate, on the processor. docs/theory/native.md derives it."""
 
-from tatamu.simulators.native.cache import forget_stale_kernels
+from tatamu.simulators.native.memory.kernel_cache import forget_stale_kernels
 
 forget_stale_kernels()  # before any kernel is loaded
 
