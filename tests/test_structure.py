@@ -11,7 +11,7 @@ SOURCE = Path(tatamu.__file__).parent
 ORDER = [
     ["errors"],
     ["files"],
-    ["topology", "material", "heavy_strip"],
+    ["topology", "material", "heavy_strip", "zbuffer"],
     ["presets"],
     ["scene", "rollout", "crossings"],
     ["simulators"],

@@ -8,8 +8,12 @@ import numpy as np
 from numba import njit
 from scipy.ndimage import maximum_filter
 
+from tatamu.zbuffer import z_buffer
+
 PIXEL = 0.001
 """Resolution of the map [m]."""
+SLACK = 1e-9
+"""Of pixels beside a triangle, in barycentric coordinates: the cloth has no gaps."""
 NANOMETRES = 9
 """Heights are told to so many decimals of a metre, so that a flat layer is flat to the last bit."""
 
@@ -34,7 +38,7 @@ class Surface:
         low = points[:, :2].min(axis=0) - reach - 2 * PIXEL
         size = np.ceil((points[:, :2].max(axis=0) + reach + 2 * PIXEL - low) / PIXEL).astype(int)
         corners = np.column_stack([(points[:, :2] - low) / PIXEL, points[:, 2]])
-        heights = _highest(np.ascontiguousarray(corners), faces, size[0], size[1])
+        heights = z_buffer(corners, faces, (size[0], size[1]), SLACK).heights
         beside = maximum_filter(heights, size=2 * round(reach / PIXEL) + 1)
         heights = np.where(np.isfinite(heights), heights, beside) + 0.5 * thickness
         return cls(low, np.where(np.isfinite(heights), heights.round(NANOMETRES), 0.0))
@@ -52,26 +56,6 @@ class Surface:
         index = np.indices(self._heights.shape).reshape(2, -1).T
         heights = height(self._low + (index + 0.5) * PIXEL).reshape(self._heights.shape)
         return Surface(self._low, _gentle(np.ascontiguousarray(heights), slope * PIXEL))
-
-
-@njit(cache=True)
-def _highest(points, faces, columns, rows):  # type: ignore[no-untyped-def]
-    """Largest z of all triangles over the centre of each pixel, -inf where there is none."""
-    heights = np.full((columns, rows), -np.inf)
-    for t in range(faces.shape[0]):
-        a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
-        ax, ay, bx, by, cx, cy = points[a, 0], points[a, 1], points[b, 0], points[b, 1], points[c, 0], points[c, 1]
-        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-        if abs(area) < 1e-9:
-            continue
-        for i in range(int(min(ax, bx, cx)), int(max(ax, bx, cx)) + 1):
-            for j in range(int(min(ay, by, cy)), int(max(ay, by, cy)) + 1):
-                v = ((i + 0.5 - ax) * (cy - ay) - (j + 0.5 - ay) * (cx - ax)) / area
-                w = ((bx - ax) * (j + 0.5 - ay) - (by - ay) * (i + 0.5 - ax)) / area
-                if v >= -1e-9 and w >= -1e-9 and v + w <= 1.0 + 1e-9:
-                    z = points[a, 2] + v * (points[b, 2] - points[a, 2]) + w * (points[c, 2] - points[a, 2])
-                    heights[i, j] = max(heights[i, j], z)
-    return heights
 
 
 @njit(cache=True)

@@ -13,9 +13,9 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 
 import numpy as np
-from numba import njit
 
 from tatamu.folding.fold import Fold
+from tatamu.zbuffer import mask
 
 ALPHA = 0.01
 """alpha of Eq. (10), as in the paper."""
@@ -91,22 +91,4 @@ def top_views(faces: np.ndarray, *shapes: np.ndarray) -> list[np.ndarray]:
     low = np.min([shape[:, :2].min(0) for shape in shapes], axis=0) - PIXEL
     high = np.max([shape[:, :2].max(0) for shape in shapes], axis=0) + PIXEL
     size = np.minimum(np.ceil((high - low) / PIXEL).astype(int), 8000)
-    return [_raster(np.ascontiguousarray((shape[:, :2] - low) / PIXEL), faces, size[0], size[1]) for shape in shapes]
-
-
-@njit(cache=True)
-def _raster(points, faces, columns, rows):  # type: ignore[no-untyped-def]
-    mask = np.zeros((columns, rows), dtype=np.bool_)
-    for t in range(faces.shape[0]):
-        ax, ay = points[faces[t, 0]]
-        bx, by = points[faces[t, 1]]
-        cx, cy = points[faces[t, 2]]
-        for i in range(max(int(min(ax, bx, cx)), 0), min(int(max(ax, bx, cx)) + 1, columns)):
-            for j in range(max(int(min(ay, by, cy)), 0), min(int(max(ay, by, cy)) + 1, rows)):
-                x, y = i + 0.5, j + 0.5
-                u = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
-                v = (cx - bx) * (y - by) - (cy - by) * (x - bx)
-                w = (ax - cx) * (y - cy) - (ay - cy) * (x - cx)
-                if (u >= 0 and v >= 0 and w >= 0) or (u <= 0 and v <= 0 and w <= 0):
-                    mask[i, j] = True
-    return mask
+    return [mask((shape[:, :2] - low) / PIXEL, faces, (size[0], size[1])) for shape in shapes]
