@@ -11,7 +11,7 @@ SOURCE = Path(tatamu.__file__).parent
 ORDER = [
     ["errors"],
     ["files"],
-    ["topology", "material", "heavy_strip", "zbuffer"],
+    ["topology", "material", "heavy_strip", "zbuffer", "meshing"],
     ["presets"],
     ["scene", "rollout", "crossings"],
     ["simulators"],

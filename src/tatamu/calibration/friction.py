@@ -24,8 +24,8 @@ from tatamu.calibration.quantity import Lengths
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.test import Changes, LaterTest, Readings, Specimen
 from tatamu.garments import Garment
-from tatamu.garments.towel import staggered_rectangle
 from tatamu.material import Material
+from tatamu.meshing import staggered_rectangle
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Scene, Table
 

@@ -29,8 +29,8 @@ from tatamu.calibration.readings import Reading
 from tatamu.calibration.target import Target
 from tatamu.calibration.test import Changes, LaterTest, Readings, Specimen, millimetres
 from tatamu.garments import Garment
-from tatamu.garments.towel import staggered_rectangle
 from tatamu.material import GRAVITY, Material
+from tatamu.meshing import staggered_rectangle
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene, Table
 

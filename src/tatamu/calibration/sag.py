@@ -28,9 +28,9 @@ from tatamu.calibration.target import Target, textbook_spread
 from tatamu.calibration.test import POOR, ElasticTest, Readings, Specimen, millimetres
 from tatamu.errors import InputError
 from tatamu.garments import Garment
-from tatamu.garments.towel import staggered_rectangle
 from tatamu.heavy_strip.cantilever import tip
 from tatamu.material import GRAVITY, Material
+from tatamu.meshing import staggered_rectangle
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene
 

@@ -17,10 +17,11 @@ import numpy as np
 from tatamu.heavy_strip.cantilever import cantilever, chord
 from tatamu.heavy_strip.chain import FoldedStrip, start
 from tatamu.material import GRAVITY, Material
+from tatamu.meshing import staggered
 from tatamu.scene import Cloth, Gripper, Scene, Table
 from tatamu.validation.check import Case, Check
 from tatamu.validation.findings import Curve, Figure, Findings, Row, absolute, relative
-from tatamu.validation.meshes import LAYOUTS, mirrored, right, staggered
+from tatamu.validation.meshes import LAYOUTS, mirrored, right
 from tatamu.validation.scenes import held, raised
 from tatamu.validation.subject import Subject
 

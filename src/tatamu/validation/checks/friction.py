@@ -12,10 +12,11 @@ from functools import partial
 import numpy as np
 
 from tatamu.material import GRAVITY, Material
+from tatamu.meshing import staggered
 from tatamu.scene import Cloth, Scene, Table
 from tatamu.validation.check import Case, Check
 from tatamu.validation.findings import Curve, Figure, Findings, Row, absolute, relative, small
-from tatamu.validation.meshes import right, staggered
+from tatamu.validation.meshes import right
 from tatamu.validation.references import incline_acceleration, incline_threshold
 from tatamu.validation.scenes import joined, on_incline
 from tatamu.validation.subject import Subject

@@ -7,11 +7,12 @@ from functools import partial
 import numpy as np
 
 from tatamu.material import Material
+from tatamu.meshing import staggered
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Scene, Table
 from tatamu.validation.check import Case, Check
 from tatamu.validation.findings import Curve, Figure, Findings, relative, small
-from tatamu.validation.meshes import right, staggered
+from tatamu.validation.meshes import right
 from tatamu.validation.references import arc_energy, fall
 from tatamu.validation.scenes import flat, held, raised, vertex_areas
 from tatamu.validation.subject import Subject

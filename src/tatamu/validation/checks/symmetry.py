@@ -14,11 +14,11 @@ from functools import partial
 import numpy as np
 
 from tatamu.material import Material
+from tatamu.meshing import staggered
 from tatamu.scene import Cloth, Gripper, Scene, Table
 from tatamu.validation.check import Case, Check
 from tatamu.validation.findings import Findings, small
 from tatamu.validation.manipulations import Manipulation, scene_of
-from tatamu.validation.meshes import staggered
 from tatamu.validation.scenes import flat
 from tatamu.validation.subject import Subject
 

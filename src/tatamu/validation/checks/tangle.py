@@ -16,12 +16,13 @@ from scipy.interpolate import LinearNDInterpolator
 from tatamu.crossings import crossings_over_time
 from tatamu.errors import SimulationError
 from tatamu.material import Material
+from tatamu.meshing import staggered
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene, Table
 from tatamu.validation.check import Case, Check
 from tatamu.validation.findings import Curve, Figure, Findings, small
 from tatamu.validation.manipulations import PATCH, Manipulation, scene_of
-from tatamu.validation.meshes import irregular, staggered
+from tatamu.validation.meshes import irregular
 from tatamu.validation.scenes import joined, raised
 from tatamu.validation.subject import Subject
 
