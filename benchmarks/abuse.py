@@ -1,4 +1,6 @@
-"""Ten thousand random scenes: how many ended in a rollout, how many in which error. The table of docs/benchmarks.md.
+"""Ten thousand random scenes: how many ended in a rollout, how many in which error.
+
+The table "abuse" of docs/notes/benchmarks.md:
 
     python -m benchmarks.abuse [--scenes 10000] [--processes 2] [--out runs/abuse.json] [--write-docs]
 
@@ -17,7 +19,7 @@ from concurrent.futures import ThreadPoolExecutor
 from faulthandler import dump_traceback_later
 from pathlib import Path
 
-from benchmarks.tables import insert, markdown
+from benchmarks.tables import markdown, publish
 from benchmarks.timed_folds import towel
 from tests.abuse import acceptable, outcome
 
@@ -42,7 +44,7 @@ def worker(seeds: range) -> None:
 
 
 def outcomes(seeds: range) -> dict[int, str]:
-    """What became of each seed, from a process of its own, and from another after each that dies."""
+    """Outcome of each seed, from a process of its own, and from another after each that crashes."""
     found: dict[int, str] = {}
     while len(found) < len(seeds):
         rest = seeds[len(found) :]
@@ -66,7 +68,7 @@ def main() -> None:
     parser.add_argument("--scenes", type=int, default=10_000)
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--out", type=Path, default=Path("runs/abuse.json"))
-    parser.add_argument("--write-docs", action="store_true", help="write the table into docs/benchmarks.md")
+    parser.add_argument("--write-docs", action="store_true", help="write the table into docs/notes/benchmarks.md")
     parser.add_argument("--worker", type=int, nargs=2, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.worker:
@@ -84,7 +86,7 @@ def main() -> None:
     print(markdown(rows))
     print(f"\n{len(found)} scenes, {len(wrong)} wrong: {wrong}")
     if options.write_docs:
-        insert("abuse", markdown(rows))
+        publish("abuse", markdown(rows))
     sys.exit(1 if wrong else 0)
 
 

@@ -69,7 +69,7 @@ class Topology:
 
 
 def among(pairs: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Which pairs of vertices, shape (k, 2), are among others, shape (o, 2), whichever way round; shape (k,)."""
+    """Which pairs of vertices, shape (k, 2), are among others, shape (o, 2), in either order; shape (k,)."""
     count = max(pairs.max(initial=0), others.max(initial=0)) + 1
     return np.isin(np.sort(pairs, axis=1) @ [count, 1], np.sort(others, axis=1) @ [count, 1])
 

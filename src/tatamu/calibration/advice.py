@@ -27,7 +27,7 @@ NAMES = {
     "disagreement": f"{' and '.join(_named(parameter='bending_rigidity'))}, which disagree",
     **{reading: words for test in TESTS.values() for reading, words in test.words.items()},
 }
-"""What to call each contribution to the uncertainty."""
+"""Contributions to the uncertainty, in words."""
 
 
 def advice_on(calibration: Calibration) -> list[str]:

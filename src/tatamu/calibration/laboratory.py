@@ -33,7 +33,7 @@ class LengthTest(Protocol):
         ...
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """What the ruler would read [m]."""
+        """The length that a ruler would read [m]."""
         ...
 
 

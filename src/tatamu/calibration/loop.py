@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 HEIGHT, LIFT = 0.906, 1.1
 """Height of the loop: 0.906 l_b + 1.1 thickness, by the heavy chain (`heavy_strip.chain`) [its top over the table]."""
 LIES = 4.0
-"""So many heights of cloth lie on either side of the crease: 3.85 are as good as infinitely many (the heavy chain)."""
+"""Length of cloth on either side of the crease, in heights: 3.85 are as good as infinitely many (the heavy chain)."""
 CELL = 0.2
 """Edge length of the mesh over the height."""
 COLUMNS = 6

@@ -161,7 +161,7 @@ def _layout(x: str, y: str, kind: str) -> go.Layout:
 
 
 def _budget(calibration: Calibration) -> str:
-    """What part of each parameter's variance each reading brings, as bars."""
+    """Shares of the readings in each parameter's variance, as bars."""
     known = calibration.known
     if not known:
         return "<p>Nothing is known but bounds.</p>"

@@ -33,6 +33,7 @@ from tatamu.material import GRAVITY, Material
 from tatamu.meshing import staggered_rectangle
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene, Table
+from tatamu.simulators import capabilities
 
 if TYPE_CHECKING:
     from tatamu.calibration.result import Calibration
@@ -46,14 +47,6 @@ SPEED = 0.02
 KNOTS = 41
 REST = 0.5
 """From the end of the push to the reading [s]."""
-
-COMPRESSIBLE = ("native", "blender")
-"""Simulators that know `Material.compression`."""
-
-
-def supports_compression(simulator: str) -> bool:
-    """Whether a simulator knows `Material.compression`."""
-    return simulator in COMPRESSIBLE
 
 
 class PushReadings(TestEntry):
@@ -140,7 +133,7 @@ Push it, if you like: cloth that hands push along the table wrinkles or slides. 
 
     def unusable(self, simulator: str) -> str | None:
         """See `CalibrationTest.unusable`."""
-        if supports_compression(simulator):
+        if capabilities(simulator).compression:
             return None
         return "knows no compression: its cloth resists it as it does tension"
 
@@ -182,7 +175,7 @@ Push it, if you like: cloth that hands push along the table wrinkles or slides. 
         return weight * self.length**2 / (2.0 * material.stretch_stiffness * max(self.pushed - moved, 1e-4))
 
     def target(self, readings: Readings, material: Material) -> Target:
-        """What the far edge has to do."""
+        """How far the far edge has to move."""
         pushed, moved = readings["pushed"], readings["moved"]
         error = float(np.hypot(pushed.uncertainty, moved.uncertainty))
         return Target(

@@ -2,7 +2,7 @@
 
 The grip is level, parallel to the edge and as wide as the cloth in front of it, so that this cloth is a strip clamped
 at one end: its sag depends on bending over weight alone, and on nothing behind the grip. A mesh bends behind its last
-held row too, so that row stands half a cell behind the front of the grip (docs/validation.md, `clamp`).
+held row too, so that row stands half a cell behind the front of the grip (docs/reference/checks.md, `clamp`).
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ STEP = 0.1
 AGREES = 2.0
 """Tests of one parameter agree that are within this many standard uncertainties of one another."""
 ELASTIC = ("stretch_stiffness", "bending_rigidity")
-"""Parameters that are told by lengths at rest."""
+"""Parameters that lengths at rest depend on."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ def contributions(
         readings: By name.
         elastic: Tests that tell stretch stiffness or bending rigidity.
         later: Tests of other parameters, in the order in which they were made.
-        searched: What searches by halving left: parameter to the standard uncertainty of its logarithm.
+        searched: Parameter to the standard uncertainty of its logarithm that a search by halving left.
     """
     found = {name: np.zeros(len(PARAMETERS)) for name in readings}
     for name, reading in readings.items():
@@ -95,12 +95,12 @@ def contributions(
 
 
 def disagreement(values: list[float], spreads: list[float]) -> float:
-    """What tests that differ on one parameter add to the uncertainty of its logarithm; nothing where they agree.
+    """The uncertainty that disagreeing tests of one parameter add to that of its logarithm; 0 where they agree.
 
     That of the weighted mean is raised by the Birge ratio, as the Particle Data Group does.
 
     Args:
-        values: What each test alone says of the parameter.
+        values: The parameter by each test alone.
         spreads: Standard uncertainty of the logarithm of each.
     """
     if len(values) < 2:
@@ -115,11 +115,11 @@ def _share(reading: Reading) -> float:
     return reading.uncertainty / reading.value if reading.value else 0.0
 
 
-def _elastic(name: str, reading: Reading, density: float, told: Sequence[Sensitivity]) -> np.ndarray:
+def _elastic(name: str, reading: Reading, density: float, tests: Sequence[Sensitivity]) -> np.ndarray:
     """Changes of ln Y and ln B that make up for the change of one reading, shape (2,)."""
     error, share = reading.uncertainty, _share(reading)
     matrix, wanted = np.eye(2), np.zeros(2)
-    for each in told:
+    for each in tests:
         row = ELASTIC.index(each.test.parameter)
         along = (each.slopes.stretch, each.slopes.bending)
         moved = each.test.reads.get(name, 0.0) * error - (each.slopes.size * share if name == each.test.size else 0.0)

@@ -62,7 +62,7 @@ def calibrate(
 
 @contextmanager
 def progress() -> Iterator[Callable[[str], None]]:
-    """A callback that says which test is being simulated, and how many simulations there were."""
+    """A callback that prints which test is simulated, and the number of simulations so far."""
     from rich.console import Console
 
     console = Console(stderr=True)

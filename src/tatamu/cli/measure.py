@@ -1,4 +1,4 @@
-"""`tatamu measure`: what to do with a ruler, a scale and a board."""
+"""`tatamu measure`: instructions for measuring cloth with a ruler, a scale and a board."""
 
 from __future__ import annotations
 

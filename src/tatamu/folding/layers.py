@@ -15,7 +15,7 @@ PIXEL = 0.001
 SLACK = 1e-9
 """Of pixels beside a triangle, in barycentric coordinates: the cloth has no gaps."""
 NANOMETRES = 9
-"""Heights are told to so many decimals of a metre, so that a flat layer is flat to the last bit."""
+"""Heights are rounded to this many decimals of a metre, so that a flat layer is flat to the last bit."""
 
 
 class Surface:
@@ -70,6 +70,6 @@ def _gentle(heights, fall):  # type: ignore[no-untyped-def]
                 before = -1 if sweep == 0 else 1
                 for di, dj in ((before, -1), (before, 0), (before, 1), (0, before)):
                     if 0 <= i + di < columns and 0 <= j + dj < rows:
-                        way = 1.4142135623730951 if di != 0 and dj != 0 else 1.0
-                        heights[i, j] = max(heights[i, j], heights[i + di, j + dj] - way * fall)
+                        distance = 1.4142135623730951 if di != 0 and dj != 0 else 1.0
+                        heights[i, j] = max(heights[i, j], heights[i + di, j + dj] - distance * fall)
     return heights

@@ -1,9 +1,9 @@
 """How good a fold is: the paper's objective and the measures of the field, computed here and nowhere else.
 
-    C   = l_x + alpha D                               (10)
-    D   = sum_i w_i e_i                               (11)
-    e_i = |q_i - y_i|                                 (12)
-    w_i = max(e_i - (mu_e + 1.28 sigma_e), 0) + 1     (13)
+    C   = l_x + alpha D                               Eq. (10)
+    D   = sum_i w_i e_i                               Eq. (11)
+    e_i = |q_i - y_i|                                 Eq. (12)
+    w_i = max(e_i - (mu_e + 1.28 sigma_e), 0) + 1     Eq. (13)
 
 q_i are the vertices of the wanted shape S_t, y_i those of the outcome S_x, in metres.
 """
@@ -20,14 +20,14 @@ from tatamu.zbuffer import mask
 ALPHA = 0.01
 """alpha of Eq. (10), as in the paper."""
 TAIL = 1.28
-"""Errors beyond mu + 1.28 sigma count as unnecessary bending (Eq. 13)."""
+"""Errors beyond mu + 1.28 sigma count as unnecessary bending (Eq. (13))."""
 PIXEL = 0.001
 """Resolution of the top view [m]."""
 
 
 @dataclass(frozen=True)
 class Score:
-    """All measures of one fold; docs/learning.md names their sources."""
+    """All measures of one fold; docs/guide/learning.md names their sources."""
 
     objective: float
     """C of Eq. (10)."""
@@ -42,7 +42,7 @@ class Score:
     area_error: float
     """E_f = 100/r |A_f/A_i - r| [%]; r = 0.5 for a fold in half (Garcia-Camacho et al. 2020), else the target's."""
     slip: float
-    """Mean horizontal way of the part that should lie still [m]."""
+    """Mean horizontal displacement of the part that should lie still [m]."""
     residual_bend: float
     """Largest e_i beyond mu + 1.28 sigma [m] (the paper's Fig. 2)."""
 

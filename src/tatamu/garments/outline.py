@@ -77,8 +77,8 @@ def mirrored(half: list[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
 
 def resampled(path: np.ndarray, spacing: float) -> np.ndarray:
     """Points about `spacing` apart along a polyline (k, 2), its ends and corners kept, shape (n, 2)."""
-    way = np.diff(path, axis=0)
-    turn = np.abs(np.angle(np.exp(1j * np.diff(np.arctan2(way[:, 1], way[:, 0])))))
+    steps = np.diff(path, axis=0)
+    turn = np.abs(np.angle(np.exp(1j * np.diff(np.arctan2(steps[:, 1], steps[:, 0])))))
     knots = [0, *(np.flatnonzero(turn > CORNER) + 1), len(path) - 1]
     pieces = [_even(path[a : b + 1], spacing) for a, b in pairwise(knots)]
     return np.concatenate([pieces[0][:1], *(piece[1:] for piece in pieces)])

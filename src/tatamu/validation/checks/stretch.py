@@ -125,13 +125,13 @@ def pull(subject: Subject, layout: str, stretch: float = 1.01) -> Findings:
 def hands(subject: Subject, length: float = 0.5, span: float = 0.4) -> Findings:
     """Two hands hold a limp strip by its ends and bring them together."""
     mesh = right(length, 0.06, 0.01)
-    plan, way = mesh[0], (length - span) / 2
+    plan, shift = mesh[0], (length - span) / 2
     limp = Material(areal_density=0.2, stretch_stiffness=1000.0, bending_rigidity=1e-7, air_drag=3.0)
     grippers = [
         Gripper(
             vertices=np.flatnonzero(plan[:, 0] == end).tolist(),
             times=[0.0, 0.5],
-            displacements=[[0, 0, 0], [sign * way, 0, 0]],
+            displacements=[[0, 0, 0], [sign * shift, 0, 0]],
         )
         for end, sign in ((0.0, 1), (length, -1))
     ]

@@ -49,18 +49,18 @@ def dragged(speed: float, press: float) -> tuple[Scene, np.ndarray, np.ndarray]:
         ]
     )
     patch = members[1][(np.abs(plan) < PATCH).all(axis=1)]
-    way, down = 0.08, 0.1
+    stroke, down = 0.08, 0.1
     hand = Gripper(
         vertices=patch.tolist(),
-        times=[0.0, down, down + way / speed, down + 2 * way / speed],
-        displacements=[[0, 0, 0], [0, 0, -press], [way, 0, -press], [way, way / 2, -press]],
+        times=[0.0, down, down + stroke / speed, down + 2 * stroke / speed],
+        displacements=[[0, 0, 0], [0, 0, -press], [stroke, 0, -press], [stroke, stroke / 2, -press]],
     )
     scene = Scene(
         cloth=Cloth(vertices=vertices, faces=faces),
         material=LIMP,
         table=Table(),
         grippers=[hand],
-        duration=down + 2 * way / speed + 0.3,
+        duration=down + 2 * stroke / speed + 0.3,
     )
     return scene, members[0], members[1]
 
