@@ -38,7 +38,8 @@ def staggered_rectangle(width: float, length: float, spacing: float) -> tuple[np
     x = (r / rows - 0.5) * length
     y = ((c + shift) / columns - 0.5) * width
     number = r * (columns + 1) + c
-    a, b = number[:-1, :-1].ravel(), number[1:, :-1].ravel()
+    a = number[:-1, :-1].ravel()
+    b = number[1:, :-1].ravel()
     even = (r[:-1, :-1] % 2 == 0).ravel()[:, None]
     first = np.where(even, np.column_stack([a, b, a + 1]), np.column_stack([a, b, b + 1]))
     second = np.where(even, np.column_stack([b, b + 1, a + 1]), np.column_stack([a, b + 1, a + 1]))
@@ -68,7 +69,8 @@ def staggered(length: float, width: float, spacing: float) -> tuple[np.ndarray, 
 def _between(low: int, high: int, cells: int, wide_first: bool) -> np.ndarray:
     """Triangles between a row of cells + 1 points and one of cells + 2, counter-clockwise seen from +z."""
     narrow, wide = (high, low) if wide_first else (low, high)
-    k, j = np.arange(cells), np.arange(cells + 1)
+    k = np.arange(cells)
+    j = np.arange(cells + 1)
     up = np.stack([narrow + k, wide + k + 1, narrow + k + 1], 1)
     down = np.stack([wide + j, wide + j + 1, narrow + j], 1)
     out = np.concatenate([up, down])

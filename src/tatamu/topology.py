@@ -64,7 +64,8 @@ class Topology:
     def _corner_order(self, sides: np.ndarray) -> np.ndarray:
         """The two ends of sides in their own triangle's order, shape (s, 2)."""
         count = len(self.faces)
-        corner, face = sides // count, sides % count
+        corner = sides // count
+        face = sides % count
         return np.column_stack([self.faces[face, (corner + 1) % 3], self.faces[face, (corner + 2) % 3]])
 
 

@@ -37,7 +37,9 @@ def z_buffer(points: np.ndarray, faces: np.ndarray, shape: tuple[int, int], slac
         slack: A centre that is no farther outside than this in barycentric coordinates counts as inside, so that
             rounding opens no gap between two triangles.
     """
-    heights, face, weights = np.full(shape, -np.inf), np.full(shape, -1, dtype=np.int64), np.zeros((*shape, 3))
+    heights = np.full(shape, -np.inf)
+    face = np.full(shape, -1, dtype=np.int64)
+    weights = np.zeros((*shape, 3))
     _fill(np.ascontiguousarray(points, dtype=float), faces, slack, heights, face, weights)
     return ZBuffer(heights, face, weights)
 
@@ -95,7 +97,8 @@ def _fill(points, faces, slack, heights, face, weights):  # type: ignore[no-unty
             continue
         for i in _range(ax, bx, cx, columns):
             for j in _range(ay, by, cy, rows):
-                x, y = i + 0.5, j + 0.5
+                x = i + 0.5
+                y = j + 0.5
                 v = ((x - ax) * (cy - ay) - (y - ay) * (cx - ax)) / twice_area
                 w = ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / twice_area
                 if v < -slack or w < -slack or v + w > 1.0 + slack:

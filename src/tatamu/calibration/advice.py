@@ -92,7 +92,8 @@ def _remarks(calibration: Calibration) -> list[str]:
 
 def _unused(calibration: Calibration) -> list[str]:
     """Tests that were made, and that the simulator cannot do."""
-    tests, simulator = calibration.setup.tests.values(), calibration.simulator
+    tests = calibration.setup.tests.values()
+    simulator = calibration.simulator
     return [
         f"{test.name}: not used, {simulator} {test.unusable(simulator)}."
         for test in tests

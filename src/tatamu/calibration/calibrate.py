@@ -56,7 +56,8 @@ def calibrate(
         SimulationError: The simulator gave up on a test whatever the parameter.
     """
     named(simulator)
-    setup, readings = setup_of(measurements, spacing), measurements.readings()
+    setup = setup_of(measurements, spacing)
+    readings = measurements.readings()
     tests = setup.usable(simulator)
     laboratory = Laboratory(simulator, tick)
     groups = by_parameter([test.target(readings) for test in tests if isinstance(test, ElasticTest)])

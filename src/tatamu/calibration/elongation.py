@@ -76,7 +76,8 @@ class ElongationReadings(TestEntry):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        hanging, lying = float(np.mean(self.L1)), float(np.mean(self.L2))
+        hanging = float(np.mean(self.L1))
+        lying = float(np.mean(self.L2))
         if lying > hanging:
             raise ValueError(
                 f"L2 ({lying:g} m, lying) is longer than L1 ({hanging:g} m, hanging), but cloth does not hang shorter "

@@ -136,7 +136,8 @@ Let it loop, if you like: for cloth that hangs straight down in $sag, or bends o
     def scene(self, material: Material) -> Scene:
         """A wide loop whose upper end is laid onto its lower one, and which then settles."""
         flat, faces = self.mesh
-        row, length = np.sqrt(0.75) * self.edge, float(flat[:, 0].max())
+        row = np.sqrt(0.75) * self.edge
+        length = float(flat[:, 0].max())
         chain = start(length, self.bending_length, material.thickness)
         arc = np.linspace(0.0, length, len(chain))
         x, z = (np.interp(flat[:, 0], arc, chain[:, k]) for k in (0, 1))
@@ -175,7 +176,8 @@ Let it loop, if you like: for cloth that hangs straight down in $sag, or bends o
 
     def target(self, readings: Readings) -> Target:
         """See `ElasticTest.target`."""
-        height, layers = readings["height"], 2.0 * self.thickness
+        height = readings["height"]
+        layers = 2.0 * self.thickness
         return Target(
             test=self,
             parameter=self.parameter,

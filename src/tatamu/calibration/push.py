@@ -61,7 +61,8 @@ class PushReadings(TestEntry):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        length, pushed = float(np.mean(self.length)), float(np.mean(self.pushed))
+        length = float(np.mean(self.length))
+        pushed = float(np.mean(self.pushed))
         for moved in self.moved:
             if moved > pushed:
                 raise ValueError(
@@ -176,7 +177,8 @@ Push it, if you like: cloth that hands push along the table wrinkles or slides. 
 
     def target(self, readings: Readings, material: Material) -> Target:
         """How far the far edge has to move."""
-        pushed, moved = readings["pushed"], readings["moved"]
+        pushed = readings["pushed"]
+        moved = readings["moved"]
         error = float(np.hypot(pushed.uncertainty, moved.uncertainty))
         return Target(
             test=self,

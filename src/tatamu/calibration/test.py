@@ -144,7 +144,8 @@ class ElasticTest(CalibrationTest):
 
     def measured(self, readings: Readings) -> tuple[float, float]:
         """The length that was read and its standard uncertainty [m]."""
-        value, error = 0.0, 0.0
+        value = 0.0
+        error = 0.0
         for name, factor in self.reads.items():
             value += factor * readings[name].value
             error = float(np.hypot(error, factor * readings[name].uncertainty))

@@ -54,7 +54,8 @@ def slopes(reading: Callable[[float, float], float], at: tuple[float, float]) ->
         known = [(value, step) for value, step in ((less, -STEP), (here, 0.0), (more, STEP)) if np.isfinite(value)]
         if len(known) < 2:
             raise TatamuError("uncertainty: the simulator gives up on cloth a little softer or stiffer than this")
-        (first, low), (last, high) = known[0], known[-1]
+        (first, low) = known[0]
+        (last, high) = known[-1]
         return (last - first) / (high - low)
 
     along_stretch = slope(reading(stretch + STEP, bending), reading(stretch - STEP, bending))
@@ -105,7 +106,8 @@ def disagreement(values: list[float], spreads: list[float]) -> float:
     """
     if len(values) < 2:
         return 0.0
-    logs, inverse = np.log(values), np.array(spreads) ** -2.0
+    logs = np.log(values)
+    inverse = np.array(spreads) ** -2.0
     squares = float(inverse @ (logs - inverse @ logs / inverse.sum()) ** 2) / (len(values) - 1)
     return float(np.sqrt((squares - 1.0) / inverse.sum())) if squares > AGREES**2 else 0.0
 
@@ -117,8 +119,10 @@ def _share(reading: Reading) -> float:
 
 def _elastic(name: str, reading: Reading, density: float, tests: Sequence[Sensitivity]) -> np.ndarray:
     """Changes of ln Y and ln B that make up for the change of one reading, shape (2,)."""
-    error, share = reading.uncertainty, _share(reading)
-    matrix, wanted = np.eye(2), np.zeros(2)
+    error = reading.uncertainty
+    share = _share(reading)
+    matrix = np.eye(2)
+    wanted = np.zeros(2)
     for each in tests:
         row = ELASTIC.index(each.test.parameter)
         along = (each.slopes.stretch, each.slopes.bending)

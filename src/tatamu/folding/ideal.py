@@ -75,14 +75,16 @@ class Stack:
 
 def stack(garment: Garment, state: np.ndarray, line: FoldLine) -> Stack:
     """The stacks of a garment as it lies, `state` of shape (n, 3)."""
-    thickness, reach = garment.material.thickness, 0.5 * garment.spacing
+    thickness = garment.material.thickness
+    reach = 0.5 * garment.spacing
     top = Surface.of(state, garment.faces, thickness, reach).height(state[:, :2])
     middle = pressed(state[:, 2], float(np.median(top)))
     surface = Surface.of(np.column_stack([state[:, :2], middle]), garment.faces, thickness, reach)
 
     def together(points: np.ndarray) -> np.ndarray:
         """Height of the stack that the moving side forms with the cloth it is laid upon; 0 beside the moving side."""
-        own, across = surface.height(points), line.split(points)[0]
+        own = surface.height(points)
+        across = line.split(points)[0]
         return np.where((own > 0) & (across < PIXEL), own + surface.height(line.mirrored(points)), 0.0)
 
     mirrored = line.mirrored(state[:, :2])
@@ -133,7 +135,8 @@ def _bent(garment: Garment, height: np.ndarray, u: np.ndarray, d: np.ndarray) ->
     held = np.clip(height, grid[0], grid[-1])
     lower = np.clip(np.searchsorted(grid, held, side="right") - 1, 0, len(grid) - 2)
     share = (held - grid[lower]) / (grid[lower + 1] - grid[lower])
-    x, z = np.zeros(len(u)), np.zeros(len(u))
+    x = np.zeros(len(u))
+    z = np.zeros(len(u))
     for number, thickness in enumerate(grid):
         weight = np.where(lower == number, 1.0 - share, np.where(lower + 1 == number, share, 0.0))
         if weight.any():

@@ -23,7 +23,8 @@ class Surface:
 
     def __init__(self, low: np.ndarray, heights: np.ndarray) -> None:
         """A map whose first pixel has its corner at `low` [m], shape (2,); heights [m], shape (columns, rows)."""
-        self._low, self._heights = low, heights
+        self._low = low
+        self._heights = heights
 
     @classmethod
     def of(cls, points: np.ndarray, faces: np.ndarray, thickness: float, reach: float) -> Surface:

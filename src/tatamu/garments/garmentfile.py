@@ -132,7 +132,8 @@ def _from_mesh(given: GarmentFile, source: Path, material: Material) -> Garment:
     if given.spacing is not None and not given.remesh:
         raise InputError("spacing: a mesh has its own; give remesh = true for a new one")
     vertices, faces = read_mesh(source)
-    vertices, notes = vertices * (given.scale or 1.0), []
+    vertices = vertices * (given.scale or 1.0)
+    notes = []
     if given.weld or source.suffix.lower() == ".stl":
         before = len(vertices)
         vertices, faces = welded(vertices, faces)

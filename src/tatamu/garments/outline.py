@@ -42,7 +42,8 @@ class Outline:
 
     def fitted(self, size: tuple[float, float] | None) -> Outline:
         """Scaled to width (y) and length (x) [m], and centred; None: only centred."""
-        low, high = self.points.min(axis=0), self.points.max(axis=0)
+        low = self.points.min(axis=0)
+        high = self.points.max(axis=0)
         scale = np.ones(2) if size is None else np.array(size[::-1]) / (high - low)
 
         def move(points: np.ndarray) -> np.ndarray:
@@ -65,7 +66,8 @@ def mirrored(half: list[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
         for name, side in reversed(half)
         if name.startswith("right_")
     }
-    first, last = half[0], half[-1]
+    first = half[0]
+    last = half[-1]
     sides: dict[str, np.ndarray] = {}
     for name, side in half:
         if name.startswith("right_"):

@@ -183,7 +183,8 @@ def without_chords(mesh: Panel, sewn: np.ndarray) -> Panel:
     In a corner the chord is flipped to join the corner with the inside; where that gives no better triangles, the
     chord gets a vertex in its middle.
     """
-    points, faces = mesh.points, mesh.faces.copy()
+    points = mesh.points
+    faces = mesh.faces.copy()
     while len(chords := _chords(faces, sewn)):
         a, b, c, d = chords[0]
         both = np.array([[c, a, d], [d, b, c]])

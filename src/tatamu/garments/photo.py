@@ -94,7 +94,8 @@ def _difference(image: np.ndarray) -> np.ndarray:
     y, x = np.mgrid[-1 : 1 : height * 1j, -1 : 1 : width * 1j]
     terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=-1)
     frame = (np.abs(x) > 1 - 2 * FRAME) | (np.abs(y) > 1 - 2 * FRAME)
-    known, wanted = terms[frame], lab[frame]
+    known = terms[frame]
+    wanted = lab[frame]
     weight = np.ones(len(known))
     for _ in range(5):  # reweighted: a ruler or a shadow on the frame counts little
         root = np.sqrt(weight)[:, None]

@@ -45,7 +45,8 @@ def named_sides(loop: np.ndarray, named: Mapping[str, np.ndarray] | None = None)
     extremes = {"bottom": loop[:, 0], "right": loop[:, 1], "top": -loop[:, 0], "left": -loop[:, 1]}
     sides: dict[str, np.ndarray] = {}
     for first, last in _main_first(runs, label, extremes):
-        name, number = str(label[first % count]), 1
+        name = str(label[first % count])
+        number = 1
         while (title := name if number == 1 else f"{name} {number}") in sides:
             number += 1
         sides[title] = np.arange(first, last + 1) % count

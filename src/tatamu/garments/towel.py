@@ -34,7 +34,10 @@ def towel(size: tuple[float, float] = SIZE, material: Material | None = None, sp
 
 def _sides(vertices: np.ndarray) -> dict[str, np.ndarray]:
     """The four sides as paths of vertices, counter-clockwise."""
-    x, y = vertices[:, 0], vertices[:, 1]
-    bottom, top = np.flatnonzero(x == x.min()), np.flatnonzero(x == x.max())
-    right, left = np.flatnonzero(y == y.min()), np.flatnonzero(y == y.max())
+    x = vertices[:, 0]
+    y = vertices[:, 1]
+    bottom = np.flatnonzero(x == x.min())
+    top = np.flatnonzero(x == x.max())
+    right = np.flatnonzero(y == y.min())
+    left = np.flatnonzero(y == y.max())
     return {"bottom": bottom[::-1], "right": right, "top": top, "left": left[::-1]}

@@ -25,7 +25,8 @@ SHEAR = 0.02
 
 def right(length: float, width: float, spacing: float) -> Mesh:
     """Square cells, each cut by the same diagonal."""
-    nx, ny = max(1, round(length / spacing)), max(1, round(width / spacing))
+    nx = max(1, round(length / spacing))
+    ny = max(1, round(width / spacing))
     x, y = np.meshgrid(np.linspace(0, length, nx + 1), np.linspace(0, width, ny + 1), indexing="ij")
     number = np.arange((nx + 1) * (ny + 1)).reshape(nx + 1, ny + 1)
     a, b, c, d = (q.ravel() for q in (number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]))
@@ -62,7 +63,8 @@ def _lattice(length: float, width: float, cell: np.ndarray, angle: float, shifte
     reach = int(np.hypot(length, width) / cell.min()) + 2
     i, j = (q.ravel() for q in np.meshgrid(np.arange(-reach, reach + 1), np.arange(-reach, reach + 1)))
     points = np.column_stack([i * cell[0], (j + 0.5 * (i % 2) * shifted) * cell[1]])
-    cosine, sine = np.cos(angle), np.sin(angle)
+    cosine = np.cos(angle)
+    sine = np.sin(angle)
     return points @ np.array([[cosine, sine], [-sine, cosine]]) + np.array([length, width]) / 2
 
 
@@ -72,11 +74,14 @@ def _inside(points: np.ndarray, length: float, width: float, margin: float) -> n
 
 
 def _triangulated(inner: np.ndarray, length: float, width: float, spacing: float, angle: float) -> Mesh:
-    nx, ny = max(1, round(length / spacing)), max(1, round(width / spacing))
-    x, y = np.linspace(0, length, nx + 1), np.linspace(0, width, ny + 1)[1:-1]
+    nx = max(1, round(length / spacing))
+    ny = max(1, round(width / spacing))
+    x = np.linspace(0, length, nx + 1)
+    y = np.linspace(0, width, ny + 1)[1:-1]
     sides = [(x, 0 * x), (x, 0 * x + width), (0 * y, y), (0 * y + length, y)]
     points = np.concatenate([np.column_stack(side) for side in sides] + [inner])
-    cosine, sine = np.cos(angle), np.sin(angle)
+    cosine = np.cos(angle)
+    sine = np.sin(angle)
     along = points @ np.array([[cosine, -sine], [sine, cosine]])
     faces = delaunay(points, along + SHEAR * np.column_stack([along[:, 1], 0 * along[:, 0]]))
     return points, faces[twice_areas(points, faces) > SLIVER * spacing**2]

@@ -129,7 +129,10 @@ def clamped(subject: Subject, gamma: float, spacing: float) -> Findings:
 
 def crease(subject: Subject, bending_length: float, spacing: float) -> Findings:
     """A strip folded over itself on the table, its upper end held a little over its lower one."""
-    length, width, rise, thickness = 0.4, 0.06, 0.004, 0.001
+    length = 0.4
+    width = 0.06
+    rise = 0.004
+    thickness = 0.001
     plan, faces = staggered(length, width, spacing)
     row = length / (len(np.unique(plan[:, 0])) - 1)
     material = Material(

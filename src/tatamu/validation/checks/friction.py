@@ -74,7 +74,8 @@ def final_speed(times: np.ndarray, distance: np.ndarray) -> float:
 
 def threshold(slides: Callable[[float], bool], guess: float, within: float, to: float) -> float:
     """Tilt between sticking and sliding [rad], by halving guess - within .. guess + within down to `to`."""
-    low, high = guess - within, guess + within
+    low = guess - within
+    high = guess + within
     while high - low > to:
         middle = 0.5 * (low + high)
         low, high = (low, middle) if slides(middle) else (middle, high)

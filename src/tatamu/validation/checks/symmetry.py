@@ -61,7 +61,8 @@ class Change:
 
 def turn(count: int) -> Change:
     """Turned about z by 30 degrees and shifted."""
-    cosine, sine = np.cos(np.pi / 6), np.sin(np.pi / 6)
+    cosine = np.cos(np.pi / 6)
+    sine = np.sin(np.pi / 6)
     matrix = np.array([[cosine, sine, 0], [-sine, cosine, 0], [0, 0, 1.0]])
     return Change(lambda points: points @ matrix + [0.3, -0.2, 0.0], np.arange(count))
 

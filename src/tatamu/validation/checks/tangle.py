@@ -40,7 +40,8 @@ def dragged(speed: float, press: float) -> tuple[Scene, np.ndarray, np.ndarray]:
         speed: Of the hand [m/s].
         press: How far the hand goes down [m].
     """
-    lower, upper = staggered(SIDE, SIDE, 0.01), irregular(0.7 * SIDE, 0.7 * SIDE, 0.01)
+    lower = staggered(SIDE, SIDE, 0.01)
+    upper = irregular(0.7 * SIDE, 0.7 * SIDE, 0.01)
     plan = upper[0] - 0.35 * SIDE
     vertices, faces, members = joined(
         [
@@ -49,7 +50,8 @@ def dragged(speed: float, press: float) -> tuple[Scene, np.ndarray, np.ndarray]:
         ]
     )
     patch = members[1][(np.abs(plan) < PATCH).all(axis=1)]
-    stroke, down = 0.08, 0.1
+    stroke = 0.08
+    down = 0.1
     hand = Gripper(
         vertices=patch.tolist(),
         times=[0.0, down, down + stroke / speed, down + 2 * stroke / speed],
