@@ -18,7 +18,7 @@ from tatamu.meshing import staggered
 from tatamu.scene import Cloth, Gripper, Scene, Table
 from tatamu.validation.check import Case, Check
 from tatamu.validation.findings import Findings, small
-from tatamu.validation.manipulations import Manipulation, scene_of
+from tatamu.validation.manipulations import RandomFold, scene_of
 from tatamu.validation.scenes import flat
 from tatamu.validation.subject import Subject
 
@@ -98,7 +98,7 @@ def carried() -> Scene:
 
 def folded() -> Scene:
     """A towel folded on a table."""
-    return scene_of(Manipulation.random(7, fast=False), FABRIC, 0.02).model_copy(update={"table": Table()})
+    return scene_of(RandomFold.random(7, fast=False), FABRIC, 0.02).model_copy(update={"table": Table()})
 
 
 def changed(subject: Subject, change: Callable[[int], Change]) -> Findings:

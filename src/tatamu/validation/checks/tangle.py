@@ -21,7 +21,7 @@ from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene, Table
 from tatamu.validation.check import Case, Check
 from tatamu.validation.findings import Curve, Figure, Findings, small
-from tatamu.validation.manipulations import PATCH, Manipulation, scene_of
+from tatamu.validation.manipulations import PATCH, RandomFold, scene_of
 from tatamu.validation.meshes import irregular
 from tatamu.validation.scenes import joined, raised
 from tatamu.validation.subject import Subject
@@ -96,7 +96,7 @@ def crossings_of_fold(
 ) -> np.ndarray | None:
     """Crossings in every frame of a random fold of limp cloth, shape (f,); None where it ended in an error."""
     try:
-        rollout = simulate(scene_of(Manipulation.random(seed, fast), LIMP, spacing))
+        rollout = simulate(scene_of(RandomFold.random(seed, fast), LIMP, spacing))
     except SimulationError:
         return None
     return crossings_over_time(rollout.positions, rollout.faces)
