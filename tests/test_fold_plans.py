@@ -6,6 +6,7 @@ import subprocess
 import sys
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -92,7 +93,7 @@ def test_python_is_warned_as_the_command_line_is(tmp_path: Path) -> None:
     assert [str(each.message) for each in given] == advice(job.garment, job.plan)
 
 
-def _stop(*_: object) -> None:
+def _stop(*_: object) -> Any:
     raise KeyError
 
 

@@ -82,7 +82,7 @@ def _targets(out: Path | None, name: str) -> list[Path]:
 
 
 def _marks(garment: Garment, name: str) -> list[FoldMark]:
-    """Every fold of the plan of that name."""
+    """Every fold of the plan of that name as marks on the flat garment, later grasps too."""
     from tatamu.folding.plans import make_plan
     from tatamu.report.candidates import marks
 

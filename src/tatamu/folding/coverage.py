@@ -26,7 +26,7 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
 from tatamu.folding import layers
-from tatamu.folding.ideal import Line
+from tatamu.folding.ideal import FoldLine
 from tatamu.garments import Garment
 from tatamu.topology import Topology, areas
 
@@ -99,7 +99,7 @@ class Hold:
 def uncarried(
     garment: Garment,
     state: np.ndarray,
-    line: Line,
+    line: FoldLine,
     hands: tuple[np.ndarray, ...],
 ) -> tuple[Part, ...]:
     """The parts of the moving side that no hand carries, the largest first.
@@ -114,7 +114,7 @@ def uncarried(
     return parts_of(garment, state, line, hold)
 
 
-def best_hold(garment: Garment, state: np.ndarray, line: Line, hands: tuple[np.ndarray, ...]) -> Hold:
+def best_hold(garment: Garment, state: np.ndarray, line: FoldLine, hands: tuple[np.ndarray, ...]) -> Hold:
     """What the best of some pairs of grasps carries: that which leaves least cloth behind."""
     cloth = _Cloth.of(garment, state, line)
     count = min(len(hand) for hand in hands)
@@ -124,7 +124,7 @@ def best_hold(garment: Garment, state: np.ndarray, line: Line, hands: tuple[np.n
     return min(holds, key=lambda hold: float(cloth.weight[hold.lost].sum()))
 
 
-def parts_of(garment: Garment, state: np.ndarray, line: Line, hold: Hold) -> tuple[Part, ...]:
+def parts_of(garment: Garment, state: np.ndarray, line: FoldLine, hold: Hold) -> tuple[Part, ...]:
     """What overhangs, gathered into parts that hang together; those are left that reach beyond the limit."""
     missed = np.flatnonzero(hold.missed)
     weight = vertex_areas(garment)
@@ -160,7 +160,7 @@ def vertex_areas(garment: Garment) -> np.ndarray:
 class _Cloth:
     """The moving side as a graph: along the mesh by the length of its edges, upwards through a stack for nothing."""
 
-    line: Line
+    line: FoldLine
     places: np.ndarray
     """Across the line and along it [m], shape (n, 2)."""
     moving: np.ndarray
@@ -178,7 +178,7 @@ class _Cloth:
     """What of each piece is joined straight to the line, once it was asked for, shape (n,)."""
 
     @classmethod
-    def of(cls, garment: Garment, state: np.ndarray, line: Line) -> _Cloth:
+    def of(cls, garment: Garment, state: np.ndarray, line: FoldLine) -> _Cloth:
         across, along = line.split(state)
         moving = across < 0
         count = len(state)

@@ -9,7 +9,7 @@ import numpy as np
 from tatamu.errors import InputError
 from tatamu.folding.coverage import Part, uncarried
 from tatamu.folding.grasps import candidates
-from tatamu.folding.ideal import Line
+from tatamu.folding.ideal import FoldLine
 from tatamu.folding.plan import Step
 from tatamu.garments import Garment
 
@@ -21,7 +21,7 @@ FAR = 0.5
 """Hands grasp an edge where it is at least this part of its farthest distance from the line."""
 
 
-def grasp_for(garment: Garment, state: np.ndarray, line: Line) -> tuple[tuple[str, ...], int]:
+def grasp_for(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[tuple[str, ...], int]:
     """The edges to grasp, one or two, and with how many hands.
 
     The edge farthest from the line is best, if hands that hold it carry all that moves; else the edge, or the pair of
@@ -41,7 +41,7 @@ def grasp_for(garment: Garment, state: np.ndarray, line: Line) -> tuple[tuple[st
     return (other, 2) if other else (plain, hands)
 
 
-def other_grasp(garment: Garment, state: np.ndarray, line: Line) -> tuple[str, ...] | None:
+def other_grasp(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[str, ...] | None:
     """One edge for both hands, or one for each, with which they carry all that moves; None where there is none."""
     far = _distances(garment, state, line)
     names = sorted(far, key=lambda name: -far[name])[:MOST_EDGES]
@@ -56,7 +56,9 @@ def other_grasp(garment: Garment, state: np.ndarray, line: Line) -> tuple[str, .
     return None
 
 
-def covered(garment: Garment, state: np.ndarray, line: Line, grasp: tuple[str, ...], hands: int) -> tuple[Part, ...]:
+def covered(
+    garment: Garment, state: np.ndarray, line: FoldLine, grasp: tuple[str, ...], hands: int
+) -> tuple[Part, ...]:
     """What is not carried by hands on these edges.
 
     Raises:
@@ -66,7 +68,7 @@ def covered(garment: Garment, state: np.ndarray, line: Line, grasp: tuple[str, .
     return uncarried(garment, state, line, candidates(garment, state, line, step, hands)[:hands])
 
 
-def farthest_edge(garment: Garment, state: np.ndarray, line: Line) -> str:
+def farthest_edge(garment: Garment, state: np.ndarray, line: FoldLine) -> str:
     """The edge whose part on the moving side is on average farthest from the line.
 
     Raises:
@@ -78,13 +80,13 @@ def farthest_edge(garment: Garment, state: np.ndarray, line: Line) -> str:
     return max(reach, key=lambda name: reach[name])
 
 
-def _distances(garment: Garment, state: np.ndarray, line: Line) -> dict[str, float]:
+def _distances(garment: Garment, state: np.ndarray, line: FoldLine) -> dict[str, float]:
     """Mean distance from the line of the far part of each edge on the moving side [m]."""
     away = {name: -line.split(state[np.unique(path)])[0] for name, path in garment.edges.items()}
     return {name: float(far[far >= FAR * far.max()].mean()) for name, far in away.items() if far.max() > 0}
 
 
-def _extent(garment: Garment, state: np.ndarray, line: Line, edge: str) -> float:
+def _extent(garment: Garment, state: np.ndarray, line: FoldLine, edge: str) -> float:
     """How long the far part of an edge is along the line [m]."""
     across, along = line.split(state[np.unique(garment.edges[edge])])
     return float(np.ptp(along[-across >= FAR * float((-across).max())]))

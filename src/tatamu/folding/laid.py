@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from tatamu.folding.ideal import Line
+from tatamu.folding.ideal import FoldLine
 from tatamu.garments import Garment
 
 
-def laid(garment: Garment, state: np.ndarray, line: Line) -> np.ndarray:
+def laid(garment: Garment, state: np.ndarray, line: FoldLine) -> np.ndarray:
     """The cloth with its moving side on top [m], shape (n, 3).
 
     Args:

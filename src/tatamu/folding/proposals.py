@@ -15,7 +15,7 @@ from tatamu.errors import InputError
 from tatamu.folding.appendages import Appendage, appendages, has_legs, silhouette
 from tatamu.folding.coverage import Part
 from tatamu.folding.hold import covered, farthest_edge, grasp_for
-from tatamu.folding.ideal import Line, crease_of
+from tatamu.folding.ideal import FoldLine, crease_of
 from tatamu.folding.laid import laid
 from tatamu.folding.plan import Plan, line_of
 from tatamu.garments import Garment
@@ -189,6 +189,6 @@ def _plan(*steps: dict[str, Any]) -> Plan:
     return Plan.model_validate({"name": "draft", "step": steps})
 
 
-def _line_of(garment: Garment, step: dict[str, Any]) -> Line:
+def _line_of(garment: Garment, step: dict[str, Any]) -> FoldLine:
     plan = _plan(step)
     return plan.line(plan.steps[0], garment)

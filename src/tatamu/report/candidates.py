@@ -4,26 +4,25 @@ from __future__ import annotations
 
 import io
 from collections.abc import Sequence
-from importlib.resources import files
 
-from tatamu import __version__
+from markupsafe import Markup
+
 from tatamu.folding.fold import ideal_folds
 from tatamu.folding.plan import Plan
 from tatamu.folding.proposals import Proposal
 from tatamu.garments import Garment
-from tatamu.report.diagram import Diagram
+from tatamu.presentation.drawing import Drawing
+from tatamu.presentation.page import render
 from tatamu.report.garment import FoldMark, diagram
-from tatamu.report.markup import text
-from tatamu.report.palette import css
 
 COLUMNS = 3
-"""A picture has so many plans side by side."""
+"""Plans side by side in a picture."""
 TITLE = 40
 """Height of a plan's name over its drawing [pixels]."""
 
 
 def marks(garment: Garment, plan: Plan) -> list[FoldMark]:
-    """Every fold of a plan on the flat garment; the places of later grasps are those that they have there."""
+    """Every fold of a plan on the flat garment; later grasps stand where they are on it."""
     flat = garment.vertices[:, :2]
     titles = [f"{number}. {step.title}" for number, step in enumerate(plan.steps, start=1)]
     names = titles if len(titles) > 1 else [plan.name]
@@ -33,7 +32,7 @@ def marks(garment: Garment, plan: Plan) -> list[FoldMark]:
     ]
 
 
-def drawings(garment: Garment, proposals: Sequence[Proposal]) -> list[Diagram]:
+def drawings(garment: Garment, proposals: Sequence[Proposal]) -> list[Drawing]:
     """A drawing of each plan.
 
     Raises:
@@ -43,33 +42,24 @@ def drawings(garment: Garment, proposals: Sequence[Proposal]) -> list[Diagram]:
 
 
 def page(garment: Garment, proposals: Sequence[Proposal]) -> str:
-    """All plans as one HTML page that opens offline, the first marked as the best.
+    """All plans as one HTML page that opens offline.
 
     Raises:
         InputError: The garment cannot be folded so.
     """
-    style = (files("tatamu.report") / "style.css").read_text(encoding="utf-8")
     drawn = drawings(garment, proposals)
-    cards = "".join(
-        f"<h2>{text(proposal.plan.name)}</h2><section class='card'><figure>{drawing.svg()}"
-        f"<figcaption>{text(proposal.text)}</figcaption></figure>{_left_behind(proposal)}</section>"
-        for proposal, drawing in zip(proposals, drawn, strict=True)
-    )
-    return (
-        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{text(garment.name)}: fold plans</title><style>:root{{{css()}}}{style}"
-        "figure svg{max-height:70vh;border-radius:10px}</style></head><body>"
-        f'<header><p class="brand">tatamu <span>fold plans</span></p><h1>{text(garment.name)}</h1></header>'
-        f"<main>{cards}</main><footer><p class='about'>tatamu {__version__}</p></footer></body></html>\n"
+    return render(
+        "report/candidates.html",
+        title=garment.name,
+        plans=[
+            (proposal.plan, Markup(drawing.svg()), _warnings(proposal))
+            for proposal, drawing in zip(proposals, drawn, strict=True)
+        ],
     )
 
 
-def _left_behind(proposal: Proposal) -> str:
-    lines = "".join(
-        f"<li>Step {number + 1}: no hand carries {text(part.text)}</li>" for number, part in proposal.missed
-    )
-    return f'<ul class="warnings">{lines}</ul>' if lines else ""
+def _warnings(proposal: Proposal) -> list[str]:
+    return [f"Step {number + 1}: no hand carries {part.text}" for number, part in proposal.missed]
 
 
 def picture(garment: Garment, proposals: Sequence[Proposal]) -> bytes:
@@ -82,16 +72,18 @@ def picture(garment: Garment, proposals: Sequence[Proposal]) -> bytes:
 
     images = [Image.open(io.BytesIO(drawing.png())) for drawing in drawings(garment, proposals)]
     columns = min(COLUMNS, len(images))
-    width, height = images[0].width, images[0].height + TITLE
+    width = images[0].width
+    height = images[0].height + TITLE
     rows = -(-len(images) // columns)
     sheet = Image.new("RGB", (width * columns, height * rows), "#fff")
     canvas = ImageDraw.Draw(sheet)
     font = ImageFont.load_default(22)
     for number, (proposal, image) in enumerate(zip(proposals, images, strict=True)):
-        corner = (width * (number % columns), height * (number // columns))
-        sheet.paste(image, (corner[0], corner[1] + TITLE))
+        left = width * (number % columns)
+        top = height * (number // columns)
+        sheet.paste(image, (left, top + TITLE))
         name = proposal.plan.name + (" (not all is carried)" if proposal.missed else "")
-        canvas.text((corner[0] + 16, corner[1] + 8), name, "#20242c", font)
+        canvas.text((left + 16, top + 8), name, "#20242c", font)
     buffer = io.BytesIO()
     sheet.save(buffer, "PNG", optimize=True)
     return buffer.getvalue()
