@@ -78,7 +78,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Hold:
+class Coverage:
     """What a pair of grasps carries."""
 
     grasps: tuple[int, ...]
@@ -110,11 +110,11 @@ def uncarried(
         line: The fold line and its moving side.
         hands: Grasp candidates of each hand, from the corner inwards, shapes (m,).
     """
-    hold = best_hold(garment, state, line, hands)
+    hold = best_coverage(garment, state, line, hands)
     return parts_of(garment, state, line, hold)
 
 
-def best_hold(garment: Garment, state: np.ndarray, line: FoldLine, hands: tuple[np.ndarray, ...]) -> Hold:
+def best_coverage(garment: Garment, state: np.ndarray, line: FoldLine, hands: tuple[np.ndarray, ...]) -> Coverage:
     """What the best of some pairs of grasps carries: that which leaves least cloth behind."""
     cloth = _Cloth.of(garment, state, line)
     count = min(len(hand) for hand in hands)
@@ -124,7 +124,7 @@ def best_hold(garment: Garment, state: np.ndarray, line: FoldLine, hands: tuple[
     return min(holds, key=lambda hold: float(cloth.weight[hold.lost].sum()))
 
 
-def parts_of(garment: Garment, state: np.ndarray, line: FoldLine, hold: Hold) -> tuple[Part, ...]:
+def parts_of(garment: Garment, state: np.ndarray, line: FoldLine, hold: Coverage) -> tuple[Part, ...]:
     """What overhangs, gathered into parts that hang together; those are left that reach beyond the limit."""
     missed = np.flatnonzero(hold.missed)
     weight = vertex_areas(garment)
@@ -196,7 +196,7 @@ class _Cloth:
         triangles = garment.faces[moving[garment.faces].any(axis=1)]
         return cls(line, places, moving, vertex_areas(garment), pieces, graph, triangles, garment.spacing)
 
-    def hold(self, grasps: tuple[int, ...]) -> Hold:
+    def hold(self, grasps: tuple[int, ...]) -> Coverage:
         """What hands at these vertices carry."""
         overhang = np.full(len(self.places), np.inf)
         held = np.zeros(len(self.places), dtype=bool)
@@ -210,7 +210,7 @@ class _Cloth:
         overhang[~self.moving] = 0.0
         missed = self.moving & (overhang > ROOT) & (-2.0 * self.places[:, 0] > OFF)
         beyond = self.places[:, 0] < self._farthest(grasps) - 0.5 * self.spacing
-        return Hold(grasps, overhang, np.where(beyond, LONGEST_TAIL, LONGEST), missed)
+        return Coverage(grasps, overhang, np.where(beyond, LONGEST_TAIL, LONGEST), missed)
 
     def _farthest(self, grasps: tuple[int, ...]) -> float:
         """Where the hand is that is farthest from the line [m]; negative."""
