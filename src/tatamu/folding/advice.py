@@ -67,7 +67,9 @@ def _remedies(garment: Garment, plan: Plan, found: list[tuple[int, Part]]) -> li
         other = other_grasp(garment, state, line) if number in wrong else None
         if other:
             shown = ", ".join(f'"{name}"' for name in other)
-            lines.append(f"{_step(plan, number)}grasp = [{shown}] in a plan file would carry it (docs/folds.md)")
+            lines.append(
+                f"{_step(plan, number)}grasp = [{shown}] in a plan file would carry it (docs/reference/fold-plan.md)"
+            )
         state = laid(garment, state, line)
     try:
         best = choices(garment)[0]

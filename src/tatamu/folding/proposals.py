@@ -53,7 +53,7 @@ def propose(garment: Garment) -> list[Proposal]:
         if (folded := _folded(garment, tuple(folds), known))
     ]
     if not found:
-        raise InputError(f"fold: no plan is found for {garment.name}; write one (docs/folds.md)")
+        raise InputError(f"fold: no plan is found for {garment.name}; write one (docs/reference/fold-plan.md)")
     return sorted(found, key=lambda proposal: bool(proposal.missed))  # a stable sort: else in the order proposed
 
 

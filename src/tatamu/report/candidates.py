@@ -5,14 +5,18 @@ from __future__ import annotations
 import io
 from collections.abc import Sequence
 
+import numpy as np
+import shapely
 from markupsafe import Markup
 
+from tatamu.folding.coverage import Part
 from tatamu.folding.fold import ideal_folds
 from tatamu.folding.plan import Plan
 from tatamu.folding.proposals import Proposal
 from tatamu.garments import Garment
 from tatamu.presentation.drawing import Drawing
 from tatamu.presentation.page import render
+from tatamu.presentation.shapes import Polyline
 from tatamu.report.garment import FoldMark, diagram
 
 COLUMNS = 3
@@ -33,12 +37,26 @@ def marks(garment: Garment, plan: Plan) -> list[FoldMark]:
 
 
 def drawings(garment: Garment, proposals: Sequence[Proposal]) -> list[Drawing]:
-    """A drawing of each plan.
+    """A drawing of each plan; what no hand carries is shaded, where it lies on the flat garment.
 
     Raises:
         InputError: The garment cannot be folded so.
     """
-    return [diagram(garment, marks(garment, proposal.plan)) for proposal in proposals]
+    drawn = []
+    for proposal in proposals:
+        drawing = diagram(garment, marks(garment, proposal.plan))
+        for _, part in proposal.missed:
+            drawing.add(*_shaded(garment, part))
+        drawn.append(drawing)
+    return drawn
+
+
+def _shaded(garment: Garment, part: Part) -> list[Polyline]:
+    """The region of a part."""
+    inside = np.isin(garment.faces, part.vertices).all(axis=1)
+    covered = shapely.union_all(shapely.polygons(garment.vertices[garment.faces[inside], :2]), grid_size=1e-6)
+    regions = [each for each in shapely.get_parts(covered) if isinstance(each, shapely.Polygon)]
+    return [Polyline(np.array(each.exterior.coords), width=0.0, fill="warm", opacity=0.5) for each in regions]
 
 
 def page(garment: Garment, proposals: Sequence[Proposal]) -> str:
