@@ -1,9 +1,9 @@
-"""Figures of docs/folds.md: every garment's folds, learned with several seeds.
+"""Figures of docs/notes/folds.md: every garment's folds, learned with several seeds.
 
     python benchmarks/folds.py --out runs/folds [--seeds 3] [--trials 60] [--only NAME] [--targets] [--write-docs]
 
 Prints a table and writes `table.json`; a plan that is there already is not run again. With `--write-docs` the table in
-docs/folds.md and its pictures are written anew.
+docs/notes/folds.md and its pictures are replaced.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from tables import insert, markdown
+from tables import IMAGES, markdown, publish
 
 from tatamu.crossings import crossings
 from tatamu.files import write_json
@@ -29,7 +29,6 @@ from tatamu.learning import learn_job
 from tatamu.report import picture
 from tatamu.topology import Topology, edge_lengths
 
-PAGE = Path("docs/folds.md")
 FOLDS = {
     "tshirt-half": ("tshirt", "half", 3, 50),
     "trousers-half": ("trousers", "half", 3, 50),
@@ -64,7 +63,7 @@ PICTURES = {
 
 
 def target_rows() -> list[dict[str, str]]:
-    """What is wrong with each ideal shape: layers that cross, and edges whose length is not that of the flat cloth."""
+    """Faults of each ideal shape: layers that cross, and edges whose length is not that of the flat cloth."""
     rows = []
     for garment, plans in PLANS.items():
         made = make_garment(garment)
@@ -118,7 +117,7 @@ def learned(name: str, garment: str, fold: str, seed: int, trials: int, out: Pat
 
 
 def _single(result: dict[str, Any]) -> dict[str, Any]:
-    """A fold in one step, told as a step: its own target is the flat garment's."""
+    """A fold in one step in the form of a step of a plan: its own target is the flat garment's."""
     best = result["trials"][result["best"]]
     return {**best, "folder": ".", "title": "", "crossings": result["crossings"], "whole": best}
 
@@ -128,15 +127,15 @@ def shown(rows: list[dict[str, Any]]) -> list[dict[str, str]]:
     return [{name: str(show(row)) for name, show in COLUMNS.items()} for row in rows]
 
 
-def draw(out: Path, docs: Path) -> str:
+def draw(out: Path, images: Path) -> str:
     """Draw the pictures of the docs: learned folds, and the shop fold's plan on the flat T-shirt; their Markdown."""
     links = ""
     for name, (folder, title) in PICTURES.items():
         if (out / folder / "result.json").exists():
-            picture(out / folder, docs / f"{name}.png")
-            links += f"\n\n![{title}]({name}.png)"
+            picture(out / folder, images / f"{name}.png")
+            links += f"\n\n![{title}](../images/{name}.png)"
     command = shutil.which("tatamu", path=str(Path(sys.executable).parent)) or "tatamu"
-    subprocess.run([command, "show", "tshirt", "--plan", "shop", "--out", str(docs / "shop-plan.png")], check=True)
+    subprocess.run([command, "show", "tshirt", "--plan", "shop", "--out", str(images / "shop-plan.png")], check=True)
     return links
 
 
@@ -152,7 +151,7 @@ def main() -> None:
     targets = target_rows()
     print(markdown(targets), flush=True)
     if options.write_docs:
-        insert("targets", markdown(targets), PAGE)
+        publish("targets", markdown(targets))
     if options.targets:
         return
     rows = []
@@ -164,7 +163,7 @@ def main() -> None:
     write_json(options.out / "table.json", rows)
     print(markdown(shown(rows)))
     if options.write_docs:
-        insert("folds", markdown(shown(rows)) + draw(options.out, PAGE.parent), PAGE)
+        publish("folds", markdown(shown(rows)) + draw(options.out, IMAGES))
 
 
 if __name__ == "__main__":

@@ -3,7 +3,7 @@
     python -m benchmarks.foreign --out runs/foreign [--trials 8] [--write-docs]
 
 The drawings and meshes are made by `tests/foreign.py`. Prints a table and writes `table.json`; studies that are there
-go on. With `--write-docs` the table in docs/garments.md is written anew.
+go on. With `--write-docs` the table in docs/notes/garments.md is replaced.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from benchmarks.tables import insert, markdown
+from benchmarks.tables import markdown, publish
 from tests.foreign import BROKEN, GOOD
 
 from tatamu.errors import InputError
@@ -79,7 +79,7 @@ def main() -> None:
     table = markdown([shown(row) for row in rows])
     print(f"{table}\n{len(BROKEN)} broken ones are refused, see tests/foreign.py")
     if given.write_docs:
-        insert("foreign", table, Path("docs/garments.md"))
+        publish("foreign", table)
 
 
 if __name__ == "__main__":

@@ -1,9 +1,9 @@
-"""Figures of README and docs/learning.md: five seeds of the default towel, random search, fixed trajectories.
+"""Figures of README and docs/notes/learning.md: five seeds of the default towel, random search, fixed trajectories.
 
     python benchmarks/learning.py --out runs/learning [--seeds 5] [--trials 50] [--write-docs]
 
 Prints a table and writes `table.json`; a study that is there already is not run again. With `--write-docs` the tables
-in README.md and docs/learning.md are written anew.
+in README.md and docs/notes/learning.md are replaced.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from tables import insert, markdown
+from tables import markdown, publish
 
 from tatamu.files import write_json
 from tatamu.folding.task import Task, make_task
@@ -81,8 +81,8 @@ def main() -> None:
     print(markdown(shown(rows)))
     print(f"\npeak memory of this process {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB")
     if options.write_docs:
-        insert("learning: short", markdown(shown(summary(rows), SHORT)), Path("README.md"))
-        insert("learning: long", markdown(shown(rows)), Path("docs/learning.md"))
+        publish("learning: short", markdown(shown(summary(rows), SHORT)))
+        publish("learning: long", markdown(shown(rows)))
 
 
 if __name__ == "__main__":

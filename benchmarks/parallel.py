@@ -1,4 +1,6 @@
-"""Trials side by side: how long 50 trials of the default towel take, and what they find. A table of docs/learning.md.
+"""Trials side by side: how long 50 trials of the default towel take, and what they find.
+
+The table "learning: parallel" of docs/notes/learning.md:
 
     python benchmarks/parallel.py [--seeds 3] [--trials 50] [--write-docs]
 
@@ -17,7 +19,7 @@ from tempfile import TemporaryDirectory
 from time import perf_counter
 from typing import NamedTuple
 
-from tables import insert, markdown
+from tables import markdown, publish
 
 from tatamu.files import read_json
 from tatamu.folding.task import make_task
@@ -27,7 +29,7 @@ AT_A_TIME = (1, 2, 3)
 
 
 class Found(NamedTuple):
-    """What came of a study."""
+    """Result of one study."""
 
     seconds: float
     objective: float
@@ -83,7 +85,7 @@ def main() -> None:
     table = markdown([line(parallel, found[parallel], found[1]) for parallel in AT_A_TIME])
     print(table)
     if options.write_docs:
-        insert("learning: parallel", table, Path("docs/learning.md"))
+        publish("learning: parallel", table)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Which small garments HIRONX folds, for docs/robots.md: each learned within its reach, each step planned.
+"""Which small garments HIRONX folds, for docs/notes/robots.md: each learned within its reach, each step planned.
 
     python benchmarks/robots.py --out runs/robots [--robot hironx] [--trials 6] [--write-docs]
         [--rehearse native,mujoco] [--halvings 0] [--only towel]
@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tables import insert, markdown
+from tables import markdown, publish
 
 from tatamu.errors import TatamuError
 from tatamu.files import read_json, write_json
@@ -34,7 +34,7 @@ SIMULATORS = ("native", "mujoco")
 
 @dataclass(frozen=True)
 class Case:
-    """A garment of one size, folded in one way."""
+    """A garment, its size and its fold."""
 
     garment: str
     size: tuple[float, float]
@@ -66,7 +66,7 @@ CASES = (
 
 @dataclass(frozen=True)
 class Setting:
-    """What is asked of every case."""
+    """The options of every case."""
 
     robot: str
     out: Path
@@ -179,7 +179,7 @@ def main() -> None:
     write_json(options.out / "table.json", rows)
     print(markdown(rows))
     if options.write_docs:
-        insert("garments within reach", markdown(rows), Path("docs/robots.md"))
+        publish("garments within reach", markdown(rows))
 
 
 if __name__ == "__main__":

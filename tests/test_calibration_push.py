@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-
 import numpy as np
 import pytest
 from pydantic import ValidationError
@@ -123,7 +121,7 @@ def test_a_push_needs_stretch_and_friction() -> None:
 
 
 def test_a_simulator_without_wrinkles_does_not_use_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys.modules["tatamu.calibration.calibrate"], "WRINKLE", ())
+    monkeypatch.setattr("tatamu.calibration.push.COMPRESSIBLE", ())
     found = calibrate(told(0.01))
     assert found.fit("push") is None and "compression" in found.assumed and found.material.compression == 1.0
     assert any("not used" in text for text in advice_on(found))

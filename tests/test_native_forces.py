@@ -80,7 +80,7 @@ class Elastic:
         return float(0.5 * np.einsum("it,tij,jt", eps, symmetric.unpack(0.5 * self.S), eps))
 
     def relaxed_energy(self, x: np.ndarray) -> float:
-        """Of cloth that wrinkles: from the principal Green strains of every triangle, as docs/native.md has it."""
+        """Of cloth that wrinkles: from the principal Green strains of every triangle (docs/theory/membrane.md)."""
         corners = x[self.faces]
         now = np.stack([corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]], axis=2)
         then = np.stack([self.frames[:, 1], self.frames[:, 2]], axis=2)

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from html import escape
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tatamu.calibration.elongation import Elongation
-from tatamu.calibration.friction import SIZE, Slope
-from tatamu.calibration.loop import Loop
-from tatamu.calibration.push import Push
-from tatamu.calibration.sag import Sag
 from tatamu.topology import Topology
+
+if TYPE_CHECKING:
+    from tatamu.calibration.elongation import Elongation
+    from tatamu.calibration.friction import Slope
+    from tatamu.calibration.loop import Loop
+    from tatamu.calibration.push import Push
+    from tatamu.calibration.sag import Sag
 
 INK, CLOTH, GRIP, READ, FAINT = "#1f2933", "#3f66b0", "#52606d", "#d64a57", "#9aa5b1"
 MARGIN = 34.0
@@ -131,7 +134,7 @@ def sliding(slope: Slope) -> str:
     drawing = Drawing.around(np.array([foot, (top[0] + 0.08, top[1] + 0.05), (top[0] + 0.1, 0.0)]), 320.0, 240.0)
     drawing.line(np.array([foot - [0.02, 0.0], [top[0] + 0.1, 0.0]]), FAINT, 1.5)
     drawing.line(np.array([foot, top]), GRIP, 5.0, stroke_linecap="round")
-    middle, half = 0.55 * top, 0.5 * 1.2 * SIZE[1] * top / board
+    middle, half = 0.55 * top, 0.5 * 1.2 * slope.sheet[1] * top / board
     drawing.line(np.array([middle - half, middle + half]) + 0.012 * normal, CLOTH, 5.0, stroke_linecap="round")
     drawing.dimension(np.array([top[0] + 0.03, 0.0]), np.array([top[0] + 0.03, top[1]]), "H_s")
     drawing.dimension(foot + 0.05 * normal, top + 0.05 * normal, "L_t")

@@ -11,28 +11,14 @@ from plotly.offline import get_plotlyjs
 from tatamu import __version__
 from tatamu.calibration import drawing
 from tatamu.calibration.advice import NAMES, advice_on
+from tatamu.calibration.fit import Fit
 from tatamu.calibration.friction import SLIDING
+from tatamu.calibration.parameters import KNOWN, PARAMETERS, PLACE, SYMBOLS, UNITS
 from tatamu.calibration.readings import Reading
-from tatamu.calibration.result import PARAMETERS, SYMBOLS, UNITS, Calibration, Fit, rounded
+from tatamu.calibration.result import Calibration, rounded
+from tatamu.calibration.test import CalibrationTest
 from tatamu.validation.page import FIT, GRID, INK, STYLE, chart_html
 
-TITLES = {
-    "elongation": "Elongation: stretch stiffness Y",
-    "sag": "Sag: bending rigidity B",
-    "loop": "Loop: bending rigidity B",
-    "friction": "Friction: coefficient μ on the table",
-    "push": "Push: compression c",
-}
-READINGS = {"elongation": "L1 - L2", "sag": "sag", "loop": "height of the loop", "push": "moved"}
-WORDS = {
-    "areal_density": "areal density",
-    "stretch_stiffness": "stretch stiffness",
-    "bending_rigidity": "bending rigidity",
-    "friction_table": "friction on the table",
-    "compression": "resists compression, part of Y",
-}
-AXES = {"elongation": "Y [N/m]", "sag": "B [µN m]", "loop": "B [µN m]", "friction": "μ", "push": "c"}
-FACTORS = {"elongation": 1.0, "sag": 1e6, "loop": 1e6, "friction": 1.0, "push": 1.0}
 ROOM = 1.6
 """Beside the points of a chart, as a factor: a logarithmic axis then always has a number on it."""
 TICKS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0)
@@ -67,23 +53,9 @@ def page(calibration: Calibration) -> str:
     )
 
 
-def _picture(calibration: Calibration, test: str) -> str:
-    """The drawing of a test, as it came to rest."""
-    setup, shape = calibration.setup, calibration.shapes.get(test)
-    if test == "elongation" and setup.elongation is not None and shape is not None:
-        return drawing.hanging(setup.elongation, shape)
-    if test == "sag" and setup.sag is not None and shape is not None:
-        return drawing.sagging(setup.sag, shape)
-    if test == "loop" and setup.loop is not None and shape is not None:
-        return drawing.looped(setup.loop, shape)
-    if test == "push" and setup.push is not None and shape is not None:
-        return drawing.pushed(setup.push, shape)
-    return drawing.sliding(setup.slope) if setup.slope is not None and test == "friction" else ""
-
-
 def shown(calibration: Calibration, parameter: str) -> tuple[str, str]:
     """A parameter's value and its uncertainty as text, with the unit of the first."""
-    factor, unit = (1e6, "µN m") if parameter == "bending_rigidity" else (1.0, UNITS[parameter])
+    factor, unit = KNOWN[parameter].shown_factor, KNOWN[parameter].shown_unit or UNITS[parameter]
 
     def words(value: float) -> str:
         return f"{factor * value:.4g} {unit if unit != '-' else ''}".strip()
@@ -101,7 +73,8 @@ def shown(calibration: Calibration, parameter: str) -> tuple[str, str]:
 
 def _parameters(calibration: Calibration) -> str:
     lines = "".join(
-        f"<tr><td>{WORDS[name]}, {SYMBOLS[name]}</td><td class='n'>{escape(value)}</td><td>{escape(spread)}</td></tr>"
+        f"<tr><td>{KNOWN[name].words}, {SYMBOLS[name]}</td><td class='n'>{escape(value)}</td>"
+        f"<td>{escape(spread)}</td></tr>"
         for name in PARAMETERS
         for value, spread in [shown(calibration, name)]
     )
@@ -113,36 +86,28 @@ def _parameters(calibration: Calibration) -> str:
 
 
 def _fit(calibration: Calibration, fit: Fit) -> str:
-    chart = _friction_chart(calibration, fit) if fit.test == "friction" else _chart(calibration, fit)
+    test = calibration.setup.tests[fit.test]
+    chart = _speed_chart(fit, test) if test.samples == "speed" else _chart(calibration, fit, test)
     plot = chart_html(chart, f"fit-{fit.test}")
     value, spread = shown(calibration, fit.parameter)
     return (
-        f"<section><h2>{TITLES[fit.test]}</h2><p class='reference'>{escape(_sentence(calibration, fit))} "
+        f"<section><h2>{test.title}</h2><p class='reference'>{escape(_sentence(fit, test))} "
         f"<b>{SYMBOLS[fit.parameter]} {'is' if fit.bound else '='} {escape(value)}</b>, {escape(spread)}.</p>"
-        f"<div class='fit'><div>{_picture(calibration, fit.test)}</div><div>{plot}</div></div></section>"
+        f"<div class='fit'><div>{test.drawing(calibration.shapes[fit.test])}</div><div>{plot}</div></div></section>"
     )
 
 
-def _sentence(calibration: Calibration, fit: Fit) -> str:
-    if fit.test == "friction":
-        return (
-            f"θ = asin(H_s / L_t) = {np.degrees(fit.measured):.1f} ± {np.degrees(fit.uncertainty):.1f} degrees; "
-            f"tan θ = {calibration.textbook_friction:.3f}."
-        )
-    name = READINGS[fit.test]
+def _sentence(fit: Fit, test: CalibrationTest) -> str:
     beside = fit.alone if fit.parameter == "bending_rigidity" else None
-    return (
-        f"{name[0].upper()}{name[1:]} measured: {1e3 * fit.measured:.1f} ± {1e3 * fit.uncertainty:.1f} mm; simulated: "
-        f"{1e3 * fit.simulated:.2f} mm."
-        + (f" Alone it says {f'{fit.bound} ' if fit.bound else ''}{1e6 * beside:.4g} µN m." if beside else "")
-    )
+    alone = f" Alone it says {f'{fit.bound} ' if fit.bound else ''}{1e6 * beside:.4g} µN m." if beside else ""
+    return test.sentence(fit) + alone
 
 
-def _chart(calibration: Calibration, fit: Fit) -> go.Figure:
+def _chart(calibration: Calibration, fit: Fit, test: CalibrationTest) -> go.Figure:
     """Simulated readings over the parameter, and the measured one as a band."""
-    factor = FACTORS[fit.test]
+    factor = KNOWN[fit.parameter].shown_factor
     x, y = factor * np.array([s[0] for s in fit.samples]), 1e3 * np.array([s[1] for s in fit.samples])
-    chart = go.Figure(layout=_layout(AXES[fit.test], f"{READINGS[fit.test]} [mm]", "log"))
+    chart = go.Figure(layout=_layout(KNOWN[fit.parameter].label, f"{test.read} [mm]", "log"))
     low, high = 1e3 * (fit.measured - fit.uncertainty), 1e3 * (fit.measured + fit.uncertainty)
     chart.add_hrect(low, high, fillcolor=drawing.READ, opacity=0.15, line_width=0)
     chart.add_hline(1e3 * fit.measured, line={"color": drawing.READ, "width": 1.4}, annotation_text="measured")
@@ -161,9 +126,9 @@ def _chart(calibration: Calibration, fit: Fit) -> go.Figure:
     return chart
 
 
-def _friction_chart(calibration: Calibration, fit: Fit) -> go.Figure:
+def _speed_chart(fit: Fit, test: CalibrationTest) -> go.Figure:
     """Speed over the coefficient: zero where it sticks."""
-    chart = go.Figure(layout=_layout("μ", "speed at the end [mm/s]", "linear"))
+    chart = go.Figure(layout=_layout(KNOWN[fit.parameter].label, "speed at the end [mm/s]", "linear"))
     for slides, name, symbol in ((True, "slides", "circle"), (False, "sticks", "square")):
         points = [sample for sample in fit.samples if (sample[1] > SLIDING) == slides]
         chart.add_trace(
@@ -176,7 +141,7 @@ def _friction_chart(calibration: Calibration, fit: Fit) -> go.Figure:
             )
         )
     chart.update_layout(showlegend=True)
-    chart.add_vline(calibration.textbook_friction, line={"color": INK, "dash": "dot"}, annotation_text="tan θ")
+    chart.add_vline(test.textbook, line={"color": INK, "dash": "dot"}, annotation_text="tan θ")
     return chart
 
 
@@ -200,7 +165,7 @@ def _budget(calibration: Calibration) -> str:
     known = calibration.known
     if not known:
         return "<p>Nothing is known but bounds.</p>"
-    rows = [PARAMETERS.index(name) for name in known]
+    rows = [PLACE[name] for name in known]
     variance = np.diag(calibration.covariance)[rows]
     head = "<th>reading</th><th class='n'>value</th><th class='n'>±</th>" + "".join(
         f"<th>{SYMBOLS[name]}</th>" for name in known

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tatamu.folding.crease import Crease, crease
 from tatamu.folding.layers import PIXEL, Surface
 from tatamu.garments import Garment
+from tatamu.heavy_strip.crease import Crease, crease
 
 STACKS = (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0)
 """Heights of stacks in thicknesses for which creases are computed; between them they are interpolated."""

@@ -27,7 +27,7 @@ PIXEL = 0.001
 
 @dataclass(frozen=True)
 class Score:
-    """All measures of one fold; docs/learning.md names their sources."""
+    """All measures of one fold; docs/guide/learning.md names their sources."""
 
     objective: float
     """C of Eq. (10)."""

@@ -33,7 +33,7 @@ Side = Annotated[float, Field(ge=SMALLEST_SIDE, le=LARGEST_SIDE)]
 
 
 class GarmentFile(BaseModel):
-    """The table `[garment]` of a garment file. See docs/garments.md."""
+    """The table `[garment]` of a garment file. See docs/reference/garment-file.md."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 

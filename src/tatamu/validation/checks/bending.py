@@ -14,12 +14,12 @@ from functools import partial
 
 import numpy as np
 
+from tatamu.heavy_strip.cantilever import cantilever, chord
+from tatamu.heavy_strip.chain import FoldedStrip, start
 from tatamu.material import GRAVITY, Material
 from tatamu.scene import Cloth, Gripper, Scene, Table
 from tatamu.validation.check import Case, Check
-from tatamu.validation.elastica import cantilever, chord
 from tatamu.validation.findings import Curve, Figure, Findings, Row, absolute, relative
-from tatamu.validation.loop import Crease, start
 from tatamu.validation.meshes import LAYOUTS, mirrored, right, staggered
 from tatamu.validation.scenes import held, raised
 from tatamu.validation.subject import Subject
@@ -154,7 +154,7 @@ def crease(subject: Subject, bending_length: float, spacing: float) -> Findings:
     cloth = Cloth(vertices=vertices, faces=faces, rest_vertices=raised(plan))
     scene = Scene(cloth=cloth, material=material, grippers=grippers, table=Table(), duration=3.5)
     end = subject.simulate(scene).positions[-1]
-    wanted = Crease(length - 2 * row, bending_length, thickness, rise).solve() + np.array([row, 0.0])
+    wanted = FoldedStrip(length - 2 * row, bending_length, thickness, rise).solve() + np.array([row, 0.0])
     limit = subject.limit("loop height") if spacing <= 0.55 * bending_length else None
     yield relative("height of the loop [mm]", 1e3 * float(wanted[:, 1].max()), 1e3 * float(end[:, 2].max()), limit)
     yield absolute("reach of the loop [mm]", 1e3 * float(wanted[:, 0].max()), 1e3 * float(end[:, 0].max()), None, "mm")

@@ -2,7 +2,7 @@
 
 With depth d below the plane and slip s along it, both since the step began: d is undone, and s shrinks by
 min(1, mu d / |s|). A resting cloth that gravity pulls by g cos(theta) h^2 into the table and by g sin(theta) h^2 along
-it therefore sticks exactly when tan(theta) < mu. Derived in docs/native.md.
+it therefore sticks exactly when tan(theta) < mu. Derived in docs/theory/contact.md.
 """
 
 from __future__ import annotations

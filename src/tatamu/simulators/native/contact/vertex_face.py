@@ -13,7 +13,7 @@ start of the step: what the table or another layer undoes of a correction is the
 layers at rest do not creep.
 
 Pairs that a hand holds on both sides are left to the hand: near it a push has no lever, and would turn the pinch
-into a clamp that bends the layers as one plate. Derived in docs/native.md.
+into a clamp that bends the layers as one plate. Derived in docs/theory/contact.md.
 """
 
 from __future__ import annotations

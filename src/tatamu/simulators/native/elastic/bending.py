@@ -5,7 +5,7 @@
     W   = sum_T 1/2 (g - g0)' K_T (g - g0)      over the inner edges of T
 
 Bending carries no Poisson coupling, so a narrow strip and a wide sheet have the same moment per width per curvature, B.
-Derived in docs/native.md.
+Derived in docs/theory/bending.md.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ which is exact for curvature across the edge. Both shares make 1, so the forces 
 but the curvature is not exact, and cloth is too stiff.
 
 In regular rows both are the same; elsewhere their mean is nearer than either. At a border or a seam, which carries no
-moment, the curvature across it is none. Derived in docs/native.md.
+moment, the curvature across it is none. Derived in docs/theory/bending.md.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@
     W     = A/2 E' C E = 1/2 eps' S eps,     S = A P^-T C P^-1, plane stress C with stiffness Y and ratio nu
     f_a   = -2 tau_q (x_a - x_b) - ..,       tau = S eps
 
-Damping is Kelvin-Voigt: lengths and edges are taken at x + tau_d v. Derived in docs/native.md.
+Damping is Kelvin-Voigt: lengths and edges are taken at x + tau_d v. Derived in docs/theory/membrane.md.
 
 eps is a small difference of large numbers, so it is taken in double precision; all that follows in single.
 """

@@ -9,7 +9,7 @@ therefore relaxed: with the principal strains E1 >= E2, and m = E2 + nu E1, whic
 
 c is the material's `compression`; with c = 1 this is St. Venant-Kirchhoff. b, `ElasticOptions.crowding_strain`, keeps
 triangles from turning inside out.
-The second b is larger so that the stresses agree where E1 = E2. Derived in docs/native.md.
+The second b is larger so that the stresses agree where E1 = E2. Derived in docs/theory/membrane.md.
 """
 
 from __future__ import annotations
