@@ -39,10 +39,10 @@ def simulation_of(gap: float) -> Simulation:
 
 
 def swept(simulation: Simulation, gaps: np.ndarray, restored: float = 1.0) -> tuple[np.ndarray, float]:
-    """What is left of the gaps after a sweep that finds them so small, and the smallest that it found."""
+    """Gaps after a sweep that finds these, and the smallest that it found."""
     x = crossed(gaps)
     positions = Positions(x, simulation.state.positions.x, x.copy())
-    options, step = simulation.system.options, simulation.pace.outer_step
+    options, step = simulation.system.options, simulation.sizes.outer_step
     smallest = edge_edge.sweep(positions, simulation.mesh, simulation.contact, options, step, restored)
     z = x[:, 2].reshape(COUNT, 2, 3)
     return z[:, 1, :2].mean(axis=1) - z[:, 0, :2].mean(axis=1), smallest
@@ -85,5 +85,5 @@ def test_what_contact_moves_counts_as_distance_travelled() -> None:
     cloth = Cloth(vertices=corners, faces=np.array([[0, 1, 2], [0, 2, 3]]))
     simulation = Simulation(Scene(cloth=cloth, material=CLOTH, table=Table(), duration=0.1))
     simulation.frames()
-    fall = 0.5 * 9.81 * simulation.pace.outer_step**2
+    fall = 0.5 * 9.81 * simulation.sizes.outer_step**2
     assert simulation.contact.counters.travelled > simulation.number * fall

@@ -72,6 +72,35 @@ def test_no_two_vertices_have_one_place_around_a_hole() -> None:
     assert len(places) == len(patch.vertices) == len(np.unique(faces[~inside]))
 
 
+def test_no_two_vertices_have_one_place_around_a_vertex_of_seven_triangles() -> None:
+    """Seven wedges of a lattice, each with the apex and two sides in common with others: six would fill the plane."""
+    number: dict[tuple[float, float], int] = {}
+    faces = []
+    for wedge in range(7):
+        first, second = (np.array([np.cos(a), np.sin(a)]) for a in 2 * np.pi / 7 * np.array([wedge, wedge + 1]))
+
+        def vertex(i: int, j: int, u: np.ndarray = first, w: np.ndarray = second) -> int:
+            x, y = (i * u + j * w).round(9) + 0.0
+            return number.setdefault((float(x), float(y)), len(number))
+
+        for i in range(6):
+            for j in range(6 - i):
+                faces.append([vertex(i, j), vertex(i + 1, j), vertex(i, j + 1)])
+                if i + j < 5:
+                    faces.append([vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)])
+    vertices = np.array([[x, y, 0.0] for x, y in number])
+    for patch in found_in((vertices, np.array(faces))):
+        assert len(set(zip(patch.row.tolist(), patch.column.tolist(), strict=True))) == len(patch.vertices)
+
+
+def test_a_vertex_far_from_its_place_is_not_on_the_lattice() -> None:
+    vertices, faces = staggered_rectangle(0.2, 0.3, 0.02)
+    inner = int(np.argmin(np.linalg.norm(vertices, axis=1)))
+    vertices[inner] += [0.0, 0.0, 0.018]
+    (patch,) = found_in((vertices, faces))
+    assert set(range(len(vertices))) - set(patch.vertices.tolist()) == {inner}
+
+
 def test_two_panels_are_two_lattices_with_no_vertex_in_common() -> None:
     one, other = staggered_rectangle(0.2, 0.2, 0.02), turned(staggered_rectangle(0.2, 0.3, 0.03), 20.0)
     found = found_in(beside(one, other))

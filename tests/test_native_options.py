@@ -1,4 +1,4 @@
-"""What a study may vary: by a record that is handed over, never by patching a module."""
+"""Options: a study varies them by a record that it hands over, never by patching a module."""
 
 from __future__ import annotations
 

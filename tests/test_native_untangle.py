@@ -37,7 +37,7 @@ def _stack(layers: int, held: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _mesh(rest: np.ndarray, faces: np.ndarray) -> tuple[ContactMesh, np.ndarray]:
-    """What untangling needs of a mesh: it, and its lengths."""
+    """A mesh as untangling needs it, and the lengths of its edges."""
     model = model_of(Cloth(vertices=rest, faces=faces), LIMP, Options())
     return model.mesh, model.lengths
 

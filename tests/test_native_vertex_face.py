@@ -141,9 +141,9 @@ def test_a_partner_is_followed_to_the_triangle_beyond() -> None:
 
 def test_a_partner_is_not_followed_around_a_fold() -> None:
     folded = FLAT.copy()
-    folded[3] = [-0.03, 0.0, -THICKNESS]
+    folded[3] = [0.03 * np.cos(2.1), 0.0, -0.03 * np.sin(2.1)]  # by 120 degrees
     simulation = simulation_of(folded)
-    positions, _ = swept(simulation, 0.5 * THICKNESS, THICKNESS, slide=0.012)
+    positions, _ = swept(simulation, -10 * THICKNESS, THICKNESS, slide=0.012)
     assert simulation.contact.vertex_face.triangle[4].tolist() == [0, -1, -1]
     assert (positions.x == positions.predicted).all()
 

@@ -53,7 +53,7 @@ class Grippers:
         return taken
 
     def hands(self) -> Hands:
-        """What is held now."""
+        """Vertices that are held now, and their paths."""
         if not self._closed:
             return Hands(np.empty(0, np.int64), np.empty((0, 3)), np.empty(0, np.int64), self._paths)
         return Hands(

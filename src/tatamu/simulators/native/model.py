@@ -33,7 +33,7 @@ CENTROID_TO_CORNER = 0.58
 """A bound on the distance from the centroid of a triangle to a corner, as part of its longest edge: 1 / sqrt(3)."""
 
 
-class Elastic(NamedTuple):
+class ElasticModel(NamedTuple):
     """Constants of the elastic forces."""
 
     membrane: Membrane
@@ -52,7 +52,7 @@ class Model:
     """Slots and copies together."""
     mass: np.ndarray
     """Lumped mass of each vertex [kg], a third of each triangle around it, shape (n,)."""
-    elastic: Elastic
+    elastic: ElasticModel
     mesh: ContactMesh
     membrane_frequency: float
     """Largest angular frequency of the membrane at rest [1/s]."""
@@ -126,7 +126,7 @@ def _build(cloth: Cloth, material: Material, options: Options) -> Model:
         slots=count,
         width=count + max(len(triangles.copied), len(hinges.copied)),
         mass=mass,
-        elastic=Elastic(stretching, folding),
+        elastic=ElasticModel(stretching, folding),
         mesh=_contact_mesh(topology, mass, material, float(np.sqrt(L2.max())), options.contact),
         membrane_frequency=membrane_frequency(rest, faces, S, mass),
         bending_frequency=bending_frequency(gradient, stiffness, mass),

@@ -1,4 +1,4 @@
-"""What a study may vary of the simulator: one frozen record, handed to `simulate`.
+"""Settings that a study may vary: one frozen record, handed to `simulate`.
 
 The defaults are what every figure of the documentation was made with; the calibrated material is no option but part of
 the scene. Each part is a NamedTuple, as these can be handed to compiled loops, which read them as numbers: other values
@@ -46,7 +46,7 @@ class ElasticOptions(NamedTuple):
 class ContactOptions(NamedTuple):
     """Contact of cloth with itself and with the table. Parts of a thickness are parts of the cloth's thickness t."""
 
-    # What is a candidate.
+    # Candidates.
     margin_thicknesses: float = 3.0
     """Margin of the broad phase beyond a thickness [t], where the next two do not ask for less or more."""
     margin_edges: float = 0.75
@@ -102,7 +102,7 @@ class ContactOptions(NamedTuple):
     restless_steps: int = 3
     """Outer steps for which they then are."""
     zone_passes: int = 30
-    """An impact zone may run into what is beside it; after so many passes the rest is left to the next step."""
+    """An impact zone may run into what is beside it; after this many passes the rest is left to the next step."""
 
 
 class UntangleOptions(NamedTuple):

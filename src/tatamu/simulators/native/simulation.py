@@ -17,7 +17,7 @@ from tatamu.simulators.native.memory.bands import BLOCK
 from tatamu.simulators.native.model import Model, model_of, steps_per_frame, substeps
 from tatamu.simulators.native.options import Options, StepOptions
 from tatamu.simulators.native.step import advance
-from tatamu.simulators.native.system import Air, Pace, Span, State, System
+from tatamu.simulators.native.system import Air, Span, State, StepSizes, System
 
 FRAMES_AT_ONCE = 8
 """Frames between two looks at what else goes on: compiled loops hear no interrupt."""
@@ -41,7 +41,7 @@ class Simulation:
         self.options = options or Options()
         self.model = model_of(scene.cloth, scene.material, self.options)
         self.per_frame = steps_per_frame(scene.frame_rate, self.options.step.outer_step)
-        self.pace = _pace(self.model, 1.0 / (scene.frame_rate * self.per_frame), self.options.step)
+        self.sizes = _step_sizes(self.model, 1.0 / (scene.frame_rate * self.per_frame), self.options.step)
         self.steps = (scene.frames - 1) * self.per_frame
         self.number = 0
         self._refuse()
@@ -56,18 +56,18 @@ class Simulation:
             contact=self.contact,
             air=Air(scene.gravity, scene.material.air_drag / scene.material.areal_density),
             plane=_plane(scene),
-            pace=self.pace,
+            sizes=self.sizes,
             options=compiled,
             limits=self.options.limits,
         )
-        self._grippers = Grippers(scene, self.pace.outer_step, self.steps)
+        self._grippers = Grippers(scene, self.sizes.outer_step, self.steps)
         self._untangle_again = -1
         self.search()
 
     @property
     def substeps(self) -> int:
         """Membrane steps made."""
-        return self.number * self.pace.kicks * self.pace.substeps_per_kick
+        return self.number * self.sizes.kicks * self.sizes.substeps_per_kick
 
     def frames(self) -> np.ndarray:
         """Run to the end; positions in all frames [m], shape (f, n, 3).
@@ -110,7 +110,7 @@ class Simulation:
         broad_phase.search(self.state.positions.x, self.mesh, self.contact, self.system.options)
 
     def warnings(self) -> list[str]:
-        """What the user should know of this rollout."""
+        """Lines that a user should read with this rollout."""
         if self.model.thickness > THICK * self.model.shortest:
             return ["the cloth is thicker than half its shortest edge: neighbouring triangles may push each other"]
         return []
@@ -147,7 +147,7 @@ class Simulation:
         self.mesh.inverse_mass[vertices] = inverse_mass
 
     def _check(self, stretch: float, stopped: bool) -> None:
-        time = self.number * self.pace.outer_step
+        time = self.number * self.sizes.outer_step
         limits = self.options.limits
         if stretch > limits.largest_stretch:
             raise SimulationError(
@@ -159,13 +159,15 @@ class Simulation:
 
     def _refuse(self) -> None:
         """Refuse what cannot end well."""
-        thickness, shortest, limits = self.model.thickness, self.model.shortest, self.options.limits
+        thickness = self.model.thickness
+        shortest = self.model.shortest
+        limits = self.options.limits
         if thickness > limits.thickest * shortest:
             raise SimulationError(
                 f"the cloth is {thickness:g} m thick, its shortest edge {shortest:.3g} m long; neighbours would push "
                 f"one another apart beyond {limits.thickest:g} of an edge: give a coarser mesh"
             )
-        work = self.steps * self.pace.kicks * self.pace.substeps_per_kick * len(self.model.mass)
+        work = self.steps * self.sizes.kicks * self.sizes.substeps_per_kick * len(self.model.mass)
         if work > limits.most_work:
             raise SimulationError(
                 f"the scene needs {work:.2g} steps of a vertex, the limit is {limits.most_work:g} (hours); stiff, "
@@ -173,12 +175,12 @@ class Simulation:
             )
 
 
-def _pace(model: Model, outer_step: float, options: StepOptions) -> Pace:
+def _step_sizes(model: Model, outer_step: float, options: StepOptions) -> StepSizes:
     kicks, substeps_per_kick = substeps(model, outer_step, options)
     kick = outer_step / kicks
     substep = kick / substeps_per_kick
     damping = min(options.membrane_damping, options.damping_part * substep)
-    return Pace(outer_step, kick, substep, kicks, substeps_per_kick, damping)
+    return StepSizes(outer_step, kick, substep, kicks, substeps_per_kick, damping)
 
 
 def _plane(scene: Scene) -> TablePlane:

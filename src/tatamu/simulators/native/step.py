@@ -16,7 +16,7 @@ import numpy as np
 from tatamu.simulators.native.compiled import kernel, unlocked
 from tatamu.simulators.native.contact import gauss_seidel
 from tatamu.simulators.native.elastic import bending, membrane
-from tatamu.simulators.native.model import Elastic
+from tatamu.simulators.native.model import ElasticModel
 from tatamu.simulators.native.system import Air, Hands, Span, State, System
 
 
@@ -44,13 +44,15 @@ def _look_ahead(Y: np.ndarray, X: np.ndarray, V: np.ndarray, ahead: float) -> No
     """Set Y to the positions that time ahead [s]."""
     n = V.shape[1]
     for k in range(3):
-        y, x, v = Y[k, :n], X[k, :n], V[k, :n]
+        y = Y[k, :n]
+        x = X[k, :n]
+        v = V[k, :n]
         for i in range(n):
             y[i] = x[i] + ahead * v[i]
 
 
 @kernel
-def _kick_by_bending(state: State, elastic: Elastic, kick: float) -> None:
+def _kick_by_bending(state: State, elastic: ElasticModel, kick: float) -> None:
     """Change the velocities by a bending step's impulse."""
     slots = state.V.shape[1]
     _look_ahead(state.Y, state.X, state.V, 0.0)
@@ -58,7 +60,8 @@ def _kick_by_bending(state: State, elastic: Elastic, kick: float) -> None:
     bending.add_force(state.Y, state.F, elastic.bending, state.hinges)
     _add_back(state.F, elastic.bending.copies, slots)
     for k in range(3):
-        v, f = state.V[k], state.F[k, :slots]
+        v = state.V[k]
+        f = state.F[k, :slots]
         for i in range(slots):
             v[i] += kick * state.inverse_mass[i] * f[i]
             f[i] = 0.0
@@ -73,7 +76,10 @@ def _kick_and_drift(state: State, air: Air, h: float, ahead: float) -> None:
     n = state.V.shape[1]
     slower = -h * air.drag / (1.0 + h * air.drag)
     for k in range(3):
-        x, v, y, f = state.X[k, :n], state.V[k, :n], state.Y[k, :n], state.F[k, :n]
+        x = state.X[k, :n]
+        v = state.V[k, :n]
+        y = state.Y[k, :n]
+        f = state.F[k, :n]
         fall = h * air.gravity if k == 2 else 0.0
         for i in range(n):
             faster = v[i] + state.free[i] * (slower * v[i] - fall) + h * state.inverse_mass[i] * f[i]
@@ -84,7 +90,7 @@ def _kick_and_drift(state: State, air: Air, h: float, ahead: float) -> None:
 
 
 @kernel
-def _substep(state: State, elastic: Elastic, air: Air, h: float, damping: float) -> None:
+def _substep(state: State, elastic: ElasticModel, air: Air, h: float, damping: float) -> None:
     """Membrane force at Y, which is the positions looked ahead by tau_d (Kelvin-Voigt), kick and drift."""
     slots = state.V.shape[1]
     copy_out(state.Y, elastic.membrane.copies, slots)
@@ -140,12 +146,12 @@ def _scatter(x: np.ndarray, predicted: np.ndarray, slot: np.ndarray, X: np.ndarr
 def _outer_step(system: System, hands: Hands, number: int) -> bool:
     """Make one outer step; whether the cloth stayed near enough and finite."""
     state = system.state
-    pace = system.pace
+    sizes = system.sizes
     positions = state.positions
     counters = system.contact.counters
-    total = pace.kicks * pace.substeps_per_kick
+    total = sizes.kicks * sizes.substeps_per_kick
     farthest = system.limits.farthest
-    _lead(state, hands, number, pace.outer_step)
+    _lead(state, hands, number, sizes.outer_step)
     counters.outer_step += 1
     per_round = (total + counters.rounds - 1) // counters.rounds
     longest = 0.0
@@ -154,15 +160,15 @@ def _outer_step(system: System, hands: Hands, number: int) -> bool:
         positions.start[:] = positions.x
         until = min(done + per_round, total)
         for substep in range(done, until):
-            kicked = substep % pace.substeps_per_kick == 0
+            kicked = substep % sizes.substeps_per_kick == 0
             if kicked:
-                _kick_by_bending(state, system.elastic, pace.kick)
+                _kick_by_bending(state, system.elastic, sizes.kick)
             if kicked or substep == done:  # bending or contact came after the last look ahead
-                _look_ahead(state.Y, state.X, state.V, pace.damping)
-            _substep(state, system.elastic, system.air, pace.substep, pace.damping)
+                _look_ahead(state.Y, state.X, state.V, sizes.damping)
+            _substep(state, system.elastic, system.air, sizes.substep, sizes.damping)
         if not _gather(state.X, state.slot, positions.x, positions.predicted) < farthest * farthest:
             return False
-        elapsed = (until - done) * pace.substep
+        elapsed = (until - done) * sizes.substep
         correction = gauss_seidel.resolve(positions, system.mesh, system.contact, system.plane, system.options, elapsed)
         _scatter(positions.x, positions.predicted, state.slot, state.X, state.V, 1.0 / elapsed)
         longest = max(longest, correction)

@@ -1,4 +1,4 @@
-"""What time stepping reads and writes: records of arrays and numbers, which compiled loops take as they are."""
+"""Records that time stepping reads and writes: arrays and numbers, which compiled loops take as they are."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tatamu.simulators.native.contact.projection import Positions
 from tatamu.simulators.native.contact.state import ContactMesh, ContactState
 from tatamu.simulators.native.contact.table import TablePlane
 from tatamu.simulators.native.elastic.bending import HingeMeasures
-from tatamu.simulators.native.model import Elastic
+from tatamu.simulators.native.model import ElasticModel
 from tatamu.simulators.native.options import ContactOptions, LimitOptions
 
 
@@ -53,7 +53,7 @@ class Hands(NamedTuple):
 
 
 class Air(NamedTuple):
-    """What acts on all of the cloth."""
+    """Forces that act on all of the cloth alike."""
 
     gravity: float
     """[m/s^2]."""
@@ -61,8 +61,8 @@ class Air(NamedTuple):
     """Linear drag per areal density [1/s]."""
 
 
-class Pace(NamedTuple):
-    """The three rates."""
+class StepSizes(NamedTuple):
+    """Of the three rates at which time goes on."""
 
     outer_step: float
     """H [s]."""
@@ -82,12 +82,12 @@ class System(NamedTuple):
     """A scene under way, but for its hands: all that a step reads and writes."""
 
     state: State
-    elastic: Elastic
+    elastic: ElasticModel
     mesh: ContactMesh
     contact: ContactState
     air: Air
     plane: TablePlane
-    pace: Pace
+    sizes: StepSizes
     options: ContactOptions
     limits: LimitOptions
 

@@ -20,7 +20,9 @@ from tatamu.simulators.native.options import ContactOptions
 
 MANY = 32
 """Pairs that are measured together."""
-FIRST_FRACTION, SECOND_FRACTION, GAP = MANY, 2 * MANY, 3 * MANY
+FIRST_FRACTION = MANY
+SECOND_FRACTION = 2 * MANY
+GAP = 3 * MANY
 """Where rows of measures begin, after that of distances."""
 SLEEP = 0.9
 """A pair that is far enough apart sleeps until it may have used up this part of what it is farther."""

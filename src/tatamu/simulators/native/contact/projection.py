@@ -18,7 +18,7 @@ class Positions(NamedTuple):
     """Positions of the vertices in one time step [m], shape (n, 3) each."""
 
     x: np.ndarray
-    """What contact corrects."""
+    """Corrected by contact."""
     start: np.ndarray
     """At the start of the step, after the contact of the step before: legal, layers are on their sides."""
     predicted: np.ndarray

@@ -1,4 +1,4 @@
-"""What both searches need to know of the shape of the cloth: normals, centroids, radii."""
+"""The shape of the cloth, as both searches need it: normals, centroids, radii."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What contact knows: of the mesh, of candidate pairs, of what was active lately, and a few counters.
+"""The state of contact: the mesh, candidate pairs, what was active lately, and a few counters.
 
 Everything lies in arrays that are allocated once, as NamedTuples of arrays, which compiled loops take as they are.
 Each record has one owner that writes it in the course of a step; see the table in the docstring of this package.
@@ -12,12 +12,14 @@ import numpy as np
 
 PARTNERS = 3
 """Triangles that a vertex is kept from: the nearest below, the nearest above, and one that would be lost."""
-BELOW, ABOVE, EXTRA = 0, 1, 2
-"""Their places among the partners of a vertex."""
+BELOW = 0
+ABOVE = 1
+EXTRA = 2
+"""Their numbers among the partners of a vertex."""
 
 
 class ContactMesh(NamedTuple):
-    """What contact needs to know of the mesh; of it only `inverse_mass` changes during a rollout."""
+    """The mesh as contact needs it; only `inverse_mass` changes during a rollout."""
 
     faces: np.ndarray
     """Triangles, shape (m, 3)."""
@@ -40,7 +42,7 @@ class ContactMesh(NamedTuple):
     thickness: float
     """How far layers rest apart, t [m]."""
     search_distance: float
-    """What is nearer than this when candidates are searched becomes one [m]: a thickness and the margin."""
+    """A thickness and the margin [m]: whatever is nearer than this in a search becomes a candidate."""
     triangle_radius: float
     """Longest distance from the centroid of a triangle to a corner [m]."""
 
@@ -72,7 +74,7 @@ class EdgeEdge(NamedTuple):
 
 
 class Activity(NamedTuple):
-    """What contact has lately done to each vertex, shape (n,) each. Written by whatever corrects positions."""
+    """Lately done to each vertex by contact, shape (n,) each. Written by whatever corrects positions."""
 
     touched: np.ndarray
     """Number of the last sweep that moved the vertex noticeably."""
@@ -84,8 +86,8 @@ class Activity(NamedTuple):
 
 COUNTERS = np.dtype(
     [
-        ("outer_step", np.int64),  # outer steps so far
-        ("sweep", np.int64),  # Gauss-Seidel sweeps so far
+        ("outer_step", np.int64),  # outer steps made
+        ("sweep", np.int64),  # Gauss-Seidel sweeps made
         ("rounds", np.int64),  # how often contact is resolved per outer step
         ("ordered", np.int64),  # vertices in `VertexFace.order`
         ("pairs", np.int64),  # pairs in `EdgeEdge.pairs`

@@ -28,8 +28,10 @@ from tatamu.simulators.native.options import ContactOptions
 
 MOST_TRIANGLES = 4
 """Triangles that a partner may be followed over in one sweep."""
-AWAKE, SLEEP = 1.1, 0.8
-"""A pair farther apart than the first, in thicknesses, sleeps until it may have used up the second part of the rest."""
+AWAKE = 1.1
+"""A pair no farther apart than this, in thicknesses, is looked at in every sweep; others sleep."""
+SLEEP = 0.8
+"""A pair sleeps until it may have used up this part of what it is farther apart than a thickness."""
 
 
 @kernel

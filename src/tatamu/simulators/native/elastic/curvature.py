@@ -39,17 +39,22 @@ def _operators(
     Where an edge is no hinge (at < 0) the row of R is the curvature across it, and the column of C is zero.
     """
     feet = [_feet(rest, hinges, 2), _feet(rest, hinges, 3)]
-    rows, columns = np.zeros((len(faces), 3, 3)), np.zeros((len(faces), 3, 3))
+    rows = np.zeros((len(faces), 3, 3))
+    columns = np.zeros((len(faces), 3, 3))
     area = areas(rest, faces)
     for q in range(3):
-        i, j, k = (q + 1) % 3, (q + 2) % 3, q
+        i = (q + 1) % 3
+        j = (q + 2) % 3
+        k = q
         side = frames[:, j] - frames[:, i]
         length = np.linalg.norm(side, axis=1)
         normal = np.column_stack([side[:, 1], -side[:, 0]]) / length[:, None]
         nn = np.column_stack([normal[:, 0] ** 2, normal[:, 1] ** 2, normal[:, 0] * normal[:, 1]])
-        none, has = np.flatnonzero(at[:, q] < 0), np.flatnonzero(at[:, q] >= 0)
+        none = np.flatnonzero(at[:, q] < 0)
+        has = np.flatnonzero(at[:, q] >= 0)
         rows[none, q] = nn[none] * [1.0, 1.0, 2.0]
-        h, face = at[has, q], faces[has]
+        h = at[has, q]
+        face = faces[has]
         own_second = hinges[h, 2] != face[:, k]  # this triangle holds x3 rather than x2
         forward = hinges[h, 0] == face[:, i]
         sign = np.where(own_second == forward, -1.0, 1.0)
@@ -69,7 +74,8 @@ def _operators(
             -1 / l_far,
         )
         for x, w in zip(points, weights, strict=True):
-            u, v = x[:, 0], x[:, 1]
+            u = x[:, 0]
+            v = x[:, 1]
             rows[has, q] += (sign * w)[:, None] * np.column_stack([u * u / 2, v * v / 2, u * v])
     return rows, columns
 

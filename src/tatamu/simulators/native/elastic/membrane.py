@@ -242,9 +242,11 @@ def largest_stretch(X: np.ndarray, membrane: Membrane) -> float:
     L2 = membrane.L2
     worst = 0.0
     for r in range(table.shape[0]):
-        e, n = table[r, 0], table[r, 1]
+        e = table[r, 0]
+        n = table[r, 1]
         for q in range(3):
-            i, k = table[r, 2 + (q + 1) % 3], table[r, 2 + (q + 2) % 3]
+            i = table[r, 2 + (q + 1) % 3]
+            k = table[r, 2 + (q + 2) % 3]
             for j in range(n):
                 if L2[q, e + j] > 0.0:
                     s = 0.0

@@ -15,8 +15,10 @@ from tatamu.simulators.native.memory.bands import BLOCK
 
 SMALL = 40
 """Meshes with fewer coordinates are solved densely; Lanczos iteration needs more of them than of its vectors."""
-TOLERANCE, ROUNDED_UP = 1e-2, 1.01
-"""Lanczos iteration ends with this relative error, always from below; the frequency is given so much higher."""
+TOLERANCE = 1e-2
+"""Relative error of omega^2 at which Lanczos iteration ends; it comes from below."""
+ROUNDED_UP = 1.01
+"""The frequency that it found is given this much higher."""
 
 
 def hinge_gradients(rest: np.ndarray, hinges: np.ndarray) -> tuple[sparse.csr_array, np.ndarray]:

@@ -1,4 +1,4 @@
-"""Symmetric matrices of 3 x 3, packed: one way for membrane and bending.
+"""Symmetric matrices of 3 x 3, packed: in one form, for membrane and bending.
 
 K = [[0, 1, 2],
 [1, 3, 4],      packed as (K00, K01, K02, K11, K12, K22)
