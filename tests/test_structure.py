@@ -11,7 +11,7 @@ SOURCE = Path(tatamu.__file__).parent
 ORDER = [
     ["errors"],
     ["files", "records", "curves"],
-    ["topology", "heavy_strip"],
+    ["topology", "heavy_strip", "zbuffer", "meshing"],
     ["material"],
     ["presets"],
     ["scene", "rollout", "crossings"],

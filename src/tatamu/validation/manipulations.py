@@ -8,8 +8,8 @@ import numpy as np
 
 from tatamu.curves import bezier
 from tatamu.material import Material
+from tatamu.meshing import staggered
 from tatamu.scene import Gripper, Scene, Table
-from tatamu.validation.meshes import staggered
 from tatamu.validation.scenes import flat
 
 LENGTH, WIDTH = 0.28, 0.20

@@ -3,7 +3,7 @@
 Thirty random folds of one towel are scored by their mean vertex distance to the half fold, on a mesh and
 on one of half its spacing; what a search would learn is the order of the scores. Hands hold the edge, as
 tatamu's own do, and cloth turns about it. Hands that hold the corner's slope as well, as deep as the mesh
-has rows there, lay it down with its hem the wrong way up, and how it jumps when they open is not the same
+has rows there, lay it down with its hem turned up, and how it jumps when they open is not the same
 on any two meshes: a case of its own. Half the time step is not asked: a scene has no time step, every
 simulator chooses its own.
 """
