@@ -35,7 +35,7 @@ def cut(
     Args:
         curves: All curves of the drawing.
         scale: Metres per unit of the drawing.
-        up: Which way of the drawing points away from the hem: y, -y, x or -x.
+        up: The direction of the drawing that points away from the hem: y, -y, x or -x.
         openings: Curves in the drawing's units by name; or names of the drawing's open curves that are openings;
             None: all of them.
         path: The file, for messages.

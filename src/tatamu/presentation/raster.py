@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numba import njit
+
+from tatamu.zbuffer import z_buffer
 
 
 @dataclass(frozen=True)
@@ -72,44 +73,8 @@ class Visible:
 
 def rasterise(projected: np.ndarray, faces: np.ndarray, shape: tuple[int, int]) -> Visible:
     """Draw triangles (m, 3) with corners `projected` (x, y, depth), shape (n, 3)."""
-    face = np.full(shape, -1, dtype=np.int64)
-    weights = np.zeros((*shape, 3))
-    _draw(np.ascontiguousarray(projected, dtype=float)[faces], np.full(shape, -np.inf), face, weights)
-    return Visible(face, weights)
-
-
-@njit(cache=True)
-def _draw(corners, nearest, face, weights):  # type: ignore[no-untyped-def]
-    """Triangles, shape (m, 3 corners, 3), into the z-buffer `nearest` and the arrays of `Visible`; no edge-on ones."""
-    height, width = face.shape
-    for t in range(corners.shape[0]):
-        ax, ay, az = corners[t, 0]
-        bx, by, bz = corners[t, 1]
-        cx, cy, cz = corners[t, 2]
-        ux = bx - ax
-        uy = by - ay
-        vx = cx - ax
-        vy = cy - ay
-        twice_area = ux * vy - vx * uy
-        if not 1e-12 < abs(twice_area) < np.inf:  # edge-on, or no number
-            continue
-        top = max(min(ay, by, cy) - 0.5, 0.0)
-        bottom = min(max(ay, by, cy) + 0.5, height)
-        left = max(min(ax, bx, cx) - 0.5, 0.0)
-        right = min(max(ax, bx, cx) + 0.5, width)
-        for row in range(int(top), int(np.ceil(bottom))):
-            for column in range(int(left), int(np.ceil(right))):
-                wx, wy = column + 0.5 - ax, row + 0.5 - ay
-                second = (wx * vy - vx * wy) / twice_area
-                third = (ux * wy - wx * uy) / twice_area
-                first = 1.0 - second - third
-                depth = first * az + second * bz + third * cz
-                if min(first, second, third) >= 0.0 and depth > nearest[row, column]:
-                    nearest[row, column] = depth
-                    face[row, column] = t
-                    weights[row, column, 0] = first
-                    weights[row, column, 1] = second
-                    weights[row, column, 2] = third
+    seen = z_buffer(projected[:, [1, 0, 2]], faces, shape)
+    return Visible(seen.face, seen.weights)
 
 
 def vertex_normals(points: np.ndarray, faces: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ from tatamu.presentation.page import Charts, render
 from tatamu.report import command, errormap, headline, histogram, paths, search, tables, topview
 from tatamu.report.replay import replay
 from tatamu.report.verdict import MEASURES, SUCCESS
-from tatamu.results import LearnedFold, read_fold
+from tatamu.results import LearnedFold, ResultFolder, read_fold
 
 
 def write_report(folder: Path) -> Path:
@@ -20,7 +20,7 @@ def write_report(folder: Path) -> Path:
     Raises:
         InputError: A file is missing, broken, of another version or does not fit the others.
     """
-    out = Path(folder) / "report.html"
+    out = ResultFolder(Path(folder)).report_file
     write_text(out, page(read_fold(Path(folder))))
     return out
 

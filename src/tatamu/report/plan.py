@@ -14,7 +14,7 @@ from tatamu.report.errormap import largest
 from tatamu.report.headline import spelled
 from tatamu.report.replay import hands
 from tatamu.report.verdict import grade
-from tatamu.results import LearnedFold, PlanResult, read_fold
+from tatamu.results import LearnedFold, PlanResult, ResultFolder, read_fold
 from tatamu.rollout import Rollout
 
 LIFT = 0.10
@@ -28,9 +28,9 @@ def write_plan_report(folder: Path, result: PlanResult) -> Path:
         InputError: A step's folder does not hold a learned fold.
     """
     folds = [read_fold(folder / step.folder) for step in result.steps]
-    rollout = Rollout.load(folder / "rollout.npz")
-    write_text(folder / "report.html", page(folder, result, folds, rollout))
-    return folder / "report.html"
+    results = ResultFolder(folder)
+    write_text(results.report_file, page(folder, result, folds, results.rollout))
+    return results.report_file
 
 
 def page(folder: Path, result: PlanResult, folds: list[LearnedFold], rollout: Rollout) -> str:
