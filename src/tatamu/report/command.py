@@ -11,9 +11,11 @@ from tatamu.results.folder import SCENE
 
 def learn(fold: LearnedFold) -> str:
     """The command that runs the same study, but for a material of the user's."""
-    task, result = fold.result.task, fold.result
+    task = fold.result.task
+    result = fold.result
     default = Asked(garment=task.garment, fold=task.fold, size=task.size, spacing=task.spacing, hands=task.hands)
-    asked, folder = result.asked or default, fold.folder.resolve()
+    asked = result.asked or default
+    folder = fold.folder.resolve()
     words = ["tatamu", "learn", asked.garment, "--out", folder.parent.name if task.step else folder.name]
     if asked.size:
         words += ["--size", "x".join(f"{side:g}" for side in asked.size)]
