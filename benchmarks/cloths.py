@@ -24,7 +24,6 @@ from tables import markdown, publish
 
 from tatamu.calibration import calibrate
 from tatamu.calibration.laboratory import Laboratory
-from tatamu.calibration.push import supports_compression
 from tatamu.calibration.sag import Sag
 from tatamu.crosscheck.check import check
 from tatamu.files import write_json
@@ -34,6 +33,7 @@ from tatamu.learning.space import search_space
 from tatamu.material import Material, load_material
 from tatamu.presets import load_preset
 from tatamu.results import rebuild
+from tatamu.simulators import capabilities
 
 SPACING, FINE = 0.02, 0.012
 """Of the sheets' meshes [m]: of cloth in numbers per spring, and of fabrics, which are limper."""
@@ -164,7 +164,7 @@ def compare(case: Case, count: int, trials: int, folder: Path) -> dict[str, Any]
     true = measured(case.real, case.of, case.size, sag_length(case), case.cells, READINGS["five"])
     row: dict[str, Any] = {"readings": true, "preset": {"material": load_material(Path(case.preset)).model_dump()}}
     for name, more in READINGS.items():
-        if "push" in more and not supports_compression(case.learner):
+        if "push" in more and not capabilities(case.learner).compression:
             continue
         told = readings(true, case.size, more=more, material=case.preset, thickness=case.real.thickness)
         started = time.perf_counter()

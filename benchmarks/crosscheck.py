@@ -24,9 +24,9 @@ from tatamu.crosscheck.check import asked
 from tatamu.crosscheck.matrix import HEAD, pair_cells, save
 from tatamu.folding.score import score
 from tatamu.folding.task import make_task
-from tatamu.garments.towel import staggered_rectangle
 from tatamu.learning import learn
 from tatamu.material import GRAVITY
+from tatamu.meshing import staggered_rectangle
 from tatamu.presets import load_preset
 from tatamu.results import RebuiltFold, rebuild
 from tatamu.scene import Cloth, Gripper, Scene, Table

@@ -9,7 +9,6 @@ docs/notes/folds.md and its pictures are replaced.
 from __future__ import annotations
 
 import argparse
-import json
 import shutil
 import subprocess
 import sys
@@ -27,6 +26,7 @@ from tatamu.folding.task import make_job
 from tatamu.garments import make_garment
 from tatamu.learning import learn_job
 from tatamu.report import picture
+from tatamu.results import Result, ResultFolder
 from tatamu.topology import Topology, edge_lengths
 
 FOLDS = {
@@ -97,29 +97,32 @@ def learned(name: str, garment: str, fold: str, seed: int, trials: int, out: Pat
     """Learn a plan, or read it: one row for each step."""
     job, folder = make_job(garment, fold=fold), out / f"{name}-{seed}"
     learn_job(job, folder, trials=trials, seed=seed, baselines=False)
-    result = json.loads((folder / "result.json").read_text())
-    steps = result.get("steps") or [_single(result)]
-    rows = []
-    for number, step in enumerate(steps, start=1):
-        own = json.loads((folder / step["folder"] / "result.json").read_text())
-        rows.append(
-            {
-                **step,
-                "fold": f"{garment} {fold}" + (f", {number}. {step['title']}" if len(steps) > 1 else ""),
-                "seed": seed,
-                "vertices": own["task"]["vertices"],
-                "trials": len(own["trials"]),
-                "failed": sum(trial["state"] == "failed" for trial in own["trials"]),
-                "seconds": own["wall_seconds"],
-            }
-        )
-    return rows
+    results = ResultFolder(folder)
+    if len(job.plan.steps) == 1:
+        return [_row(_single(results.result), results.result, f"{garment} {fold}", seed)]
+    return [
+        _row(step.model_dump(), results.step(number).result, f"{garment} {fold}, {number + 1}. {step.title}", seed)
+        for number, step in enumerate(results.plan_result.steps)
+    ]
 
 
-def _single(result: dict[str, Any]) -> dict[str, Any]:
+def _row(step: dict[str, Any], result: Result, name: str, seed: int) -> dict[str, Any]:
+    return {
+        **step,
+        "fold": name,
+        "seed": seed,
+        "vertices": result.task.vertices,
+        "trials": len(result.trials),
+        "failed": sum(trial.state == "failed" for trial in result.trials),
+        "seconds": result.wall_seconds,
+    }
+
+
+def _single(result: Result) -> dict[str, Any]:
     """A fold in one step in the form of a step of a plan: its own target is the flat garment's."""
-    best = result["trials"][result["best"]]
-    return {**best, "folder": ".", "title": "", "crossings": result["crossings"], "whole": best}
+    best = result.best_trial.model_dump()
+    crossings = result.crossings.model_dump() if result.crossings else None
+    return {**best, "folder": ".", "title": "", "crossings": crossings, "whole": best}
 
 
 def shown(rows: list[dict[str, Any]]) -> list[dict[str, str]]:
@@ -131,7 +134,7 @@ def draw(out: Path, images: Path) -> str:
     """Draw the pictures of the docs: learned folds, and the shop fold's plan on the flat T-shirt; their Markdown."""
     links = ""
     for name, (folder, title) in PICTURES.items():
-        if (out / folder / "result.json").exists():
+        if ResultFolder(out / folder).result_file.exists():
             picture(out / folder, images / f"{name}.png")
             links += f"\n\n![{title}](../images/{name}.png)"
     command = shutil.which("tatamu", path=str(Path(sys.executable).parent)) or "tatamu"

@@ -9,7 +9,6 @@ in README.md and docs/notes/learning.md are replaced.
 from __future__ import annotations
 
 import argparse
-import json
 import resource
 from collections.abc import Iterable
 from pathlib import Path
@@ -20,6 +19,7 @@ from tables import markdown, publish
 from tatamu.files import write_json
 from tatamu.folding.task import Task, make_task
 from tatamu.learning import learn
+from tatamu.results import ResultFolder
 
 COLUMNS = {
     "search": lambda row: row["search"],
@@ -41,10 +41,11 @@ SHORT = ("search", "C", "mean distance [mm]", "mask IoU", "E_f [%]")
 def study(task: Task, folder: Path, sampler: str, seed: int, trials: int) -> tuple[dict[str, Any], list[Any]]:
     """Run one study, or read it: its best trial, and its baselines."""
     learn(task, folder, trials=trials, seed=seed, sampler=sampler)
-    result = json.loads((folder / "result.json").read_text())
-    failed = sum(trial["state"] == "failed" for trial in result["trials"])
-    row = {**result["trials"][result["best"]], "seconds": result["wall_seconds"], "failed": failed}
-    return {"search": sampler, "seed": seed, "best": result["best"], **row}, result["baselines"]
+    result = ResultFolder(folder).result
+    failed = sum(trial.state == "failed" for trial in result.trials)
+    row = {**result.best_trial.model_dump(), "seconds": result.wall_seconds, "failed": failed}
+    baselines = [baseline.model_dump() for baseline in result.baselines]
+    return {"search": sampler, "seed": seed, "best": result.best, **row}, baselines
 
 
 def shown(rows: list[dict[str, Any]], columns: Iterable[str] = COLUMNS) -> list[dict[str, Any]]:

@@ -19,9 +19,9 @@ from tables import IMAGES, markdown, publish
 
 from tatamu.folding.baselines import BASELINES
 from tatamu.folding.manipulation import scene_of
-from tatamu.garments.towel import staggered_rectangle
 from tatamu.heavy_strip.cantilever import cantilever
 from tatamu.material import GRAVITY, Material, load_material
+from tatamu.meshing import staggered_rectangle
 from tatamu.reproduction.claims import TWO_PEAKS
 from tatamu.reproduction.experiment import FOLDS, SPACING, Choices
 from tatamu.scene import Cloth, Scene

@@ -21,9 +21,9 @@ from typing import NamedTuple
 
 from tables import markdown, publish
 
-from tatamu.files import read_json
 from tatamu.folding.task import make_task
 from tatamu.learning import Progress, learn
+from tatamu.results import ResultFolder
 
 AT_A_TIME = (1, 2, 3)
 
@@ -46,9 +46,9 @@ def study(parallel: int, seed: int, trials: int) -> Found:
     with TemporaryDirectory() as folder:
         task, options = make_task("towel"), {"trials": trials, "seed": seed, "parallel": parallel}
         learn(task, Path(folder), baselines=False, progress=note, **options)
-        result = read_json(Path(folder) / "result.json")
-    best = result["trials"][result["best"]]
-    return Found(times[-1] - times[0], best["objective"], best["mean_vertex_distance"])
+        best = ResultFolder(Path(folder)).result.best_trial
+    assert best.objective is not None and best.mean_vertex_distance is not None, "the best trial is complete"
+    return Found(times[-1] - times[0], best.objective, best.mean_vertex_distance)
 
 
 def alone(parallel: int, seed: int, trials: int) -> Found:

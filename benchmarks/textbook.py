@@ -17,15 +17,18 @@ from matplotlib.axes import Axes
 from tables import IMAGES, markdown, publish
 
 from tatamu.files import write_json, write_text
+from tatamu.presentation.palette import COLOURS, SERIES
 from tatamu.validation import Subject, validate
 from tatamu.validation.findings import Curve, Figure, Row
-from tatamu.validation.page import COLOURS, GRID, INK, page
+from tatamu.validation.page import page
 from tatamu.validation.report import Report
 
 SHOWN = ("hang", "shear", "catenary", "cantilever", "order", "crease", "threshold", "stack", "refinement")
 """Figures of the picture, by key."""
 COLUMNS = 3
 MARKS = "osD^x+"
+INK = COLOURS["ink"][0]
+GRID = COLOURS["line"][0]
 
 
 def rows(report: Report) -> list[dict[str, str]]:
@@ -85,7 +88,11 @@ def _panel(axis: Axes, curves: list[Curve], asked: Figure) -> None:
             axis.plot(curve.x, curve.y, color=INK, linewidth=1.2, label=label)
             continue
         place = names.index(curve.name)
-        style = {"color": COLOURS[place % len(COLOURS)], "marker": MARKS[place % len(MARKS)], "markersize": 3.5}
+        style = {
+            "color": COLOURS[f"series-{place % SERIES}"][0],
+            "marker": MARKS[place % len(MARKS)],
+            "markersize": 3.5,
+        }
         axis.plot(curve.x, curve.y, linewidth=0.8 if asked.joined else 0.0, alpha=0.8, label=label, **style)
     axis.set(title=asked.title, xlabel=asked.x, ylabel=asked.y)
     if asked.log:

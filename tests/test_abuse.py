@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from tatamu.errors import InputError
+from tatamu.meshing import staggered
 from tatamu.scene import Scene
 from tatamu.simulators import simulate
 from tatamu.topology import Topology
-from tatamu.validation.meshes import staggered
 from tatamu.validation.scenes import sewn
 from tests import abuse
 from tests.scenes import scene

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from plotly.offline import get_plotlyjs
 
 from tatamu import Material, Rollout, Scene, simulate
 from tatamu.calibration import Measurements, advice_on, calibrate, laboratory
@@ -104,7 +103,7 @@ def test_the_file_is_a_material_with_its_uncertainties(found: Calibration, tmp_p
 
 def test_the_page_shows_three_fits(found: Calibration) -> None:
     html = page(found)
-    assert html.count("<svg xmlns") - get_plotlyjs().count("<svg xmlns") == 3
+    assert html.count("<svg xmlns") == 3
     assert all(word in html for word in ("Elongation", "Sag", "Friction", "To gain most"))
 
 

@@ -24,8 +24,8 @@ from tatamu import InputError, Rollout, Scene, TatamuError, simulate
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.task import Outcome, Reach, Task, make_task
 from tatamu.learning import learn
-from tatamu.learning.study import Identity, Study
-from tatamu.results import describe_task
+from tatamu.learning.study import Identity, OptunaStudy
+from tatamu.results import ResultFolder, describe_task
 
 COARSE = {"spacing": 0.04, "size": (0.24, 0.5)}
 
@@ -80,6 +80,12 @@ def test_the_saved_scene_gives_the_saved_rollout(learned: Path) -> None:
     again = simulate(Scene.load(learned / "scene.json"))
     assert again.positions.tobytes() == rollout.positions.tobytes()
     assert rollout.extra["target"].shape == rollout.positions.shape[1:]
+
+
+def test_the_models_read_and_write_the_same_bytes(learned: Path) -> None:
+    folder = ResultFolder(learned)
+    for file, model in ((folder.result_file, folder.result), (folder.manipulation_file, folder.manipulation)):
+        assert json.dumps(model.model_dump(), indent=1) + "\n" == file.read_text()
 
 
 def test_optuna_opens_the_study(learned: Path) -> None:
@@ -159,7 +165,7 @@ def test_a_failed_trial_is_a_finite_penalty_that_the_search_keeps(
 def test_the_search_sees_even_where_the_best_is_far_from_ideal(tmp_path: Path) -> None:
     """As the last step of a plan may be, which cannot mend what the steps before it left."""
     identity = Identity(task=describe_task(task()), sampler="gp", seed=0)
-    study = Study(tmp_path / "study.db", identity, {"x": FloatDistribution(0.0, 1.0)}, floor=0.4)
+    study = OptunaStudy(tmp_path / "study.db", identity, {"x": FloatDistribution(0.0, 1.0)}, floor=0.4)
     for number in range(12):
         parameters = study.ask([], number)
         study.tell(parameters, 1.0 + 2.0 * (parameters["x"] - 0.3) ** 2, {})
@@ -302,14 +308,14 @@ def test_the_sampler_is_made_ready_while_the_first_trials_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, trials: int, made_ready: list[tuple[int, bool]]
 ) -> None:
     """Once, before any result is waited for, where there is one to learn from; it changes no proposal."""
-    calls, warm_up = [], Study.warm_up
+    calls, warm_up = [], OptunaStudy.warm_up
 
-    def watched(study: Study) -> None:
+    def watched(study: OptunaStudy) -> None:
         before = study.ask([], 0)
         warm_up(study)
         calls.append((len(study.trials), study.ask([], 0) != before))
 
-    monkeypatch.setattr(Study, "warm_up", watched)
+    monkeypatch.setattr(OptunaStudy, "warm_up", watched)
     learn(task(), tmp_path, trials=trials, parallel=2, baselines=False)
     assert calls == made_ready
 

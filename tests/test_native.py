@@ -16,7 +16,7 @@ from tatamu.simulators import native
 from tatamu.simulators.native import LimitOptions, Options, StepOptions, simulator
 from tatamu.topology import areas, lumped
 from tatamu.validation.checks.refinement import TOWEL, score
-from tatamu.validation.manipulations import EDGE, Manipulation
+from tatamu.validation.manipulations import EDGE, RandomFold
 from tatamu.validation.manipulations import scene_of as folded
 from tatamu.validation.subject import Subject
 from tests.scenes import CLOTH, held, scene, sheet
@@ -184,7 +184,7 @@ def test_frames_of_a_large_rollout_are_kept_in_single_precision() -> None:
 
 @pytest.mark.slow
 def test_half_the_time_step_keeps_the_order_of_folds() -> None:
-    folds = [folded(Manipulation.random(100 + seed, fast=False), TOWEL, 0.02, EDGE) for seed in range(30)]
+    folds = [folded(RandomFold.random(100 + seed, fast=False), TOWEL, 0.02, EDGE) for seed in range(30)]
     steps = StepOptions()
     halved = Options(step=StepOptions(steps.outer_step / 2, steps.membrane_phase / 2, steps.bending_phase / 2))
     subject = Subject.named("native")

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tatamu.garments import make_garment
-from tatamu.garments.towel import staggered_rectangle
 from tatamu.material import Material
+from tatamu.meshing import staggered_rectangle
 from tatamu.simulators.native.elastic import bending, curvature, membrane, symmetric
 from tatamu.simulators.native.memory.bands import BLOCK, Bands, bands, slots, turned, turned_hinges
 from tatamu.simulators.native.options import ElasticOptions

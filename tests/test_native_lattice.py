@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tatamu.garments.towel import staggered_rectangle
+from tatamu.meshing import staggered_rectangle
 from tatamu.simulators.native.memory.lattice import SMALLEST_PATCH, Patch, patches
 from tatamu.topology import Topology
 from tatamu.validation.meshes import LAYOUTS

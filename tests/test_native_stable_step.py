@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tatamu.garments.towel import staggered_rectangle
+from tatamu.meshing import staggered_rectangle
 from tatamu.scene import Cloth
 from tatamu.simulators.native.elastic import curvature, membrane
 from tatamu.simulators.native.elastic.stable_step import (

@@ -27,7 +27,7 @@ NAMES = {
     "disagreement": f"{' and '.join(_named(parameter='bending_rigidity'))}, which disagree",
     **{reading: words for test in TESTS.values() for reading, words in test.words.items()},
 }
-"""What to call each contribution to the uncertainty."""
+"""Contributions to the uncertainty, in words."""
 
 
 def advice_on(calibration: Calibration) -> list[str]:
@@ -92,7 +92,8 @@ def _remarks(calibration: Calibration) -> list[str]:
 
 def _unused(calibration: Calibration) -> list[str]:
     """Tests that were made, and that the simulator cannot do."""
-    tests, simulator = calibration.setup.tests.values(), calibration.simulator
+    tests = calibration.setup.tests.values()
+    simulator = calibration.simulator
     return [
         f"{test.name}: not used, {simulator} {test.unusable(simulator)}."
         for test in tests

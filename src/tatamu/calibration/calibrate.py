@@ -56,7 +56,8 @@ def calibrate(
         SimulationError: The simulator gave up on a test whatever the parameter.
     """
     named(simulator)
-    setup, readings = setup_of(measurements, spacing), measurements.readings()
+    setup = setup_of(measurements, spacing)
+    readings = measurements.readings()
     tests = setup.usable(simulator)
     laboratory = Laboratory(simulator, tick)
     groups = by_parameter([test.target(readings) for test in tests if isinstance(test, ElasticTest)])
@@ -88,7 +89,7 @@ def calibrate(
 
 
 @dataclass(frozen=True)
-class Elastic:
+class ElasticMatch:
     """How stretch stiffness and bending rigidity were matched."""
 
     material: Material
@@ -126,7 +127,7 @@ def _start(setup: Setup, readings: Readings, groups: Groups) -> Material:
     return setup.base.model_copy(update={"areal_density": density, **guesses})
 
 
-def _elastic(laboratory: Laboratory, groups: Groups, material: Material) -> Elastic:
+def _elastic(laboratory: Laboratory, groups: Groups, material: Material) -> ElasticMatch:
     """Match the tests in turn until no parameter changes."""
     matches: dict[str, Match] = {}
     passes = 0
@@ -143,7 +144,7 @@ def _elastic(laboratory: Laboratory, groups: Groups, material: Material) -> Elas
             some = _telling(group, matches) or group[-1:]
             value = _mean(some, [matches[target.test.name].parameter for target in some])
             material = material.model_copy(update={parameter: value})
-    return Elastic(material, groups, matches, passes)
+    return ElasticMatch(material, groups, matches, passes)
 
 
 def _mean(group: list[Target], values: list[float]) -> float:
@@ -166,11 +167,11 @@ def _contributions(
     laboratory: Laboratory,
     readings: Readings,
     tests: list[CalibrationTest],
-    elastic: Elastic,
+    elastic: ElasticMatch,
     fits: list[Fit],
     material: Material,
 ) -> Changes:
-    """What each reading has to do with each parameter; what only bounds one has nothing to do with it."""
+    """How much each reading contributes to each parameter's uncertainty; a test that only bounds one: nothing."""
 
     def sensitivity(target: Target) -> Slopes:
         def reading(stretch: float, bending: float) -> float:

@@ -17,7 +17,7 @@ from pydantic import Field, model_validator
 
 from tatamu.calibration.drawing import hanging
 from tatamu.calibration.edges import longest_edge, named_edge
-from tatamu.calibration.entry import Errors, Part, TestEntry
+from tatamu.calibration.entry import Errors, TestEntry
 from tatamu.calibration.fit import Fit
 from tatamu.calibration.quantity import Length, Lengths
 from tatamu.calibration.readings import Reading
@@ -27,6 +27,7 @@ from tatamu.calibration.test import POOR, ElasticTest, Readings, Specimen, milli
 from tatamu.errors import InputError
 from tatamu.garments import Garment
 from tatamu.material import GRAVITY, Material
+from tatamu.records import Record
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene
 from tatamu.topology import areas
@@ -35,10 +36,10 @@ if TYPE_CHECKING:
     from tatamu.calibration.result import Calibration
 
 RELAXATIONS = 14.0
-"""The scene lasts so many times 1 / rate of its slowest motion: what is left of it is e^-14."""
+"""Duration of the scene in units of 1 / rate of its slowest motion, of which e^-14 is then left."""
 LAYERS_APART = 2.0
-"""Layers hang so many thicknesses apart at first: where a grip holds them as near as contact allows, contact and grip
-would push against each other for ever."""
+"""Distance of hanging layers at the start, in thicknesses: where a grip holds them as near as contact allows, contact
+and grip would push against each other for ever."""
 SAME_END = 2e-3
 """Vertices less than this nearer to the end than the farthest belong to it [m]."""
 
@@ -52,7 +53,7 @@ HUNG_BY = {
 """Edges by which a garment is hung; any other by its longest."""
 
 
-class Grasp(Part):
+class Grasp(Record):
     """A straight grip on an edge of the garment."""
 
     edge: str
@@ -75,7 +76,8 @@ class ElongationReadings(TestEntry):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        hanging, lying = float(np.mean(self.L1)), float(np.mean(self.L2))
+        hanging = float(np.mean(self.L1))
+        lying = float(np.mean(self.L2))
         if lying > hanging:
             raise ValueError(
                 f"L2 ({lying:g} m, lying) is longer than L1 ({hanging:g} m, hanging), but cloth does not hang shorter "
@@ -174,7 +176,7 @@ L2 = []                  # lying
         return float(self.plan[self.end, 1].mean())
 
     def guess(self, elongation: float, density: float) -> float:
-        """Stretch stiffness of a strip that hangs so much longer, rho g L^2 / 2 e [N/m]."""
+        """Stretch stiffness of a strip that is longer by this elongation when it hangs, rho g L^2 / 2 e [N/m]."""
         return density * GRAVITY * self.length**2 / (2.0 * elongation)
 
     def scene(self, material: Material) -> Scene:

@@ -4,19 +4,12 @@ from __future__ import annotations
 
 from abc import abstractmethod
 
-from pydantic import BaseModel, ConfigDict
-
 from tatamu.calibration.quantity import Error
 from tatamu.calibration.readings import Reading
+from tatamu.records import Record
 
 
-class Part(BaseModel):
-    """A table of the file: frozen, every key known, every number finite."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class Errors(Part):
+class Errors(Record):
     """Standard deviation of one reading, all causes together: the ruler's marks, the eye, the cloth's unrest."""
 
     length: Error = 0.001
@@ -27,7 +20,7 @@ class Errors(Part):
     """[m]"""
 
 
-class TestEntry(Part):
+class TestEntry(Record):
     """The table of one test: its readings, and how the cloth was held. Impossible readings are refused."""
 
     @abstractmethod

@@ -24,8 +24,8 @@ from tatamu.calibration.quantity import Lengths
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.test import Changes, LaterTest, Readings, Specimen
 from tatamu.garments import Garment
-from tatamu.garments.towel import staggered_rectangle
 from tatamu.material import Material
+from tatamu.meshing import staggered_rectangle
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Scene, Table
 
@@ -150,7 +150,8 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
             return self.speed(laboratory.run(scene, self.name))
 
         found = threshold(speed, self.textbook)
-        board, height = readings["L_t"], readings["H_s"]
+        board = readings["L_t"]
+        height = readings["H_s"]
         both = np.hypot(height.uncertainty, np.sin(self.angle) * board.uncertainty)
         fit = Fit(
             test=self.name,
@@ -168,7 +169,8 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
 
     def propagate(self, changes: Changes, readings: Readings) -> None:
         """See `LaterTest.propagate`; of mu = tan(theta), sin(theta) = H_s / L_t."""
-        board, height = readings["L_t"], readings["H_s"]
+        board = readings["L_t"]
+        height = readings["H_s"]
         per_radian = 2.0 / np.sin(2.0 * self.angle)  # d ln tan(theta) / d theta
         per_height = per_radian / (board.value * np.cos(self.angle))
         changes["H_s"][PLACE[self.parameter]] = per_height * height.uncertainty
@@ -250,14 +252,18 @@ def threshold(speed: Callable[[float], float], guess: float) -> Sliding:
 
 def _bracket(slides: Callable[[float], bool], guess: float) -> tuple[float, float]:
     """A coefficient at which it slides, and a larger one at which it sticks; beyond 0 or `LARGEST` if there is none."""
-    low, high = guess * (1.0 - FIRST), guess * (1.0 + FIRST)
+    low = guess * (1.0 - FIRST)
+    high = guess * (1.0 + FIRST)
     step = high - low
     if slides(high):
         while high + step <= LARGEST and slides(high + step):
-            high, step = high + step, 2.0 * step
+            high = high + step
+            step = 2.0 * step
         return high, high + step
     while not slides(low):
         if low == 0.0:
             return -1.0, 0.0
-        high, low, step = low, max(low - step, 0.0), 2.0 * step
+        high = low
+        low = max(low - step, 0.0)
+        step = 2.0 * step
     return low, high

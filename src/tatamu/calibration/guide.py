@@ -1,4 +1,4 @@
-"""What to do with a ruler, a scale and a board, and the file that the readings go into."""
+"""The guide to measuring with a ruler, a scale and a board, and the file that the readings go into."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ class LengthTest(Protocol):
         ...
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """What the ruler would read [m]."""
+        """The length that a ruler would read [m]."""
         ...
 
 
@@ -66,7 +66,8 @@ class Laboratory:
             try:
                 self._known[key], self._shapes[key] = self._settled(test, test.scene(material))
             except SimulationError as error:
-                self._known[key], self.failure = np.inf, str(error)
+                self._known[key] = np.inf
+                self.failure = str(error)
         return self._known[key]
 
     def shape(self, test: str, material: Material) -> np.ndarray | None:

@@ -25,9 +25,9 @@ from tatamu.calibration.target import Target, textbook_spread
 from tatamu.calibration.test import ElasticTest, Readings, Specimen, millimetres
 from tatamu.errors import InputError
 from tatamu.garments import Garment
-from tatamu.garments.towel import staggered_rectangle
 from tatamu.heavy_strip.chain import start
 from tatamu.material import GRAVITY, Material
+from tatamu.meshing import staggered_rectangle
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene, Table
 
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 HEIGHT, LIFT = 0.906, 1.1
 """Height of the loop: 0.906 l_b + 1.1 thickness, by the heavy chain (`heavy_strip.chain`) [its top over the table]."""
 LIES = 4.0
-"""So many heights of cloth lie on either side of the crease: 3.85 are as good as infinitely many (the heavy chain)."""
+"""Length of cloth on either side of the crease, in heights: 3.85 are as good as infinitely many (the heavy chain)."""
 CELL = 0.2
 """Edge length of the mesh over the height."""
 COLUMNS = 6
@@ -136,7 +136,8 @@ Let it loop, if you like: for cloth that hangs straight down in $sag, or bends o
     def scene(self, material: Material) -> Scene:
         """A wide loop whose upper end is laid onto its lower one, and which then settles."""
         flat, faces = self.mesh
-        row, length = np.sqrt(0.75) * self.edge, float(flat[:, 0].max())
+        row = np.sqrt(0.75) * self.edge
+        length = float(flat[:, 0].max())
         chain = start(length, self.bending_length, material.thickness)
         arc = np.linspace(0.0, length, len(chain))
         x, z = (np.interp(flat[:, 0], arc, chain[:, k]) for k in (0, 1))
@@ -175,7 +176,8 @@ Let it loop, if you like: for cloth that hangs straight down in $sag, or bends o
 
     def target(self, readings: Readings) -> Target:
         """See `ElasticTest.target`."""
-        height, layers = readings["height"], 2.0 * self.thickness
+        height = readings["height"]
+        layers = 2.0 * self.thickness
         return Target(
             test=self,
             parameter=self.parameter,

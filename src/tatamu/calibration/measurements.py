@@ -1,4 +1,4 @@
-"""What ruler, scale and board said, as `measurements.toml` holds it; docs/guide/calibration.md shows each reading.
+"""The readings of ruler, scale and board, as `measurements.toml` holds them; docs/guide/calibration.md shows each.
 
     [garment]     name, size, mass                what it is, and its mass
     [TEST]        its readings                    a table for each test that was made: the modules of `registry`
@@ -14,15 +14,16 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, create_model, model_validator
 
-from tatamu.calibration.entry import Errors, Part, TestEntry
+from tatamu.calibration.entry import Errors, TestEntry
 from tatamu.calibration.quantity import Length, Masses
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.registry import TESTS
 from tatamu.files import read_toml, validated
 from tatamu.material import THICKNESS
+from tatamu.records import Record
 
 
-class GarmentReadings(Part):
+class GarmentReadings(Record):
     """Which garment, and its mass."""
 
     name: str
@@ -39,8 +40,8 @@ class GarmentReadings(Part):
     """Of one layer [m], as `Material.thickness`; None: the material's."""
 
 
-class Head(Part):
-    """What every file of measurements begins with."""
+class Head(Record):
+    """The fields that every file of measurements begins with."""
 
     version: Literal[1] = 1
     garment: GarmentReadings

@@ -14,7 +14,7 @@ class Parameter:
     unit: str
     """"-" where it has none."""
     words: str
-    """What a table calls it."""
+    """Its name in a table."""
     shown_unit: str = ""
     """The unit on pages; none given: `unit`."""
     shown_factor: float = 1.0

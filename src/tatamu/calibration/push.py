@@ -29,10 +29,11 @@ from tatamu.calibration.readings import Reading
 from tatamu.calibration.target import Target
 from tatamu.calibration.test import Changes, LaterTest, Readings, Specimen, millimetres
 from tatamu.garments import Garment
-from tatamu.garments.towel import staggered_rectangle
 from tatamu.material import GRAVITY, Material
+from tatamu.meshing import staggered_rectangle
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene, Table
+from tatamu.simulators import capabilities
 
 if TYPE_CHECKING:
     from tatamu.calibration.result import Calibration
@@ -47,14 +48,6 @@ KNOTS = 41
 REST = 0.5
 """From the end of the push to the reading [s]."""
 
-COMPRESSIBLE = ("native", "blender")
-"""Simulators that know `Material.compression`."""
-
-
-def supports_compression(simulator: str) -> bool:
-    """Whether a simulator knows `Material.compression`."""
-    return simulator in COMPRESSIBLE
-
 
 class PushReadings(TestEntry):
     """How far the far edge of cloth on a table moves when a ruler pushes the near one."""
@@ -68,7 +61,8 @@ class PushReadings(TestEntry):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        length, pushed = float(np.mean(self.length)), float(np.mean(self.pushed))
+        length = float(np.mean(self.length))
+        pushed = float(np.mean(self.pushed))
         for moved in self.moved:
             if moved > pushed:
                 raise ValueError(
@@ -140,7 +134,7 @@ Push it, if you like: cloth that hands push along the table wrinkles or slides. 
 
     def unusable(self, simulator: str) -> str | None:
         """See `CalibrationTest.unusable`."""
-        if supports_compression(simulator):
+        if capabilities(simulator).compression:
             return None
         return "knows no compression: its cloth resists it as it does tension"
 
@@ -182,8 +176,9 @@ Push it, if you like: cloth that hands push along the table wrinkles or slides. 
         return weight * self.length**2 / (2.0 * material.stretch_stiffness * max(self.pushed - moved, 1e-4))
 
     def target(self, readings: Readings, material: Material) -> Target:
-        """What the far edge has to do."""
-        pushed, moved = readings["pushed"], readings["moved"]
+        """How far the far edge has to move."""
+        pushed = readings["pushed"]
+        moved = readings["moved"]
         error = float(np.hypot(pushed.uncertainty, moved.uncertainty))
         return Target(
             test=self,

@@ -28,9 +28,9 @@ from tatamu.calibration.target import Target, textbook_spread
 from tatamu.calibration.test import POOR, ElasticTest, Readings, Specimen, millimetres
 from tatamu.errors import InputError
 from tatamu.garments import Garment
-from tatamu.garments.towel import staggered_rectangle
 from tatamu.heavy_strip.cantilever import tip
 from tatamu.material import GRAVITY, Material
+from tatamu.meshing import staggered_rectangle
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene
 
@@ -122,7 +122,8 @@ Let it sag.                                                                     
     @classmethod
     def of(cls, entry: SagReadings, specimen: Specimen) -> Self:
         """See `CalibrationTest.of`."""
-        test, garment = cls(float(np.mean(entry.free_length)), specimen.spacing), specimen.garment
+        test = cls(float(np.mean(entry.free_length)), specimen.spacing)
+        garment = specimen.garment
         path = garment.vertices[named_edge(garment, entry.edge), :2]
         along = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
         if along < SHORTEST_EDGE * test.free_length:
@@ -195,7 +196,9 @@ sag = []                 # from the grip vertically down to the edge
 
     def target(self, readings: Readings) -> Target:
         """See `ElasticTest.target`."""
-        sag, length, free = readings["sag"], readings["free_length"], self.free_length
+        sag = readings["sag"]
+        length = readings["free_length"]
+        free = self.free_length
         by_sag = textbook_spread(self.guess, sag)
         by_length = textbook_spread(lambda free, density: Sag(free).guess(sag.value, density), length)
         return Target(
@@ -212,7 +215,8 @@ sag = []                 # from the grip vertically down to the edge
     def advice(self, calibration: Calibration, fit: Fit) -> list[str]:
         """See `CalibrationTest.advice`."""
         material = calibration.material
-        length, rigidity = material.bending_length, 1e6 * material.bending_rigidity
+        length = material.bending_length
+        rigidity = 1e6 * material.bending_rigidity
         free = calibration.readings["free_length"].value
         share = f"{millimetres(fit.measured)} of a free length of {millimetres(free)}"
         if fit.bound == "at most":

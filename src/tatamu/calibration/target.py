@@ -1,4 +1,4 @@
-"""What a simulated reading has to become, and where a reading tells no more than a bound."""
+"""The target of a simulated reading, and readings that only bound a parameter."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Target:
     rising: bool = False
     """Whether the reading rises with the parameter."""
     spread: float = 1.0
-    """What the test's own readings leave of the logarithm of the parameter: its standard uncertainty by the textbook.
+    """Standard uncertainty of the parameter's logarithm that follows from the test's own readings, by the textbook.
     Tests of one parameter weigh by it."""
 
     @property
@@ -48,7 +48,7 @@ class Target:
 
     @property
     def aim(self) -> float:
-        """What is matched [m]: the reading, or, of a bound, the reading moved by its uncertainty to where it tells."""
+        """Length to match [m]: the reading, or, of a bound, the reading moved to where it tells by its uncertainty."""
         towards = {None: 0.0, "at least": 1.0, "at most": -1.0}[self.bound] * (-1.0 if self.rising else 1.0)
         return self.measured + towards * self.uncertainty
 

@@ -69,11 +69,11 @@ class CalibrationTest(ABC):
     instructions: ClassVar[str]
     """How to measure; `$NAME` is the number of that test in the guide."""
     read: ClassVar[str]
-    """What is read, in a word or two."""
+    """The reading, in a word or two."""
     words: ClassVar[Mapping[str, str]]
-    """What the advice calls each of its readings."""
+    """Each of its readings, in the words of the advice."""
     samples: ClassVar[Literal["reading", "speed"]] = "reading"
-    """What was simulated for each parameter that was tried: the reading [m], or a speed [m/s] that is zero or not."""
+    """Result of each simulation: the reading [m], or a speed [m/s] that is zero where the cloth sticks."""
 
     @classmethod
     @abstractmethod
@@ -95,7 +95,7 @@ class CalibrationTest(ABC):
 
     @abstractmethod
     def drawing(self, shape: np.ndarray | None) -> str:
-        """What was read, as SVG: from positions at rest [m], shape (n, 3), where there are any."""
+        """Draw the reading as SVG, from positions at rest [m], shape (n, 3), where there are any."""
 
     @property
     def textbook(self) -> float | None:
@@ -103,7 +103,7 @@ class CalibrationTest(ABC):
         return None
 
     def record(self) -> dict[str, float]:
-        """What it adds to the table [calibration] of the material's file."""
+        """Entries for the table [calibration] of the material's file."""
         return {}
 
     def unusable(self, simulator: str) -> str | None:
@@ -119,10 +119,10 @@ class CalibrationTest(ABC):
 
     @abstractmethod
     def advice(self, calibration: Calibration, fit: Fit) -> list[str]:
-        """What to tell the person who measured of a fit that decided its parameter, as sentences."""
+        """Sentences for the person who measured, on a fit that decided its parameter."""
 
     def remark(self, calibration: Calibration, fit: Fit) -> list[str]:
-        """What is worth saying of a fit after all advice, as sentences."""
+        """Sentences on a fit that follow all advice."""
         return []
 
 
@@ -136,15 +136,16 @@ class ElasticTest(CalibrationTest):
 
     @abstractmethod
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """What the ruler would read [m]."""
+        """The length that a ruler would read [m]."""
 
     @abstractmethod
     def target(self, readings: Readings) -> Target:
-        """What the reading has to become."""
+        """The target of the simulated reading."""
 
     def measured(self, readings: Readings) -> tuple[float, float]:
         """The length that was read and its standard uncertainty [m]."""
-        value, error = 0.0, 0.0
+        value = 0.0
+        error = 0.0
         for name, factor in self.reads.items():
             value += factor * readings[name].value
             error = float(np.hypot(error, factor * readings[name].uncertainty))

@@ -23,7 +23,7 @@ STEP = 0.1
 AGREES = 2.0
 """Tests of one parameter agree that are within this many standard uncertainties of one another."""
 ELASTIC = ("stretch_stiffness", "bending_rigidity")
-"""Parameters that are told by lengths at rest."""
+"""Parameters that lengths at rest depend on."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,8 @@ def slopes(reading: Callable[[float, float], float], at: tuple[float, float]) ->
         known = [(value, step) for value, step in ((less, -STEP), (here, 0.0), (more, STEP)) if np.isfinite(value)]
         if len(known) < 2:
             raise TatamuError("uncertainty: the simulator gives up on cloth a little softer or stiffer than this")
-        (first, low), (last, high) = known[0], known[-1]
+        (first, low) = known[0]
+        (last, high) = known[-1]
         return (last - first) / (high - low)
 
     along_stretch = slope(reading(stretch + STEP, bending), reading(stretch - STEP, bending))
@@ -80,7 +81,7 @@ def contributions(
         readings: By name.
         elastic: Tests that tell stretch stiffness or bending rigidity.
         later: Tests of other parameters, in the order in which they were made.
-        searched: What searches by halving left: parameter to the standard uncertainty of its logarithm.
+        searched: Parameter to the standard uncertainty of its logarithm that a search by halving left.
     """
     found = {name: np.zeros(len(PARAMETERS)) for name in readings}
     for name, reading in readings.items():
@@ -95,17 +96,18 @@ def contributions(
 
 
 def disagreement(values: list[float], spreads: list[float]) -> float:
-    """What tests that differ on one parameter add to the uncertainty of its logarithm; nothing where they agree.
+    """The uncertainty that disagreeing tests of one parameter add to that of its logarithm; 0 where they agree.
 
     That of the weighted mean is raised by the Birge ratio, as the Particle Data Group does.
 
     Args:
-        values: What each test alone says of the parameter.
+        values: The parameter by each test alone.
         spreads: Standard uncertainty of the logarithm of each.
     """
     if len(values) < 2:
         return 0.0
-    logs, inverse = np.log(values), np.array(spreads) ** -2.0
+    logs = np.log(values)
+    inverse = np.array(spreads) ** -2.0
     squares = float(inverse @ (logs - inverse @ logs / inverse.sum()) ** 2) / (len(values) - 1)
     return float(np.sqrt((squares - 1.0) / inverse.sum())) if squares > AGREES**2 else 0.0
 
@@ -115,11 +117,13 @@ def _share(reading: Reading) -> float:
     return reading.uncertainty / reading.value if reading.value else 0.0
 
 
-def _elastic(name: str, reading: Reading, density: float, told: Sequence[Sensitivity]) -> np.ndarray:
+def _elastic(name: str, reading: Reading, density: float, tests: Sequence[Sensitivity]) -> np.ndarray:
     """Changes of ln Y and ln B that make up for the change of one reading, shape (2,)."""
-    error, share = reading.uncertainty, _share(reading)
-    matrix, wanted = np.eye(2), np.zeros(2)
-    for each in told:
+    error = reading.uncertainty
+    share = _share(reading)
+    matrix = np.eye(2)
+    wanted = np.zeros(2)
+    for each in tests:
         row = ELASTIC.index(each.test.parameter)
         along = (each.slopes.stretch, each.slopes.bending)
         moved = each.test.reads.get(name, 0.0) * error - (each.slopes.size * share if name == each.test.size else 0.0)

@@ -21,7 +21,7 @@ DESCRIPTIONS = {
     "tshirt": "a child's, front and back",
     "trousers": "a child's, front and back",
 }
-"""What each of them is, in a few words."""
+"""Each of them in a few words."""
 
 __all__ = ["DESCRIPTIONS", "GARMENTS", "Garment", "load_garment", "make_garment", "towel", "trousers", "tshirt"]
 

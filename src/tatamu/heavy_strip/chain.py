@@ -141,7 +141,8 @@ class ChainEnergy:
         """Its Hessian times a direction p, without the matrix, shape (links,)."""
         fx, fz, pressed = self._forces(theta)
         sx, sz = (np.cumsum(f[::-1])[::-1] for f in (fx, fz))
-        cosine, sine = self.h * np.cos(theta), self.h * np.sin(theta)
+        cosine = self.h * np.cos(theta)
+        sine = self.h * np.sin(theta)
         weights = self._weights
         stiff = self.stiffness * pressed
         stiff[-1] = self.stiffness

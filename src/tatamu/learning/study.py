@@ -57,7 +57,7 @@ class Identity(OpenRecord):
     """Parameters of the first trials, where they shall not be the sampler's."""
 
 
-class Study:
+class OptunaStudy:
     """The finished trials of one task, and the sampler that proposes the next."""
 
     def __init__(self, path: Path, identity: Identity, space: Mapping[str, BaseDistribution], floor: float) -> None:

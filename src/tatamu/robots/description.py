@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from tatamu.errors import InputError
 from tatamu.files import read_toml, validated
+from tatamu.records import Record
 from tatamu.robots.clearance import Clearance
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.model import Arm, Robot, StartPose
@@ -22,11 +23,7 @@ Vector = tuple[float, float, float]
 Numbers = Annotated[list[float], Field(min_length=1)]
 
 
-class _Record(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class Frame(_Record):
+class Frame(Record):
     """A pose: translation, and rotation about fixed x, then y, then z, as in URDF."""
 
     xyz: Vector = (0.0, 0.0, 0.0)
@@ -40,7 +37,7 @@ class Frame(_Record):
         return pose(from_rpy(*self.rpy), np.array(self.xyz))
 
 
-class ArmDescription(_Record):
+class ArmDescription(Record):
     """Description of one arm."""
 
     model: str | None = None
@@ -72,7 +69,7 @@ class ArmDescription(_Record):
         return self
 
 
-class Description(_Record):
+class Description(Record):
     """Description of a robot."""
 
     name: str

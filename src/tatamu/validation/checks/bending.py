@@ -17,10 +17,11 @@ import numpy as np
 from tatamu.heavy_strip.cantilever import cantilever, chord
 from tatamu.heavy_strip.chain import FoldedStrip, start
 from tatamu.material import GRAVITY, Material
+from tatamu.meshing import staggered
 from tatamu.scene import Cloth, Gripper, Scene, Table
 from tatamu.validation.check import Case, Check
 from tatamu.validation.findings import Curve, Figure, Findings, Row, absolute, relative
-from tatamu.validation.meshes import LAYOUTS, mirrored, right, staggered
+from tatamu.validation.meshes import LAYOUTS, mirrored, right
 from tatamu.validation.scenes import held, raised
 from tatamu.validation.subject import Subject
 
@@ -128,7 +129,10 @@ def clamped(subject: Subject, gamma: float, spacing: float) -> Findings:
 
 def crease(subject: Subject, bending_length: float, spacing: float) -> Findings:
     """A strip folded over itself on the table, its upper end held a little over its lower one."""
-    length, width, rise, thickness = 0.4, 0.06, 0.004, 0.001
+    length = 0.4
+    width = 0.06
+    rise = 0.004
+    thickness = 0.001
     plan, faces = staggered(length, width, spacing)
     row = length / (len(np.unique(plan[:, 0])) - 1)
     material = Material(
