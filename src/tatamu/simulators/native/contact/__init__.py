@@ -7,10 +7,11 @@ everything is on the side of what is near it on which it belongs.
 
 The algorithm is that of position-based dynamics (Mueller et al. 2007) with the layers of robust cloth collision around
 it (Bridson, Fedkiw and Anderson 2002): proximity, repulsion, friction, and rigid impact zones (Provot 1997) as last
-resort. It has no continuous collision detection, Bridson's middle layer. Candidates remember the side that they were on
-when the step began, so a pair that has passed within a step has a negative gap, and is pushed back where it came from;
-nothing can pass that is no candidate, as these are searched before motion can have used up their margin. One round of
-contact is `gauss_seidel.resolve`:
+resort. It has no continuous collision detection, Bridson's middle layer: candidates remember the side that they were on
+when the step began, so a pair that has passed within a step has a negative gap, and is pushed back where it came from.
+Unguarded, and thus not sure to stay apart, are flat edges that nothing presses, sheets beyond the three partners of a
+vertex, and edges that come near from beyond half of the margin; `make tangle` counts how often anything passes. One
+round of contact is `gauss_seidel.resolve`:
 
     broad phase      `broad_phase.refresh`      motion is added up; candidates are searched again only when two parts of
                                                 the cloth may have come closer by the margin since the last search:

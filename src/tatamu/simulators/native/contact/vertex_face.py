@@ -94,7 +94,8 @@ def sweep(
     """One Gauss-Seidel sweep over all vertices with partners.
 
     From the highest vertex down, so that each layer of a stack hands all of its weight to the next.
-    In one piece, long as it is: cut into functions that hand the records on, a rollout took 1.8 times as long.
+    In one piece, long as it is: with its narrow phase and its friction cut out as functions of arrays and numbers, a
+    rollout took 1.08 to 1.19 times as long, inlined or not; with functions that hand the records on, 1.8 times.
 
     Args:
         positions: Positions to correct, and those that they came from.
