@@ -6,6 +6,7 @@ import shlex
 
 from tatamu.folding.task import Asked
 from tatamu.results import LearnedFold
+from tatamu.results.folder import SCENE
 
 
 def learn(fold: LearnedFold) -> str:
@@ -37,6 +38,6 @@ def learn(fold: LearnedFold) -> str:
 
 def simulate(fold: LearnedFold) -> str:
     """The command that simulates the best trial alone."""
-    scene = f"{fold.folder.resolve().name}/scene.json"
+    scene = f"{fold.folder.resolve().name}/{SCENE}"
     words = ["tatamu", "simulate", scene, "--out", "again.npz", "--simulator", fold.result.task.simulator]
     return shlex.join(words)
