@@ -69,6 +69,7 @@ def _task(folder: Path, told: dict[str, Any], asked: dict[str, Any], start: np.n
     job = make_job(
         named["garment"],
         size=tuple(named["size"]) if named.get("size") else None,
+        scale=named.get("scale"),
         fold=named["fold"],
         material=validated(Material, told["material"], folder / "result.json"),
         spacing=named.get("spacing"),

@@ -168,6 +168,7 @@ def make_job(
     fold: str = "half",
     material: Material | None = None,
     spacing: float | None = None,
+    scale: float | None = None,
     simulator: str = "native",
     hands: int | None = None,
     reach: Reach | None = None,
@@ -178,8 +179,9 @@ def make_job(
         InputError: One of the names is unknown, or the garment cannot be made or folded so.
     """
     named(simulator)
-    made = make_garment(garment, size, material, spacing)
+    made = make_garment(garment, size, material, spacing, scale)
     asked = {"garment": garment, "fold": fold, "size": size and list(size), "spacing": spacing, "hands": hands}
+    asked |= {} if scale is None else {"scale": scale}
     job = Job(made, make_plan(fold, made), simulator, hands, reach, asked)
     ideal_folds(made, job.plan, hands)  # refuse now what a later step could not fold
     return job

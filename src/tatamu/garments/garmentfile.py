@@ -7,29 +7,57 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from tatamu.errors import InputError
 from tatamu.files import read_toml, validated
 from tatamu.garments.cut import cut
-from tatamu.garments.drawing import read_drawing
+from tatamu.garments.dxf import read_dxf
 from tatamu.garments.flat import flat_garment, meshed_anew
-from tatamu.garments.frame import FLAT, turned
+from tatamu.garments.frame import FLAT, Axis, direction, plane_turn, turned
 from tatamu.garments.garment import Garment
 from tatamu.garments.laying import laid_flat
 from tatamu.garments.meshfile import FORMATS, faults, read_mesh, welded
+from tatamu.garments.pieces import chosen
 from tatamu.garments.resolution import LARGEST_SIDE, PASSABLE, SMALLEST_SIDE
 from tatamu.garments.sewing import front_and_back, one_layer
+from tatamu.garments.svg import read_svg
+from tatamu.garments.units import DOUBTFUL, NAMES, USUAL, Unit, how_to_scale, probable_scale, size_is_possible
 from tatamu.material import Material, preset_names
 from tatamu.presets import load_preset
 
-OUTLINES = (".svg", ".dxf")
+READERS = {".svg": read_svg, ".dxf": read_dxf}
+OUTLINES = tuple(READERS)
+LARGEST_SCALE = 1e3
+"""Metres per unit of a file, at most."""
 SUFFIXES = (".toml", *OUTLINES, *FORMATS)
 """What a file of a garment may be."""
 FABRIC = "jersey"
 """The preset that it is of unless it says otherwise."""
+ONE_LAYER = "one layer, as no opening is named: give openings under [garment] for a front and a back, or layers = 1"
+"""A note on a closed outline about which nobody said anything."""
 Position = tuple[float, float]
-Side = Annotated[float, Field(ge=SMALLEST_SIDE, le=LARGEST_SIDE)]
+
+
+def _side(value: float) -> float:
+    if not SMALLEST_SIDE <= value <= LARGEST_SIDE:
+        raise ValueError(f"must be from {SMALLEST_SIDE:g} to {LARGEST_SIDE:g} m, given {value:g} m")
+    return value
+
+
+def _scale(value: float) -> float:
+    if not 0.0 < value <= LARGEST_SCALE:
+        raise ValueError(f"must be above 0 and at most {LARGEST_SCALE:g} metres per unit of the file, given {value:g}")
+    return value
+
+
+def _spacing(value: float) -> float:
+    if not value > 0.0:
+        raise ValueError(f"must be above 0 m, given {value:g} m")
+    return value
+
+
+Side = Annotated[float, AfterValidator(_side)]
 
 
 class GarmentFile(BaseModel):
@@ -43,17 +71,21 @@ class GarmentFile(BaseModel):
     """An SVG or DXF file beside this one."""
     mesh: str | None = None
     """An OBJ, PLY, STL or GLB file beside this one."""
-    scale: float | None = Field(None, gt=0.0, le=1e3)
-    """Metres per unit of that file; default: 0.001 for outlines, which are in millimetres, 1 for meshes."""
-    up: Literal["y", "-y", "x", "-x"] = "y"
-    """Which direction of that file points away from the hem."""
+    scale: Annotated[float, AfterValidator(_scale)] | None = None
+    """Metres per unit of that file; default: as the file says, else 0.001 for outlines and 1 for meshes."""
+    up: Axis | None = None
+    """Which direction of that file points away from the hem; default: y of what is flat, else found."""
+    piece: str | None = None
+    """Which of several pieces in that file."""
+    grain: bool = True
+    """Of a pattern with a grain line: turn the piece so that the grain runs along the garment's length."""
     layers: Literal[1, 2] | None = None
     """Of an outline: cut once, or twice and sewn; default: 2 if it has openings."""
     openings: list[str] | dict[str, Annotated[list[Position], Field(min_length=2)]] | None = None
     """Of an outline: names of open curves in the file, or curves in its units by name; default: its open curves."""
     size: tuple[Side, Side] | None = None
     """Width and length that it is scaled to [m]."""
-    spacing: float | None = Field(None, gt=0.0)
+    spacing: Annotated[float, AfterValidator(_spacing)] | None = None
     """Edge length of the mesh [m]."""
     fabric: str | None = None
     """Name of a preset; instead there may be a table [material]."""
@@ -72,6 +104,8 @@ class GarmentFile(BaseModel):
             raise ValueError("layers and openings belong to an outline; those of a mesh are in the mesh")
         if self.outline is not None and (self.weld or self.remesh):
             raise ValueError("weld and remesh belong to a mesh")
+        if self.outline is not None and self.up in ("z", "-z"):
+            raise ValueError(f"up must be x, -x, y or -y for an outline, which is a drawing, given {self.up!r}")
         return self
 
 
@@ -80,6 +114,7 @@ def load_garment(
     size: tuple[float, float] | None = None,
     material: Material | None = None,
     spacing: float | None = None,
+    scale: float | None = None,
 ) -> Garment:
     """The garment of a file; what is given here goes before what the file says.
 
@@ -88,7 +123,9 @@ def load_garment(
     """
     given, fabric = _read(path)
     material = material or fabric
-    asked = {"size": size, "spacing": spacing}
+    if scale is not None and not 0.0 < scale <= LARGEST_SCALE:
+        raise InputError(f"scale: must be above 0 and at most {LARGEST_SCALE:g} metres per unit, given {scale:g}")
+    asked = {"size": size, "spacing": spacing, "scale": scale}
     given = given.model_copy(update={key: value for key, value in asked.items() if value is not None})
     source = path.parent / str(given.outline or given.mesh)
     try:
@@ -116,16 +153,35 @@ def _read(path: Path) -> tuple[GarmentFile, Material]:
 
 
 def _from_outline(given: GarmentFile, source: Path, material: Material) -> Garment:
-    curves = read_drawing(source)
+    reader = READERS.get(source.suffix.lower())
+    if reader is None:
+        raise InputError(f"outline: must be one of {', '.join(OUTLINES)}")
+    drawing = reader(source)
+    unit = drawing.unit.scaled(given.scale)
+    piece = chosen(drawing, given.piece, unit.metres, source)
     openings = given.openings
     if isinstance(openings, dict) and source.suffix.lower() == ".svg":  # whose y points down; curves have it up
         openings = {name: [(x, -y) for x, y in curve] for name, curve in openings.items()}
-    outline, names = cut(curves, given.scale or 1e-3, given.up, openings, source)
-    _check_unit(np.ptp(outline.points, axis=0), "outline", given.size)
-    outline = outline.fitted(given.size)
-    if given.layers == 2 or (given.layers is None and names):
-        return front_and_back(given.name, outline, names, material, given.spacing)
-    return one_layer(given.name, outline, material, given.spacing)
+    turn = plane_turn(given.up or "y", piece.grain if given.grain else None)
+    made = cut(piece, unit.metres * turn, openings, source)
+    _check_unit(made.outline.size, f"outline: {piece.name}", given.size, unit)
+    outline = made.outline.fitted(given.size)
+    notes = [*made.notes, *_turn_note(turn, given.up or "y"), *_unit_notes(made.outline.size, given.size, unit)]
+    if given.layers == 2 or (given.layers is None and made.openings):
+        garment = front_and_back(given.name, outline, made.openings, material, given.spacing)
+    else:
+        garment = one_layer(given.name, outline, material, given.spacing)
+        notes += [ONE_LAYER] if given.layers is None else []
+    return replace(garment, reading=_reading(unit, given), notes=(*notes, *garment.notes))
+
+
+def _turn_note(turn: np.ndarray, up: str) -> list[str]:
+    """What to say of a piece that its grain line turned."""
+    ahead = turn @ direction(up)[:2]
+    degrees = round(float(np.degrees(np.arctan2(ahead[1], ahead[0]))), 1)
+    if abs(degrees) < 0.1:
+        return []
+    return [f"turned by {degrees:g} degrees so that its grain line points away from the hem (grain = false leaves it)"]
 
 
 def _from_mesh(given: GarmentFile, source: Path, material: Material) -> Garment:
@@ -137,9 +193,11 @@ def _from_mesh(given: GarmentFile, source: Path, material: Material) -> Garment:
         before = len(vertices)
         vertices, faces = welded(vertices, faces)
         notes = [f"{before} vertices welded into {len(vertices)}"] if before > len(vertices) else []
-    points, turn = _onto_table(vertices, given.up)
+    points, turn = _onto_table(vertices, given.up or "y")
     notes += turn
-    _check_unit(np.ptp(points, axis=0)[:2], "mesh", given.size)
+    unit = Unit(1.0, "metres", "assumed", assumed=True).scaled(given.scale)
+    length, width = np.ptp(points, axis=0)[:2]
+    _check_unit((float(width), float(length)), "mesh", given.size, unit)
     found = faults(points, faces)
     if found:
         raise InputError(f"mesh: has {'; '.join(found)}")
@@ -167,14 +225,29 @@ def _onto_table(vertices: np.ndarray, up: str) -> tuple[np.ndarray, list[str]]:
     return turned(vertices, up), []
 
 
-def _check_unit(extent: np.ndarray, what: str, size: tuple[float, float] | None) -> None:
-    """Refuse a size that is probably a wrong unit."""
-    length, width = (float(side) for side in extent)
-    if size is None and not (SMALLEST_SIDE <= min(length, width) and max(length, width) <= LARGEST_SIDE):
+def _check_unit(sides: tuple[float, float], what: str, size: tuple[float, float] | None, unit: Unit) -> None:
+    """Refuse a size [m] that is probably a wrong unit."""
+    if size is None and not size_is_possible(sides):
+        width, length = sides
         raise InputError(
-            f"{what}: is {width:g} m wide and {length:g} m long, must be from {SMALLEST_SIDE:g} to {LARGEST_SIDE:g} m; "
-            "give scale, metres per unit of the file (0.001 for millimetres), or size"
+            f"{what}: is {width:.4g} m wide and {length:.4g} m long, {unit.words}, but must be from "
+            f"{SMALLEST_SIDE:g} to {LARGEST_SIDE:g} m; {how_to_scale(max(sides) / unit.metres, 1e-3)}"
         )
+
+
+def _unit_notes(sides: tuple[float, float], size: tuple[float, float] | None, unit: Unit) -> list[str]:
+    """A doubt about a unit that was assumed."""
+    longest = max(sides)
+    probable = probable_scale(longest / unit.metres)
+    if size is not None or not unit.assumed or probable in (None, unit.metres) or USUAL[0] <= longest <= DOUBTFUL:
+        return []
+    advice = how_to_scale(longest / unit.metres, 1e-3)
+    return [f"{longest:.2f} m for its longer side is unusual: is the file in {NAMES[probable]}? {advice}"]
+
+
+def _reading(unit: Unit, given: GarmentFile) -> str:
+    """How the size of a file's garment was understood."""
+    return f"{unit.words}{'; scaled to that size' if given.size else ''}"
 
 
 def _coarseness(garment: Garment) -> list[str]:

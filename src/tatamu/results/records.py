@@ -102,6 +102,8 @@ class Asked(Record):
     """Width and length [m]; None: the garment's own."""
     spacing: float | None = None
     """Distance between vertices [m]; None: the garment's own."""
+    scale: float | None = None
+    """Metres per unit of the garment's file; None: as the file says."""
     hands: int | None = None
     """How many hands fold; None: as the plan says."""
 

@@ -1,0 +1,63 @@
+"""Units of length in files of garments: how many metres one is, how it is known, and which one was probably meant."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tatamu.garments.resolution import LARGEST_SIDE, SMALLEST_SIDE
+
+NAMES = {1e-3: "millimetres", 1e-2: "centimetres", 0.0254: "inches", 0.1: "decimetres", 1.0: "metres"}
+"""Units that people draw in, by their metres."""
+USUAL = (0.15, 1.8)
+"""Between these lies the longer side of most garments [m]."""
+DOUBTFUL = 2.6
+"""Larger than this is hardly any garment, though bed linen may be [m]."""
+
+
+@dataclass(frozen=True)
+class Unit:
+    """The unit of a file's coordinates."""
+
+    metres: float
+    """Metres per unit."""
+    name: str
+    """What the unit that the file states is called, in the plural."""
+    source: str
+    """Where that stands: what kind of file it is, and the words in it."""
+    assumed: bool = False
+    """Whether the file does not say, so that the usual unit of such files was taken."""
+
+    @property
+    def words(self) -> str:
+        """The unit and how it is known, such as "read in millimetres (Inkscape SVG, width 620mm)"."""
+        return f"read in {self.name} ({self.source})"
+
+    def scaled(self, scale: float | None) -> Unit:
+        """The unit of a user who gives metres per unit of the file; None: this one."""
+        if scale is None:
+            return self
+        return Unit(scale, NAMES.get(scale, f"units of {scale:g} m"), f"scale {scale:g}")
+
+
+def probable_scale(longest: float) -> float | None:
+    """Metres per unit with which a garment has a usual size; None: none of the usual units does.
+
+    Args:
+        longest: Its longer side in units of the file.
+    """
+    fitting = [scale for scale in NAMES if USUAL[0] <= scale * longest <= USUAL[1]]
+    return min(fitting, key=lambda scale: abs(scale * longest - 0.7), default=None)
+
+
+def how_to_scale(longest: float, otherwise: float) -> str:
+    """Where a scale is given, with the one that was probably meant; `otherwise` where none is known."""
+    scale = probable_scale(longest) or otherwise
+    return (
+        f"give scale = {scale:g} under [garment] in a garment file, or --scale {scale:g}: "
+        "metres per unit of the file (0.001 for millimetres); or size, in metres"
+    )
+
+
+def size_is_possible(sides: tuple[float, float]) -> bool:
+    """Whether a garment can have these sides [m]."""
+    return SMALLEST_SIDE <= min(sides) and max(sides) <= LARGEST_SIDE
