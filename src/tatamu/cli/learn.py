@@ -24,9 +24,7 @@ def learn(
     ] = None,
     scale: Annotated[
         float | None,
-        typer.Option(
-            metavar="M", help="Metres per unit of the garment's file, such as 0.001; default: as it says."
-        ),
+        typer.Option(metavar="M", help="Metres per unit of the garment's file, such as 0.001; default: as it says."),
     ] = None,
     fold: Annotated[
         str,

@@ -10,6 +10,7 @@ import shapely
 from tatamu.errors import InputError
 from tatamu.garments.garment import Garment
 from tatamu.garments.meshfile import border_loops
+from tatamu.garments.openings import divided
 from tatamu.garments.outline import Outline
 from tatamu.garments.sewing import front_and_back, one_layer
 from tatamu.garments.sides import named_sides
@@ -40,7 +41,7 @@ def flat_garment(name: str, plan: np.ndarray, faces: np.ndarray, material: Mater
     plan = plan - 0.5 * (plan.min(axis=0) + plan.max(axis=0))
     loop = _outer_loop(plan, faces[up])
     edges = {side: loop[part] for side, part in named_sides(plan[loop]).items()}
-    border = {tuple(pair) for pair in Topology(faces).border.tolist()}
+    edges, openings = divided(edges, Topology(faces).border, plan)
     width, length = np.ptp(plan, axis=0)[::-1]
     return Garment(
         name=name,
@@ -52,7 +53,7 @@ def flat_garment(name: str, plan: np.ndarray, faces: np.ndarray, material: Mater
         seams=_between(faces, up),
         rest=None if up.all() else np.column_stack([plan, np.zeros(len(plan))]),
         edges=edges,
-        openings=tuple(side for side, path in edges.items() if _open(path, border)),
+        openings=openings,
     )
 
 
@@ -106,8 +107,3 @@ def _between(faces: np.ndarray, up: np.ndarray) -> np.ndarray:
     topology = Topology(faces)
     ups = np.bincount(topology.face_edges[up].ravel(), minlength=len(topology.edges))
     return topology.edges[(topology.faces_per_edge == 2) & (ups == 1)]
-
-
-def _open(path: np.ndarray, border: set[tuple[int, ...]]) -> bool:
-    pairs = zip(path[:-1].tolist(), path[1:].tolist(), strict=True)
-    return all(tuple(sorted(pair)) in border for pair in pairs)

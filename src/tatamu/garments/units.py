@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from tatamu.errors import InputError
 from tatamu.garments.resolution import LARGEST_SIDE, SMALLEST_SIDE
 
 NAMES = {1e-3: "millimetres", 1e-2: "centimetres", 0.0254: "inches", 0.1: "decimetres", 1.0: "metres"}
@@ -32,6 +33,10 @@ class Unit:
         """The unit and how it is known, such as "read in millimetres (Inkscape SVG, width 620mm)"."""
         return f"read in {self.name} ({self.source})"
 
+    def reading(self, size: tuple[float, float] | None) -> str:
+        """The same, with the size [m] that a user asked for."""
+        return f"{self.words}{'; scaled to that size' if size else ''}"
+
     def scaled(self, scale: float | None) -> Unit:
         """The unit of a user who gives metres per unit of the file; None: this one."""
         if scale is None:
@@ -58,6 +63,25 @@ def how_to_scale(longest: float, otherwise: float) -> str:
     )
 
 
-def size_is_possible(sides: tuple[float, float]) -> bool:
-    """Whether a garment can have these sides [m]."""
-    return SMALLEST_SIDE <= min(sides) and max(sides) <= LARGEST_SIDE
+def check_size_of_file(sides: tuple[float, float], what: str, unit: Unit) -> None:
+    """Refuse a width and length [m] that are probably of a wrong unit.
+
+    Raises:
+        InputError: No garment is so large or so small.
+    """
+    if not (SMALLEST_SIDE <= min(sides) and max(sides) <= LARGEST_SIDE):
+        width, length = sides
+        raise InputError(
+            f"{what}: is {width:.4g} m wide and {length:.4g} m long, {unit.words}, but must be from "
+            f"{SMALLEST_SIDE:g} to {LARGEST_SIDE:g} m; {how_to_scale(max(sides) / unit.metres, 1e-3)}"
+        )
+
+
+def doubts(sides: tuple[float, float], unit: Unit) -> list[str]:
+    """What to say of a width and length [m] that are unusual in a unit that was assumed."""
+    longest = max(sides)
+    probable = probable_scale(longest / unit.metres)
+    if not unit.assumed or probable in (None, unit.metres) or USUAL[0] <= longest <= DOUBTFUL:
+        return []
+    advice = how_to_scale(longest / unit.metres, 1e-3)
+    return [f"{longest:.2f} m for its longer side is unusual: is the file in {NAMES[probable]}? {advice}"]
