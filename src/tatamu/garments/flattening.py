@@ -19,6 +19,8 @@ from scipy.sparse.linalg import splu
 from tatamu.topology import Topology
 
 ROUNDS = 400
+PASSES, TENSE = 5, 0.1
+"""So often the plan is made, each time with more weight on triangles whose sides changed by about this part."""
 STILL = 1e-6
 """Vertices that move by less than this part of the garment's extent are in their places."""
 LEAST_WEIGHT = 0.05
@@ -60,14 +62,14 @@ def flattened(points: np.ndarray, faces: np.ndarray, lengths: np.ndarray, panels
     """
     up = facing_up(points, faces, panels)
     plan = points[:, :2].copy()
-    for _ in range(3):
-        plan = _rigid(plan, faces, _templates(lengths, up))
-        turned = _signed(plan, faces) > 0.0
-        if (turned == up).all():
-            break
-        up = turned  # a triangle beside the border that will not turn belongs to the other side
-    sides = np.stack([plan[faces[:, (k + 2) % 3]] - plan[faces[:, (k + 1) % 3]] for k in range(3)], axis=1)
-    return Flattened(plan, np.linalg.norm(sides, axis=2) / lengths - 1.0)
+    stress = np.ones(len(faces))
+    for _ in range(PASSES):
+        plan = _rigid(plan, faces, _templates(lengths, up), stress)
+        up = _signed(plan, faces) > 0.0  # a triangle beside the border that will not turn belongs to the other side
+        strain = side_lengths(plan[faces]) / lengths - 1.0
+        stress *= 1.0 + (np.abs(strain).max(axis=1) / TENSE) ** 2
+        stress /= stress.mean()
+    return Flattened(plan, strain)
 
 
 def side_lengths(corners: np.ndarray) -> np.ndarray:
@@ -153,10 +155,10 @@ def _templates(lengths: np.ndarray, up: np.ndarray) -> np.ndarray:
     return np.where(up[:, None], corners, corners.conj())
 
 
-def _rigid(plan: np.ndarray, faces: np.ndarray, templates: np.ndarray) -> np.ndarray:
-    """The plan after local and global steps until it stays."""
+def _rigid(plan: np.ndarray, faces: np.ndarray, templates: np.ndarray, stress: np.ndarray) -> np.ndarray:
+    """The plan after local and global steps until it stays; triangles count by their `stress`, shape (m,)."""
     count = len(plan)
-    weights = _cotangents(templates)
+    weights = _cotangents(templates) * stress[:, None]
     pairs = [(faces[:, (k + 1) % 3], faces[:, (k + 2) % 3]) for k in range(3)]
     wished = [templates[:, (k + 2) % 3] - templates[:, (k + 1) % 3] for k in range(3)]
     rows = np.concatenate([np.concatenate([i, j, i, j]) for i, j in pairs])

@@ -24,6 +24,8 @@ CLEAR = 0.6
 """A direction is the width where its mirror image fits better by this factor than that of the other."""
 MIDDLE = 0.12
 """Openings whose middle is this part of the width from the middle plane are in the middle."""
+LONGER = 1.1
+"""The hem is at least this many times as long as the other openings in the middle."""
 TILTED = 0.08
 """A neckline is lower in front where it falls by this part of the garment's length."""
 
@@ -128,7 +130,10 @@ def _sense(ahead: np.ndarray, aside: np.ndarray, points: np.ndarray, loops: list
     outer = [loop for loop in loops if not any(loop is other for other in central)]
     heights = [float((loop @ ahead).mean()) for loop in central]
     if len(central) >= 2:
-        hem = int(np.argmax([_around(loop) for loop in central]))
+        around = [_around(loop) for loop in central]
+        hem = int(np.argmax(around))
+        if around[hem] < LONGER * sorted(around)[-2]:
+            return 1.0
         difference = max(heights[:hem] + heights[hem + 1 :], key=lambda h: abs(h - heights[hem])) - heights[hem]
     elif len(central) == 1 and len(outer) >= 2:
         difference = heights[0] - float(np.mean([(loop @ ahead).mean() for loop in outer]))

@@ -138,7 +138,7 @@ def _laid(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garment
     lengths, panels, how = _pattern(points, faces, uv)
     plane = flattened(points, faces, lengths, panels)
     deep = float(np.ptp(points[:, 2]))
-    notes = [f"was not flat but {1e3 * deep:.0f} mm deep: laid flat on its back; {stance.words}"]
+    notes = [f"was not flat: laid flat on its back, being {1e3 * deep:.0f} mm deep; {stance.words}"]
     reason = (
         f"its edges would change by {100 * plane.median:.1f} % in the middle, {100 * plane.most:.0f} % for 5 in 100"
     )
