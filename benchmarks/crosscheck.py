@@ -1,4 +1,4 @@
-"""Figures of docs/second-opinion.md: friction of layers, and how far simulators agree on towels.
+"""Figures of docs/notes/second-opinion.md: friction of layers, and how far simulators agree on towels.
 
     python benchmarks/crosscheck.py --out DIR [--simulators native,blender,mujoco] [--only towel] [--write-docs]
 
@@ -17,25 +17,25 @@ from typing import Any
 from unittest.mock import patch
 
 import numpy as np
-from tables import insert, markdown
+from tables import markdown, publish
 
 from tatamu.crosscheck.agreement import Agreement, compare, manipulations
-from tatamu.crosscheck.check import asked, on_coarse_mesh
-from tatamu.crosscheck.learned import Learned, read_learned
+from tatamu.crosscheck.check import asked
 from tatamu.crosscheck.matrix import HEAD, pair_cells, save
 from tatamu.folding.score import score
 from tatamu.folding.task import make_task
-from tatamu.garments.towel import staggered_rectangle
 from tatamu.learning import learn
 from tatamu.material import GRAVITY
+from tatamu.meshing import staggered_rectangle
 from tatamu.presets import load_preset
+from tatamu.results import RebuiltFold, rebuild
 from tatamu.scene import Cloth, Gripper, Scene, Table
 from tatamu.simulators import simulate
 from tatamu.simulators.blender import mapping
+from tatamu.subdivision import on_coarse_mesh
 from tatamu.topology import areas, lumped
 from tatamu.validation.checks.friction import layers
 
-PAGE = Path("docs/second-opinion.md")
 PARTS = ("friction", "rounds", "small", "towel")
 SMALL_SIZE, SMALL_SPACING = (0.20, 0.40), 0.015
 """Of the small towel [m]: its cells are fine enough for MuJoCo's bending."""
@@ -132,7 +132,7 @@ def _distances(agreement: Agreement, name: str) -> Row:
     return {who: f"{1e3 * score.mean_vertex_distance:.1f}" if score else "failed" for who, score in scores.items()}
 
 
-def on_half_the_mesh(learned: Learned, count: int) -> dict[object, Row]:
+def on_half_the_mesh(learned: RebuiltFold, count: int) -> dict[object, Row]:
     """Mean vertex distance of each manipulation in `native` on half the mesh spacing."""
     found: dict[object, Row] = {}
     for name, (scene, way) in manipulations(learned, count, seed=0).items():
@@ -147,7 +147,7 @@ def agreed(simulators: list[str], folder: Path, options: argparse.Namespace, **s
     """Learn a towel in `native` by 15 trials and compare the simulators on it."""
     learn(make_task("towel", **size), folder / "towel", trials=15, seed=0)
     told = lambda manipulation, simulator: print(manipulation, "in", simulator, flush=True)  # noqa: E731
-    learned = read_learned(folder / "towel")
+    learned = rebuild(folder / "towel")
     agreement = compare(learned, simulators, folder / "agreement", count=options.random, progress=told)
     save(agreement, folder / "agreement")
     return agreement
@@ -159,14 +159,14 @@ def main() -> None:
     parser.add_argument("--simulators", default="native,blender,mujoco")
     parser.add_argument("--random", type=int, default=10)
     parser.add_argument("--only", nargs="+", choices=PARTS, default=list(PARTS))
-    parser.add_argument("--write-docs", action="store_true", help="write the tables into docs/second-opinion.md")
+    parser.add_argument("--write-docs", action="store_true", help="write the tables into docs/notes/second-opinion.md")
     options = parser.parse_args()
     names = options.simulators.split(",")
     for part in options.only:
         for mark, rows in made(part, names, options):
             print(markdown(rows), flush=True)
             if options.write_docs:
-                insert(mark, markdown(rows), PAGE)
+                publish(f"agreement: {mark}", markdown(rows))
 
 
 def made(part: str, names: list[str], options: argparse.Namespace) -> Iterator[tuple[str, list[Row]]]:

@@ -1,4 +1,4 @@
-"""The table of docs/native.md on bending: how far a cantilever's tip is off with R alone, C alone, and Q.
+"""The table of docs/notes/native.md on bending: how far a cantilever's tip is off with R alone, C alone, and Q.
 
     python benchmarks/statics.py [--write-docs]
 
@@ -10,14 +10,13 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 from unittest.mock import patch
 
 import numpy as np
-from tables import insert, markdown
+from tables import markdown, publish
 
-from tatamu.simulators.native import bending, membrane
-from tatamu.simulators.native.frequencies import hinge_gradients, hinge_stiffness
+from tatamu.simulators.native.elastic import bending, membrane
+from tatamu.simulators.native.elastic.stable_step import hinge_gradients, hinge_stiffness
 from tatamu.topology import Topology, areas, lumped
 from tatamu.validation.meshes import LAYOUTS, Layout, irregular, mirrored, turned
 from tatamu.validation.scenes import raised
@@ -53,7 +52,7 @@ def tip(layout: Layout, spacing: float) -> float:
 
 
 def rows() -> list[dict[str, str]]:
-    """Each layout: the error of the tip [%] for each way to find curvatures, on three meshes; of several their mean."""
+    """Each layout: the error of the tip [%] for each map to curvatures, on three meshes; of several their mean."""
     lines = []
     for kind, layouts in ({name: [layout] for name, layout in LAYOUTS.items()} | OTHERS).items():
         line = {"mesh": kind}
@@ -75,7 +74,7 @@ def main() -> None:
     table = markdown(rows())
     print(table)
     if parser.parse_args().write_docs:
-        insert("statics", table, Path("docs/native.md"))
+        publish("statics", table)
 
 
 if __name__ == "__main__":

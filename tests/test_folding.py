@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tatamu import InputError
-from tatamu.folding import path
+from tatamu import InputError, curves
 from tatamu.folding.baselines import BASELINES, li_2015
-from tatamu.folding.crease import crease
 from tatamu.folding.fold import Fold, make_fold
-from tatamu.folding.manipulation import TOP_SPEED, bezier_manipulation, described, scene_of
+from tatamu.folding.manipulation import TOP_SPEED, bezier_manipulation, scene_of
 from tatamu.folding.score import score, shape_distance, top_views
 from tatamu.garments import make_garment
+from tatamu.heavy_strip.crease import crease
+from tatamu.results import describe_manipulation
 
 
 @pytest.fixture(scope="module")
@@ -20,27 +20,33 @@ def fold() -> Fold:
     return make_fold("half", make_garment("towel", spacing=0.02))
 
 
-def test_the_crease_is_as_long_as_the_cloth_it_is_made_of() -> None:
+def test_the_crease_is_as_long_as_the_cloth_it_is_made_of_and_flush() -> None:
     profile = crease(0.026, 0.002)
     made = np.hypot(np.diff(profile.x), np.diff(profile.z)).sum()
     assert made == pytest.approx(profile.arc[-1] - profile.arc[0], rel=1e-6)
+    assert profile.x[0] == pytest.approx(profile.x[-1], abs=1e-9)
+    assert (profile.z[0], profile.z[-1]) == pytest.approx((0.003, 0.001), abs=1e-7)
 
 
 def test_the_crease_of_a_heavy_strip_is_about_a_bending_length_high() -> None:
     """Heights of a chain of 0.5 mm links, measured apart from this code: 33.8 mm for 3.7 cm, 20.2 mm for 2.2 cm."""
-    assert crease(0.037, 0.0005).z.max() == pytest.approx(0.0338, rel=0.05)
-    assert crease(0.022, 0.0005).z.max() == pytest.approx(0.0202, rel=0.05)
+    assert crease(0.037, 0.0005).z.max() == pytest.approx(0.0338, rel=0.01)
+    assert crease(0.022, 0.0005).z.max() == pytest.approx(0.0202, rel=0.01)
 
 
 def test_the_crease_is_a_minimum_of_energy() -> None:
-    profile = crease(0.026, 0.002)
-    bend = np.diff(np.unwrap(np.arctan2(np.diff(profile.z), np.diff(profile.x))))
+    """Of all creases that are flush the cloth's own has the least energy; stiffer and limper cloth's have more."""
+    own, stiffer, limper = (_energy(bending_length) for bending_length in (0.026, 0.027, 0.025))
+    assert own < min(stiffer, limper)
+
+
+def _energy(bending_length: float) -> float:
+    """What cloth of 26 mm bending length has in the crease of another's, and in what lies flat beside it [w m^2]."""
+    profile = crease(bending_length, 0.002)
     step = profile.arc[1] - profile.arc[0]
-    energy = (bend**2).sum() / step * 0.026**3 / 2 + profile.z.sum() * step
-    higher = crease(0.030, 0.002)
-    bend = np.diff(np.unwrap(np.arctan2(np.diff(higher.z), np.diff(higher.x))))
-    step = higher.arc[1] - higher.arc[0]
-    assert energy < (bend**2).sum() / step * 0.026**3 / 2 + higher.z.sum() * step
+    bend = np.diff(np.unwrap(np.arctan2(np.diff(profile.z), np.diff(profile.x))))
+    over = profile.z - np.where(profile.arc > 0, 0.001, 0.003)
+    return float((bend**2).sum() / step * 0.026**3 / 2 + over.sum() * step)
 
 
 def test_the_target_is_flush_and_layered(fold: Fold) -> None:
@@ -67,7 +73,7 @@ def test_grasps_of_the_two_hands_keep_apart(fold: Fold) -> None:
 
 def test_a_bezier_starts_at_p0_ends_at_p3_and_meets_bernstein() -> None:
     points = np.array([[0.0, 0.0], [1.0, 2.0], [3.0, 2.0], [4.0, 0.0]])
-    curve = path.bezier(points, np.array([0.0, 0.5, 1.0]))
+    curve = curves.bezier(points, np.array([0.0, 0.5, 1.0]))
     assert curve[0] == pytest.approx(points[0])
     assert curve[2] == pytest.approx(points[3])
     assert curve[1] == pytest.approx((points[0] + 3 * points[1] + 3 * points[2] + points[3]) / 8)
@@ -86,7 +92,7 @@ def test_hands_never_move_faster_than_the_top_speed(fold: Fold) -> None:
 def test_the_curve_of_li_2015_has_its_published_height(fold: Fold) -> None:
     displacement = li_2015(fold).paths[0]
     assert displacement[:, 2].max() / fold.span == pytest.approx(0.2578, abs=2e-3)
-    assert path.length(displacement) / fold.span == pytest.approx(1.1688, abs=2e-3)
+    assert curves.length(displacement) / fold.span == pytest.approx(1.1688, abs=2e-3)
 
 
 def test_a_pinch_holds_more_than_one_vertex_and_never_both_hands_the_same(fold: Fold) -> None:
@@ -98,7 +104,7 @@ def test_a_pinch_holds_more_than_one_vertex_and_never_both_hands_the_same(fold: 
 
 def test_the_scene_of_a_manipulation_is_the_manipulation(fold: Fold) -> None:
     manipulation = bezier_manipulation(fold, (int(fold.left[0]), int(fold.right[1])), 0.2, 0.2, 0.5, 0.3)
-    scene, words = scene_of(fold, manipulation), described(fold, manipulation)
+    scene, words = scene_of(fold, manipulation), describe_manipulation(fold, manipulation).model_dump()
     for gripper, arm in zip(scene.grippers, words["arms"], strict=True):
         assert gripper.vertices == arm["grasp"]["patch"]
         start = np.array(arm["grasp"]["position"])

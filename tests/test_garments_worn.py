@@ -15,6 +15,7 @@ from tatamu.errors import InputError
 from tatamu.garments import Garment, load_garment, make_garment
 from tatamu.garments.meshfile import read_mesh
 from tatamu.garments.posture import posture
+from tatamu.meshing import staggered_rectangle
 from tatamu.scene import Scene, Table
 from tatamu.simulators import simulate
 from tests.worn import flat_shirt, inflated, worn_shirt_obj
@@ -150,8 +151,6 @@ def test_what_cannot_be_flattened_is_refused_above_a_stated_height(tmp_path: Pat
 
 @pytest.mark.parametrize(("up", "top"), [("x", 0), ("-x", 0), ("z", 2), ("-z", 2)])
 def test_up_takes_any_axis_of_a_flat_mesh_too(up: str, top: int, tmp_path: Path) -> None:
-    from tatamu.garments.towel import staggered_rectangle
-
     flat, faces = staggered_rectangle(0.3, 0.4, 0.03)
     placed = np.column_stack([flat[:, 1], flat[:, 2], flat[:, 0]]) if top == 2 else flat
     trimesh.Trimesh(placed, faces, process=False).export(tmp_path / "cloth.ply")
@@ -162,8 +161,6 @@ def test_up_takes_any_axis_of_a_flat_mesh_too(up: str, top: int, tmp_path: Path)
 
 
 def test_up_across_a_flat_mesh_is_refused(tmp_path: Path) -> None:
-    from tatamu.garments.towel import staggered_rectangle
-
     flat, faces = staggered_rectangle(0.3, 0.4, 0.03)
     trimesh.Trimesh(flat, faces, process=False).export(tmp_path / "cloth.ply")
     with pytest.raises(InputError, match="up: is z, but the mesh is flat across z"):
@@ -171,8 +168,6 @@ def test_up_across_a_flat_mesh_is_refused(tmp_path: Path) -> None:
 
 
 def test_comments_in_latin_1_are_no_matter(tmp_path: Path) -> None:
-    from tatamu.garments.towel import staggered_rectangle
-
     flat, faces = staggered_rectangle(0.3, 0.4, 0.03)
     mesh = trimesh.Trimesh(flat, faces, process=False)
     for kind in ("obj", "ply", "stl_ascii"):
@@ -195,8 +190,6 @@ def test_an_obj_may_count_backwards_and_have_faces_of_four_corners(tmp_path: Pat
 
 
 def test_pieces_of_a_mesh_are_named_and_chosen(tmp_path: Path) -> None:
-    from tatamu.garments.towel import staggered_rectangle
-
     flat, faces = staggered_rectangle(0.3, 0.4, 0.03)
     lines = []
     for name, shift in (("front", 0.0), ("button", 0.5)):

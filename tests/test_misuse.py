@@ -20,7 +20,7 @@ from tatamu.garments import load_garment, make_garment
 from tatamu.garments.meshfile import read_mesh
 from tatamu.learning import learn
 from tatamu.material import Material
-from tatamu.report.fold import read_fold
+from tatamu.results import read_fold
 from tests.foreign import svg
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "measurements-towel.toml"
@@ -108,8 +108,7 @@ def test_one_mistake_is_counted_once(tmp_path: Path) -> None:
 
 
 def test_grips_that_hold_the_same_cloth_are_refused() -> None:
-    from tatamu.calibration.elongation import Elongation
-    from tatamu.calibration.measurements import Grasp
+    from tatamu.calibration.elongation import Elongation, Grasp
 
     grasps = [Grasp(edge="bottom"), Grasp(edge="bottom", at=0.2, width=0.05)]
     with pytest.raises(InputError, match="hold the same cloth"):

@@ -13,7 +13,7 @@ from tatamu import Cloth, Scene, SimulationError, Table, simulate, simulate_many
 from tatamu.simulators.native import model, simulator
 from tatamu.topology import areas, lumped
 from tatamu.validation.checks.refinement import TOWEL, score
-from tatamu.validation.manipulations import EDGE, Manipulation
+from tatamu.validation.manipulations import EDGE, RandomFold
 from tatamu.validation.manipulations import scene_of as folded
 from tatamu.validation.subject import Subject
 from tests.scenes import CLOTH, held, scene, sheet
@@ -152,7 +152,7 @@ def test_frames_of_a_large_rollout_are_kept_in_single_precision(monkeypatch: pyt
 
 @pytest.mark.slow
 def test_half_the_time_step_keeps_the_order_of_folds(monkeypatch: pytest.MonkeyPatch) -> None:
-    folds = [folded(Manipulation.random(100 + seed, fast=False), TOWEL, 0.02, EDGE) for seed in range(30)]
+    folds = [folded(RandomFold.random(100 + seed, fast=False), TOWEL, 0.02, EDGE) for seed in range(30)]
     subject = Subject.named("native")
     whole = np.array([score(subject, fold) for fold in folds])
     for name in ("OUTER_STEP", "MEMBRANE_PHASE", "BENDING_PHASE"):

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from tatamu.simulators.native import bending
+from tatamu.simulators.native.elastic import bending
 from tatamu.validation.meshes import LAYOUTS
 
 

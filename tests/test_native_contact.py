@@ -7,8 +7,8 @@ import pytest
 
 from tatamu.material import Material
 from tatamu.scene import Cloth, Gripper, Scene, Table
-from tatamu.simulators.native import candidates
-from tatamu.simulators.native.rounds import SWEEPS_OF_MANY
+from tatamu.simulators.native.contact import broad_phase as candidates
+from tatamu.simulators.native.contact.gauss_seidel import SWEEPS_OF_MANY
 from tatamu.simulators.native.simulator import _Run
 from tests.scenes import sheet as sheet_of
 

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from tatamu.garments import make_garment
-from tatamu.garments.towel import staggered_rectangle
 from tatamu.material import Material
-from tatamu.simulators.native import bending, layout, membrane, wrinkling
+from tatamu.meshing import staggered_rectangle
+from tatamu.simulators.native.elastic import bending, membrane, wrinkling
+from tatamu.simulators.native.memory import bands as layout
 from tatamu.simulators.native.model import UPPER
 from tatamu.topology import Topology, areas
 from tatamu.validation.meshes import LAYOUTS
@@ -77,7 +78,7 @@ class Elastic:
         return float(0.5 * np.einsum("it,ijt,jt", eps, full, eps))
 
     def relaxed_energy(self, x: np.ndarray) -> float:
-        """Of cloth that wrinkles: from the principal Green strains of every triangle, as docs/native.md has it."""
+        """Of cloth that wrinkles: from the principal Green strains of every triangle (docs/theory/membrane.md)."""
         corners = x[self.faces]
         now = np.stack([corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]], axis=2)
         then = np.stack([self.frames[:, 1], self.frames[:, 2]], axis=2)

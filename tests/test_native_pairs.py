@@ -7,7 +7,7 @@ import pytest
 
 from tatamu.material import Material
 from tatamu.scene import Cloth, Scene, Table
-from tatamu.simulators.native import pairs
+from tatamu.simulators.native.contact import edge_edge as pairs
 from tatamu.simulators.native.simulator import _Run
 
 THICKNESS = 1e-3

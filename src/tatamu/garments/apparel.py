@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from tatamu.garments.drawing import Curve, Piece
+from tatamu.garments.drawing import DrawnCurve, Piece
 from tatamu.garments.pieces import grouped
 from tatamu.garments.units import Unit
 
@@ -47,7 +47,7 @@ def title(texts: Iterable[str], block: str) -> str:
     return block
 
 
-def piece(name: str, layers: Mapping[str, Sequence[Curve]]) -> Piece | None:
+def piece(name: str, layers: Mapping[str, Sequence[DrawnCurve]]) -> Piece | None:
     """A piece from its curves by layer; None without a closed boundary.
 
     The outline is where the piece is sewn, if that is a closed line, as cloth outside of it ends up inside the garment;
@@ -59,30 +59,30 @@ def piece(name: str, layers: Mapping[str, Sequence[Curve]]) -> Piece | None:
     sewn = _closed(layers, SEW)
     outline = sewn[0] if sewn else cut[0]
     remarks = ("along its sew line (layer 14), inside of which the seam allowance lies",) if sewn else ()
-    holes = [Curve("", hole.points, True) for hole in _closed(layers, CUT_OUT)]
+    holes = [DrawnCurve("", hole.points, True) for hole in _closed(layers, CUT_OUT)]
     fold = _longest(layers, MIRROR)
     grain = _longest(layers, GRAIN)
     return Piece(
         name,
-        (Curve(name, outline.points, True), *holes),
+        (DrawnCurve(name, outline.points, True), *holes),
         None if grain is None else _direction(grain),
         fold,
         remarks,
     )
 
 
-def loose_pieces(layers: Mapping[str, Sequence[Curve]]) -> tuple[Piece, ...]:
+def loose_pieces(layers: Mapping[str, Sequence[DrawnCurve]]) -> tuple[Piece, ...]:
     """The pieces of a pattern whose blocks were taken apart: its boundaries only, without names."""
-    return grouped([Curve("", curve.points, True) for curve in _closed(layers, BOUNDARY)])
+    return grouped([DrawnCurve("", curve.points, True) for curve in _closed(layers, BOUNDARY)])
 
 
-def _closed(layers: Mapping[str, Sequence[Curve]], layer: str) -> list[Curve]:
+def _closed(layers: Mapping[str, Sequence[DrawnCurve]], layer: str) -> list[DrawnCurve]:
     """Closed curves of a layer, the one of largest extent first."""
     loops = [curve for curve in layers.get(layer, ()) if curve.closed]
     return sorted(loops, key=lambda curve: -float(np.prod(np.ptp(curve.points, axis=0))))
 
 
-def _longest(layers: Mapping[str, Sequence[Curve]], layer: str) -> np.ndarray | None:
+def _longest(layers: Mapping[str, Sequence[DrawnCurve]], layer: str) -> np.ndarray | None:
     """Ends of the longest line of a layer, shape (2, 2)."""
     ends = [curve.points[[0, -1]] for curve in layers.get(layer, ())]
     return max(ends, key=lambda pair: float(np.linalg.norm(pair[1] - pair[0])), default=None)

@@ -37,7 +37,7 @@ Side = Annotated[float, AfterValidator(_side)]
 
 
 class GarmentFile(BaseModel):
-    """The table `[garment]` of a garment file. See docs/garments.md."""
+    """The table `[garment]` of a garment file. See docs/reference/garment-file.md."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -68,7 +68,7 @@ class GarmentFile(BaseModel):
     weld: bool = False
     """Join vertices at one place."""
     remesh: bool = False
-    """Mesh it anew within its outline."""
+    """Mesh it again within its outline."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

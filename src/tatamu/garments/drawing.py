@@ -14,7 +14,7 @@ SAME = 1e-3
 
 
 @dataclass(frozen=True)
-class Curve:
+class DrawnCurve:
     """A polyline of a drawing: x to the right, y up, in the drawing's unit."""
 
     name: str
@@ -29,7 +29,7 @@ class Piece:
     """One part of a pattern: its closed outline, holes in it, and open curves that name parts of the outline."""
 
     name: str
-    curves: tuple[Curve, ...]
+    curves: tuple[DrawnCurve, ...]
     grain: np.ndarray | None = None
     """Direction of the grain line, shape (2,)."""
     fold: np.ndarray | None = None
@@ -46,21 +46,21 @@ class Piece:
 
 
 @dataclass(frozen=True)
-class Drawing:
+class DrawnPieces:
     """What a file holds."""
 
     pieces: tuple[Piece, ...]
     unit: Unit
 
 
-def polyline(name: str, points: np.ndarray) -> Curve | None:
+def polyline(name: str, points: np.ndarray) -> DrawnCurve | None:
     """A curve without repeated points; None of fewer than two."""
     length = np.linalg.norm(np.diff(points, axis=0), axis=1)
     points = points[np.concatenate([[True], length > 1e-9])]
     if len(points) < 2:
         return None
     closed = len(points) > 3 and bool(np.linalg.norm(points[0] - points[-1]) < SAME * length.sum())
-    return Curve(name, points[:-1] if closed else points, closed)
+    return DrawnCurve(name, points[:-1] if closed else points, closed)
 
 
 def where(path: Path, text: str) -> str:

@@ -12,7 +12,7 @@ import shapely
 
 from tatamu.errors import InputError
 from tatamu.garments import apparel
-from tatamu.garments.drawing import Curve, Drawing, Piece, polyline
+from tatamu.garments.drawing import DrawnCurve, DrawnPieces, Piece, polyline
 from tatamu.garments.pieces import distinct, grouped
 from tatamu.garments.units import NAMES, Unit
 
@@ -27,7 +27,7 @@ MEETING = 1e-6
 Layers = dict[str, list[np.ndarray]]
 
 
-def read_dxf(path: Path) -> Drawing:
+def read_dxf(path: Path) -> DrawnPieces:
     """The pieces of a DXF file; lines and arcs of one layer that meet are one curve.
 
     Raises:
@@ -50,7 +50,7 @@ def read_dxf(path: Path) -> Drawing:
         if not any(curve.closed for curve in _curves(layers, unit.metres)):
             layers = _layers([*loose, *(entity for block in blocks for entity in block)], unit.metres, path)
         pieces = grouped(_curves(layers, unit.metres))
-    return Drawing(pieces, unit)
+    return DrawnPieces(pieces, unit)
 
 
 def _document(path: Path) -> Any:
@@ -120,7 +120,7 @@ def _layers(entities: Iterable[Any], scale: float, path: Path) -> Layers:
     return layers
 
 
-def _curves(layers: Layers, scale: float) -> list[Curve]:
+def _curves(layers: Layers, scale: float) -> list[DrawnCurve]:
     found = [
         polyline("" if layer.lower() in NAMELESS else layer, line)
         for layer, lines in layers.items()

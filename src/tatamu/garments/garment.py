@@ -42,7 +42,7 @@ class Garment:
     reading: str = ""
     """How the size of one that came from a file was understood, such as "read in inches (DXF, $INSUNITS 1)"."""
     notes: tuple[str, ...] = ()
-    """What was done to a garment that came from a file, for its user to read."""
+    """Changes that were made to a garment from a file, for its user to read."""
 
     @property
     def layers(self) -> int:

@@ -9,19 +9,19 @@ import numpy as np
 import shapely
 
 from tatamu.errors import InputError
-from tatamu.garments.drawing import Curve, Drawing, Piece, where
+from tatamu.garments.drawing import DrawnCurve, DrawnPieces, Piece, where
 
 INSIDE = 0.5
 """A closed curve with more than this part of its area within another one belongs to that one's piece."""
 
 
-def grouped(curves: Sequence[Curve]) -> tuple[Piece, ...]:
+def grouped(curves: Sequence[DrawnCurve]) -> tuple[Piece, ...]:
     """Every closed curve that lies in no other one is a piece, with what lies inside and beside it; largest first.
 
     A drawing without closed curves is one piece.
     """
     loops = sorted((curve for curve in curves if curve.closed), key=lambda curve: -_region(curve).area)
-    members: list[list[Curve]] = []
+    members: list[list[DrawnCurve]] = []
     regions: list[shapely.Geometry] = []
     for loop in loops:
         region = _region(loop)
@@ -40,7 +40,7 @@ def grouped(curves: Sequence[Curve]) -> tuple[Piece, ...]:
     return tuple(Piece(name, tuple(own)) for name, own in zip(names, members, strict=True))
 
 
-def _region(loop: Curve) -> shapely.Geometry:
+def _region(loop: DrawnCurve) -> shapely.Geometry:
     return shapely.make_valid(shapely.Polygon(loop.points))
 
 
@@ -52,7 +52,7 @@ def distinct(names: Sequence[str]) -> list[str]:
     ]
 
 
-def chosen(drawing: Drawing, name: str | None, scale: float, path: Path) -> Piece:
+def chosen(drawing: DrawnPieces, name: str | None, scale: float, path: Path) -> Piece:
     """The piece of that name; without a name, the only one.
 
     Args:

@@ -18,7 +18,7 @@ import numpy as np
 
 from tatamu.errors import InputError
 from tatamu.files import read_text
-from tatamu.garments.drawing import Drawing, polyline, where
+from tatamu.garments.drawing import DrawnPieces, polyline, where
 from tatamu.garments.pieces import grouped
 from tatamu.garments.units import Unit
 
@@ -53,7 +53,7 @@ class _Program:
     """How many of its px are an inch."""
 
 
-def read_svg(path: Path) -> Drawing:
+def read_svg(path: Path) -> DrawnPieces:
     """The curves of an SVG file.
 
     Raises:
@@ -78,7 +78,7 @@ def read_svg(path: Path) -> Drawing:
         for shape in shapes
         for part in svgelements.Path(shape).as_subpaths()
     ]
-    return Drawing(grouped([curve for curve in curves if curve]), unit)
+    return DrawnPieces(grouped([curve for curve in curves if curve]), unit)
 
 
 def _name(shape: Any) -> str:

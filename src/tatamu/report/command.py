@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import shlex
 
-from tatamu.report.fold import LearnedFold
-from tatamu.results.records import Asked
+from tatamu.folding.task import Asked
+from tatamu.results import LearnedFold
 
 
 def learn(fold: LearnedFold) -> str:
     """The command that runs the same study, but for a material of the user's."""
     task, result = fold.result.task, fold.result
-    told = Asked(garment=task.garment, fold=task.fold, size=task.size, spacing=task.spacing, hands=task.hands)
-    asked, folder = result.asked or told, fold.folder.resolve()
+    default = Asked(garment=task.garment, fold=task.fold, size=task.size, spacing=task.spacing, hands=task.hands)
+    asked, folder = result.asked or default, fold.folder.resolve()
     words = ["tatamu", "learn", asked.garment, "--out", folder.parent.name if task.step else folder.name]
     if asked.size:
         words += ["--size", "x".join(f"{side:g}" for side in asked.size)]

@@ -1,65 +1,43 @@
-"""What a plan must satisfy before any robot may see it: a value, a limit, and where the value stands."""
+"""Checks that a plan must pass before it is written: a value, a limit, and where along the motion it occurs."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 
 from tatamu.robots.clearance import KINDS, Clearance
 from tatamu.robots.model import Arm
 from tatamu.robots.motion import Motion
-from tatamu.robots.paths import Paths, Task, tool_poses
+from tatamu.robots.paths import Paths, PlacedFold, tool_poses
+from tatamu.robots.planfile import PlanCheck
 from tatamu.robots.pose import into, rotation_vector
 
 EVERY = 4
-"""Distances are taken at every so many samples: 50 a second."""
+"""Samples from one distance query to the next: 50 queries a second."""
 LEAST_DISTANCE = {"between arms": 0.015, "to the trunk": 0.005, "within an arm": 0.005, "to the table": 0.002}
-"""[m], between boxes that contain the links. The outermost centimetre of the fingers is not counted: it takes cloth off
-the table."""
+"""Least distances [m], between boxes that contain the links. The outermost centimetre of the fingers is not counted: it
+takes cloth off the table."""
 LEAST_MARGIN = 0.01
-"""To joint limits [rad]."""
+"""Least distance to joint limits [rad]."""
 LEAST_SINGULARITY = 0.03
-"""See `Chain.singularity`."""
+"""Least singular value of the Jacobian; see `Chain.singularity`."""
 PATH_ERROR = 1e-3
-"""Of the tool, from the hand's Bezier curve [m]."""
+"""Largest distance of the tool from the hand's Bezier curve [m]."""
 TURN_ERROR = 5e-3
-"""Of the tool, from how it grasped [rad]."""
+"""Largest rotation of the tool from its orientation at the grasp [rad]."""
 SLOWEST = 5.0
-"""A fold driven more than this many times slower than it was simulated is another fold."""
-
-
-@dataclass(frozen=True)
-class Check:
-    """One figure of a plan."""
-
-    value: float
-    limit: float
-    unit: str
-    ok: bool
-    where: str
-    """In words: which joint, which links, when."""
-    frame: int
-    """The simulation's frame where the value stands; the fold's first or last for what is before or after it."""
-
-    def failed(self, name: str) -> str:
-        """The line that refuses a plan."""
-        return (
-            f"{name.replace('_', ' ')} is {self.value:.4g} {self.unit}, the limit {self.limit:.4g} {self.unit}, "
-            f"{self.where}"
-        )
+"""Largest time scaling: a fold driven slower still is another fold than the one simulated."""
 
 
 class Checks:
     """Checks one motion."""
 
-    def __init__(self, task: Task, paths: Paths, motion: Motion) -> None:
+    def __init__(self, task: PlacedFold, paths: Paths, motion: Motion) -> None:
         self._task, self._paths, self._motion = task, paths, motion
         self._fold = motion.rows("fold")
         self._tools = tool_poses(task.robot, paths.chains, motion.angles)
 
-    def all(self) -> dict[str, Check]:
-        """Every check by its name."""
+    def all(self) -> dict[str, PlanCheck]:
+        """All checks by name."""
         return {
             "joint_limit_margin": self._margin(),
             "joint_speed": self._rate("rad/s", 1),
@@ -73,7 +51,7 @@ class Checks:
         }
 
     def _at(self, row: int) -> tuple[str, int]:
-        """When a sample is, in words, and its frame: the fold's first before it, its last after it."""
+        """Time of a sample in words, and its frame: the fold's first before it, its last after it."""
         motion = self._motion
         time = motion.times[row]
         part = [part for part in motion.parts if part.start <= time + 1e-9][-1]
@@ -84,15 +62,22 @@ class Checks:
         frame = self._task.hands.frame(float(motion.simulated(np.array([row]))[0]))
         return f"at frame {frame} ({time:.2f} s)", frame
 
-    def _check(self, value: float, limit: float, unit: str, row: int, what: str = "", least: bool = False) -> Check:
+    def _check(self, value: float, limit: float, unit: str, row: int, what: str = "", least: bool = False) -> PlanCheck:
         where, frame = self._at(row)
         good = value >= limit if least else value <= limit
-        return Check(float(value), float(limit), unit, bool(good), f"{what} {where}".strip(), frame)
+        return PlanCheck(
+            value=float(value),
+            limit=float(limit),
+            unit=unit,
+            ok=bool(good),
+            where=f"{what} {where}".strip(),
+            frame=frame,
+        )
 
     def _columns(self, arm: Arm) -> list[int]:
         return [self._task.robot.columns[name] for name in arm.joints]
 
-    def _margin(self) -> Check:
+    def _margin(self) -> PlanCheck:
         model, q = self._task.robot.model, self._motion.angles
         names = [name for name in self._task.robot.joints if model.joint(name).limited[0]]
         columns = [self._task.robot.columns[name] for name in names]
@@ -101,15 +86,15 @@ class Checks:
         row, joint = np.unravel_index(int(room.argmin()), room.shape)
         return self._check(room.min(), LEAST_MARGIN, "rad", int(row), names[joint], least=True)
 
-    def _rate(self, unit: str, order: int) -> Check:
-        """The joint nearest its speed or acceleration limit, by differences."""
+    def _rate(self, unit: str, order: int) -> PlanCheck:
+        """Speed or acceleration of the joint nearest to its limit, by finite differences."""
         limits = self._task.robot.planned()[order - 1]
         rate = np.abs(np.diff(self._motion.angles, n=order, axis=0)) / self._motion.times[1] ** order
         row, column = np.unravel_index(int((rate / limits).argmax()), rate.shape)
         name = next(name for name, at in self._task.robot.columns.items() if at == column)
         return self._check(rate[row, column], limits[column], unit, int(row), name)
 
-    def _path(self) -> Check:
+    def _path(self) -> PlanCheck:
         X_BF = self._task.placement.matrix
         p_BT = self._tools[:, :, :3, 3][:, self._fold]
         p_FT = into(X_BF, p_BT)
@@ -118,7 +103,7 @@ class Checks:
         arm, row = np.unravel_index(int(error.argmax()), error.shape)
         return self._check(error.max(), PATH_ERROR, "m", int(self._fold[row]), self._task.robot.arms[arm].name)
 
-    def _turn(self) -> Check:
+    def _turn(self) -> PlanCheck:
         turned = []
         for X_BT, hold in zip(self._tools, self._task.holds, strict=True):
             turned.append(np.linalg.norm(rotation_vector(X_BT[self._fold, :3, :3] @ hold.rotation.T), axis=1))
@@ -126,15 +111,15 @@ class Checks:
         name = self._task.robot.arms[arm].name
         return self._check(np.max(turned), TURN_ERROR, "rad", int(self._fold[row]), name)
 
-    def _speed(self) -> Check:
-        """The tools against the hands that were simulated: never faster."""
+    def _speed(self) -> PlanCheck:
+        """Speed of the tools, which must not exceed that of the simulated hands."""
         p_BT = self._tools[:, :, :3, 3][:, self._fold]
         speed = np.linalg.norm(np.diff(p_BT, axis=1), axis=2) / self._motion.times[1]
         arm, row = np.unravel_index(int(speed.argmax()), speed.shape)
         limit = 1.005 * self._task.hands.top_speed
         return self._check(speed.max(), limit, "m/s", int(self._fold[row]), self._task.robot.arms[arm].name)
 
-    def _distances(self) -> dict[str, Check]:
+    def _distances(self) -> dict[str, PlanCheck]:
         clearance = Clearance(self._task.robot)
         clearance.set_table(self._task.placement.z)
         found = clearance.least(self._motion.angles[::EVERY])
@@ -151,7 +136,7 @@ class Checks:
             if kind in found
         }
 
-    def _singularity(self) -> Check:
+    def _singularity(self) -> PlanCheck:
         worst = np.array(
             [
                 chain.singularity(self._motion.angles[self._fold][:, self._columns(arm)])
@@ -162,8 +147,8 @@ class Checks:
         name = self._task.robot.arms[arm].name
         return self._check(worst.min(), LEAST_SINGULARITY, "1", int(self._fold[row]), name, least=True)
 
-    def _scaling(self) -> Check:
-        """How many times slower the fold is driven than it was simulated."""
+    def _scaling(self) -> PlanCheck:
+        """Time scaling: duration of the fold over its simulated duration."""
         times, fold = self._task.hands.times, self._motion.part("fold")
         rate = np.diff(self._motion.simulated(self._fold)) / self._motion.times[1]
         slowest = int(self._fold[int(rate.argmin())]) if len(rate) else int(self._fold[0])
@@ -172,12 +157,12 @@ class Checks:
 
 
 def in_words(value: float, limit: float, unit: str, ok: bool) -> tuple[str, str, str]:
-    """A figure for people: its value, its unit (millimetres for metres), and what it may be."""
+    """A check as text: value, unit (millimetres for metres) and limit."""
     scale, unit = (1e3, "mm") if unit == "m" else (1.0, "" if unit == "1" else unit)
     bound = "at least" if ok == (value > limit) else "at most"
     return f"{scale * value:.4g}", unit, f"{bound} {scale * limit:.4g}"
 
 
-def failing(checks: dict[str, Check]) -> tuple[str, Check] | None:
-    """The first check that is not ok."""
+def failing(checks: dict[str, PlanCheck]) -> tuple[str, PlanCheck] | None:
+    """The first check that failed, if any."""
     return next(((name, check) for name, check in checks.items() if not check.ok), None)

@@ -1,6 +1,6 @@
 """Which placements both arms can follow the whole fold from, and which of them best.
 
-Each candidate placement is tried with each way to hold; an arm follows the hand's path from point to point by damped
+Each candidate placement is tried with each hold; an arm follows the hand's path from point to point by damped
 least squares, each from the last one's angles, so that a path which would need a jump counts as unreachable. What
 is reached is then asked for its distance from the trunk and the table, and both arms from one another.
 """
@@ -14,7 +14,7 @@ import numpy as np
 
 from tatamu.robots.chain import Chain
 from tatamu.robots.clearance import Clearance
-from tatamu.robots.hands import Hands
+from tatamu.robots.hands import HandMotion
 from tatamu.robots.model import Arm, Robot
 from tatamu.robots.placement import FINE_HOLDS, HOLDS, Hold, Placement, grid, neighbours, tool_paths
 
@@ -36,16 +36,16 @@ TABLE_ROOM = 0.01
 HOPELESS = -1.0
 """Worse than this is not followed up."""
 REFINED = 2
-"""So many of the best placements are searched around."""
+"""Placements, the best first, whose neighbourhoods are searched too."""
 ASKED = 80
-"""So many of the best placements are asked for distances."""
+"""Placements, the best first, that are asked for distances."""
 CLEAR, TRIED = 3, 8
-"""Of each arm so many ways to hold that touch nothing are wanted, and so many are tried for them at most."""
+"""Holds that touch nothing that are wanted of each arm, and holds that are tried for them at most."""
 
 
 @dataclass(frozen=True)
 class ArmReach:
-    """How one arm follows one hand, for every placement and way to hold."""
+    """How one arm follows one hand, for every placement and hold."""
 
     quality: np.ndarray
     """1 is comfortable, 0 just possible, negative not; shape (placements, holds)."""
@@ -61,7 +61,7 @@ class ArmReach:
 
 
 @dataclass(frozen=True)
-class Reach:
+class PlacementRanking:
     """The answer of the search, best placement first."""
 
     placements: list[Placement]
@@ -89,7 +89,7 @@ def table_heights(robot: Robot, given: float | None = None) -> tuple[float, floa
     return (low, high) if low <= high and low < lowest else None
 
 
-def best_placements(robot: Robot, hands: Hands, heights: tuple[float, float]) -> Reach:
+def best_placements(robot: Robot, hands: HandMotion, heights: tuple[float, float]) -> PlacementRanking:
     """Search the ground before the robot with the table top between two heights in B [m]; the best comes first."""
     chains = Chain.of(robot, robot.larm), Chain.of(robot, robot.rarm)
     points = hands.at(hands.evenly(SAMPLES))
@@ -102,11 +102,11 @@ def best_placements(robot: Robot, hands: Hands, heights: tuple[float, float]) ->
     return joined(coarse, search(robot, hands, around, FINE_HOLDS))
 
 
-def joined(first: Reach, second: Reach) -> Reach:
+def joined(first: PlacementRanking, second: PlacementRanking) -> PlacementRanking:
     """Two answers in one, the best first."""
     order = np.argsort(-np.concatenate([first.quality, second.quality]), kind="stable")
     placements, holds = first.placements + second.placements, first.holds + second.holds
-    return Reach(
+    return PlacementRanking(
         [placements[i] for i in order],
         [holds[i] for i in order],
         np.concatenate([first.quality, second.quality])[order],
@@ -115,11 +115,11 @@ def joined(first: Reach, second: Reach) -> Reach:
     )
 
 
-def search(robot: Robot, hands: Hands, placements: list[Placement], holds: Sequence[Hold]) -> Reach:
+def search(robot: Robot, hands: HandMotion, placements: list[Placement], holds: Sequence[Hold]) -> PlacementRanking:
     """Try every placement; the best comes first."""
     times = hands.evenly(SAMPLES)
     if not placements:
-        return Reach([], [], np.empty(0), np.empty((2, 0), dtype=np.int64), times)
+        return PlacementRanking([], [], np.empty(0), np.empty((2, 0), dtype=np.int64), times)
     points = hands.at(times)
     trunk = np.stack([place.trunk(points)[[0, *range(SAMPLES), -1]] for place in placements])
     larm, rarm = (
@@ -130,7 +130,7 @@ def search(robot: Robot, hands: Hands, placements: list[Placement], holds: Seque
     reached = np.stack([larm.reached.max(axis=1), rarm.reached.max(axis=1)])
     # What cannot be followed is ordered by how far the worse arm came.
     order = np.argsort(-np.where(quality > HOPELESS, 2 + quality, reached.min(axis=0) / 1e3), kind="stable")
-    return Reach(
+    return PlacementRanking(
         [placements[i] for i in order],
         [(holds[chosen[0, i]], holds[chosen[1, i]]) for i in order],
         quality[order],

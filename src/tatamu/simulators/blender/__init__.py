@@ -1,4 +1,4 @@
-"""Blender's cloth, the paper's simulator, as a process of its own. See docs/simulators.md.
+"""Blender's cloth, the paper's simulator, as a process of its own. See docs/theory/blender.md.
 
 Scenes are translated into Blender's numbers (`mapping`, `springs`), written as recipes (`recipe`, `timeline`) and run
 by a program inside Blender (`worker`) at the end of a pipe (`process`).
@@ -14,9 +14,18 @@ import numpy as np
 from tatamu.errors import SimulationError
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
+from tatamu.simulators.blender.mapping import MOST_FRICTION, SELF_FRICTION, TABLE_FRICTION
 from tatamu.simulators.blender.process import WORKERS
 from tatamu.simulators.blender.recipe import written
+from tatamu.simulators.capabilities import Capabilities
 from tatamu.simulators.many import side_by_side
+
+CAPABILITIES = Capabilities(
+    compression=True,
+    friction_table=MOST_FRICTION / TABLE_FRICTION,
+    friction_cloth=MOST_FRICTION / SELF_FRICTION,
+)
+"""Blender folds on any cells; its numbers for friction end early. Each rollout is a process with threads of its own."""
 
 
 def simulate(scene: Scene) -> Rollout:
@@ -43,7 +52,7 @@ def simulate(scene: Scene) -> Rollout:
 
 
 def _positions(scene: Scene, moved: np.ndarray) -> np.ndarray:
-    """All frames [m], shape (f, n, 3), from all but the first."""
+    """Positions of all frames [m], shape (f, n, 3), from those after the first."""
     if not np.isfinite(moved).all():
         frame = 1 + int(np.argmin(np.isfinite(moved).all(axis=(1, 2))))
         raise SimulationError(f"blender: positions are no longer finite after {frame / scene.frame_rate:.3g} s")

@@ -42,7 +42,7 @@ def main() -> None:
 
 
 def listen(source: BinaryIO, recipes: queue.Queue[dict[str, Any]]) -> None:
-    """Put each recipe on the queue; when the other side is gone, so are we, even in the middle of a run."""
+    """Put each recipe on the queue; when the other side is gone, end at once, even in the middle of a run."""
     try:
         while len(header := source.read(len(MARK) + 4)) == len(MARK) + 4:
             recipes.put(json.loads(source.read(struct.unpack("<I", header[-4:])[0])))
@@ -66,7 +66,7 @@ def run(recipe: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
     scene.frame_start, scene.frame_end = 1, len(recipe["segments"]) + 1
     cloth = mesh_object("cloth", recipe["vertices"], recipe["faces"])
     cloth.vertex_groups.new(name="held")
-    hands = [Hand(cloth, number, grip) for number, grip in enumerate(recipe["grippers"])]
+    hands = [HookedVertices(cloth, number, grip) for number, grip in enumerate(recipe["grippers"])]
     if not hands:
         weigh(cloth, "nothing", [])
     modifier = add_cloth(cloth, recipe)
@@ -99,7 +99,7 @@ def mesh_object(name: str, vertices: list[list[float]], faces: list[list[int]]) 
 def weigh(cloth: Any, name: str, vertices: list[int]) -> Any:
     """A modifier that adds a group of vertices to the held ones, by a factor that can be animated.
 
-    Editing the group itself in the middle of a run makes Blender build all springs anew from the present shape.
+    Editing the group itself in the middle of a run makes Blender rebuild all springs from the present shape.
     """
     cloth.vertex_groups.new(name=name).add(vertices, 1.0, "REPLACE")
     modifier = cloth.modifiers.new(f"hold {name}", "VERTEX_WEIGHT_MIX")
@@ -109,7 +109,7 @@ def weigh(cloth: Any, name: str, vertices: list[int]) -> Any:
     return modifier
 
 
-class Hand:
+class HookedVertices:
     """One gripper: a weight that holds its vertices, and hooks that carry them.
 
     A hand that closes at the start carries all its vertices with one hook; a later one has a hook for each vertex, as
@@ -183,7 +183,7 @@ def assign(target: Any, values: dict[str, Any]) -> None:
         setattr(target, name, value)
 
 
-def animate(cloth: Any, modifier: Any, hands: list[Hand], segments: list[dict[str, Any]]) -> None:
+def animate(cloth: Any, modifier: Any, hands: list[HookedVertices], segments: list[dict[str, Any]]) -> None:
     """Give each frame its duration and each hand its times, by constant keyframes: they leave the springs alone."""
     key(modifier.settings, "time_scale", [segment["time_scale"] for segment in segments])
     for number, hand in enumerate(hands):
@@ -218,7 +218,7 @@ def key(owner: Any, name: str, values: list[float]) -> None:
             owner.keyframe_insert(name, frame=frame)
 
 
-def step(cloth: Any, hands: list[Hand], segments: list[dict[str, Any]]) -> bytes:
+def step(cloth: Any, hands: list[HookedVertices], segments: list[dict[str, Any]]) -> bytes:
     """Simulate frame by frame; returns the positions of the frames that are wanted, the start excluded."""
     frames = bytearray()
     bpy.context.scene.frame_set(1)

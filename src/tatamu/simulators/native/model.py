@@ -15,9 +15,15 @@ from scipy import sparse
 
 from tatamu.material import Material
 from tatamu.scene import Cloth
-from tatamu.simulators.native import bending, candidates, membrane
-from tatamu.simulators.native.frequencies import bending_frequency, hinge_gradients, hinge_stiffness, membrane_frequency
-from tatamu.simulators.native.layout import bands, slots, turned, turned_hinges
+from tatamu.simulators.native.contact import broad_phase as candidates
+from tatamu.simulators.native.elastic import bending, membrane
+from tatamu.simulators.native.elastic.stable_step import (
+    bending_frequency,
+    hinge_gradients,
+    hinge_stiffness,
+    membrane_frequency,
+)
+from tatamu.simulators.native.memory.bands import bands, slots, turned, turned_hinges
 from tatamu.topology import Topology, among, areas, edge_lengths, lumped
 
 OUTER_STEP = 1e-3

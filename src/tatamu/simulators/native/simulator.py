@@ -14,11 +14,11 @@ from tatamu.material import Material
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene, Table
 from tatamu.simulators.many import side_by_side
-from tatamu.simulators.native import candidates
-from tatamu.simulators.native.layout import BLOCK, blocks
+from tatamu.simulators.native.contact import broad_phase as candidates
+from tatamu.simulators.native.contact.untangle import untangle
+from tatamu.simulators.native.memory.bands import BLOCK, blocks
 from tatamu.simulators.native.model import DENSEST_PAIRS, Model, model_of, steps_per_frame, substeps
 from tatamu.simulators.native.step import Hands, State, World, advance
-from tatamu.simulators.native.untangle import untangle
 
 LARGEST_STRETCH = 1.5
 """Edges longer than this times their rest length end the rollout: the membrane model means nothing there."""

@@ -16,7 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from tatamu.simulators.native import bending, membrane, rounds
+from tatamu.simulators.native.contact import gauss_seidel as rounds
+from tatamu.simulators.native.elastic import bending, membrane
 
 MEMBRANE_DAMPING = 5e-5
 """tau_d of the membrane's Kelvin-Voigt damping [s], at most 0.3 of the substep."""

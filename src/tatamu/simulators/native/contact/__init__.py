@@ -1,0 +1,1 @@
+"""Contact of cloth with itself and with the table."""
