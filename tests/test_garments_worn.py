@@ -14,6 +14,7 @@ from tatamu.crossings import crossings
 from tatamu.errors import InputError
 from tatamu.garments import Garment, load_garment, make_garment
 from tatamu.garments.meshfile import read_mesh
+from tatamu.garments.panel import angles
 from tatamu.garments.posture import posture
 from tatamu.meshing import staggered_rectangle
 from tatamu.scene import Scene, Table
@@ -63,6 +64,17 @@ def test_what_was_flattened_lies_still(tmp_path: Path) -> None:
     positions = simulate(scene).positions
     assert np.linalg.norm(positions - positions[0], axis=2).max() < 5e-3
     assert crossings(positions[-1], shirt.faces) == 0
+
+
+def test_what_was_flattened_can_be_meshed_anew_with_its_lower_neckline_in_front(tmp_path: Path) -> None:
+    worn_shirt_obj(tmp_path, unit=1.0)
+    shirt = described(tmp_path / "worn.obj", "remesh = true", "spacing = 0.016")
+    assert shirt.rest is not None
+    assert np.degrees(angles(shirt.rest, shirt.faces).min()) > 20.0
+    assert shirt.size == pytest.approx((0.54, 0.46), rel=0.03)
+    low, high = (shirt.vertices[shirt.edges[name], 0].min() for name in ("top opening", "back top opening"))
+    assert high - low == pytest.approx(0.04, abs=0.01)  # the necklines of front and back
+    assert {"bottom", "left", "right", "top opening", "back top opening"} == set(shirt.openings)
 
 
 def test_a_uv_map_is_the_pattern(tmp_path: Path) -> None:

@@ -20,6 +20,9 @@ from tatamu.topology import Topology, edge_lengths
 OVERLAP = 1.01
 """Triangles that face up may have this times the area that they cover: more, and they lie on each other."""
 
+UNLIKE = 0.02
+"""Front and back are of one outline up to this part of its area."""
+
 
 def flat_garment(name: str, plan: np.ndarray, faces: np.ndarray, material: Material) -> Garment:
     """The garment of a flat mesh, its vertices and triangles kept.
@@ -65,17 +68,44 @@ def meshed_anew(garment: Garment, spacing: float | None) -> Garment:
     """
     plan = garment.vertices[:, :2]
     up = _facing(garment.vertices[:, :2], garment.faces)[1]
-    loop = {side: plan[path] for side, path in garment.edges.items()}
+    sides = {side: plan[path] for side, path in garment.edges.items()}
     holes = tuple(plan[np.append(hole, hole[0])] for hole in border_loops(garment.faces[up])[1:])
-    outline = Outline(loop, holes=holes)
     if up.all():
+        outline = Outline(sides, holes=holes)
         return replace(one_layer(garment.name, outline, garment.material, spacing), notes=garment.notes)
-    back = garment.faces[~up][:, ::-1]
-    around = shapely.Polygon(plan[_outer_loop(plan, back)])
-    if around.symmetric_difference(outline.polygon).area > 0.02 * outline.polygon.area:
-        raise InputError("remesh: front and back must have the same outline, but they differ by more than 2 %")
-    made = front_and_back(garment.name, outline, garment.openings, garment.material, spacing)
+    around = shapely.Polygon(plan[_outer_loop(plan, garment.faces[~up][:, ::-1])])
+    behind = _lower_openings(garment, around)
+    lines = {name: sides[name] for name in behind}
+    renamed = {f"back {name}" if name in behind else name: behind.get(name, side) for name, side in sides.items()}
+    outline = Outline(renamed, lines, holes)
+    if around.symmetric_difference(outline.polygon).area > UNLIKE * outline.polygon.area:
+        raise InputError(
+            f"remesh: front and back must have the same outline but at their openings, yet they differ by more than "
+            f"{100 * UNLIKE:g} %"
+        )
+    openings = [f"back {name}" if name in behind else name for name in garment.openings]
+    made = front_and_back(garment.name, outline, openings, garment.material, spacing)
     return replace(made, notes=garment.notes)
+
+
+def _lower_openings(garment: Garment, back: shapely.Polygon) -> dict[str, np.ndarray]:
+    """Edges of the back at openings where the front ends lower, as at a neck, shape (k, 2), by the opening's name."""
+    plan = garment.vertices[:, :2]
+    found = {}
+    for name in garment.openings:
+        path = garment.edges[name]
+        for loop in border_loops(garment.faces):
+            if path[0] not in loop or path[-1] not in loop:
+                continue
+            ring = np.roll(loop, -int(np.flatnonzero(loop == path[0])[0]))
+            last = int(np.flatnonzero(ring == path[-1])[0])
+            ways = [ring[: last + 1], np.append(ring[last:], ring[0])[::-1]]
+            edge = plan[min(ways, key=lambda way: np.isin(way, path).sum())]
+            apart = shapely.hausdorff_distance(shapely.LineString(edge), shapely.LineString(plan[path]))
+            inside = shapely.contains_xy(back, *plan[path[1:-1]].T).mean() if len(path) > 2 else 0.0
+            if apart > garment.spacing and inside > 0.9:
+                found[name] = edge
+    return found
 
 
 def typical_edge(points: np.ndarray, faces: np.ndarray) -> float:
