@@ -40,7 +40,7 @@ def test_kernels_of_all_rooms_are_forgotten_when_a_file_of_any_changes(folder: P
 
 
 def test_kernels_are_forgotten_when_a_file_moves_to_another_room(folder: Path) -> None:
-    (folder / "contact" / "table.py").rename(folder / "table.py")
+    (folder / "contact" / "table.py").rename(folder / "contact.py")
     forget_stale_kernels(folder)
     assert not any(kernel.exists() for kernel in _kernels(folder))
 

@@ -1,4 +1,4 @@
-"""Triangle meshes in the plane: staggered rows, on which cloth bends best (docs/native.md), and Delaunay.
+"""Triangle meshes in the plane: staggered rows, on which cloth bends best (docs/theory/bending.md), and Delaunay.
 
 There are two ways to end staggered rows at a straight side, and both are needed:
 

@@ -59,12 +59,14 @@ def hanging(test: Elongation, shape: np.ndarray) -> str:
 def sliding(slope: Slope) -> str:
     """The board, the cloth on it, and what is read."""
     board = 0.6
-    foot, top = np.zeros(2), board * np.array([np.cos(slope.angle), np.sin(slope.angle)])
+    foot = np.zeros(2)
+    top = board * np.array([np.cos(slope.angle), np.sin(slope.angle)])
     normal = np.array([-np.sin(slope.angle), np.cos(slope.angle)])
     drawing = Drawing.around(np.array([foot, (top[0] + 0.08, top[1] + 0.05), (top[0] + 0.1, 0.0)]), 320.0, 240.0)
     drawing.line(np.array([foot - [0.02, 0.0], [top[0] + 0.1, 0.0]]), "muted", 1.5)
     drawing.line(np.array([foot, top]), "muted", 5.0)
-    middle, half = 0.55 * top, 0.5 * 1.2 * slope.sheet[1] * top / board
+    middle = 0.55 * top
+    half = 0.5 * 1.2 * slope.sheet[1] * top / board
     drawing.line(np.array([middle - half, middle + half]) + 0.012 * normal, CLOTH, 5.0)
     drawing.dimension(np.array([top[0] + 0.03, 0.0]), np.array([top[0] + 0.03, top[1]]), "H_s")
     drawing.dimension(foot + 0.05 * normal, top + 0.05 * normal, "L_t")
@@ -76,7 +78,8 @@ def sliding(slope: Slope) -> str:
 
 def sagging(test: Sag, end: np.ndarray) -> str:
     """The strip in front of its grip, positions [m] of shape (n, 3), from the side."""
-    rows, side = np.unique(test.mesh[0][:, 0].round(6)), _side(test.mesh[0][:, 0], end)
+    rows = np.unique(test.mesh[0][:, 0].round(6))
+    side = _side(test.mesh[0][:, 0], end)
     front = test.free_length
     back = rows[-1] + 0.25 * front
     thick = 0.07 * front
@@ -100,7 +103,8 @@ def sagging(test: Sag, end: np.ndarray) -> str:
 def looped(test: Loop, end: np.ndarray) -> str:
     """The strip folded over itself, positions [m] of shape (n, 3), from the side."""
     side = _side(test.mesh[0][:, 0], end)
-    height, reach = test.height_of(end), side[:, 0].max()
+    height = test.height_of(end)
+    reach = side[:, 0].max()
     side = side[side[:, 0] > reach - 3.2 * height]
     left = side[:, 0].min()
     drawing = Drawing.around(np.concatenate([side, [[left, 0.0], [reach + 0.9 * height, 1.15 * height]]]), 320.0, 220.0)
@@ -118,7 +122,8 @@ def looped(test: Loop, end: np.ndarray) -> str:
 def pushed(test: Push, end: np.ndarray) -> str:
     """The strip after the push, positions [m] of shape (n, 3), from the side, and where its ends were before."""
     side = _side(test.mesh[0][:, 0], end)
-    low, high = 0.12 * test.length, 0.05 * test.length
+    low = 0.12 * test.length
+    high = 0.05 * test.length
     corners = np.array([[-0.08 * test.length, -low], [test.length + max(0.08 * test.length, test.pushed), 2.2 * high]])
     drawing = Drawing.around(np.concatenate([side, corners]), 420.0, 220.0)
     drawing.line(np.array([[corners[0, 0], 0.0], [corners[1, 0], 0.0]]), "muted", 3.0)

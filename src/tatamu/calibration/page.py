@@ -70,7 +70,8 @@ def _shown_fit(calibration: Calibration, fit: Fit) -> ShownFit:
 
 def shown(calibration: Calibration, parameter: str) -> tuple[str, str]:
     """A parameter's value and its uncertainty as text, with the unit of the first."""
-    factor, unit = KNOWN[parameter].shown_factor, KNOWN[parameter].shown_unit or UNITS[parameter]
+    factor = KNOWN[parameter].shown_factor
+    unit = KNOWN[parameter].shown_unit or UNITS[parameter]
 
     def words(value: float) -> str:
         return f"{factor * value:.4g} {unit if unit != '-' else ''}".strip()
@@ -103,9 +104,11 @@ def _reading_chart(calibration: Calibration, fit: Fit, test: CalibrationTest) ->
     label = KNOWN[fit.parameter].label
     x = factor * np.array([sample[0] for sample in fit.samples])
     y = 1e3 * np.array([sample[1] for sample in fit.samples])
-    low, high = 1e3 * (fit.measured - fit.uncertainty), 1e3 * (fit.measured + fit.uncertainty)
+    low = 1e3 * (fit.measured - fit.uncertainty)
+    high = 1e3 * (fit.measured + fit.uncertainty)
     found = factor * getattr(calibration.material, fit.parameter)
-    lowest, highest = min(low, y.min()), max(high, y.max())
+    lowest = min(low, y.min())
+    highest = max(high, y.max())
     room = 0.08 * (highest - lowest)
     return traces(
         [

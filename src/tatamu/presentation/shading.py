@@ -88,7 +88,8 @@ def occlusion(depth: np.ndarray, ground: float, radius: float, reach: float) -> 
 
 def shrink(image: np.ndarray, times: int) -> np.ndarray:
     """Average blocks of `times` x `times` pixels of an image with premultiplied alpha, (h, w, 4)."""
-    height, width = image.shape[0] // times, image.shape[1] // times
+    height = image.shape[0] // times
+    width = image.shape[1] // times
     blocks = image[: height * times, : width * times].reshape(height, times, width, times, 4)
     return blocks.mean(axis=(1, 3))
 

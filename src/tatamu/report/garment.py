@@ -43,9 +43,11 @@ class FoldMark:
 def diagram(garment: Garment, folds: Sequence[FoldMark] = ()) -> Drawing:
     """Draw a garment with the folds that it is handed."""
     plan = garment.vertices[:, :2]
-    low, high = plan.min(axis=0), plan.max(axis=0)
+    low = plan.min(axis=0)
+    high = plan.max(axis=0)
     margin = MARGIN * float((high - low).max())
-    low, high = low - margin, high + margin
+    low = low - margin
+    high = high + margin
     words = f"{garment.name} from above, {len(garment.vertices)} vertices in {garment.layers} layers"
     drawing = Drawing(low, high, TALL / float(high[0] - low[0]), FROM_ABOVE, words=words)
     drawing.add(*_cloth(garment), *_edges(garment))
@@ -76,7 +78,8 @@ def _edges(garment: Garment) -> list[Shape]:
     places = shapely.points(plan)
     shapes: list[Shape] = []
     for name, path in garment.edges.items():
-        points, opened = plan[path], name in garment.openings
+        points = plan[path]
+        opened = name in garment.openings
         colour = OPENING if opened else SEAM
         shapes.append(Polyline(points, colour, 2.5, 5.0 if opened else 0.0))
         middle = len(points) // 2
@@ -97,7 +100,8 @@ def _draw_fold(drawing: Drawing, fold: FoldMark, margin: float, others: Sequence
     """The line, an arrow over it, and the places where the hands may grasp."""
     start, end = fold.line
     along = (end - start) / np.linalg.norm(end - start)
-    arm, head = 0.35 * margin, 0.12 * margin
+    arm = 0.35 * margin
+    head = 0.12 * margin
     arrow = _arrow(fold, arm, shapely.MultiLineString([other.line for other in others]), 2.0 * head)
     reach = 0.7 * margin
     drawing.line([start - reach * along, end + reach * along], "target", 2.0, dash=8.0)
@@ -118,7 +122,8 @@ def _arrow(fold: FoldMark, arm: float, others: shapely.Geometry, clear: float) -
 
 def _draw_scale(drawing: Drawing) -> None:
     """Ten centimetres in a corner, and the axes in another."""
-    low, high = drawing.low, drawing.high
+    low = drawing.low
+    high = drawing.high
     gap = 0.06 * float(high[0] - low[0])
     drawing.ruler([low[0] + gap, high[1] - gap - 0.1])
     corner = np.array([low[0] + gap, low[1] + 1.6 * gap])

@@ -31,7 +31,8 @@ def histogram(errors: np.ndarray, width: float, end: float | None = None) -> Plo
     last = int(np.floor(max(float(errors.max()), end or 0.0) / width)) + 1
     counts = np.bincount((errors / width).astype(int), minlength=last)
     middles = (np.arange(len(counts)) + 0.5) * width * 1e3
-    mean, beyond = 1e3 * errors.mean(), 1e3 * (errors.mean() + 1.28 * errors.std())
+    mean = 1e3 * errors.mean()
+    beyond = 1e3 * (errors.mean() + 1.28 * errors.std())
     bars = {
         "type": "bar",
         "x": middles.round(4).tolist(),

@@ -35,7 +35,9 @@ def write_plan_report(folder: Path, result: PlanResult) -> Path:
 
 def page(folder: Path, result: PlanResult, folds: list[LearnedFold], rollout: Rollout) -> str:
     """The whole page; the same plan gives the same bytes."""
-    target, final, plan = rollout.extra["target"], result.final, result.plan
+    target = rollout.extra["target"]
+    final = result.final
+    plan = result.plan
     scale = largest(np.linalg.norm(rollout.positions[-1] - target, axis=1))
     views = [(step, topview.beside(fold, fold.target)) for step, fold in zip(result.steps, folds, strict=True)]
     return render(

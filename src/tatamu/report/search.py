@@ -44,7 +44,8 @@ def distance(result: Result) -> Plot:
     done = [trial for trial in result.trials if trial.mean_vertex_distance is not None]
     numbers = [trial.number for trial in done]
     values = [1e3 * max(trial.mean_vertex_distance or 0.0, 1e-5) for trial in done]
-    low, high = min([*values, 1.0]) / 1.4, max([*values, 30.0]) * 1.4
+    low = min([*values, 1.0]) / 1.4
+    high = max([*values, 30.0]) * 1.4
     best = 1e3 * (result.best_trial.mean_vertex_distance or 0.0)
     marks = [line("y", 1e3 * end, opacity=0.8) for end, _ in GRADES]
     ends = [low, *(1e3 * end for end, _ in GRADES), high]

@@ -70,7 +70,8 @@ def _height(fold: LearnedFold) -> float:
 
 def _eye(points: np.ndarray) -> View:
     """A view from the front and above that just holds all points (n, 3)."""
-    turn, rise = np.radians(-62.0), np.radians(33.0)
+    turn = np.radians(-62.0)
+    rise = np.radians(33.0)
     near = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
     right = np.cross([0.0, 0.0, 1.0], near) / np.cos(rise)
     rotation = np.vstack([right, np.cross(near, right), near])

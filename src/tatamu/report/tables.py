@@ -103,7 +103,9 @@ def material(fold: LearnedFold) -> Facts:
 
 def task(fold: LearnedFold) -> Facts:
     """The task, its simulation and its search."""
-    chosen, info, result = fold.result.task, fold.rollout.info, fold.result
+    chosen = fold.result.task
+    info = fold.rollout.info
+    result = fold.result
     size = " × ".join(f"{side:g}" for side in chosen.size) + " m" if chosen.size else ""
     simulated = info.get("wall_seconds")
     pairs = [

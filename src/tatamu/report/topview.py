@@ -68,7 +68,8 @@ def outlined(image: np.ndarray, mask: np.ndarray) -> np.ndarray:
     """A copy of an image with the border of a mask drawn over it, three fine pixels to either side."""
     border = binary_dilation(mask, iterations=3) & binary_dilation(~mask, iterations=3)
     copy = image.copy()
-    copy[border, :3], copy[border, 3] = rgb(TARGET), 1.0
+    copy[border, :3] = rgb(TARGET)
+    copy[border, 3] = 1.0
     return copy
 
 

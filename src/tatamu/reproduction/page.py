@@ -49,7 +49,8 @@ def data(choices: Choices, studies: list[Study]) -> dict[str, Any]:
     """Medians, claims and choices as plain data; what no seed has is null."""
     garments = {}
     for name in choices.garments:
-        own, found = _of(studies, name), claims(name, studies)
+        own = _of(studies, name)
+        found = claims(name, studies)
         garments[name] = {
             "medians": {measure.key: _median(measure, own) for measure in MEASURES},
             "mean_vertex_distance_by_seed": [study.fold.result.best_trial.mean_vertex_distance for study in own],

@@ -155,6 +155,10 @@ class ResultFolder:
             raise InputError(f"{self.rollout_file}: target is missing, the wanted shape (n, 3) of a learned fold")
         return self.rollout.extra["target"]
 
+    def holds(self, result: Result | PlanResult) -> bool:
+        """Whether `result.json` is there and says exactly this."""
+        return self.result_file.exists() and read_json(self.result_file) == result.model_dump()
+
     def write_result(self, result: Result | PlanResult) -> None:
         """Write `result.json`."""
         write_json(self.result_file, result.model_dump())

@@ -17,7 +17,10 @@ from tatamu.robots.plan import RobotPlan
 
 SCALE = 900.0
 """Pixels per metre."""
-LEFT, RIGHT, NEAR, FAR = 0.55, -0.55, -0.15, 0.85
+LEFT = 0.55
+RIGHT = -0.55
+NEAR = -0.15
+FAR = 0.85
 """What is shown: y and x of B [m]; x points up and y to the left, as the robot sees it from behind."""
 CELL = 0.034
 """Side of a square [m]."""
@@ -45,7 +48,8 @@ def reach_svg(plan: RobotPlan) -> str:
 
 def _draw_squares(drawing: Drawing, plan: RobotPlan) -> None:
     """Every place that was tried with about the chosen height and turn; the best ones drawn last."""
-    reach, chosen = plan.reach, plan.task.placement
+    reach = plan.reach
+    chosen = plan.task.placement
     if reach is None:
         return
     middle = _middle(plan)

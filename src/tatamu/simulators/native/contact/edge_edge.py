@@ -1,28 +1,41 @@
-"""Edges against edges: guarded edges (`ridges`) and those near them are kept apart, as vertices are from triangles.
+"""Narrow phase and correction of edges against edges, without friction.
+
+Guarded edges and those near them, found by `edge_edge_search`, are kept apart along the line of their closest points
+at the start of the step, as vertices are from triangles.
 
 Most pairs are near but not too near. How near they are is therefore computed for many pairs at a time, eight at once,
-and they are looked at one by one only from the first on that is too near, as its push may bring others too near.
+and they are looked at one by one only from the first on that is too near, as its correction may bring others too near:
+the result is that of one pair after the other, as Gauss-Seidel has it.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-from tatamu.simulators.native.contact.projection import HARD, NOTICEABLE, RESTLESS_FOR, pushes, shift
-from tatamu.simulators.native.geometry import closest_between
+from tatamu.simulators.native.compiled import kernel
+from tatamu.simulators.native.contact.projection import Positions, correction, move
+from tatamu.simulators.native.contact.state import Activity, ContactMesh, ContactState
+from tatamu.simulators.native.geometry import Vector, closest_between
+from tatamu.simulators.native.options import ContactOptions
 
-EDGE_GAP = 0.75
-"""Edges keep this part of a thickness; vertices against triangles keep the whole."""
 MANY = 32
 """Pairs that are measured together."""
-S, T, GAP = MANY, 2 * MANY, 3 * MANY
+FIRST_FRACTION = MANY
+SECOND_FRACTION = 2 * MANY
+GAP = 3 * MANY
 """Where rows of measures begin, after that of distances."""
+SLEEP = 0.9
+"""A pair that is far enough apart sleeps until it may have used up this part of what it is farther."""
+FARTHEST = 3.0
+"""The first sweep passes over pairs that were farther apart than this at the start of the step, in gaps that edges
+keep; a later one looks at them where the sweep before moved something."""
+TOUCHING = 1e-9
+"""Edges closer than this at the start [m] have no direction in which to push them."""
 
 
-@njit(cache=True, error_model="numpy")
-def _gather(x, pairs, chosen, n, first, out):  # type: ignore[no-untyped-def]
-    """The coordinates of the chosen pairs in rows of `out`."""
+@kernel
+def _gather(x: np.ndarray, pairs: np.ndarray, chosen: np.ndarray, n: int, first: int, out: np.ndarray) -> None:
+    """The coordinates of the n chosen pairs, in rows of `out` from number `first` on."""
     for i in range(n):
         for q in range(4):
             v = pairs[chosen[i], q]
@@ -30,53 +43,72 @@ def _gather(x, pairs, chosen, n, first, out):  # type: ignore[no-untyped-def]
                 out[(first + 3 * q + k) * MANY + i] = x[v, k]
 
 
-@njit(cache=True, error_model="numpy")
-def _measure(n, m, out):  # type: ignore[no-untyped-def]
-    """Distances before the step, where along both edges, and what is left of them at x: four rows of `out`.
+@kernel
+def _measure(n: int, m: np.ndarray, out: np.ndarray) -> None:
+    """Distances at the start, where along both edges, and what is left of them at x: four rows of `out`.
 
-    In m are twelve rows of coordinates before the step, and twelve at x.
+    In m are twelve rows of coordinates at the start, and twelve at x; n pairs.
     """
     for i in range(n):
-        ax, ay, az, bx, by, bz = m[i], m[i + MANY], m[i + 2 * MANY], m[i + 3 * MANY], m[i + 4 * MANY], m[i + 5 * MANY]
+        ax, ay, az = m[i], m[i + MANY], m[i + 2 * MANY]
+        bx, by, bz = m[i + 3 * MANY], m[i + 4 * MANY], m[i + 5 * MANY]
         cx, cy, cz = m[i + 6 * MANY], m[i + 7 * MANY], m[i + 8 * MANY]
         dx, dy, dz = m[i + 9 * MANY], m[i + 10 * MANY], m[i + 11 * MANY]
         distance, s, t = closest_between(
             bx - ax, by - ay, bz - az, dx - cx, dy - cy, dz - cz, ax - cx, ay - cy, az - cz
         )
-        wa, wb, wc, wd = 1.0 - s, s, -(1.0 - t), -t
+        wa = 1.0 - s
+        wb = s
+        wc = -(1.0 - t)
+        wd = -t
         nx = (wa * ax + wb * bx + wc * cx + wd * dx) / distance
         ny = (wa * ay + wb * by + wc * cy + wd * dy) / distance
         nz = (wa * az + wb * bz + wc * cz + wd * dz) / distance
         x = wa * m[i + 12 * MANY] + wb * m[i + 15 * MANY] + wc * m[i + 18 * MANY] + wd * m[i + 21 * MANY]
         y = wa * m[i + 13 * MANY] + wb * m[i + 16 * MANY] + wc * m[i + 19 * MANY] + wd * m[i + 22 * MANY]
         z = wa * m[i + 14 * MANY] + wb * m[i + 17 * MANY] + wc * m[i + 20 * MANY] + wd * m[i + 23 * MANY]
-        out[i], out[i + S], out[i + T], out[i + GAP] = distance, s, t, nx * x + ny * y + nz * z
+        out[i] = distance
+        out[i + FIRST_FRACTION] = s
+        out[i + SECOND_FRACTION] = t
+        out[i + GAP] = nx * x + ny * y + nz * z
 
 
-@njit(cache=True, error_model="numpy")
-def _choose(lists, p, keep, chosen):  # type: ignore[no-untyped-def]
-    """The next pairs from number p on that may be too near; how many they are, and where to go on."""
-    touched, last, n = lists.touched, lists.sweeps[0] - 1, 0
-    while p < lists.used[0] and n < MANY:
-        if lists.pair_wake[p] <= lists.travelled[0]:
-            a, b, c, d = lists.pairs[p, 0], lists.pairs[p, 1], lists.pairs[p, 2], lists.pairs[p, 3]
-            if keep == 1.0 or max(touched[a], touched[b], touched[c], touched[d]) >= last:
+@kernel
+def _choose(contact: ContactState, p: int, first_sweep: bool, chosen: np.ndarray) -> tuple[int, int]:
+    """Fill `chosen` with the next pairs from number p on that may be too near.
+
+    Returns:
+        How many they are, and the number of the pair to go on with.
+    """
+    pairs = contact.edge_edge.pairs
+    wake = contact.edge_edge.wake
+    touched = contact.activity.touched
+    count = contact.counters.pairs
+    travelled = contact.counters.travelled
+    last_sweep = contact.counters.sweep - 1
+    n = 0
+    while p < count and n < MANY:
+        if wake[p] <= travelled:
+            a, b, c, d = pairs[p, 0], pairs[p, 1], pairs[p, 2], pairs[p, 3]
+            if first_sweep or max(touched[a], touched[b], touched[c], touched[d]) >= last_sweep:
                 chosen[n] = p
                 n += 1
         p += 1
     return n, p
 
 
-@njit(cache=True, error_model="numpy")
-def _let_sleep(wake, travelled, chosen, distance, n, thickness):  # type: ignore[no-untyped-def]
-    """Pairs that are far enough apart need not be looked at before they can have come too near."""
+@kernel
+def _let_sleep(
+    wake: np.ndarray, travelled: float, chosen: np.ndarray, distance: np.ndarray, n: int, kept: float
+) -> None:
+    """Pairs that are farther apart than `kept` [m] need not be looked at before they can have come too near."""
     for i in range(n):
         p = chosen[i]
-        wake[p] = travelled + 0.9 * (distance[i] - thickness) if distance[i] > thickness else wake[p]
+        wake[p] = travelled + SLEEP * (distance[i] - kept) if distance[i] > kept else wake[p]
 
 
-@njit(cache=True, error_model="numpy")
-def _first_too_near(gap, n, wanted):  # type: ignore[no-untyped-def]
+@kernel
+def _first_too_near(gap: np.ndarray, n: int, wanted: float) -> int:
     """The first of n gaps that is too small, n if none is."""
     for i in range(n):
         if gap[i] < wanted:
@@ -84,60 +116,128 @@ def _first_too_near(gap, n, wanted):  # type: ignore[no-untyped-def]
     return n
 
 
-@njit(cache=True, error_model="numpy")
-def _push(x, before, moved, pair, inverse_mass, lists, thickness, distance, s, t, wanted, step):  # type: ignore[no-untyped-def]
-    """Push one pair apart along its closest points before the step; the gap it had, or infinity if it was enough."""
+@kernel
+def _combined(x: np.ndarray, pair: tuple[int, int, int, int], weights: tuple[float, float, float, float]) -> Vector:
+    """Vector between the closest points of two edges [m], of which the weights are the barycentric coordinates."""
     a, b, c, d = pair
-    wa, wb, wc, wd = 1.0 - s, s, -(1.0 - t), -t
-    nx = (wa * before[a, 0] + wb * before[b, 0] + wc * before[c, 0] + wd * before[d, 0]) / distance
-    ny = (wa * before[a, 1] + wb * before[b, 1] + wc * before[c, 1] + wd * before[d, 1]) / distance
-    nz = (wa * before[a, 2] + wb * before[b, 2] + wc * before[c, 2] + wd * before[d, 2]) / distance
-    gap = (
-        nx * (wa * x[a, 0] + wb * x[b, 0] + wc * x[c, 0] + wd * x[d, 0])
-        + ny * (wa * x[a, 1] + wb * x[b, 1] + wc * x[c, 1] + wd * x[d, 1])
-        + nz * (wa * x[a, 2] + wb * x[b, 2] + wc * x[c, 2] + wd * x[d, 2])
+    wa, wb, wc, wd = weights
+    return (
+        wa * x[a, 0] + wb * x[b, 0] + wc * x[c, 0] + wd * x[d, 0],
+        wa * x[a, 1] + wb * x[b, 1] + wc * x[c, 1] + wd * x[d, 1],
+        wa * x[a, 2] + wb * x[b, 2] + wc * x[c, 2] + wd * x[d, 2],
     )
-    push, silent = pushes(gap, distance, wanted, step)
+
+
+@kernel
+def _push_apart(
+    positions: Positions,
+    inverse_mass: np.ndarray,
+    activity: Activity,
+    pair: tuple[int, int, int, int],
+    closest: Vector,
+    wanted: float,
+    speeds: tuple[float, float],
+    thresholds: tuple[float, float],
+    numbers: tuple[int, int],
+) -> float:
+    """Push one pair apart along the line of its closest points at the start of the step.
+
+    Args:
+        positions: Positions to correct.
+        inverse_mass: Of the vertices [1/kg].
+        activity: Written where the push is noticeable or hard.
+        pair: Ends of both edges.
+        closest: Distance at the start [m], and the fractions along both edges where it is reached.
+        wanted: How far apart they should be [m].
+        speeds: How far they may come apart, and how far of that as velocity, see `projection.correction` [m].
+        thresholds: Pushes from which on vertices count as touched and as restless [m].
+        numbers: Of this sweep, and of the outer step until which vertices are then restless.
+
+    Returns:
+        The gap that it had [m], infinity if that was enough.
+    """
+    distance, s, t = closest
+    weights = (1.0 - s, s, -(1.0 - t), -t)
+    wa, wb, wc, wd = weights
+    sx, sy, sz = _combined(positions.start, pair, weights)
+    nx = sx / distance
+    ny = sy / distance
+    nz = sz / distance
+    gx, gy, gz = _combined(positions.x, pair, weights)
+    gap = nx * gx + ny * gy + nz * gz
+    push, position_only = correction(gap, distance, wanted, speeds[0], speeds[1])
     if gap >= wanted or push <= 0.0:
         return np.inf
+    a, b, c, d = pair
     weight = (
         wa * wa * inverse_mass[a] + wb * wb * inverse_mass[b] + wc * wc * inverse_mass[c] + wd * wd * inverse_mass[d]
     )
     for o, w in ((a, wa), (b, wb), (c, wc), (d, wd)):
-        if push > NOTICEABLE * EDGE_GAP * thickness:
-            lists.touched[o] = lists.sweeps[0]
-        if push > HARD * thickness:
-            lists.restless[o] = lists.number[0] + RESTLESS_FOR
+        if push > thresholds[0]:
+            activity.touched[o] = numbers[0]
+        if push > thresholds[1]:
+            activity.restless[o] = numbers[1]
         f = w * inverse_mass[o] / weight
-        shift(x, o, f * push, nx, ny, nz)
-        if silent > 0.0:
-            shift(moved, o, f * silent, nx, ny, nz)
+        move(positions.x, o, f * push, nx, ny, nz)
+        if position_only > 0.0:
+            move(positions.predicted, o, f * position_only, nx, ny, nz)
     return gap
 
 
-@njit(cache=True, error_model="numpy")
-def sweep(x, before, moved, mesh, lists, step, keep):  # type: ignore[no-untyped-def]
-    """One pass over the edge pairs; the smallest gap seen before. See `contact.sweep`."""
-    inverse_mass, thickness = mesh.inverse_mass, EDGE_GAP * mesh.reach[0]
-    wanted, smallest = keep * thickness, thickness
-    farthest = 3.0 * thickness if keep == 1.0 else np.inf
-    chosen, m, near = np.empty(MANY, np.int64), np.empty(24 * MANY), np.empty(4 * MANY)
+@kernel
+def sweep(
+    positions: Positions,
+    mesh: ContactMesh,
+    contact: ContactState,
+    options: ContactOptions,
+    step: float,
+    restored: float,
+) -> float:
+    """One Gauss-Seidel sweep over the edge pairs, in the order of their numbers.
+
+    Args:
+        positions: Positions to correct, and those that they came from.
+        mesh: The mesh.
+        contact: Pairs are put to sleep; activity is written.
+        options: How far positions are corrected.
+        step: Time since the start of the step [s].
+        restored: Part of the gap that this sweep restores.
+
+    Returns:
+        Smallest gap found before it was corrected, at most the one that edges keep [m].
+    """
+    inverse_mass = mesh.inverse_mass
+    pairs = contact.edge_edge.pairs
+    counters = contact.counters
+    first_sweep = restored == 1.0
+    kept = options.edge_gap * mesh.thickness
+    wanted = restored * kept
+    smallest = kept
+    farthest = FARTHEST * kept if first_sweep else np.inf
+    speeds = (options.clearing_speed * step, options.recovery_speed * step)
+    thresholds = (options.noticeable * options.edge_gap * mesh.thickness, options.hard * mesh.thickness)
+    numbers = (counters.sweep, counters.outer_step + options.restless_steps)
+    chosen = np.empty(MANY, np.int64)
+    coordinates = np.empty(24 * MANY)
+    near = np.empty(4 * MANY)
     p = 0
-    while p < lists.used[0]:
-        n, p = _choose(lists, p, keep, chosen)
-        _gather(before, lists.pairs, chosen, n, 0, m)
-        _gather(x, lists.pairs, chosen, n, 12, m)
-        _measure(n, m, near)
-        if keep == 1.0:
-            _let_sleep(lists.pair_wake, lists.travelled[0], chosen, near, n, thickness)
+    while p < counters.pairs:
+        n, p = _choose(contact, p, first_sweep, chosen)
+        _gather(positions.start, pairs, chosen, n, 0, coordinates)
+        _gather(positions.x, pairs, chosen, n, 12, coordinates)
+        _measure(n, coordinates, near)
+        if first_sweep:
+            _let_sleep(contact.edge_edge.wake, counters.travelled, chosen, near, n, kept)
         for i in range(_first_too_near(near[GAP:], n, wanted), n):
-            if near[i] < 1e-9 or near[i] > farthest:
+            if near[i] < TOUCHING or near[i] > farthest:
                 continue
             q = chosen[i]
-            a, b, c, d = lists.pairs[q, 0], lists.pairs[q, 1], lists.pairs[q, 2], lists.pairs[q, 3]
+            a, b, c, d = pairs[q, 0], pairs[q, 1], pairs[q, 2], pairs[q, 3]
             if min(inverse_mass[a], inverse_mass[b]) == 0.0 and min(inverse_mass[c], inverse_mass[d]) == 0.0:
                 continue  # where both edges are held, the hand decides how far they are apart
-            pair, reached = (a, b, c, d), (near[i], near[i + S], near[i + T])
-            gap = _push(x, before, moved, pair, inverse_mass, lists, mesh.reach[0], *reached, wanted, step)
+            closest = near[i], near[i + FIRST_FRACTION], near[i + SECOND_FRACTION]
+            gap = _push_apart(
+                positions, inverse_mass, contact.activity, (a, b, c, d), closest, wanted, speeds, thresholds, numbers
+            )
             smallest = min(smallest, gap)
     return smallest

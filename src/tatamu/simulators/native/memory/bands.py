@@ -19,6 +19,7 @@ BLOCK = 528
 """Elements of a band that are computed together: what they need in between stays in the nearest cache, and its rows
 do not begin a power of two apart, which processors take for the same place."""
 SHORTEST_BAND = 24
+"""Fewer elements are not worth a band of their own."""
 FULLEST = 2.0
 """Give up on rows when they would need more than this many slots per vertex."""
 
@@ -69,7 +70,8 @@ def slots(rest: np.ndarray, hinges: np.ndarray) -> tuple[np.ndarray, int]:
     width = max(int(patch.column.max()) + 1 for patch in found)
     pairs = [int(patch.row.max()) // 2 + 1 for patch in found]  # of rows, the last one may be half empty
     half = sum(pairs) * width
-    slot, first = np.full(count, -1), 0
+    slot = np.full(count, -1)
+    first = 0
     for patch, length in zip(found, pairs, strict=True):
         slot[patch.vertices] = (patch.row % 2) * half + (first + patch.row // 2) * width + patch.column
         first += length
@@ -105,7 +107,8 @@ def bands(elements: np.ndarray, total: int) -> Bands:
     for g in np.flatnonzero(np.bincount(group) >= SHORTEST_BAND):
         members = np.flatnonzero(group == g)
         first = elements[members, 0]
-        low, span = int(first.min()), int(first.max() - first.min()) + 1
+        low = int(first.min())
+        span = int(first.max()) - low + 1
         if span > 2 * FULLEST * len(members) or len(np.unique(first)) < len(members):
             continue
         places = np.full(span, -1)

@@ -14,10 +14,10 @@ import numpy as np
 
 SMALLEST_PATCH = 40
 """Patches of fewer vertices are not worth a band of their own."""
-SKEW, EDGE_SKEW = 0.35, 0.7
-"""A fourth corner farther than this part of the shared edge from where the lattice wants it is not on it; the second
-holds for the last vertices, at a border that cuts through cells, from where the lattice does not go on."""
-
+SKEW = 0.35
+"""A fourth corner farther than this part of the shared edge from where the lattice wants it is not on it."""
+EDGE_SKEW = 0.7
+"""The same for the last vertices, at a border that cuts through cells, from where the lattice does not go on."""
 
 Places = dict[int, tuple[int, int]]
 
@@ -33,7 +33,8 @@ class Patch(NamedTuple):
 
 def patches(rest: np.ndarray, hinges: np.ndarray) -> list[Patch]:
     """The pieces of lattice of a mesh, each vertex in one at most, rows chosen so that rectangles are well filled."""
-    points, quads = rest.tolist(), hinges.tolist()
+    points = rest.tolist()
+    quads = hinges.tolist()
     around: list[list[int]] = [[] for _ in points]
     for h, quad in enumerate(quads):
         for v in quad:
