@@ -24,6 +24,10 @@ def learn(
     size: Annotated[
         str | None, typer.Option(metavar="WxL", help="Width x length in metres, such as 0.34x0.80.")
     ] = None,
+    scale: Annotated[
+        float | None,
+        typer.Option(metavar="M", help="Metres per unit of the garment's file, such as 0.001; default: as it says."),
+    ] = None,
     fold: Annotated[
         str,
         typer.Option(
@@ -88,6 +92,7 @@ def learn(
     job = make_job(
         garment,
         size=None if size is None else parse_size(size),
+        scale=scale,
         fold=fold,
         material=load_material(material) if material else None,
         spacing=spacing,
@@ -95,6 +100,10 @@ def learn(
         hands=hands,
         reach=_reach(robot),
     )
+    if job.garment.own:
+        print(job.garment.statement)
+        for note in job.garment.notes:
+            print(f"note: {note}")
     from tatamu.cli.progress import reporting
     from tatamu.folding.advice import UncarriedWarning, advice
     from tatamu.learning import learn_job  # last, as it takes seconds to import

@@ -26,6 +26,10 @@ def show(
     size: Annotated[
         str | None, typer.Option(metavar="WxL", help="Width x length in metres, such as 0.54x0.46.")
     ] = None,
+    scale: Annotated[
+        float | None,
+        typer.Option(metavar="M", help="Metres per unit of the garment's file, such as 0.001; default: as it says."),
+    ] = None,
     material: Annotated[
         Path | None, typer.Option(metavar="FILE.toml", help="A material; default: the garment's own fabric.")
     ] = None,
@@ -55,7 +59,8 @@ def show(
     from tatamu.report.garment import diagram, facts, page
 
     sides = None if size is None else parse_size(size)
-    made = make_garment(garment, sides, load_material(material) if material else None, spacing)
+    made = make_garment(garment, sides, load_material(material) if material else None, spacing, scale)
+    print(made.statement)
     folds = _marks(made, fold) if fold else []
     for path in _targets(out, Path(garment).stem):
         if path.suffix.lower() == ".html":
