@@ -87,15 +87,8 @@ def _targets(out: Path | None, name: str) -> list[Path]:
 
 
 def _marks(garment: Garment, name: str) -> list[FoldMark]:
-    """Every fold of a plan as marks on the flat garment, later grasps too."""
-    from tatamu.folding.fold import ideal_folds
+    """Every fold of the plan of that name as marks on the flat garment, later grasps too."""
     from tatamu.folding.plans import make_plan
-    from tatamu.report.garment import FoldMark
+    from tatamu.report.candidates import marks
 
-    plan, flat = make_plan(name, garment), garment.vertices[:, :2]
-    titles = [f"{number}. {step.title}" for number, step in enumerate(plan.steps, start=1)]
-    names = titles if len(titles) > 1 else [plan.name]
-    return [
-        FoldMark(title, fold.line, fold.normal, flat[fold.left], flat[fold.right])
-        for title, fold in zip(names, ideal_folds(garment, plan), strict=True)
-    ]
+    return marks(garment, make_plan(name, garment))
