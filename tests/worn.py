@@ -68,6 +68,21 @@ def relaxed(points: np.ndarray, edges: np.ndarray, lengths: np.ndarray) -> np.nd
     return points
 
 
+def with_sleeves_down(points: np.ndarray, garment: Garment, degrees: float) -> np.ndarray:
+    """A worn T-shirt, y up, with its sleeves turned down in the plane of its front."""
+    out = points.copy()
+    for side in (1.0, -1.0):
+        away = side * points[:, 0] - 0.13
+        angle = side * np.radians(degrees) * np.clip(away / 0.05, 0.0, 1.0)
+        shoulder = np.array([0.14 * side, 0.20])
+        x, y = (points[:, :2] - shoulder).T
+        turned = np.column_stack([np.cos(angle) * x + np.sin(angle) * y, np.cos(angle) * y - np.sin(angle) * x])
+        out[away > 0.0, :2] = (turned + shoulder)[away > 0.0]
+    edges = Topology(garment.faces).edges
+    plan = garment.vertices[:, :2]
+    return relaxed(out, edges, np.linalg.norm(plan[edges[:, 0]] - plan[edges[:, 1]], axis=1))
+
+
 def worn_shirt_obj(folder: Path, unit: float = 0.1, up: str = "y", uv: bool = False, name: str = "worn.obj") -> Path:
     """A T-shirt upright, in units of 0.1 m; with a UV map, front and back are its two panels."""
     shirt = flat_shirt()

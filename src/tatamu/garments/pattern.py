@@ -41,7 +41,10 @@ def from_outline(given: GarmentFile, source: Path, material: Material) -> Garmen
     if isinstance(openings, dict) and source.suffix.lower() == ".svg":  # whose y points down; curves have it up
         openings = {name: [(x, -y) for x, y in curve] for name, curve in openings.items()}
     turn = plane_turn(given.up or "y", piece.grain if given.grain else None)
-    made = cut(piece, unit.metres * turn, openings, source)
+    try:
+        made = cut(piece, unit.metres * turn, openings, source)
+    except InputError as error:
+        raise InputError(f'{error}; piece "{piece.name}"' if len(drawing.pieces) > 1 else str(error)) from None
     if given.size is None:
         check_size_of_file(made.outline.size, f"outline: {piece.name}", unit)
     outline = made.outline.fitted(given.size)

@@ -64,7 +64,7 @@ def read_svg(path: Path) -> DrawnPieces:
     text = read_text(path)
     try:
         root = ElementTree.fromstring(text.encode())
-        width, height = _viewbox(root)[2:]
+        width, height = _viewbox(root) or (1000.0, 1000.0)
         unit = _unit(root, text, path)
         for size in ("width", "height", "viewBox", "preserveAspectRatio"):
             root.attrib.pop(size, None)
@@ -89,12 +89,12 @@ def _name(shape: Any) -> str:
     return "" if GIVEN_BY_PROGRAM.fullmatch(label) else label
 
 
-def _viewbox(root: ElementTree.Element) -> tuple[float, float, float, float]:
-    """Left, top, width and height of what is seen, in units of the drawing."""
+def _viewbox(root: ElementTree.Element) -> tuple[float, float] | None:
+    """Width and height of what is seen, in units of the drawing."""
     numbers = [float(number) for number in re.split(r"[\s,]+", root.get("viewBox", "").strip()) if number]
     if len(numbers) == 4 and numbers[2] > 0.0 and numbers[3] > 0.0:
-        return numbers[0], numbers[1], numbers[2], numbers[3]
-    return 0.0, 0.0, 1000.0, 1000.0
+        return numbers[2], numbers[3]
+    return None
 
 
 def _program(root: ElementTree.Element, text: str) -> _Program:
@@ -123,14 +123,17 @@ def _unit(root: ElementTree.Element, text: str, path: Path) -> Unit:
     side, found = next(iter(given.items()))
     name = LENGTHS.get(found[2].lower(), (pixel, pixels))[1]
     stated = f"{program.name}, {side} {found[0].strip()}"
-    if "viewBox" not in root.attrib:
+    seen = _viewbox(root)
+    if seen is None:
         return Unit(pixel, pixels, f"{stated}, no viewBox")
-    return Unit(_per_unit(root, given, pixel, path), name, stated)
+    return Unit(_per_unit(root, given, seen, pixel, path), name, stated)
 
 
-def _per_unit(root: ElementTree.Element, given: dict[str, re.Match[str]], pixel: float, path: Path) -> float:
-    """Metres per unit of a drawing whose viewBox is fitted into its width and height [m]."""
-    extent = dict(zip(("width", "height"), _viewbox(root)[2:], strict=True))
+def _per_unit(
+    root: ElementTree.Element, given: dict[str, re.Match[str]], seen: tuple[float, float], pixel: float, path: Path
+) -> float:
+    """Metres per unit of a drawing of which an extent `seen` is fitted into its width and height."""
+    extent = dict(zip(("width", "height"), seen, strict=True))
     scales = []
     for side, found in given.items():
         metres = LENGTHS.get(found[2].lower(), (pixel, ""))[0]

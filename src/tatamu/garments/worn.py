@@ -23,8 +23,10 @@ from tatamu.material import Material
 
 OFTEN_UNWELDED = (".stl", ".glb")
 """Formats in which a vertex stands once for each triangle, or for each place in the texture."""
-GENTLE, MOST = 0.03, 0.15
-"""A garment is flattened if half of its edges change by less than the first of these parts, 95 in 100 by the second."""
+GENTLE, MOST, DOUBTED = 0.05, 0.20, 0.10
+"""A garment is flattened if half of its edges change by less than the first of these parts, 95 in 100 by the second; if
+they change by more than the third, a note asks to look at it."""
+DOUBT = ": look at it; a UV map that is its pattern would do better"
 ALIKE = 0.06
 """A UV map is the pattern if half of its edges fit those of the mesh to this part, with one scale for all panels."""
 SIDE_VIEW = {0: ("z", "x"), 1: ("z", "-y"), 2: ("y", "z")}
@@ -139,25 +141,24 @@ def _laid(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garment
     plane = flattened(points, faces, lengths, panels)
     deep = float(np.ptp(points[:, 2]))
     notes = [f"was not flat: laid flat on its back, being {1e3 * deep:.0f} mm deep; {stance.words}"]
-    reason = (
-        f"its edges would change by {100 * plane.median:.1f} % in the middle, {100 * plane.most:.0f} % for 5 in 100"
-    )
-    if plane.median <= GENTLE and plane.most <= MOST:
+    changes = f"its edges change by {100 * plane.median:.1f} %, 5 in 100 by more than {100 * plane.most:.1f} %"
+    reason = f"{changes}, and {plane.wrong} triangles turn over"
+    if plane.median <= GENTLE and plane.most <= MOST and not plane.wrong:
         try:
             garment = flat_garment(given.name, _sized(plane.plan, given.size), faces, material)
         except InputError as error:
             reason = str(error).removeprefix("mesh: ")
         else:
             garment = meshed_anew(garment, given.spacing) if given.remesh else garment
-            notes += [
-                f"flattened by {how}: its edges change by {100 * plane.median:.1f} %, 5 in 100 by more than "
-                f"{100 * plane.most:.1f} %"
-            ]
+            notes.append(f"flattened by {how}: {changes}{DOUBT if plane.most > DOUBTED else ''}")
             return replace(garment, notes=(*notes, *garment.notes))
     if given.remesh:
         raise InputError(f"remesh: only what lies flat can be meshed anew, and this cannot be flattened: {reason}")
     stretch = 1.0 if given.size is None else float(np.sqrt(np.prod(given.size) / np.prod(np.ptp(points, axis=0)[:2])))
-    fallen = laid_flat(given.name, stretch * points, faces, material)
+    try:
+        fallen = laid_flat(given.name, stretch * points, faces, material)
+    except InputError as error:
+        raise InputError(f"{error}; it was not flattened, as {reason}") from None
     return replace(fallen, notes=(*notes, f"not flattened, as {reason}", *fallen.notes))
 
 
