@@ -198,6 +198,14 @@ def test_the_best_plan_of_garments_of_ones_own(name: str) -> None:
         assert make_plan(proposal.plan.name, garment).name == proposal.plan.name
 
 
+def test_what_is_narrow_for_its_crease_is_not_folded_first() -> None:
+    """Denim shorts, leg over leg, are too short for a second fold; it is still proposed."""
+    names = [proposal.plan.name for proposal in propose(own("shorts"))]
+    assert names[0] == "legs"
+    assert "legs-half" in names[1:]
+    assert propose(make_garment("trousers", spacing=COARSE))[0].plan.name == "legs-half"
+
+
 def test_sleeves_go_in_along_the_side_of_the_body() -> None:
     hoodie = own("hoodie")
     plan = make_plan("auto", hoodie)
@@ -214,7 +222,7 @@ def test_proposed_plans_can_be_folded_ideally_within_the_body(name: str) -> None
     garment = own(name)
     folds = ideal_folds(garment, make_plan("auto", garment))
     width, length = np.ptp(folds[-1].target[:, :2], axis=0)[::-1]
-    assert width * length < 0.45 * garment.size[0] * garment.size[1]
+    assert width * length < 0.55 * garment.size[0] * garment.size[1]
 
 
 def test_a_plan_survives_its_file(tmp_path: Path) -> None:

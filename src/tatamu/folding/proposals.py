@@ -21,7 +21,7 @@ from tatamu.folding.plan import Plan, line_of
 from tatamu.garments import Garment
 
 SHORT_FLAP = 2.0
-"""A later fold is short if what moves is narrower than this many creases: a stack of layers is then mostly loop."""
+"""The fold of an appendage, or of what was folded before, is short if narrower than this many creases: mostly loop."""
 AUTO_PLAN = "auto"
 """The name under which the best proposal is asked for."""
 SIDES = ("bottom", "top", "left", "right")
@@ -36,7 +36,7 @@ class Proposal:
     missed: tuple[tuple[int, Part], ...]
     """What no hand carries: number of the step, the first being 0, and the part."""
     short: bool = False
-    """Whether a fold after the first turns over a narrow flap of several layers, which rarely lies well."""
+    """Whether an appendage, or what was folded before, is narrow for its crease, so that it hardly lies flat."""
 
     @property
     def text(self) -> str:
@@ -190,7 +190,8 @@ def _folded_once(garment: Garment, before: _Folded, fold: _Fold) -> _Folded:
     if hands == 1:
         step["hands"] = 1
     missed = tuple((len(before.steps), part) for part in covered(garment, state, line, grasp, hands))
-    short = before.short or (len(before.steps) > 0 and flap < SHORT_FLAP * crease)
+    stacked = bool(before.steps) or isinstance(fold, _Inwards)
+    short = before.short or (stacked and flap < SHORT_FLAP * crease)
     return _Folded((*before.steps, step), (*before.missed, *missed), short, laid(garment, state, line))
 
 
