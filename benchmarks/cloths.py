@@ -27,13 +27,13 @@ from tatamu.calibration.calibrate import WRINKLE
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.sag import Sag
 from tatamu.crosscheck.check import check
-from tatamu.crosscheck.learned import read_learned
 from tatamu.files import write_json
 from tatamu.folding.task import Task, make_task
 from tatamu.learning import learn
 from tatamu.learning.space import search_space
 from tatamu.material import Material, load_material
 from tatamu.presets import load_preset
+from tatamu.results import rebuild
 
 DOCS = Path("docs/calibration.md")
 SPACING, FINE = 0.02, 0.012
@@ -152,7 +152,7 @@ def replayed(case: Case, task: Task, folder: Path, trials: int) -> dict[str, flo
     From its target as learned, from the same target on the real cloth, and between the two shapes.
     """
     learn(task, folder, trials=trials, baselines=False)
-    opinion = check(read_learned(folder), case.of, case.real)
+    opinion = check(rebuild(folder), case.of, case.real)
     return {
         "learned": opinion.learned.score.mean_vertex_distance,
         "replayed": opinion.score.mean_vertex_distance if opinion.score else None,

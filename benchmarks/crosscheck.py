@@ -20,8 +20,7 @@ import numpy as np
 from tables import insert, markdown
 
 from tatamu.crosscheck.agreement import Agreement, compare, manipulations
-from tatamu.crosscheck.check import asked, on_coarse_mesh
-from tatamu.crosscheck.learned import Learned, read_learned
+from tatamu.crosscheck.check import asked
 from tatamu.crosscheck.matrix import HEAD, pair_cells, save
 from tatamu.folding.score import score
 from tatamu.folding.task import make_task
@@ -29,9 +28,11 @@ from tatamu.garments.towel import staggered_rectangle
 from tatamu.learning import learn
 from tatamu.material import GRAVITY
 from tatamu.presets import load_preset
+from tatamu.results import RebuiltFold, rebuild
 from tatamu.scene import Cloth, Gripper, Scene, Table
 from tatamu.simulators import simulate
 from tatamu.simulators.blender import mapping
+from tatamu.subdivision import on_coarse_mesh
 from tatamu.topology import areas, lumped
 from tatamu.validation.checks.friction import layers
 
@@ -132,7 +133,7 @@ def _distances(agreement: Agreement, name: str) -> Row:
     return {who: f"{1e3 * score.mean_vertex_distance:.1f}" if score else "failed" for who, score in scores.items()}
 
 
-def on_half_the_mesh(learned: Learned, count: int) -> dict[object, Row]:
+def on_half_the_mesh(learned: RebuiltFold, count: int) -> dict[object, Row]:
     """Mean vertex distance of each manipulation in `native` on half the mesh spacing."""
     found: dict[object, Row] = {}
     for name, (scene, way) in manipulations(learned, count, seed=0).items():
@@ -147,7 +148,7 @@ def agreed(simulators: list[str], folder: Path, options: argparse.Namespace, **s
     """Learn a towel in `native` by 15 trials and compare the simulators on it."""
     learn(make_task("towel", **size), folder / "towel", trials=15, seed=0)
     told = lambda manipulation, simulator: print(manipulation, "in", simulator, flush=True)  # noqa: E731
-    learned = read_learned(folder / "towel")
+    learned = rebuild(folder / "towel")
     agreement = compare(learned, simulators, folder / "agreement", count=options.random, progress=told)
     save(agreement, folder / "agreement")
     return agreement

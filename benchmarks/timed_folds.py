@@ -8,7 +8,7 @@ import numpy as np
 
 from tatamu.folding.fold import Fold as HalfFold
 from tatamu.folding.fold import make_fold
-from tatamu.folding.manipulation import Manipulation, scene_of
+from tatamu.folding.manipulation import polyline_manipulation, scene_of
 from tatamu.garments import make_garment
 from tatamu.material import GRAVITY, Material
 from tatamu.presets import load_preset
@@ -66,7 +66,7 @@ def _scene(fold: HalfFold, height: float) -> Scene:
     """
     grasps = int(fold.left[0]), int(fold.right[0])
     ways = tuple(_way(fold.translation(vertex), height * fold.span_of(vertex)) for vertex in grasps)
-    scene = scene_of(fold, Manipulation(grasps, ways, None))
+    scene = scene_of(fold, polyline_manipulation(fold, grasps, ways))
     x = fold.start[:, 0]
     hands = [
         g.model_copy(update={"vertices": [v for v in g.vertices if abs(x[v] - x[grasp]) < 1e-9]})

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.folding.path import bezier as curve
+from tatamu.curves import bezier as curve
 from tatamu.report import picture, write_report
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene, Table

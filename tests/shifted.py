@@ -10,7 +10,9 @@ from tatamu.errors import SimulationError
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 from tatamu.simulators import native
+from tatamu.simulators.capabilities import Capabilities
 
+CAPABILITIES = Capabilities()
 SHIFT = np.zeros(3)
 """Added to every frame but the first [m]."""
 CALLS: list[Scene] = []

@@ -14,15 +14,15 @@ from tatamu.cli import main
 from tatamu.crosscheck import check, compare
 from tatamu.crosscheck.agreement import LEARNED, rank_correlation
 from tatamu.crosscheck.check import asked
-from tatamu.crosscheck.finer import finer
-from tatamu.crosscheck.learned import Learned, read_learned
 from tatamu.errors import InputError
 from tatamu.folding.task import make_task
 from tatamu.learning import learn
 from tatamu.material import Material
 from tatamu.report import command
+from tatamu.results import RebuiltFold, describe_task, rebuild
 from tatamu.scene import Cloth, Gripper, Scene
 from tatamu.simulators import SIMULATORS, simulate
+from tatamu.subdivision import subdivided
 from tatamu.topology import Topology, areas
 from tests import shifted
 from tests.foreign import GOOD
@@ -38,8 +38,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def learned(folder: Path) -> Learned:
-    return read_learned(folder)
+def learned(folder: Path) -> RebuiltFold:
+    return rebuild(folder)
 
 
 @pytest.fixture(autouse=True)
@@ -52,7 +52,7 @@ def other(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     yield
 
 
-def test_the_same_simulator_says_the_same(learned: Learned) -> None:
+def test_the_same_simulator_says_the_same(learned: RebuiltFold) -> None:
     opinion = check(learned, "native")
     assert opinion.apart.max() == 0.0
     assert opinion.score == learned.score
@@ -60,7 +60,7 @@ def test_the_same_simulator_says_the_same(learned: Learned) -> None:
     assert learned.score.objective == best.objective and learned.score.mask_iou == best.mask_iou
 
 
-def test_another_opinion_is_measured_and_judged(learned: Learned, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_another_opinion_is_measured_and_judged(learned: RebuiltFold, monkeypatch: pytest.MonkeyPatch) -> None:
     wrong = learned.fold.target - learned.fold.final
     monkeypatch.setattr(shifted, "SHIFT", wrong)  # every vertex on its target
     perfect = check(learned, "shifted")
@@ -73,14 +73,14 @@ def test_another_opinion_is_measured_and_judged(learned: Learned, monkeypatch: p
     assert not off.holds
 
 
-def test_a_simulation_that_fails_is_an_opinion(learned: Learned) -> None:
+def test_a_simulation_that_fails_is_an_opinion(learned: RebuiltFold) -> None:
     shifted.FAILS_AT[:] = [0]
     opinion = check(learned, "shifted")
     assert not opinion.holds and opinion.score is None
     assert opinion.to_json()["error"] == "shifted: the cloth was stretched"
 
 
-def test_cloth_of_another_thickness_lies_on_the_table(learned: Learned) -> None:
+def test_cloth_of_another_thickness_lies_on_the_table(learned: RebuiltFold) -> None:
     thick = learned.fold.scene.material.model_copy(update={"thickness": 0.004})
     assert asked(learned.fold.scene, thick, False).cloth.vertices[:, 2] == pytest.approx(0.002)
     assert check(learned, "shifted", thick).scene.material == thick
@@ -96,7 +96,7 @@ def seamed() -> Scene:
 
 
 def test_a_finer_mesh_is_the_same_cloth(seamed: Scene) -> None:
-    fine = finer(seamed)
+    fine = subdivided(seamed)
     cloth, before = fine.cloth, seamed.cloth
     count = len(before.vertices)
     assert np.array_equal(cloth.vertices[:count], before.vertices)
@@ -111,7 +111,7 @@ def test_a_finer_mesh_is_the_same_cloth(seamed: Scene) -> None:
     assert {0, 1, 2} < held and max(np.abs(cloth.vertices[list(held), 0] + 0.12)) < 0.03
 
 
-def test_a_fold_on_a_finer_mesh_is_compared_on_the_coarse_one(learned: Learned) -> None:
+def test_a_fold_on_a_finer_mesh_is_compared_on_the_coarse_one(learned: RebuiltFold) -> None:
     opinion = check(learned, "shifted", halved=True)
     assert len(shifted.CALLS[0].cloth.vertices) > 3 * len(learned.fold.start)
     assert opinion.rollout is not None
@@ -120,7 +120,7 @@ def test_a_fold_on_a_finer_mesh_is_compared_on_the_coarse_one(learned: Learned) 
 
 
 def test_simulators_are_compared_and_every_simulation_is_kept(
-    learned: Learned, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    learned: RebuiltFold, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     told: list[str] = []
 
@@ -145,7 +145,7 @@ def test_simulators_are_compared_and_every_simulation_is_kept(
     assert len(shifted.CALLS) == 8, "other random manipulations are other scenes"
 
 
-def test_what_failed_has_the_penalty_and_no_place(learned: Learned, tmp_path: Path) -> None:
+def test_what_failed_has_the_penalty_and_no_place(learned: RebuiltFold, tmp_path: Path) -> None:
     shifted.FAILS_AT[:] = [1]
     agreement = compare(learned, ["native", "shifted"], tmp_path, count=0)
     entry = agreement.entries["li-2015", "shifted"]
@@ -170,7 +170,11 @@ def run(*words: object) -> int:
 
 
 def test_the_exit_code_is_the_verdict(
-    learned: Learned, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    learned: RebuiltFold,
+    folder: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setattr(shifted, "SHIFT", learned.fold.target - learned.fold.final)
     assert run("check", folder, "--simulator", "shifted", "--out", tmp_path / "a") == 0
@@ -216,14 +220,14 @@ def test_a_folder_that_cannot_be_made_again_is_refused(folder: Path, tmp_path: P
     told["task"]["material"] = Material(**{**CLOTH.model_dump(), "thickness": 0.004}).model_dump()
     (tmp_path / "result.json").write_text(json.dumps(told))
     with pytest.raises(InputError, match="another target"):
-        read_learned(tmp_path)
+        rebuild(tmp_path)
     (tmp_path / "step-1").mkdir()
     with pytest.raises(InputError, match="several steps"):
-        read_learned(tmp_path)
+        rebuild(tmp_path)
 
 
-def test_a_rollout_of_the_finer_mesh_has_the_coarse_one_in_it(learned: Learned) -> None:
-    rollout = simulate(finer(learned.fold.scene).model_copy(update={"duration": 0.05}))
+def test_a_rollout_of_the_finer_mesh_has_the_coarse_one_in_it(learned: RebuiltFold) -> None:
+    rollout = simulate(subdivided(learned.fold.scene).model_copy(update={"duration": 0.05}))
     assert np.array_equal(rollout.positions[0, : len(learned.fold.start)], learned.fold.start)
 
 
@@ -233,8 +237,8 @@ def test_a_fold_of_a_garment_and_plan_of_ones_own_is_checked_too(tmp_path: Path)
     plan.write_text('[[step]]\nline = [[0.0, -0.5], [0.0, 0.5]]\nmoves = "-x"\nhands = 1\n')
     task = make_task(str(garment), fold=str(plan))
     learn(task, tmp_path / "learned", trials=1, baselines=False)
-    again = read_learned(tmp_path / "learned")
-    assert again.task.describe() == task.describe()
+    again = rebuild(tmp_path / "learned")
+    assert describe_task(again.task) == describe_task(task)
     assert "--hands" not in command.learn(again.fold)
     told = command.learn(again.fold)
     assert str(garment) in told and str(plan) in told

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tatamu import InputError
-from tatamu.folding import path
+from tatamu import InputError, curves
 from tatamu.folding.baselines import BASELINES, li_2015
 from tatamu.folding.crease import crease
 from tatamu.folding.fold import Fold, make_fold
-from tatamu.folding.manipulation import TOP_SPEED, bezier_manipulation, described, scene_of
+from tatamu.folding.manipulation import TOP_SPEED, bezier_manipulation, scene_of
 from tatamu.folding.score import score, shape_distance, top_views
 from tatamu.garments import make_garment
+from tatamu.results import describe_manipulation
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +67,7 @@ def test_grasps_of_the_two_hands_keep_apart(fold: Fold) -> None:
 
 def test_a_bezier_starts_at_p0_ends_at_p3_and_meets_bernstein() -> None:
     points = np.array([[0.0, 0.0], [1.0, 2.0], [3.0, 2.0], [4.0, 0.0]])
-    curve = path.bezier(points, np.array([0.0, 0.5, 1.0]))
+    curve = curves.bezier(points, np.array([0.0, 0.5, 1.0]))
     assert curve[0] == pytest.approx(points[0])
     assert curve[2] == pytest.approx(points[3])
     assert curve[1] == pytest.approx((points[0] + 3 * points[1] + 3 * points[2] + points[3]) / 8)
@@ -86,7 +86,7 @@ def test_hands_never_move_faster_than_the_top_speed(fold: Fold) -> None:
 def test_the_curve_of_li_2015_has_its_published_height(fold: Fold) -> None:
     displacement = li_2015(fold).paths[0]
     assert displacement[:, 2].max() / fold.span == pytest.approx(0.2578, abs=2e-3)
-    assert path.length(displacement) / fold.span == pytest.approx(1.1688, abs=2e-3)
+    assert curves.length(displacement) / fold.span == pytest.approx(1.1688, abs=2e-3)
 
 
 def test_a_pinch_holds_more_than_one_vertex_and_never_both_hands_the_same(fold: Fold) -> None:
@@ -98,7 +98,7 @@ def test_a_pinch_holds_more_than_one_vertex_and_never_both_hands_the_same(fold: 
 
 def test_the_scene_of_a_manipulation_is_the_manipulation(fold: Fold) -> None:
     manipulation = bezier_manipulation(fold, (int(fold.left[0]), int(fold.right[1])), 0.2, 0.2, 0.5, 0.3)
-    scene, words = scene_of(fold, manipulation), described(fold, manipulation)
+    scene, words = scene_of(fold, manipulation), describe_manipulation(fold, manipulation).model_dump()
     for gripper, arm in zip(scene.grippers, words["arms"], strict=True):
         assert gripper.vertices == arm["grasp"]["patch"]
         start = np.array(arm["grasp"]["position"])

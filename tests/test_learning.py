@@ -21,9 +21,11 @@ import pytest
 from optuna.distributions import FloatDistribution
 
 from tatamu import InputError, Rollout, Scene, TatamuError, simulate
+from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.task import Outcome, Reach, Task, make_task
 from tatamu.learning import learn
-from tatamu.learning.study import Study
+from tatamu.learning.study import Identity, Study
+from tatamu.results import describe_task
 
 COARSE = {"spacing": 0.04, "size": (0.24, 0.5)}
 
@@ -156,7 +158,7 @@ def test_a_failed_trial_is_a_finite_penalty_that_the_search_keeps(
 
 def test_the_search_sees_even_where_the_best_is_far_from_ideal(tmp_path: Path) -> None:
     """As the last step of a plan may be, which cannot mend what the steps before it left."""
-    identity = {"sampler": "gp", "seed": 0}
+    identity = Identity(task=describe_task(task()), sampler="gp", seed=0)
     study = Study(tmp_path / "study.db", identity, {"x": FloatDistribution(0.0, 1.0)}, floor=0.4)
     for number in range(12):
         parameters = study.ask([], number)
@@ -170,7 +172,7 @@ def test_a_study_that_is_killed_while_it_writes_is_written_the_next_time(
     folder = tmp_path / "study"
     shutil.copytree(learned, folder)
     with monkeypatch.context() as killed, pytest.raises(KeyboardInterrupt):
-        killed.setattr("tatamu.learning.result.write_result", interrupt)
+        killed.setattr("tatamu.results.ResultFolder.write_result", interrupt)
         learn(task(), folder, trials=7)
     learn(task(), folder, trials=7)
     assert len(json.loads((folder / "result.json").read_text())["trials"]) == 7
@@ -190,8 +192,8 @@ def test_tasks_that_differ_in_the_mesh_or_the_robot_are_told_apart() -> None:
         replace(one, reach=Reach("mine", lambda _: 1.0, description=b"a")),
         replace(one, reach=Reach("mine", lambda _: 1.0, description=b"b")),
     ]
-    assert len({json.dumps(each.describe()) for each in (one, *others)}) == 6
-    assert one.describe() == task().describe()
+    assert len({describe_task(each).model_dump_json() for each in (one, *others)}) == 6
+    assert describe_task(one) == describe_task(task())
 
 
 def test_a_study_in_which_all_fails_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -257,10 +259,10 @@ class Low:
     def __init__(self) -> None:
         self.asked: list[float] = []
 
-    def __call__(self, manipulation: dict[str, Any]) -> float:
-        points = manipulation["arms"][0]["control_points"]
-        self.asked.append(points[1][2])
-        return 0.08 - points[1][2]
+    def __call__(self, manipulation: Manipulation) -> float:
+        height = float(manipulation.curves[0].control[1, 2])
+        self.asked.append(height)
+        return 0.08 - height
 
 
 def test_what_a_robot_cannot_reach_is_not_simulated_and_fails(tmp_path: Path, simulated: list[Scene]) -> None:

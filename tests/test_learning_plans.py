@@ -16,9 +16,9 @@ from tatamu.folding.fold import ideal_folds
 from tatamu.folding.task import Job, Task, make_job
 from tatamu.learning import learn_job
 from tatamu.learning.space import carried_over, search_space
-from tatamu.report.fold import read_fold
 from tatamu.report.plan import joined_path
 from tatamu.report.replay import hands
+from tatamu.results import read_fold
 
 COARSE: dict[str, Any] = {"spacing": 0.04, "size": (0.24, 0.5)}
 SEARCH: dict[str, Any] = {"sampler": "random", "baselines": False}

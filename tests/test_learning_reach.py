@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tatamu import InputError
+from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.task import Job, Reach, make_job
 from tatamu.learning import learn_job
 
@@ -21,11 +22,11 @@ class Short:
     def __init__(self, reach: float) -> None:
         self.reach, self.asked = reach, 0
 
-    def quality(self, manipulation: dict[str, Any]) -> float:
-        points = np.array(manipulation["arms"][0]["control_points"])
+    def quality(self, manipulation: Manipulation) -> float:
+        points = manipulation.curves[0].control
         return self.reach - float(np.linalg.norm(points[3] - points[0]))
 
-    def refusal(self, manipulation: dict[str, Any]) -> str | None:
+    def refusal(self, manipulation: Manipulation) -> str | None:
         self.asked += 1
         return None if self.quality(manipulation) >= 0 else TOO_FAR
 

@@ -20,7 +20,7 @@ from tatamu.garments import load_garment, make_garment
 from tatamu.garments.meshfile import read_mesh
 from tatamu.learning import learn
 from tatamu.material import Material
-from tatamu.report.fold import read_fold
+from tatamu.results import read_fold
 from tests.foreign import svg
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "measurements-towel.toml"

@@ -7,7 +7,7 @@ import pytest
 
 from tatamu.crossings import crossings
 from tatamu.folding.fold import make_fold
-from tatamu.folding.manipulation import Manipulation, scene_of
+from tatamu.folding.manipulation import polyline_manipulation, scene_of
 from tatamu.garments import make_garment
 from tatamu.material import Material
 from tatamu.scene import Cloth, Gripper, Scene
@@ -120,7 +120,7 @@ def test_a_tshirt_folded_in_half_has_no_layer_through_another() -> None:
     fold = make_fold("half", make_garment("tshirt", (0.4, 0.34), None, 0.016))
     grasps = int(fold.left[2]), int(fold.right[2])
     ways = tuple(np.stack([[0.0, 0.0, 0.0], 0.5 * way + [0.0, 0.0, 0.1], way]) for way in map(fold.translation, grasps))
-    scene = scene_of(fold, Manipulation(grasps, ways, None))
+    scene = scene_of(fold, polyline_manipulation(fold, grasps, ways))
     rollout = simulate(scene)
     opens = min(gripper.opens for gripper in scene.grippers if gripper.opens is not None)
     held = rollout.positions[np.searchsorted(rollout.times, opens) - 2]

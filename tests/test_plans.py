@@ -13,12 +13,13 @@ from tatamu.crossings import crossings
 from tatamu.folding.crease import crease
 from tatamu.folding.fold import Fold, fold_of, ideal_folds, make_fold
 from tatamu.folding.ideal import pressed
-from tatamu.folding.manipulation import bezier_manipulation, described, scene_of
+from tatamu.folding.manipulation import bezier_manipulation, scene_of
 from tatamu.folding.plan import Plan, line_of, load_plan
 from tatamu.folding.plans import PLANS, make_plan
 from tatamu.folding.score import score
 from tatamu.folding.task import make_job
 from tatamu.garments import Garment, make_garment
+from tatamu.results import describe_manipulation, describe_task
 from tatamu.topology import Topology
 from tests.foreign import GOOD
 
@@ -176,7 +177,7 @@ def test_hands_at_different_distances_turn_the_cloth_together(garments: dict[str
         assert fold.start[vertex, :2] + points[3, :2] == pytest.approx(mirrored, abs=1e-12)
         assert np.linalg.norm(points[1]) / fold.span_of(vertex) == pytest.approx(0.5)
         assert points[1][:2] @ fold.crease.along == pytest.approx(0.0, abs=1e-12)
-    words = described(fold, manipulation)
+    words = describe_manipulation(fold, manipulation).model_dump()
     assert words["via_points"]["left"][-1] != words["via_points"]["right"][-1]
 
 
@@ -199,8 +200,8 @@ def test_one_hand_is_one_gripper(garments: dict[str, Garment]) -> None:
     manipulation = task.manipulation(parameters)
     assert manipulation.grasps == (task.fold.left[3],)
     assert len(scene_of(task.fold, manipulation).grippers) == 1
-    assert [arm["name"] for arm in described(task.fold, manipulation)["arms"]] == ["left"]
-    assert task.describe()["hands"] == 1
+    assert [arm.name for arm in describe_manipulation(task.fold, manipulation).arms] == ["left"]
+    assert describe_task(task).hands == 1
 
 
 def test_a_later_step_starts_where_the_cloth_lies_and_knows_its_flat_shape(garments: dict[str, Garment]) -> None:

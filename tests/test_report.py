@@ -13,10 +13,9 @@ import pytest
 
 from tatamu.errors import InputError
 from tatamu.report import write_report
-from tatamu.report.fold import read_fold
 from tatamu.report.markup import filled, inline
 from tatamu.report.verdict import MEASURES, grade
-from tatamu.results.records import Scores
+from tatamu.results import Scores, read_fold
 from tatamu.rollout import Rollout
 from tests.fabricated import changed, rewritten, write_fold
 

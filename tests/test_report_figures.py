@@ -14,13 +14,13 @@ import pytest
 
 from tatamu.report import picture, write_report
 from tatamu.report.errormap import largest, maps
-from tatamu.report.fold import read_fold
 from tatamu.report.histogram import bin_width, histogram
 from tatamu.report.packing import motion
 from tatamu.report.raster import View, rasterise, vertex_normals
 from tatamu.report.replay import FRAMES, frames, replay
 from tatamu.report.tube import tube
 from tatamu.report.ways import figure
+from tatamu.results import read_fold
 from tests.fabricated import changed, grid, rewritten, write_fold
 
 pytestmark = pytest.mark.usefixtures("small_pictures")

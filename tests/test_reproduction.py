@@ -12,10 +12,10 @@ import pytest
 from tatamu.cli import main
 from tatamu.errors import InputError
 from tatamu.material import PRESETS, load_material
-from tatamu.report.fold import LearnedFold, read_fold
 from tatamu.reproduction import Choices, Study, run
 from tatamu.reproduction.claims import claims, separation
 from tatamu.reproduction.page import TABLES, page
+from tatamu.results import LearnedFold, read_fold
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth
 from tatamu.simulators.blender.quads import joined

@@ -10,10 +10,12 @@ import tatamu
 SOURCE = Path(tatamu.__file__).parent
 ORDER = [
     ["errors"],
-    ["files"],
-    ["topology", "material"],
+    ["files", "records", "curves"],
+    ["topology"],
+    ["material"],
     ["presets"],
     ["scene", "rollout", "crossings"],
+    ["subdivision"],
     ["simulators"],
     ["validation"],
     ["garments"],
@@ -64,3 +66,17 @@ def test_every_public_name_can_be_imported_and_is_listed() -> None:
 def test_files_stay_short() -> None:
     long = {f.name: n for f in SOURCE.rglob("*.py") if (n := f.read_text().count("\n")) > 280}
     assert not long, f"is there a second noun in {long}?"
+
+
+SHARED_NAMES: set[str] = set()
+"""Names that more than one public class may have."""
+
+
+def test_no_two_classes_share_a_name() -> None:
+    places: dict[str, list[str]] = {}
+    for file in SOURCE.rglob("*.py"):
+        for node in ast.parse(file.read_text()).body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                places.setdefault(node.name, []).append(str(file.relative_to(SOURCE)))
+    shared = {name: files for name, files in places.items() if len(files) > 1 and name not in SHARED_NAMES}
+    assert not shared, f"one concept, one owner? {shared}"

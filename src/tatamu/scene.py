@@ -10,11 +10,12 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, model_validator
+from pydantic import BeforeValidator, Field, PlainSerializer, model_validator
 
 from tatamu.errors import InputError
 from tatamu.files import read_json, validated, write_text
 from tatamu.material import GRAVITY, Material, Number
+from tatamu.records import Record
 from tatamu.topology import check_mesh
 
 LARGEST = 1e3
@@ -76,12 +77,6 @@ Points = Annotated[np.ndarray, BeforeValidator(_floats), PlainSerializer(_plain)
 Triangles = Annotated[np.ndarray, BeforeValidator(_faces), PlainSerializer(_plain)]
 Edges = Annotated[np.ndarray, BeforeValidator(_edges), PlainSerializer(_plain)]
 Index = Annotated[int, Field(ge=0, strict=True)]
-
-
-class Record(BaseModel):
-    """Base of the scene's parts: frozen, every field known, every number finite."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True)
 
 
 class Cloth(Record):
@@ -166,14 +161,6 @@ class Gripper(Record):
         together = self.closes < other_end and other.closes < end
         return together and not set(self.vertices).isdisjoint(other.vertices)
 
-    def goes_with(self, other: Gripper) -> bool:
-        """Whether it goes the other's way, but for layers that it first presses onto the other's: a hand of both."""
-        count = len(other.times)
-        if len(self.times) < count:
-            return False
-        apart = self.displacements[-count:] - other.displacements
-        return bool(np.ptp(apart, axis=0).max() < 1e-9 < np.abs(apart).max())
-
 
 class Scene(Record):
     """Cloth, material, table, hands and time: the whole input of a simulator."""
@@ -205,17 +192,6 @@ class Scene(Record):
         if self.frames > 200_000:
             raise ValueError(f"duration x frame_rate must be at most 200000 frames, given {self.frames}")
         return self
-
-    @property
-    def hands(self) -> list[list[Gripper]]:
-        """The grippers of each hand, which follow one another: the first goes the hand's way."""
-        hands: list[list[Gripper]] = []
-        for gripper in self.grippers:
-            if hands and gripper.goes_with(hands[-1][0]):
-                hands[-1].append(gripper)
-            else:
-                hands.append([gripper])
-        return hands
 
     @property
     def frames(self) -> int:

@@ -8,6 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from tatamu.curves import sampled_bezier
+from tatamu.folding.manipulation import Manipulation
+
 
 def bezier(control: np.ndarray, u: np.ndarray) -> np.ndarray:
     """A cubic Bezier curve, written out apart from the package's: (4, 3) and (n,) to (n, 3)."""
@@ -48,6 +51,13 @@ def manipulation(
         "timing": {**timing, "top_speed": 0.6},
         "via_points": {"every_frames": every, "times": times.tolist(), **via},
     }
+
+
+def exact(span: float = 0.34, width: float = 0.30, height: float = 0.15, shift: float = 0.0) -> Manipulation:
+    """The same fold as `manipulation`, at the speed of tatamu's own trials."""
+    control = np.array([[0, 0, 0], [0.1 * span, 0, height], [0.8 * span, 0, height], [span, 0, 0.001]])
+    places = [np.array([shift - span / 2, y, 0.0005]) for y in (width / 2, -width / 2)]
+    return Manipulation((0, 1), tuple(places), (sampled_bezier(control),) * 2, (control,) * 2)
 
 
 def folder(path: Path, **fold: float) -> Path:

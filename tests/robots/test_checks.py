@@ -8,20 +8,20 @@ import pytest
 pytest.importorskip("mink")
 pytest.importorskip("toppra")
 
-from tatamu.robots import Plan, load, plan_fold
+from tatamu.robots import RobotPlan, load, plan_fold
 from tatamu.robots.checks import Checks, failing
 from tatamu.robots.motion import Motion
 from tatamu.robots.paths import Paths
 
-Change = Callable[[Plan, np.ndarray], None]
+Change = Callable[[RobotPlan, np.ndarray], None]
 
 
 @pytest.fixture(scope="module")
-def plan(fold: Path) -> Plan:
+def plan(fold: Path) -> RobotPlan:
     return plan_fold(fold, load("hironx"), place=(0.28, 0.0, 0.0), table_height=-0.06)
 
 
-def checked(plan: Plan, change: Change) -> set[str]:
+def checked(plan: RobotPlan, change: Change) -> set[str]:
     """Names of the checks that fail when the joint angles are changed."""
     angles = plan.motion.angles.copy()
     change(plan, angles)
@@ -30,39 +30,39 @@ def checked(plan: Plan, change: Change) -> set[str]:
     return {name for name, check in checks.items() if not check.ok}
 
 
-def middle(plan: Plan) -> np.ndarray:
+def middle(plan: RobotPlan) -> np.ndarray:
     rows = plan.motion.rows("fold")
     return rows[len(rows) // 3 : 2 * len(rows) // 3]
 
 
-def bump(plan: Plan, angles: np.ndarray) -> None:
+def bump(plan: RobotPlan, angles: np.ndarray) -> None:
     rows = middle(plan)
     angles[rows, plan.task.robot.columns["LARM_JOINT0"]] += 0.01 * np.sin(np.linspace(0, np.pi, len(rows))) ** 2
 
 
-def twist(plan: Plan, angles: np.ndarray) -> None:
+def twist(plan: RobotPlan, angles: np.ndarray) -> None:
     rows = middle(plan)
     angles[rows, plan.task.robot.columns["LARM_JOINT5"]] += 0.1 * np.sin(np.linspace(0, np.pi, len(rows))) ** 2
 
 
-def jump(plan: Plan, angles: np.ndarray) -> None:
+def jump(plan: RobotPlan, angles: np.ndarray) -> None:
     angles[middle(plan)[0], plan.task.robot.columns["RARM_JOINT4"]] += 0.02
 
 
-def beyond(plan: Plan, angles: np.ndarray) -> None:
+def beyond(plan: RobotPlan, angles: np.ndarray) -> None:
     angles[middle(plan), plan.task.robot.columns["RARM_JOINT2"]] = 0.0
 
 
-def inwards(plan: Plan, angles: np.ndarray) -> None:
+def inwards(plan: RobotPlan, angles: np.ndarray) -> None:
     angles[middle(plan), plan.task.robot.columns["LARM_JOINT0"]] -= 0.8
     angles[middle(plan), plan.task.robot.columns["RARM_JOINT0"]] += 0.8
 
 
-def downwards(plan: Plan, angles: np.ndarray) -> None:
+def downwards(plan: RobotPlan, angles: np.ndarray) -> None:
     angles[middle(plan), plan.task.robot.columns["LARM_JOINT1"]] += 0.6
 
 
-def at_the_body(plan: Plan, angles: np.ndarray) -> None:
+def at_the_body(plan: RobotPlan, angles: np.ndarray) -> None:
     angles[middle(plan), plan.task.robot.columns["LARM_JOINT0"]] = -1.5
     angles[middle(plan), plan.task.robot.columns["LARM_JOINT2"]] = -2.7
 
@@ -79,12 +79,12 @@ def at_the_body(plan: Plan, angles: np.ndarray) -> None:
         (at_the_body, {"distance_to_the_trunk"}),
     ],
 )
-def test_a_motion_that_breaks_a_rule_is_caught(plan: Plan, change: Change, names: set[str]) -> None:
+def test_a_motion_that_breaks_a_rule_is_caught(plan: RobotPlan, change: Change, names: set[str]) -> None:
     assert checked(plan, lambda plan, angles: None) == set()
     assert names <= checked(plan, change)
 
 
-def test_a_failed_check_says_which_joint_and_which_frame(plan: Plan) -> None:
+def test_a_failed_check_says_which_joint_and_which_frame(plan: RobotPlan) -> None:
     angles = plan.motion.angles.copy()
     beyond(plan, angles)
     motion = Motion(plan.motion.times, angles, plan.motion.parts, plan.motion.events)
@@ -93,7 +93,7 @@ def test_a_failed_check_says_which_joint_and_which_frame(plan: Plan) -> None:
     assert "RARM_JOINT2" in check.failed(name) and f"at frame {check.frame}" in check.failed(name)
 
 
-def test_a_slow_robot_is_refused_when_the_fold_would_be_another(plan: Plan) -> None:
+def test_a_slow_robot_is_refused_when_the_fold_would_be_another(plan: RobotPlan) -> None:
     fold = plan.motion.part("fold")
     slow = replace(fold, timed=replace(fold.timed, duration=20.0))
     parts = tuple(slow if part is fold else part for part in plan.motion.parts)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tatamu.errors import InputError
-from tatamu.robots.hands import Hands
+from tatamu.robots.hands import HandMotion
 from tests.robots.folds import bezier, folder, manipulation
 
 
@@ -18,7 +18,7 @@ def write(path: Path, value: Any) -> Path:
 
 def test_hands_pass_every_via_point_at_its_time(tmp_path: Path) -> None:
     fold = manipulation()
-    hands = Hands.load(folder(tmp_path))
+    hands = HandMotion.load(folder(tmp_path))
     via = fold["via_points"]
     found = hands.at(np.array(via["times"]))
     assert np.abs(found[0] - via["left"]).max() < 2e-4
@@ -26,7 +26,7 @@ def test_hands_pass_every_via_point_at_its_time(tmp_path: Path) -> None:
 
 
 def test_hands_never_leave_their_curve(tmp_path: Path) -> None:
-    hands = Hands.load(folder(tmp_path))
+    hands = HandMotion.load(folder(tmp_path))
     curve = bezier(np.array(manipulation()["arms"][0]["control_points"]), np.linspace(0, 1, 5000))
     points = hands.at(np.linspace(0, 4, 200))[0]
     assert max(np.linalg.norm(curve - point, axis=1).min() for point in points) < 2e-4
@@ -37,7 +37,7 @@ def test_hands_are_at_rest_before_and_after_even_if_via_points_are_even(tmp_path
     for arm in fold["arms"]:
         points = bezier(np.array(arm["control_points"]), np.linspace(0, 1, len(fold["via_points"]["times"])))
         fold["via_points"][arm["name"]] = points.tolist()
-    hands = Hands.load(write(tmp_path / "even", fold))
+    hands = HandMotion.load(write(tmp_path / "even", fold))
     for time in (hands.times[0], hands.times[-1] - 1e-3):
         step = hands.at(np.array([time, time + 1e-3]))
         assert np.abs(np.diff(step, axis=1)).max() < 1e-5
@@ -52,7 +52,7 @@ def test_a_curve_that_turns_back_is_followed_in_order(tmp_path: Path) -> None:
         arm["control_points"] = control.tolist()
         fold["via_points"][arm["name"]] = bezier(control, u).tolist()
     fold["via_points"]["times"] = np.linspace(0.1, 3.1, 19).tolist()
-    hands = Hands.load(write(tmp_path / "loop", fold))
+    hands = HandMotion.load(write(tmp_path / "loop", fold))
     assert np.abs(hands.at(np.linspace(0.1, 3.1, 19))[0] - fold["via_points"]["left"]).max() < 2e-3
 
 
@@ -73,18 +73,18 @@ def test_a_wrong_field_is_named(tmp_path: Path, change: Any, field: str) -> None
     fold = manipulation()
     change(fold)
     with pytest.raises(InputError, match=field) as error:
-        Hands.load(write(tmp_path / "fold", fold))
+        HandMotion.load(write(tmp_path / "fold", fold))
     assert "manipulation.json" in str(error.value) and "\n" not in str(error.value)
 
 
 def test_a_missing_folder_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="nowhere"):
-        Hands.load(tmp_path / "nowhere")
+        HandMotion.load(tmp_path / "nowhere")
 
 
 def test_a_folder_of_something_else_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"must be the folder of a learned fold, and has no manipulation.json"):
-        Hands.load(tmp_path)
+        HandMotion.load(tmp_path)
 
 
 def test_a_plan_of_several_steps_is_refused_and_its_steps_are_named(tmp_path: Path) -> None:
@@ -92,5 +92,5 @@ def test_a_plan_of_several_steps_is_refused_and_its_steps_are_named(tmp_path: Pa
         folder(tmp_path / "shop" / step)
     (tmp_path / "shop" / "step-11").mkdir()  # not learned yet
     with pytest.raises(InputError, match=r"plan of several steps; give one of \S*shop/step-1, \S*step-2, \S*step-10$"):
-        Hands.load(tmp_path / "shop")
-    assert Hands.load(tmp_path / "shop" / "step-1")
+        HandMotion.load(tmp_path / "shop")
+    assert HandMotion.load(tmp_path / "shop" / "step-1")

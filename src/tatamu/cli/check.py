@@ -13,8 +13,8 @@ from tatamu.cli.app import app
 from tatamu.errors import InputError
 
 if TYPE_CHECKING:
-    from tatamu.crosscheck.learned import Learned
     from tatamu.folding.score import Score
+    from tatamu.results import RebuiltFold
 
 
 @app.command()
@@ -50,7 +50,7 @@ def check(
 
     With `--all` every simulation is kept: run the same command again to go on where it stopped.
     """
-    from tatamu.crosscheck.learned import read_learned
+    from tatamu.results import rebuild
 
     if everything == (simulator is not None):
         raise InputError("check: give either --simulator or --all")
@@ -60,14 +60,14 @@ def check(
         raise InputError(f"--random: must be from 0 to 1000, given {count}")
     if seed < 0:
         raise InputError(f"--seed: must be 0 or more, given {seed}")
-    learned = read_learned(folder)
+    learned = rebuild(folder)
     if simulator is None:
         names = [name.strip() for name in simulators.split(",") if name.strip()]
         return _all(learned, names, out or folder / "check-all", count, seed, halve)
     return _one(learned, simulator, out or folder / f"check-{simulator}", material, halve)
 
 
-def _one(learned: Learned, simulator: str, out: Path, material: Path | None, halve: bool) -> int:
+def _one(learned: RebuiltFold, simulator: str, out: Path, material: Path | None, halve: bool) -> int:
     from tatamu.crosscheck.check import check as run
     from tatamu.crosscheck.page import save
     from tatamu.material import load_material
@@ -91,7 +91,7 @@ def _words(score: Score) -> str:
     return f"{distance:.1f} mm from the target, IoU {score.mask_iou:.3f}, C = {score.objective:.4f}"
 
 
-def _all(learned: Learned, names: list[str], out: Path, count: int, seed: int, halve: bool) -> int:
+def _all(learned: RebuiltFold, names: list[str], out: Path, count: int, seed: int, halve: bool) -> int:
     from tatamu.crosscheck.agreement import compare
     from tatamu.crosscheck.matrix import save, terminal
     from tatamu.folding.baselines import BASELINES

@@ -51,7 +51,7 @@ def rehearse(
     with console.status(f"the cloth in {simulator}, with the robot's hands and with floating ones"):
         fold = refold(result, simulator, halvings) if simulator != "none" else None
     if fold is None and simulator != "none":
-        print(f"warning: no cloth: {plan / 'fold' / 'scene.json'}: there is no such file")
+        print(f"warning: no cloth: {result.planned.fold.scene_file}: there is no such file")
     figures = save(result, plan / "rehearsal", fold)
     for line in summary(figures):
         print(line)

@@ -1,4 +1,4 @@
-"""A second opinion: what another simulator says of a learned fold, and how far simulators agree at all."""
+"""Cross-check: a learned fold in another simulator, and how far simulators agree at all."""
 
 from tatamu.crosscheck.agreement import Agreement, compare
 from tatamu.crosscheck.check import Opinion, check

@@ -17,16 +17,17 @@ from optuna.distributions import FloatDistribution, IntDistribution
 from scipy.stats import spearmanr
 
 from tatamu import __version__
-from tatamu.crosscheck.check import asked, meets, on_coarse_mesh
-from tatamu.crosscheck.learned import Learned
+from tatamu.crosscheck.check import asked, meets
 from tatamu.errors import InputError, SimulationError
 from tatamu.folding.baselines import BASELINES
 from tatamu.folding.manipulation import Manipulation, scene_of
 from tatamu.folding.score import Score, score
 from tatamu.learning.space import search_space
+from tatamu.results import RebuiltFold
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 from tatamu.simulators import named
+from tatamu.subdivision import on_coarse_mesh
 
 LEARNED = "learned"
 
@@ -79,7 +80,7 @@ class Pair:
 class Agreement:
     """Everything that was compared."""
 
-    learned: Learned
+    learned: RebuiltFold
     simulators: list[str]
     manipulations: list[str]
     entries: dict[tuple[str, str], Entry]
@@ -153,17 +154,17 @@ def _entry_data(entry: Entry) -> dict[str, Any]:
     }
 
 
-def manipulations(learned: Learned, count: int, seed: int) -> dict[str, tuple[Scene, float]]:
+def manipulations(learned: RebuiltFold, count: int, seed: int) -> dict[str, tuple[Scene, float]]:
     """Scene and l_x [m] of the learned fold, the baselines and `count` random manipulations, by name."""
     fold = learned.task.fold
-    way = learned.score.trajectory_length
+    length = learned.score.trajectory_length
     made = {name: make(fold) for name, (_, make) in BASELINES.items()}
     made |= {f"random-{number}": drawn for number, drawn in enumerate(_random(learned, count, seed))}
     scenes = {name: (scene_of(fold, drawn), drawn.trajectory_length) for name, drawn in made.items()}
-    return {LEARNED: (learned.fold.scene, way), **scenes}
+    return {LEARNED: (learned.fold.scene, length), **scenes}
 
 
-def _random(learned: Learned, count: int, seed: int) -> Iterator[Manipulation]:
+def _random(learned: RebuiltFold, count: int, seed: int) -> Iterator[Manipulation]:
     """Manipulations drawn evenly from what the search may choose."""
     random = np.random.default_rng(seed)
     for _ in range(count):
@@ -180,7 +181,7 @@ def _random(learned: Learned, count: int, seed: int) -> Iterator[Manipulation]:
 
 
 def compare(
-    learned: Learned,
+    learned: RebuiltFold,
     simulators: list[str],
     folder: Path,
     *,
@@ -198,7 +199,7 @@ def compare(
         count: How many random manipulations there are.
         seed: Of the random manipulations.
         halved: On a mesh of half the spacing.
-        progress: Told before each simulation.
+        progress: Called before each simulation.
 
     Raises:
         InputError: There is no such simulator, one cannot run here, or the folder cannot be used.
@@ -210,11 +211,11 @@ def compare(
     made = manipulations(learned, count, seed)
     entries = {}
     for simulator in simulators:
-        for name, (scene, way) in made.items():
+        for name, (scene, length) in made.items():
             progress(name, simulator)
             kept = folder / "rollouts" / simulator / f"{name}.npz"
             rollout = _kept(asked(scene, None, halved), simulator, kept, learned.fold.faces)
-            entries[name, simulator] = _entry(learned, name, simulator, way, rollout)
+            entries[name, simulator] = _entry(learned, name, simulator, length, rollout)
     return Agreement(learned, simulators, list(made), entries)
 
 
@@ -235,10 +236,10 @@ def _kept(scene: Scene, simulator: str, path: Path, faces: np.ndarray) -> Rollou
     return ends
 
 
-def _entry(learned: Learned, name: str, simulator: str, way: float, rollout: Rollout) -> Entry:
+def _entry(learned: RebuiltFold, name: str, simulator: str, length: float, rollout: Rollout) -> Entry:
     error = rollout.info.get("error")
     if error is not None:
-        return Entry(name, simulator, learned.task.penalty(way), None, None, error)
+        return Entry(name, simulator, learned.task.penalty(length), None, None, error)
     final = rollout.positions[-1]
-    reached = score(learned.task.fold, way, final)
+    reached = score(learned.task.fold, length, final)
     return Entry(name, simulator, reached.objective, reached, final, None)

@@ -8,29 +8,28 @@ from typing import Any
 import numpy as np
 
 from tatamu import __version__
-from tatamu.crosscheck.finer import finer
-from tatamu.crosscheck.learned import Learned
 from tatamu.errors import SimulationError
 from tatamu.folding.score import Score
 from tatamu.material import Material
 from tatamu.report.verdict import MEASURES
-from tatamu.results.records import Scores
+from tatamu.results import RebuiltFold, Scores
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 from tatamu.simulators import named
+from tatamu.subdivision import on_coarse_mesh, subdivided
 
 DECISIVE = ("mean_vertex_distance", "mask_iou")
-"""Measures that the literature has a threshold of success for; a fold holds where it meets these."""
+"""Measures with a threshold of success in the literature; a fold holds where it meets these."""
 
 
 @dataclass(frozen=True)
 class Opinion:
-    """What another simulator says."""
+    """The same manipulation in another simulator."""
 
-    learned: Learned
+    learned: RebuiltFold
     simulator: str
     scene: Scene
-    """What was simulated."""
+    """The scene that was simulated."""
     rollout: Rollout | None
     """The motion there, of the vertices of the learned fold; None where the simulation failed."""
     score: Score | None
@@ -79,7 +78,7 @@ def meets(score: Score) -> bool:
     return all(measure.passes(scores) for measure in MEASURES if measure.key in DECISIVE)
 
 
-def check(learned: Learned, simulator: str, material: Material | None = None, halved: bool = False) -> Opinion:
+def check(learned: RebuiltFold, simulator: str, material: Material | None = None, halved: bool = False) -> Opinion:
     """Simulate the best manipulation of a learned fold again.
 
     Args:
@@ -107,9 +106,4 @@ def asked(scene: Scene, material: Material | None, halved: bool) -> Scene:
         rest = scene.cloth.rest_vertices
         cloth = scene.cloth.model_copy(update={"vertices": raised, "rest_vertices": rest})
         scene = scene.model_copy(update={"material": material, "cloth": cloth})
-    return finer(scene) if halved else scene
-
-
-def on_coarse_mesh(rollout: Rollout, faces: np.ndarray) -> Rollout:
-    """The rollout of a finer mesh as one of the mesh it was made from."""
-    return Rollout(rollout.times, rollout.positions[:, : faces.max() + 1], faces, rollout.info)
+    return subdivided(scene) if halved else scene

@@ -12,7 +12,6 @@ from tatamu.files import replacing, write_json, write_text
 from tatamu.report import png
 from tatamu.report.chart import Figure, axis, layout
 from tatamu.report.errormap import maps
-from tatamu.report.fold import LearnedFold
 from tatamu.report.headline import title
 from tatamu.report.markup import text
 from tatamu.report.shading import shrink, to_pixels
@@ -20,7 +19,7 @@ from tatamu.report.sheet import Sheet, card
 from tatamu.report.still import FINER, render
 from tatamu.report.tables import compared
 from tatamu.report.topview import draw, extent, figure, outlined
-from tatamu.results.records import Scores
+from tatamu.results import LearnedFold, Scores
 from tatamu.rollout import Rollout
 
 

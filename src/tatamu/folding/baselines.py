@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from tatamu.folding import path
+from tatamu.curves import SAMPLES
 from tatamu.folding.fold import Fold
-from tatamu.folding.manipulation import Manipulation, bezier_manipulation
+from tatamu.folding.manipulation import Manipulation, bezier_manipulation, polyline_manipulation
 
 LI_2015 = ((0.53996, 0.20555), (0.78185, 0.45923))
 """P1 and P2 as fractions of the span, in both axes: the curve shipped with the code of Li et al. 2015
@@ -24,21 +24,21 @@ def li_2015(fold: Fold) -> Manipulation:
 def triangle(fold: Fold) -> Manipulation:
     """Straight up to half the span above the fold line, straight down."""
 
-    def way(span: float, translation: np.ndarray) -> np.ndarray:
+    def path(span: float, translation: np.ndarray) -> np.ndarray:
         return np.stack([np.zeros(3), 0.5 * translation + [0.0, 0.0, 0.5 * span], translation])
 
-    return _each(fold, way)
+    return _each(fold, path)
 
 
 def circle(fold: Fold) -> Manipulation:
     """Half a circle about the fold line, as if the moving side were a stiff board."""
-    angle = np.linspace(0.0, np.pi, path.SAMPLES + 1)
+    angle = np.linspace(0.0, np.pi, SAMPLES + 1)
 
-    def way(span: float, translation: np.ndarray) -> np.ndarray:
-        along = 0.5 * (1.0 - np.cos(angle))[:, None] * translation
-        return along + np.sin(angle)[:, None] * [0.0, 0.0, 0.5 * span]
+    def path(span: float, translation: np.ndarray) -> np.ndarray:
+        forward = 0.5 * (1.0 - np.cos(angle))[:, None] * translation
+        return forward + np.sin(angle)[:, None] * [0.0, 0.0, 0.5 * span]
 
-    return _each(fold, way)
+    return _each(fold, path)
 
 
 BASELINES: dict[str, tuple[str, Callable[[Fold], Manipulation]]] = {
@@ -53,7 +53,7 @@ def _corners(fold: Fold) -> tuple[int, ...]:
     return tuple(int(hand[0]) for hand in (fold.left, fold.right)[: fold.hands])
 
 
-def _each(fold: Fold, way: Callable[[float, np.ndarray], np.ndarray]) -> Manipulation:
-    """The same kind of way for each hand, from its own span and translation [m]."""
+def _each(fold: Fold, path: Callable[[float, np.ndarray], np.ndarray]) -> Manipulation:
+    """The same kind of path for each hand, from its own span and translation [m]."""
     grasps = _corners(fold)
-    return Manipulation(grasps, tuple(way(fold.span_of(v), fold.translation(v)) for v in grasps), None)
+    return polyline_manipulation(fold, grasps, [path(fold.span_of(v), fold.translation(v)) for v in grasps])

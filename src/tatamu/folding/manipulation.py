@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from itertools import pairwise
+from typing import Self
 
 import numpy as np
+from pydantic import Field, model_validator
 
-from tatamu.folding import path
+from tatamu import curves
+from tatamu.curves import Bezier
 from tatamu.folding.fold import Fold
 from tatamu.folding.pinch import pressed
+from tatamu.records import OpenRecord
 from tatamu.scene import Cloth, Gripper, Scene, Table
 
 TOP_SPEED = 0.6
@@ -17,13 +22,33 @@ TOP_SPEED = 0.6
 WAIT, HOLD, SETTLE = 0.1, 0.4, 1.0
 """Before the hands move, between arriving and opening, and after opening until the fold is scored [s]."""
 FRAME_RATE = 60.0
-VIA_EVERY = 10
-"""The robot's via-points lie this many frames apart (paper, section VI-C)."""
-
+"""Frames per second [1/s]."""
 
 HANDS = ("left", "right")
+"""Names of the hands, in the order of `Manipulation`."""
 _CLOSING = np.linspace(0.0, WAIT, round(WAIT * FRAME_RATE) + 1).tolist()
 """When fingers close, frame by frame [s]: before the hands move."""
+
+
+class Timing(OpenRecord):
+    """When the hands close, start, arrive and open, and when the scene ends [s]."""
+
+    closes: float = Field(ge=0)
+    starts: float
+    arrives: float
+    opens: float
+    ends: float
+    top_speed: float | None = None
+    """Of the faster hand [m/s]; None: not said."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        for early, late in pairwise(("closes", "starts", "arrives", "opens", "ends")):
+            if getattr(self, late) < getattr(self, early):
+                raise ValueError(f"{late} must not be before {early}")
+        if not self.arrives > self.starts:
+            raise ValueError("arrives must be after starts")
+        return self
 
 
 @dataclass(frozen=True)
@@ -32,41 +57,55 @@ class Manipulation:
 
     grasps: tuple[int, ...]
     """Grasped vertex of the left and of the right hand."""
+    positions: tuple[np.ndarray, ...]
+    """Where each hand grasps [m], shape (3,)."""
     paths: tuple[np.ndarray, ...]
     """Each hand's path relative to its grasp [m], shape (s, 3), from 0 to its release."""
     control_points: tuple[np.ndarray, ...] | None
     """P0..P3 of each hand relative to its grasp [m], shape (4, 3); None for paths that are no cubic Bezier."""
 
     @property
+    def curves(self) -> tuple[Bezier, ...]:
+        """Each hand's Bezier curve in the scene.
+
+        Raises:
+            ValueError: The paths are no cubic Bezier curves.
+        """
+        if self.control_points is None:
+            raise ValueError("the paths of this manipulation are polylines")
+        placed = zip(self.positions, self.control_points, strict=True)
+        return tuple(Bezier(position + points) for position, points in placed)
+
+    @property
     def trajectory_length(self) -> float:
-        """l_x of Eq. (10): the mean of both hands' ways [m]."""
-        return sum(map(path.length, self.paths)) / len(self.paths)
+        """l_x of Eq. (10): the mean length of both hands' paths [m]."""
+        return sum(map(curves.length, self.paths)) / len(self.paths)
 
     @property
     def move_seconds(self) -> float:
-        """How long the hands move [s], a whole number of frames; the longer way sets it."""
-        longest = max(map(path.length, self.paths))
-        return float(np.ceil(path.duration(longest, TOP_SPEED) * FRAME_RATE) / FRAME_RATE)
+        """How long the hands move [s], a whole number of frames; the longer path sets it."""
+        longest = max(map(curves.length, self.paths))
+        return float(np.ceil(curves.minimum_jerk_duration(longest, TOP_SPEED) * FRAME_RATE) / FRAME_RATE)
 
     @property
-    def timing(self) -> dict[str, float]:
-        """When the hands close, start, arrive and open, and when the scene ends [s]."""
+    def timing(self) -> Timing:
+        """When the hands close, move and open."""
         arrives = WAIT + self.move_seconds
-        return {
-            "closes": 0.0,
-            "starts": WAIT,
-            "arrives": round(arrives, 9),
-            "opens": round(arrives + HOLD, 9),
-            "ends": round(arrives + HOLD + SETTLE, 9),
-            "top_speed": TOP_SPEED,
-        }
+        return Timing(
+            closes=0.0,
+            starts=WAIT,
+            arrives=round(arrives, 9),
+            opens=round(arrives + HOLD, 9),
+            ends=round(arrives + HOLD + SETTLE, 9),
+            top_speed=TOP_SPEED,
+        )
 
     def motion(self) -> tuple[np.ndarray, list[np.ndarray]]:
         """Knots of the motion, one per frame: times [s], shape (k,), displacements of each hand [m], shape (k, 3)."""
         count = round(self.move_seconds * FRAME_RATE)
-        fraction = path.minimum_jerk(np.arange(count + 1) / count)
+        fraction = curves.minimum_jerk(np.arange(count + 1) / count)
         times = WAIT + np.arange(count + 1) / FRAME_RATE
-        return times, [path.along(way, fraction) for way in self.paths]
+        return times, [curves.along(path, fraction) for path in self.paths]
 
 
 def bezier_manipulation(
@@ -84,7 +123,16 @@ def bezier_manipulation(
         larger = fold.span_of(vertex) / fold.span
         inner = [larger * (x1 * across + z1 * up), larger * (x2 * across + z2 * up)]
         points.append(np.stack([np.zeros(3), *inner, fold.translation(vertex)]))
-    return Manipulation(grasps, tuple(map(path.sampled_bezier, points)), tuple(points))
+    return Manipulation(grasps, _places(fold, grasps), tuple(map(curves.sampled_bezier, points)), tuple(points))
+
+
+def polyline_manipulation(fold: Fold, grasps: tuple[int, ...], paths: Sequence[np.ndarray]) -> Manipulation:
+    """Hands that follow polylines relative to their grasps [m], shape (s, 3) each."""
+    return Manipulation(grasps, _places(fold, grasps), tuple(paths), None)
+
+
+def _places(fold: Fold, grasps: tuple[int, ...]) -> tuple[np.ndarray, ...]:
+    return tuple(fold.start[vertex] for vertex in grasps)
 
 
 def scene_of(fold: Fold, manipulation: Manipulation) -> Scene:
@@ -92,20 +140,21 @@ def scene_of(fold: Fold, manipulation: Manipulation) -> Scene:
 
     A hand is one gripper, left before right, or several where its fingers press layers together.
     """
-    garment, timing = fold.garment, manipulation.timing
+    garment = fold.garment
+    timing = manipulation.timing
     times, displacements = manipulation.motion()
     grippers = [
-        Gripper(vertices=held, closes=timing["closes"], opens=timing["opens"], times=knots, displacements=way)
+        Gripper(vertices=held, closes=timing.closes, opens=timing.opens, times=knots, displacements=path)
         for vertex, moved in zip(manipulation.grasps, displacements, strict=True)
         for held, down in _held(fold, vertex)
-        for knots, way in [_after_closing(times, moved, down)]
+        for knots, path in [_after_closing(times, moved, down)]
     ]
     return Scene(
         cloth=_cloth(fold),
         material=garment.material,
         table=Table(),
         grippers=grippers,
-        duration=timing["ends"],
+        duration=timing.ends,
         frame_rate=FRAME_RATE,
     )
 
@@ -122,7 +171,7 @@ def _after_closing(times: np.ndarray, moved: np.ndarray, down: float) -> tuple[l
     if not down:
         return times.tolist(), moved
     shift = np.array([0.0, 0.0, down])
-    closing = path.minimum_jerk(np.linspace(0.0, 1.0, len(_CLOSING)))[:-1, None] * shift
+    closing = curves.minimum_jerk(np.linspace(0.0, 1.0, len(_CLOSING)))[:-1, None] * shift
     return [*_CLOSING[:-1], *times.tolist()], np.concatenate([closing, moved + shift])
 
 
@@ -132,29 +181,3 @@ def _cloth(fold: Fold) -> Cloth:
     flat = garment.vertices if garment.rest is None else garment.rest
     rest = garment.rest if fold.start is garment.vertices else flat
     return Cloth(vertices=fold.start, faces=garment.faces, rest_vertices=rest, seams=garment.seams)
-
-
-def described(fold: Fold, manipulation: Manipulation) -> dict[str, Any]:
-    """What `manipulation.json` holds; see docs/result-folder.md."""
-    times, displacements = manipulation.motion()
-    via = np.unique(np.append(np.arange(0, len(times), VIA_EVERY), len(times) - 1))
-    arms: list[dict[str, Any]] = []
-    paths: dict[str, Any] = {}
-    for number, (name, vertex) in enumerate(zip(HANDS, manipulation.grasps, strict=False)):
-        grasp = fold.start[vertex]
-        points = manipulation.control_points
-        arms.append(
-            {
-                "name": name,
-                "grasp": {"vertex": int(vertex), "position": grasp.tolist(), "patch": fold.patch(vertex)},
-                "control_points": None if points is None else (grasp + points[number]).tolist(),
-            }
-        )
-        paths[name] = (grasp + displacements[number][via]).tolist()
-    return {
-        "version": 1,
-        "frame_rate": FRAME_RATE,
-        "arms": arms,
-        "timing": manipulation.timing,
-        "via_points": {"every_frames": VIA_EVERY, "times": times[via].tolist(), **paths},
-    }

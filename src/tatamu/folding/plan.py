@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from tatamu.errors import InputError
 from tatamu.files import read_toml, validated
 from tatamu.folding.ideal import Line
 from tatamu.garments import Garment
+from tatamu.records import Record
 
 AUTO = "auto"
 """The edge that lies farthest from the line."""
@@ -26,12 +27,6 @@ Place = tuple[float, float]
 
 def _names(value: object) -> object:
     return (value,) if isinstance(value, str) else value
-
-
-class Record(BaseModel):
-    """Base of what is read: frozen, every field known, every number finite."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 class Step(Record):

@@ -6,7 +6,6 @@ beside them what belongs to the whole.
 
 from __future__ import annotations
 
-import os
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
@@ -16,18 +15,18 @@ from typing import Any
 import numpy as np
 
 from tatamu.errors import InputError
-from tatamu.files import read_json
 from tatamu.folding.fold import Fold, ideal_folds
 from tatamu.folding.task import Job, Task, digest
-from tatamu.learning.learn import Progress, begun, check_parallel, check_search, learn, locked, step_name
+from tatamu.learning.learn import Progress, check_parallel, check_search, learn, locked
 from tatamu.learning.reachable import check_reach
 from tatamu.learning.space import Grasps, carried_over
 from tatamu.learning.study import held_identity
 from tatamu.learning.whole import write_whole
-from tatamu.rollout import Rollout
+from tatamu.results import ResultFolder
+from tatamu.results.result import Parameters
 
 Reporting = Callable[[Task, int], AbstractContextManager[Callable[[Progress], None]]]
-"""From a task and its number of trials to what is told of its progress."""
+"""Makes, of a task and its number of trials, the function that is called with the progress."""
 
 
 @contextmanager
@@ -52,15 +51,15 @@ def learn_job(
     A later step begins its search with what the steps before it found, each carried over to its own fold.
 
     Args:
-        job: What to fold by which plan.
+        job: The garment and the plan that folds it.
         folder: Where it goes; made if it is not there.
         trials: How many trials each step shall have in the end.
         seed: Of the search of every step.
         sampler: Name of the sampler.
-        grasps: Search grasps as whole numbers, or as real numbers that are floored (the paper's way).
+        grasps: Search grasps as whole numbers, or as real numbers that are floored, as in the paper.
         baselines: Also score the fixed trajectories.
         parallel: How many trials run at a time (`learn`).
-        reporting: What draws the progress of a step.
+        reporting: Draws the progress of a step.
 
     Returns:
         The report.
@@ -72,6 +71,7 @@ def learn_job(
     check_search(trials, seed, sampler)
     check_parallel(parallel, job.simulator, job.reach is not None)
     count = len(job.plan.steps)
+    results = ResultFolder(folder)
     options: dict[str, Any] = {
         "seed": seed,
         "sampler": sampler,
@@ -79,24 +79,24 @@ def learn_job(
         "baselines": baselines,
         "parallel": parallel,
     }
-    _refuse_other(folder, count)
-    if not begun(folder):
+    _refuse_other(results, count)
+    if not results.begun:
         check_reach(job)
     if count == 1:
         return _learn(job.task(0), folder, trials, reporting, options)
-    with locked(folder):
+    with locked(results):
         state: np.ndarray | None = None
-        found: list[tuple[Fold, dict[str, float]]] = []
+        found: list[tuple[Fold, Parameters]] = []
         for number in range(count):
-            task, own = job.task(number, state), folder / step_name(number)
+            task = job.task(number, state)
+            own = results.step(number)
             _forget_if_outdated(task, own)
             first = [carried_over(parameters, fold, task.fold, grasps) for fold, parameters in found]
-            _learn(task, own, trials, reporting, {**options, "first": first})
-            found.append((task.fold, _best(own)))
-            state = Rollout.load(own / "rollout.npz").positions[-1]
-        folders = [folder / step_name(number) for number in range(count)]
+            _learn(task, own.path, trials, reporting, {**options, "first": first})
+            found.append((task.fold, own.result.best_trial.parameters))
+            state = own.rollout.positions[-1]
         ideals = [fold.target for fold in ideal_folds(job.garment, job.plan, job.hands)]
-        return write_whole(job, folder, folders, ideals)
+        return write_whole(job, results, ideals)
 
 
 def _learn(task: Task, folder: Path, trials: int, reporting: Reporting, options: dict[str, Any]) -> Path:
@@ -104,25 +104,19 @@ def _learn(task: Task, folder: Path, trials: int, reporting: Reporting, options:
         return learn(task, folder, trials=trials, progress=progress, **options)
 
 
-def _best(folder: Path) -> dict[str, float]:
-    """Parameters of the best trial of a learned step."""
-    result = read_json(folder / "result.json")
-    return dict(result["trials"][result["best"]]["parameters"])
+def _refuse_other(folder: ResultFolder, count: int) -> None:
+    """Refuse to mix one-step studies and plans in one folder."""
+    if count == 1 and folder.holds_plan:
+        raise InputError(f"{folder.path}: holds a plan of several steps; give another folder")
+    if count > 1 and folder.study_file.exists():
+        raise InputError(f"{folder.path}: holds the study of a single fold; give another folder")
 
 
-def _refuse_other(folder: Path, count: int) -> None:
-    """One-step studies and plans live in different folders."""
-    if count == 1 and os.path.exists(folder / step_name(0)):
-        raise InputError(f"{folder}: holds a plan of several steps; give another folder")
-    if count > 1 and os.path.exists(folder / "study.db"):
-        raise InputError(f"{folder}: holds the study of a single fold; give another folder")
-
-
-def _forget_if_outdated(task: Task, folder: Path) -> None:
+def _forget_if_outdated(task: Task, folder: ResultFolder) -> None:
     """Remove the study of a step that began from a state that the step before it no longer leaves.
 
     It happens when a plan goes on with more trials: a better first fold makes the second another task.
     """
-    held = held_identity(folder / "study.db")
-    if held is not None and task.step[0] > 1 and held.get("task", {}).get("start") != digest(task.fold.start):
-        shutil.rmtree(folder)
+    held = held_identity(folder.study_file)
+    if held is not None and task.step[0] > 1 and held.task.start != digest(task.fold.start):
+        shutil.rmtree(folder.path)

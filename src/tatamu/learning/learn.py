@@ -11,18 +11,22 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any, NamedTuple
 
+import numpy as np
 from filelock import FileLock, Timeout
 
 from tatamu.errors import InputError, TatamuError
-from tatamu.folding.manipulation import Manipulation
+from tatamu.folding.manipulation import Manipulation, scene_of
+from tatamu.folding.score import vertex_distances
 from tatamu.folding.task import Outcome, Task
-from tatamu.learning import result
+from tatamu.learning.outcomes import attributes_of, best_number, result_of, scored_baselines
 from tatamu.learning.samplers import SAMPLERS
 from tatamu.learning.space import Grasps, search_space
-from tatamu.learning.study import Study
+from tatamu.learning.study import Identity, Study
+from tatamu.results import MOMENTS, ResultFolder, describe_manipulation, describe_task
+from tatamu.results.folder import LEARNED
+from tatamu.results.result import Parameters
+from tatamu.simulators import SIMULATORS, capabilities
 
-WRITTEN = ("result.json", "manipulation.json", "scene.json", "rollout.npz", "report.html")
-"""What a study leaves beside its database."""
 MOST_PARALLEL = 16
 """More trials than this at a time know too little of one another."""
 
@@ -49,18 +53,18 @@ def learn(
     grasps: Grasps = "integer",
     baselines: bool = True,
     parallel: int = 1,
-    first: Sequence[dict[str, float]] = (),
+    first: Sequence[Parameters] = (),
     progress: Callable[[Progress], None] = lambda _: None,
 ) -> Path:
     """Learn a task, or go on where it stopped; the folder then holds everything.
 
     Args:
-        task: What to fold.
+        task: The fold, the garment and the simulator.
         folder: Where the study lives; made if it is not there.
         trials: How many trials the study shall have in the end.
         seed: Of the search.
         sampler: Name of the sampler.
-        grasps: Search grasps as whole numbers, or as real numbers that are floored (the paper's way).
+        grasps: Search grasps as whole numbers, or as real numbers that are floored, as in the paper.
         baselines: Also score the fixed trajectories.
         parallel: How many trials run at a time, in threads. Each is proposed knowing all before it but the last
             `parallel` - 1, whether these have ended or not, so that the study does not depend on how fast they are.
@@ -76,26 +80,30 @@ def learn(
     """
     check_search(trials, seed, sampler)
     check_parallel(parallel, task.simulator, task.reach is not None)
-    with locked(folder):
-        identity = {"task": task.describe(), "sampler": sampler, "grasps": grasps, "seed": seed}
-        if parallel > 1:
-            identity["parallel"] = parallel
-        if first:
-            identity["first"] = [dict(parameters) for parameters in first]
-        study = Study(folder / "study.db", identity, search_space(task.fold, grasps), floor=task.fold.span)
+    results = ResultFolder(folder)
+    with locked(results):
+        identity = Identity(
+            task=describe_task(task),
+            sampler=sampler,
+            grasps=grasps,
+            seed=seed,
+            parallel=parallel,
+            first=[dict(parameters) for parameters in first],
+        )
+        study = Study(results.study_file, identity, search_space(task.fold, grasps), floor=task.fold.span)
         done = len(study.trials)
         if trials < done:
             raise InputError(f"trials: {folder} has {done} trials already, given {trials}; give {done} or more")
-        if done == trials and _finished(folder, study, baselines):
-            return folder / "report.html"
-        (folder / "report.html").unlink(missing_ok=True)  # written last: it says that the other files are this study's
+        if done == trials and results.complete and not (baselines and study.baselines is None):
+            return results.report_file
+        results.report_file.unlink(missing_ok=True)  # written last: it says that the other files are this study's
         runner = _Runner(task, study)
         progress(runner.progress(trials))
         for _ in runner.run(trials, parallel):
             progress(runner.progress(trials))
         if baselines and study.baselines is None:
-            study.baselines = result.baseline_records(task, parallel)
-        return runner.write(folder, identity)
+            study.baselines = scored_baselines(task, parallel)
+        return runner.write(results)
 
 
 def check_search(trials: int, seed: int, sampler: str) -> None:
@@ -112,54 +120,42 @@ def check_parallel(parallel: int, simulator: str, reaches: bool) -> None:
     """Refuse to run more trials at a time than a simulator, or a robot's reach, can."""
     if not 1 <= parallel <= MOST_PARALLEL:
         raise InputError(f"parallel: must be from 1 to {MOST_PARALLEL}, given {parallel}")
-    if parallel > 1 and simulator != "native":
-        raise InputError(f"parallel: only native runs several trials at a time, given {parallel} with {simulator}")
+    if parallel > 1 and not capabilities(simulator).parallel:
+        able = ", ".join(name for name in SIMULATORS if capabilities(name).parallel)
+        raise InputError(f"parallel: only {able} runs several trials at a time, given {parallel} with {simulator}")
     if parallel > 1 and reaches:
         raise InputError(f"parallel: folds within a robot's reach are tried one at a time, given {parallel}")
 
 
-def step_name(number: int) -> str:
-    """The folder of a step of a plan, the first being 0."""
-    return f"step-{number + 1}"
-
-
-def begun(folder: Path) -> bool:
-    """Whether a study, or a plan of several steps, was begun there."""
-    return any(os.path.exists(folder / name) for name in ("study.db", step_name(0)))
-
-
-def locked(folder: Path) -> Any:
+def locked(folder: ResultFolder) -> Any:
     """A lock on the folder that ends with the process, however it ends.
 
     Raises:
         InputError: The folder cannot be written, another run has it, or it holds such files of somebody else.
     """
-    foreign = [name for name in WRITTEN if os.path.exists(folder / name)]
-    if foreign and not begun(folder):
-        raise InputError(f"{folder}: holds a {foreign[0]} but no study, and it would be lost; give another folder")
+    path = folder.path
+    foreign = [name for name in LEARNED if os.path.exists(path / name)]
+    if foreign and not folder.begun:
+        raise InputError(f"{path}: holds a {foreign[0]} but no study, and it would be lost; give another folder")
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        lock = FileLock(folder / ".lock")
+        path.mkdir(parents=True, exist_ok=True)
+        lock = FileLock(path / ".lock")
         return lock.acquire(timeout=0)
     except Timeout:
-        raise InputError(f"{folder}: another run is learning here") from None
+        raise InputError(f"{path}: another run is learning here") from None
     except OSError as error:
-        raise InputError(f"{folder}: cannot be written ({error.strerror or error})") from None
-
-
-def _finished(folder: Path, study: Study, baselines: bool) -> bool:
-    return all((folder / name).exists() for name in WRITTEN) and not (baselines and study.baselines is None)
+        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
 
 
 class _Proposal(NamedTuple):
     """A trial that is on its way."""
 
-    parameters: dict[str, float]
+    parameters: Parameters
     manipulation: Manipulation
 
 
 class _Runner:
-    """Trials of one study; the outcomes that the report shows are kept, others are forgotten."""
+    """Trials of one study; the outcomes that the folder keeps are remembered, others are forgotten."""
 
     def __init__(self, task: Task, study: Study) -> None:
         self.task, self.study = task, study
@@ -193,17 +189,17 @@ class _Runner:
     def _finish(self, proposal: _Proposal, future: Future[tuple[Outcome, float]]) -> None:
         """Record a trial when it has ended."""
         outcome, seconds = future.result()
-        attributes = result.attributes_of(outcome, proposal.manipulation.trajectory_length, seconds)
+        attributes = attributes_of(outcome, proposal.manipulation.trajectory_length, seconds)
         self.study.tell(proposal.parameters, outcome.objective, attributes)
         trials = self.study.trials
         self._kept[len(trials) - 1] = outcome
-        needed = {*self._shown().values(), result.best_number(trials)}
+        needed = {*self._shown().values(), best_number(trials)}
         self._kept = {number: kept for number, kept in self._kept.items() if number in needed}
 
     def progress(self, trials: int) -> Progress:
         """How far the study is."""
         done = self.study.trials
-        best = result.best_number(done)
+        best = best_number(done)
         return Progress(
             done=len(done),
             trials=trials,
@@ -211,35 +207,42 @@ class _Runner:
             best_distance=None if best is None else done[best].user_attrs["mean_vertex_distance"],
         )
 
-    def write(self, folder: Path, identity: dict[str, Any]) -> Path:
+    def write(self, folder: ResultFolder) -> Path:
         """Write the folder and its report."""
         from tatamu.report import write_report
 
         trials = self.study.trials
-        best = result.best_number(trials)
+        best = best_number(trials)
         outcome = None if best is None else self._outcome(best)
-        result.write_result(folder, identity, self.task.asked, trials, self.study.baselines, outcome)
+        folder.write_result(result_of(self.study.identity, self.task.asked, trials, self.study.baselines, outcome))
         if best is None or outcome is None:
             raise TatamuError(
-                f"{folder}: all {len(trials)} trials failed; the last said: {trials[-1].user_attrs['error']}"
+                f"{folder.path}: all {len(trials)} trials failed; the last said: {trials[-1].user_attrs['error']}"
             )
-        shown = self._shown()
-        errors = {
-            name: result.errors_of(self.task, self._outcome(shown[name]).rollout)  # type: ignore[arg-type]
-            for name in shown
-        }
-        assert outcome.rollout is not None
-        result.write_best(folder, self.task, self.task.manipulation(trials[best].params), outcome.rollout, errors)
-        return write_report(folder)
+        assert outcome.rollout is not None, "the best trial is complete"
+        fold = self.task.fold
+        manipulation = self.task.manipulation(trials[best].params)
+        folder.write_best(
+            describe_manipulation(fold, manipulation),
+            scene_of(fold, manipulation),
+            outcome.rollout,
+            fold.target,
+            {name: self._errors(number) for name, number in self._shown().items()},
+        )
+        return write_report(folder.path)
 
     def _shown(self) -> dict[str, int]:
-        """Trials that the histograms show: best of the first 1, 10 and 50, if there are so many."""
-        from tatamu.report.fold import MOMENTS
-
+        """Trials whose errors the folder keeps: best of the first 1, 10 and 50, if there are so many."""
         trials = self.study.trials
         counts = {name: count for name, (count, _) in MOMENTS.items() if count <= len(trials)}
-        numbers = {name: result.best_number(trials, count) for name, count in counts.items()}
+        numbers = {name: best_number(trials, count) for name, count in counts.items()}
         return {name: number for name, number in numbers.items() if number is not None}
+
+    def _errors(self, number: int) -> np.ndarray:
+        """e_i of a complete trial, Eq. (12) [m], shape (n,)."""
+        rollout = self._outcome(number).rollout
+        assert rollout is not None, "the trial is complete"
+        return vertex_distances(self.task.fold.target, rollout.positions[-1])
 
     def _outcome(self, number: int) -> Outcome:
         """The outcome of a finished trial, simulated again if it was before this run; the same to the last bit."""

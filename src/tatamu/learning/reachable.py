@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 from tatamu.errors import InputError
 from tatamu.folding.fold import Fold, ideal_folds
-from tatamu.folding.manipulation import described
 from tatamu.folding.task import Job, Reach, Task
 
 HEIGHTS = (0.2, 0.5)
@@ -34,7 +33,7 @@ def _check_step(task: Task, reach: Reach) -> None:
         raise InputError(f"hands: {reach.robot} folds with both, and {_name(task)} has one; give --hands 2")
     refusals = []
     for parameters in _typical(task.fold):
-        refusal = reach.refusal(described(task.fold, task.manipulation(parameters)))
+        refusal = reach.refusal(task.manipulation(parameters))
         if refusal is None:
             return
         refusals.append(refusal)
@@ -45,7 +44,7 @@ def _check_step(task: Task, reach: Reach) -> None:
 
 
 def _typical(fold: Fold) -> Iterator[dict[str, float]]:
-    """Parameters as `search_space` has them."""
+    """Parameters by the names of `search_space`."""
     last = fold.candidates - 1
     for grasp in dict.fromkeys((0, last // 2, last)):
         for height in HEIGHTS:

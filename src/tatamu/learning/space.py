@@ -1,4 +1,4 @@
-"""What is searched: x = (x1, z1, x2, z2, g1, g2), Eq. (9)."""
+"""The search space: x = (x1, z1, x2, z2, g1, g2), Eq. (9)."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Literal
 from optuna.distributions import FloatDistribution, IntDistribution
 
 from tatamu.folding.fold import Fold
+from tatamu.results.result import Parameters
 
 Grasps = Literal["integer", "continuous"]
 Bounds = FloatDistribution | IntDistribution
@@ -21,18 +22,21 @@ def search_space(fold: Fold, grasps: Grasps) -> dict[str, Bounds]:
     P1 and P2 lie between grasp and release, from the height of the grasp up to `HIGHEST` spans. Grasps are whole
     numbers 0 .. M-1, or the paper's real numbers 0 .. M that are floored when used.
     """
-    ahead, up = FloatDistribution(0.0, fold.span), FloatDistribution(0.0, HIGHEST * fold.span)
+    ahead = FloatDistribution(0.0, fold.span)
+    up = FloatDistribution(0.0, HIGHEST * fold.span)
     count = fold.candidates
     grasp = IntDistribution(0, count - 1) if grasps == "integer" else FloatDistribution(0.0, float(count))
     return {"x1": ahead, "z1": up, "x2": ahead, "z2": up, "g1": grasp, "g2": grasp}
 
 
-def carried_over(parameters: dict[str, float], before: Fold, fold: Fold, grasps: Grasps) -> dict[str, float]:
+def carried_over(parameters: Parameters, before: Fold, fold: Fold, grasps: Grasps) -> Parameters:
     """Parameters of another fold that mean the same for this one.
 
     P1 and P2 keep their place in parts of the span, grasps theirs among the candidates from the corner inwards.
     """
-    old, new, larger = search_space(before, grasps), search_space(fold, grasps), fold.span / before.span
+    old = search_space(before, grasps)
+    new = search_space(fold, grasps)
+    larger = fold.span / before.span
     moved = {name: larger * parameters[name] for name in ("x1", "z1", "x2", "z2")}
     held = {name: new[name].high * parameters[name] / max(old[name].high, 1) for name in ("g1", "g2")}
     return {name: _within(new[name], value) for name, value in {**moved, **held}.items()}

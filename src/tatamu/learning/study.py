@@ -11,16 +11,19 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import optuna
 from optuna.distributions import BaseDistribution
 from optuna.trial import FrozenTrial, TrialState, create_trial
+from pydantic import Field, ValidationError
 from sqlalchemy.exc import SQLAlchemyError
 from threadpoolctl import threadpool_limits
 
 from tatamu.errors import InputError
 from tatamu.learning.samplers import make_sampler
+from tatamu.records import OpenRecord
+from tatamu.results.result import Baseline, Parameters, TaskDescription
 
 NAME = "tatamu"
 KEY = "tatamu"
@@ -34,44 +37,60 @@ PASSING = {
     "readonly": "cannot be written",
     "disk I/O error": "cannot be read or written now",
 }
-"""What a database says that is not damaged, and what it means."""
+"""Messages of a database that is not damaged, and their meaning."""
 
 optuna.logging.set_verbosity(optuna.logging.ERROR)
 
 
-class Study:
-    """Ask for parameters, tell what came of them."""
+class Identity(OpenRecord):
+    """The task of a study and its search: what a study must have begun with in order to be gone on with."""
 
-    def __init__(
-        self, path: Path, identity: dict[str, Any], space: Mapping[str, BaseDistribution], floor: float
-    ) -> None:
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"parallel", "first"})
+
+    task: TaskDescription
+    sampler: str
+    grasps: str = "integer"
+    seed: int
+    parallel: int = 1
+    """How many trials run at a time."""
+    first: list[Parameters] = Field(default_factory=list)
+    """Parameters of the first trials, where they shall not be the sampler's."""
+
+
+class Study:
+    """The finished trials of one task, and the sampler that proposes the next."""
+
+    def __init__(self, path: Path, identity: Identity, space: Mapping[str, BaseDistribution], floor: float) -> None:
         """Open the study at `path`, or begin one.
 
         Args:
             path: The database file.
-            identity: Task, sampler, grasps and seed, and the parameters of the `first` trials where the sampler shall
-                not propose them; must be those that the study began with.
-            space: What is searched.
-            floor: What every objective lies above.
+            identity: Must be the one that the study began with.
+            space: Bounds of the search.
+            floor: A number that every objective lies above.
 
         Raises:
             InputError: The file is no such study, or it belongs to another task.
         """
-        self.identity, self.space, self.floor, self._path = identity, dict(space), floor, path
+        self.identity = identity
+        self.space = dict(space)
+        self.floor = floor
+        self._path = path
+        plain = json.loads(json.dumps(identity.model_dump()))
         with self._readable():
             self._study = optuna.create_study(
                 storage=f"sqlite:///{path}", study_name=NAME, direction="minimize", load_if_exists=True
             )
             held = self._study.user_attrs.get(KEY)
             if held is None:
-                self._begin()
-            elif held != json.loads(json.dumps(identity)):
-                raise InputError(f"{path}: holds another study ({_difference(held, identity)}); give another folder")
+                self._begin(plain)
+            elif held != plain:
+                raise InputError(f"{path}: holds another study ({_difference(held, plain)}); give another folder")
 
-    def _begin(self) -> None:
+    def _begin(self, identity: dict[str, Any]) -> None:
         if self._study.trials:
             raise InputError(f"{self._path}: holds a study that is not tatamu's; give another folder")
-        self._study.set_user_attr(KEY, self.identity)
+        self._study.set_user_attr(KEY, identity)
 
     @property
     def trials(self) -> list[FrozenTrial]:
@@ -79,7 +98,7 @@ class Study:
         with self._readable():
             return self._study.get_trials(deepcopy=False)
 
-    def ask(self, pending: Sequence[dict[str, float]], known: int) -> dict[str, float]:
+    def ask(self, pending: Sequence[Parameters], known: int) -> Parameters:
         """Parameters of the next trial.
 
         Args:
@@ -87,29 +106,27 @@ class Study:
             known: How many finished trials it may know the objective of. The others count as running.
         """
         finished = self.trials
-        number, first = len(finished) + len(pending), self.identity.get("first", [])
-        if number < len(first):
-            return dict(first[number])
+        number = len(finished) + len(pending)
+        if number < len(self.identity.first):
+            return dict(self.identity.first[number])
         running = [*(trial.params for trial in finished[known:]), *pending]
-        return self._propose(number, self._as_told(finished[:known]), running)
+        return self._propose(number, self._scaled(finished[:known]), running)
 
     def warm_up(self) -> None:
-        """Make the sampler load what it needs, which takes seconds, by a proposal that is thrown away."""
+        """Let the sampler load its libraries, which takes seconds, by a proposal that is thrown away."""
         made_up = self._propose(0, [], [])
         self._propose(0, [create_trial(value=0.0, params=made_up, distributions=self.space)], [])
 
-    def _propose(
-        self, number: int, told: Sequence[FrozenTrial], running: Sequence[dict[str, float]]
-    ) -> dict[str, float]:
-        sampler = make_sampler(self.identity["sampler"], self.identity["seed"], number)
+    def _propose(self, number: int, known: Sequence[FrozenTrial], running: Sequence[Parameters]) -> Parameters:
+        sampler = make_sampler(self.identity.sampler, self.identity.seed, number)
         scratch = optuna.create_study(sampler=sampler, direction="minimize")
-        scratch.add_trials(told)
+        scratch.add_trials(known)
         for parameters in running:
             scratch.add_trial(create_trial(state=TrialState.RUNNING, params=parameters, distributions=self.space))
         with threadpool_limits(1):  # the matrices are small: threads that wait for one another cost ten times the work
             return dict(scratch.ask(self.space).params)
 
-    def _as_told(self, trials: Sequence[FrozenTrial]) -> list[FrozenTrial]:
+    def _scaled(self, trials: Sequence[FrozenTrial]) -> list[FrozenTrial]:
         """The trials with the logarithm of what their objectives are above the floor, bad ones all alike.
 
         Objectives of good folds differ by hundredths, of bad ones by ones: a smooth Gaussian process over both would
@@ -122,7 +139,7 @@ class Study:
             for each, trial in zip(excess, trials, strict=True)
         ]
 
-    def tell(self, parameters: dict[str, float], objective: float, attributes: dict[str, Any]) -> None:
+    def tell(self, parameters: Parameters, objective: float, attributes: dict[str, Any]) -> None:
         """Record a finished trial."""
         trial = create_trial(
             state=TrialState.COMPLETE,
@@ -136,15 +153,16 @@ class Study:
             self._study.add_trial(trial)
 
     @property
-    def baselines(self) -> list[dict[str, Any]] | None:
+    def baselines(self) -> list[Baseline] | None:
         """Scores of the fixed trajectories, once they are known."""
         with self._readable():
-            return self._study.user_attrs.get("baselines")
+            held = self._study.user_attrs.get("baselines")
+        return None if held is None else [Baseline.model_validate(baseline) for baseline in held]
 
     @baselines.setter
-    def baselines(self, value: list[dict[str, Any]]) -> None:
+    def baselines(self, value: Sequence[Baseline]) -> None:
         with self._readable():
-            self._study.set_user_attr("baselines", value)
+            self._study.set_user_attr("baselines", [baseline.model_dump() for baseline in value])
 
     @contextmanager
     def _readable(self) -> Iterator[None]:
@@ -160,14 +178,14 @@ class Study:
             ) from None
 
 
-def held_identity(path: Path) -> dict[str, Any] | None:
-    """What the study at `path` says it belongs to; None if there is none, or none that can be read."""
+def held_identity(path: Path) -> Identity | None:
+    """The task and the search of the study at `path`; None if there is none, or none that can be read."""
     if not path.exists():
         return None
     try:
         study = optuna.load_study(study_name=NAME, storage=f"sqlite:///{path}")
-        return study.user_attrs.get(KEY)
-    except (SQLAlchemyError, optuna.exceptions.OptunaError, KeyError, AssertionError):
+        return Identity.model_validate(study.user_attrs.get(KEY))
+    except (SQLAlchemyError, optuna.exceptions.OptunaError, KeyError, AssertionError, ValidationError):
         return None
 
 
@@ -175,6 +193,6 @@ def _difference(held: Any, wanted: Any, where: str = "") -> str:
     """The first place in which two plain structures differ."""
     if isinstance(held, dict) and isinstance(wanted, dict):
         for key in [*held, *(k for k in wanted if k not in held)]:
-            if held.get(key) != json.loads(json.dumps(wanted.get(key))):
+            if held.get(key) != wanted.get(key):
                 return _difference(held.get(key), wanted.get(key), f"{where}.{key}" if where else key)
     return f"{where} is {json.dumps(held)} there, {json.dumps(wanted)} here"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import shlex
 
-from tatamu.report.fold import LearnedFold
-from tatamu.results.records import Asked
+from tatamu.folding.task import Asked
+from tatamu.results import LearnedFold
 
 
 def learn(fold: LearnedFold) -> str:

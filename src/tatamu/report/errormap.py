@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from tatamu.report.chart import Figure, axis, layout
-from tatamu.report.fold import LearnedFold
 from tatamu.report.palette import SCALE
 from tatamu.report.raster import rasterise
 from tatamu.report.topview import Extent, extent
+from tatamu.results import LearnedFold
 
 CELLS = 45_000
 """About how many cells a map has."""

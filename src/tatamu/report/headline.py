@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from tatamu.report.fold import LearnedFold
 from tatamu.report.markup import text
 from tatamu.report.verdict import FAILED, GRADES, MEASURES, SUCCESS, Measure, grade
+from tatamu.results import LearnedFold
 
 GAUGE = (0.0005, 0.08)
 """Ends of the gauge [m], on a logarithmic scale."""
@@ -79,7 +79,7 @@ def _share(distance: float) -> float:
 def events(fold: LearnedFold) -> str:
     """Marks under the time slider: when the hands start, arrive and open, as HTML."""
     end = float(fold.rollout.times[-1])
-    timing = fold.manipulation.timing
+    timing = fold.manipulation.timing_values
     known = (("starts", "start"), ("arrives", "arrive"), ("opens", "open"))
     return "".join(
         f'<span style="--at:{min(timing[name] / end, 1.0):.4f}">{word}</span>'

@@ -10,11 +10,11 @@ from tatamu import __version__
 from tatamu.files import write_text
 from tatamu.report import command, errormap, headline, histogram, search, tables, topview, ways
 from tatamu.report.chart import Figure
-from tatamu.report.fold import LearnedFold, read_fold
 from tatamu.report.markup import filled, inline, text
 from tatamu.report.packing import packed
 from tatamu.report.palette import css
 from tatamu.report.replay import replay
+from tatamu.results import LearnedFold, read_fold
 
 SCRIPTS = (
     "packing",

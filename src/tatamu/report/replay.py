@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.report.fold import LearnedFold
 from tatamu.report.packing import motion, packed
+from tatamu.results import LearnedFold
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 
@@ -84,7 +84,7 @@ def frames(count: int, vertices: int) -> np.ndarray:
 def hands(fold: LearnedFold) -> list[Hand]:
     """The hands of a learned fold."""
     timing = fold.manipulation.timing
-    hold = (timing.get("closes", 0.0), timing.get("opens"))
+    hold = (timing.closes, timing.opens) if timing else (0.0, None)
     return [Hand(colour, fold.hand(arm), [hold]) for colour, arm in zip(COLOURS, fold.manipulation.arms, strict=False)]
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from tatamu.report.chart import Figure, axis, layout, line, note
 from tatamu.report.verdict import GRADES
-from tatamu.results.records import Result, Trial
+from tatamu.results import Result, Trial
 
 
 def objective(result: Result) -> Figure:
@@ -30,7 +30,7 @@ def objective(result: Result) -> Figure:
             _dots(numbers, values, "C = %{y:.4f}"),
             steps,
             _failed(result.trials, top),
-            _star(result.best, min(values), "C = %{y:.4f}"),
+            _star(result.best_trial.number, min(values), "C = %{y:.4f}"),
         ],
         "layout": layout(xaxis=_trials(result), yaxis=axis("objective C"), hovermode="closest"),
     }
@@ -55,7 +55,7 @@ def distance(result: Result) -> Figure:
         "data": [
             _dots(numbers, values, "%{y:.2f} mm"),
             _failed(result.trials, high / 1.15),
-            _star(result.best, max(best, 0.01), "%{y:.2f} mm"),
+            _star(result.best_trial.number, max(best, 0.01), "%{y:.2f} mm"),
         ],
         "layout": layout(
             xaxis=_trials(result),

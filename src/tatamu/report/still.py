@@ -9,11 +9,11 @@ import numpy as np
 
 from tatamu.files import replacing
 from tatamu.report import png
-from tatamu.report.fold import LearnedFold, read_fold
 from tatamu.report.palette import LEFT, RIGHT, TABLE, rgb
 from tatamu.report.raster import View
 from tatamu.report.shading import SUN, Mesh, cloth, see, shade, shrink, to_pixels
 from tatamu.report.tube import tube
+from tatamu.results import LearnedFold, read_fold
 
 SIZE = (720, 1280)
 """Height and width of the picture [pixels]."""

@@ -6,10 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tatamu.report.fold import LearnedFold
 from tatamu.report.markup import rows, table, text
 from tatamu.report.verdict import MEASURES, Measure, grade
-from tatamu.results.records import Scores
+from tatamu.results import LearnedFold, Scores
 
 
 def measures(fold: LearnedFold) -> str:
@@ -104,7 +103,7 @@ def timing(fold: LearnedFold) -> str:
         "ends": "rollout ends",
         "top_speed": "top speed",
     }
-    given = fold.manipulation.timing
+    given = fold.manipulation.timing_values
     return rows(
         (word, f"{given[name]:.3g} {'m/s' if name == 'top_speed' else 's'}")
         for name, word in known.items()

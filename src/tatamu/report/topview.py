@@ -10,10 +10,10 @@ import numpy as np
 from scipy.ndimage import binary_dilation
 
 from tatamu.report import png
-from tatamu.report.fold import LearnedFold
 from tatamu.report.palette import LEFT, RIGHT, TARGET, rgb
 from tatamu.report.raster import View
 from tatamu.report.shading import cloth, occlusion, see, shade, shrink, to_pixels
+from tatamu.results import LearnedFold
 
 WIDE = 600
 """Width of the images [pixels], before the screen scales them."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tatamu.results.records import Scores
+from tatamu.results import Scores
 
 DE_GUSSEME = "De Gusseme and wyffels 2022, Front. Neurorobot. 16:989702"
 BIFOLD = "BiFold 2025"

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from tatamu.report.chart import Figure, axis, layout
-from tatamu.report.fold import LearnedFold
+from tatamu.results import LearnedFold
 
 DASHES = ("dash", "dot", "dashdot", "longdash", "longdashdot")
 ALIKE = 0.01

@@ -8,9 +8,8 @@ from itertools import pairwise
 import numpy as np
 from scipy.stats import median_abs_deviation
 
-from tatamu.report.fold import MOMENTS, LearnedFold
 from tatamu.reproduction.experiment import Study
-from tatamu.results.records import Trial
+from tatamu.results import MOMENTS, LearnedFold, Trial
 
 AFTER = tuple(count for count, _ in MOMENTS.values())
 """Trials after which the paper's Fig. 6 looks."""

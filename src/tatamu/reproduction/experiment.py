@@ -12,7 +12,7 @@ from tatamu.garments import GARMENTS
 from tatamu.learning import Progress, learn
 from tatamu.learning.samplers import SAMPLERS
 from tatamu.material import Material, load_material
-from tatamu.report.fold import LearnedFold, read_fold
+from tatamu.results import LearnedFold, read_fold
 from tatamu.simulators import named
 
 FOLDS = {"towel": "half", "tshirt": "half", "trousers": "leg"}

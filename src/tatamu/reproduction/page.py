@@ -14,7 +14,6 @@ from tatamu import __version__
 from tatamu.crossings import crossings
 from tatamu.files import replacing, write_json, write_text
 from tatamu.report import png
-from tatamu.report.fold import LearnedFold
 from tatamu.report.histogram import along
 from tatamu.report.markup import table, text
 from tatamu.report.shading import shrink, to_pixels
@@ -23,6 +22,7 @@ from tatamu.report.still import FINER, render
 from tatamu.report.verdict import MEASURES, Measure
 from tatamu.reproduction.claims import Claims, claims
 from tatamu.reproduction.experiment import Choices, Study
+from tatamu.results import LearnedFold
 from tatamu.rollout import Rollout
 
 BLACK = "#111111"

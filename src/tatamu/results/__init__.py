@@ -1,1 +1,37 @@
-"""The learned fold: what its folder holds."""
+"""Results: the learned fold as one object, and the folder that keeps it.
+
+Everybody who needs a learned fold takes it from here; nobody else opens its files or builds what they hold.
+"""
+
+from tatamu.results.folder import ResultFolder
+from tatamu.results.learned import MOMENTS, LearnedFold, read_fold
+from tatamu.results.manipulation import ArmPath, GraspPoint, ManipulationDescription, ViaPoints, describe_manipulation
+from tatamu.results.plan import FromFlat, PlanDescription, PlanResult, StepResult, describe_plan
+from tatamu.results.rebuilt import RebuiltFold, rebuild
+from tatamu.results.result import Baseline, Crossings, Result, Scores, TaskDescription, Trial, describe_task
+
+__all__ = [
+    "MOMENTS",
+    "ArmPath",
+    "Baseline",
+    "Crossings",
+    "FromFlat",
+    "GraspPoint",
+    "LearnedFold",
+    "ManipulationDescription",
+    "PlanDescription",
+    "PlanResult",
+    "RebuiltFold",
+    "Result",
+    "ResultFolder",
+    "Scores",
+    "StepResult",
+    "TaskDescription",
+    "Trial",
+    "ViaPoints",
+    "describe_manipulation",
+    "describe_plan",
+    "describe_task",
+    "read_fold",
+    "rebuild",
+]

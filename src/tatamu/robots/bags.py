@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from tatamu.robots.extras import needed
-from tatamu.robots.plan import Plan
+from tatamu.robots.plan import RobotPlan
 from tatamu.robots.tables import groups, points
 
 MESSAGE = "trajectory_msgs/msg/JointTrajectory"
@@ -21,7 +21,7 @@ STAMP = 1_000_000_000
 """When the messages stand in the bag [ns]; ROS has no time 0."""
 
 
-def write_ros1(plan: Plan, path: Path) -> None:
+def write_ros1(plan: RobotPlan, path: Path) -> None:
     """A ROS 1 bag."""
     store = _store("ROS1_NOETIC")
     with needed("rosbags.rosbag1").Writer(path) as writer:
@@ -31,7 +31,7 @@ def write_ros1(plan: Plan, path: Path) -> None:
             writer.write(connection, STAMP, store.serialize_ros1(message, MESSAGE))
 
 
-def write_ros2(plan: Plan, folder: Path) -> None:
+def write_ros2(plan: RobotPlan, folder: Path) -> None:
     """A ROS 2 bag: a folder with metadata.yaml and one .mcap."""
     store, rosbag2 = _store("ROS2_HUMBLE"), needed("rosbags.rosbag2")
     with rosbag2.Writer(folder, version=8, storage_plugin=rosbag2.StoragePlugin.MCAP) as writer:
@@ -45,11 +45,11 @@ def _store(name: str) -> Any:
     return typesys.get_typestore(typesys.Stores[name])
 
 
-def _messages(plan: Plan, store: Any) -> list[tuple[str, Any]]:
+def _messages(plan: RobotPlan, store: Any) -> list[tuple[str, Any]]:
     return [(f"/{controller}/command", _message(plan, joints, store)) for controller, joints in groups(plan).items()]
 
 
-def _message(plan: Plan, joints: tuple[str, ...], store: Any) -> Any:
+def _message(plan: RobotPlan, joints: tuple[str, ...], store: Any) -> Any:
     types = store.types
     times, angles = points(plan, joints)
     header = {"stamp": types["builtin_interfaces/msg/Time"](sec=0, nanosec=0), "frame_id": ""}

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from tatamu.robots.clearance import KINDS, Clearance
 from tatamu.robots.model import Arm
 from tatamu.robots.motion import Motion
-from tatamu.robots.paths import Paths, Task, tool_poses
+from tatamu.robots.paths import Paths, PlacedFold, tool_poses
+from tatamu.robots.planfile import PlanCheck
 from tatamu.robots.pose import into, rotation_vector
 
 EVERY = 4
@@ -29,36 +28,15 @@ SLOWEST = 5.0
 """A fold driven more than this many times slower than it was simulated is another fold."""
 
 
-@dataclass(frozen=True)
-class Check:
-    """One figure of a plan."""
-
-    value: float
-    limit: float
-    unit: str
-    ok: bool
-    where: str
-    """In words: which joint, which links, when."""
-    frame: int
-    """The simulation's frame where the value stands; the fold's first or last for what is before or after it."""
-
-    def failed(self, name: str) -> str:
-        """The line that refuses a plan."""
-        return (
-            f"{name.replace('_', ' ')} is {self.value:.4g} {self.unit}, the limit {self.limit:.4g} {self.unit}, "
-            f"{self.where}"
-        )
-
-
 class Checks:
     """Checks one motion."""
 
-    def __init__(self, task: Task, paths: Paths, motion: Motion) -> None:
+    def __init__(self, task: PlacedFold, paths: Paths, motion: Motion) -> None:
         self._task, self._paths, self._motion = task, paths, motion
         self._fold = motion.rows("fold")
         self._tools = tool_poses(task.robot, paths.chains, motion.angles)
 
-    def all(self) -> dict[str, Check]:
+    def all(self) -> dict[str, PlanCheck]:
         """Every check by its name."""
         return {
             "joint_limit_margin": self._margin(),
@@ -84,15 +62,22 @@ class Checks:
         frame = self._task.hands.frame(float(motion.simulated(np.array([row]))[0]))
         return f"at frame {frame} ({time:.2f} s)", frame
 
-    def _check(self, value: float, limit: float, unit: str, row: int, what: str = "", least: bool = False) -> Check:
+    def _check(self, value: float, limit: float, unit: str, row: int, what: str = "", least: bool = False) -> PlanCheck:
         where, frame = self._at(row)
         good = value >= limit if least else value <= limit
-        return Check(float(value), float(limit), unit, bool(good), f"{what} {where}".strip(), frame)
+        return PlanCheck(
+            value=float(value),
+            limit=float(limit),
+            unit=unit,
+            ok=bool(good),
+            where=f"{what} {where}".strip(),
+            frame=frame,
+        )
 
     def _columns(self, arm: Arm) -> list[int]:
         return [self._task.robot.columns[name] for name in arm.joints]
 
-    def _margin(self) -> Check:
+    def _margin(self) -> PlanCheck:
         model, q = self._task.robot.model, self._motion.angles
         names = [name for name in self._task.robot.joints if model.joint(name).limited[0]]
         columns = [self._task.robot.columns[name] for name in names]
@@ -101,7 +86,7 @@ class Checks:
         row, joint = np.unravel_index(int(room.argmin()), room.shape)
         return self._check(room.min(), LEAST_MARGIN, "rad", int(row), names[joint], least=True)
 
-    def _rate(self, unit: str, order: int) -> Check:
+    def _rate(self, unit: str, order: int) -> PlanCheck:
         """The joint nearest its speed or acceleration limit, by differences."""
         limits = self._task.robot.planned()[order - 1]
         rate = np.abs(np.diff(self._motion.angles, n=order, axis=0)) / self._motion.times[1] ** order
@@ -109,7 +94,7 @@ class Checks:
         name = next(name for name, at in self._task.robot.columns.items() if at == column)
         return self._check(rate[row, column], limits[column], unit, int(row), name)
 
-    def _path(self) -> Check:
+    def _path(self) -> PlanCheck:
         X_BF = self._task.placement.matrix
         p_BT = self._tools[:, :, :3, 3][:, self._fold]
         p_FT = into(X_BF, p_BT)
@@ -118,7 +103,7 @@ class Checks:
         arm, row = np.unravel_index(int(error.argmax()), error.shape)
         return self._check(error.max(), PATH_ERROR, "m", int(self._fold[row]), self._task.robot.arms[arm].name)
 
-    def _turn(self) -> Check:
+    def _turn(self) -> PlanCheck:
         turned = []
         for X_BT, hold in zip(self._tools, self._task.holds, strict=True):
             turned.append(np.linalg.norm(rotation_vector(X_BT[self._fold, :3, :3] @ hold.rotation.T), axis=1))
@@ -126,7 +111,7 @@ class Checks:
         name = self._task.robot.arms[arm].name
         return self._check(np.max(turned), TURN_ERROR, "rad", int(self._fold[row]), name)
 
-    def _speed(self) -> Check:
+    def _speed(self) -> PlanCheck:
         """The tools against the hands that were simulated: never faster."""
         p_BT = self._tools[:, :, :3, 3][:, self._fold]
         speed = np.linalg.norm(np.diff(p_BT, axis=1), axis=2) / self._motion.times[1]
@@ -134,7 +119,7 @@ class Checks:
         limit = 1.005 * self._task.hands.top_speed
         return self._check(speed.max(), limit, "m/s", int(self._fold[row]), self._task.robot.arms[arm].name)
 
-    def _distances(self) -> dict[str, Check]:
+    def _distances(self) -> dict[str, PlanCheck]:
         clearance = Clearance(self._task.robot)
         clearance.set_table(self._task.placement.z)
         found = clearance.least(self._motion.angles[::EVERY])
@@ -151,7 +136,7 @@ class Checks:
             if kind in found
         }
 
-    def _singularity(self) -> Check:
+    def _singularity(self) -> PlanCheck:
         worst = np.array(
             [
                 chain.singularity(self._motion.angles[self._fold][:, self._columns(arm)])
@@ -162,7 +147,7 @@ class Checks:
         name = self._task.robot.arms[arm].name
         return self._check(worst.min(), LEAST_SINGULARITY, "1", int(self._fold[row]), name, least=True)
 
-    def _scaling(self) -> Check:
+    def _scaling(self) -> PlanCheck:
         """How many times slower the fold is driven than it was simulated."""
         times, fold = self._task.hands.times, self._motion.part("fold")
         rate = np.diff(self._motion.simulated(self._fold)) / self._motion.times[1]
@@ -178,6 +163,6 @@ def in_words(value: float, limit: float, unit: str, ok: bool) -> tuple[str, str,
     return f"{scale * value:.4g}", unit, f"{bound} {scale * limit:.4g}"
 
 
-def failing(checks: dict[str, Check]) -> tuple[str, Check] | None:
+def failing(checks: dict[str, PlanCheck]) -> tuple[str, PlanCheck] | None:
     """The first check that is not ok."""
     return next(((name, check) for name, check in checks.items() if not check.ok), None)

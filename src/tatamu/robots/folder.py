@@ -8,23 +8,25 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from tatamu import __version__
 from tatamu.errors import InputError
 from tatamu.files import write_json, write_text
+from tatamu.results.folder import MANIPULATION, RESULT, ROLLOUT, SCENE
 from tatamu.robots.bags import write_ros1, write_ros2
 from tatamu.robots.chain import Chain
 from tatamu.robots.paths import tool_poses
 from tatamu.robots.picture import reach_svg
-from tatamu.robots.plan import Plan
+from tatamu.robots.plan import RobotPlan
+from tatamu.robots.planfile import FoldPose, PlanFile, StageTime, ToolViaPoints
+from tatamu.robots.planned import FOLD
 from tatamu.robots.stage import stage_xml
 from tatamu.robots.tables import joint_csv, pattern_json, trajectory_json
 
-FOLD_FILES = ("manipulation.json", "scene.json", "rollout.npz", "result.json")
-"""Of the learned fold's folder; all but the first may be missing."""
+FOLD_FILES = (MANIPULATION, SCENE, ROLLOUT, RESULT)
+"""Files of the learned fold that a plan carries along; all but the first may be missing."""
 
 
 def check_out(out: Path) -> None:
@@ -39,7 +41,7 @@ def check_out(out: Path) -> None:
         raise InputError(f"{out}: is already there and is no plan: give another --out")
 
 
-def save(plan: Plan, out: Path) -> None:
+def save(plan: RobotPlan, out: Path) -> None:
     """Write the plan's folder; an earlier plan there is replaced, anything else is left alone.
 
     Raises:
@@ -48,7 +50,7 @@ def save(plan: Plan, out: Path) -> None:
     check_out(out)
     with _replacing(out) as folder:
         robot = plan.task.robot
-        write_json(folder / "plan.json", plan_json(plan))
+        write_json(folder / "plan.json", plan_file(plan).model_dump())
         write_text(folder / "joint_trajectory.csv", joint_csv(robot, plan.motion))
         write_json(folder / "joint_trajectory.json", trajectory_json(plan))
         write_json(folder / "play_pattern.json", pattern_json(plan))
@@ -56,7 +58,7 @@ def save(plan: Plan, out: Path) -> None:
         write_ros2(plan, folder / "joint_trajectory_ros2")
         write_text(folder / "robot.xml", stage_xml(robot, plan.task.placement.z))
         write_text(folder / "reach.svg", reach_svg(plan))
-        _carry_fold(plan.task.source, folder / "fold")
+        _carry_fold(plan.task.source, folder / FOLD)
 
 
 def _carry_fold(source: Path, folder: Path) -> None:
@@ -86,53 +88,46 @@ def _replacing(out: Path) -> Iterator[Path]:
         raise InputError(f"{out}: cannot be written ({error.strerror or error})") from None
 
 
-def plan_json(plan: Plan) -> dict[str, Any]:
-    """What plan.json holds."""
-    task, motion = plan.task, plan.motion
-    robot, placement = task.robot, task.placement
-    return {
-        "version": 1,
-        "tatamu": __version__,
-        "robot": robot.name,
-        "base_frame": robot.base,
-        "task_in_base": {"xyz": [placement.x, placement.y, placement.z], "yaw": placement.yaw},
-        "initial_pose": robot.start,
-        "trunk_turning": placement.turning,
-        "tool_in_wrist": {arm.name: arm.tool_in_wrist.tolist() for arm in robot.arms},
-        "wrist_frame": {arm.name: arm.link for arm in robot.arms},
-        "joints": list(robot.joints),
-        "duration": float(motion.times[-1]),
-        "events": [{"time": event.time, "arm": event.arm, "event": event.event} for event in motion.events],
-        "stages": [{"name": part.name, "start": part.start, "duration": part.timed.duration} for part in motion.parts],
-        "checks": {
-            name: {
-                "value": check.value,
-                "limit": check.limit,
-                "unit": check.unit,
-                "ok": check.ok,
-                "where": check.where,
-                "frame": check.frame,
-            }
-            for name, check in plan.checks.items()
-        },
-        "via_points": _via_points(plan),
-    }
+def plan_file(plan: RobotPlan) -> PlanFile:
+    """The plan as plan.json holds it."""
+    task = plan.task
+    motion = plan.motion
+    robot = task.robot
+    placement = task.placement
+    return PlanFile(
+        version=1,
+        tatamu=__version__,
+        robot=robot.name,
+        base_frame=robot.base,
+        task_in_base=FoldPose(xyz=(placement.x, placement.y, placement.z), yaw=placement.yaw),
+        initial_pose=robot.start,
+        trunk_turning=placement.turning,
+        tool_in_wrist={arm.name: arm.tool_in_wrist.tolist() for arm in robot.arms},
+        wrist_frame={arm.name: arm.link for arm in robot.arms},
+        joints=list(robot.joints),
+        duration=float(motion.times[-1]),
+        events=list(motion.events),
+        stages=[StageTime(name=part.name, start=part.start, duration=part.timed.duration) for part in motion.parts],
+        checks=plan.checks,
+        via_points=_via_points(plan),
+    )
 
 
-def _via_points(plan: Plan) -> dict[str, Any]:
-    """Both tools in B [m] at the via-points, when, and the joints there."""
-    task, fold = plan.task, plan.motion.part("fold")
+def _via_points(plan: RobotPlan) -> ToolViaPoints:
+    """Both tools at the via-points, and when the joints are there."""
+    task = plan.task
+    fold = plan.motion.part("fold")
     times = plan.via_times
     fine = np.linspace(0, fold.timed.duration, 20001)
     driven = fold.start + np.interp(times, fold.timed.parameter(fine), fine)
     q = np.array([fold.timed.angles(np.array([time - fold.start]))[0] for time in driven])
     chains = tuple(Chain.of(task.robot, arm) for arm in task.robot.arms)
     tools = tool_poses(task.robot, chains, q)[:, :, :3, 3]
-    return {
-        "every_frames": task.hands.every_frames,
-        "frames": [task.hands.frame(float(time)) for time in times],
-        "simulated_times": times.tolist(),
-        "times": driven.tolist(),
-        "larm": tools[0].tolist(),
-        "rarm": tools[1].tolist(),
-    }
+    return ToolViaPoints(
+        every_frames=task.hands.every_frames,
+        frames=[task.hands.frame(float(time)) for time in times],
+        simulated_times=times.tolist(),
+        times=driven.tolist(),
+        larm=tools[0],
+        rarm=tools[1],
+    )

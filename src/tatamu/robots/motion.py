@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from tatamu.robots.hands import Hands
+from tatamu.robots.hands import HandMotion
 from tatamu.robots.model import Robot
 from tatamu.robots.paths import Stage
+from tatamu.robots.planfile import FingerEvent
 from tatamu.robots.timing import Timed, timed
 
 PERIOD = 0.005
@@ -34,21 +35,12 @@ class Pace(BaseModel):
 
 
 @dataclass(frozen=True)
-class Part:
-    """A stage or a wait, with when it begins."""
+class TimedStage:
+    """A stage or a wait, and when it begins."""
 
     name: str
     start: float
     timed: Timed
-
-
-@dataclass(frozen=True)
-class Event:
-    """Fingers are told to close or open."""
-
-    time: float
-    arm: str
-    event: str
 
 
 @dataclass(frozen=True)
@@ -59,10 +51,10 @@ class Motion:
     """[s], PERIOD apart, shape (n,)."""
     angles: np.ndarray
     """Full configurations [rad], shape (n, nq)."""
-    parts: tuple[Part, ...]
-    events: tuple[Event, ...]
+    parts: tuple[TimedStage, ...]
+    events: tuple[FingerEvent, ...]
 
-    def part(self, name: str) -> Part:
+    def part(self, name: str) -> TimedStage:
         """A part by its name."""
         return next(part for part in self.parts if part.name == name)
 
@@ -78,7 +70,7 @@ class Motion:
         return fold.timed.parameter(self.times[rows] - fold.start)
 
 
-def motion(robot: Robot, hands: Hands, stages: list[Stage], pace: Pace) -> Motion:
+def motion(robot: Robot, hands: HandMotion, stages: list[Stage], pace: Pace) -> Motion:
     """Time all stages under the robot's limits, with the waits between them."""
     speed, acceleration = robot.planned()
     by_name = {stage.name: stage for stage in stages}
@@ -91,7 +83,7 @@ def motion(robot: Robot, hands: Hands, stages: list[Stage], pace: Pace) -> Motio
         ),
         "open": (pace.opening, by_name["fold"].spline(hands.times[-1])),
     }
-    parts: list[Part] = []
+    parts: list[TimedStage] = []
     start = 0.0
     for name in ("lead", "approach", "lower", "close", "fold", "settle", "open", "raise", "return"):
         if name in waits:
@@ -99,7 +91,7 @@ def motion(robot: Robot, hands: Hands, stages: list[Stage], pace: Pace) -> Motio
         else:
             stage = by_name[name]
             driven = timed(stage.spline, min(stage.rate, JOINT_MOVE), speed, acceleration)
-        parts.append(Part(name, start, driven))
+        parts.append(TimedStage(name, start, driven))
         start += driven.duration
     times = PERIOD * np.arange(int(np.ceil(start / PERIOD)) + 1)
     return Motion(times, _sampled(parts, times), tuple(parts), _events(robot, parts))
@@ -109,13 +101,17 @@ def _still(duration: float, q: np.ndarray) -> Timed:
     return Timed(duration, lambda times: np.broadcast_to(q, (len(times), len(q))), lambda times: times)
 
 
-def _sampled(parts: list[Part], times: np.ndarray) -> np.ndarray:
+def _sampled(parts: list[TimedStage], times: np.ndarray) -> np.ndarray:
     starts = np.array([part.start for part in parts])
     which = np.searchsorted(starts, times, side="right") - 1
     angles = [part.timed.angles(times[which == number] - part.start) for number, part in enumerate(parts)]
     return np.concatenate(angles)
 
 
-def _events(robot: Robot, parts: list[Part]) -> tuple[Event, ...]:
+def _events(robot: Robot, parts: list[TimedStage]) -> tuple[FingerEvent, ...]:
     starts = {part.name: part.start for part in parts}
-    return tuple(Event(round(starts[name], 6), arm.name, name) for name in ("close", "open") for arm in robot.arms)
+    return tuple(
+        FingerEvent.model_validate({"time": round(starts[name], 6), "arm": arm.name, "event": name})
+        for name in ("close", "open")
+        for arm in robot.arms
+    )

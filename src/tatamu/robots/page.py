@@ -17,7 +17,7 @@ from tatamu.report.markup import rows, table, text
 from tatamu.report.replay import COLOURS, FRAMES, Hand, replay_of
 from tatamu.report.sheet import Sheet, card
 from tatamu.report.topview import beside
-from tatamu.results.records import Scores
+from tatamu.results import Scores
 from tatamu.robots.checks import in_words
 from tatamu.robots.links import link_boxes
 from tatamu.robots.planned import ARMS

@@ -14,7 +14,7 @@ from scipy.interpolate import CubicSpline
 
 from tatamu.errors import TatamuError
 from tatamu.robots.chain import Chain
-from tatamu.robots.hands import Hands
+from tatamu.robots.hands import HandMotion
 from tatamu.robots.kinematics import Kinematics, Missed
 from tatamu.robots.model import Robot
 from tatamu.robots.placement import LIFT, Hold, Placement
@@ -45,11 +45,11 @@ class Stage:
 
 
 @dataclass(frozen=True)
-class Task:
+class PlacedFold:
     """A fold put before a robot."""
 
     robot: Robot
-    hands: Hands
+    hands: HandMotion
     placement: Placement
     holds: tuple[Hold, Hold]
     """Left, right."""
@@ -81,7 +81,7 @@ def tool_poses(robot: Robot, chains: tuple[Chain, ...], q: np.ndarray) -> np.nda
 class Paths:
     """Solves a task's stages."""
 
-    def __init__(self, task: Task) -> None:
+    def __init__(self, task: PlacedFold) -> None:
         self.task = task
         self.chains = tuple(Chain.of(task.robot, arm) for arm in task.robot.arms)
         self._kinematics = Kinematics(task.robot)

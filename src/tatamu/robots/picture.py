@@ -11,7 +11,7 @@ from html import escape
 import numpy as np
 
 from tatamu.robots.chain import Chain
-from tatamu.robots.plan import Plan
+from tatamu.robots.plan import RobotPlan
 
 SCALE = 900.0
 """Pixels per metre."""
@@ -21,7 +21,7 @@ CELL = 0.034
 COLOURS = {"larm": "#1f5fa8", "rarm": "#b5472b"}
 
 
-def reach_svg(plan: Plan) -> str:
+def reach_svg(plan: RobotPlan) -> str:
     """The picture of a plan, as text."""
     width, height = SCALE * (LEFT - RIGHT), SCALE * (FAR - NEAR)
     parts = [
@@ -47,7 +47,7 @@ def _pixel(x: float, y: float) -> tuple[float, float]:
     return SCALE * (LEFT - y), SCALE * (FAR - x)
 
 
-def _squares(plan: Plan) -> list[str]:
+def _squares(plan: RobotPlan) -> list[str]:
     """Every place that was tried with about the chosen height and turn; the best ones drawn last."""
     reach, chosen = plan.reach, plan.task.placement
     if reach is None:
@@ -62,7 +62,7 @@ def _squares(plan: Plan) -> list[str]:
     return squares
 
 
-def _middle(plan: Plan) -> np.ndarray:
+def _middle(plan: RobotPlan) -> np.ndarray:
     """The middle of both hands' paths in F, homogeneous, shape (4,)."""
     points = plan.task.hands.at(plan.via_times).reshape(-1, 3)
     return np.append((points.min(axis=0) + points.max(axis=0)) / 2, 1.0)
@@ -80,7 +80,7 @@ def _colour(quality: float) -> str:
     return f"hsl({60 + 60 * min(1.0, quality / 0.5):.0f} 70% 62%)"
 
 
-def _robot(plan: Plan) -> list[str]:
+def _robot(plan: RobotPlan) -> list[str]:
     """Shoulders and what they span."""
     parts = []
     for arm in plan.task.robot.arms:
@@ -96,7 +96,7 @@ def _robot(plan: Plan) -> list[str]:
     return parts
 
 
-def _hands(plan: Plan) -> list[str]:
+def _hands(plan: RobotPlan) -> list[str]:
     task, parts = plan.task, []
     points = task.hands.at(plan.via_times) @ task.placement.matrix[:3, :3].T + task.placement.matrix[:3, 3]
     for arm, path in zip(task.robot.arms, points, strict=True):
@@ -127,7 +127,7 @@ def _text(x: float, y: float, words: str, colour: str, right: float, down: float
     return f'<text x="{across + right:.1f}" y="{along + down:.1f}" fill="{colour}">{words}</text>'
 
 
-def _legend(plan: Plan, height: float) -> list[str]:
+def _legend(plan: RobotPlan, height: float) -> list[str]:
     name, placement = escape(plan.task.robot.name), plan.task.placement
     squares = "squares: the middle of the fold; green well within reach, yellow just so, red not; "
     return [

@@ -1,4 +1,4 @@
-"""A robot plan: where the fold lies, how the robot moves, and the figures that let it.
+"""A robot plan: where the fold lies, how the robot moves, and the figures that permit it.
 
     task ──▶ paths ──▶ motion ──▶ checks ──▶ plan
 
@@ -13,28 +13,29 @@ from pathlib import Path
 import numpy as np
 
 from tatamu.errors import InputError
-from tatamu.robots.checks import Check, Checks, failing
-from tatamu.robots.hands import Hands
+from tatamu.robots.checks import Checks, failing
+from tatamu.robots.hands import HandMotion
 from tatamu.robots.model import Robot
 from tatamu.robots.motion import Motion, Pace, motion
-from tatamu.robots.paths import Paths, Task, Unreachable
+from tatamu.robots.paths import Paths, PlacedFold, Unreachable
 from tatamu.robots.placement import HOLDS, Placement
-from tatamu.robots.reach import Reach, best_placements, search, table_heights
+from tatamu.robots.planfile import PlanCheck
+from tatamu.robots.reach import PlacementRanking, best_placements, search, table_heights
 from tatamu.robots.refusal import Refused, out_of_reach, table_too_high
 from tatamu.robots.timing import Untimed
 
 CANDIDATES = 12
-"""So many placements are worked out in full before the fold is refused."""
+"""Placements that are worked out in full before the fold is refused."""
 
 
 @dataclass(frozen=True)
-class Plan:
+class RobotPlan:
     """A motion that passed all checks."""
 
-    task: Task
+    task: PlacedFold
     motion: Motion
-    checks: dict[str, Check]
-    reach: Reach | None
+    checks: dict[str, PlanCheck]
+    reach: PlacementRanking | None
     """The search's answer; None where the place was given."""
 
     @property
@@ -49,8 +50,8 @@ def plan_fold(
     place: tuple[float, float, float] | None = None,
     table_height: float | None = None,
     pace: Pace | None = None,
-) -> Plan:
-    """Plan a learned fold.
+) -> RobotPlan:
+    """RobotPlan a learned fold.
 
     Args:
         folder: Of the learned fold.
@@ -62,7 +63,7 @@ def plan_fold(
     Raises:
         InputError: The folder is no learned fold, or no placement lets the robot do it; the message says why.
     """
-    hands = Hands.load(folder)
+    hands = HandMotion.load(folder)
     refusals: list[Refused] = []
     for start in robot.poses:
         starting = robot.starting(start)
@@ -85,11 +86,11 @@ def plan_fold(
 def _candidates(
     folder: Path,
     robot: Robot,
-    hands: Hands,
+    hands: HandMotion,
     place: tuple[float, float, float] | None,
     heights: tuple[float, float],
     refusals: list[Refused],
-) -> list[tuple[Task, Reach]]:
+) -> list[tuple[PlacedFold, PlacementRanking]]:
     """The most promising tasks; if there are none, why goes to `refusals`."""
     reach = best_placements(robot, hands, heights) if place is None else _at(robot, hands, place, heights)
     count = min(CANDIDATES, reach.good)
@@ -97,12 +98,14 @@ def _candidates(
         refusals.append(out_of_reach(robot, hands, reach))
         count = int(reach.reached[:, 0].min() == len(reach.times))  # worked out all the same: it names what touches
     return [
-        (Task(robot, hands, placement, holds, folder), reach)
+        (PlacedFold(robot, hands, placement, holds, folder), reach)
         for placement, holds in list(zip(reach.placements, reach.holds, strict=True))[:count]
     ]
 
 
-def _at(robot: Robot, hands: Hands, place: tuple[float, float, float], heights: tuple[float, float]) -> Reach:
+def _at(
+    robot: Robot, hands: HandMotion, place: tuple[float, float, float], heights: tuple[float, float]
+) -> PlacementRanking:
     """Ways to hold, and table heights where they are free, at a given place."""
     levels = np.linspace(*heights, 1 if heights[0] == heights[1] else 7)
     turning = (0.0, 0.6, 1.0) if robot.trunk else (0.0,)
@@ -110,7 +113,7 @@ def _at(robot: Robot, hands: Hands, place: tuple[float, float, float], heights: 
     return search(robot, hands, places, HOLDS)
 
 
-def _worked_out(task: Task, pace: Pace, reach: Reach | None) -> Plan:
+def _worked_out(task: PlacedFold, pace: Pace, reach: PlacementRanking | None) -> RobotPlan:
     paths = Paths(task)
     stages = paths.stages(pace.lower_speed, pace.raise_speed, 1.0)
     driven = motion(task.robot, task.hands, stages, pace)
@@ -118,4 +121,4 @@ def _worked_out(task: Task, pace: Pace, reach: Reach | None) -> Plan:
     bad = failing(checks)
     if bad:
         raise Refused(f"{bad[1].failed(bad[0])} ({task.placement})", 1.0)
-    return Plan(task, driven, checks, reach)
+    return RobotPlan(task, driven, checks, reach)

@@ -1,4 +1,4 @@
-"""A plan's folder, read back: what a rehearsal needs to know of it."""
+"""The folder of a plan, read back: the part that a rehearsal needs."""
 
 from __future__ import annotations
 
@@ -6,61 +6,17 @@ import csv
 import io
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
 
 from tatamu.errors import InputError
 from tatamu.files import read_json, read_text, validated
-from tatamu.robots.pose import pose, turn
+from tatamu.results import ResultFolder
+from tatamu.robots.planfile import PlanFile
 
 ARMS = ("larm", "rarm")
-
-
-class _Record(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="ignore", allow_inf_nan=False)
-
-
-class Pose(_Record):
-    """X_BF."""
-
-    xyz: tuple[float, float, float]
-    yaw: float
-
-    @property
-    def matrix(self) -> np.ndarray:
-        """Shape (4, 4)."""
-        return pose(turn(2, self.yaw), np.array(self.xyz))
-
-
-class Event(_Record):
-    """Fingers close or open."""
-
-    time: float = Field(ge=0)
-    arm: Literal["larm", "rarm"]
-    event: Literal["close", "open"]
-
-
-class Check(_Record):
-    """A figure of the plan and what it may be."""
-
-    value: float
-    limit: float
-    unit: str
-    ok: bool
-
-
-class PlanFile(_Record):
-    """plan.json, as far as a rehearsal reads it."""
-
-    version: Literal[1]
-    robot: str
-    base_frame: str
-    task_in_base: Pose
-    joints: list[str]
-    events: list[Event]
-    checks: dict[str, Check] = {}
+FOLD = "fold"
+"""Where the plan's folder carries the learned fold along."""
 
 
 @dataclass(frozen=True)
@@ -100,6 +56,11 @@ class Planned:
             raise InputError(f"{path}: events: each arm must open after it closes")
         return planned
 
+    @property
+    def fold(self) -> ResultFolder:
+        """The learned fold that the plan carries along; some of its files may be missing."""
+        return ResultFolder(self.folder / FOLD)
+
     def event(self, arm: str, event: str) -> float:
         """When an arm's fingers close or open [s]."""
         return next(found.time for found in self.plan.events if (found.arm, found.event) == (arm, event))
@@ -116,9 +77,3 @@ def _table(path: Path, joints: list[str]) -> tuple[np.ndarray, np.ndarray]:
     if table.ndim != 2 or len(table) < 2 or not np.isfinite(table).all() or not (np.diff(table[:, 0]) > 0).all():
         raise InputError(f"{path}: must hold at least two rows of finite numbers whose times increase")
     return table[:, 0], table[:, 1:]
-
-
-def fold_file(folder: Path, name: str) -> Path | None:
-    """A file of the learned fold that the plan carries along, if it had it."""
-    path = folder / "fold" / name
-    return path if path.is_file() else None

@@ -14,7 +14,7 @@ import numpy as np
 
 from tatamu.robots.chain import Chain
 from tatamu.robots.clearance import Clearance
-from tatamu.robots.hands import Hands
+from tatamu.robots.hands import HandMotion
 from tatamu.robots.model import Arm, Robot
 from tatamu.robots.placement import FINE_HOLDS, HOLDS, Hold, Placement, grid, neighbours, tool_paths
 
@@ -61,7 +61,7 @@ class ArmReach:
 
 
 @dataclass(frozen=True)
-class Reach:
+class PlacementRanking:
     """The answer of the search, best placement first."""
 
     placements: list[Placement]
@@ -89,7 +89,7 @@ def table_heights(robot: Robot, given: float | None = None) -> tuple[float, floa
     return (low, high) if low <= high and low < lowest else None
 
 
-def best_placements(robot: Robot, hands: Hands, heights: tuple[float, float]) -> Reach:
+def best_placements(robot: Robot, hands: HandMotion, heights: tuple[float, float]) -> PlacementRanking:
     """Search the ground before the robot with the table top between two heights in B [m]; the best comes first."""
     chains = Chain.of(robot, robot.larm), Chain.of(robot, robot.rarm)
     points = hands.at(hands.evenly(SAMPLES))
@@ -102,11 +102,11 @@ def best_placements(robot: Robot, hands: Hands, heights: tuple[float, float]) ->
     return joined(coarse, search(robot, hands, around, FINE_HOLDS))
 
 
-def joined(first: Reach, second: Reach) -> Reach:
+def joined(first: PlacementRanking, second: PlacementRanking) -> PlacementRanking:
     """Two answers in one, the best first."""
     order = np.argsort(-np.concatenate([first.quality, second.quality]), kind="stable")
     placements, holds = first.placements + second.placements, first.holds + second.holds
-    return Reach(
+    return PlacementRanking(
         [placements[i] for i in order],
         [holds[i] for i in order],
         np.concatenate([first.quality, second.quality])[order],
@@ -115,11 +115,11 @@ def joined(first: Reach, second: Reach) -> Reach:
     )
 
 
-def search(robot: Robot, hands: Hands, placements: list[Placement], holds: Sequence[Hold]) -> Reach:
+def search(robot: Robot, hands: HandMotion, placements: list[Placement], holds: Sequence[Hold]) -> PlacementRanking:
     """Try every placement; the best comes first."""
     times = hands.evenly(SAMPLES)
     if not placements:
-        return Reach([], [], np.empty(0), np.empty((2, 0), dtype=np.int64), times)
+        return PlacementRanking([], [], np.empty(0), np.empty((2, 0), dtype=np.int64), times)
     points = hands.at(times)
     trunk = np.stack([place.trunk(points)[[0, *range(SAMPLES), -1]] for place in placements])
     larm, rarm = (
@@ -130,7 +130,7 @@ def search(robot: Robot, hands: Hands, placements: list[Placement], holds: Seque
     reached = np.stack([larm.reached.max(axis=1), rarm.reached.max(axis=1)])
     # What cannot be followed is ordered by how far the worse arm came.
     order = np.argsort(-np.where(quality > HOPELESS, 2 + quality, reached.min(axis=0) / 1e3), kind="stable")
-    return Reach(
+    return PlacementRanking(
         [placements[i] for i in order],
         [(holds[chosen[0, i]], holds[chosen[1, i]]) for i in order],
         quality[order],

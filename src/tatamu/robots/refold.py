@@ -7,25 +7,21 @@ a vertex, so that shapes are compared and scored on the learned mesh all the sam
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
-from tatamu.crosscheck.check import on_coarse_mesh
-from tatamu.crosscheck.finer import finer
-from tatamu.crosscheck.learned import Learned, read_learned
 from tatamu.errors import InputError
 from tatamu.folding.score import Score
-from tatamu.robots.planned import fold_file
+from tatamu.results import RebuiltFold, ResultFolder, rebuild
 from tatamu.robots.rehearsal import Rehearsal
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
-from tatamu.simulators import named
+from tatamu.simulators import capabilities, named
+from tatamu.subdivision import on_coarse_mesh, subdivided
 from tatamu.topology import Topology, edge_lengths
 
-FINE_ENOUGH = {"mujoco": 0.45}
-"""Cells of at most so many bending lengths: where a simulator bends quadratically, a fold collapses on larger ones."""
 MOST_HALVINGS = 2
+"""The edges of a mesh are halved at most this many times; each makes four triangles of one."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +39,7 @@ class Refold:
     """As learned: the hands move as fast as they did then, which may be faster than the robot."""
     target: np.ndarray | None
     """The wanted shape [m], shape (n, 3), where the plan carries it."""
-    learned: Learned | None = None
+    learned: RebuiltFold | None = None
     """The learned fold with its task; None: it cannot be scored."""
     unscored: str | None = None
     """Why not."""
@@ -67,9 +63,10 @@ class Refold:
 
 def halvings_for(scene: Scene, simulator: str) -> int:
     """How often the edges of a scene's mesh must be halved until the simulator can fold it."""
+    coarsest = capabilities(simulator).usable_cell or np.inf
     lengths = edge_lengths(scene.cloth.rest, Topology(scene.cloth.faces).edges)
     cells = lengths.mean() / max(scene.material.bending_length, 1e-9)
-    needed = int(np.ceil(np.log2(max(cells / FINE_ENOUGH.get(simulator, np.inf), 1e-9))))
+    needed = int(np.ceil(np.log2(max(cells / coarsest, 1e-9))))
     return min(max(0, needed), MOST_HALVINGS)
 
 
@@ -85,37 +82,30 @@ def refold(rehearsal: Rehearsal, simulator: str, halvings: int | None = None) ->
         InputError: No such simulator, or a file of the fold is broken.
         SimulationError: The simulation failed.
     """
-    folder = rehearsal.planned.folder
-    scene_file = fold_file(folder, "scene.json")
-    if scene_file is None:
+    folder = rehearsal.planned.fold
+    if not folder.scene_file.is_file():
         return None
-    learned, engine = Scene.load(scene_file), named(simulator)
+    learned = folder.scene
+    engine = named(simulator)
     scene = rehearsal.scene(learned)
     count = halvings_for(learned, simulator) if halvings is None else halvings
-    both = [_halved(one, count) for one in (scene, learned)]
-    robot, floating = (on_coarse_mesh(told, learned.cloth.faces) for told in engine.simulate_many(both))
-    known, why_not = _task(folder)
+    both = [subdivided(one, count) for one in (scene, learned)]
+    robot, floating = (on_coarse_mesh(fine, learned.cloth.faces) for fine in engine.simulate_many(both))
+    known, why_not = _rebuilt(folder)
     target = _target(folder, len(learned.cloth.vertices))
     return Refold(simulator, count, len(both[0].cloth.vertices), scene, robot, floating, target, known, why_not)
 
 
-def _halved(scene: Scene, times: int) -> Scene:
-    for _ in range(times):
-        scene = finer(scene)
-    return scene
-
-
-def _target(folder: Path, count: int) -> np.ndarray | None:
-    path = fold_file(folder, "rollout.npz")
-    target = Rollout.load(path).extra.get("target") if path else None
+def _target(folder: ResultFolder, count: int) -> np.ndarray | None:
+    target = folder.rollout.extra.get("target") if folder.rollout_file.is_file() else None
     return target if target is not None and target.shape == (count, 3) else None
 
 
-def _task(folder: Path) -> tuple[Learned | None, str | None]:
+def _rebuilt(folder: ResultFolder) -> tuple[RebuiltFold | None, str | None]:
     """The learned fold that the plan carries, or why it cannot be scored."""
-    if fold_file(folder, "result.json") is None:
+    if not folder.result_file.is_file():
         return None, "the plan carries no result.json of the learned fold"
     try:
-        return read_learned(folder / "fold"), None
+        return rebuild(folder.path), None
     except InputError as error:
         return None, str(error)

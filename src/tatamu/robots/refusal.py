@@ -6,9 +6,9 @@ import numpy as np
 
 from tatamu.errors import TatamuError
 from tatamu.robots.clearance import Clearance
-from tatamu.robots.hands import Hands
+from tatamu.robots.hands import HandMotion
 from tatamu.robots.model import Robot
-from tatamu.robots.reach import Reach
+from tatamu.robots.reach import PlacementRanking
 
 
 class Refused(TatamuError):
@@ -29,7 +29,7 @@ def table_too_high(robot: Robot) -> Refused:
     )
 
 
-def out_of_reach(robot: Robot, hands: Hands, reach: Reach) -> Refused:
+def out_of_reach(robot: Robot, hands: HandMotion, reach: PlacementRanking) -> Refused:
     """Why not even the best placement can be followed."""
     placement, reached = reach.placements[0], reach.reached[:, 0]
     last = len(reach.times) - 1

@@ -19,6 +19,7 @@ import numpy as np
 from tatamu.errors import InputError
 from tatamu.folding.manipulation import WAIT
 from tatamu.robots.extras import needed, one_line
+from tatamu.robots.hands import grippers_by_hand
 from tatamu.robots.model import TABLE
 from tatamu.robots.planned import ARMS, Planned
 from tatamu.scene import Gripper, Scene
@@ -104,7 +105,7 @@ class Rehearsal:
             learned: The scene of the fold, with the left hand's grippers first; of several, the first stays as it is
                 while the fingers close, and the others are pressed onto it.
         """
-        hands = learned.hands
+        hands = grippers_by_hand(learned)
         if len(hands) != 2:
             raise InputError(f"scene.json: grippers: must be of two hands, left and right, given {len(hands)}")
         closes = self.closes

@@ -10,7 +10,7 @@ import numpy as np
 
 from tatamu.files import write_json, write_npz
 from tatamu.report.verdict import MEASURES
-from tatamu.results.records import Scores
+from tatamu.results import Scores
 from tatamu.robots.refold import Refold
 from tatamu.robots.rehearsal import Rehearsal
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from tatamu.robots.model import Robot
 from tatamu.robots.motion import Motion
-from tatamu.robots.plan import Plan
+from tatamu.robots.plan import RobotPlan
 
 DECIMALS = 9
 POINT_EVERY = 4
@@ -28,7 +28,7 @@ def joint_csv(robot: Robot, motion: Motion) -> str:
     return text.getvalue()
 
 
-def groups(plan: Plan) -> dict[str, tuple[str, ...]]:
+def groups(plan: RobotPlan) -> dict[str, tuple[str, ...]]:
     """The joints of each ROS controller that the motion needs."""
     robot = plan.task.robot
     controllers = {arm.controller: arm.joints for arm in robot.arms}
@@ -37,7 +37,7 @@ def groups(plan: Plan) -> dict[str, tuple[str, ...]]:
     return controllers
 
 
-def points(plan: Plan, joints: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
+def points(plan: RobotPlan, joints: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Trajectory points of some joints: times from the start [s] (n,), and angles [rad] (n, k).
 
     The first point is the initial pose after the lead time: a bridge that times its first point from wherever the
@@ -50,7 +50,7 @@ def points(plan: Plan, joints: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]
     return np.round(motion.times[rows], 6), np.ascontiguousarray(np.round(angles, DECIMALS))
 
 
-def trajectory_json(plan: Plan) -> dict[str, Any]:
+def trajectory_json(plan: RobotPlan) -> dict[str, Any]:
     """The fields of trajectory_msgs/JointTrajectory for each controller's command topic."""
     topics = {}
     for controller, joints in groups(plan).items():
@@ -66,7 +66,7 @@ def trajectory_json(plan: Plan) -> dict[str, Any]:
     return {"version": 1, "units": {"time": "s", "positions": "rad"}, "topics": topics, "events": events}
 
 
-def pattern_json(plan: Plan) -> dict[str, Any]:
+def pattern_json(plan: RobotPlan) -> dict[str, Any]:
     """Arguments of playPatternOfGroup(group, jointangles, tm): radians, and seconds from point to point."""
     patterns = {}
     for controller, joints in groups(plan).items():

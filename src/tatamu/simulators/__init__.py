@@ -9,17 +9,21 @@ from typing import Protocol, cast
 from tatamu.errors import InputError
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
+from tatamu.simulators.capabilities import Capabilities
 
 SIMULATORS = {
     "native": "tatamu.simulators.native",
     "blender": "tatamu.simulators.blender",
     "mujoco": "tatamu.simulators.mujoco",
 }
-"""Name of each simulator and the module that has its `simulate` and `simulate_many`; imported when first used."""
+"""Name of each simulator and the module that is a `Simulator`; imported when first used."""
 
 
 class Simulator(Protocol):
-    """What the module of a simulator offers."""
+    """The names that the module of a simulator has."""
+
+    CAPABILITIES: Capabilities
+    """The simulator's own statement of what it can; callers ask for it instead of comparing names."""
 
     def simulate(self, scene: Scene) -> Rollout:
         """Run one scene.
@@ -43,6 +47,15 @@ def named(name: str) -> Simulator:
     if name not in SIMULATORS:
         raise InputError(f"simulator: must be one of {', '.join(SIMULATORS)}, given {name!r}")
     return cast(Simulator, import_module(SIMULATORS[name]))
+
+
+def capabilities(name: str) -> Capabilities:
+    """The abilities and limits of the simulator called `name`.
+
+    Raises:
+        InputError: There is none of that name.
+    """
+    return named(name).CAPABILITIES
 
 
 def simulate(scene: Scene, simulator: str = "native") -> Rollout:

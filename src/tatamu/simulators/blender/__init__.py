@@ -14,9 +14,18 @@ import numpy as np
 from tatamu.errors import SimulationError
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
+from tatamu.simulators.blender.mapping import MOST_FRICTION, SELF_FRICTION, TABLE_FRICTION
 from tatamu.simulators.blender.process import WORKERS
 from tatamu.simulators.blender.recipe import written
+from tatamu.simulators.capabilities import Capabilities
 from tatamu.simulators.many import side_by_side
+
+CAPABILITIES = Capabilities(
+    compression=True,
+    friction_table=MOST_FRICTION / TABLE_FRICTION,
+    friction_cloth=MOST_FRICTION / SELF_FRICTION,
+)
+"""Blender folds on any cells; its numbers for friction end early. Each rollout is a process with threads of its own."""
 
 
 def simulate(scene: Scene) -> Rollout:

@@ -27,8 +27,10 @@ REST = 0.93
 """Part of those distances that cloth on a table keeps: 1 under no load, 8/9 under load [measured]."""
 LAYERS = 1.125
 """Layers rest 8/9 of twice `self_distance_min` apart [measured]."""
-SELF_FRICTION = 50.0
-"""Blender's number for a coefficient of 1 between layers; for cloth on the table it is 100 [measured]."""
+TABLE_FRICTION, SELF_FRICTION = 100.0, 50.0
+"""Blender's numbers for a coefficient of 1: of cloth on the table, and between layers [measured]."""
+MOST_FRICTION = 80.0
+"""The largest of Blender's numbers for friction."""
 COLLISION_LOOPS = 12
 """Rounds of contact in each substep. A layer is not held by the table's friction as its load asks until there are this
 many: with 4, a sheet under another slides at 21 degrees where friction is 0.8 (39 degrees) [measured]."""
@@ -151,7 +153,7 @@ def _contact(mapping: Mapping, material: Material) -> None:
     }
     mapping.collider |= {
         "thickness_outer": reach,
-        "cloth_friction": _friction(mapping, "friction_table", material.friction_table),
+        "cloth_friction": _friction(mapping, "friction_table", material.friction_table, TABLE_FRICTION),
         "damping": 0.0,
     }
     mapping.standoff = REST * 2.0 * reach / mapping.scale
@@ -160,11 +162,11 @@ def _contact(mapping: Mapping, material: Material) -> None:
         mapping.warn(f"layers rest {1e3 * apart:.2g} mm apart, not {1e3 * material.thickness:.2g} mm")
 
 
-def _friction(mapping: Mapping, name: str, coefficient: float, per_unit: float = 100.0) -> float:
-    most = 80.0 / per_unit
+def _friction(mapping: Mapping, name: str, coefficient: float, per_unit: float) -> float:
+    most = MOST_FRICTION / per_unit
     if coefficient > most:
         mapping.warn(f"{name} is cut to {most:g}, the most that it knows, from {coefficient:g}")
-    return min(80.0, per_unit * coefficient)
+    return min(MOST_FRICTION, per_unit * coefficient)
 
 
 def _drag(mapping: Mapping, material: Material) -> None:

@@ -66,7 +66,7 @@ def run(recipe: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
     scene.frame_start, scene.frame_end = 1, len(recipe["segments"]) + 1
     cloth = mesh_object("cloth", recipe["vertices"], recipe["faces"])
     cloth.vertex_groups.new(name="held")
-    hands = [Hand(cloth, number, grip) for number, grip in enumerate(recipe["grippers"])]
+    hands = [HookedVertices(cloth, number, grip) for number, grip in enumerate(recipe["grippers"])]
     if not hands:
         weigh(cloth, "nothing", [])
     modifier = add_cloth(cloth, recipe)
@@ -109,7 +109,7 @@ def weigh(cloth: Any, name: str, vertices: list[int]) -> Any:
     return modifier
 
 
-class Hand:
+class HookedVertices:
     """One gripper: a weight that holds its vertices, and hooks that carry them.
 
     A hand that closes at the start carries all its vertices with one hook; a later one has a hook for each vertex, as
@@ -183,7 +183,7 @@ def assign(target: Any, values: dict[str, Any]) -> None:
         setattr(target, name, value)
 
 
-def animate(cloth: Any, modifier: Any, hands: list[Hand], segments: list[dict[str, Any]]) -> None:
+def animate(cloth: Any, modifier: Any, hands: list[HookedVertices], segments: list[dict[str, Any]]) -> None:
     """Give each frame its duration and each hand its times, by constant keyframes: they leave the springs alone."""
     key(modifier.settings, "time_scale", [segment["time_scale"] for segment in segments])
     for number, hand in enumerate(hands):
@@ -218,7 +218,7 @@ def key(owner: Any, name: str, values: list[float]) -> None:
             owner.keyframe_insert(name, frame=frame)
 
 
-def step(cloth: Any, hands: list[Hand], segments: list[dict[str, Any]]) -> bytes:
+def step(cloth: Any, hands: list[HookedVertices], segments: list[dict[str, Any]]) -> bytes:
     """Simulate frame by frame; returns the positions of the frames that are wanted, the start excluded."""
     frames = bytearray()
     bpy.context.scene.frame_set(1)

@@ -11,16 +11,19 @@ import numpy as np
 from tatamu.errors import SimulationError
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
+from tatamu.simulators.capabilities import Capabilities
 from tatamu.simulators.many import side_by_side
-from tatamu.simulators.mujoco.hold import Hand
+from tatamu.simulators.mujoco.hold import HeldVertices
 from tatamu.simulators.mujoco.model import compiled, engine, vertex_masses
 from tatamu.simulators.timeline import Segment, segments
 from tatamu.topology import Topology, edge_lengths
 
 LONGEST_STEP = 2e-3
 """Longest time step [s]."""
-COARSEST = 0.37
-"""Cells larger than this many bending lengths let a quadratic bending energy collapse in a fold."""
+CAPABILITIES = Capabilities(sound_cell=0.37, usable_cell=0.45)
+"""Bending is quadratic: on large cells a fold collapses into a flat crease. Up to 0.37 bending lengths it has the loop
+that it should have, and a rollout on larger ones warns. A rehearsal compares two folds on the same mesh, and takes
+cells up to 0.45 rather than four times as many vertices (docs/robots.md)."""
 
 
 def simulate(scene: Scene) -> Rollout:
@@ -54,7 +57,7 @@ class Run:
         self.data = engine().MjData(self.model)
         self.data.qpos[:] = (scene.cloth.vertices - scene.cloth.rest).ravel()
         self.scratch = engine().MjData(self.model)
-        self.hands = [Hand(gripper, vertex_masses(scene)) for gripper in scene.grippers]
+        self.hands = [HeldVertices(gripper, vertex_masses(scene)) for gripper in scene.grippers]
         self.steps = 0
 
     def positions(self) -> np.ndarray:
@@ -102,7 +105,7 @@ class Run:
         return np.asarray(positions)
 
     def warnings(self) -> list[str]:
-        """What MuJoCo warned of, and what it cannot represent."""
+        """Warnings of MuJoCo, and the parts of the scene that it cannot represent."""
         names = engine().mjtWarning
         found = [
             f"mujoco: {names(number).name.removeprefix('mjWARN_').lower()}, {warning.number} times"
@@ -116,10 +119,11 @@ class Run:
     def _coarse(self) -> list[str]:
         cloth, length = self.scene.cloth, self.scene.material.bending_length
         spacing = float(edge_lengths(cloth.rest, Topology(cloth.faces).edges).mean())
-        if spacing <= COARSEST * length:
+        coarsest = (CAPABILITIES.sound_cell or np.inf) * length
+        if spacing <= coarsest:
             return []
         return [
-            f"mujoco: bending is quadratic: with cells of {1e3 * spacing:.0f} mm over {1e3 * COARSEST * length:.0f} mm "
+            f"mujoco: bending is quadratic: with cells of {1e3 * spacing:.0f} mm over {1e3 * coarsest:.0f} mm "
             f"a fold falls into a flat crease"
         ]
 

@@ -12,8 +12,8 @@ HEAVY = 1e6
 """A held vertex is this many times as heavy, so that the cloth cannot pull it off its path within a step."""
 
 
-class Hand:
-    """One gripper at work."""
+class HeldVertices:
+    """The vertices of one gripper."""
 
     def __init__(self, gripper: Gripper, masses: np.ndarray) -> None:
         self.gripper = gripper

@@ -4,6 +4,10 @@ from tatamu.simulators.native.cache import forget_stale_kernels
 
 forget_stale_kernels()  # before any kernel is loaded
 
+from tatamu.simulators.capabilities import Capabilities  # noqa: E402
 from tatamu.simulators.native.simulator import simulate, simulate_many  # noqa: E402
 
-__all__ = ["simulate", "simulate_many"]
+CAPABILITIES = Capabilities(parallel=True, compression=True)
+"""A rollout runs on one core and holds no lock; the discrete bending is right on cells that other simulators crease."""
+
+__all__ = ["CAPABILITIES", "simulate", "simulate_many"]

@@ -1,4 +1,4 @@
-"""The same scene on a mesh of half the spacing: every edge is halved, every triangle becomes four.
+"""Midpoint subdivision: the same scene on a mesh of half the spacing, every triangle cut into four.
 
 The vertices of the coarse mesh stay and stay first, so that two rollouts can be compared vertex by vertex.
 """
@@ -7,12 +7,27 @@ from __future__ import annotations
 
 import numpy as np
 
+from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene
 from tatamu.topology import Topology
 
 
-def finer(scene: Scene) -> Scene:
-    """A scene with its cloth on half the spacing; hands hold also the middles of edges that they hold both ends of."""
+def subdivided(scene: Scene, times: int = 1) -> Scene:
+    """A scene with every edge of its cloth halved `times` times.
+
+    Hands hold also the middles of edges that they hold both ends of.
+    """
+    for _ in range(times):
+        scene = _halved(scene)
+    return scene
+
+
+def on_coarse_mesh(rollout: Rollout, faces: np.ndarray) -> Rollout:
+    """The rollout of a subdivided mesh as one of the mesh it was made from, with triangles `faces` of shape (m, 3)."""
+    return Rollout(rollout.times, rollout.positions[:, : faces.max() + 1], faces, rollout.info)
+
+
+def _halved(scene: Scene) -> Scene:
     edges = Topology(scene.cloth.faces).edges
     return scene.model_copy(
         update={
@@ -28,7 +43,7 @@ def _cloth(cloth: Cloth, edges: np.ndarray) -> Cloth:
         vertices=_with_middles(cloth.vertices, edges),
         faces=_quartered(cloth.faces, edges, len(cloth.vertices)),
         rest_vertices=None if rest is None else _with_middles(rest, edges),
-        seams=_halved(cloth.seams, edges, len(cloth.vertices)),
+        seams=_seams(cloth.seams, edges, len(cloth.vertices)),
     )
 
 
@@ -49,7 +64,7 @@ def _quartered(faces: np.ndarray, edges: np.ndarray, count: int) -> np.ndarray:
     return np.concatenate([np.column_stack(corner) for corner in corners])
 
 
-def _halved(seams: np.ndarray, edges: np.ndarray, count: int) -> np.ndarray:
+def _seams(seams: np.ndarray, edges: np.ndarray, count: int) -> np.ndarray:
     middle = _middles(seams, edges, count)
     return np.concatenate([np.column_stack([seams[:, 0], middle]), np.column_stack([middle, seams[:, 1]])])
 

@@ -1,0 +1,118 @@
+"""Curves that hands follow: the cubic Bezier curve, polylines, and the timing of a motion from rest to rest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import comb
+
+import numpy as np
+
+SAMPLES = 400
+"""Segments of the polyline that stands for a Bezier curve."""
+FINE = 4000
+"""Segments of the polyline that lengths and points of a `Bezier` are looked up on."""
+GOLDEN = 0.618034
+"""Ratio of the golden section."""
+TOP_SPEED_FACTOR = 1.875
+"""Top speed of the minimum-jerk motion over its mean speed."""
+
+
+def bezier(control_points: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """T(t) = sum_k B_k^N(t) P_k, Eq. (1): shape (k, d) and (s,) to (s, d)."""
+    n = len(control_points) - 1
+    basis = np.stack([comb(n, k) * t**k * (1 - t) ** (n - k) for k in range(n + 1)], axis=-1)
+    return basis @ control_points
+
+
+def sampled_bezier(control_points: np.ndarray) -> np.ndarray:
+    """A Bezier curve as a fine polyline, shape (SAMPLES + 1, d)."""
+    return bezier(control_points, np.linspace(0.0, 1.0, SAMPLES + 1))
+
+
+def arc_lengths(polyline: np.ndarray) -> np.ndarray:
+    """Length of a polyline (s, d) from its start up to each of its points [m], shape (s,)."""
+    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(polyline, axis=0), axis=1))])
+
+
+def length(polyline: np.ndarray) -> float:
+    """Length of a polyline (s, d) [m]: l_x of Eq. (10)."""
+    return float(np.linalg.norm(np.diff(polyline, axis=0), axis=1).sum())
+
+
+def along(polyline: np.ndarray, fraction: np.ndarray) -> np.ndarray:
+    """Points at fractions of a polyline's length, shape (s,) to (s, d)."""
+    arc = arc_lengths(polyline)
+    return np.column_stack([np.interp(fraction * arc[-1], arc, column) for column in polyline.T])
+
+
+def minimum_jerk(fraction: np.ndarray) -> np.ndarray:
+    """Share of the path over share of the time in the smoothest motion from rest to rest.
+
+    10 s^3 - 15 s^4 + 6 s^5 (Flash and Hogan 1985); before the start 0, after the end 1.
+    """
+    s = np.clip(fraction, 0.0, 1.0)
+    return s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
+
+
+def minimum_jerk_duration(path_length: float, top_speed: float) -> float:
+    """Time that a minimum-jerk motion over a path of that length [m] needs at that top speed [m/s], in seconds."""
+    return TOP_SPEED_FACTOR * path_length / top_speed
+
+
+@dataclass(frozen=True)
+class Bezier:
+    """A cubic Bezier curve in space (paper, Fig. 3)."""
+
+    control: np.ndarray
+    """P0..P3 [m], shape (4, 3)."""
+
+    def at(self, u: np.ndarray) -> np.ndarray:
+        """Points at parameters u (n,) in [0, 1], shape (n, 3)."""
+        return bezier(self.control, np.asarray(u, dtype=float))
+
+    def arc_lengths(self) -> tuple[np.ndarray, np.ndarray]:
+        """Parameters and the length of the curve up to each [m], shape (FINE + 1,) both."""
+        u = np.linspace(0, 1, FINE + 1)
+        return u, arc_lengths(self.at(u))
+
+    def in_order(self, points: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
+        """Where points lie that follow one another along the curve.
+
+        A curve may cross itself or turn back, so each point is looked for from the one before it onwards: it lies where
+        the curve first comes within `tolerance` [m] of it.
+
+        Returns:
+            Parameters (n,) of the points, and their distances from the curve [m] (n,).
+        """
+        u = np.linspace(0, 1, FINE + 1)
+        curve = self.at(u)
+        first = 0
+        found = []
+        distances = []
+        for point in points:
+            distance = np.linalg.norm(curve[first:] - point, axis=1)
+            near = distance < tolerance
+            start = int(near.argmax()) if near.any() else int(distance.argmin())
+            end = start + int((~near[start:]).argmax()) if (~near[start:]).any() else len(near)
+            first += start + int(distance[start : max(end, start + 1)].argmin())
+            found.append(u[first])
+            distances.append(np.linalg.norm(curve[first] - point))
+        return np.array(found), np.array(distances)
+
+    def nearest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Parameters (n,) of the nearest points of the curve, and their distances [m] (n,)."""
+        u = np.linspace(0, 1, FINE // 2 + 1)
+        curve = self.at(u)
+        best = np.array([np.argmin(((curve - point) ** 2).sum(axis=1)) for point in points])
+        low = u[np.maximum(best - 1, 0)]
+        high = u[np.minimum(best + 1, len(u) - 1)]
+        for _ in range(40):  # golden section, all points together
+            a = high - (high - low) * GOLDEN
+            b = low + (high - low) * GOLDEN
+            nearer = self._squares(a, points) < self._squares(b, points)
+            low, high = np.where(nearer, low, a), np.where(nearer, b, high)
+        u = (low + high) / 2
+        return u, np.sqrt(self._squares(u, points))
+
+    def _squares(self, u: np.ndarray, points: np.ndarray) -> np.ndarray:
+        return ((self.at(u) - points) ** 2).sum(axis=1)

@@ -1,0 +1,101 @@
+"""What a study keeps of its trials, and the result that they make."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from typing import Any
+
+from optuna.trial import FrozenTrial
+
+from tatamu import __version__
+from tatamu.crossings import crossings_over_time
+from tatamu.folding.baselines import BASELINES
+from tatamu.folding.score import Score
+from tatamu.folding.task import Asked, Outcome, Task
+from tatamu.learning.study import Identity
+from tatamu.results import Baseline, Crossings, Result, Trial
+from tatamu.rollout import Rollout
+
+MEASURES = tuple(name for name in Score.__dataclass_fields__ if name != "objective")
+
+
+def attributes_of(outcome: Outcome, trajectory_length: float, seconds: float) -> dict[str, Any]:
+    """The attributes of a trial that are kept beside its parameters and its objective."""
+    measures = outcome.score.as_dict() if outcome.score else dict.fromkeys(MEASURES)
+    return {
+        "state": "failed" if outcome.failed else "complete",
+        "error": outcome.error,
+        **{name: measures[name] for name in MEASURES},
+        "trajectory_length": trajectory_length,
+        "seconds": round(seconds, 3),
+    }
+
+
+def trial_of(trial: FrozenTrial) -> Trial:
+    """A finished trial of the study."""
+    return Trial(number=trial.number, parameters=trial.params, objective=trial.value, **trial.user_attrs)
+
+
+def best_number(trials: Sequence[FrozenTrial], count: int | None = None) -> int | None:
+    """Number of the complete trial of least objective among the first `count`; None if all failed."""
+    complete = [t for t in trials[:count] if t.user_attrs["state"] == "complete"]
+    return min(complete, key=lambda t: (t.value, t.number)).number if complete else None
+
+
+def scored_baselines(task: Task, parallel: int = 1) -> list[Baseline]:
+    """Score the fixed trajectories on this task, `parallel` of them at a time."""
+    with ThreadPoolExecutor(parallel) as pool:
+        return list(pool.map(partial(_baseline, task), BASELINES))
+
+
+def _baseline(task: Task, name: str) -> Baseline:
+    title, make = BASELINES[name]
+    manipulation = make(task.fold)
+    outcome = task.evaluate(manipulation)
+    attributes = attributes_of(outcome, manipulation.trajectory_length, 0.0)
+    attributes["seconds"] = outcome.rollout.info["wall_seconds"] if outcome.rollout else 0.0
+    path = manipulation.paths[0][:: max(1, len(manipulation.paths[0]) // 100)]
+    return Baseline(name=name, title=title, objective=outcome.objective, path=path, **attributes)
+
+
+def crossings_of(rollout: Rollout) -> Crossings:
+    """How many edges pass through triangles: at the end, and in the worst frame."""
+    counts = crossings_over_time(rollout.positions, rollout.faces)
+    return Crossings(final=int(counts[-1]), most=int(counts.max()))
+
+
+def result_of(
+    identity: Identity,
+    asked: Asked | None,
+    trials: Sequence[FrozenTrial],
+    baselines: Sequence[Baseline] | None,
+    best: Outcome | None,
+) -> Result:
+    """The result of a study.
+
+    Args:
+        identity: The task and the search.
+        asked: What the task was made from.
+        trials: The finished trials in order.
+        baselines: The fixed trajectories, if they were scored.
+        best: Outcome of the best trial; None if all failed.
+    """
+    records = [trial_of(trial) for trial in trials]
+    return Result(
+        version=1,
+        tatamu=__version__,
+        task=identity.task,
+        sampler=identity.sampler,
+        grasps=identity.grasps,
+        seed=identity.seed,
+        parallel=identity.parallel,
+        first=identity.first,
+        asked=asked,
+        wall_seconds=round(sum(record.seconds or 0.0 for record in records), 3),
+        best=best_number(trials),
+        crossings=crossings_of(best.rollout) if best and best.rollout else None,
+        trials=records,
+        baselines=list(baselines or []),
+    )

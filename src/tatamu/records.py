@@ -1,0 +1,33 @@
+"""Base classes of what files hold: frozen, validated on construction, every number finite."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from pydantic import BaseModel, ConfigDict, SerializerFunctionWrapHandler, model_serializer
+
+
+class Record(BaseModel):
+    """Base of what users write: an unknown field is an error."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True)
+
+
+class OpenRecord(BaseModel):
+    """Base of what tatamu writes and reads again: fields that other versions add are passed over."""
+
+    model_config = ConfigDict(frozen=True, extra="ignore", allow_inf_nan=False, arbitrary_types_allowed=True)
+
+    UNSAID: ClassVar[frozenset[str]] = frozenset()
+    """Fields that are left out of the file where they have their default."""
+
+    @model_serializer(mode="wrap")
+    def _plain(self, standard: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Plain data in the order of the fields."""
+        plain: dict[str, Any] = standard(self)
+        for name in self.UNSAID:
+            usual = type(self).model_fields[name].get_default(call_default_factory=True)
+            value = getattr(self, name)
+            if type(value) is type(usual) and value == usual:  # arrays have no default
+                plain.pop(name, None)  # it may have been excluded already
+        return plain

@@ -1,0 +1,194 @@
+"""The folder of a learned fold, or of a plan of several: the names of its files, reading and writing them.
+
+docs/result-folder.md describes every file.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from tatamu.errors import InputError
+from tatamu.files import read_json, validated, write_json
+from tatamu.results.manipulation import ManipulationDescription
+from tatamu.results.plan import PlanResult
+from tatamu.results.result import Result
+from tatamu.rollout import Rollout
+from tatamu.scene import Scene
+
+RESULT = "result.json"
+MANIPULATION = "manipulation.json"
+SCENE = "scene.json"
+ROLLOUT = "rollout.npz"
+REPORT = "report.html"
+STUDY = "study.db"
+
+LEARNED = (RESULT, MANIPULATION, SCENE, ROLLOUT, REPORT)
+"""Everything that a study leaves beside its database."""
+STEP = "step-"
+"""The folders of a plan's steps are called so, with their numbers."""
+
+
+def step_name(number: int) -> str:
+    """The folder of a step of a plan, the first being 0."""
+    return f"{STEP}{number + 1}"
+
+
+@dataclass(frozen=True)
+class ResultFolder:
+    """A folder whose files are read when they are first asked for, validated, and written in one piece."""
+
+    path: Path
+
+    @property
+    def result_file(self) -> Path:
+        """The study, or the plan: `result.json`."""
+        return self.path / RESULT
+
+    @property
+    def manipulation_file(self) -> Path:
+        """The best trial as hands see it: `manipulation.json`."""
+        return self.path / MANIPULATION
+
+    @property
+    def scene_file(self) -> Path:
+        """The best trial as a scene: `scene.json`."""
+        return self.path / SCENE
+
+    @property
+    def rollout_file(self) -> Path:
+        """The motion of the cloth in the best trial: `rollout.npz`."""
+        return self.path / ROLLOUT
+
+    @property
+    def report_file(self) -> Path:
+        """The page: `report.html`."""
+        return self.path / REPORT
+
+    @property
+    def study_file(self) -> Path:
+        """The Optuna study: `study.db`."""
+        return self.path / STUDY
+
+    def step(self, number: int) -> ResultFolder:
+        """A step of a plan, the first being 0."""
+        return ResultFolder(self.path / step_name(number))
+
+    def learned_steps(self) -> list[ResultFolder]:
+        """The steps of a plan that have a manipulation, in order."""
+        folders = [file.parent for file in self.path.glob(f"{STEP}*/{MANIPULATION}")]
+        return [ResultFolder(path) for path in sorted(folders, key=lambda path: (len(path.name), path.name))]
+
+    @property
+    def holds_plan(self) -> bool:
+        """Whether a plan of several steps was begun here."""
+        return os.path.exists(self.path / step_name(0))
+
+    @property
+    def begun(self) -> bool:
+        """Whether a study, or a plan of several steps, was begun here."""
+        return os.path.exists(self.study_file) or self.holds_plan
+
+    @property
+    def complete(self) -> bool:
+        """Whether everything that a study leaves is here."""
+        return all((self.path / name).exists() for name in LEARNED)
+
+    @cached_property
+    def result(self) -> Result:
+        """The study.
+
+        Raises:
+            InputError: The file cannot be read, or a field is wrong; the message names both.
+        """
+        return validated(Result, read_json(self.result_file), self.result_file)
+
+    @cached_property
+    def plan_result(self) -> PlanResult:
+        """The plan of several steps.
+
+        Raises:
+            InputError: The file cannot be read, or a field is wrong; the message names both.
+        """
+        return validated(PlanResult, read_json(self.result_file), self.result_file)
+
+    @cached_property
+    def manipulation(self) -> ManipulationDescription:
+        """The best trial as hands see it.
+
+        Raises:
+            InputError: The file cannot be read, or a field is wrong; the message names both.
+        """
+        return validated(ManipulationDescription, read_json(self.manipulation_file), self.manipulation_file)
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The best trial as a scene.
+
+        Raises:
+            InputError: The file cannot be read, or a field is wrong; the message names both.
+        """
+        return Scene.load(self.scene_file)
+
+    @cached_property
+    def rollout(self) -> Rollout:
+        """The motion of the cloth in the best trial, or in all steps of a plan; `extra` has the `target`.
+
+        Raises:
+            InputError: The file cannot be read or is not a rollout.
+        """
+        return Rollout.load(self.rollout_file)
+
+    @property
+    def target(self) -> np.ndarray:
+        """The wanted shape [m], shape (n, 3).
+
+        Raises:
+            InputError: The rollout cannot be read, or has no target.
+        """
+        if "target" not in self.rollout.extra:
+            raise InputError(f"{self.rollout_file}: target is missing, the wanted shape (n, 3) of a learned fold")
+        return self.rollout.extra["target"]
+
+    def write_result(self, result: Result | PlanResult) -> None:
+        """Write `result.json`."""
+        write_json(self.result_file, result.model_dump())
+        self._forget("result", "plan_result")
+
+    def write_best(
+        self,
+        manipulation: ManipulationDescription,
+        scene: Scene,
+        rollout: Rollout,
+        target: np.ndarray,
+        errors: Mapping[str, np.ndarray],
+    ) -> None:
+        """Write `manipulation.json`, `scene.json` and `rollout.npz` of the best trial.
+
+        Args:
+            manipulation: The best manipulation.
+            scene: The best trial as a scene.
+            rollout: Its rollout.
+            target: The wanted shape [m], shape (n, 3).
+            errors: e_i of earlier trials [m] by the names of `MOMENTS`, each shape (n,).
+        """
+        write_json(self.manipulation_file, manipulation.model_dump())
+        scene.save(self.scene_file)
+        self.write_rollout(rollout, {"target": target, **errors})
+        self._forget("manipulation", "scene")
+
+    def write_rollout(self, rollout: Rollout, extra: Mapping[str, np.ndarray]) -> None:
+        """Write `rollout.npz` with further arrays in it."""
+        kept = Rollout(rollout.times, rollout.positions, rollout.faces, rollout.info, dict(extra))
+        kept.save(self.rollout_file)
+        self._forget("rollout")
+
+    def _forget(self, *names: str) -> None:
+        """Read a file again when it is next asked for."""
+        for name in names:
+            self.__dict__.pop(name, None)

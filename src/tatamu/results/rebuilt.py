@@ -1,0 +1,82 @@
+"""A learned fold with its task, built again from its description: the fold can then be scored."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tatamu.errors import InputError
+from tatamu.folding.score import Score, score
+from tatamu.folding.task import Asked, Task, make_job
+from tatamu.results.folder import ResultFolder
+from tatamu.results.learned import LearnedFold, read_fold
+from tatamu.results.result import TaskDescription
+
+SAME = 1e-6
+"""A target built again may be this far from the one in the folder [m]: another version may differ in bits."""
+
+
+@dataclass(frozen=True)
+class RebuiltFold:
+    """A learned fold and its task."""
+
+    fold: LearnedFold
+    task: Task
+
+    @property
+    def name(self) -> str:
+        """Garment and fold: "towel, half"."""
+        return f"{self.fold.result.task.garment}, {self.fold.result.task.fold}"
+
+    @property
+    def simulator(self) -> str:
+        """Name of the simulator in which it was learned."""
+        return self.fold.result.task.simulator
+
+    @property
+    def score(self) -> Score:
+        """How good the fold was where it was learned."""
+        return self.scored(self.fold.final)
+
+    def scored(self, outcome: np.ndarray) -> Score:
+        """How good another outcome of the same manipulation is, positions of shape (n, 3) [m]."""
+        length = self.fold.result.best_trial.trajectory_length
+        assert length is not None, "the best trial is complete"
+        return score(self.task.fold, length, outcome)
+
+
+def rebuild(path: Path) -> RebuiltFold:
+    """Read the folder of a learned fold and build its task again.
+
+    Raises:
+        InputError: The folder holds no learned fold, or a plan of several steps, or one whose task cannot be built
+            again.
+    """
+    folder = ResultFolder(path)
+    if folder.holds_plan:
+        raise InputError(f"{path}: holds a plan of several steps; name one of them, such as {folder.step(0).path}")
+    fold = read_fold(path)
+    task = _task(fold.result.task, fold.result.asked, fold.start)
+    target = task.fold.target
+    if target.shape != fold.target.shape or not np.abs(target - fold.target).max() < SAME:
+        raise InputError(f"{path}: its task makes another target today than when it was learned; learn it again")
+    return RebuiltFold(fold, task)
+
+
+def _task(description: TaskDescription, asked: Asked | None, start: np.ndarray) -> Task:
+    """The task of a description, of cloth that lies as it lay; files are looked for where they were."""
+    named = asked or description
+    hands = asked.hands if asked else 1 if description.hands == 1 else None
+    job = make_job(
+        named.garment,
+        size=(named.size[0], named.size[1]) if named.size else None,
+        fold=named.fold,
+        material=description.material,
+        spacing=named.spacing,
+        simulator=description.simulator,
+        hands=hands,
+    )
+    number = description.step[0] - 1 if description.step else 0
+    return job.task(number, start if number else None)

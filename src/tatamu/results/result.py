@@ -1,0 +1,203 @@
+"""The models of `result.json`: the task, the search and its trials. See docs/result-folder.md."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from tatamu.folding.task import Asked, Task, digest
+from tatamu.material import Material
+from tatamu.records import OpenRecord
+from tatamu.scene import Index, Points
+
+Parameters = dict[str, int | float]
+"""x = (x1, z1, x2, z2, g1, g2), Eq. (9), by name; whole numbers for grasps that were searched as such."""
+
+
+class Scores(OpenRecord):
+    """The measures of one fold; None where the trial failed. Lengths in metres."""
+
+    objective: float | None = None
+    """C = l_x + alpha D, Eq. (10)."""
+    trajectory_length: float | None = None
+    """l_x: length of a hand's path [m]."""
+    shape_distance: float | None = None
+    """D = sum of w_i e_i, Eq. (11) [m]."""
+    mean_vertex_distance: float | None = None
+    """Mean of e_i [m]."""
+    mask_iou: float | None = None
+    """Overlap of the two top views, intersection over union [-]."""
+    area_error: float | None = None
+    """E_f [%]."""
+    slip: float | None = None
+    """How far the part that should lie still moved [m]."""
+    residual_bend: float | None = None
+    """Largest e_i beyond mu + 1.28 sigma [m]."""
+    seconds: float | None = None
+    """Wall time [s]."""
+
+
+class _TrialHead(OpenRecord):
+    """The first fields of a trial: those of a base class that stands later come first in the file."""
+
+    number: Index
+    state: Literal["complete", "failed"]
+    error: str | None = None
+    """Why the trial failed."""
+    parameters: Parameters
+
+
+class Trial(Scores, _TrialHead):
+    """One trial of the study."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.state == "complete" and (self.objective is None or self.mean_vertex_distance is None):
+            raise ValueError("objective and mean_vertex_distance must be numbers where state is complete")
+        return self
+
+
+class _BaselineHead(OpenRecord):
+    """The first fields of a baseline."""
+
+    name: str
+    title: str = ""
+    objective: float | None = None
+    state: Literal["complete", "failed"] = "complete"
+    error: str | None = None
+
+
+class Baseline(Scores, _BaselineHead):
+    """A fixed trajectory, folded and measured as the trials were."""
+
+    path: Points
+    """Of the left hand, relative to its grasp [m], shape (k, 3)."""
+
+    @property
+    def label(self) -> str:
+        """The name that people read."""
+        return self.title or self.name
+
+
+class TaskDescription(OpenRecord):
+    """The task of a study: two tasks are the same when their descriptions are."""
+
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"hands", "robot", "step", "start"})
+
+    garment: str
+    size: list[float] | None = None
+    """Width and length [m]."""
+    fold: str
+    material: Material
+    spacing: float | None = None
+    """Distance between vertices [m]."""
+    vertices: int | None = None
+    """How many the mesh has."""
+    simulator: str
+    fold_line: list[list[float]] | None = None
+    """Two points [m], shape (2, 2)."""
+    translation: Annotated[list[float], Field(min_length=3, max_length=3)] | None = None
+    """From grasp to release [m]."""
+    candidates: int | None = None
+    """M: how many grasps there are to choose from."""
+    hands: int = 2
+    """How many hands fold."""
+    robot: str | None = None
+    """The robot within whose reach the fold was learned."""
+    step: tuple[int, int] | None = None
+    """Number of the fold among the steps of its plan, and how many steps there are; None: the only one."""
+    start: str | None = None
+    """Digest of the state that a step of a plan began from; None: flat."""
+    digest: str | None = None
+    """Of the mesh, the grasps, the ratio of areas and the robot's file."""
+
+
+def describe_task(task: Task) -> TaskDescription:
+    """The task as `result.json` holds it."""
+    fold = task.fold
+    garment = fold.garment
+    several = task.step[1] > 1
+    return TaskDescription(
+        garment=garment.name,
+        size=list(garment.size),
+        fold=task.fold_name,
+        material=garment.material,
+        spacing=garment.spacing,
+        vertices=len(garment.vertices),
+        simulator=task.simulator,
+        fold_line=fold.line.tolist(),
+        translation=fold.translation(int(fold.left[0])).tolist(),
+        candidates=fold.candidates,
+        hands=fold.hands,
+        robot=task.reach.robot if task.reach else None,
+        step=task.step if several else None,
+        start=digest(fold.start) if several else None,
+        digest=_digest(task),
+    )
+
+
+def _digest(task: Task) -> str:
+    """Of what else makes a task: the mesh to the micrometre, grasps, the ratio of areas, the robot's file."""
+    fold = task.fold
+    ratio = fold.area_ratio or 0.0
+    robot = task.reach.description if task.reach else b""
+    return digest(fold.start.round(6) + 0.0, fold.garment.faces, fold.left, fold.right, np.array([ratio, *robot]))
+
+
+class Crossings(OpenRecord):
+    """How many edges pass through triangles."""
+
+    final: int
+    """At the end."""
+    most: int
+    """In the worst frame."""
+
+
+class Result(OpenRecord):
+    """The study: its task, its search, its trials."""
+
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"parallel", "first"})
+
+    version: Literal[1]
+    tatamu: str = ""
+    """The version that wrote it."""
+    task: TaskDescription
+    sampler: str
+    grasps: str = "integer"
+    seed: int
+    parallel: int = 1
+    """How many trials ran at a time."""
+    first: list[Parameters] = Field(default_factory=list)
+    """Parameters of the first trials, where they are not the sampler's."""
+    asked: Asked | None = None
+    """None in folders of versions that did not write it."""
+    wall_seconds: float | None = None
+    """Sum of the trials' seconds [s]."""
+    best: Index | None
+    """Number of the complete trial of least objective; None: all failed."""
+    crossings: Crossings | None = None
+    """Of the best trial; None: all failed."""
+    trials: Annotated[list[Trial], Field(min_length=1)]
+    baselines: list[Baseline] = Field(default_factory=list)
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.best is not None and len(self._complete()) != 1:
+            raise ValueError(f"best must be the number of one complete trial, given {self.best}")
+        return self
+
+    def _complete(self) -> list[Trial]:
+        return [trial for trial in self.trials if trial.number == self.best and trial.state == "complete"]
+
+    @property
+    def best_trial(self) -> Trial:
+        """The complete trial of least objective.
+
+        Raises:
+            ValueError: All trials failed.
+        """
+        if self.best is None:
+            raise ValueError("all trials failed: there is no best one")
+        return self._complete()[0]

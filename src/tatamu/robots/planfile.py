@@ -1,0 +1,104 @@
+"""The models of plan.json: written with a plan, read by a rehearsal. See docs/robots.md."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+
+from tatamu.records import OpenRecord
+from tatamu.robots.pose import pose, turn
+from tatamu.scene import Points
+
+
+class FoldPose(OpenRecord):
+    """X_BF: the pose of the fold's frame in the robot's base frame."""
+
+    xyz: tuple[float, float, float]
+    """[m]."""
+    yaw: float
+    """[rad]."""
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """Shape (4, 4)."""
+        return pose(turn(2, self.yaw), np.array(self.xyz))
+
+
+class FingerEvent(OpenRecord):
+    """Fingers close or open."""
+
+    time: float = Field(ge=0)
+    """[s]."""
+    arm: Literal["larm", "rarm"]
+    event: Literal["close", "open"]
+
+
+class StageTime(OpenRecord):
+    """When a stage of the motion begins, and how long it lasts [s]."""
+
+    name: str
+    start: float
+    duration: float
+
+
+class PlanCheck(OpenRecord):
+    """One figure of a plan, and its limit."""
+
+    value: float
+    limit: float
+    unit: str
+    ok: bool
+    where: str = ""
+    """In words: which joint, which links, when."""
+    frame: int = 0
+    """The simulation's frame where the value stands; the fold's first or last for what is before or after it."""
+
+    def failed(self, name: str) -> str:
+        """The line that refuses a plan."""
+        return (
+            f"{name.replace('_', ' ')} is {self.value:.4g} {self.unit}, the limit {self.limit:.4g} {self.unit}, "
+            f"{self.where}"
+        )
+
+
+class ToolViaPoints(OpenRecord):
+    """Both tools in B at the via-points of the fold."""
+
+    every_frames: int
+    frames: list[int]
+    """The simulation's frames."""
+    simulated_times: list[float]
+    """When the hands of the simulation were there [s]."""
+    times: list[float]
+    """When the robot is there [s]."""
+    larm: Points
+    """[m], shape (v, 3)."""
+    rarm: Points
+
+
+class PlanFile(OpenRecord):
+    """The file plan.json; a rehearsal needs only the fields without a default."""
+
+    version: Literal[1]
+    tatamu: str = ""
+    """The version that wrote it."""
+    robot: str
+    base_frame: str
+    task_in_base: FoldPose
+    initial_pose: str = ""
+    """Name of the pose that the motion starts from."""
+    trunk_turning: float = 0.0
+    """How far the trunk turns with the hands [-]."""
+    tool_in_wrist: dict[str, list[list[float]]] = Field(default_factory=dict)
+    """X_WT of each arm, shape (4, 4)."""
+    wrist_frame: dict[str, str] = Field(default_factory=dict)
+    """Link of each arm's last joint."""
+    joints: list[str]
+    duration: float | None = None
+    """[s]."""
+    events: list[FingerEvent]
+    stages: list[StageTime] = Field(default_factory=list)
+    checks: dict[str, PlanCheck] = Field(default_factory=dict)
+    via_points: ToolViaPoints | None = None

@@ -1,0 +1,25 @@
+"""What a simulator can and cannot do, stated by itself, so that callers ask instead of knowing names."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Capabilities:
+    """The abilities and limits of a simulator; the defaults are the usual case."""
+
+    parallel: bool = False
+    """Whether trials of a study may run at a time in threads of one process: `simulate` then uses one core, holds no
+    lock, and gives the same positions whatever runs beside it."""
+    compression: bool = False
+    """Whether cloth may resist compression less than tension (`Material.compression`); else it resists both alike."""
+    sound_cell: float | None = None
+    """Mean edge of the largest cells, in bending lengths, whose folds have the right shape; None: not limited."""
+    usable_cell: float | None = None
+    """Mean edge of the largest cells, in bending lengths, on which two folds may be compared with one another, though
+    neither has quite the right shape. None: not limited."""
+    friction_table: float | None = None
+    """Largest Coulomb coefficient between cloth and table; larger ones are cut to it. None: not limited."""
+    friction_cloth: float | None = None
+    """Largest Coulomb coefficient between layers of cloth; larger ones are cut to it. None: not limited."""
