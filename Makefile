@@ -33,65 +33,65 @@ format: $(DEV)
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-learning: $(READY)  ## the figures of docs/learning.md: five seeds, against random search and baselines
+learning: $(READY)  ## the figures of docs/notes/learning.md: five seeds, against random search and baselines
 	$(BIN)/python benchmarks/learning.py --out runs/learning --write-docs
 
 parallel: $(READY)  ## how long learning takes with 1 to 3 trials at a time; ten minutes
 	$(BIN)/python benchmarks/parallel.py --write-docs
 
-folds: $(READY)  ## the figures of docs/folds.md: T-shirt, trousers and towel in all their folds; hours
+folds: $(READY)  ## the figures of docs/notes/folds.md: T-shirt, trousers and towel in all their folds; hours
 	$(BIN)/python benchmarks/folds.py --out runs/folds --write-docs
 
-garments: $(DEV)  ## the pictures of docs/garments.md
-	for name in tshirt trousers; do $(BIN)/tatamu show $$name --fold half --out docs/garments/$$name.png; done
+garments: $(DEV)  ## the pictures of docs/guide/garments.md
+	for name in tshirt trousers; do $(BIN)/tatamu show $$name --fold half --out docs/images/$$name.png; done
 	mkdir -p runs/garments
 	$(BIN)/python examples/05_your_own_garment.py runs/garments
 	$(BIN)/python -m tests.photos runs/garments/photo.png
 	$(BIN)/tatamu outline runs/garments/photo.png --width 0.54 --out runs/garments/shirt.svg
-	cp runs/garments/skirt.png runs/garments/shirt-on-photo.jpg docs/garments
+	cp runs/garments/skirt.png runs/garments/shirt-on-photo.jpg docs/images
 
-calibration: $(DEV)  ## the proofs of docs/calibration.md: hidden materials, other simulators as the real cloth; hours; needs `make blender`
+calibration: $(DEV)  ## the proofs of docs/notes/calibration.md: hidden materials, other simulators as the real cloth; hours; needs `make blender`
 	$(BIN)/python benchmarks/calibration.py drawings
 	$(BIN)/python benchmarks/calibration.py pinch --write-docs
 	$(BIN)/python benchmarks/calibration.py recovery --write-docs
 	$(BIN)/python benchmarks/cloths.py --write-docs
 
-validate: $(DEV)  ## every textbook check: docs/validation.md, and a page in runs/validation; minutes
+validate: $(DEV)  ## every textbook check: docs/notes/validation.md, and a page in runs/validation; minutes
 	$(BIN)/python benchmarks/textbook.py --out runs/validation --write-docs
 
-robots: $(DEV)  ## the table of docs/robots.md: an hour, most of it MuJoCo's
+robots: $(DEV)  ## the table of docs/notes/robots.md: an hour, most of it MuJoCo's
 	for case in trousers-leg-0.28 towel-half-0.50 tshirt-half-0.40; do \
 	  $(BIN)/python benchmarks/robots.py --out runs/robots --rehearse native,mujoco --only $$case; done
 	$(BIN)/python benchmarks/robots.py --out runs/robots --rehearse native --write-docs
 
-foreign: $(DEV)  ## the table of docs/garments.md: outlines and meshes from elsewhere; minutes
+foreign: $(DEV)  ## the table of docs/notes/garments.md: outlines and meshes from elsewhere; minutes
 	$(BIN)/python -m benchmarks.foreign --out runs/foreign --trials 25 --write-docs
 
 tangle: $(READY)  ## 1,200 folds of limp cloth: in how many anything passes through; a quarter of an hour
 	$(BIN)/python benchmarks/tangle.py --write-docs
 
-statics: $(READY)  ## the table of docs/native.md: bending on every layout of a mesh
+statics: $(READY)  ## the table of docs/notes/native.md: bending on every layout of a mesh
 	$(BIN)/python benchmarks/statics.py --write-docs
 
-bench: $(DEV) $(NEWTON)  ## native, Blender, MuJoCo and Newton side by side: docs/benchmarks.md; hours
+bench: $(DEV) $(NEWTON)  ## native, Blender, MuJoCo and Newton side by side: docs/notes/benchmarks.md; hours
 	$(BIN)/tatamu install blender
 	$(BIN)/python benchmarks/speed.py --out runs/speed --write-docs
 
 abuse: $(READY)  ## ten thousand random scenes: each a rollout or a clear error
-	$(BIN)/python benchmarks/abuse.py --out runs/abuse.json --write-docs
+	$(BIN)/python -m benchmarks.abuse --out runs/abuse.json --write-docs
 
 $(NEWTON):
 	$(PYTHON) -m venv $(dir $(NEWTON))
 	$(dir $(NEWTON))bin/python -m pip install --quiet 'newton==1.8.*'
 	touch $(NEWTON)
 
-simulators: $(DEV)  ## the figures of docs/simulators.md: minutes; needs `make blender`
+simulators: $(DEV)  ## the figures of docs/notes/simulators.md: minutes; needs `make blender`
 	$(BIN)/python benchmarks/simulators.py --out runs/simulators --write-docs
 
-crosscheck: $(DEV)  ## the figures of docs/second-opinion.md: hours; needs `make blender`
+crosscheck: $(DEV)  ## the figures of docs/notes/second-opinion.md: hours; needs `make blender`
 	$(BIN)/python benchmarks/crosscheck.py --out runs/crosscheck --write-docs
 
-paper: $(READY)  ## section VI of the paper in Blender, all garments and seeds, and docs/reproduction.md: hours; needs `make blender`
+paper: $(READY)  ## section VI of the paper in Blender, all garments and seeds, and docs/notes/reproduction.md: hours; needs `make blender`
 	$(BIN)/tatamu reproduce --out runs/paper
 	$(BIN)/python benchmarks/paper_numbers.py --run runs/paper --write-docs
 

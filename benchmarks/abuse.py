@@ -1,9 +1,11 @@
-"""Ten thousand random scenes: how many ended in a rollout, how many in which error. The table of docs/benchmarks.md.
+"""Ten thousand random scenes: how many ended in a rollout, how many in which error.
 
-    python benchmarks/abuse.py [--scenes 10000] [--processes 2] [--out runs/abuse.json] [--write-docs]
+The table "abuse" of docs/notes/benchmarks.md:
+
+    python -m benchmarks.abuse [--scenes 10000] [--processes 2] [--out runs/abuse.json] [--write-docs]
 
 A scene is wrong that gives NaN, raises what is no error of ours, crashes, or takes longer than a minute; each is named
-by its seed (`tatamu.validation.abuse.scene(SEED)`), and the exit code is then 1.
+by its seed (`tests.abuse.scene(SEED)`), and the exit code is then 1.
 """
 
 from __future__ import annotations
@@ -17,12 +19,12 @@ from concurrent.futures import ThreadPoolExecutor
 from faulthandler import dump_traceback_later
 from pathlib import Path
 
-from tables import insert, markdown
-from timed_folds import towel
+from benchmarks.tables import markdown, publish
+from benchmarks.timed_folds import towel
+from tests.abuse import acceptable, outcome
 
 from tatamu import simulate
 from tatamu.files import write_json
-from tatamu.validation.abuse import acceptable, outcome
 
 PATIENCE = 60.0
 """A scene that takes longer hangs [s]."""
@@ -42,11 +44,11 @@ def worker(seeds: range) -> None:
 
 
 def outcomes(seeds: range) -> dict[int, str]:
-    """What became of each seed, from a process of its own, and from another after each that dies."""
+    """Outcome of each seed, from a process of its own, and from another after each that crashes."""
     found: dict[int, str] = {}
     while len(found) < len(seeds):
         rest = seeds[len(found) :]
-        command = [sys.executable, __file__, "--worker", str(rest.start), str(rest.stop)]
+        command = [sys.executable, "-m", "benchmarks.abuse", "--worker", str(rest.start), str(rest.stop)]
         one = {**os.environ, "OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
         done = subprocess.run(command, stdout=subprocess.PIPE, text=True, env=one, check=False)
         found |= {int(seed): kind for seed, kind in (line.split("\t") for line in done.stdout.splitlines())}
@@ -66,7 +68,7 @@ def main() -> None:
     parser.add_argument("--scenes", type=int, default=10_000)
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--out", type=Path, default=Path("runs/abuse.json"))
-    parser.add_argument("--write-docs", action="store_true", help="write the table into docs/benchmarks.md")
+    parser.add_argument("--write-docs", action="store_true", help="write the table into docs/notes/benchmarks.md")
     parser.add_argument("--worker", type=int, nargs=2, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.worker:
@@ -84,7 +86,7 @@ def main() -> None:
     print(markdown(rows))
     print(f"\n{len(found)} scenes, {len(wrong)} wrong: {wrong}")
     if options.write_docs:
-        insert("abuse", markdown(rows))
+        publish("abuse", markdown(rows))
     sys.exit(1 if wrong else 0)
 
 

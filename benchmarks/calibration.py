@@ -1,10 +1,10 @@
-"""Proofs and drawings of docs/calibration.md.
+"""Proofs of docs/notes/calibration.md, drawings of docs/guide/calibration.md.
 
     python benchmarks/calibration.py recovery [--draws 20] [--repeats 4]      hidden materials come back
     python benchmarks/calibration.py pinch                                    why the sag is read at a straight grip
-    python benchmarks/calibration.py drawings                                 docs/measure-*.svg
+    python benchmarks/calibration.py drawings                                 docs/images/measure-*.svg
 
-All but the last write under --out and, with --write-docs, their tables into docs/calibration.md. What is there is
+All but the last write under --out and, with --write-docs, their tables into docs/notes/calibration.md. What is there is
 not run again.
 """
 
@@ -19,14 +19,13 @@ from typing import Any
 import numpy as np
 from ruler import HUMAN, MARK, measured, readings
 from scipy.stats import binom
-from tables import insert
+from tables import IMAGES, publish
 
 from tatamu.calibration import Calibration, calibrate
 from tatamu.calibration.drawing import hanging, looped, pushed, sagging, sliding
-from tatamu.calibration.elongation import Elongation
+from tatamu.calibration.elongation import Elongation, Grasp
 from tatamu.calibration.friction import Slope
 from tatamu.calibration.loop import Loop
-from tatamu.calibration.measurements import Grasp
 from tatamu.calibration.push import Push
 from tatamu.calibration.sag import Sag
 from tatamu.files import write_json, write_text
@@ -35,9 +34,8 @@ from tatamu.material import GRAVITY, Material, load_material
 from tatamu.scene import Gripper, Scene, Table
 from tatamu.simulators import simulate
 
-DOCS = Path("docs/calibration.md")
 LIMITS = {"stretch_stiffness": 0.05, "bending_rigidity": 0.10, "friction_table": 0.5}
-"""What recovery is held to: parts of the parameter, and degrees of atan(mu)."""
+"""Limits of recovery: fractions of the parameter, and degrees of atan(mu)."""
 PARAMETERS = tuple(LIMITS)
 
 
@@ -181,19 +179,19 @@ def pinch_table(out: Path) -> str:
 
 
 def drawings() -> None:
-    """The drawings of docs/calibration.md, from simulated shapes."""
+    """The drawings of docs/guide/calibration.md, from simulated shapes."""
     for name, edges in (("towel", ["bottom"]), ("tshirt", ["left_shoulder", "right_shoulder"])):
         test = Elongation(make_garment(name, spacing=0.04), [Grasp(edge=edge) for edge in edges])
         shape = simulate(test.scene(test.garment.material)).positions[-1]
-        write_text(DOCS.parent / f"measure-hang-{name}.svg", hanging(test, shape))
+        write_text(IMAGES / f"measure-hang-{name}.svg", hanging(test, shape))
     strip, terry = Sag(0.05), load_material(Path("terry"))
-    write_text(DOCS.parent / "measure-sag.svg", sagging(strip, simulate(strip.scene(terry)).positions[-1]))
+    write_text(IMAGES / "measure-sag.svg", sagging(strip, simulate(strip.scene(terry)).positions[-1]))
     loop = Loop(0.034, 0.002)
-    write_text(DOCS.parent / "measure-loop.svg", looped(loop, simulate(loop.scene(terry)).positions[-1]))
+    write_text(IMAGES / "measure-loop.svg", looped(loop, simulate(loop.scene(terry)).positions[-1]))
     push = Push(0.4, 0.06, 0.01)
     wrinkled = terry.model_copy(update={"compression": 0.12, "stretch_stiffness": 60.0})
-    write_text(DOCS.parent / "measure-push.svg", pushed(push, simulate(push.scene(wrinkled)).positions[-1]))
-    write_text(DOCS.parent / "measure-slide.svg", sliding(Slope(float(np.arctan(terry.friction_table)))))
+    write_text(IMAGES / "measure-push.svg", pushed(push, simulate(push.scene(wrinkled)).positions[-1]))
+    write_text(IMAGES / "measure-slide.svg", sliding(Slope(float(np.arctan(terry.friction_table)))))
 
 
 def main() -> None:
@@ -213,7 +211,7 @@ def main() -> None:
         table = recovery_table(recovery(options.out, options.draws, options.repeats))
     print(table)
     if options.write_docs:
-        insert(f"calibration: {options.what}", table, DOCS)
+        publish(f"calibration: {options.what}", table)
 
 
 if __name__ == "__main__":

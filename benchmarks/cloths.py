@@ -1,4 +1,4 @@
-"""Another simulator as the real cloth: the table "cloths" of docs/calibration.md.
+"""Another simulator as the real cloth: the table "cloths" of docs/notes/calibration.md.
 
     python benchmarks/cloths.py [--only towel ..] [--manipulations 30] [--trials 15] [--out DIR] [--write-docs]
 
@@ -20,10 +20,9 @@ from typing import Any
 
 import numpy as np
 from ruler import measured, readings, settling
-from tables import insert, markdown
+from tables import markdown, publish
 
 from tatamu.calibration import calibrate
-from tatamu.calibration.calibrate import WRINKLE
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.sag import Sag
 from tatamu.crosscheck.check import check
@@ -34,8 +33,8 @@ from tatamu.learning.space import search_space
 from tatamu.material import Material, load_material
 from tatamu.presets import load_preset
 from tatamu.results import rebuild
+from tatamu.simulators import capabilities
 
-DOCS = Path("docs/calibration.md")
 SPACING, FINE = 0.02, 0.012
 """Of the sheets' meshes [m]: of cloth in numbers per spring, and of fabrics, which are limper."""
 SHEET, LONG_SHEET = (0.24, 0.38), (0.24, 0.69)
@@ -46,9 +45,9 @@ FREE_LENGTHS = [round((rows + 0.5) * ROW, 3) for rows in range(3, 8)]
 SHORTER = [0.02, 0.025, 0.03, 0.035, 0.04, 0.05, 0.06]
 """Free lengths that a person tries for the sag of a fabric [m]."""
 CONTACT_ROUNDS = 12
-"""With Blender's own 2, the table does not hold cloth that bears cloth (docs/second-opinion.md)."""
+"""With Blender's own 2, the table does not hold cloth that bears cloth (docs/notes/second-opinion.md)."""
 READINGS = {"three": (), "four": ("loop",), "five": ("loop", "push")}
-"""What is read beside the paper's three."""
+"""Readings beside the paper's three."""
 TITLES = {
     "preset": "with the preset",
     "three": "three readings",
@@ -57,7 +56,7 @@ TITLES = {
     "hidden": "the cloth's own numbers",
 }
 DRAWN = ("areal_density", "stretch_stiffness", "bending_rigidity", "friction_table", "friction_cloth")
-"""What differs from the preset in a cloth of its kind, within the preset's spread."""
+"""Fields that differ from the preset in a cloth of its kind, within the preset's spread."""
 
 
 @dataclass(frozen=True)
@@ -165,7 +164,7 @@ def compare(case: Case, count: int, trials: int, folder: Path) -> dict[str, Any]
     true = measured(case.real, case.of, case.size, sag_length(case), case.cells, READINGS["five"])
     row: dict[str, Any] = {"readings": true, "preset": {"material": load_material(Path(case.preset)).model_dump()}}
     for name, more in READINGS.items():
-        if "push" in more and case.learner not in WRINKLE:
+        if "push" in more and not capabilities(case.learner).compression:
             continue
         told = readings(true, case.size, more=more, material=case.preset, thickness=case.real.thickness)
         started = time.perf_counter()
@@ -188,7 +187,7 @@ def columns(row: dict[str, Any]) -> list[str]:
 
 
 def measured_line(case: Case, row: dict[str, Any]) -> dict[str, str]:
-    """What was read, and what became of it."""
+    """Readings of a cloth, and the calibration from them."""
     true, three, four = row["readings"], row["three"]["material"], row["four"]["material"]
     five = row.get("five", {}).get("material", {})
     return {
@@ -260,7 +259,7 @@ def main() -> None:
     ]
     print("\n\n".join(tables))
     if options.write_docs:
-        insert("calibration: cloths", "\n\n".join(tables), DOCS)
+        publish("calibration: cloths", "\n\n".join(tables))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Figures of docs/second-opinion.md: friction of layers, and how far simulators agree on towels.
+"""Figures of docs/notes/second-opinion.md: friction of layers, and how far simulators agree on towels.
 
     python benchmarks/crosscheck.py --out DIR [--simulators native,blender,mujoco] [--only towel] [--write-docs]
 
@@ -17,16 +17,16 @@ from typing import Any
 from unittest.mock import patch
 
 import numpy as np
-from tables import insert, markdown
+from tables import markdown, publish
 
 from tatamu.crosscheck.agreement import Agreement, compare, manipulations
 from tatamu.crosscheck.check import asked
 from tatamu.crosscheck.matrix import HEAD, pair_cells, save
 from tatamu.folding.score import score
 from tatamu.folding.task import make_task
-from tatamu.garments.towel import staggered_rectangle
 from tatamu.learning import learn
 from tatamu.material import GRAVITY
+from tatamu.meshing import staggered_rectangle
 from tatamu.presets import load_preset
 from tatamu.results import RebuiltFold, rebuild
 from tatamu.scene import Cloth, Gripper, Scene, Table
@@ -36,7 +36,6 @@ from tatamu.subdivision import on_coarse_mesh
 from tatamu.topology import areas, lumped
 from tatamu.validation.checks.friction import layers
 
-PAGE = Path("docs/second-opinion.md")
 PARTS = ("friction", "rounds", "small", "towel")
 SMALL_SIZE, SMALL_SPACING = (0.20, 0.40), 0.015
 """Of the small towel [m]: its cells are fine enough for MuJoCo's bending."""
@@ -160,14 +159,14 @@ def main() -> None:
     parser.add_argument("--simulators", default="native,blender,mujoco")
     parser.add_argument("--random", type=int, default=10)
     parser.add_argument("--only", nargs="+", choices=PARTS, default=list(PARTS))
-    parser.add_argument("--write-docs", action="store_true", help="write the tables into docs/second-opinion.md")
+    parser.add_argument("--write-docs", action="store_true", help="write the tables into docs/notes/second-opinion.md")
     options = parser.parse_args()
     names = options.simulators.split(",")
     for part in options.only:
         for mark, rows in made(part, names, options):
             print(markdown(rows), flush=True)
             if options.write_docs:
-                insert(mark, markdown(rows), PAGE)
+                publish(f"agreement: {mark}", markdown(rows))
 
 
 def made(part: str, names: list[str], options: argparse.Namespace) -> Iterator[tuple[str, list[Row]]]:

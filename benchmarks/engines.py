@@ -1,4 +1,4 @@
-"""What benchmarks run scenes in: tatamu's simulators, and Newton in a virtual environment of its own."""
+"""Engines that benchmarks run scenes in: tatamu's simulators, and Newton in a virtual environment of its own."""
 
 from __future__ import annotations
 

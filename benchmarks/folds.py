@@ -1,15 +1,14 @@
-"""Figures of docs/folds.md: every garment's folds, learned with several seeds.
+"""Figures of docs/notes/folds.md: every garment's folds, learned with several seeds.
 
     python benchmarks/folds.py --out runs/folds [--seeds 3] [--trials 60] [--only NAME] [--targets] [--write-docs]
 
 Prints a table and writes `table.json`; a plan that is there already is not run again. With `--write-docs` the table in
-docs/folds.md and its pictures are written anew.
+docs/notes/folds.md and its pictures are replaced.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
 import shutil
 import subprocess
 import sys
@@ -17,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from tables import insert, markdown
+from tables import IMAGES, markdown, publish
 
 from tatamu.crossings import crossings
 from tatamu.files import write_json
@@ -27,9 +26,9 @@ from tatamu.folding.task import make_job
 from tatamu.garments import make_garment
 from tatamu.learning import learn_job
 from tatamu.report import picture
+from tatamu.results import Result, ResultFolder
 from tatamu.topology import Topology, edge_lengths
 
-PAGE = Path("docs/folds.md")
 FOLDS = {
     "tshirt-half": ("tshirt", "half", 3, 50),
     "trousers-half": ("trousers", "half", 3, 50),
@@ -64,7 +63,7 @@ PICTURES = {
 
 
 def target_rows() -> list[dict[str, str]]:
-    """What is wrong with each ideal shape: layers that cross, and edges whose length is not that of the flat cloth."""
+    """Faults of each ideal shape: layers that cross, and edges whose length is not that of the flat cloth."""
     rows = []
     for garment, plans in PLANS.items():
         made = make_garment(garment)
@@ -98,29 +97,32 @@ def learned(name: str, garment: str, fold: str, seed: int, trials: int, out: Pat
     """Learn a plan, or read it: one row for each step."""
     job, folder = make_job(garment, fold=fold), out / f"{name}-{seed}"
     learn_job(job, folder, trials=trials, seed=seed, baselines=False)
-    result = json.loads((folder / "result.json").read_text())
-    steps = result.get("steps") or [_single(result)]
-    rows = []
-    for number, step in enumerate(steps, start=1):
-        own = json.loads((folder / step["folder"] / "result.json").read_text())
-        rows.append(
-            {
-                **step,
-                "fold": f"{garment} {fold}" + (f", {number}. {step['title']}" if len(steps) > 1 else ""),
-                "seed": seed,
-                "vertices": own["task"]["vertices"],
-                "trials": len(own["trials"]),
-                "failed": sum(trial["state"] == "failed" for trial in own["trials"]),
-                "seconds": own["wall_seconds"],
-            }
-        )
-    return rows
+    results = ResultFolder(folder)
+    if len(job.plan.steps) == 1:
+        return [_row(_single(results.result), results.result, f"{garment} {fold}", seed)]
+    return [
+        _row(step.model_dump(), results.step(number).result, f"{garment} {fold}, {number + 1}. {step.title}", seed)
+        for number, step in enumerate(results.plan_result.steps)
+    ]
 
 
-def _single(result: dict[str, Any]) -> dict[str, Any]:
-    """A fold in one step, told as a step: its own target is the flat garment's."""
-    best = result["trials"][result["best"]]
-    return {**best, "folder": ".", "title": "", "crossings": result["crossings"], "whole": best}
+def _row(step: dict[str, Any], result: Result, name: str, seed: int) -> dict[str, Any]:
+    return {
+        **step,
+        "fold": name,
+        "seed": seed,
+        "vertices": result.task.vertices,
+        "trials": len(result.trials),
+        "failed": sum(trial.state == "failed" for trial in result.trials),
+        "seconds": result.wall_seconds,
+    }
+
+
+def _single(result: Result) -> dict[str, Any]:
+    """A fold in one step in the form of a step of a plan: its own target is the flat garment's."""
+    best = result.best_trial.model_dump()
+    crossings = result.crossings.model_dump() if result.crossings else None
+    return {**best, "folder": ".", "title": "", "crossings": crossings, "whole": best}
 
 
 def shown(rows: list[dict[str, Any]]) -> list[dict[str, str]]:
@@ -128,15 +130,15 @@ def shown(rows: list[dict[str, Any]]) -> list[dict[str, str]]:
     return [{name: str(show(row)) for name, show in COLUMNS.items()} for row in rows]
 
 
-def draw(out: Path, docs: Path) -> str:
+def draw(out: Path, images: Path) -> str:
     """Draw the pictures of the docs: learned folds, and the shop fold's plan on the flat T-shirt; their Markdown."""
     links = ""
     for name, (folder, title) in PICTURES.items():
-        if (out / folder / "result.json").exists():
-            picture(out / folder, docs / f"{name}.png")
-            links += f"\n\n![{title}]({name}.png)"
+        if ResultFolder(out / folder).result_file.exists():
+            picture(out / folder, images / f"{name}.png")
+            links += f"\n\n![{title}](../images/{name}.png)"
     command = shutil.which("tatamu", path=str(Path(sys.executable).parent)) or "tatamu"
-    subprocess.run([command, "show", "tshirt", "--plan", "shop", "--out", str(docs / "shop-plan.png")], check=True)
+    subprocess.run([command, "show", "tshirt", "--plan", "shop", "--out", str(images / "shop-plan.png")], check=True)
     return links
 
 
@@ -152,7 +154,7 @@ def main() -> None:
     targets = target_rows()
     print(markdown(targets), flush=True)
     if options.write_docs:
-        insert("targets", markdown(targets), PAGE)
+        publish("targets", markdown(targets))
     if options.targets:
         return
     rows = []
@@ -164,7 +166,7 @@ def main() -> None:
     write_json(options.out / "table.json", rows)
     print(markdown(shown(rows)))
     if options.write_docs:
-        insert("folds", markdown(shown(rows)) + draw(options.out, PAGE.parent), PAGE)
+        publish("folds", markdown(shown(rows)) + draw(options.out, IMAGES))
 
 
 if __name__ == "__main__":

@@ -3,23 +3,23 @@
     python -m benchmarks.foreign --out runs/foreign [--trials 8] [--write-docs]
 
 The drawings and meshes are made by `tests/foreign.py`. Prints a table and writes `table.json`; studies that are there
-go on. With `--write-docs` the table in docs/garments.md is written anew.
+go on. With `--write-docs` the table in docs/notes/garments.md is replaced.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 from typing import Any
 
-from benchmarks.tables import insert, markdown
+from benchmarks.tables import markdown, publish
 from tests.foreign import BROKEN, GOOD
 
 from tatamu.errors import InputError
 from tatamu.files import write_json
 from tatamu.folding.task import make_task
 from tatamu.learning import learn
+from tatamu.results import ResultFolder
 
 OWN_MESH = ("cloth_obj", "bag_ply", "tube_glb")
 SPACING = 0.02
@@ -37,16 +37,16 @@ def fold(kind: str, out: Path, trials: int) -> dict[str, Any]:
         learn(task, out / kind, trials=trials, seed=0)
     except InputError as error:
         return {"garment": kind, "refused": str(error).replace(str(files) + "/", "")}
-    result = json.loads((out / kind / "result.json").read_text())
-    best = result["trials"][result["best"]]
-    baselines = [b["mean_vertex_distance"] for b in result["baselines"] if b["mean_vertex_distance"] is not None]
+    result = ResultFolder(out / kind).result
+    best = result.best_trial
+    baselines = [b.mean_vertex_distance for b in result.baselines if b.mean_vertex_distance is not None]
     return {
         "garment": kind,
         "vertices": len(task.fold.garment.vertices),
-        "mean_vertex_distance": best["mean_vertex_distance"],
-        "mask_iou": best["mask_iou"],
+        "mean_vertex_distance": best.mean_vertex_distance,
+        "mask_iou": best.mask_iou,
         "baseline": min(baselines, default=None),
-        "crossings": result.get("crossings"),
+        "crossings": result.crossings.model_dump() if result.crossings else None,
     }
 
 
@@ -79,7 +79,7 @@ def main() -> None:
     table = markdown([shown(row) for row in rows])
     print(f"{table}\n{len(BROKEN)} broken ones are refused, see tests/foreign.py")
     if given.write_docs:
-        insert("foreign", table, Path("docs/garments.md"))
+        publish("foreign", table)
 
 
 if __name__ == "__main__":

@@ -1,25 +1,25 @@
-"""Figures of README and docs/learning.md: five seeds of the default towel, random search, fixed trajectories.
+"""Figures of README and docs/notes/learning.md: five seeds of the default towel, random search, fixed trajectories.
 
     python benchmarks/learning.py --out runs/learning [--seeds 5] [--trials 50] [--write-docs]
 
 Prints a table and writes `table.json`; a study that is there already is not run again. With `--write-docs` the tables
-in README.md and docs/learning.md are written anew.
+in README.md and docs/notes/learning.md are replaced.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
 import resource
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from tables import insert, markdown
+from tables import markdown, publish
 
 from tatamu.files import write_json
 from tatamu.folding.task import Task, make_task
 from tatamu.learning import learn
+from tatamu.results import ResultFolder
 
 COLUMNS = {
     "search": lambda row: row["search"],
@@ -41,10 +41,11 @@ SHORT = ("search", "C", "mean distance [mm]", "mask IoU", "E_f [%]")
 def study(task: Task, folder: Path, sampler: str, seed: int, trials: int) -> tuple[dict[str, Any], list[Any]]:
     """Run one study, or read it: its best trial, and its baselines."""
     learn(task, folder, trials=trials, seed=seed, sampler=sampler)
-    result = json.loads((folder / "result.json").read_text())
-    failed = sum(trial["state"] == "failed" for trial in result["trials"])
-    row = {**result["trials"][result["best"]], "seconds": result["wall_seconds"], "failed": failed}
-    return {"search": sampler, "seed": seed, "best": result["best"], **row}, result["baselines"]
+    result = ResultFolder(folder).result
+    failed = sum(trial.state == "failed" for trial in result.trials)
+    row = {**result.best_trial.model_dump(), "seconds": result.wall_seconds, "failed": failed}
+    baselines = [baseline.model_dump() for baseline in result.baselines]
+    return {"search": sampler, "seed": seed, "best": result.best, **row}, baselines
 
 
 def shown(rows: list[dict[str, Any]], columns: Iterable[str] = COLUMNS) -> list[dict[str, Any]]:
@@ -81,8 +82,8 @@ def main() -> None:
     print(markdown(shown(rows)))
     print(f"\npeak memory of this process {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB")
     if options.write_docs:
-        insert("learning: short", markdown(shown(summary(rows), SHORT)), Path("README.md"))
-        insert("learning: long", markdown(shown(rows)), Path("docs/learning.md"))
+        publish("learning: short", markdown(shown(summary(rows), SHORT)))
+        publish("learning: long", markdown(shown(rows)))
 
 
 if __name__ == "__main__":

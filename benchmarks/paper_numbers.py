@@ -1,4 +1,4 @@
-"""The tables of docs/reproduction.md: what Tables I and II make of cloth in Blender, its time, the outcome of a run.
+"""Cloth of Tables I and II in Blender, its time, the outcome of a run: the tables of docs/notes/reproduction.md.
 
 python benchmarks/paper_numbers.py [--run runs/paper] [--spacing 0.02] [--only cloth] [--write-docs]
 """
@@ -15,21 +15,20 @@ from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
-from tables import insert, markdown
+from tables import IMAGES, markdown, publish
 
 from tatamu.folding.baselines import BASELINES
 from tatamu.folding.manipulation import scene_of
-from tatamu.garments.towel import staggered_rectangle
+from tatamu.heavy_strip.cantilever import cantilever
 from tatamu.material import GRAVITY, Material, load_material
+from tatamu.meshing import staggered_rectangle
 from tatamu.reproduction.claims import TWO_PEAKS
 from tatamu.reproduction.experiment import FOLDS, SPACING, Choices
 from tatamu.scene import Cloth, Scene
 from tatamu.simulators import simulate
 from tatamu.simulators.blender.process import WORKERS
-from tatamu.validation.elastica import cantilever
 from tatamu.validation.scenes import held
 
-PAGE = Path("docs/reproduction.md")
 PARTS = ("cloth", "time", "run")
 Row = dict[str, object]
 
@@ -64,7 +63,7 @@ def bending_length(material: Material, spacing: float) -> float:
 
 
 def cloths(spacing: float) -> list[Row]:
-    """What the numbers of each garment make of cloth."""
+    """Membrane stiffness and bending length of the cloth that each garment's numbers make."""
     rows: list[Row] = []
     for garment in FOLDS:
         material = load_material(Path(f"paper-{garment}"))
@@ -109,7 +108,7 @@ def spent(scene: Scene) -> float:
 
 
 def outcomes(told: dict[str, Any]) -> list[Row]:
-    """What a run of `tatamu reproduce` found, by garment and moment."""
+    """Outcome of a run of `tatamu reproduce`, by garment and moment."""
     return [
         {
             "garment": garment,
@@ -124,7 +123,7 @@ def outcomes(told: dict[str, Any]) -> list[Row]:
 
 
 def answers(told: dict[str, Any]) -> list[Row]:
-    """What the paper claims, and in how many seeds it came out so."""
+    """The paper's claims, and in how many seeds each holds."""
     seeds = told["seeds"]
     rows: list[Row] = []
     for garment, found in told["garments"].items():
@@ -152,14 +151,14 @@ def main() -> None:
     parser.add_argument("--spacing", type=float, default=SPACING)
     parser.add_argument("--run", type=Path, help="a folder of `tatamu reproduce`, whose outcome is shown too")
     parser.add_argument("--only", nargs="+", choices=PARTS, default=list(PARTS))
-    parser.add_argument("--write-docs", action="store_true", help="write the tables into docs/reproduction.md")
+    parser.add_argument("--write-docs", action="store_true", help="write the tables into docs/notes/reproduction.md")
     options = parser.parse_args()
     for mark, rows in tables(options):
         print(markdown(rows), flush=True)
         if options.write_docs:
-            insert(mark, markdown(rows), PAGE)
+            publish(mark, markdown(rows))
     if options.write_docs and options.run and "run" in options.only:
-        shutil.copy(options.run / "figure-5.png", PAGE.with_name("reproduction.png"))
+        shutil.copy(options.run / "figure-5.png", IMAGES / "reproduction.png")
 
 
 def tables(options: argparse.Namespace) -> Iterator[tuple[str, list[Row]]]:

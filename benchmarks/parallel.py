@@ -1,4 +1,6 @@
-"""Trials side by side: how long 50 trials of the default towel take, and what they find. A table of docs/learning.md.
+"""Trials side by side: how long 50 trials of the default towel take, and what they find.
+
+The table "learning: parallel" of docs/notes/learning.md:
 
     python benchmarks/parallel.py [--seeds 3] [--trials 50] [--write-docs]
 
@@ -17,17 +19,17 @@ from tempfile import TemporaryDirectory
 from time import perf_counter
 from typing import NamedTuple
 
-from tables import insert, markdown
+from tables import markdown, publish
 
-from tatamu.files import read_json
 from tatamu.folding.task import make_task
 from tatamu.learning import Progress, learn
+from tatamu.results import ResultFolder
 
 AT_A_TIME = (1, 2, 3)
 
 
 class Found(NamedTuple):
-    """What came of a study."""
+    """Result of one study."""
 
     seconds: float
     objective: float
@@ -44,9 +46,9 @@ def study(parallel: int, seed: int, trials: int) -> Found:
     with TemporaryDirectory() as folder:
         task, options = make_task("towel"), {"trials": trials, "seed": seed, "parallel": parallel}
         learn(task, Path(folder), baselines=False, progress=note, **options)
-        result = read_json(Path(folder) / "result.json")
-    best = result["trials"][result["best"]]
-    return Found(times[-1] - times[0], best["objective"], best["mean_vertex_distance"])
+        best = ResultFolder(Path(folder)).result.best_trial
+    assert best.objective is not None and best.mean_vertex_distance is not None, "the best trial is complete"
+    return Found(times[-1] - times[0], best.objective, best.mean_vertex_distance)
 
 
 def alone(parallel: int, seed: int, trials: int) -> Found:
@@ -83,7 +85,7 @@ def main() -> None:
     table = markdown([line(parallel, found[parallel], found[1]) for parallel in AT_A_TIME])
     print(table)
     if options.write_docs:
-        insert("learning: parallel", table, Path("docs/learning.md"))
+        publish("learning: parallel", table)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Which small garments HIRONX folds, for docs/robots.md: each learned within its reach, each step planned.
+"""Which small garments HIRONX folds, for docs/notes/robots.md: each learned within its reach, each step planned.
 
     python benchmarks/robots.py --out runs/robots [--robot hironx] [--trials 6] [--write-docs]
         [--rehearse native,mujoco] [--halvings 0] [--only towel]
@@ -15,12 +15,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tables import insert, markdown
+from tables import markdown, publish
 
 from tatamu.errors import TatamuError
 from tatamu.files import read_json, write_json
 from tatamu.folding.task import Job, Reach, make_job
 from tatamu.learning import learn_job
+from tatamu.results import ResultFolder
 from tatamu.robots import ReachConstraint, load, plan_fold, save
 from tatamu.robots.planned import Planned
 from tatamu.robots.refold import refold
@@ -34,7 +35,7 @@ SIMULATORS = ("native", "mujoco")
 
 @dataclass(frozen=True)
 class Case:
-    """A garment of one size, folded in one way."""
+    """A garment, its size and its fold."""
 
     garment: str
     size: tuple[float, float]
@@ -66,7 +67,7 @@ CASES = (
 
 @dataclass(frozen=True)
 class Setting:
-    """What is asked of every case."""
+    """The options of every case."""
 
     robot: str
     out: Path
@@ -93,18 +94,22 @@ def rows_of(case: Case, setting: Setting) -> list[dict[str, Any]]:
 def step_folders(job: Job, out: Path, case: Case) -> list[Path]:
     """Folders of the learned steps."""
     count = len(job.plan.steps)
-    return [out / case.name] if count == 1 else [out / case.name / f"step-{n + 1}" for n in range(count)]
+    folder = ResultFolder(out / case.name)
+    return [folder.path] if count == 1 else [folder.step(number).path for number in range(count)]
 
 
 def planned(folder: Path, setting: Setting, plans: Path) -> dict[str, Any]:
     """Plan and rehearse one learned fold."""
-    result = read_json(folder / "result.json")
-    best, within = result["trials"][result["best"]], [t for t in result["trials"] if t["state"] == "complete"]
+    result = ResultFolder(folder).result
+    best = result.best_trial
+    task = result.task
+    assert best.mean_vertex_distance is not None and task.translation is not None, "tatamu wrote it"
+    within = [trial for trial in result.trials if trial.state == "complete"]
     learned = {
-        "step": f"{result['task'].get('step', [1])[0]}",
-        "span": f"{max(map(abs, result['task']['translation'][:2])):.2f}",
-        "within": f"{len(within)} of {len(result['trials'])}",
-        "distance": f"{1e3 * best['mean_vertex_distance']:.1f}",
+        "step": str(task.step[0] if task.step else 1),
+        "span": f"{max(map(abs, task.translation[:2])):.2f}",
+        "within": f"{len(within)} of {len(result.trials)}",
+        "distance": f"{1e3 * best.mean_vertex_distance:.1f}",
     }
     plan = plans / f"step-{learned['step']}"
     try:
@@ -179,7 +184,7 @@ def main() -> None:
     write_json(options.out / "table.json", rows)
     print(markdown(rows))
     if options.write_docs:
-        insert("garments within reach", markdown(rows), Path("docs/robots.md"))
+        publish("garments within reach", markdown(rows))
 
 
 if __name__ == "__main__":

@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 
 from tatamu.calibration import Measurements
-from tatamu.calibration.elongation import Elongation
+from tatamu.calibration.elongation import Elongation, Grasp
 from tatamu.calibration.friction import SLIDING, Slope
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.loop import HEIGHT, LIFT, Loop
-from tatamu.calibration.measurements import Grasp
 from tatamu.calibration.push import Push
 from tatamu.calibration.sag import Sag
 from tatamu.files import validated

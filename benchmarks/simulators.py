@@ -1,4 +1,4 @@
-"""What each simulator falls short of: `tatamu validate` in all, and a towel fold. The tables of docs/simulators.md.
+"""Where each simulator falls short: `tatamu validate` in all, and a towel fold, for docs/notes/simulators.md.
 
     python benchmarks/simulators.py --out runs/simulators [--simulators native blender mujoco] [--long] [--write-docs]
 
@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from tables import insert, markdown
+from tables import markdown, publish
 from timed_folds import towel
 
 from tatamu.errors import TatamuError
@@ -25,11 +25,10 @@ from tatamu.simulators.blender.process import WORKERS
 from tatamu.validation import Subject, validate
 from tatamu.validation.checks import CHECKS
 
-PAGE = Path("docs/simulators.md")
 WHOLE = ("incline", "layers")
 """Checks of which every case is run, and has rows of its own."""
 Found = dict[str, dict[str, Any]]
-"""What was found of each check."""
+"""Findings of each check."""
 
 
 def checked(name: str, folder: Path, long: bool) -> Found:
@@ -119,14 +118,14 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("runs/simulators"))
     parser.add_argument("--simulators", nargs="+", default=list(SIMULATORS), choices=list(SIMULATORS))
     parser.add_argument("--long", action="store_true", help="all cases of every check")
-    parser.add_argument("--write-docs", action="store_true", help="write the tables into docs/simulators.md")
+    parser.add_argument("--write-docs", action="store_true", help="write the tables into docs/notes/simulators.md")
     options = parser.parse_args()
     found = {name: checked(name, options.out, options.long) for name in options.simulators}
     tables = {"checks": list(shortfalls(found)), "fold": [folded(name, options.out) for name in options.simulators]}
     for mark, rows in tables.items():
         print(markdown(rows))
         if options.write_docs:
-            insert(mark, markdown(rows), PAGE)
+            publish(mark, markdown(rows))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""How fast folds are, side by side: `native`, Blender, MuJoCo, Newton. The tables of docs/benchmarks.md.
+"""How fast folds are, side by side: `native`, Blender, MuJoCo, Newton. The tables of docs/notes/benchmarks.md.
 
     python benchmarks/speed.py [--only towel ..] [--simulators native ..] [--runs 3] [--out FOLDER] [--write-docs]
 
@@ -6,7 +6,7 @@ Parts: towel (two meshes), shirt (the T-shirt), growth (native, from 850 to 13,0
 answer (seconds until a finer mesh changes nothing), throughput (`simulate_many`, and one after another on all cores),
 startup (import). Simulators run in turn, `--runs` times each on one core (but for throughput), each rollout in a
 process of its own; medians are given, and only of rollouts that ended folded. Rollouts are kept in the folder, and one
-that is there is not run again, so a killed run goes on; to measure anew, remove them.
+that is there is not run again, so a killed run goes on; to measure again, remove them.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 from engines import ENGINES
-from tables import insert, markdown
+from tables import markdown, publish
 from timed_folds import FABRICS, Fold, towel
 from timed_rollouts import Case, Timing, check_folded, timed
 
@@ -199,7 +199,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("runs/speed"), help="folder of the rollouts and results.json")
     parser.add_argument("--limit", type=float, default=1800.0, help="a rollout that takes longer is given up [s]")
     parser.add_argument("--kept", action="store_true", help="answer: only what was run before")
-    parser.add_argument("--write-docs", action="store_true", help="write the tables into docs/benchmarks.md")
+    parser.add_argument("--write-docs", action="store_true", help="write the tables into docs/notes/benchmarks.md")
     options = parser.parse_args()
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     for part in sorted(options.only, key=lambda name: name == "throughput"):  # the one that takes all cores is last
@@ -207,9 +207,9 @@ def main() -> None:
         _record(options.out / "results.json", part, rows)
         print(f"\n{part}\n\n{markdown(rows)}", flush=True)
         if options.write_docs:
-            insert(part, markdown(rows))
+            publish(part, markdown(rows))
             if part == "towel":
-                insert("speed: short", _short_table(rows), Path("README.md"))
+                publish("speed: short", _short_table(rows))
 
 
 def _record(out: Path, part: str, rows: list[Row]) -> None:

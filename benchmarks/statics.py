@@ -1,4 +1,4 @@
-"""The table of docs/native.md on bending: how far a cantilever's tip is off with R alone, C alone, and Q.
+"""The table of docs/notes/native.md on bending: how far a cantilever's tip is off with R alone, C alone, and Q.
 
     python benchmarks/statics.py [--write-docs]
 
@@ -8,27 +8,22 @@ A strip held by its middle row sags a little under a load of 1 per area, B = 1: 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 from functools import partial
-from pathlib import Path
-from unittest.mock import patch
 
 import numpy as np
-from tables import insert, markdown
+from tables import markdown, publish
 
-from tatamu.simulators.native import bending, membrane
-from tatamu.simulators.native.frequencies import hinge_gradients, hinge_stiffness
+from tatamu.simulators.native.elastic import curvature, membrane
+from tatamu.simulators.native.elastic.stable_step import hinge_gradients, hinge_stiffness
+from tatamu.simulators.native.options import ElasticOptions
 from tatamu.topology import Topology, areas, lumped
 from tatamu.validation.meshes import LAYOUTS, Layout, irregular, mirrored, turned
 from tatamu.validation.scenes import raised
 
 LENGTH, WIDTH = 0.10, 0.06
 SPACINGS = (0.02, 0.01, 0.005)
-CURVATURES: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
-    "R^-1": lambda R, C: np.asarray(np.linalg.inv(R)),
-    "C": lambda R, C: C,
-    "Q": bending.curvatures,
-}
+PARTS = {"R^-1": 0.0, "C": 1.0, "Q": ElasticOptions().angle_sum_part}
+"""The part of C in the operator that finds curvatures."""
 OTHERS: dict[str, list[Layout]] = {
     "8 more irregular": [partial(irregular, seed=seed) for seed in range(2, 10)],
     "6 more angles": [partial(turned, degrees=angle) for angle in (7.0, 13.0, 20.0, 26.0, 35.0, 41.0)],
@@ -36,12 +31,12 @@ OTHERS: dict[str, list[Layout]] = {
 """Meshes that no check of `tatamu validate` has: the part of C in Q was chosen on them."""
 
 
-def tip(layout: Layout, spacing: float) -> float:
+def tip(layout: Layout, spacing: float, angle_sum_part: float = PARTS["Q"]) -> float:
     """Sag of the tip over the exact w L^4 / 8 B, for B = w = 1."""
     plan, faces = mirrored(layout(LENGTH, WIDTH, spacing))
     rest, topology = raised(plan), Topology(faces)
     free = np.zeros(len(topology.hinges), dtype=bool)
-    K, at = bending.constants(rest, topology, membrane.rest_frames(rest, faces), free, 1.0)
+    K, at = curvature.constants(rest, topology, membrane.rest_frames(rest, faces), free, 1.0, angle_sum_part)
     G = hinge_gradients(rest, topology.hinges)[0][:, 2::3]
     loose = np.abs(plan[:, 0]) > 1e-12  # all but the middle row, about which a load on both sides turns nothing
     turn = plan[loose, 0] / np.linalg.norm(plan[loose, 0])
@@ -53,13 +48,12 @@ def tip(layout: Layout, spacing: float) -> float:
 
 
 def rows() -> list[dict[str, str]]:
-    """Each layout: the error of the tip [%] for each way to find curvatures, on three meshes; of several their mean."""
+    """Each layout: the error of the tip [%] for each map to curvatures, on three meshes; of several their mean."""
     lines = []
     for kind, layouts in ({name: [layout] for name, layout in LAYOUTS.items()} | OTHERS).items():
         line = {"mesh": kind}
-        for name, curvatures in CURVATURES.items():
-            with patch.object(bending, "curvatures", curvatures):
-                errors = np.array([[100 * (tip(layout, s) - 1.0) for s in SPACINGS] for layout in layouts])
+        for name, part in PARTS.items():
+            errors = np.array([[100 * (tip(layout, s, part) - 1.0) for s in SPACINGS] for layout in layouts])
             line[f"{name}: {', '.join(f'{1e3 * s:g}' for s in SPACINGS)} mm"] = ", ".join(map(_words, errors.T))
         lines.append(line)
     return lines
@@ -75,7 +69,7 @@ def main() -> None:
     table = markdown(rows())
     print(table)
     if parser.parse_args().write_docs:
-        insert("statics", table, Path("docs/native.md"))
+        publish("statics", table)
 
 
 if __name__ == "__main__":

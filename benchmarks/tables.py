@@ -1,4 +1,4 @@
-"""Tables of docs/benchmarks.md, which the benchmarks write between marks."""
+"""Tables of the docs, which the benchmarks write between marks, and which page has which mark."""
 
 from __future__ import annotations
 
@@ -9,7 +9,48 @@ from typing import Any
 
 from tatamu.files import read_text, write_text
 
-PAGE = Path("docs/benchmarks.md")
+NOTES = Path("docs/notes")
+"""Where pages with measured tables are."""
+IMAGES = Path("docs/images")
+"""Where pictures and drawings of the docs are."""
+README = Path("README.md")
+PLACES = {
+    "learning: short": README,
+    "speed: short": README,
+    "learning: long": NOTES / "learning.md",
+    "learning: parallel": NOTES / "learning.md",
+    "targets": NOTES / "folds.md",
+    "folds": NOTES / "folds.md",
+    "foreign": NOTES / "garments.md",
+    "calibration: pinch": NOTES / "calibration.md",
+    "calibration: recovery": NOTES / "calibration.md",
+    "calibration: cloths": NOTES / "calibration.md",
+    "results": NOTES / "validation.md",
+    "tangle": NOTES / "validation.md",
+    "statics": NOTES / "native.md",
+    "towel": NOTES / "benchmarks.md",
+    "shirt": NOTES / "benchmarks.md",
+    "growth": NOTES / "benchmarks.md",
+    "answer": NOTES / "benchmarks.md",
+    "throughput": NOTES / "benchmarks.md",
+    "startup": NOTES / "benchmarks.md",
+    "abuse": NOTES / "benchmarks.md",
+    "checks": NOTES / "simulators.md",
+    "fold": NOTES / "simulators.md",
+    "agreement: friction": NOTES / "second-opinion.md",
+    "agreement: rounds": NOTES / "second-opinion.md",
+    "agreement: small": NOTES / "second-opinion.md",
+    "agreement: small, each": NOTES / "second-opinion.md",
+    "agreement: towel": NOTES / "second-opinion.md",
+    "agreement: towel, each": NOTES / "second-opinion.md",
+    "run": NOTES / "reproduction.md",
+    "outcomes": NOTES / "reproduction.md",
+    "answers": NOTES / "reproduction.md",
+    "cloth": NOTES / "reproduction.md",
+    "time": NOTES / "reproduction.md",
+    "garments within reach": NOTES / "robots.md",
+}
+"""The page of each table, by the name of its marks."""
 
 
 def markdown(rows: Sequence[Mapping[str, Any]]) -> str:
@@ -19,7 +60,12 @@ def markdown(rows: Sequence[Mapping[str, Any]]) -> str:
     return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in cells])
 
 
-def insert(name: str, text: str, page: Path = PAGE) -> None:
+def publish(name: str, text: str) -> None:
+    """Put a text where the docs have the marks of that name."""
+    insert(name, text, PLACES[name])
+
+
+def insert(name: str, text: str, page: Path) -> None:
     """Put a text between the marks `<!-- NAME -->` and `<!-- end -->` of a page."""
     marks = rf"(<!-- {re.escape(name)} -->\n).*?(<!-- end -->)"
     written, found = re.subn(marks, lambda match: match[1] + text + "\n" + match[2], read_text(page), flags=re.S)

@@ -1,4 +1,4 @@
-"""Random folds of limp cloth in which anything passes through anything: the table "tangle" of docs/validation.md.
+"""Random folds of limp cloth in which anything passes through anything: the table "tangle" of docs/notes/validation.md.
 
     python benchmarks/tangle.py [--folds 600] [--write-docs]
 
@@ -9,9 +9,8 @@ happen once in hundreds.
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
-from tables import insert, markdown
+from tables import markdown, publish
 
 from tatamu.simulators.native import simulate
 from tatamu.validation.checks.tangle import crossings_of_fold
@@ -21,7 +20,7 @@ FIRST = 300
 
 
 def line(fast: bool, count: int) -> dict[str, object]:
-    """What became of `count` folds."""
+    """Outcome of `count` folds."""
     found = [crossings_of_fold(simulate, seed, fast) for seed in range(FIRST, FIRST + count)]
     frames = [each for each in found if each is not None]
     passed = [each for each in frames if each.any()]
@@ -42,7 +41,7 @@ def main() -> None:
     table = markdown([line(fast, options.folds) for fast in (True, False)])
     print(table)
     if options.write_docs:
-        insert("tangle", table, Path("docs/validation.md"))
+        publish("tangle", table)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Results of docs/validation.md: every textbook check on a simulator, as a table and a picture.
+"""Results of docs/notes/validation.md: every textbook check on a simulator, as a table and a picture.
 
     python benchmarks/textbook.py --out runs/validation [--simulator native] [--only hang] [--write-docs]
 
@@ -14,19 +14,21 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
-from tables import insert, markdown
+from tables import IMAGES, markdown, publish
 
 from tatamu.files import write_json, write_text
+from tatamu.presentation.palette import COLOURS, SERIES
 from tatamu.validation import Subject, validate
 from tatamu.validation.findings import Curve, Figure, Row
-from tatamu.validation.page import COLOURS, GRID, INK, page
+from tatamu.validation.page import page
 from tatamu.validation.report import Report
 
-PAGE = Path("docs/validation.md")
 SHOWN = ("hang", "shear", "catenary", "cantilever", "order", "crease", "threshold", "stack", "refinement")
 """Figures of the picture, by key."""
 COLUMNS = 3
 MARKS = "osD^x+"
+INK = COLOURS["ink"][0]
+GRID = COLOURS["line"][0]
 
 
 def rows(report: Report) -> list[dict[str, str]]:
@@ -59,7 +61,7 @@ def _number(value: float, unit: str) -> str:
 
 
 def draw(report: Report, out: Path) -> None:
-    """What the simulator got (points) against the references (lines), one panel for each figure."""
+    """Plot the simulator's values (points) against the references (lines), one panel for each figure."""
     panels = [
         (result, key, result.check.figures[key])
         for key in SHOWN
@@ -86,7 +88,11 @@ def _panel(axis: Axes, curves: list[Curve], asked: Figure) -> None:
             axis.plot(curve.x, curve.y, color=INK, linewidth=1.2, label=label)
             continue
         place = names.index(curve.name)
-        style = {"color": COLOURS[place % len(COLOURS)], "marker": MARKS[place % len(MARKS)], "markersize": 3.5}
+        style = {
+            "color": COLOURS[f"series-{place % SERIES}"][0],
+            "marker": MARKS[place % len(MARKS)],
+            "markersize": 3.5,
+        }
         axis.plot(curve.x, curve.y, linewidth=0.8 if asked.joined else 0.0, alpha=0.8, label=label, **style)
     axis.set(title=asked.title, xlabel=asked.x, ylabel=asked.y)
     if asked.log:
@@ -102,7 +108,9 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--simulator", default="native")
     parser.add_argument("--only", action="append", default=[], metavar="CHECK")
-    parser.add_argument("--write-docs", action="store_true", help="write table and picture into docs/validation.md")
+    parser.add_argument(
+        "--write-docs", action="store_true", help="write table and picture into docs/notes/validation.md"
+    )
     options = parser.parse_args()
     report = validate(
         Subject.named(options.simulator), options.only, after=lambda result: print(result.check.name, flush=True)
@@ -114,8 +122,8 @@ def main() -> None:
     print(table)
     if options.write_docs:
         summary = f"{report.judged - report.failures} of {report.judged} judged quantities are within their limits.\n\n"
-        insert("results", summary + table, PAGE)
-        shutil.copy(options.out / "validation.png", PAGE.with_suffix(".png"))
+        publish("results", summary + table)
+        shutil.copy(options.out / "validation.png", IMAGES / "validation.png")
 
 
 if __name__ == "__main__":

@@ -49,7 +49,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Timing:
-    """What a run gave. With a `note` it failed, and nothing else means anything."""
+    """Result of a run. With a `note` it failed, and nothing else means anything."""
 
     vertices: int
     seconds: float

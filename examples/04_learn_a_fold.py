@@ -5,21 +5,22 @@ python examples/04_learn_a_fold.py [FOLDER]
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 
 from tatamu.folding.task import make_task
 from tatamu.learning import learn
+from tatamu.results import ResultFolder
 
 
 def main(folder: Path = Path("runs/example")) -> float:
     """Objective C of the best of eight trials."""
     task = make_task("towel", size=(0.24, 0.5), spacing=0.04)
     report = learn(task, folder, trials=8, progress=lambda p: print(f"trial {p.done}: best C = {p.best}"))
-    result = json.loads((folder / "result.json").read_text())
+    best = ResultFolder(folder).result.best_trial
+    assert best.objective is not None
     print(f"open {report}")
-    return float(result["trials"][result["best"]]["objective"])
+    return best.objective
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from tatamu.garments.towel import staggered_rectangle
+from tatamu.meshing import staggered_rectangle
 
 TSHIRT = (
     "M 220 0 C 240 40 300 40 320 0 L 400 30 L 540 110 L 500 190 L 430 150 L 430 460 "

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.garments.towel import staggered_rectangle
 from tatamu.material import Material
+from tatamu.meshing import staggered_rectangle
 from tatamu.scene import Cloth, Gripper, Scene, Table
 
 CLOTH = Material(

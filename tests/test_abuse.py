@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from tatamu.errors import InputError
+from tatamu.meshing import staggered
 from tatamu.scene import Scene
 from tatamu.simulators import simulate
 from tatamu.topology import Topology
-from tatamu.validation import abuse
-from tatamu.validation.meshes import staggered
 from tatamu.validation.scenes import sewn
+from tests import abuse
 from tests.scenes import scene
 
 BATCH = 50

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import re
 from argparse import Namespace
 from pathlib import Path
 from typing import Any
@@ -71,6 +72,35 @@ def test_a_table_goes_between_its_marks(modules: Any, tmp_path: Path) -> None:
     )
     with pytest.raises(SystemExit, match="has no marks"):
         tables.insert("three", "", page)
+
+
+def test_every_table_has_its_marks_in_the_page_that_is_named_for_it(modules: Any, tmp_path: Path) -> None:
+    tables = modules("tables")
+    for name, page in tables.PLACES.items():
+        copy = tmp_path / page.name
+        copy.write_text((FOLDER.parent / page).read_text())
+        tables.insert(name, "written", copy)
+        assert f"<!-- {name} -->\nwritten\n<!-- end -->" in copy.read_text()
+
+
+def test_every_mark_of_the_docs_is_written_by_a_benchmark(modules: Any) -> None:
+    places = modules("tables").PLACES
+    pages = [FOLDER.parent / "README.md", *(FOLDER.parent / "docs").rglob("*.md")]
+    for page in pages:
+        marks = re.findall(r"^<!-- (.+) -->$", page.read_text(), flags=re.M)
+        assert marks[1::2] == ["end"] * (len(marks) // 2), f"{page.name}: marks in pairs"
+        for name in marks[::2]:
+            assert FOLDER.parent / places[name] == page
+
+
+def test_every_benchmark_publishes_under_names_that_have_a_place(modules: Any) -> None:
+    places = set(modules("tables").PLACES)
+    named = {name for file in FOLDER.glob("*.py") for name in re.findall(r'publish\(f?"([^"{]+)"', file.read_text())}
+    made = set(modules("speed").PARTS) | {f"calibration: {what}" for what in ("pinch", "recovery")}
+    made |= {f"agreement: {part}" for part in modules("crosscheck").PARTS}
+    made |= {f"agreement: {part}, each" for part in ("small", "towel")}
+    made |= {"checks", "fold", "cloth", "time", "run", "outcomes", "answers"}  # of `simulators` and `paper_numbers`
+    assert named | made == places
 
 
 def test_the_worst_case_of_a_check_stands_for_it(modules: Any) -> None:

@@ -13,11 +13,12 @@ from tatamu.calibration import Calibration, Measurements, advice_on, calibrate
 from tatamu.calibration.loop import HEIGHT, LIFT, Loop
 from tatamu.calibration.match import match
 from tatamu.calibration.page import page
+from tatamu.calibration.parameters import LIMITS
 from tatamu.calibration.sag import Sag
 from tatamu.errors import InputError
 from tatamu.files import validated
+from tatamu.heavy_strip.chain import FoldedStrip
 from tatamu.material import GRAVITY
-from tatamu.validation.loop import Crease
 
 DENSITY, THICKNESS = 0.2, 0.001
 SIZE, FREE = (0.2, 0.4), 0.03
@@ -36,7 +37,7 @@ def cloth(bending_length: float) -> Material:
 def loop_of(bending_length: float) -> float:
     """Height of the loop of a heavy chain: its top over the table [m]."""
     half = 4.2 * bending_length
-    return float(Crease(2 * half, bending_length, THICKNESS, THICKNESS).solve()[:, 1].max()) + 0.5 * THICKNESS
+    return float(FoldedStrip(2 * half, bending_length, THICKNESS, THICKNESS).solve()[:, 1].max()) + 0.5 * THICKNESS
 
 
 def measured(**tables: Any) -> Measurements:
@@ -108,7 +109,7 @@ def test_cloth_that_does_not_bend_in_proportion_is_said_to() -> None:
 
 def test_a_loop_that_the_simulator_cannot_follow_is_left_out_and_said(monkeypatch: pytest.MonkeyPatch) -> None:
     stiffest = 1.5 * cloth(0.015).bending_rigidity
-    monkeypatch.setattr("tatamu.calibration.target.BENDING", (1e-8, stiffest))
+    monkeypatch.setitem(LIMITS, "bending_rigidity", (1e-8, stiffest))
     found = both(0.015, 0.03)
     loop = found.fit("loop")
     assert loop is not None and loop.bound == "at least" and loop.alone == pytest.approx(stiffest)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-
 import numpy as np
 import pytest
 from pydantic import ValidationError
@@ -15,6 +13,7 @@ from tatamu.calibration.page import page, shown
 from tatamu.calibration.push import Push
 from tatamu.material import GRAVITY, Material
 from tatamu.simulators.blender.mapping import mapped
+from tatamu.simulators.capabilities import Capabilities
 
 CLOTH = Material(
     areal_density=0.2, stretch_stiffness=140.0, bending_rigidity=5e-5, friction_table=0.7, compression=0.15
@@ -123,7 +122,7 @@ def test_a_push_needs_stretch_and_friction() -> None:
 
 
 def test_a_simulator_without_wrinkles_does_not_use_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys.modules["tatamu.calibration.calibrate"], "WRINKLE", ())
+    monkeypatch.setattr("tatamu.calibration.push.capabilities", lambda simulator: Capabilities(compression=False))
     found = calibrate(told(0.01))
     assert found.fit("push") is None and "compression" in found.assumed and found.material.compression == 1.0
     assert any("not used" in text for text in advice_on(found))

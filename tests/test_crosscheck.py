@@ -181,7 +181,8 @@ def test_the_exit_code_is_the_verdict(
     told = json.loads((tmp_path / "a/check.json").read_text())
     assert told["holds"] and told["distance_between_final_shapes"]["mean"] > 0
     page = (tmp_path / "a/check.html").read_text()
-    assert "holds in shifted" in page and "http" not in page.split("plotly.js")[0].replace("http-equiv", "")
+    before = page.split("plotly.js")[0].replace("http-equiv", "").replace("http://www.w3.org/2000/svg", "")
+    assert "holds in shifted" in page and "http" not in before
     assert (tmp_path / "a/check.png").read_bytes().startswith(b"\x89PNG")
     monkeypatch.setattr(shifted, "SHIFT", np.array([0.2, 0.0, 0.0]))
     assert run("check", folder, "--simulator", "shifted", "--out", tmp_path / "b") == 1

@@ -7,11 +7,11 @@ import pytest
 
 from tatamu import InputError, curves
 from tatamu.folding.baselines import BASELINES, li_2015
-from tatamu.folding.crease import crease
 from tatamu.folding.fold import Fold, make_fold
 from tatamu.folding.manipulation import TOP_SPEED, bezier_manipulation, scene_of
 from tatamu.folding.score import score, shape_distance, top_views
 from tatamu.garments import make_garment
+from tatamu.heavy_strip.crease import crease
 from tatamu.results import describe_manipulation
 
 
@@ -20,27 +20,33 @@ def fold() -> Fold:
     return make_fold("half", make_garment("towel", spacing=0.02))
 
 
-def test_the_crease_is_as_long_as_the_cloth_it_is_made_of() -> None:
+def test_the_crease_is_as_long_as_the_cloth_it_is_made_of_and_flush() -> None:
     profile = crease(0.026, 0.002)
     made = np.hypot(np.diff(profile.x), np.diff(profile.z)).sum()
     assert made == pytest.approx(profile.arc[-1] - profile.arc[0], rel=1e-6)
+    assert profile.x[0] == pytest.approx(profile.x[-1], abs=1e-9)
+    assert (profile.z[0], profile.z[-1]) == pytest.approx((0.003, 0.001), abs=1e-7)
 
 
 def test_the_crease_of_a_heavy_strip_is_about_a_bending_length_high() -> None:
     """Heights of a chain of 0.5 mm links, measured apart from this code: 33.8 mm for 3.7 cm, 20.2 mm for 2.2 cm."""
-    assert crease(0.037, 0.0005).z.max() == pytest.approx(0.0338, rel=0.05)
-    assert crease(0.022, 0.0005).z.max() == pytest.approx(0.0202, rel=0.05)
+    assert crease(0.037, 0.0005).z.max() == pytest.approx(0.0338, rel=0.01)
+    assert crease(0.022, 0.0005).z.max() == pytest.approx(0.0202, rel=0.01)
 
 
 def test_the_crease_is_a_minimum_of_energy() -> None:
-    profile = crease(0.026, 0.002)
-    bend = np.diff(np.unwrap(np.arctan2(np.diff(profile.z), np.diff(profile.x))))
+    """Of all creases that are flush the cloth's own has the least energy; stiffer and limper cloth's have more."""
+    own, stiffer, limper = (_energy(bending_length) for bending_length in (0.026, 0.027, 0.025))
+    assert own < min(stiffer, limper)
+
+
+def _energy(bending_length: float) -> float:
+    """What cloth of 26 mm bending length has in the crease of another's, and in what lies flat beside it [w m^2]."""
+    profile = crease(bending_length, 0.002)
     step = profile.arc[1] - profile.arc[0]
-    energy = (bend**2).sum() / step * 0.026**3 / 2 + profile.z.sum() * step
-    higher = crease(0.030, 0.002)
-    bend = np.diff(np.unwrap(np.arctan2(np.diff(higher.z), np.diff(higher.x))))
-    step = higher.arc[1] - higher.arc[0]
-    assert energy < (bend**2).sum() / step * 0.026**3 / 2 + higher.z.sum() * step
+    bend = np.diff(np.unwrap(np.arctan2(np.diff(profile.z), np.diff(profile.x))))
+    over = profile.z - np.where(profile.arc > 0, 0.001, 0.003)
+    return float((bend**2).sum() / step * 0.026**3 / 2 + over.sum() * step)
 
 
 def test_the_target_is_flush_and_layered(fold: Fold) -> None:

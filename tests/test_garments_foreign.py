@@ -12,7 +12,7 @@ from tatamu.crossings import crossings
 from tatamu.errors import InputError
 from tatamu.garments import load_garment, make_garment
 from tatamu.garments.panel import angles
-from tatamu.garments.towel import staggered_rectangle
+from tatamu.meshing import staggered_rectangle
 from tatamu.scene import Scene, Table
 from tatamu.simulators import simulate
 from tests.foreign import BROKEN, GOOD, svg

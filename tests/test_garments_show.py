@@ -17,9 +17,9 @@ from tatamu.errors import InputError
 from tatamu.folding.fold import ideal_folds
 from tatamu.folding.plans import PLANS
 from tatamu.garments import GARMENTS, make_garment
-from tatamu.report.diagram import Diagram, Dot, Label, Line
+from tatamu.presentation.drawing import FROM_ABOVE, Drawing
+from tatamu.presentation.shapes import Dot, Label, Polyline
 from tatamu.report.garment import FoldMark, diagram, page
-from tatamu.report.palette import TARGET
 from tests.foreign import GOOD
 
 
@@ -76,7 +76,8 @@ def test_open_edges_are_dashed_and_seams_drawn_through() -> None:
 
 def test_svg_and_png_show_the_same() -> None:
     corner, red = np.array([0.25, 0.25]), np.array([[0.5, 0.9], [0.5, 0.1]])
-    drawn = Diagram((Line(red, "#ff0000", 4.0), Dot(corner, "#0000ff", 20.0)), np.zeros(2), np.ones(2), tall=100)
+    drawn = Drawing(np.zeros(2), np.ones(2), 100.0, FROM_ABOVE)
+    drawn.add(Polyline(red, "#ff0000", 4.0), Dot(corner, "#0000ff", 20.0))
     assert '<circle cx="75.0" cy="75.0" r="20" fill="#0000ff"/>' in drawn.svg()
     assert 'points="10.0,50.0 90.0,50.0"' in drawn.svg()
     pixels = np.asarray(Image.open(io.BytesIO(drawn.png())))
@@ -104,7 +105,7 @@ def test_the_arrow_of_a_fold_crosses_its_own_line_only_and_no_line_a_name(name: 
         for step, fold in zip(PLANS[name][plan].steps, ideal_folds(garment, PLANS[name][plan]), strict=True)
     ]
     shapes = diagram(garment, marks).shapes
-    lines = [s for s in shapes if isinstance(s, Line) and s.colour == TARGET and s.width]
+    lines = [s for s in shapes if isinstance(s, Polyline) and s.colour == "target" and s.width]
     dashed = shapely.MultiLineString([s.points for s in lines if s.dash])
     shafts = [shapely.LineString(s.points) for s in lines if not s.dash and len(s.points) == 2]
     assert len(shafts) == len(marks)

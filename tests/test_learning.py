@@ -25,8 +25,8 @@ from tatamu.folding.manipulation import Manipulation, trajectory_lengths
 from tatamu.folding.task import Outcome, Reach, Task, make_task
 from tatamu.learning import learn
 from tatamu.learning.space import search_space
-from tatamu.learning.study import Identity, Study
-from tatamu.results import describe_task
+from tatamu.learning.study import Identity, OptunaStudy
+from tatamu.results import ResultFolder, describe_task
 
 COARSE = {"spacing": 0.04, "size": (0.24, 0.5)}
 
@@ -81,6 +81,12 @@ def test_the_saved_scene_gives_the_saved_rollout(learned: Path) -> None:
     again = simulate(Scene.load(learned / "scene.json"))
     assert again.positions.tobytes() == rollout.positions.tobytes()
     assert rollout.extra["target"].shape == rollout.positions.shape[1:]
+
+
+def test_the_models_read_and_write_the_same_bytes(learned: Path) -> None:
+    folder = ResultFolder(learned)
+    for file, model in ((folder.result_file, folder.result), (folder.manipulation_file, folder.manipulation)):
+        assert json.dumps(model.model_dump(), indent=1) + "\n" == file.read_text()
 
 
 def test_optuna_opens_the_study(learned: Path) -> None:
@@ -161,7 +167,7 @@ def test_the_search_sees_even_where_the_best_is_far_from_ideal(tmp_path: Path) -
     """As the last step of a plan may be, which cannot mend what the steps before it left."""
     identity = Identity(task=describe_task(task()), sampler="gp", seed=0)
     space = {"x": FloatDistribution(0.0, 1.0)}
-    study = Study(tmp_path / "study.db", identity, space, lambda at: np.full_like(at["x"], 0.4))
+    study = OptunaStudy(tmp_path / "study.db", identity, space, lambda at: np.full_like(at["x"], 0.4))
     for number in range(12):
         parameters = study.ask([], number)
         study.tell(parameters, 1.0 + 2.0 * (parameters["x"] - 0.3) ** 2, {})

@@ -18,7 +18,7 @@ from tatamu.learning import learn_job
 from tatamu.learning.space import carried_over, search_space
 from tatamu.report.plan import joined_path
 from tatamu.report.replay import hands
-from tatamu.results import read_fold
+from tatamu.results import ResultFolder, read_fold
 
 COARSE: dict[str, Any] = {"spacing": 0.04, "size": (0.24, 0.5)}
 SEARCH: dict[str, Any] = {"sampler": "random", "baselines": False}
@@ -158,6 +158,12 @@ def test_plans_and_single_folds_do_not_share_a_folder(learned: Path, tmp_path: P
     (tmp_path / "study.db").touch()
     with pytest.raises(InputError, match="study of a single fold"):
         learn_job(job(), tmp_path, trials=2, **SEARCH)
+
+
+def test_the_model_of_a_plan_reads_and_writes_the_same_bytes(learned: Path) -> None:
+    folder = ResultFolder(learned)
+    assert json.dumps(folder.plan_result.model_dump(), indent=1) + "\n" == folder.result_file.read_text()
+    assert [step.path.name for step in folder.learned_steps()] == ["step-1", "step-2"]
 
 
 def test_one_hand_learns_a_fold(tmp_path: Path) -> None:

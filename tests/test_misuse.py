@@ -108,8 +108,7 @@ def test_one_mistake_is_counted_once(tmp_path: Path) -> None:
 
 
 def test_grips_that_hold_the_same_cloth_are_refused() -> None:
-    from tatamu.calibration.elongation import Elongation
-    from tatamu.calibration.measurements import Grasp
+    from tatamu.calibration.elongation import Elongation, Grasp
 
     grasps = [Grasp(edge="bottom"), Grasp(edge="bottom", at=0.2, width=0.05)]
     with pytest.raises(InputError, match="hold the same cloth"):

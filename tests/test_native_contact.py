@@ -7,9 +7,8 @@ import pytest
 
 from tatamu.material import Material
 from tatamu.scene import Cloth, Gripper, Scene, Table
-from tatamu.simulators.native import candidates
-from tatamu.simulators.native.rounds import SWEEPS_OF_MANY
-from tatamu.simulators.native.simulator import _Run
+from tatamu.simulators.native.options import ContactOptions, Options
+from tatamu.simulators.native.simulation import Simulation
 from tests.scenes import sheet as sheet_of
 
 CLOTH = Material(areal_density=0.2, stretch_stiffness=100.0, bending_rigidity=1e-5, thickness=0.001)
@@ -24,20 +23,22 @@ def sheet(at: list[float], normal: list[float]) -> np.ndarray:
     return np.array(at) + 0.02 * (np.cos(turns)[:, None] * u + np.sin(turns)[:, None] * np.cross(n, u))
 
 
-def crumple(third: np.ndarray) -> tuple[_Run, int]:
+def crumple(third: np.ndarray) -> tuple[Simulation, int]:
     """A corner 0.5 mm over one sheet and 0.6 mm under another, and a third sheet; and the corner's vertex."""
     corner = np.array([[0.0, 0.0, 0.0], [0.004, -0.02, 0.0], [-0.004, -0.02, 0.0]])
     below, above = sheet([0.0, 0.0, -0.0005], [0.0, 0.0, 1.0]), sheet([0.0, 0.0, 0.0006], [0.0, 0.0, 1.0])
     cloth = Cloth(vertices=np.concatenate([corner, below, above, third]), faces=np.arange(12).reshape(4, 3))
-    return _Run(Scene(cloth=cloth, material=CLOTH, duration=0.1)), 0
+    return Simulation(Scene(cloth=cloth, material=CLOTH, duration=0.1)), 0
 
 
-def kept(third: np.ndarray, slots: list[int], sides: list[int]) -> tuple[list[int], list[int]]:
-    """Slots and sides of the corner after a search, given those before."""
-    run, corner = crumple(third)
-    run.lists.face[corner], run.lists.side[corner] = slots, sides
-    candidates.search(run.state.x, run.mesh, run.lists)
-    return run.lists.face[corner].tolist(), run.lists.side[corner].tolist()
+def kept(third: np.ndarray, partners: list[int], sides: list[int]) -> tuple[list[int], list[int]]:
+    """Partners and sides of the corner after a search, given those before."""
+    simulation, corner = crumple(third)
+    vertex_face = simulation.contact.vertex_face
+    vertex_face.triangle[corner] = partners
+    vertex_face.side[corner] = sides
+    simulation.search()
+    return vertex_face.triangle[corner].tolist(), vertex_face.side[corner].tolist()
 
 
 ACROSS = sheet([0.0, 0.0007, 0.0], [0.0, 1.0, 0.1])
@@ -57,7 +58,8 @@ def test_what_is_behind_a_sheet_or_no_longer_touched_is_let_go(third: np.ndarray
     assert set(faces[:2]) == {1, 2} and faces[2] == -1
 
 
-def test_layers_without_room_are_swept_a_few_times_in_each_of_many_rounds() -> None:
+@pytest.mark.parametrize("most", [ContactOptions().sweeps_of_many, 2])
+def test_layers_without_room_are_swept_a_few_times_in_each_of_many_rounds(most: int) -> None:
     """A hand crushes one sheet with another onto the table, where there is room for neither."""
     lower = sheet_of(0.1, 0.1)
     count = len(lower.vertices)
@@ -65,12 +67,14 @@ def test_layers_without_room_are_swept_a_few_times_in_each_of_many_rounds() -> N
     vertices = np.concatenate([lower.vertices + np.array([0.0, 0.0, 0.0005]), upper])
     cloth = Cloth(vertices=vertices, faces=np.concatenate([lower.faces, lower.faces + count]))
     down = Gripper(vertices=range(count, 2 * count), times=[0.0, 0.05], displacements=[[0, 0, 0], [0, 0, -0.0013]])
-    run = _Run(Scene(cloth=cloth, material=CLOTH, table=Table(), grippers=[down], duration=0.3))
-    positions, seen = np.empty((run.scene.frames, 2 * count, 3)), []
+    scene = Scene(cloth=cloth, material=CLOTH, table=Table(), grippers=[down], duration=0.3)
+    simulation = Simulation(scene, Options(contact=ContactOptions(sweeps_of_many=most)))
+    counters = simulation.contact.counters
+    frames = np.empty((scene.frames, 2 * count, 3))
+    seen = []
     for _ in range(2):
-        run._work_grippers()
-        run._advance(positions)
-        seen.append((int(run.lists.sweeps[0]), run.number, int(run.state.rounds[0])))
+        simulation.advance(frames)
+        seen.append((int(counters.sweep), simulation.number, int(counters.rounds)))
     (sweeps, number, rounds), (more_sweeps, later, as_many) = seen
     assert rounds == as_many > 1
-    assert rounds < (more_sweeps - sweeps) / (later - number) <= SWEEPS_OF_MANY * rounds
+    assert rounds < (more_sweeps - sweeps) / (later - number) <= most * rounds

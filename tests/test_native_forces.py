@@ -6,15 +6,17 @@ import numpy as np
 import pytest
 
 from tatamu.garments import make_garment
-from tatamu.garments.towel import staggered_rectangle
 from tatamu.material import Material
-from tatamu.simulators.native import bending, layout, membrane, wrinkling
-from tatamu.simulators.native.model import UPPER
+from tatamu.meshing import staggered_rectangle
+from tatamu.simulators.native.elastic import bending, curvature, membrane, symmetric
+from tatamu.simulators.native.memory.bands import BLOCK, Bands, bands, slots, turned, turned_hinges
+from tatamu.simulators.native.options import ElasticOptions
 from tatamu.topology import Topology, areas
 from tatamu.validation.meshes import LAYOUTS
 from tests.scenes import CLOTH
 
 Mesh = tuple[np.ndarray, np.ndarray]
+OPTIONS = ElasticOptions()
 
 
 def regular() -> Mesh:
@@ -42,48 +44,49 @@ class Elastic:
         self.rest, self.faces = mesh
         self.material = material
         self.topology = Topology(self.faces)
-        self.slot, self.slots = layout.slots(self.rest, self.topology.hinges)
-        self.triangles = layout.bands(self.slot[self.faces], self.slots)
-        hinges = layout.turned_hinges(self.topology.hinges, self.slot)
-        self.hinges = layout.bands(self.slot[hinges], self.slots)
+        self.slot, self.slots = slots(self.rest, self.topology.hinges)
+        self.triangles = bands(self.slot[self.faces], self.slots)
+        hinges = turned_hinges(self.topology.hinges, self.slot)
+        self.hinges = bands(self.slot[hinges], self.slots)
         frames = membrane.rest_frames(self.rest, self.faces)
         self.frames = frames
         self.S, self.L2, self.R = membrane.constants(frames, material)
         free = np.zeros(len(self.topology.hinges), dtype=bool)
-        self.K, self.at = bending.constants(self.rest, self.topology, frames, free, CLOTH.bending_rigidity)
+        self.K, self.at = curvature.constants(
+            self.rest, self.topology, frames, free, CLOTH.bending_rigidity, OPTIONS.angle_sum_part
+        )
 
-    def _slotted(self, x: np.ndarray, bands: layout.Bands) -> np.ndarray:
+    def _slotted(self, x: np.ndarray, bands: Bands) -> np.ndarray:
         X = np.zeros((3, self.slots + len(bands.copied)))
         X[:, self.slot] = x.T
         X[:, self.slots :] = X[:, bands.copied]
         return X
 
-    def _gathered(self, F: np.ndarray, bands: layout.Bands) -> np.ndarray:
+    def _gathered(self, F: np.ndarray, bands: Bands) -> np.ndarray:
         np.add.at(F.T, bands.copied, F[:, self.slots :].T)
         return F[:, self.slot].T
 
     def membrane_force(self, x: np.ndarray) -> np.ndarray:
         X = self._slotted(x, self.triangles)
-        F, scratch = np.zeros_like(X), np.zeros(9 * layout.BLOCK)
-        S, L2 = self.triangles.spread(self.S), self.triangles.spread(self.L2)
-        R = self.triangles.spread(self.R) if self.R.size else self.R
-        membrane.add_force(X, F, self.triangles.table, S, L2, R, self.material.compression, scratch)
+        F, scratch = np.zeros_like(X), np.zeros(9 * BLOCK)
+        compression, crowding = self.material.compression, OPTIONS.crowding_strain
+        double = membrane.in_bands(self.triangles, self.S, self.L2, self.R, compression, crowding, np.float64)
+        membrane.add_force(X, F, double, scratch)
         return self._gathered(F, self.triangles)
 
     def membrane_energy(self, x: np.ndarray) -> float:
         a, b, c = (x[self.faces[:, k]] for k in range(3))
         eps = np.stack([((e) ** 2).sum(1) for e in (c - b, a - c, b - a)]) - self.L2
-        full = 0.5 * self.S[[0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(3, 3, -1)
-        return float(0.5 * np.einsum("it,ijt,jt", eps, full, eps))
+        return float(0.5 * np.einsum("it,tij,jt", eps, symmetric.unpack(0.5 * self.S), eps))
 
     def relaxed_energy(self, x: np.ndarray) -> float:
-        """Of cloth that wrinkles: from the principal Green strains of every triangle, as docs/native.md has it."""
+        """Of cloth that wrinkles: from the principal Green strains of every triangle (docs/theory/membrane.md)."""
         corners = x[self.faces]
         now = np.stack([corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]], axis=2)
         then = np.stack([self.frames[:, 1], self.frames[:, 2]], axis=2)
         gradient = now @ np.linalg.inv(then)
         low, high = np.linalg.eigvalsh(0.5 * (gradient.transpose(0, 2, 1) @ gradient - np.eye(2))).T
-        cloth, b = self.material, wrinkling.CROWDED
+        cloth, b = self.material, OPTIONS.crowding_strain
         nu, Y = cloth.poisson_ratio, cloth.stretch_stiffness
 
         def psi(e: np.ndarray, b: float) -> np.ndarray:
@@ -95,21 +98,18 @@ class Elastic:
 
     def _hinge_measures(self, x: np.ndarray) -> np.ndarray:
         """g of every place."""
-        H, g = np.zeros((layout.blocks(self.hinges.table), 8 * layout.BLOCK)), np.zeros(self.hinges.size)
-        bending.measure(self._slotted(x, self.hinges), self.hinges.table, H, g, g.copy())
-        return g
-
-    def _curls(self) -> layout.Bands:
-        return layout.bands(self.hinges.place[self.at], self.hinges.size)
+        measures = bending.scratch(self.hinges.table, self.hinges.size, 0, np.float64)
+        bending.measure(self._slotted(x, self.hinges), self.hinges.table, measures)
+        return measures.g
 
     def bending_force(self, x: np.ndarray) -> np.ndarray:
-        X, bands, curls = self._slotted(x, self.hinges), self.hinges, self._curls()
-        F, none = np.zeros_like(X), np.zeros(bands.size)
-        H = np.zeros((layout.blocks(bands.table), 8 * layout.BLOCK))
-        g, moment = np.zeros((2, bands.size + len(curls.copied)))
-        K = curls.spread(self.K.reshape(-1, 9).T[UPPER])
-        bending.add_force(X, F, bands.table, none, curls.table, curls.copied, K, H, g, none.copy(), moment)
-        return self._gathered(F, bands)
+        X = self._slotted(x, self.hinges)
+        F = np.zeros_like(X)
+        flat = np.zeros(len(self.topology.hinges))
+        double = bending.in_bands(self.hinges, self.K, self.at, flat, np.float64)
+        measures = bending.scratch(double.hinges, self.hinges.size, len(double.coupling_copies), np.float64)
+        bending.add_force(X, F, double, measures)
+        return self._gathered(F, self.hinges)
 
     def bending_energy(self, x: np.ndarray) -> float:
         g = self._hinge_measures(x)[self.hinges.place]
@@ -202,17 +202,17 @@ def test_garments_lie_in_long_bands(garment: str) -> None:
     cloth = make_garment(garment)
     topology = Topology(cloth.faces)
     assert cloth.rest is not None
-    slot, total = layout.slots(cloth.rest, topology.hinges)
+    slot, total = slots(cloth.rest, topology.hinges)
     assert len(np.unique(slot)) == len(slot)
     assert total < 2 * len(slot)
-    loose = len(layout.bands(slot[layout.turned(cloth.faces, slot)], total).copied) // 3
+    loose = len(bands(slot[turned(cloth.faces, slot)], total).copied) // 3
     assert loose < 0.12 * len(cloth.faces)
 
 
 def test_order_of_vertices_and_corners_does_not_matter() -> None:
     vertices, faces = shuffled()
     topology = Topology(faces)
-    slot, total = layout.slots(vertices, topology.hinges)
-    assert len(layout.bands(slot[layout.turned(faces, slot)], total).copied) == 0
-    hinges = layout.turned_hinges(topology.hinges, slot)
-    assert len(layout.bands(slot[hinges], total).copied) < 0.1 * hinges.size
+    slot, total = slots(vertices, topology.hinges)
+    assert len(bands(slot[turned(faces, slot)], total).copied) == 0
+    hinges = turned_hinges(topology.hinges, slot)
+    assert len(bands(slot[hinges], total).copied) < 0.1 * hinges.size

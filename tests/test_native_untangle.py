@@ -12,14 +12,16 @@ from tatamu.garments import make_garment
 from tatamu.material import Material
 from tatamu.scene import Cloth, Gripper, Scene
 from tatamu.simulators import simulate
-from tatamu.simulators.native import simulator
-from tatamu.simulators.native import untangle as native_untangle
-from tatamu.simulators.native.candidates import Mesh
+from tatamu.simulators.native import simulation
+from tatamu.simulators.native.contact.state import ContactMesh
+from tatamu.simulators.native.contact.untangle import smallest_height, untangle
 from tatamu.simulators.native.model import model_of
-from tatamu.simulators.native.untangle import LONGEST, SHORTEST, untangle
+from tatamu.simulators.native.options import Options, UntangleOptions
+from tatamu.simulators.native.simulator import load_kernels
 from tests.scenes import sheet
 
 THICK = 0.001
+OPTIONS = UntangleOptions()
 LIMP = Material(areal_density=0.2, stretch_stiffness=200.0, bending_rigidity=2e-6, thickness=THICK)
 
 
@@ -34,9 +36,9 @@ def _stack(layers: int, held: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return x, faces, np.arange(layers) * count + held
 
 
-def _mesh(rest: np.ndarray, faces: np.ndarray) -> tuple[Mesh, np.ndarray]:
-    """What untangling is told of a mesh: it, and its lengths."""
-    model = model_of(Cloth(vertices=rest, faces=faces), LIMP)
+def _mesh(rest: np.ndarray, faces: np.ndarray) -> tuple[ContactMesh, np.ndarray]:
+    """A mesh as untangling needs it, and the lengths of its edges."""
+    model = model_of(Cloth(vertices=rest, faces=faces), LIMP, Options())
     return model.mesh, model.lengths
 
 
@@ -44,7 +46,7 @@ def _mesh(rest: np.ndarray, faces: np.ndarray) -> tuple[Mesh, np.ndarray]:
 def test_a_vertex_on_the_wrong_side_goes_back(layers: int) -> None:
     x, faces, held = _stack(layers, held=0)
     assert crossings(x, faces) > 0
-    apart, left = untangle(x, *_mesh(x, faces))
+    apart, left = untangle(x, *_mesh(x, faces), OPTIONS)
     assert left == crossings(apart, faces) == 0
     assert np.linalg.norm(apart[held] - x[held], axis=1).max() < 4 * layers * THICK
 
@@ -61,7 +63,7 @@ def test_folded_edges_come_apart_too() -> None:
     assert len(ends) == 2
     x[ends, 2] = x[ends[::-1], 2]
     assert crossings(x, faces) > 0
-    apart, left = untangle(x, *_mesh(flat + [[0.0, 0.0, THICK]] * upper[:, None], faces))
+    apart, left = untangle(x, *_mesh(flat + [[0.0, 0.0, THICK]] * upper[:, None], faces), OPTIONS)
     assert left == crossings(apart, faces) == 0
     assert apart[ends[1], 2] > apart[ends[0], 2]
 
@@ -69,24 +71,23 @@ def test_folded_edges_come_apart_too() -> None:
 def test_what_is_not_tangled_stays_and_edges_keep_their_lengths() -> None:
     x, faces, held = _stack(2, held=0)
     mesh, lengths = _mesh(x, faces)
-    apart, _ = untangle(x, mesh, lengths)
+    apart, _ = untangle(x, mesh, lengths, OPTIONS)
     far = np.linalg.norm(x[:, :2] - x[held[0], :2], axis=1) > 0.05
     assert (apart[far] == x[far]).all()
     now = np.linalg.norm(np.diff(apart[mesh.edges], axis=1)[:, 0], axis=1) / lengths
-    assert SHORTEST - 0.01 < now.min() and now.max() < LONGEST + 0.01
-    again, left = untangle(apart, mesh, lengths)
+    assert OPTIONS.shortest - 0.01 < now.min() and now.max() < OPTIONS.longest + 0.01
+    again, left = untangle(apart, mesh, lengths, OPTIONS)
     assert again is apart and left == 0
 
 
-def test_no_triangle_becomes_so_slim_that_bending_would_throw_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_triangle_becomes_so_slim_that_bending_would_throw_it() -> None:
     x, faces, _ = _stack(4, held=0)
     mesh, lengths = _mesh(x, faces)
-    monkeypatch.setattr(native_untangle, "SLIMMEST", 10.0)  # no triangle may become slimmer than the slimmest is
-    apart, _ = untangle(x, mesh, lengths)
-    assert native_untangle._slimmest(apart, faces) >= native_untangle._slimmest(x, faces)
-    monkeypatch.setattr(native_untangle, "SLIMMEST", 0.0)
-    apart, _ = untangle(x, mesh, lengths)
-    assert native_untangle._slimmest(apart, faces) < native_untangle._slimmest(x, faces)
+    none_slimmer = UntangleOptions(slimmest=10.0)  # than the slimmest is
+    apart, _ = untangle(x, mesh, lengths, none_slimmer)
+    assert smallest_height(apart, faces) >= smallest_height(x, faces)
+    apart, _ = untangle(x, mesh, lengths, UntangleOptions(slimmest=0.0))
+    assert smallest_height(apart, faces) < smallest_height(x, faces)
 
 
 def test_held_vertices_stay() -> None:
@@ -94,19 +95,21 @@ def test_held_vertices_stay() -> None:
     mesh, lengths = _mesh(x, faces)
     inverse_mass = mesh.inverse_mass.copy()
     inverse_mass[held] = 0.0
-    apart, _ = untangle(x, mesh._replace(inverse_mass=inverse_mass), lengths)
+    apart, _ = untangle(x, mesh._replace(inverse_mass=inverse_mass), lengths, OPTIONS)
     assert (apart[held] == x[held]).all()
 
 
 def test_what_stays_tangled_is_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
     tries: list[int] = []
-    simulator._load_kernels()  # has a hand that opens, too
+    load_kernels()  # has a hand that opens, too
 
-    def stuck(x: np.ndarray, mesh: Mesh, lengths: np.ndarray) -> tuple[np.ndarray, int]:
+    def stuck(
+        x: np.ndarray, mesh: ContactMesh, lengths: np.ndarray, options: UntangleOptions
+    ) -> tuple[np.ndarray, int]:
         tries.append(1)
         return x, 1 if len(tries) < 3 else 0
 
-    monkeypatch.setattr(simulator, "untangle", stuck)
+    monkeypatch.setattr(simulation, "untangle", stuck)
     cloth = sheet(0.1, 0.1)
     hand = Gripper(vertices=[0], times=[0.0], displacements=np.zeros((1, 3)), opens=0.1)
     simulate(Scene(cloth=cloth, material=LIMP, grippers=[hand], duration=0.15))

@@ -18,7 +18,7 @@ from tatamu.errors import InputError
 from tatamu.material import Material
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene, Table
-from tatamu.simulators import simulate, simulate_many
+from tatamu.simulators import SIMULATORS, capabilities, simulate, simulate_many
 from tatamu.simulators.blender import discovery
 from tatamu.simulators.blender.process import Worker, Workers
 from tatamu.simulators.blender.recipe import written
@@ -305,3 +305,20 @@ def test_cloth_of_raw_numbers_lies_flat() -> None:
     raw = {"tension_stiffness": 1.5, "bending_stiffness": 20.0, "cloth_friction": 55.0, "quality": 10}
     lying = scene(cloth=sheet(height=0.001), material=material(blender=raw, thickness=0.002))
     assert np.ptp(simulate(lying, "blender").positions[-1][:, 2]) < 1.5e-4
+
+
+@pytest.mark.parametrize("simulator", sorted(SIMULATORS))
+def test_every_simulator_states_what_it_can(simulator: str) -> None:
+    able = capabilities(simulator)
+    sound, usable = (cell or np.inf for cell in (able.sound_cell, able.usable_cell))
+    assert 0.0 < sound <= usable
+    assert all(limit is None or limit > 0.0 for limit in (able.friction_table, able.friction_cloth))
+
+
+def test_a_coefficient_of_friction_beyond_the_stated_limit_is_cut_to_it_with_a_warning() -> None:
+    able = capabilities("blender")
+    assert able.friction_table is not None and able.friction_cloth is not None
+    within = scene(material=material(friction_table=able.friction_table, friction_cloth=able.friction_cloth))
+    beyond = scene(material=material(friction_table=able.friction_table + 0.1))
+    assert not any("friction" in warning for warning in written(within).warnings)
+    assert any(f"friction_table is cut to {able.friction_table:g}" in warning for warning in written(beyond).warnings)

@@ -10,7 +10,6 @@ import pytest
 
 from tatamu import InputError
 from tatamu.crossings import crossings
-from tatamu.folding.crease import crease
 from tatamu.folding.fold import Fold, fold_of, ideal_folds, make_fold
 from tatamu.folding.ideal import pressed
 from tatamu.folding.manipulation import bezier_manipulation, scene_of
@@ -19,6 +18,7 @@ from tatamu.folding.plans import PLANS, make_plan
 from tatamu.folding.score import score
 from tatamu.folding.task import make_job
 from tatamu.garments import Garment, make_garment
+from tatamu.heavy_strip.crease import crease
 from tatamu.results import describe_manipulation, describe_task
 from tatamu.topology import Topology
 from tests.foreign import GOOD
@@ -67,7 +67,7 @@ def test_every_plan_can_be_folded_step_by_step(garment: str, name: str, garments
 
 @pytest.mark.parametrize("garment", PLANS)
 def test_the_plan_of_the_docs_folds_every_garment(garment: str, garments: dict[str, Garment], tmp_path: Path) -> None:
-    page = (Path(__file__).parent.parent / "docs" / "folds.md").read_text()
+    page = (Path(__file__).parent.parent / "docs" / "reference" / "fold-plan.md").read_text()
     block = page.split("## A plan of your own")[1].split("`line` and `moves`")[0]
     (tmp_path / "corner-in.toml").write_text(dedent(block))
     assert len(ideal_folds(garments[garment], load_plan(tmp_path / "corner-in.toml"))) == 2

@@ -10,14 +10,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from jinja2 import UndefinedError
 
 from tatamu.errors import InputError
+from tatamu.presentation.page import inline, render
 from tatamu.report import write_report
-from tatamu.report.markup import filled, inline
 from tatamu.report.verdict import MEASURES, grade
 from tatamu.results import Scores, read_fold
 from tatamu.rollout import Rollout
 from tests.fabricated import changed, rewritten, write_fold
+from tests.pages import charts, replay, shown
 
 pytestmark = pytest.mark.usefixtures("small_pictures")
 
@@ -33,8 +35,8 @@ def test_the_report_is_one_page_with_every_figure(folder: Path) -> None:
         "rollout.npz",
         "scene.json",
     ]
-    charts = json.loads(re.search(r'id="chart-data">(.*?)</script>', page, re.S)[1])  # type: ignore[index]
-    assert set(charts) == {
+    places = charts(page)
+    assert set(places) == {
         "map-0",
         "own-0",
         "moment-0",
@@ -42,9 +44,9 @@ def test_the_report_is_one_page_with_every_figure(folder: Path) -> None:
         "moment-2",
         "objective-0",
         "distance-0",
-        "ways-0",
+        "paths-0",
     }
-    assert all(f'id="{name}"' in page for name in charts)
+    assert all(f'id="{name}"' in page for name in places)
     assert "Towel, half fold" in page and "near perfect" in page
     assert "tatamu learn towel --out towel --size 0.34x0.8 --fold half" in page
     assert "{{" not in page.split("<script")[0]
@@ -107,7 +109,7 @@ def test_measures_know_what_passes() -> None:
 
 def test_the_table_shows_baselines_beside_the_learned_fold(folder: Path) -> None:
     page = write_report(folder).read_text()
-    for title in ("Curve shipped with Li 2015&#x27;s code", "Triangle", "Circular arc"):
+    for title in ("Curve shipped with Li 2015&#39;s code", "Triangle", "Circular arc"):
         assert f'<th scope="col">{title}</th>' in page
     assert '<span class="pill failed">failed</span>' in page
 
@@ -205,30 +207,46 @@ def test_a_hand_whose_fingers_press_layers_together_is_drawn_on_its_own_way(fold
     assert (read_fold(folder).hand(arm) == way).all()
 
 
-def test_a_cloth_exactly_on_its_target_has_a_report(folder: Path) -> None:
+def test_a_cloth_exactly_on_its_target_has_a_report_without_errors(folder: Path) -> None:
     rewritten(folder, lambda a: a["positions"].__setitem__(-1, a["target"]))
-    write_report(folder)
+    page = write_report(folder).read_text()
+    plots = charts(page)
+    count = replay(page)["count"]
+    assert plots["own-0"]["data"][0]["y"] == [count], "all vertices are in the first bin, and there is no other"
+    errors = [value for row in plots["map-0"]["data"][0]["z"] for value in row if value is not None]
+    assert len(errors) > 1000 and set(errors) == {0.0}
+    frames = shown(replay(page))
+    assert (frames[-2] == frames[-1]).all(), "the last frame of the replay is its target"
 
 
-def test_a_scene_without_table_and_a_single_frame_have_a_report(folder: Path) -> None:
+def test_a_scene_without_table_and_a_single_frame_have_a_report_that_rests(folder: Path) -> None:
     changed(folder / "scene.json", lambda s: s.update(table=None))
     rewritten(folder, lambda a: a.update(times=a["times"][:1], positions=a["positions"][:1]))
-    assert len(Rollout.load(folder / "rollout.npz").times) == 1
-    write_report(folder)
+    rollout = Rollout.load(folder / "rollout.npz")
+    assert len(rollout.times) == 1
+    page = write_report(folder).read_text()
+    data = replay(page)
+    assert data["table"] is None and data["times"] == [0.0]
+    assert np.abs(shown(data)[0] - rollout.positions[0]).max() < 2.6e-5
+    errors = 1e3 * np.linalg.norm(rollout.positions[0] - rollout.extra["target"], axis=1)
+    plots = charts(page)
+    assert np.nanmax(np.array(plots["map-0"]["data"][0]["z"], dtype=float)) == pytest.approx(errors.max(), rel=0.05)
+    assert sum(plots["own-0"]["data"][0]["y"]) == len(errors)
 
 
 def test_what_the_user_named_is_in_the_command(folder: Path) -> None:
     asked = {"garment": "my <shirt>.obj", "fold": "mine.toml", "size": None, "spacing": 0.012}
     changed(folder / "result.json", lambda r: r.update(asked=asked))
     page = write_report(folder).read_text()
-    assert "tatamu learn &#x27;my &lt;shirt&gt;.obj&#x27; --out" in page
+    assert "tatamu learn &#39;my &lt;shirt&gt;.obj&#39; --out" in page
     assert "--fold mine.toml" in page and "--spacing 0.012" in page and "--size" not in page
 
 
-def test_a_template_is_filled_in_one_pass() -> None:
-    assert filled("{{a}} {{b}}", {"a": "{{b}}", "b": "x"}) == "{{b}} x"
-    with pytest.raises(KeyError):
-        filled("{{c}}", {})
+def test_a_template_is_filled_in_one_pass(folder: Path) -> None:
+    changed(folder / "result.json", lambda r: r["task"].update(garment="{{ version }}"))
+    assert "<h1>{{ version }}, half fold</h1>" in write_report(folder).read_text()
+    with pytest.raises(UndefinedError):
+        render("report/garment.html")
 
 
 def test_inline_data_cannot_close_its_script() -> None:

@@ -1,21 +1,42 @@
-"""The report in a headless Chromium: it loads without complaint, and the slider moves the cloth."""
+"""Pages in a headless Chromium: they load without complaint, and the slider moves the cloth.
+
+Playwright drives the Chromium of the machine; without one these tests are skipped aloud.
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+import re
+import shutil
+from collections.abc import Callable, Iterator
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from playwright.sync_api import Browser, Page, sync_playwright
 
+from tatamu.garments import make_garment
 from tatamu.report import write_report
+from tatamu.report.garment import page as garment_page
 from tatamu.rollout import Rollout
-from tests.browser import Browser, find
+from tatamu.validation import validate
+from tatamu.validation.page import page as validation_page
 from tests.fabricated import write_fold
+from tests.fakes import subject
 
+NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
+FLAGS = [
+    "--no-sandbox",
+    "--disable-dev-shm-usage",
+    "--force-color-profile=srgb",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+]
+PATIENCE = 120_000.0
+"""How long one answer may take [ms]; WebGL in software on a busy machine is slow."""
 PIXELS = """(() => {
   const gl = document.querySelector("canvas").getContext("webgl2");
   const [w, h] = [gl.drawingBufferWidth, gl.drawingBufferHeight];
@@ -27,14 +48,87 @@ PIXELS = """(() => {
 })()"""
 
 
+class Tab:
+    """A page of the browser and what it complained of: errors, warnings, and requests to any network."""
+
+    def __init__(self, page: Page) -> None:
+        self.page = page
+        self.complaints: list[str] = []
+        page.set_default_timeout(PATIENCE)
+        page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        page.on("console", self._console)
+        page.on("request", self._request)
+
+    def _console(self, message: Any) -> None:
+        if message.type in ("error", "warning", "assert"):
+            self.complaints.append(message.text)
+
+    def _request(self, request: Any) -> None:
+        if not request.url.startswith(("file:", "data:", "blob:")):
+            self.complaints.append(f"request: {request.url}")
+
+    def open(self, path: Path, fragment: str = "") -> None:
+        """Open a page and wait until it is ready."""
+        self.page.goto(path.resolve().as_uri() + fragment)
+        self.run("window.tatamu.ready")
+
+    def run(self, script: str) -> Any:
+        """The value of a JavaScript expression; a promise is waited for."""
+        return self.page.evaluate(script)
+
+    def settle(self) -> None:
+        """Wait until what was asked for has been drawn."""
+        self.run("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(1))))")
+
+    def slide(self, time: float) -> None:
+        """Move the slider as a person does, and wait for the picture."""
+        self.run(
+            "(() => { const s = document.querySelector('[data-part=slider]');"
+            f"s.value = {round(1000 * time)}; s.dispatchEvent(new Event('input', {{bubbles: true}})); }})()"
+        )
+        self.settle()
+
+    def press(self, key: str) -> None:
+        """Press a key where the focus is."""
+        self.page.keyboard.press(key)
+        self.settle()
+
+    def state(self) -> dict[str, Any]:
+        """What the replay shows."""
+        value: dict[str, Any] = self.run("tatamu.state()")
+        return value
+
+    def pixels(self) -> np.ndarray:
+        """Some pixels of the replay, shape (p, 3)."""
+        return np.array(self.run(PIXELS)).reshape(-1, 3)
+
+
+Opener = Callable[..., Tab]
+
+
 @pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    program = find()
+def chromium() -> Iterator[Browser]:
+    program = next((path for name in NAMES if (path := shutil.which(name))), None)
     if program is None:
-        pytest.skip("no Chromium found, so the report was not opened in a browser")
-    with Browser(program) as running:
-        running.size(900, 700)
+        pytest.skip("no Chromium found, so no page was opened in a browser")
+    with sync_playwright() as playwright:
+        running = playwright.chromium.launch(executable_path=program, args=FLAGS)
         yield running
+        running.close()
+
+
+@pytest.fixture
+def tab(chromium: Browser) -> Iterator[Opener]:
+    """Opens tabs; options are those of Playwright's contexts."""
+    contexts = []
+
+    def opened(width: int = 900, height: int = 700, **options: Any) -> Tab:
+        contexts.append(chromium.new_context(viewport={"width": width, "height": height}, **options))
+        return Tab(contexts[-1].new_page())
+
+    yield opened
+    for context in contexts:
+        context.close()
 
 
 @pytest.fixture(scope="module")
@@ -42,40 +136,15 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_report(write_fold(tmp_path_factory.mktemp("fold") / "towel", spacing=0.05, frames=47))
 
 
-def slide(browser: Browser, time: float) -> None:
-    """Move the slider as a person does, and wait for the picture."""
-    browser.run(
-        "(() => { const s = document.querySelector('[data-part=slider]');"
-        f"s.value = {round(1000 * time)}; s.dispatchEvent(new Event('input', {{bubbles: true}})); }})()"
-    )
-    browser.settle()
-
-
-def press(browser: Browser, key: str) -> None:
-    """Press a key where the focus is."""
-    text = {"text": key} if len(key) == 1 else {}
-    browser.call("Input.dispatchKeyEvent", type="keyDown", key=key, **text)
-    browser.call("Input.dispatchKeyEvent", type="keyUp", key=key)
-    browser.settle()
-
-
-def state(browser: Browser) -> dict[str, Any]:
-    value: dict[str, Any] = browser.run("tatamu.state()")
-    return value
-
-
-def pixels(browser: Browser) -> np.ndarray:
-    return np.array(browser.run(PIXELS)).reshape(-1, 3)
-
-
 def near(seen: np.ndarray, colour: tuple[int, int, int], reach: int = 60) -> float:
     """Share of the pixels that are about of a colour."""
     return float((np.abs(seen - colour).max(axis=1) < reach).mean())
 
 
-def test_the_page_loads_without_complaint_and_draws_every_figure(browser: Browser, report: Path) -> None:
+def test_the_page_loads_without_complaint_and_draws_every_figure(tab: Opener, report: Path) -> None:
+    browser = tab()
     browser.open(report)
-    assert browser.complaints() == []
+    assert browser.complaints == []
     assert browser.run("document.querySelector('#replay').dataset.failed === undefined")
     count = "[...document.querySelectorAll('.chart')].map(c => c.querySelectorAll('svg').length)"
     charts = browser.run(count)
@@ -83,55 +152,59 @@ def test_the_page_loads_without_complaint_and_draws_every_figure(browser: Browse
     assert browser.run("document.querySelectorAll('.three svg image').length") == 3
 
 
-def test_the_slider_moves_the_cloth(browser: Browser, report: Path) -> None:
+def test_the_slider_moves_the_cloth(tab: Opener, report: Path) -> None:
+    browser = tab()
     browser.open(report, "#t=0")
     browser.settle()
     rollout = Rollout.load(report.parent / "rollout.npz")
     seen = []
     for time in (0.0, 2.0, 4.6):
-        slide(browser, time)
-        now = state(browser)
+        browser.slide(time)
+        now = browser.state()
         frame = int(np.argmin(np.abs(rollout.times - time)))
         assert now["time"] == pytest.approx(time, abs=0.02)
         assert np.allclose(now["centroid"], rollout.positions[frame].mean(axis=0), atol=2e-4)
-        seen.append(pixels(browser))
+        seen.append(browser.pixels())
     for before, after in pairwise(seen):
         assert (np.abs(before - after).max(axis=1) > 40).mean() > 0.02
     clock = browser.run("document.querySelector('[data-part=clock]').textContent")
     assert clock == "4.60 s / 4.60 s"
-    assert browser.complaints() == []
+    assert browser.complaints == []
 
 
-def test_the_cloth_has_two_colours(browser: Browser, report: Path) -> None:
+def test_the_cloth_has_two_colours(tab: Opener, report: Path) -> None:
+    browser = tab()
     browser.open(report, "#t=0")
     browser.run("document.querySelector('[data-show=target]').click()")
     front, back = (70, 110, 190), (250, 195, 125)
-    slide(browser, 0.0)
-    flat = pixels(browser)
-    slide(browser, 4.6)
-    folded = pixels(browser)
+    browser.slide(0.0)
+    flat = browser.pixels()
+    browser.slide(4.6)
+    folded = browser.pixels()
     assert near(flat, front) > 0.05 and near(flat, front) > 5 * near(folded, front)
     assert near(folded, back) > 0.03 and near(folded, back) > 3 * near(flat, back)
 
 
-def test_every_switch_and_view_changes_the_picture(browser: Browser, report: Path) -> None:
+def test_every_switch_and_view_changes_the_picture(tab: Opener, report: Path) -> None:
+    browser = tab()
     browser.open(report, "#t=1.6")
     browser.settle()
-    last = pixels(browser)
+    last = browser.pixels()
     names = ["show=target", "show=paths", "show=error", "view=top", "view=side", "view=three"]
     for name, share in zip(names, (0.001, 0.001, 0.01, 0.05, 0.05, 0.05), strict=True):
         browser.run(f"document.querySelector('[data-{name}]').click()")
         browser.settle()
-        now = pixels(browser)
+        now = browser.pixels()
         assert (np.abs(now - last).max(axis=1) > 15).mean() > share, name
         last = now
 
 
-def test_the_replay_plays_once_and_the_keys_work(browser: Browser, report: Path) -> None:
+def test_the_replay_plays_once_and_the_keys_work(tab: Opener, report: Path) -> None:
+    browser = tab()
     browser.open(report, "#t=4.5")
     browser.run("document.querySelector('canvas').focus()")
-    assert not state(browser)["running"]
-    press(browser, " ")
+    assert not browser.state()["running"]
+    browser.press(" ")
     ended = browser.run(
         "new Promise(done => { const look = () => tatamu.state().running ? setTimeout(look, 50)"
         " : done(tatamu.state()); look(); })"
@@ -139,53 +212,51 @@ def test_the_replay_plays_once_and_the_keys_work(browser: Browser, report: Path)
     assert ended["time"] == pytest.approx(4.6)
     browser.run("document.querySelector('[data-part=rate]').value = 0.25")
     browser.run("document.querySelector('[data-part=rate]').dispatchEvent(new Event('change'))")
-    press(browser, " ")
-    assert state(browser)["running"]
-    press(browser, " ")
-    stopped = state(browser)
+    browser.press(" ")
+    assert browser.state()["running"]
+    browser.press(" ")
+    stopped = browser.state()
     assert not stopped["running"] and stopped["time"] < 4.5
-    press(browser, "Home")
-    assert state(browser)["time"] == 0.0
-    press(browser, ".")
-    assert state(browser)["time"] == pytest.approx(1 / 30)
-    before = pixels(browser)
-    press(browser, "ArrowLeft")
-    assert (pixels(browser) != before).any()
-    assert browser.complaints() == []
+    browser.press("Home")
+    assert browser.state()["time"] == 0.0
+    browser.press(".")
+    assert browser.state()["time"] == pytest.approx(1 / 30)
+    before = browser.pixels()
+    browser.press("ArrowLeft")
+    assert (browser.pixels() != before).any()
+    assert browser.complaints == []
 
 
-def test_a_reader_who_wants_less_motion_gets_none(browser: Browser, report: Path) -> None:
-    browser.prefer(prefers_reduced_motion="reduce")
+def test_a_reader_who_wants_less_motion_gets_none(tab: Opener, report: Path) -> None:
+    browser = tab(reduced_motion="reduce")
     browser.open(report)
-    browser.prefer()
-    assert not state(browser)["running"]
+    assert not browser.state()["running"]
 
 
-def test_day_and_night_have_their_own_colours(browser: Browser, report: Path) -> None:
-    browser.prefer(prefers_color_scheme="light")
+def test_day_and_night_have_their_own_colours(tab: Opener, report: Path) -> None:
+    browser = tab(color_scheme="light")
     browser.open(report, "#t=1")
     colour = "getComputedStyle(document.querySelector('.chart .xtick text')).fill"
-    day, table = browser.run(colour), pixels(browser)
-    browser.prefer(prefers_color_scheme="dark")
+    day, table = browser.run(colour), browser.pixels()
+    browser.page.emulate_media(color_scheme="dark")
     browser.settle()
     night = browser.run(f"new Promise(done => setTimeout(() => done({colour}), 500))")
     assert day != night
-    assert (np.abs(table - pixels(browser)).max(axis=1) > 60).mean() > 0.1
-    browser.prefer()
-    assert browser.complaints() == []
+    assert (np.abs(table - browser.pixels()).max(axis=1) > 60).mean() > 0.1
+    assert browser.complaints == []
 
 
-def test_the_page_never_scrolls_sideways(browser: Browser, report: Path) -> None:
+def test_the_page_never_scrolls_sideways(tab: Opener, report: Path) -> None:
     for width in (360, 768, 1600):
-        browser.size(width, 800, phone=width < 500)
+        browser = tab(width, 800, is_mobile=width < 500)
         browser.open(report, "#t=1")
         browser.settle()
         assert browser.run("document.documentElement.scrollWidth") <= width
-    browser.size(900, 700)
 
 
-def test_a_poor_study_shows_without_complaint(browser: Browser, tmp_path: Path) -> None:
+def test_a_poor_study_shows_without_complaint(tab: Opener, tmp_path: Path) -> None:
     """One trial, no baselines, no moments of the search, no table, no timing, a name like a script."""
+    browser = tab()
     folder = write_fold(tmp_path / "poor", spacing=0.08, frames=5, count=1, size=0.03)
     result = json.loads((folder / "result.json").read_text())
     del result["baselines"], result["task"]["translation"], result["task"]["size"]
@@ -201,19 +272,52 @@ def test_a_poor_study_shows_without_complaint(browser: Browser, tmp_path: Path) 
     Rollout(rollout.times, rollout.positions, rollout.faces, rollout.info, extra).save(folder / "rollout.npz")
     browser.open(write_report(folder), "#t=1")
     browser.settle()
-    assert browser.complaints() == []
+    assert browser.complaints == []
     title = browser.run("document.querySelector('h1').textContent")
     assert title == "<img src=x onerror=alert(1)>, half fold"
     assert browser.run("document.querySelector('.pill').textContent") == "failed"
 
 
-def test_without_webgl_the_rest_of_the_page_still_works(browser: Browser, report: Path) -> None:
+def test_without_webgl_the_rest_of_the_page_still_works(tab: Opener, report: Path) -> None:
+    browser = tab()
     hidden = """const before = HTMLCanvasElement.prototype.getContext;
     HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
       return kind === "webgl2" ? null : before.call(this, kind, ...more);
     };"""
-    script = browser.call("Page.addScriptToEvaluateOnNewDocument", source=hidden)["identifier"]
+    browser.page.add_init_script(hidden)
     browser.open(report)
-    browser.call("Page.removeScriptToEvaluateOnNewDocument", identifier=script)
     assert "WebGL 2" in browser.run("document.querySelector('[data-part=failure]').innerText")
     assert browser.run("document.querySelectorAll('.chart svg').length") > 0
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Pages without a replay: one of charts and tables, one of a drawing."""
+    folder = tmp_path_factory.mktemp("pages")
+    falling = subject(lambda scene, time: scene.cloth.vertices - [0.0, 0.0, 0.5 * scene.gravity * time**2])
+    written = {
+        "validation": validation_page(validate(falling, ["fall"])),
+        "garment": garment_page(make_garment("towel")),
+    }
+    for name, text in written.items():
+        (folder / f"{name}.html").write_text(text)
+    return {name: folder / f"{name}.html" for name in written}
+
+
+@pytest.mark.parametrize("name", ["validation", "garment"])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_other_pages_fit_a_phone_and_follow_day_and_night(
+    tab: Opener, pages: dict[str, Path], name: str, scheme: str
+) -> None:
+    browser = tab(360, 800, is_mobile=True, color_scheme=scheme)
+    browser.open(pages[name])
+    assert browser.complaints == []
+    assert browser.run("document.documentElement.scrollWidth") <= 360
+    ground, ink = (
+        sum(int(part) for part in re.findall(r"\d+", browser.run(script)))
+        for script in (
+            "getComputedStyle(document.body).backgroundColor",
+            "getComputedStyle(document.querySelector('.chart .xtick text, figure svg text')).fill",
+        )
+    )
+    assert ink - ground > 300 if scheme == "dark" else ground - ink > 300, "words stand out from the ground"

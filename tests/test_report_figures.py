@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import struct
 import sys
 import zlib
 from pathlib import Path
@@ -11,17 +10,20 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
+from tatamu.presentation.packing import motion
+from tatamu.presentation.raster import View, rasterise, vertex_normals
+from tatamu.presentation.replay import FRAMES, frames
+from tatamu.presentation.tube import tube
 from tatamu.report import picture, write_report
 from tatamu.report.errormap import largest, maps
 from tatamu.report.histogram import bin_width, histogram
-from tatamu.report.packing import motion
-from tatamu.report.raster import View, rasterise, vertex_normals
-from tatamu.report.replay import FRAMES, frames, replay
-from tatamu.report.tube import tube
-from tatamu.report.ways import figure
+from tatamu.report.paths import plot
+from tatamu.report.replay import replay
 from tatamu.results import read_fold
 from tests.fabricated import changed, grid, rewritten, write_fold
+from tests.pages import shown, unpacked
 
 pytestmark = pytest.mark.usefixtures("small_pictures")
 
@@ -57,17 +59,6 @@ def test_bins_are_round_and_about_forty() -> None:
         assert 25 <= max(end, 1e-6) / width <= 60
 
 
-def unpacked(data: bytes, shape: tuple[int, ...]) -> np.ndarray:
-    """What packing.js does."""
-    low, high = np.frombuffer(data, np.uint8).reshape(2, -1).astype(np.int64)
-    folded = (low | high << 8).reshape(shape)
-    off = (folded >> 1) ^ -(folded & 1)
-    out = np.zeros((shape[0] + 2, *shape[1:]), dtype=np.int64)
-    for frame in range(shape[0]):
-        out[frame + 2] = (off[frame] + 2 * out[frame + 1] - out[frame]) % 65536
-    return out[2:]
-
-
 def test_packed_motion_comes_back_whole() -> None:
     steps = np.random.default_rng(0).integers(0, 65536, size=(7, 5, 3))
     steps[0, 0], steps[1, 0], steps[2, 0] = 0, 65535, 0
@@ -77,10 +68,10 @@ def test_packed_motion_comes_back_whole() -> None:
 def test_the_replay_holds_the_cloth_to_a_tenth_of_a_millimetre(folder: Path) -> None:
     fold = read_fold(folder)
     data = replay(fold, 0.005)
-    steps = zlib.decompress(base64.b64decode(data["positions"]))
-    shown = np.array(data["low"]) + data["step"] * unpacked(steps, (25, data["count"], 3))
-    assert np.abs(shown[:-1] - fold.rollout.positions).max() < 2.6e-5
-    assert np.abs(shown[-1] - fold.target).max() < 2.6e-5
+    places = shown(data)
+    assert places.shape == (25, len(fold.start), 3)
+    assert np.abs(places[:-1] - fold.rollout.positions).max() < 2.6e-5
+    assert np.abs(places[-1] - fold.target).max() < 2.6e-5
     faces = np.frombuffer(zlib.decompress(base64.b64decode(data["faces"])), "<u4")
     assert (faces.reshape(-1, 3) == fold.faces).all()
     held = fold.rollout.positions[:, fold.manipulation.arms[0].grasp.vertex]
@@ -101,7 +92,7 @@ def test_paths_are_drawn_in_the_plane_of_the_fold(folder: Path) -> None:
         triangle["path"] = [[-y, -x, z] for x, y, z in triangle["path"]]
 
     changed(folder / "result.json", turn)  # towards -y, as the second fold of a towel in quarters goes
-    named = {trace["name"]: trace for trace in figure(read_fold(folder))["data"] if "name" in trace}
+    named = {trace["name"]: trace for trace in plot(read_fold(folder))["data"] if "name" in trace}
     assert "learned, both hands" in named and len(named) == 4
     assert max(named["Triangle"]["y"]) == pytest.approx(200.0)
     assert named["Triangle"]["x"][-1] == pytest.approx(800.0)
@@ -118,7 +109,7 @@ def test_a_tube_is_as_thick_everywhere_whatever_way_it_goes() -> None:
 
 def test_hands_that_part_are_drawn_apart(folder: Path) -> None:
     changed(folder / "scene.json", lambda s: s["grippers"][0]["displacements"][5].__setitem__(2, 0.5))
-    names = {trace.get("name") for trace in figure(read_fold(folder))["data"]}
+    names = {trace.get("name") for trace in plot(read_fold(folder))["data"]}
     assert {"learned, left hand", "learned, right hand"} <= names
 
 
@@ -128,12 +119,12 @@ def test_the_map_shows_each_error_at_its_place(folder: Path) -> None:
         arrays["positions"][-1, :, 2] += 0.001 * (arrays["positions"][0, :, 0] + 0.4)
 
     rewritten(folder, tilt)
-    ((name, chart),) = maps(read_fold(folder))
-    heat = chart["data"][0]
+    (chart,) = maps(read_fold(folder))
+    heat = chart.plot["data"][0]
     values = np.array(heat["z"], dtype=float)
     x = heat["x0"] + heat["dx"] * np.arange(values.shape[1])
     inside = np.isfinite(values)
-    assert name == "The flat cloth" and 0.85 < inside.mean() < 0.95
+    assert chart.title == "The flat cloth" and 0.85 < inside.mean() < 0.95
     assert np.abs(values - (x + 400) / 1000)[inside].max() < 0.011
 
 
@@ -158,10 +149,10 @@ def test_two_layers_make_two_maps(folder: Path) -> None:
             gripper["vertices"] = [vertex for vertex in gripper["vertices"] if vertex < len(start)]
 
     changed(folder / "scene.json", cloth)
-    (upper, high), (_, low) = maps(read_fold(folder))
-    assert upper == "Upper layer"
-    assert np.nanmean(np.array(high["data"][0]["z"], dtype=float)) == pytest.approx(3.0)
-    assert np.nanmean(np.array(low["data"][0]["z"], dtype=float)) == pytest.approx(1.0)
+    high, low = maps(read_fold(folder))
+    assert high.title == "Upper layer"
+    assert np.nanmean(np.array(high.plot["data"][0]["z"], dtype=float)) == pytest.approx(3.0)
+    assert np.nanmean(np.array(low.plot["data"][0]["z"], dtype=float)) == pytest.approx(1.0)
 
 
 def test_the_scale_of_the_map_is_round_and_not_set_by_one_vertex() -> None:
@@ -204,18 +195,10 @@ def test_normals_of_a_flat_cloth_point_up() -> None:
 def test_the_picture_is_a_png_of_cloth_and_paths(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys.modules["tatamu.report.still"], "SIZE", (90, 160))
     out = picture(folder, folder / "picture.png")
-    pixels = decoded(out.read_bytes())
+    with Image.open(out) as image:
+        pixels = np.asarray(image)
     assert pixels.shape == (90, 160, 4) and (pixels[..., 3] == 255).all()
     red, green, blue = (pixels[..., k].astype(int) for k in range(3))
     assert ((red > 220) & (green > 150) & (blue < 150)).mean() > 0.05  # the cloth's other side is up
     assert ((red > 150) & (green < 110)).sum() > 20  # left hand
     assert ((red < 80) & (green > 90)).sum() > 20  # right hand
-
-
-def decoded(data: bytes) -> np.ndarray:
-    """Pixels (h, w, 4) of a PNG with filter "up" in every row."""
-    width, height = struct.unpack(">II", data[16:24])
-    body = data[data.index(b"IDAT") + 4 : data.index(b"IEND") - 8]
-    rows = np.frombuffer(zlib.decompress(body), np.uint8).reshape(height, 1 + 4 * width)
-    assert (rows[:, 0] == 2).all()
-    return np.cumsum(rows[:, 1:], axis=0, dtype=np.uint8).reshape(height, width, 4)

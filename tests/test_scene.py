@@ -225,5 +225,5 @@ def test_the_ranges_in_the_docs_are_those_of_the_code() -> None:
             if "Le" in limits:
                 low = f"{limits['Ge'].ge:g}" if "Ge" in limits else f"above {limits['Gt'].gt:g}"
                 rows.append(f"| {prefix}{name} | {low} | {limits['Le'].le:g} |")
-    page = (Path(__file__).parents[1] / "docs" / "conventions.md").read_text()
+    page = (Path(__file__).parents[1] / "docs" / "reference" / "scene-and-rollout.md").read_text()
     assert [line for line in page.splitlines() if line in rows] == rows and len(rows) == 14

@@ -11,11 +11,12 @@ SOURCE = Path(tatamu.__file__).parent
 ORDER = [
     ["errors"],
     ["files", "records", "curves"],
-    ["topology"],
+    ["topology", "heavy_strip", "zbuffer", "meshing"],
     ["material"],
     ["presets"],
     ["scene", "rollout", "crossings"],
     ["subdivision"],
+    ["presentation"],
     ["simulators"],
     ["validation"],
     ["garments"],
@@ -69,7 +70,7 @@ def test_files_stay_short() -> None:
 
 
 SHARED_NAMES: set[str] = set()
-"""Names that more than one public class may have."""
+"""Names that more than one public class may have: none."""
 
 
 def test_no_two_classes_share_a_name() -> None:

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from tatamu.errors import SimulationError
+from tatamu.heavy_strip.cantilever import cantilever
+from tatamu.heavy_strip.chain import FoldedStrip
 from tatamu.scene import Scene
 from tatamu.validation.check import Case
 from tatamu.validation.checks import (
@@ -23,9 +25,7 @@ from tatamu.validation.checks import (
     symmetry,
     tangle,
 )
-from tatamu.validation.elastica import cantilever
 from tatamu.validation.findings import Findings, Row
-from tatamu.validation.loop import Crease
 from tatamu.validation.manipulations import half_fold_target
 from tatamu.validation.references import catenary, hang_displacement, shear_sag
 from tatamu.validation.report import run
@@ -100,7 +100,7 @@ def droops(scene: Scene, behind: float = 0.0, softer: float = 1.0) -> np.ndarray
 def loops(scene: Scene, higher: float = 1.0) -> np.ndarray:
     plan = scene.cloth.rest
     row = np.diff(np.unique(plan[:, 0]))[0]
-    nodes = Crease(0.4 - 2 * row, scene.material.bending_length, 0.001, 0.004).solve(100)
+    nodes = FoldedStrip(0.4 - 2 * row, scene.material.bending_length, 0.001, 0.004).solve(100)
     arc = np.linspace(row, 0.4 - row, len(nodes))
     x, z = (np.interp(plan[:, 0], arc, nodes[:, k]) for k in range(2))
     return np.column_stack([x + row, plan[:, 1], higher * z])

@@ -26,8 +26,9 @@ def crossing_pairs(points: np.ndarray, faces: np.ndarray, edges: np.ndarray) -> 
         Rows of an edge and a triangle, as indices, shape (k, 2).
     """
     points = np.ascontiguousarray(points, dtype=np.float64)
-    side = points[edges]
-    low, high = side.min(axis=1), side.max(axis=1)
+    ends = points[edges]
+    low = ends.min(axis=1)
+    high = ends.max(axis=1)
     cell = max(float((high - low).max()), 1e-9)
     return _find(points, faces, edges, low, high, points.min(axis=0), cell)
 
@@ -48,8 +49,8 @@ def crossings_over_time(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True)
-def _volume(p, q, r, s):  # type: ignore[no-untyped-def]
-    """Six times the signed volume of a tetrahedron."""
+def _volume(p: np.ndarray, q: np.ndarray, r: np.ndarray, s: np.ndarray) -> float:
+    """Six times the signed volume of a tetrahedron [m^3]."""
     ax, ay, az = q[0] - p[0], q[1] - p[1], q[2] - p[2]
     bx, by, bz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
     cx, cy, cz = s[0] - p[0], s[1] - p[1], s[2] - p[2]
@@ -57,32 +58,57 @@ def _volume(p, q, r, s):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _cross(p, q, a, b, c):  # type: ignore[no-untyped-def]
+def _cross(p: np.ndarray, q: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray) -> bool:
     """Whether the edge p-q passes strictly through the triangle a, b, c."""
     if not _volume(a, b, c, p) * _volume(a, b, c, q) < 0.0:
         return False
-    u, v, w = _volume(p, q, a, b), _volume(p, q, b, c), _volume(p, q, c, a)
+    u = _volume(p, q, a, b)
+    v = _volume(p, q, b, c)
+    w = _volume(p, q, c, a)
     return (u > 0.0 and v > 0.0 and w > 0.0) or (u < 0.0 and v < 0.0 and w < 0.0)
 
 
 @njit(cache=True)
-def _find(points, faces, edges, low, high, origin, cell):  # type: ignore[no-untyped-def]
-    """Hash every edge by the cell of its lower corner; each triangle looks into the cells in reach."""
+def _find(
+    points: np.ndarray,
+    faces: np.ndarray,
+    edges: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+    origin: np.ndarray,
+    cell: float,
+) -> np.ndarray:
+    """Crossing pairs: every edge is hashed by the cell of its lower corner; each triangle looks into cells in reach.
+
+    Args:
+        points: Positions [m], shape (n, 3).
+        faces: Triangles, shape (m, 3).
+        edges: Edges, shape (e, 2).
+        low: Lower corner of the box of each edge [m], shape (e, 3).
+        high: Upper corner of the box of each edge [m], shape (e, 3).
+        origin: Lower corner of the grid [m], shape (3,).
+        cell: Side of a cell, at least that of any edge's box [m].
+
+    Returns:
+        Rows of an edge and a triangle, shape (k, 2).
+    """
     size = 1
     while size < 2 * edges.shape[0]:
         size *= 2
-    head = np.full(size, -1)
-    after = np.full(edges.shape[0], -1)
+    head = np.full(size, -1)  # first edge of each hash bucket
+    after = np.full(edges.shape[0], -1)  # next edge of the same bucket
     key = np.empty((edges.shape[0], 3), np.int64)
     for e in range(edges.shape[0]):
         for d in range(3):
             key[e, d] = int(np.floor((low[e, d] - origin[d]) / cell))
-        slot = (key[e, 0] * 73856093 ^ key[e, 1] * 19349663 ^ key[e, 2] * 83492791) & (size - 1)
-        after[e] = head[slot]
-        head[slot] = e
+        bucket = (key[e, 0] * 73856093 ^ key[e, 1] * 19349663 ^ key[e, 2] * 83492791) & (size - 1)
+        after[e] = head[bucket]
+        head[bucket] = e
     found = [(0, 0) for _ in range(0)]
-    first, last = np.empty(3, np.int64), np.empty(3, np.int64)
-    least, most = np.empty(3), np.empty(3)
+    first = np.empty(3, np.int64)
+    last = np.empty(3, np.int64)
+    least = np.empty(3)
+    most = np.empty(3)
     for f in range(faces.shape[0]):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         for d in range(3):
@@ -105,5 +131,6 @@ def _find(points, faces, edges, low, high, origin, cell):  # type: ignore[no-unt
                         e = after[e]
     pairs = np.empty((len(found), 2), np.int64)
     for i, (e, f) in enumerate(found):
-        pairs[i, 0], pairs[i, 1] = e, f
+        pairs[i, 0] = e
+        pairs[i, 1] = f
     return pairs

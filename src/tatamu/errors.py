@@ -1,4 +1,4 @@
-"""What can go wrong, as a tree.
+"""The errors that tatamu raises on purpose, as a tree.
 
 TatamuError
 ├── InputError         a file, an option or a scene is wrong; the command line exits with 2
@@ -11,8 +11,8 @@ class TatamuError(Exception):
 
 
 class InputError(TatamuError):
-    """Something that was given is wrong: says what was given, what is allowed and, if known, what to do."""
+    """A given file, option or value is wrong; says what was given, what is allowed and, if known, what to do."""
 
 
 class SimulationError(TatamuError):
-    """A rollout left the range in which its simulator means anything."""
+    """A rollout left the range in which its simulator is valid."""

@@ -1,4 +1,4 @@
-"""Reading and writing files: validated on reading, never half-written."""
+"""Reading and writing of files: validated on reading, never half-written."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ Model = TypeVar("Model", bound=BaseModel)
 
 
 def check_targets(targets: Sequence[Path], sources: Sequence[Path] = ()) -> None:
-    """Refuse, before any work is done, what cannot be written, or would overwrite what is read.
+    """Refuse targets that cannot be written, or would overwrite a source, before any work is done.
 
     Raises:
         InputError: A target is a folder, or one of the sources.
     """
     for target in targets:
-        if os.path.isdir(target):  # unlike Path.is_dir, False of a name that no file can have: writing says so
+        if os.path.isdir(target):  # unlike Path.is_dir, False for a name that no file can have: writing says so
             raise InputError(f"{target}: cannot be written (is a folder)")
         if os.path.exists(target) and any(os.path.exists(source) and target.samefile(source) for source in sources):
             raise InputError(f"{target}: is what is read; give another name to write to")

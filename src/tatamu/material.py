@@ -17,16 +17,16 @@ GRAVITY = 9.81
 """Standard acceleration of free fall used where nothing else is said [m/s^2]."""
 
 Number = Annotated[float, Field(strict=True)]
-"""Neither a text nor true or false."""
+"""A number proper: no text, no truth value."""
 Friction = Annotated[Number, Field(ge=0.0, le=10.0, allow_inf_nan=False)]
 
 
 THICKNESS = (1e-5, 0.05)
-"""Of cloth, least and most [m]."""
+"""Least and greatest thickness of cloth [m]."""
 
 
 class Material(BaseModel):
-    """What a simulator needs to know of a fabric; isotropic, without memory of past deformation."""
+    """The properties of a fabric that simulators use; isotropic, without memory of past deformation."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -37,25 +37,25 @@ class Material(BaseModel):
     poisson_ratio: Number = Field(0.25, ge=-0.95, le=0.95)
     """In-plane Poisson ratio nu [-]."""
     compression: Number = Field(1.0, ge=1e-3, le=1.0)
-    """c: part of the stretch stiffness that resists compression [-]; less than 1 stands for wrinkles finer than the
+    """Fraction c of the stretch stiffness that resists compression [-]; less than 1 stands for wrinkles finer than the
     mesh."""
     bending_rigidity: Number = Field(ge=0.0, le=1.0)
     """Bending rigidity B: moment per width per curvature [N m]."""
     thickness: Number = Field(1e-3, ge=THICKNESS[0], le=THICKNESS[1])
-    """Layers rest this far apart [m]."""
+    """Distance at which layers rest [m]."""
     friction_table: Friction = 0.5
     """Coulomb coefficient of cloth on table, static = kinetic [-]."""
     friction_cloth: Friction = 0.5
     """Coulomb coefficient of cloth on cloth, static = kinetic [-]."""
     air_drag: Number = Field(0.0, ge=0.0, le=1e3)
-    """Force per area per velocity [N s/m^3]."""
+    """Drag force per area per velocity [N s/m^3]."""
 
     blender: dict[str, bool | int | float | str] | None = None
     """Blender's own numbers by their property names, used as they are by that simulator alone; it checks them."""
 
     @model_serializer(mode="wrap")
     def _plain(self, standard: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Plain data without what most scenes have nothing to say of: a `blender` table, and compression."""
+        """Plain data, without a `blender` table and compression where they have their defaults."""
         plain: dict[str, Any] = standard(self)
         for name, usual in (("blender", None), ("compression", 1.0)):
             if getattr(self, name) == usual:
@@ -64,7 +64,7 @@ class Material(BaseModel):
 
     @property
     def bending_length(self) -> float:
-        """l_b = (B / (rho g))^(1/3) [m]: over this length the cloth bends under its own weight."""
+        """Bending length l_b = (B / (rho g))^(1/3) [m], over which cloth bends under its own weight."""
         return (self.bending_rigidity / (self.areal_density * GRAVITY)) ** (1.0 / 3.0)
 
 

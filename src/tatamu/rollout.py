@@ -1,4 +1,4 @@
-"""A rollout: what a simulator makes of a scene."""
+"""A rollout: the motion that a simulator computes of a scene."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ class Rollout:
     faces: np.ndarray
     """Triangles, shape (m, 3)."""
     info: dict[str, Any]
-    """simulator, version, wall_seconds, setup_seconds, steps, warnings."""
+    """The keys simulator, version, wall_seconds, setup_seconds, steps, warnings."""
     extra: dict[str, np.ndarray] = field(default_factory=dict)
-    """Further arrays that travel in the same file, such as `target`, shape (n, 3)."""
+    """Further arrays in the same file, such as `target`, shape (n, 3)."""
 
     def save(self, path: Path | str) -> None:
         """Write the .npz; nothing in it is pickled."""

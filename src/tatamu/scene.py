@@ -1,4 +1,4 @@
-"""A scene: everything that a simulator needs in order to make a rollout. See docs/conventions.md.
+"""A scene: everything that a simulator needs in order to make a rollout. See docs/reference/scene-and-rollout.md.
 
 SI units, z up. The table's top is at z = `height`; `tilt` turns it about y, so that +x is downhill.
 """

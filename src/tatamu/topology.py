@@ -64,12 +64,13 @@ class Topology:
     def _corner_order(self, sides: np.ndarray) -> np.ndarray:
         """The two ends of sides in their own triangle's order, shape (s, 2)."""
         count = len(self.faces)
-        corner, face = sides // count, sides % count
+        corner = sides // count
+        face = sides % count
         return np.column_stack([self.faces[face, (corner + 1) % 3], self.faces[face, (corner + 2) % 3]])
 
 
 def among(pairs: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Which pairs of vertices, shape (k, 2), are among others, shape (o, 2), whichever way round; shape (k,)."""
+    """Which pairs of vertices, shape (k, 2), are among others, shape (o, 2), in either order; shape (k,)."""
     count = max(pairs.max(initial=0), others.max(initial=0)) + 1
     return np.isin(np.sort(pairs, axis=1) @ [count, 1], np.sort(others, axis=1) @ [count, 1])
 

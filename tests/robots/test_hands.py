@@ -6,6 +6,10 @@ import numpy as np
 import pytest
 
 from tatamu.errors import InputError
+from tatamu.folding.fold import make_fold
+from tatamu.folding.manipulation import bezier_manipulation
+from tatamu.garments import make_garment
+from tatamu.results import describe_manipulation
 from tatamu.robots.hands import HandMotion
 from tests.robots.folds import bezier, folder, manipulation
 
@@ -54,6 +58,18 @@ def test_a_curve_that_turns_back_is_followed_in_order(tmp_path: Path) -> None:
     fold["via_points"]["times"] = np.linspace(0.1, 3.1, 19).tolist()
     hands = HandMotion.load(write(tmp_path / "loop", fold))
     assert np.abs(hands.at(np.linspace(0.1, 3.1, 19))[0] - fold["via_points"]["left"]).max() < 2e-3
+
+
+def test_the_motion_fitted_to_the_file_is_the_exact_motion_to_a_fifth_of_a_millimetre() -> None:
+    fold = make_fold("half", make_garment("towel", (0.30, 0.36), None, 0.03))
+    manipulation = bezier_manipulation(fold, (int(fold.left[0]), int(fold.right[0])), 0.05, 0.1, 0.25, 0.15)
+    exact = HandMotion.exact(manipulation)
+    fitted = HandMotion.fitted(describe_manipulation(fold, manipulation), "made up")
+    times = np.linspace(exact.times[0], exact.times[-1], 200)
+    assert np.linalg.norm(exact.at(times) - fitted.at(times), axis=2).max() < 2e-4
+    knots, displacements = manipulation.motion()
+    for place, moved, points in zip(manipulation.positions, displacements, exact.at(knots), strict=True):
+        assert np.abs(place + moved - points).max() < 1e-5
 
 
 @pytest.mark.parametrize(

@@ -9,34 +9,141 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Annotated, Self
 
 import numpy as np
+from pydantic import Field, model_validator
 
-from tatamu.calibration.measurements import Grasp
+from tatamu.calibration.drawing import hanging
+from tatamu.calibration.edges import longest_edge, named_edge
+from tatamu.calibration.entry import Errors, TestEntry
+from tatamu.calibration.fit import Fit
+from tatamu.calibration.quantity import Length, Lengths
+from tatamu.calibration.readings import Reading
 from tatamu.calibration.settling import settling
+from tatamu.calibration.target import Target
+from tatamu.calibration.test import POOR, ElasticTest, Readings, Specimen, millimetres
 from tatamu.errors import InputError
 from tatamu.garments import Garment
 from tatamu.material import GRAVITY, Material
+from tatamu.records import Record
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene
 from tatamu.topology import areas
 
+if TYPE_CHECKING:
+    from tatamu.calibration.result import Calibration
+
 RELAXATIONS = 14.0
-"""The scene lasts so many times 1 / rate of its slowest motion: what is left of it is e^-14."""
+"""Duration of the scene in units of 1 / rate of its slowest motion, of which e^-14 is then left."""
 LAYERS_APART = 2.0
-"""Layers hang so many thicknesses apart at first: where a grip holds them as near as contact allows, contact and grip
-would push against each other for ever."""
+"""Distance of hanging layers at the start, in thicknesses: where a grip holds them as near as contact allows, contact
+and grip would push against each other for ever."""
 SAME_END = 2e-3
 """Vertices less than this nearer to the end than the farthest belong to it [m]."""
 
+OTHER_GARMENT = 0.25
+"""An L2 that is off the garment's own length by more than this part belongs to another garment, or to other grasps."""
+HUNG_BY = {
+    "towel": ["bottom"],
+    "tshirt": ["left_shoulder", "right_shoulder"],
+    "trousers": ["waist"],
+}
+"""Edges by which a garment is hung; any other by its longest."""
+
+
+class Grasp(Record):
+    """A straight grip on an edge of the garment."""
+
+    edge: str
+    """Name of the edge; `tatamu show GARMENT` draws them."""
+    at: float = Field(0.5, ge=0.0, le=1.0)
+    """Where along the edge the middle of the grip is, 0 and 1 being its ends."""
+    width: Length | None = None
+    """Width of the grip along the edge [m]; None: the whole edge, as a hanger or two rulers hold it."""
+
+
+class ElongationReadings(TestEntry):
+    """Hanging and lying length (paper, section IV-A, Fig. 1)."""
+
+    grasps: Annotated[list[Grasp], Field(min_length=1)]
+    """By what it hangs."""
+    L1: Lengths
+    """From the grip straight down to the lowest end, hanging [m]."""
+    L2: Lengths
+    """The same two places, lying [m]."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        hanging = float(np.mean(self.L1))
+        lying = float(np.mean(self.L2))
+        if lying > hanging:
+            raise ValueError(
+                f"L2 ({lying:g} m, lying) is longer than L1 ({hanging:g} m, hanging), but cloth does not hang shorter "
+                "than it lies; were they swapped, or was the cloth pulled when L2 was read?"
+            )
+        if hanging > 1.5 * lying:
+            raise ValueError(
+                f"L1 ({hanging:g} m) is more than half as long again as L2 ({lying:g} m): beyond what the simulators "
+                "mean by cloth; was the same end read twice, in the same unit?"
+            )
+        return self
+
+    def readings(self, errors: Errors) -> dict[str, Reading]:
+        """See `TestEntry.readings`."""
+        return {
+            "L1": Reading.of(self.L1, errors.length),
+            "L2": Reading.of(self.L2, errors.length),
+        }
+
 
 @dataclass(frozen=True)
-class Elongation:
+class Elongation(ElasticTest):
     """The hanging test of one garment."""
 
     garment: Garment
     grasps: Sequence[Grasp]
-    name: str = "elongation"
+
+    name = "elongation"
+    title = "Elongation: stretch stiffness Y"
+    parameter = "stretch_stiffness"
+    entry = ElongationReadings
+    read = "L1 - L2"
+    words = MappingProxyType({"L1": "L1, the hanging length", "L2": "L2, the lying length"})
+    reads = MappingProxyType({"L1": 1.0, "L2": -1.0})
+    size = "length"
+    instructions = """\
+Hang it.                                                                               [elongation] L1, L2
+   Clamp the whole named edge straight and level (two rulers and clips; for shoulders a hanger). Wait until it is
+   still. L1: from the grip straight down to the end farthest from it. Then lay the garment down without pulling at
+   it; L2: the same two places. A narrow pinch also works ({edge = "bottom", at = 0.5, width = 0.03}), but stretches
+   the cloth unevenly, and the mesh then matters.
+"""
+
+    @classmethod
+    def of(cls, entry: ElongationReadings, specimen: Specimen) -> Self:
+        """See `CalibrationTest.of`."""
+        test = cls(specimen.garment, tuple(entry.grasps))
+        lying = float(np.mean(entry.L2))
+        if abs(lying / test.length - 1.0) > OTHER_GARMENT:
+            raise InputError(
+                f"elongation: L2 ({lying:g} m) is not of this garment, which lies {test.length:.2f} m long from the "
+                "grip to the end farthest from it: is its size right, and are the grasps those by which it hung?"
+            )
+        return test
+
+    @classmethod
+    def template(cls, garment: Garment) -> str:
+        """See `CalibrationTest.template`."""
+        edges = HUNG_BY.get(garment.name) or [longest_edge(garment)]
+        grasps = ", ".join(f'{{edge = "{each}"}}' for each in edges)
+        return f"""\
+[elongation]             # paper, section IV-A
+grasps = [{grasps}]    # hung by the whole edge; or {{edge = "..", at = 0.5, width = 0.03}}
+L1 = []                  # hanging, from the grip straight down to the farthest end
+L2 = []                  # lying
+"""
 
     @cached_property
     def held(self) -> list[np.ndarray]:
@@ -69,7 +176,7 @@ class Elongation:
         return float(self.plan[self.end, 1].mean())
 
     def guess(self, elongation: float, density: float) -> float:
-        """Stretch stiffness of a strip that hangs so much longer, rho g L^2 / 2 e [N/m]."""
+        """Stretch stiffness of a strip that is longer by this elongation when it hangs, rho g L^2 / 2 e [N/m]."""
         return density * GRAVITY * self.length**2 / (2.0 * elongation)
 
     def scene(self, material: Material) -> Scene:
@@ -91,6 +198,40 @@ class Elongation:
         """L1 - L2 of a rollout [m]."""
         return float(-rollout.positions[frame, self.end, 2].mean()) - self.length
 
+    def target(self, readings: Readings) -> Target:
+        """See `ElasticTest.target`."""
+        longer, error = self.measured(readings)
+        return Target(
+            test=self,
+            parameter=self.parameter,
+            measured=longer,
+            uncertainty=error,
+            bound="at least" if longer < error else None,
+            guess=self.guess,
+            straight=lambda value: float(np.log(max(value, 1e-9))),
+        )
+
+    def advice(self, calibration: Calibration, fit: Fit) -> list[str]:
+        """See `CalibrationTest.advice`."""
+        stiffness = calibration.material.stretch_stiffness
+        read = f"elongation: {millimetres(fit.measured)}"
+        if fit.bound:
+            return [
+                f"{read} is within the error of reading it ({millimetres(fit.uncertainty)}): the cloth is stiffer than "
+                f"a ruler can tell, Y is at least {stiffness:.0f} N/m. Folding asks for no more."
+            ]
+        relative = calibration.relative("stretch_stiffness")
+        if relative <= POOR:
+            return []
+        return [
+            f"{read} read to {millimetres(fit.uncertainty)} tells Y to {100 * relative:.0f} % only. Read "
+            "L1 and L2 more often, or hang the garment so that it is longer: elongation grows with the length squared."
+        ]
+
+    def drawing(self, shape: np.ndarray | None) -> str:
+        """See `CalibrationTest.drawing`."""
+        return "" if shape is None else hanging(self, shape)
+
 
 def held_vertices(garment: Garment, grasp: Grasp) -> np.ndarray:
     """Vertices of all layers in a grip.
@@ -106,14 +247,3 @@ def held_vertices(garment: Garment, grasp: Grasp) -> np.ndarray:
         path = path[away <= max(grasp.width / 2 + 1e-9, np.sort(away)[1])]
     near = np.linalg.norm(flat[:, None] - flat[path], axis=2).min(axis=1)
     return np.flatnonzero(near < 0.25 * garment.spacing)
-
-
-def named_edge(garment: Garment, name: str) -> np.ndarray:
-    """The path of vertices along an edge of the garment.
-
-    Raises:
-        InputError: The garment has no such edge.
-    """
-    if name not in garment.edges:
-        raise InputError(f"edge: {garment.name} has {', '.join(garment.edges)}, given {name!r}")
-    return garment.edges[name]

@@ -9,13 +9,28 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
+from pydantic import model_validator
 
-from tatamu.garments.towel import staggered_rectangle
+from tatamu.calibration.drawing import sliding
+from tatamu.calibration.entry import Errors, TestEntry
+from tatamu.calibration.fit import Fit
+from tatamu.calibration.laboratory import Laboratory
+from tatamu.calibration.parameters import PLACE
+from tatamu.calibration.quantity import Lengths
+from tatamu.calibration.readings import Reading
+from tatamu.calibration.test import Changes, LaterTest, Readings, Specimen
+from tatamu.garments import Garment
 from tatamu.material import Material
+from tatamu.meshing import staggered_rectangle
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Scene, Table
+
+if TYPE_CHECKING:
+    from tatamu.calibration.result import Calibration
 
 SIZE, SPACING = (0.10, 0.20), 0.02
 """Width, length and mesh spacing of the sheet [m]."""
@@ -29,14 +44,76 @@ RESOLUTION = 2e-3
 """The interval of the coefficient is halved until it is narrower than this."""
 LARGEST = 3.0
 """Coefficients beyond this are not tried."""
+EFFECTIVE = 0.02
+"""A coefficient that is off tan(theta) by more than this part says something of the simulator."""
+
+
+class FrictionReadings(TestEntry):
+    """The board, and how high its end is lifted when the cloth slides (paper, section IV-B)."""
+
+    L_t: Lengths
+    """Length of the board from the end that stays to the end that is lifted [m]."""
+    H_s: Lengths
+    """Height of the lifted end when the cloth starts to slide [m]."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        board = float(np.mean(self.L_t))
+        for height in self.H_s:
+            if height >= board:
+                raise ValueError(
+                    f"H_s ({height:g} m) must be less than L_t ({board:g} m): the end of a board is not lifted "
+                    "higher than the board is long"
+                )
+        if max(self.H_s) > 0.95 * board:
+            raise ValueError(
+                f"H_s ({max(self.H_s):g} m) of a board of {board:g} m is a slope over 70 degrees: the cloth is "
+                "caught on the board, not held by friction"
+            )
+        return self
+
+    def readings(self, errors: Errors) -> dict[str, Reading]:
+        """See `TestEntry.readings`."""
+        return {
+            "L_t": Reading.of(self.L_t, errors.length),
+            "H_s": Reading.of(self.H_s, errors.H_s),
+        }
 
 
 @dataclass(frozen=True)
-class Slope:
+class Slope(LaterTest):
     """The sliding test on a board."""
 
     angle: float
     """theta [rad]."""
+
+    name = "friction"
+    title = "Friction: coefficient μ on the table"
+    parameter = "friction_table"
+    entry = FrictionReadings
+    read = "theta"
+    words = MappingProxyType({"L_t": "L_t, the board", "H_s": "H_s, the lifted end"})
+    samples = "speed"
+    sheet = SIZE
+    instructions = """\
+Let it slide.                                                                          [friction] L_t, H_s
+   Lay it flat on the board, on the surface that it will be folded on. L_t: the board's length from the end that stays
+   to the end you lift. Lift slowly, without jerks; H_s: how high that end is when the cloth starts to slide.
+"""
+
+    @classmethod
+    def of(cls, entry: FrictionReadings, specimen: Specimen) -> Self:
+        """See `CalibrationTest.of`."""
+        return cls(float(np.arcsin(np.mean(entry.H_s) / np.mean(entry.L_t))))
+
+    @classmethod
+    def template(cls, garment: Garment) -> str:
+        """See `CalibrationTest.template`."""
+        return """\
+[friction]               # paper, section IV-B
+L_t = []                 # length of the board
+H_s = []                 # height of its lifted end when the cloth starts to slide
+"""
 
     @property
     def textbook(self) -> float:
@@ -62,8 +139,74 @@ class Slope:
         """Mean speed down the slope over the last quarter [m/s]."""
         down = np.array([np.cos(self.angle), 0.0, -np.sin(self.angle)])
         late = len(rollout.times) * 3 // 4
-        way = (rollout.positions[-1] - rollout.positions[late]).mean(axis=0) @ down
-        return float(way / (rollout.times[-1] - rollout.times[late]))
+        distance = (rollout.positions[-1] - rollout.positions[late]).mean(axis=0) @ down
+        return float(distance / (rollout.times[-1] - rollout.times[late]))
+
+    def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
+        """Search the coefficient on the simulated board."""
+
+        def speed(coefficient: float) -> float:
+            scene = self.scene(material.model_copy(update={"friction_table": coefficient}))
+            return self.speed(laboratory.run(scene, self.name))
+
+        found = threshold(speed, self.textbook)
+        board = readings["L_t"]
+        height = readings["H_s"]
+        both = np.hypot(height.uncertainty, np.sin(self.angle) * board.uncertainty)
+        fit = Fit(
+            test=self.name,
+            parameter=self.parameter,
+            measured=self.angle,
+            uncertainty=float(both / (board.value * np.cos(self.angle))),
+            aim=self.angle,
+            simulated=self.angle,
+            unit="rad",
+            bound=found.bound,
+            samples=found.samples,
+            resolution=float((found.sticks - found.slides) / found.coefficient / np.sqrt(12.0)),
+        )
+        return material.model_copy(update={"friction_table": found.coefficient}), fit
+
+    def propagate(self, changes: Changes, readings: Readings) -> None:
+        """See `LaterTest.propagate`; of mu = tan(theta), sin(theta) = H_s / L_t."""
+        board = readings["L_t"]
+        height = readings["H_s"]
+        per_radian = 2.0 / np.sin(2.0 * self.angle)  # d ln tan(theta) / d theta
+        per_height = per_radian / (board.value * np.cos(self.angle))
+        changes["H_s"][PLACE[self.parameter]] = per_height * height.uncertainty
+        changes["L_t"][PLACE[self.parameter]] = -per_height * np.sin(self.angle) * board.uncertainty
+
+    def record(self) -> dict[str, float]:
+        """See `CalibrationTest.record`."""
+        return {"tan_theta": self.textbook}
+
+    def sentence(self, fit: Fit) -> str:
+        """See `CalibrationTest.sentence`."""
+        return (
+            f"θ = asin(H_s / L_t) = {np.degrees(fit.measured):.1f} ± {np.degrees(fit.uncertainty):.1f} degrees; "
+            f"tan θ = {self.textbook:.3f}."
+        )
+
+    def advice(self, calibration: Calibration, fit: Fit) -> list[str]:
+        """See `CalibrationTest.advice`."""
+        if not fit.bound:
+            return []
+        does = "slides on this slope whatever the coefficient" if fit.bound == "at least" else "sticks without friction"
+        return [f"friction: {calibration.simulator} {does}; tan(theta) is taken, which it cannot follow."]
+
+    def remark(self, calibration: Calibration, fit: Fit) -> list[str]:
+        """A search that did not end where the textbook does says something of the simulator."""
+        off = calibration.material.friction_table / self.textbook - 1.0
+        if abs(off) < EFFECTIVE:
+            return []
+        return [
+            f"friction: {calibration.simulator} needs a coefficient {100 * off:+.0f} % off tan(theta) = "
+            f"{self.textbook:.3f} to slide on this slope: an effective one, for this simulator."
+        ]
+
+    def drawing(self, shape: np.ndarray | None) -> str:
+        """See `CalibrationTest.drawing`."""
+        return sliding(self)
 
 
 @dataclass(frozen=True)
@@ -109,14 +252,18 @@ def threshold(speed: Callable[[float], float], guess: float) -> Sliding:
 
 def _bracket(slides: Callable[[float], bool], guess: float) -> tuple[float, float]:
     """A coefficient at which it slides, and a larger one at which it sticks; beyond 0 or `LARGEST` if there is none."""
-    low, high = guess * (1.0 - FIRST), guess * (1.0 + FIRST)
+    low = guess * (1.0 - FIRST)
+    high = guess * (1.0 + FIRST)
     step = high - low
     if slides(high):
         while high + step <= LARGEST and slides(high + step):
-            high, step = high + step, 2.0 * step
+            high = high + step
+            step = 2.0 * step
         return high, high + step
     while not slides(low):
         if low == 0.0:
             return -1.0, 0.0
-        high, low, step = low, max(low - step, 0.0), 2.0 * step
+        high = low
+        low = max(low - step, 0.0)
+        step = 2.0 * step
     return low, high

@@ -17,15 +17,15 @@ from tatamu.simulators import simulate
 SETTLED = 5e-5
 """A reading that moves less than this over the last quarter of its scene has settled [m]."""
 LONGER, LONGEST = 2.0, 8.0
-"""A scene that has not settled is made so many times as long; at most so many times as long as the test wants."""
+"""A scene that has not settled is lengthened by the first factor; by at most the second over what the test wants."""
 
 
-class Test(Protocol):
+class LengthTest(Protocol):
     """A test whose reading is a length at rest."""
 
     @property
     def name(self) -> str:
-        """What it is called; one test of a name per laboratory."""
+        """Its name; one test of a name per laboratory."""
         ...
 
     def scene(self, material: Material) -> Scene:
@@ -33,7 +33,7 @@ class Test(Protocol):
         ...
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """What the ruler would read [m]."""
+        """The length that a ruler would read [m]."""
         ...
 
 
@@ -43,10 +43,10 @@ class Laboratory:
 
     simulator: str
     tick: Callable[[str], None] = lambda what: None
-    """Called before each simulation with what it is for."""
+    """Called before each simulation with the name of its test."""
     simulations: int = 0
     failure: str = ""
-    """What the simulator last said when it gave up."""
+    """The message of the simulator when it last gave up."""
     unsettled: float = 0.0
     """Largest motion over the last quarter of a scene that was accepted [m]."""
     _known: dict[tuple[str, str], float] = field(default_factory=dict)
@@ -59,21 +59,22 @@ class Laboratory:
         self.simulations += 1
         return simulate(scene, self.simulator)
 
-    def reading(self, test: Test, material: Material) -> float:
+    def reading(self, test: LengthTest, material: Material) -> float:
         """The reading of a test at rest [m]; infinite where the cloth is too soft for the simulator."""
         key = test.name, material.model_dump_json()
         if key not in self._known:
             try:
                 self._known[key], self._shapes[key] = self._settled(test, test.scene(material))
             except SimulationError as error:
-                self._known[key], self.failure = np.inf, str(error)
+                self._known[key] = np.inf
+                self.failure = str(error)
         return self._known[key]
 
-    def shape(self, test: Test, material: Material) -> np.ndarray | None:
-        """Positions [m] at rest, shape (n, 3), of a reading that was made; None where there is none."""
-        return self._shapes.get((test.name, material.model_dump_json()))
+    def shape(self, test: str, material: Material) -> np.ndarray | None:
+        """Positions [m] at rest, shape (n, 3), of the test of that name; None where no reading was made."""
+        return self._shapes.get((test, material.model_dump_json()))
 
-    def _settled(self, test: Test, scene: Scene) -> tuple[float, np.ndarray]:
+    def _settled(self, test: LengthTest, scene: Scene) -> tuple[float, np.ndarray]:
         """Simulate, longer where it has to be; what once was long enough is where the next begins."""
         factor = self._durations.get(test.name, 1.0)
         while True:

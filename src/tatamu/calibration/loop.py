@@ -9,20 +9,35 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
+from pydantic import model_validator
 
+from tatamu.calibration.drawing import looped
+from tatamu.calibration.entry import Errors, TestEntry
+from tatamu.calibration.fit import Fit
+from tatamu.calibration.quantity import Lengths
+from tatamu.calibration.readings import Reading
 from tatamu.calibration.settling import settling
-from tatamu.garments.towel import staggered_rectangle
+from tatamu.calibration.target import Target, textbook_spread
+from tatamu.calibration.test import ElasticTest, Readings, Specimen, millimetres
+from tatamu.errors import InputError
+from tatamu.garments import Garment
+from tatamu.heavy_strip.chain import start
 from tatamu.material import GRAVITY, Material
+from tatamu.meshing import staggered_rectangle
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene, Table
-from tatamu.validation.loop import start
+
+if TYPE_CHECKING:
+    from tatamu.calibration.result import Calibration
 
 HEIGHT, LIFT = 0.906, 1.1
-"""Height of the loop: 0.906 l_b + 1.1 thickness, by the heavy chain (`validation.loop`) [its top over the table]."""
+"""Height of the loop: 0.906 l_b + 1.1 thickness, by the heavy chain (`heavy_strip.chain`) [its top over the table]."""
 LIES = 4.0
-"""So many heights of cloth lie on either side of the crease: 3.85 are as good as infinitely many (the heavy chain)."""
+"""Length of cloth on either side of the crease, in heights: 3.85 are as good as infinitely many (the heavy chain)."""
 CELL = 0.2
 """Edge length of the mesh over the height."""
 COLUMNS = 6
@@ -30,19 +45,75 @@ HELD_ROWS = 2
 LAYS = 0.3
 """Part of the scene in which the upper end is laid down."""
 RELAXATIONS = 20.0
+HIGHEST_LOOP = 0.3
+"""A fold higher than this [m] would be of a sheet of card."""
+
+
+class LoopReadings(TestEntry):
+    """How high cloth stands where it is folded over itself."""
+
+    height: Lengths
+    """From the table to the top of the loop [m]."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if max(self.height) > HIGHEST_LOOP:
+            raise ValueError(
+                f"height ({max(self.height):g} m) is more than a fold of cloth stands, {HIGHEST_LOOP:g} m: "
+                "was it read in centimetres or millimetres?"
+            )
+        return self
+
+    def readings(self, errors: Errors) -> dict[str, Reading]:
+        """See `TestEntry.readings`."""
+        return {
+            "height": Reading.of(self.height, errors.length),
+        }
 
 
 @dataclass(frozen=True)
-class Loop:
+class Loop(ElasticTest):
     """The test of a strip folded over itself."""
 
     height: float
-    """What was read [m]: the strip is cut to it."""
+    """The height that was read [m]: the strip is cut to it."""
     thickness: float
     """Of the cloth [m]."""
     spacing: float | None = None
     """Edge length of the strip's mesh [m]; None: a part of the height."""
-    name: str = "loop"
+
+    name = "loop"
+    title = "Loop: bending rigidity B"
+    parameter = "bending_rigidity"
+    entry = LoopReadings
+    read = "height of the loop"
+    words = MappingProxyType({"height": "the height of the loop"})
+    reads = MappingProxyType({"height": 1.0})
+    instructions = """\
+Let it loop, if you like: for cloth that hangs straight down in $sag, or bends otherwise in a fold.  [loop] height
+   Lay one layer (of a T-shirt the hem of one side) over itself on the table without pressing, edges parallel, until
+   four times the height of the loop lies on either side. height: from the table to the top of the loop. With the
+   sag it tells bending better than either does alone; where they disagree, cloth bends otherwise in a fold.
+"""
+
+    @classmethod
+    def of(cls, entry: LoopReadings, specimen: Specimen) -> Self:
+        """See `CalibrationTest.of`."""
+        test = cls(float(np.mean(entry.height)), specimen.base.thickness, specimen.spacing)
+        if test.height <= 2.0 * test.thickness:
+            raise InputError(
+                f"loop: height ({test.height:g} m) must be more than two layers, {2.0 * test.thickness:g} m: was the "
+                "loop pressed flat, or is the garment's thickness (of one layer) less?"
+            )
+        return test
+
+    @classmethod
+    def template(cls, garment: Garment) -> str:
+        """See `CalibrationTest.template`."""
+        return """\
+# [loop]                 # optional: cloth folded over itself; tells B too
+# height = []            # from the table to the top of the loop
+"""
 
     @property
     def bending_length(self) -> float:
@@ -65,7 +136,8 @@ class Loop:
     def scene(self, material: Material) -> Scene:
         """A wide loop whose upper end is laid onto its lower one, and which then settles."""
         flat, faces = self.mesh
-        row, length = np.sqrt(0.75) * self.edge, float(flat[:, 0].max())
+        row = np.sqrt(0.75) * self.edge
+        length = float(flat[:, 0].max())
         chain = start(length, self.bending_length, material.thickness)
         arc = np.linspace(0.0, length, len(chain))
         x, z = (np.interp(flat[:, 0], arc, chain[:, k]) for k in (0, 1))
@@ -101,3 +173,32 @@ class Loop:
     def guess(self, height: float, density: float) -> float:
         """Bending rigidity of an ideal strip with this loop, rho g l_b^3 [N m]."""
         return density * GRAVITY * (max(height - LIFT * self.thickness, 0.1 * height) / HEIGHT) ** 3
+
+    def target(self, readings: Readings) -> Target:
+        """See `ElasticTest.target`."""
+        height = readings["height"]
+        layers = 2.0 * self.thickness
+        return Target(
+            test=self,
+            parameter=self.parameter,
+            measured=height.value,
+            uncertainty=height.uncertainty,
+            bound="at most" if height.value - height.uncertainty < layers else None,
+            guess=self.guess,
+            straight=lambda value: float(np.log(max(value - 0.5 * layers, 1e-4))),
+            rising=True,
+            spread=textbook_spread(self.guess, height),
+        )
+
+    def advice(self, calibration: Calibration, fit: Fit) -> list[str]:
+        """See `CalibrationTest.advice`."""
+        if fit.bound is None:
+            return []
+        return [
+            f"loop: {millimetres(fit.measured)} is as low as two layers: the cloth has no loop that a ruler could "
+            f"read, B is at most {1e6 * calibration.material.bending_rigidity:.2g} µN m."
+        ]
+
+    def drawing(self, shape: np.ndarray | None) -> str:
+        """See `CalibrationTest.drawing`."""
+        return "" if shape is None else looped(self, shape)

@@ -2,88 +2,76 @@
 
 from __future__ import annotations
 
-from html import escape
+from dataclasses import dataclass
 
 import numpy as np
-import plotly.graph_objects as go
-from plotly.offline import get_plotlyjs
+from markupsafe import Markup
 
-from tatamu import __version__
-from tatamu.calibration import drawing
 from tatamu.calibration.advice import NAMES, advice_on
+from tatamu.calibration.fit import Fit
 from tatamu.calibration.friction import SLIDING
+from tatamu.calibration.parameters import KNOWN, PARAMETERS, PLACE, SYMBOLS, UNITS
 from tatamu.calibration.readings import Reading
-from tatamu.calibration.result import PARAMETERS, SYMBOLS, UNITS, Calibration, Fit, rounded
-from tatamu.validation.page import FIT, GRID, INK, STYLE, chart_html
+from tatamu.calibration.result import Calibration, rounded
+from tatamu.calibration.test import CalibrationTest
+from tatamu.presentation.chart import Chart, Plot, axis, band, line, log_axis, note, traces
+from tatamu.presentation.page import render
 
-TITLES = {
-    "elongation": "Elongation: stretch stiffness Y",
-    "sag": "Sag: bending rigidity B",
-    "loop": "Loop: bending rigidity B",
-    "friction": "Friction: coefficient μ on the table",
-    "push": "Push: compression c",
-}
-READINGS = {"elongation": "L1 - L2", "sag": "sag", "loop": "height of the loop", "push": "moved"}
-WORDS = {
-    "areal_density": "areal density",
-    "stretch_stiffness": "stretch stiffness",
-    "bending_rigidity": "bending rigidity",
-    "friction_table": "friction on the table",
-    "compression": "resists compression, part of Y",
-}
-AXES = {"elongation": "Y [N/m]", "sag": "B [µN m]", "loop": "B [µN m]", "friction": "μ", "push": "c"}
-FACTORS = {"elongation": 1.0, "sag": 1e6, "loop": 1e6, "friction": 1.0, "push": 1.0}
 ROOM = 1.6
 """Beside the points of a chart, as a factor: a logarithmic axis then always has a number on it."""
-TICKS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0)
-"""Numbers on it, times powers of ten."""
-OWN_STYLE = """
-.fit { display: grid; grid-template-columns: minmax(280px, 1fr) minmax(380px, 1.3fr); gap: 18px; align-items: center }
-@media (max-width: 760px) { .fit { grid-template-columns: 1fr } }
-.fit svg { max-width: 100%; height: auto }
-.fit > div { min-width: 0 }
-.advice li { margin: 5px 0 }
-.bar { display: inline-block; height: 9px; border-radius: 3px; background: #3f66b0; vertical-align: middle }
-"""
+
+
+@dataclass(frozen=True)
+class ShownFit:
+    """A fit as the page shows it, beside its chart."""
+
+    name: str
+    """Of its test, and of its group of charts."""
+    title: str
+    sentence: str
+    symbol: str
+    relation: str
+    """Between symbol and value: "=" or "is"."""
+    value: str
+    spread: str
+    picture: Markup
 
 
 def page(calibration: Calibration) -> str:
     """The whole page as HTML."""
-    title = f"{calibration.setup.garment.name}, calibrated for {calibration.simulator}"
-    fits = "".join(_fit(calibration, fit) for fit in calibration.fits)
-    advice = "".join(f"<li>{escape(text)}</li>" for text in advice_on(calibration))
-    lead = (
-        f"{calibration.simulations} simulations, {calibration.passes} passes · tatamu {__version__} · readings at rest "
-        f"to {1e3 * calibration.unsettled:.2g} mm"
-    )
-    return (
-        f"<!doctype html><html lang='en'><head><meta charset='utf-8'><title>{escape(title)}</title>"
-        f"<style>{STYLE}{OWN_STYLE}</style><script>{get_plotlyjs()}</script></head><body><main>"
-        f"<h1>{escape(title)}</h1><p class='lead'>{lead}</p>"
-        f"<section><h2>What came out</h2>{_parameters(calibration)}</section>"
-        f"<section class='advice'><h2>What to do next</h2><ul>{advice}</ul></section>{fits}"
-        f"<section><h2>Where the uncertainty comes from</h2>{_budget(calibration)}</section>"
-        f"</main><script>{FIT}</script></body></html>\n"
+    charts = {fit.test: [Chart("", _chart(calibration, fit))] for fit in calibration.fits}
+    return render(
+        "calibration/page.html",
+        charts=charts,
+        title=f"{calibration.setup.garment.name}, calibrated for {calibration.simulator}",
+        calibration=calibration,
+        parameters=[(f"{KNOWN[name].words}, {SYMBOLS[name]}", *shown(calibration, name)) for name in PARAMETERS],
+        advice=advice_on(calibration),
+        fits=[_shown_fit(calibration, fit) for fit in calibration.fits],
+        symbols=[SYMBOLS[name] for name in calibration.known],
+        budget=_budget(calibration),
     )
 
 
-def _picture(calibration: Calibration, test: str) -> str:
-    """The drawing of a test, as it came to rest."""
-    setup, shape = calibration.setup, calibration.shapes.get(test)
-    if test == "elongation" and setup.elongation is not None and shape is not None:
-        return drawing.hanging(setup.elongation, shape)
-    if test == "sag" and setup.sag is not None and shape is not None:
-        return drawing.sagging(setup.sag, shape)
-    if test == "loop" and setup.loop is not None and shape is not None:
-        return drawing.looped(setup.loop, shape)
-    if test == "push" and setup.push is not None and shape is not None:
-        return drawing.pushed(setup.push, shape)
-    return drawing.sliding(setup.slope) if setup.slope is not None and test == "friction" else ""
+def _shown_fit(calibration: Calibration, fit: Fit) -> ShownFit:
+    test = calibration.setup.tests[fit.test]
+    value, spread = shown(calibration, fit.parameter)
+    return ShownFit(
+        name=fit.test,
+        title=test.title,
+        sentence=_sentence(fit, test),
+        symbol=SYMBOLS[fit.parameter],
+        relation="is" if fit.bound else "=",
+        value=value,
+        spread=spread,
+        picture=Markup(test.drawing(calibration.shapes[fit.test])),
+    )
 
 
 def shown(calibration: Calibration, parameter: str) -> tuple[str, str]:
     """A parameter's value and its uncertainty as text, with the unit of the first."""
-    factor, unit = (1e6, "µN m") if parameter == "bending_rigidity" else (1.0, UNITS[parameter])
+    factor = KNOWN[parameter].shown_factor
+    unit = KNOWN[parameter].shown_unit or UNITS[parameter]
 
     def words(value: float) -> str:
         return f"{factor * value:.4g} {unit if unit != '-' else ''}".strip()
@@ -99,128 +87,95 @@ def shown(calibration: Calibration, parameter: str) -> tuple[str, str]:
     return text, f"± {rounded(factor * calibration.uncertainty(parameter), 2):g} ({100 * relative:.1f} %)"
 
 
-def _parameters(calibration: Calibration) -> str:
-    lines = "".join(
-        f"<tr><td>{WORDS[name]}, {SYMBOLS[name]}</td><td class='n'>{escape(value)}</td><td>{escape(spread)}</td></tr>"
-        for name in PARAMETERS
-        for value, spread in [shown(calibration, name)]
-    )
-    note = "Standard uncertainty, from the errors of the readings; the correlations are in the file."
-    return (
-        f"<table><thead><tr><th>parameter</th><th class='n'>value</th><th>uncertainty</th></tr></thead>"
-        f"<tbody>{lines}</tbody></table><p class='reference'>{note}</p>"
-    )
-
-
-def _fit(calibration: Calibration, fit: Fit) -> str:
-    chart = _friction_chart(calibration, fit) if fit.test == "friction" else _chart(calibration, fit)
-    plot = chart_html(chart, f"fit-{fit.test}")
-    value, spread = shown(calibration, fit.parameter)
-    return (
-        f"<section><h2>{TITLES[fit.test]}</h2><p class='reference'>{escape(_sentence(calibration, fit))} "
-        f"<b>{SYMBOLS[fit.parameter]} {'is' if fit.bound else '='} {escape(value)}</b>, {escape(spread)}.</p>"
-        f"<div class='fit'><div>{_picture(calibration, fit.test)}</div><div>{plot}</div></div></section>"
-    )
-
-
-def _sentence(calibration: Calibration, fit: Fit) -> str:
-    if fit.test == "friction":
-        return (
-            f"θ = asin(H_s / L_t) = {np.degrees(fit.measured):.1f} ± {np.degrees(fit.uncertainty):.1f} degrees; "
-            f"tan θ = {calibration.textbook_friction:.3f}."
-        )
-    name = READINGS[fit.test]
+def _sentence(fit: Fit, test: CalibrationTest) -> str:
     beside = fit.alone if fit.parameter == "bending_rigidity" else None
-    return (
-        f"{name[0].upper()}{name[1:]} measured: {1e3 * fit.measured:.1f} ± {1e3 * fit.uncertainty:.1f} mm; simulated: "
-        f"{1e3 * fit.simulated:.2f} mm."
-        + (f" Alone it says {f'{fit.bound} ' if fit.bound else ''}{1e6 * beside:.4g} µN m." if beside else "")
-    )
+    alone = f" Alone it says {f'{fit.bound} ' if fit.bound else ''}{1e6 * beside:.4g} µN m." if beside else ""
+    return test.sentence(fit) + alone
 
 
-def _chart(calibration: Calibration, fit: Fit) -> go.Figure:
+def _chart(calibration: Calibration, fit: Fit) -> Plot:
+    test = calibration.setup.tests[fit.test]
+    return _speed_chart(fit, test) if test.samples == "speed" else _reading_chart(calibration, fit, test)
+
+
+def _reading_chart(calibration: Calibration, fit: Fit, test: CalibrationTest) -> Plot:
     """Simulated readings over the parameter, and the measured one as a band."""
-    factor = FACTORS[fit.test]
-    x, y = factor * np.array([s[0] for s in fit.samples]), 1e3 * np.array([s[1] for s in fit.samples])
-    chart = go.Figure(layout=_layout(AXES[fit.test], f"{READINGS[fit.test]} [mm]", "log"))
-    low, high = 1e3 * (fit.measured - fit.uncertainty), 1e3 * (fit.measured + fit.uncertainty)
-    chart.add_hrect(low, high, fillcolor=drawing.READ, opacity=0.15, line_width=0)
-    chart.add_hline(1e3 * fit.measured, line={"color": drawing.READ, "width": 1.4}, annotation_text="measured")
-    chart.add_trace(
-        go.Scatter(x=x, y=y, mode="lines+markers", line={"color": drawing.CLOTH, "width": 1.3}, name="simulated")
-    )
+    factor = KNOWN[fit.parameter].shown_factor
+    label = KNOWN[fit.parameter].label
+    x = factor * np.array([sample[0] for sample in fit.samples])
+    y = 1e3 * np.array([sample[1] for sample in fit.samples])
+    low = 1e3 * (fit.measured - fit.uncertainty)
+    high = 1e3 * (fit.measured + fit.uncertainty)
     found = factor * getattr(calibration.material, fit.parameter)
-    lowest, highest = min(low, y.min()), max(high, y.max())
-    chart.update_yaxes(range=[lowest - 0.08 * (highest - lowest), highest + 0.08 * (highest - lowest)])
-    left, right = min(x.min(), found) / ROOM, max(x.max(), found) * ROOM
-    chart.update_xaxes(range=np.log10([left, right]))
-    if right < 10.0 * left:  # too narrow for whole powers of ten
-        values = np.outer(10.0 ** np.arange(np.floor(np.log10(left)), np.log10(right)), TICKS).ravel()
-        chart.update_xaxes(tickvals=values, ticktext=[f"{value:g}" for value in values])
-    chart.add_vline(found, line={"color": INK, "width": 1, "dash": "dot"})
-    return chart
+    lowest = min(low, y.min())
+    highest = max(high, y.max())
+    room = 0.08 * (highest - lowest)
+    return traces(
+        [
+            {
+                "name": "simulated",
+                "x": x.tolist(),
+                "y": y.tolist(),
+                "mode": "lines+markers",
+                "line": {"color": "@plot", "width": 1.3},
+                "hovertemplate": f"{label} %{{x:.4g}}<br>%{{y:.2f}} mm<extra></extra>",
+            }
+        ],
+        xaxis=log_axis(label, min(x.min(), found) / ROOM, max(x.max(), found) * ROOM),
+        yaxis=axis(f"{test.read} [mm]", range=[lowest - room, highest + room]),
+        shapes=[
+            band(low, high, "@reading"),
+            line("y", 1e3 * fit.measured, dash="solid", colour="@reading"),
+            line("x", found, colour="@ink"),
+        ],
+        annotations=[note(1, 1e3 * fit.measured, "measured", xref="paper", xanchor="right", yanchor="bottom")],
+    )
 
 
-def _friction_chart(calibration: Calibration, fit: Fit) -> go.Figure:
+def _speed_chart(fit: Fit, test: CalibrationTest) -> Plot:
     """Speed over the coefficient: zero where it sticks."""
-    chart = go.Figure(layout=_layout("μ", "speed at the end [mm/s]", "linear"))
+    dots = []
     for slides, name, symbol in ((True, "slides", "circle"), (False, "sticks", "square")):
         points = [sample for sample in fit.samples if (sample[1] > SLIDING) == slides]
-        chart.add_trace(
-            go.Scatter(
-                x=[point[0] for point in points],
-                y=[1e3 * point[1] for point in points],
-                mode="markers",
-                marker={"symbol": symbol, "size": 8, "color": drawing.CLOTH if slides else drawing.READ},
-                name=name,
-            )
+        dots.append(
+            {
+                "name": name,
+                "x": [float(point[0]) for point in points],
+                "y": [1e3 * float(point[1]) for point in points],
+                "mode": "markers",
+                "marker": {"symbol": symbol, "size": 8, "color": "@plot" if slides else "@reading"},
+                "hovertemplate": f"μ %{{x:.4g}}: {name}, %{{y:.2f}} mm/s<extra></extra>",
+            }
         )
-    chart.update_layout(showlegend=True)
-    chart.add_vline(calibration.textbook_friction, line={"color": INK, "dash": "dot"}, annotation_text="tan θ")
-    return chart
-
-
-def _layout(x: str, y: str, kind: str) -> go.Layout:
-    axis = {"gridcolor": GRID, "zerolinecolor": GRID, "linecolor": "#9aa5b1", "ticks": "outside"}
-    return go.Layout(
-        xaxis={"title": x, "type": kind, **axis},
-        yaxis={"title": y, **axis},
-        font={"family": "system-ui, sans-serif", "color": INK, "size": 12},
-        margin={"l": 60, "r": 16, "t": 16, "b": 46},
-        height=300,
-        plot_bgcolor="white",
-        paper_bgcolor="white",
-        showlegend=False,
-        legend={"orientation": "h", "y": 1.1},
+    textbook = test.textbook
+    assert textbook is not None, "a test that reads a speed knows the textbook's value"
+    return traces(
+        dots,
+        xaxis=axis(KNOWN[fit.parameter].label),
+        yaxis=axis("speed at the end [mm/s]"),
+        showlegend=True,
+        legend={"orientation": "h", "y": 1.14, "font": {"color": "@ink"}},
+        shapes=[line("x", textbook, colour="@ink")],
+        annotations=[note(textbook, 1, "tan θ", yref="paper", xanchor="left", yanchor="top", xshift=4)],
     )
 
 
-def _budget(calibration: Calibration) -> str:
-    """What part of each parameter's variance each reading brings, as bars."""
-    known = calibration.known
+def _budget(calibration: Calibration) -> list[tuple[str, str, str, list[float]]]:
+    """For each reading its name, its value, its uncertainty, and its part of each parameter's variance."""
+    known = [PLACE[name] for name in calibration.known]
     if not known:
-        return "<p>Nothing is known but bounds.</p>"
-    rows = [PARAMETERS.index(name) for name in known]
-    variance = np.diag(calibration.covariance)[rows]
-    head = "<th>reading</th><th class='n'>value</th><th class='n'>±</th>" + "".join(
-        f"<th>{SYMBOLS[name]}</th>" for name in known
-    )
-    lines = []
+        return []
+    variance = np.diag(calibration.covariance)[known]
+    rows = []
     for name, contribution in calibration.contributions.items():
-        shares = contribution[rows] ** 2 / np.where(variance > 0, variance, 1.0)
-        cells = "".join(
-            f"<td><span class='bar' style='width:{70 * share:.0f}px'></span> {100 * share:.0f} %</td>"
-            for share in shares
-        )
-        lines.append(f"<tr><td>{escape(NAMES[name])}</td>{_read(name, calibration.readings.get(name))}{cells}</tr>")
-    return f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(lines)}</tbody></table>"
+        shares = contribution[known] ** 2 / np.where(variance > 0, variance, 1.0)
+        rows.append((NAMES[name], *_read(name, calibration.readings.get(name)), shares.tolist()))
+    return rows
 
 
-def _read(name: str, reading: Reading | None) -> str:
-    """The cells of a reading and its uncertainty; of what was not read, empty ones."""
+def _read(name: str, reading: Reading | None) -> tuple[str, str]:
+    """A reading and its uncertainty as text; empty for what was not read."""
     if reading is None:
-        return "<td></td><td></td>"
+        return "", ""
     unit = "g" if name == "mass" else "mm"
-    return (
-        f"<td class='n'>{1e3 * reading.value:.4g} {unit}</td><td class='n'>{1e3 * reading.uncertainty:.2g} {unit}</td>"
-    )
+    return f"{1e3 * reading.value:.4g} {unit}", f"{1e3 * reading.uncertainty:.2g} {unit}"

@@ -13,18 +13,35 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
+from pydantic import model_validator
 
-from tatamu.garments.towel import staggered_rectangle
+from tatamu.calibration.drawing import pushed
+from tatamu.calibration.entry import Errors, TestEntry
+from tatamu.calibration.fit import Fit
+from tatamu.calibration.laboratory import Laboratory
+from tatamu.calibration.parameters import PLACE
+from tatamu.calibration.quantity import Distances, Lengths
+from tatamu.calibration.readings import Reading
+from tatamu.calibration.target import Target
+from tatamu.calibration.test import Changes, LaterTest, Readings, Specimen, millimetres
+from tatamu.garments import Garment
 from tatamu.material import GRAVITY, Material
+from tatamu.meshing import staggered_rectangle
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene, Table
+from tatamu.simulators import capabilities
+
+if TYPE_CHECKING:
+    from tatamu.calibration.result import Calibration
 
 CELL, COLUMNS = 0.02, 4
 """Edge length of the strip's mesh [m], and its width in cells."""
 ROWS = 12
-"""The strip has at least so many rows."""
+"""Least number of rows of the strip."""
 SPEED = 0.02
 """Mean speed of the ruler [m/s]; at 0.05 m/s the cloth quivers and is a fifth less shortened."""
 KNOTS = 41
@@ -32,8 +49,43 @@ REST = 0.5
 """From the end of the push to the reading [s]."""
 
 
+class PushReadings(TestEntry):
+    """How far the far edge of cloth on a table moves when a ruler pushes the near one."""
+
+    length: Lengths
+    """Of the cloth ahead of the ruler, in the direction of the push [m]."""
+    pushed: Lengths
+    """How far the ruler was pushed [m]."""
+    moved: Distances
+    """How far the far edge moved [m]; 0 where it stayed."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        length = float(np.mean(self.length))
+        pushed = float(np.mean(self.pushed))
+        for moved in self.moved:
+            if moved > pushed:
+                raise ValueError(
+                    f"moved ({moved:g} m) must be at most pushed ({pushed:g} m): the far edge does not go farther than "
+                    "the ruler; was the cloth pulled?"
+                )
+        if pushed > 0.3 * length:
+            raise ValueError(
+                f"pushed ({pushed:g} m) must be at most 0.3 of length ({length:g} m): cloth heaps up before the ruler"
+            )
+        return self
+
+    def readings(self, errors: Errors) -> dict[str, Reading]:
+        """See `TestEntry.readings`."""
+        return {
+            "push_length": Reading.of(self.length, errors.length),
+            "pushed": Reading.of(self.pushed, errors.length),
+            "moved": Reading.of(self.moved, errors.length),
+        }
+
+
 @dataclass(frozen=True)
-class Push:
+class Push(LaterTest):
     """The test of a cloth pushed along a table."""
 
     length: float
@@ -42,7 +94,49 @@ class Push:
     """s, how far the ruler was pushed [m]."""
     spacing: float | None = None
     """Edge length of the strip's mesh [m]; None: `CELL`, or less for a short cloth."""
-    name: str = "push"
+
+    name = "push"
+    title = "Push: compression c"
+    parameter = "compression"
+    entry = PushReadings
+    needs = ("elongation", "friction")
+    needs_because = "what resists a push depends on both"
+    read = "moved"
+    words = MappingProxyType(
+        {
+            "push_length": "the length of the cloth ahead of the ruler",
+            "pushed": "how far the ruler was pushed",
+            "moved": "how far the far edge moved",
+        }
+    )
+    instructions = """\
+Push it, if you like: cloth that hands push along the table wrinkles or slides.     [push] length, pushed, moved
+   Lay one layer flat on the surface of $friction. Press a ruler on its whole near edge and push it 5 cm towards the\
+ far one,
+   slowly. length: of the cloth ahead of the ruler before; pushed: how far the ruler went; moved: how far the far edge
+   did, 0 where it stayed.
+"""
+
+    @classmethod
+    def of(cls, entry: PushReadings, specimen: Specimen) -> Self:
+        """See `CalibrationTest.of`."""
+        return cls(float(np.mean(entry.length)), float(np.mean(entry.pushed)), specimen.spacing)
+
+    @classmethod
+    def template(cls, garment: Garment) -> str:
+        """See `CalibrationTest.template`."""
+        return """\
+# [push]                 # optional: cloth pushed along the table by a ruler on its near edge
+# length = []            # of the cloth ahead of the ruler
+# pushed = []            # how far the ruler went
+# moved = []             # how far the far edge did, 0 where it stayed
+"""
+
+    def unusable(self, simulator: str) -> str | None:
+        """See `CalibrationTest.unusable`."""
+        if capabilities(simulator).compression:
+            return None
+        return "knows no compression: its cloth resists it as it does tension"
 
     @cached_property
     def mesh(self) -> tuple[np.ndarray, np.ndarray]:
@@ -56,13 +150,13 @@ class Push:
         flat, faces = self.mesh
         u = np.linspace(0.0, 1.0, KNOTS)
         seconds = self.pushed / SPEED
-        way = np.outer(u * u * (3.0 - 2.0 * u), [self.pushed, 0.0, 0.0])
+        path = np.outer(u * u * (3.0 - 2.0 * u), [self.pushed, 0.0, 0.0])
         held = np.flatnonzero(flat[:, 0] < 1e-9).tolist()
         return Scene(
             cloth=Cloth(vertices=flat + np.array([0.0, 0.0, 0.5 * material.thickness]), faces=faces),
             material=material.model_copy(update={"air_drag": 0.0}),
             table=Table(),
-            grippers=[Gripper(vertices=held, times=(seconds * u).tolist(), displacements=way)],
+            grippers=[Gripper(vertices=held, times=(seconds * u).tolist(), displacements=path)],
             duration=seconds + REST,
             frame_rate=30.0,
         )
@@ -80,3 +174,62 @@ class Push:
         """Compression by the formula above."""
         weight = material.friction_table * material.areal_density * GRAVITY
         return weight * self.length**2 / (2.0 * material.stretch_stiffness * max(self.pushed - moved, 1e-4))
+
+    def target(self, readings: Readings, material: Material) -> Target:
+        """How far the far edge has to move."""
+        pushed = readings["pushed"]
+        moved = readings["moved"]
+        error = float(np.hypot(pushed.uncertainty, moved.uncertainty))
+        return Target(
+            test=self,
+            parameter=self.parameter,
+            measured=moved.value,
+            uncertainty=error,
+            bound="at most" if moved.value < error else "at least" if moved.value > pushed.value - error else None,
+            guess=lambda reading, _: self.guess(reading, material),
+            straight=lambda value: float(-np.log(max(pushed.value - value, 1e-5))),
+            rising=True,
+        )
+
+    def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
+        """Search the part of Y that resists compression.
+
+        Cloth that is known to resist at least as much as it did keeps that: a sheet that slides as a whole before a
+        ruler gives no reason to think that it wrinkles where nobody looked.
+        """
+        target = self.target(readings, material)
+        found = target.matched(laboratory, material, target.start(material.areal_density))
+        if target.bound_by(found) == "at least" and found.parameter < material.compression:
+            return material, target.fit(found, laboratory.reading(self, material), shared=True)
+        return material.model_copy(update={"compression": found.parameter}), target.fit(found, found.reading)
+
+    def propagate(self, changes: Changes, readings: Readings) -> None:
+        """See `LaterTest.propagate`; of c = mu rho g L^2 / 2 Y (s - p)."""
+        shorter = max(readings["pushed"].value - readings["moved"].value, readings["pushed"].uncertainty)
+        own = {"push_length": 2.0 / readings["push_length"].value, "pushed": -1.0 / shorter, "moved": 1.0 / shorter}
+        density, stretch, friction = (PLACE[name] for name in ("areal_density", "stretch_stiffness", "friction_table"))
+        for name, change in changes.items():
+            moved = change[density] - change[stretch] + change[friction]
+            if name in own:
+                moved += own[name] * readings[name].uncertainty
+            change[PLACE[self.parameter]] = moved
+
+    def advice(self, calibration: Calibration, fit: Fit) -> list[str]:
+        """See `CalibrationTest.advice`."""
+        compression = calibration.material.compression
+        error = millimetres(fit.uncertainty)
+        if fit.bound == "at most":
+            return [
+                f"push: the far edge stayed where it was to {error}: c is at most {compression:.2g}, and "
+                "folding asks for no more. A shorter cloth or a longer push would tell."
+            ]
+        if fit.bound == "at least":
+            return [
+                f"push: the cloth slid as a whole, to {error}: c is at least {fit.alone or compression:.2g}, and "
+                f"{compression:.2g} is taken. A longer cloth would tell."
+            ]
+        return []
+
+    def drawing(self, shape: np.ndarray | None) -> str:
+        """See `CalibrationTest.drawing`."""
+        return "" if shape is None else pushed(self, shape)

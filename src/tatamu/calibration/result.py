@@ -1,4 +1,4 @@
-"""What a calibration found, and the file it goes to."""
+"""The result of a calibration, and the file it goes to."""
 
 from __future__ import annotations
 
@@ -11,39 +11,12 @@ import numpy as np
 import tomli_w
 
 from tatamu import __version__
+from tatamu.calibration.fit import Fit
+from tatamu.calibration.parameters import PARAMETERS, PLACE
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.setup import Setup
 from tatamu.files import write_text
 from tatamu.material import Material
-
-PARAMETERS = ("areal_density", "stretch_stiffness", "bending_rigidity", "friction_table", "compression")
-"""Fields of a material that calibration finds, in the order of its matrices."""
-UNITS = dict(zip(PARAMETERS, ("kg/m²", "N/m", "N m", "-", "-"), strict=True))
-SYMBOLS = dict(zip(PARAMETERS, ("ρ", "Y", "B", "μ", "c"), strict=True))
-
-
-@dataclass(frozen=True)
-class Fit:
-    """How one test was matched."""
-
-    test: str
-    parameter: str
-    measured: float
-    """The reading: L1 - L2 [m], theta [rad], sag [m], height of the loop [m], how far the far edge moved [m]."""
-    uncertainty: float
-    """Its standard uncertainty."""
-    aim: float
-    """What was matched: the reading, or where it bounds the parameter, that moved by its uncertainty."""
-    simulated: float
-    """The same reading, simulated with the parameter found."""
-    unit: str
-    bound: str | None
-    """None where the test tells the parameter; else "at least" or "at most": all that it tells."""
-    samples: tuple[tuple[float, float], ...]
-    """Simulated (parameter, reading); of friction (parameter, speed)."""
-    alone: float | None = None
-    """What this test alone says of the parameter, where it did not decide alone: of several tests that tell it, or of a
-    bound that what was assumed keeps."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +28,7 @@ class Calibration:
     setup: Setup
     fits: tuple[Fit, ...]
     contributions: Mapping[str, np.ndarray]
-    """Reading to the part of each of `PARAMETERS` that one standard uncertainty of it moves, shape (5,)."""
+    """Reading to the change of each parameter's logarithm with one standard uncertainty of it, shape (5,)."""
     readings: Mapping[str, Reading]
     """By the name they have in the file."""
     assumed: tuple[str, ...]
@@ -68,11 +41,6 @@ class Calibration:
     """Largest motion of a reading over the last quarter of a scene [m]."""
 
     @property
-    def textbook_friction(self) -> float | None:
-        """tan(theta), None where friction was not measured."""
-        return self.setup.slope.textbook if self.setup.slope else None
-
-    @property
     def covariance(self) -> np.ndarray:
         """Of the logarithms of `PARAMETERS`, shape (5, 5)."""
         parts = np.array([np.zeros(len(PARAMETERS)), *self.contributions.values()])
@@ -80,7 +48,7 @@ class Calibration:
 
     def relative(self, parameter: str) -> float:
         """Standard uncertainty of a parameter over its value."""
-        place = PARAMETERS.index(parameter)
+        place = PLACE[parameter]
         return float(np.sqrt(self.covariance[place, place]))
 
     @property
@@ -89,7 +57,7 @@ class Calibration:
         return tuple(name for name in PARAMETERS if name not in self.assumed and self.bounding(name) is None)
 
     def bounding(self, parameter: str) -> Fit | None:
-        """The fit that bounds a parameter of which no test tells more; None where one does, or none was made."""
+        """The fit that bounds a parameter; None if a test tells its value, or if no test was made."""
         fits = [fit for fit in self.fits if fit.parameter == parameter]
         return fits[-1] if fits and all(fit.bound for fit in fits) else None
 
@@ -99,7 +67,7 @@ class Calibration:
 
     def correlation(self) -> np.ndarray:
         """Correlations of the known parameters, shape (k, k)."""
-        rows = [PARAMETERS.index(name) for name in self.known]
+        rows = [PLACE[name] for name in self.known]
         part = self.covariance[np.ix_(rows, rows)]
         scale = np.sqrt(np.diag(part))
         return np.asarray(part / np.outer(scale, scale))
@@ -109,7 +77,8 @@ class Calibration:
         return next((fit for fit in self.fits if fit.test == test), None)
 
     def to_toml(self) -> dict[str, Any]:
-        """What MATERIAL.toml holds; `[material]` is what simulators take."""
+        """The contents of MATERIAL.toml; simulators take its `[material]`."""
+        records = [item for test in self.setup.tests.values() for item in test.record().items()]
         return {
             "material": self.material.model_dump(),
             "uncertainty": {name: rounded(self.uncertainty(name)) for name in self.known},
@@ -138,7 +107,7 @@ class Calibration:
                 "passes": self.passes,
                 "simulations": self.simulations,
                 "unsettled": rounded(self.unsettled),
-                **({} if self.textbook_friction is None else {"tan_theta": rounded(self.textbook_friction, 6)}),
+                **{name: rounded(value, 6) for name, value in records},
             },
         }
 
@@ -151,5 +120,5 @@ class Calibration:
 
 
 def rounded(value: float, digits: int = 3) -> float:
-    """A number with so many figures."""
+    """A number with that many significant digits."""
     return float(f"{value:.{digits}g}")

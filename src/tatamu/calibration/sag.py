@@ -2,22 +2,40 @@
 
 The grip is level, parallel to the edge and as wide as the cloth in front of it, so that this cloth is a strip clamped
 at one end: its sag depends on bending over weight alone, and on nothing behind the grip. A mesh bends behind its last
-held row too, so that row stands half a cell behind the front of the grip (docs/validation.md, `clamp`).
+held row too, so that row stands half a cell behind the front of the grip (docs/reference/checks.md, `clamp`).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
+from pydantic import model_validator
+from scipy.special import logit
 
+from tatamu.calibration.drawing import sagging
+from tatamu.calibration.edges import longest_edge, named_edge
+from tatamu.calibration.entry import Errors, TestEntry
+from tatamu.calibration.fit import Fit
+from tatamu.calibration.loop import HEIGHT, LIFT
+from tatamu.calibration.quantity import Lengths
+from tatamu.calibration.readings import Reading
 from tatamu.calibration.settling import settling
-from tatamu.garments.towel import staggered_rectangle
+from tatamu.calibration.target import Target, textbook_spread
+from tatamu.calibration.test import POOR, ElasticTest, Readings, Specimen, millimetres
+from tatamu.errors import InputError
+from tatamu.garments import Garment
+from tatamu.heavy_strip.cantilever import tip
 from tatamu.material import GRAVITY, Material
+from tatamu.meshing import staggered_rectangle
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene
-from tatamu.validation.elastica import tip
+
+if TYPE_CHECKING:
+    from tatamu.calibration.result import Calibration
 
 CELLS = 12
 """Rows of the mesh in front of the grip."""
@@ -32,16 +50,101 @@ RELAXATIONS = 16.0
 GAMMAS = np.geomspace(1e-2, 1e3, 101)
 """Range of weight over bending, Gamma = rho g d^3 / B, in which a ruler could tell."""
 
+STIFFEST, LIMPEST = 0.02, 0.96
+"""A sag over free length outside these only says that the bending length is far longer, or far shorter."""
+SHORTEST_EDGE = 1.5
+"""The edge is at least this many free lengths long, or its ends would hang differently."""
+BEST = 1.8
+"""Free length over bending length at which the edge hangs down about half of it."""
+SHORTEST = 0.025
+"""Least free length that a ruler of 1 mm and two other rulers as a grip can do [m]."""
+STEP = 0.005
+"""Free lengths are proposed in steps of this [m]."""
+EDGE = {"towel": "bottom", "tshirt": "hem", "trousers": "waist"}
+"""Edges that sag; of any other garment its longest."""
+
+
+class SagReadings(TestEntry):
+    """How far the cloth in front of a straight grip hangs down (paper, section IV-C, Fig. 3)."""
+
+    edge: str
+    """Name of the edge beside which the cloth is held."""
+    free_length: Lengths
+    """From the front of the grip to the edge, along the cloth [m]."""
+    sag: Lengths
+    """From the grip vertically down to the lowest point, the edge [m]."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        free = float(np.mean(self.free_length))
+        for sag in self.sag:
+            if sag >= free:
+                raise ValueError(
+                    f"sag ({sag:g} m) must be less than free_length ({free:g} m): the edge cannot hang "
+                    "farther below the grip than there is cloth between them"
+                )
+        if free < 0.01:
+            raise ValueError(f"free_length must be at least 0.01 m, given {free:g} m: a ruler cannot tell")
+        return self
+
+    def readings(self, errors: Errors) -> dict[str, Reading]:
+        """See `TestEntry.readings`."""
+        return {
+            "free_length": Reading.of(self.free_length, errors.length),
+            "sag": Reading.of(self.sag, errors.length),
+        }
+
 
 @dataclass(frozen=True)
-class Sag:
+class Sag(ElasticTest):
     """The sag test: a strip of free length d in front of a level grip."""
 
     free_length: float
     """d: from the front of the grip to the edge [m]."""
     spacing: float | None = None
     """Edge length of the strip's mesh [m]; None: so that it has `CELLS` rows."""
-    name: str = "sag"
+
+    name = "sag"
+    title = "Sag: bending rigidity B"
+    parameter = "bending_rigidity"
+    entry = SagReadings
+    read = "sag"
+    words = MappingProxyType({"free_length": "the free length", "sag": "the sag"})
+    reads = MappingProxyType({"sag": 1.0})
+    size = "free_length"
+    instructions = """\
+Let it sag.                                                                            [sag] free_length, sag
+   Clamp one layer level between two rulers beside the named edge, parallel to it, so that free_length of cloth stands
+   out in front of them. Lift it into the air; sag: from the grip vertically down to the lowest point, the edge.
+   Good readings sag about half the free length: choose it so. Read free_length as carefully as the sag.
+"""
+
+    @classmethod
+    def of(cls, entry: SagReadings, specimen: Specimen) -> Self:
+        """See `CalibrationTest.of`."""
+        test = cls(float(np.mean(entry.free_length)), specimen.spacing)
+        garment = specimen.garment
+        path = garment.vertices[named_edge(garment, entry.edge), :2]
+        along = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
+        if along < SHORTEST_EDGE * test.free_length:
+            raise InputError(
+                f"sag: edge {entry.edge} is {along:.2f} m long; with a free length of {test.free_length:g} m its ends "
+                f"hang differently from its middle: choose a free length up to {along / SHORTEST_EDGE:.2f} m, or a "
+                "longer edge"
+            )
+        return test
+
+    @classmethod
+    def template(cls, garment: Garment) -> str:
+        """See `CalibrationTest.template`."""
+        edge = EDGE.get(garment.name) or longest_edge(garment)
+        free = max(SHORTEST, STEP * round(BEST * garment.material.bending_length / STEP))
+        return f"""\
+[sag]                    # paper, section IV-C
+edge = "{edge}"
+free_length = {free:g}      # from the front of the grip to the edge: set what you used
+sag = []                 # from the grip vertically down to the edge
+"""
 
     @cached_property
     def mesh(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -90,6 +193,74 @@ class Sag:
     def guess(self, sag: float, density: float) -> float:
         """Bending rigidity of an ideal strip of this sag, by the heavy elastica [N m]."""
         return density * GRAVITY * self.free_length**3 / gamma_of(sag / self.free_length)
+
+    def target(self, readings: Readings) -> Target:
+        """See `ElasticTest.target`."""
+        sag = readings["sag"]
+        length = readings["free_length"]
+        free = self.free_length
+        by_sag = textbook_spread(self.guess, sag)
+        by_length = textbook_spread(lambda free, density: Sag(free).guess(sag.value, density), length)
+        return Target(
+            test=self,
+            parameter=self.parameter,
+            measured=sag.value,
+            uncertainty=sag.uncertainty,
+            bound=sag_bound(sag, free),
+            guess=self.guess,
+            straight=lambda value: float(logit(np.clip(value / free, 1e-4, 1.0 - 1e-4))),
+            spread=float(np.hypot(by_sag, by_length)),
+        )
+
+    def advice(self, calibration: Calibration, fit: Fit) -> list[str]:
+        """See `CalibrationTest.advice`."""
+        material = calibration.material
+        length = material.bending_length
+        rigidity = 1e6 * material.bending_rigidity
+        free = calibration.readings["free_length"].value
+        share = f"{millimetres(fit.measured)} of a free length of {millimetres(free)}"
+        if fit.bound == "at most":
+            return [
+                f"sag: {share}: the cloth hangs straight down, which says only that B is at most {rigidity:.2g} µN m "
+                f"(bending length {100 * length:.1f} cm or less). " + _longer_or_loop(length, calibration)
+            ]
+        if fit.bound == "at least":
+            return [
+                f"sag: {share}: the cloth stands out level, which says only that B is at least {rigidity:.2g} µN m "
+                f"(bending length {100 * length:.1f} cm or more). "
+                f"Read it with a free length of {100 * BEST * length:.0f} cm or more."
+            ]
+        relative = calibration.relative("bending_rigidity")
+        if relative <= POOR:
+            return []
+        return [f"sag: {share} tells B to {100 * relative:.0f} % only. {_longer_or_loop(length, calibration)}"]
+
+    def drawing(self, shape: np.ndarray | None) -> str:
+        """See `CalibrationTest.drawing`."""
+        return "" if shape is None else sagging(self, shape)
+
+
+def _longer_or_loop(length: float, calibration: Calibration) -> str:
+    """Propose a free length that would tell, or the loop test where that is too short to be held."""
+    better = BEST * length
+    if better >= SHORTEST:
+        expected = 1e3 * better * tip(BEST**3)[1]
+        return f"Read it with a free length of about {100 * better:.1f} cm: the edge should then sag {expected:.0f} mm."
+    if "loop" in calibration.setup.tests:
+        return f"A free length that would tell ({100 * better:.1f} cm) is too short to hold."
+    height = HEIGHT * length + LIFT * calibration.material.thickness
+    return (
+        f"A free length that would tell ({100 * better:.1f} cm) is too short to hold. Fold it over itself on the table "
+        f"instead, without pressing, and read the height of the loop, here {1e3 * height:.0f} mm or less: table "
+        "[loop], height (`tatamu measure` says how)."
+    )
+
+
+def sag_bound(sag: Reading, free_length: float) -> str | None:
+    """Whether cloth hangs too straight down, or stands out too level, for its sag to tell bending."""
+    if sag.value + sag.uncertainty > LIMPEST * free_length:
+        return "at most"
+    return "at least" if sag.value - sag.uncertainty < STIFFEST * free_length else None
 
 
 def gamma_of(share: float) -> float:

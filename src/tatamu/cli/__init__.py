@@ -30,7 +30,7 @@ from tatamu.cli.app import app
 from tatamu.errors import InputError, TatamuError
 
 UNWRITABLE = (errno.ENOSPC, errno.EIO, errno.EPIPE)
-"""What goes wrong with standard output: it is full, broken, or nobody reads it."""
+"""Errors of standard output: it is full, broken, or nobody reads it."""
 INTERRUPTED = 130
 """The exit code of a program that was ended by Ctrl-C: 128 + SIGINT."""
 
@@ -52,9 +52,9 @@ def main() -> None:
     except KeyboardInterrupt:
         code = INTERRUPTED  # as typer says where it sees the exception first
     except OSError as error:
-        if error.errno not in UNWRITABLE:  # what is wrong with other files is said where they are opened
+        if error.errno not in UNWRITABLE:  # errors of other files are reported where they are opened
             raise
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is left of it is not tried again
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the rest of the output is dropped
         _stop(f"the output cannot be written ({error.strerror})", 1)
     except Exception as error:
         if not hasattr(error, "format_message"):

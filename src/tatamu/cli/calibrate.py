@@ -37,7 +37,7 @@ def calibrate(
     from tatamu.calibration import advice_on, load_measurements
     from tatamu.calibration import calibrate as run
     from tatamu.calibration.page import page, shown
-    from tatamu.calibration.result import PARAMETERS, SYMBOLS
+    from tatamu.calibration.parameters import PARAMETERS, SYMBOLS
     from tatamu.files import check_targets, write_text
 
     if spacing is not None and not 1e-3 <= spacing <= 0.1:
@@ -62,7 +62,7 @@ def calibrate(
 
 @contextmanager
 def progress() -> Iterator[Callable[[str], None]]:
-    """A callback that says which test is being simulated, and how many simulations there were."""
+    """A callback that prints which test is simulated, and the number of simulations so far."""
     from rich.console import Console
 
     console = Console(stderr=True)

@@ -1,4 +1,4 @@
-"""`tatamu check`: what another simulator says of a learned fold."""
+"""`tatamu check`: a learned fold in another simulator."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`tatamu garments`: which garments there are."""
+"""`tatamu garments`: a list of the garments with a name."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from tatamu.cli.app import app
 
 @app.command()
 def garments() -> None:
-    """List the garments that can be named, as they are unless told otherwise.
+    """List the garments that can be named, with their default size and fabric.
 
     A file is a garment, too: an outline (.svg, .dxf), a mesh (.obj, .ply, .stl, .glb), or a garment file (.toml) that
-    says more of one; see docs/garments.md. `tatamu show GARMENT` draws any of them.
+    says more of one; see docs/reference/garment-file.md. `tatamu show GARMENT` draws any of them.
 
     Example: `tatamu garments`
     """

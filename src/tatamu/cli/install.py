@@ -1,4 +1,4 @@
-"""`tatamu install`: what pip cannot install beside tatamu."""
+"""`tatamu install`: software that pip cannot install beside tatamu."""
 
 from __future__ import annotations
 

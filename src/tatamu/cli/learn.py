@@ -108,7 +108,7 @@ def learn(
 
 
 def _reach(robot: str | None) -> Reach | None:
-    """What the robot of that name can reach."""
+    """The reach constraint of the robot of that name."""
     if robot is None:
         return None
     from tatamu.folding.task import Reach

@@ -71,7 +71,7 @@ def _table(presets: list[Preset]) -> Table:
 
 
 def described(preset: Preset) -> str:
-    """All that is known of one preset, a field a line."""
+    """Everything known of one preset, one field per line."""
     lines = [f"{preset.name}: {preset.preset.title}. A preset: somebody else's cloth.", preset.preset.note]
     for name, unit in UNITS.items():
         low, high = preset.spread.get(name, (None, None))

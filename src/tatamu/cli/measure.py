@@ -1,4 +1,4 @@
-"""`tatamu measure`: what to do with a ruler, a scale and a board."""
+"""`tatamu measure`: instructions for measuring cloth with a ruler, a scale and a board."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ def measure(
 
     `tatamu measure --template tshirt --out my-shirt.toml`
     """
-    from tatamu.calibration.guide import INSTRUCTIONS
+    from tatamu.calibration.guide import instructions
     from tatamu.calibration.guide import template as text
     from tatamu.files import write_text
 
     if template is None:
-        print(INSTRUCTIONS, end="")
+        print(instructions(), end="")
         return
     content = text(template)
     if out.exists():

@@ -40,7 +40,7 @@ def outline(
 
     `tatamu outline shirt.jpg --sheet '80,90 700,84 706,520 76,524 0.297x0.210' --out shirt.svg`
 
-    Then `tatamu show shirt.svg`; a garment file beside it says which parts are open (docs/garments.md).
+    Then `tatamu show shirt.svg`; a garment file beside it says which parts are open (docs/reference/garment-file.md).
     """
     from tatamu.files import check_targets, replacing, write_text
     from tatamu.garments.photo import find_outline, outline_svg, straightened

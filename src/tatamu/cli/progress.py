@@ -1,4 +1,4 @@
-"""What a person sees while a study runs."""
+"""Progress of a study on the terminal."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
     from tatamu.learning import Progress
 
 EVERY = 10
-"""Without a terminal, every so many trials get a line."""
+"""Trials per printed line where there is no terminal."""
 
 
 @contextmanager
 def reporting(task: Task, trials: int) -> Iterator[Callable[[Progress], None]]:
-    """A callback that draws a progress bar, or prints a line now and then where there is no terminal."""
+    """A callback that draws a progress bar, or prints a line every few trials where there is no terminal."""
     console = Console()
     garment = task.fold.garment
     number, count = task.step

@@ -1,4 +1,4 @@
-"""`tatamu rehearse`: a robot plan in, what happens when the robot does it out."""
+"""`tatamu rehearse`: a robot plan in, its rehearsal in simulation out."""
 
 from __future__ import annotations
 

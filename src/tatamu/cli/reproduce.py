@@ -65,18 +65,18 @@ def reproduce(
     with Bar(*columns, console=console, transient=True) as bar:
         line = bar.add_task("", total=len(choices.garments) * seeds * trials)
 
-        def told(garment: str, seed: int, now: Progress) -> None:
+        def show_progress(garment: str, seed: int, now: Progress) -> None:
             before = trials * (seed * len(choices.garments) + choices.garments.index(garment))
             bar.update(line, description=f"{garment}, seed {seed}", completed=before + now.done)
             if not console.is_terminal and now.done in (0, trials):
                 console.print(f"{garment}, seed {seed}: {now.done}/{trials} trials")
 
-        studies = run(choices, out, told)
+        studies = run(choices, out, show_progress)
     print(f"page: {save(choices, studies, out)}")
 
 
 def _pairs(option: str, given: list[str] | None) -> dict[str, str]:
-    """GARMENT=VALUE, each."""
+    """Options of the form GARMENT=VALUE as a table."""
     pairs = [text.partition("=") for text in given or []]
     for name, sign, value in pairs:
         if not (name and sign and value):

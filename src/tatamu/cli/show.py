@@ -82,7 +82,7 @@ def _targets(out: Path | None, name: str) -> list[Path]:
 
 
 def _marks(garment: Garment, name: str) -> list[FoldMark]:
-    """Every fold of a plan; the places of later grasps are those on the flat garment."""
+    """Every fold of a plan as marks on the flat garment, later grasps too."""
     from tatamu.folding.fold import ideal_folds
     from tatamu.folding.plans import make_plan
     from tatamu.report.garment import FoldMark

@@ -1,4 +1,4 @@
-"""Two lengths in one word of the command line."""
+"""Sizes on the command line, such as 0.34x0.80."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ def parse_size(text: str, option: str = "size") -> tuple[float, float]:
     """Width and length [m] from "0.34x0.80".
 
     Raises:
-        InputError: It is no such word, or a side is not above zero; the message names the option.
+        InputError: The text is no size, or a side is not above zero; the message names the option.
     """
     try:
         width, length = (float(part) for part in text.lower().split("x"))

@@ -1,4 +1,4 @@
-"""`tatamu validate`: every check on a simulator; a table, a JSON file and a page."""
+"""`tatamu validate`: textbook checks of a simulator; a table, a JSON file and a page."""
 
 from __future__ import annotations
 

@@ -2,24 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 from rich.table import Table
 
-from tatamu.crosscheck.agreement import LEARNED, Agreement, Entry, Pair
+from tatamu.crosscheck.agreement import LEARNED, Agreement, Pair
 from tatamu.files import write_json, write_text
 from tatamu.folding.baselines import BASELINES
-from tatamu.report.chart import Figure, axis, layout
+from tatamu.presentation.chart import Chart, Plot, log_axis, traces
+from tatamu.presentation.page import render
 from tatamu.report.headline import title
-from tatamu.report.markup import table, text
-from tatamu.report.sheet import Sheet, card
-
-ABOUT_RANKS = (
-    "Spearman’s rank correlation over the manipulations, of the objective C and of the mean vertex distance alone; "
-    "then the distance between the final shapes, mean over vertices, as mean and median over the manipulations, and "
-    "of the learned one."
-)
 
 
 def save(agreement: Agreement, folder: Path) -> Path:
@@ -55,44 +47,40 @@ def terminal(agreement: Agreement) -> Table:
 
 def page(agreement: Agreement) -> str:
     """The whole page."""
-    count = len(agreement.manipulations)
-    lead = (
-        f"{count} manipulations of the same cloth in {text(', '.join(agreement.simulators))}: "
-        f"the learned one, {len(BASELINES)} fixed trajectories and {count - 1 - len(BASELINES)} random ones."
+    pairs = [Chart(f"{pair.first} and {pair.second}", _scatter(agreement, pair)) for pair in agreement.pairs]
+    return render(
+        "crosscheck/matrix.html",
+        charts={"pair": pairs},
+        title=title(agreement.learned.fold),
+        agreement=agreement,
+        fixed=len(BASELINES),
+        head=HEAD,
+        rows=[pair_cells(pair) for pair in agreement.pairs],
+        scores=[
+            (_spelled(name), [agreement.entries[name, simulator] for simulator in agreement.simulators])
+            for name in agreement.manipulations
+        ],
     )
-    verdict = "the learned fold holds in all" if agreement.holds else "the learned fold does not hold in all"
-    sheet = Sheet("simulators compared", title(agreement.learned.fold), lead, verdict, agreement.holds)
-    sheet.section("Agreement", ABOUT_RANKS, card("", _matrix(agreement)))
-    plots = [sheet.chart(f"{pair.first} and {pair.second}", _scatter(agreement, pair)) for pair in agreement.pairs]
-    about = "Mean vertex distance from the target in one simulator and in the other; on the line they say the same."
-    sheet.section("Each manipulation twice", about, card("multiples", plots))
-    about = "C, and in brackets the mean vertex distance from the target [mm]."
-    sheet.section("All scores", about, card("", _scores(agreement)))
-    return sheet.html()
 
 
-def _matrix(agreement: Agreement) -> str:
-    body = []
-    for pair in agreement.pairs:
-        first, *others = pair_cells(pair)
-        cells = "".join(f'<td class="number">{cell}</td>' for cell in others)
-        body.append(f'<tr><th scope="row">{text(first)}</th>{cells}</tr>')
-    return table(HEAD, body)
+def _spelled(name: str) -> str:
+    """A manipulation's name for readers."""
+    return BASELINES[name][0] if name in BASELINES else name
 
 
 def _millimetres(value: float | None) -> str:
     return "–" if value is None else f"{1e3 * value:.1f}"
 
 
-def _scatter(agreement: Agreement, pair: Pair) -> Figure:
+def _scatter(agreement: Agreement, pair: Pair) -> Plot:
     columns = zip(agreement.column(pair.first), agreement.column(pair.second), strict=True)
     both = [(a.manipulation, a.score, b.score) for a, b in columns if a.score and b.score]
     x = [1e3 * first.mean_vertex_distance for _, first, _ in both]
     y = [1e3 * second.mean_vertex_distance for _, _, second in both]
     ends = [0.8 * min([*x, *y], default=0.1), 1.25 * max([*x, *y], default=1.0)]
     names = [name for name, _, _ in both]
-    return {
-        "data": [
+    return traces(
+        [
             {"x": ends, "y": ends, "mode": "lines", "line": {"color": "@muted", "width": 1}, "hoverinfo": "skip"},
             {
                 "x": [round(value, 4) for value in x],
@@ -103,23 +91,6 @@ def _scatter(agreement: Agreement, pair: Pair) -> Figure:
                 "hovertemplate": "%{text}<br>%{x:.2f} mm, %{y:.2f} mm<extra></extra>",
             },
         ],
-        "layout": layout(xaxis=axis(f"{pair.first} [mm]", type="log"), yaxis=axis(f"{pair.second} [mm]", type="log")),
-    }
-
-
-def _scores(agreement: Agreement) -> str:
-    return table(["manipulation", *(text(name) for name in agreement.simulators)], _rows(agreement))
-
-
-def _rows(agreement: Agreement) -> Iterator[str]:
-    for name in agreement.manipulations:
-        told = BASELINES[name][0] if name in BASELINES else name
-        cells = "".join(_cell(agreement.entries[name, simulator]) for simulator in agreement.simulators)
-        yield f'<tr><th scope="row">{text(told)}</th>{cells}</tr>'
-
-
-def _cell(entry: Entry) -> str:
-    if entry.score is None:
-        return f"<td>failed: {text(entry.error or '')}</td>"
-    distance = 1e3 * entry.score.mean_vertex_distance
-    return f'<td class="number">{entry.objective:.3f} ({distance:.1f})</td>'
+        xaxis=log_axis(f"{pair.first} [mm]", *ends),
+        yaxis=log_axis(f"{pair.second} [mm]", *ends),
+    )

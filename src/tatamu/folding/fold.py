@@ -9,7 +9,7 @@ import numpy as np
 
 from tatamu.errors import InputError
 from tatamu.folding.grasps import candidates
-from tatamu.folding.ideal import Line, Stack, crease_of, ideal_fold, stack
+from tatamu.folding.ideal import FoldLine, Stack, crease_of, ideal_fold, stack
 from tatamu.folding.pinch import outermost
 from tatamu.folding.plan import Plan, Step
 from tatamu.folding.plans import make_plan
@@ -31,7 +31,7 @@ class Fold:
     """The cloth before the fold [m], shape (n, 3)."""
     line: np.ndarray
     """Two points of the fold line [m], shape (2, 2)."""
-    crease: Line
+    crease: FoldLine
     """The fold line and its moving side."""
     stacks: Stack
     """How high the cloth lies before the fold."""
@@ -57,12 +57,12 @@ class Fold:
 
     @cached_property
     def span(self) -> float:
-        """Horizontal way from grasp to release [m], mean of both hands, with the grasps nearest to the line."""
+        """Horizontal distance from grasp to release [m], mean of both hands, with the grasps nearest to the line."""
         nearest = [min(self.span_of(int(vertex)) for vertex in hand) for hand in (self.left, self.right)]
         return sum(nearest[: self.hands]) / self.hands
 
     def span_of(self, vertex: int) -> float:
-        """Horizontal way from a grasp to its release [m]."""
+        """Horizontal distance from a grasp to its release [m]."""
         return float(-2.0 * self.crease.split(self.start[[vertex]])[0][0])
 
     def translation(self, vertex: int) -> np.ndarray:

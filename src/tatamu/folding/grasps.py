@@ -5,19 +5,19 @@ from __future__ import annotations
 import numpy as np
 
 from tatamu.errors import InputError
-from tatamu.folding.ideal import Line
+from tatamu.folding.ideal import FoldLine
 from tatamu.folding.plan import AUTO, Step
 from tatamu.garments import Garment
 
 HAND_CLEARANCE = 0.06
 """Grasps of the two hands stay at least this far apart [m]; so hands never cross or touch."""
 NEAREST = 0.5
-"""A hand grasps no nearer to the line than this part of the way to the farthest vertex of its edge."""
+"""Least distance of a grasp from the line, as a part of that of the farthest vertex of its edge."""
 SAME_PLACE = 0.4
 """Vertices nearer to each other than this many cells are one place: a pinch there takes all layers."""
 
 
-def candidates(garment: Garment, state: np.ndarray, line: Line, step: Step, hands: int) -> tuple[np.ndarray, ...]:
+def candidates(garment: Garment, state: np.ndarray, line: FoldLine, step: Step, hands: int) -> tuple[np.ndarray, ...]:
     """Grasp candidates of the left and of the right hand, each of shape (M,); the same for both where one hand folds.
 
     Raises:
@@ -40,7 +40,7 @@ def candidates(garment: Garment, state: np.ndarray, line: Line, step: Step, hand
     return left[:count], right[:count]
 
 
-def _edge(garment: Garment, state: np.ndarray, line: Line, name: str) -> np.ndarray:
+def _edge(garment: Garment, state: np.ndarray, line: FoldLine, name: str) -> np.ndarray:
     """The vertices of a named edge that move, uppermost where several lie on each other."""
     if name == AUTO:
         return _farthest(garment, state, line)
@@ -52,7 +52,7 @@ def _edge(garment: Garment, state: np.ndarray, line: Line, name: str) -> np.ndar
     return moving
 
 
-def _farthest(garment: Garment, state: np.ndarray, line: Line) -> np.ndarray:
+def _farthest(garment: Garment, state: np.ndarray, line: FoldLine) -> np.ndarray:
     """The edge whose moving vertices are on average farthest from the line."""
     parts = {name: _moving(garment, state, line, name) for name in garment.edges}
     away = {name: -line.split(state[part])[0].mean() for name, part in parts.items() if len(part)}
@@ -61,7 +61,7 @@ def _farthest(garment: Garment, state: np.ndarray, line: Line) -> np.ndarray:
     return parts[max(away, key=lambda name: away[name])]
 
 
-def _moving(garment: Garment, state: np.ndarray, line: Line, name: str) -> np.ndarray:
+def _moving(garment: Garment, state: np.ndarray, line: FoldLine, name: str) -> np.ndarray:
     edge = np.unique(garment.edges[name])
     away = -line.split(state[edge])[0]
     if not (away > 0).any():
@@ -79,7 +79,7 @@ def _uppermost(state: np.ndarray, vertices: np.ndarray, apart: float) -> np.ndar
     return np.sort(np.array(kept))
 
 
-def _ordered(state: np.ndarray, line: Line, edge: np.ndarray, side: float) -> np.ndarray:
+def _ordered(state: np.ndarray, line: FoldLine, edge: np.ndarray, side: float) -> np.ndarray:
     """From the corner inwards: far from the line, and far to the hand's own side."""
     across, along = line.split(state[edge])
     return edge[np.argsort(across - side * along, kind="stable")]

@@ -16,22 +16,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tatamu.folding.crease import Crease, crease
 from tatamu.folding.layers import PIXEL, Surface
 from tatamu.garments import Garment
+from tatamu.heavy_strip.crease import Crease, crease
 
 STACKS = (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0)
 """Heights of stacks in thicknesses for which creases are computed; between them they are interpolated."""
 KEPT = 0.5
-"""What a pressed loop keeps of its height over the flat part of the stack; a loop under twice its weight and more."""
+"""Share of its height over the flat part of the stack that a pressed loop keeps, under twice its weight and more."""
 FADE = 3.5
-"""Beside the end of a crease its loop falls to nothing over so many bending lengths."""
+"""Distance over which a loop falls to nothing beside the end of its crease, in bending lengths."""
 SLOPE = 0.3
 """Steepest rise of the cloth over what lies below it [-]: it is then 4 % longer than flat."""
 
 
 @dataclass(frozen=True)
-class Line:
+class FoldLine:
     """A straight fold line on the table, and which side of it moves."""
 
     origin: np.ndarray
@@ -41,7 +41,7 @@ class Line:
 
     @property
     def along(self) -> np.ndarray:
-        """Unit vector along the line, to the left of `normal`: the left hand is farther this way."""
+        """Unit vector along the line, to the left of `normal`, on the side of the left hand."""
         return np.array([-self.normal[1], self.normal[0]])
 
     def split(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -68,21 +68,23 @@ class Stack:
     under: np.ndarray
     """Upper surface over the mirror image of each vertex [m], shape (n,); 0 on the bare table."""
     mean: np.ndarray
-    """H: half of what a place and its mirror image make together [m], shape (n,)."""
+    """H: half the height of the stack at a place and its mirror image together [m], shape (n,)."""
     creased: np.ndarray
     """1 where cloth crosses the line beside a vertex, 0 far from any that does, as between trouser legs, shape (n,)."""
 
 
-def stack(garment: Garment, state: np.ndarray, line: Line) -> Stack:
+def stack(garment: Garment, state: np.ndarray, line: FoldLine) -> Stack:
     """The stacks of a garment as it lies, `state` of shape (n, 3)."""
-    thickness, reach = garment.material.thickness, 0.5 * garment.spacing
+    thickness = garment.material.thickness
+    reach = 0.5 * garment.spacing
     top = Surface.of(state, garment.faces, thickness, reach).height(state[:, :2])
     middle = pressed(state[:, 2], float(np.median(top)))
     surface = Surface.of(np.column_stack([state[:, :2], middle]), garment.faces, thickness, reach)
 
     def together(points: np.ndarray) -> np.ndarray:
-        """What the moving side makes with what it is laid upon; 0 beside it."""
-        own, across = surface.height(points), line.split(points)[0]
+        """Height of the stack that the moving side forms with the cloth it is laid upon; 0 beside the moving side."""
+        own = surface.height(points)
+        across = line.split(points)[0]
         return np.where((own > 0) & (across < PIXEL), own + surface.height(line.mirrored(points)), 0.0)
 
     mirrored = line.mirrored(state[:, :2])
@@ -92,7 +94,7 @@ def stack(garment: Garment, state: np.ndarray, line: Line) -> Stack:
     return Stack(middle, surface.height(mirrored), 0.5 * both, creased)
 
 
-def _creased(surface: Surface, line: Line, state: np.ndarray, fade: float) -> np.ndarray:
+def _creased(surface: Surface, line: FoldLine, state: np.ndarray, fade: float) -> np.ndarray:
     """1 where cloth crosses the line at a vertex's place along it, falling to 0 over `fade` [m], shape (n,)."""
     along = line.split(state)[1]
     places = np.arange(along.min(), along.max() + PIXEL, PIXEL)
@@ -109,7 +111,7 @@ def pressed(z: np.ndarray, flat: float) -> np.ndarray:
     return np.where(z <= flat, z, flat + KEPT * (z - flat))
 
 
-def ideal_fold(garment: Garment, state: np.ndarray, line: Line, stacks: Stack) -> np.ndarray:
+def ideal_fold(garment: Garment, state: np.ndarray, line: FoldLine, stacks: Stack) -> np.ndarray:
     """The wanted shape after a fold [m], shape (n, 3), of a garment that lies as `state`, shape (n, 3)."""
     across, along = line.split(state)
     x, z = _bent(garment, stacks.mean, across, stacks.middle - 0.5 * stacks.mean)
@@ -133,7 +135,8 @@ def _bent(garment: Garment, height: np.ndarray, u: np.ndarray, d: np.ndarray) ->
     held = np.clip(height, grid[0], grid[-1])
     lower = np.clip(np.searchsorted(grid, held, side="right") - 1, 0, len(grid) - 2)
     share = (held - grid[lower]) / (grid[lower + 1] - grid[lower])
-    x, z = np.zeros(len(u)), np.zeros(len(u))
+    x = np.zeros(len(u))
+    z = np.zeros(len(u))
     for number, thickness in enumerate(grid):
         weight = np.where(lower == number, 1.0 - share, np.where(lower + 1 == number, share, 0.0))
         if weight.any():

@@ -8,10 +8,14 @@ import numpy as np
 from numba import njit
 from scipy.ndimage import maximum_filter
 
+from tatamu.zbuffer import z_buffer
+
 PIXEL = 0.001
 """Resolution of the map [m]."""
+SLACK = 1e-9
+"""Of pixels beside a triangle, in barycentric coordinates: the cloth has no gaps."""
 NANOMETRES = 9
-"""Heights are told to so many decimals of a metre, so that a flat layer is flat to the last bit."""
+"""Heights are rounded to this many decimals of a metre, so that a flat layer is flat to the last bit."""
 
 
 class Surface:
@@ -19,7 +23,8 @@ class Surface:
 
     def __init__(self, low: np.ndarray, heights: np.ndarray) -> None:
         """A map whose first pixel has its corner at `low` [m], shape (2,); heights [m], shape (columns, rows)."""
-        self._low, self._heights = low, heights
+        self._low = low
+        self._heights = heights
 
     @classmethod
     def of(cls, points: np.ndarray, faces: np.ndarray, thickness: float, reach: float) -> Surface:
@@ -34,7 +39,7 @@ class Surface:
         low = points[:, :2].min(axis=0) - reach - 2 * PIXEL
         size = np.ceil((points[:, :2].max(axis=0) + reach + 2 * PIXEL - low) / PIXEL).astype(int)
         corners = np.column_stack([(points[:, :2] - low) / PIXEL, points[:, 2]])
-        heights = _highest(np.ascontiguousarray(corners), faces, size[0], size[1])
+        heights = z_buffer(corners, faces, (size[0], size[1]), SLACK).heights
         beside = maximum_filter(heights, size=2 * round(reach / PIXEL) + 1)
         heights = np.where(np.isfinite(heights), heights, beside) + 0.5 * thickness
         return cls(low, np.where(np.isfinite(heights), heights.round(NANOMETRES), 0.0))
@@ -55,26 +60,6 @@ class Surface:
 
 
 @njit(cache=True)
-def _highest(points, faces, columns, rows):  # type: ignore[no-untyped-def]
-    """Largest z of all triangles over the centre of each pixel, -inf where there is none."""
-    heights = np.full((columns, rows), -np.inf)
-    for t in range(faces.shape[0]):
-        a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
-        ax, ay, bx, by, cx, cy = points[a, 0], points[a, 1], points[b, 0], points[b, 1], points[c, 0], points[c, 1]
-        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-        if abs(area) < 1e-9:
-            continue
-        for i in range(int(min(ax, bx, cx)), int(max(ax, bx, cx)) + 1):
-            for j in range(int(min(ay, by, cy)), int(max(ay, by, cy)) + 1):
-                v = ((i + 0.5 - ax) * (cy - ay) - (j + 0.5 - ay) * (cx - ax)) / area
-                w = ((bx - ax) * (j + 0.5 - ay) - (by - ay) * (i + 0.5 - ax)) / area
-                if v >= -1e-9 and w >= -1e-9 and v + w <= 1.0 + 1e-9:
-                    z = points[a, 2] + v * (points[b, 2] - points[a, 2]) + w * (points[c, 2] - points[a, 2])
-                    heights[i, j] = max(heights[i, j], z)
-    return heights
-
-
-@njit(cache=True)
 def _gentle(heights, fall):  # type: ignore[no-untyped-def]
     """Raise pixels until none is lower than a neighbour by more than `fall`: two sweeps, as in a distance transform."""
     columns, rows = heights.shape
@@ -86,6 +71,6 @@ def _gentle(heights, fall):  # type: ignore[no-untyped-def]
                 before = -1 if sweep == 0 else 1
                 for di, dj in ((before, -1), (before, 0), (before, 1), (0, before)):
                     if 0 <= i + di < columns and 0 <= j + dj < rows:
-                        way = 1.4142135623730951 if di != 0 and dj != 0 else 1.0
-                        heights[i, j] = max(heights[i, j], heights[i + di, j + dj] - way * fall)
+                        distance = 1.4142135623730951 if di != 0 and dj != 0 else 1.0
+                        heights[i, j] = max(heights[i, j], heights[i + di, j + dj] - distance * fall)
     return heights

@@ -181,7 +181,7 @@ def scene_of(fold: Fold, manipulation: Manipulation) -> Scene:
 
 
 def _held(fold: Fold, vertex: int) -> list[tuple[list[int], float]]:
-    """What a hand holds, in parts that its fingers press down equally far [m]; what stays as it lies is the first."""
+    """The vertices of a hand in parts that its fingers press down equally far [m]; the part that stays is the first."""
     patch = np.array(fold.patch(vertex))
     down = pressed(fold.start[patch], fold.garment.material.thickness, fold.garment.spacing)
     return [(patch[down == each].tolist(), float(each)) for each in np.unique(down)[::-1]]

@@ -1,4 +1,4 @@
-"""A pinch: what fingers hold of the cloth under their pads, and how they press its layers together as they close."""
+"""A pinch: the vertices that fingers hold under their pads, and how they press layers together as they close."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ BESIDE, FARTHER_OUT = 0.55, 0.1
 """Of two vertices of a layer that are less than the first part of a cell apart along the edge, only the outer one is
 held, if it is farther out by more than the second."""
 SAME_PLACE = 0.55
-"""What is nearer than this many cells from above lies over or under one another."""
+"""Vertices nearer than this many cells, seen from above, lie over or under one another."""
 APART = 1.05
 """Pressed layers are this many thicknesses apart."""
 NOTICEABLE = 1.0
-"""What is pressed down by less than this many thicknesses stays as it lies."""
+"""A vertex that would be pressed down by less than this many thicknesses stays as it lies."""
 
 
 def outermost(across: np.ndarray, along: np.ndarray, links: np.ndarray, spacing: float) -> np.ndarray:
     """Which vertices under a finger pad are held: of every layer its outermost row, about which the cloth turns.
 
     A second row, which only fine meshes have under a pad, would hold the slope of the cloth as well: hands do not turn,
-    so the flap would be laid down with its hem the wrong way up, and jump when they open.
+    so the flap would be laid down with its hem turned up, and jump when they open.
 
     Args:
         across: Where the vertices are across the fold line [m], the less the farther out, shape (k,).
@@ -41,7 +41,7 @@ def outermost(across: np.ndarray, along: np.ndarray, links: np.ndarray, spacing:
 
 
 def pressed(points: np.ndarray, thickness: float, spacing: float) -> np.ndarray:
-    """How far closing fingers move what is between them.
+    """How far closing fingers move the cloth between them.
 
     A vertex comes to lie as many thicknesses over the lowest as there are vertices under it. Layers that lie flat on
     each other stay where they are.

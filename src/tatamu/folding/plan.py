@@ -1,6 +1,6 @@
 """A fold plan: folds that follow one another, each a line, the side that moves, and the edges where hands may grasp.
 
-Own plans are TOML; docs/folds.md shows one.
+Own plans are TOML; docs/reference/fold-plan.md shows one.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from tatamu.errors import InputError
 from tatamu.files import read_toml, validated
-from tatamu.folding.ideal import Line
+from tatamu.folding.ideal import FoldLine
 from tatamu.garments import Garment
 from tatamu.records import Record
 
 AUTO = "auto"
 """The edge that lies farthest from the line."""
 SIDES = {"+x": (1.0, 0.0), "-x": (-1.0, 0.0), "+y": (0.0, 1.0), "-y": (0.0, -1.0)}
-"""Names of the moving side, and which way it lies of the line."""
+"""Names of the moving side, and the direction from the line to it."""
 
 Place = tuple[float, float]
 
@@ -67,18 +67,18 @@ class Plan(Record):
         scale = np.array([garment.size[1], garment.size[0]]) if self.unit == "fraction" else np.ones(2)
         return np.array(step.line) * scale
 
-    def line(self, step: Step, garment: Garment) -> Line:
+    def line(self, step: Step, garment: Garment) -> FoldLine:
         """The fold line of a step on the table."""
         return line_of(self.points(step, garment), step.moves)
 
 
-def line_of(points: np.ndarray, moves: str) -> Line:
-    """The line through two points [m], shape (2, 2), with the moving side that way."""
+def line_of(points: np.ndarray, moves: str) -> FoldLine:
+    """The line through two points [m], shape (2, 2), with the moving side in the direction `moves`."""
     direction = (points[1] - points[0]) / np.linalg.norm(points[1] - points[0])
     normal = np.array([direction[1], -direction[0]])
     normal = np.where(normal == 0.0, 0.0, normal)  # no negative zero
     normal = normal if normal @ SIDES[moves] < 0 else -normal
-    return Line(origin=(points[0] @ normal) * normal, normal=normal)
+    return FoldLine(origin=(points[0] @ normal) * normal, normal=normal)
 
 
 def load_plan(path: Path) -> Plan:

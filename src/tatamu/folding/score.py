@@ -1,9 +1,9 @@
 """How good a fold is: the paper's objective and the measures of the field, computed here and nowhere else.
 
-    C   = l_x + alpha D                               (10)
-    D   = sum_i w_i e_i                               (11)
-    e_i = |q_i - y_i|                                 (12)
-    w_i = max(e_i - (mu_e + 1.28 sigma_e), 0) + 1     (13)
+    C   = l_x + alpha D                               Eq. (10)
+    D   = sum_i w_i e_i                               Eq. (11)
+    e_i = |q_i - y_i|                                 Eq. (12)
+    w_i = max(e_i - (mu_e + 1.28 sigma_e), 0) + 1     Eq. (13)
 
 q_i are the vertices of the wanted shape S_t, y_i those of the outcome S_x, in metres.
 """
@@ -13,21 +13,21 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 
 import numpy as np
-from numba import njit
 
 from tatamu.folding.fold import Fold
+from tatamu.zbuffer import mask
 
 ALPHA = 0.01
 """alpha of Eq. (10), as in the paper."""
 TAIL = 1.28
-"""Errors beyond mu + 1.28 sigma count as unnecessary bending (Eq. 13)."""
+"""Errors beyond mu + 1.28 sigma count as unnecessary bending (Eq. (13))."""
 PIXEL = 0.001
 """Resolution of the top view [m]."""
 
 
 @dataclass(frozen=True)
 class Score:
-    """All measures of one fold; docs/learning.md names their sources."""
+    """All measures of one fold; docs/guide/learning.md names their sources."""
 
     objective: float
     """C of Eq. (10)."""
@@ -42,7 +42,7 @@ class Score:
     area_error: float
     """E_f = 100/r |A_f/A_i - r| [%]; r = 0.5 for a fold in half (Garcia-Camacho et al. 2020), else the target's."""
     slip: float
-    """Mean horizontal way of the part that should lie still [m]."""
+    """Mean horizontal displacement of the part that should lie still [m]."""
     residual_bend: float
     """Largest e_i beyond mu + 1.28 sigma [m] (the paper's Fig. 2)."""
 
@@ -91,22 +91,4 @@ def top_views(faces: np.ndarray, *shapes: np.ndarray) -> list[np.ndarray]:
     low = np.min([shape[:, :2].min(0) for shape in shapes], axis=0) - PIXEL
     high = np.max([shape[:, :2].max(0) for shape in shapes], axis=0) + PIXEL
     size = np.minimum(np.ceil((high - low) / PIXEL).astype(int), 8000)
-    return [_raster(np.ascontiguousarray((shape[:, :2] - low) / PIXEL), faces, size[0], size[1]) for shape in shapes]
-
-
-@njit(cache=True)
-def _raster(points, faces, columns, rows):  # type: ignore[no-untyped-def]
-    mask = np.zeros((columns, rows), dtype=np.bool_)
-    for t in range(faces.shape[0]):
-        ax, ay = points[faces[t, 0]]
-        bx, by = points[faces[t, 1]]
-        cx, cy = points[faces[t, 2]]
-        for i in range(max(int(min(ax, bx, cx)), 0), min(int(max(ax, bx, cx)) + 1, columns)):
-            for j in range(max(int(min(ay, by, cy)), 0), min(int(max(ay, by, cy)) + 1, rows)):
-                x, y = i + 0.5, j + 0.5
-                u = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
-                v = (cx - bx) * (y - by) - (cy - by) * (x - bx)
-                w = (ax - cx) * (y - cy) - (ay - cy) * (x - cx)
-                if (u >= 0 and v >= 0 and w >= 0) or (u <= 0 and v <= 0 and w <= 0):
-                    mask[i, j] = True
-    return mask
+    return [mask((shape[:, :2] - low) / PIXEL, faces, (size[0], size[1])) for shape in shapes]

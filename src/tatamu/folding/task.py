@@ -73,7 +73,7 @@ class Asked(OpenRecord):
 
 @dataclass(frozen=True)
 class Task:
-    """Fold this garment in this way, in this simulator."""
+    """One fold of one garment, in one simulator."""
 
     fold: Fold
     fold_name: str
@@ -85,7 +85,7 @@ class Task:
     reach: Reach | None = None
     """Manipulations beyond it fail without being simulated."""
     asked: Asked | None = None
-    """What the task was made from; None: made by hand."""
+    """The names and options that the task was made from; None: made by hand."""
 
     def manipulation(self, parameters: dict[str, float]) -> Manipulation:
         """The manipulation of x = (x1, z1, x2, z2, g1, g2), Eq. (9); continuous grasps are floored."""
@@ -129,7 +129,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Job:
-    """Fold this garment by this plan, in this simulator."""
+    """One garment folded by one plan, in one simulator."""
 
     garment: Garment
     plan: Plan
@@ -139,7 +139,7 @@ class Job:
     reach: Reach | None = None
     """The manipulations that the robot of the job can do; None: no robot is asked."""
     asked: Asked | None = None
-    """What the job was made from; None: made by hand."""
+    """The names and options that the job was made from; None: made by hand."""
 
     def task(self, number: int, state: np.ndarray | None = None) -> Task:
         """The task of a step, the first being 0, of the cloth as it lies [m], shape (n, 3); None: flat."""

@@ -21,7 +21,7 @@ DESCRIPTIONS = {
     "tshirt": "a child's, front and back",
     "trousers": "a child's, front and back",
 }
-"""What each of them is, in a few words."""
+"""Each of them in a few words."""
 
 __all__ = ["DESCRIPTIONS", "GARMENTS", "Garment", "load_garment", "make_garment", "towel", "trousers", "tshirt"]
 
@@ -35,7 +35,7 @@ def make_garment(
     """The garment of that name or file; what is not given is the garment's own default.
 
     Args:
-        name: A name of `GARMENTS`, or the path of a garment file, an outline or a mesh (docs/garments.md).
+        name: A name of `GARMENTS`, or the path of a garment file, an outline or a mesh (docs/guide/garments.md).
         size: Width (y) and length (x) [m].
         material: What it is made of.
         spacing: Edge length of its mesh [m].

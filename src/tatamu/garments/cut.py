@@ -10,7 +10,7 @@ import shapely
 from shapely.validation import explain_validity
 
 from tatamu.errors import InputError
-from tatamu.garments.drawing import Curve
+from tatamu.garments.drawing import DrawnCurve
 from tatamu.garments.frame import turned
 from tatamu.garments.outline import Outline
 from tatamu.garments.sides import named_sides, with_ends
@@ -24,7 +24,7 @@ Openings = Mapping[str, list[tuple[float, float]]] | Sequence[str]
 
 
 def cut(
-    curves: Sequence[Curve],
+    curves: Sequence[DrawnCurve],
     scale: float,
     up: str,
     openings: Openings | None,
@@ -35,7 +35,7 @@ def cut(
     Args:
         curves: All curves of the drawing.
         scale: Metres per unit of the drawing.
-        up: Which way of the drawing points away from the hem: y, -y, x or -x.
+        up: The direction of the drawing that points away from the hem: y, -y, x or -x.
         openings: Curves in the drawing's units by name; or names of the drawing's open curves that are openings;
             None: all of them.
         path: The file, for messages.

@@ -20,7 +20,7 @@ SAME = 1e-3
 
 
 @dataclass(frozen=True)
-class Curve:
+class DrawnCurve:
     """A polyline of a drawing: x to the right, y up [mm]."""
 
     name: str
@@ -30,7 +30,7 @@ class Curve:
     closed: bool
 
 
-def read_drawing(path: Path) -> list[Curve]:
+def read_drawing(path: Path) -> list[DrawnCurve]:
     """All curves of an SVG or DXF file, in millimetres.
 
     Raises:
@@ -45,17 +45,17 @@ def read_drawing(path: Path) -> list[Curve]:
     return curves
 
 
-def _curve(name: str, points: np.ndarray) -> Curve | None:
+def _curve(name: str, points: np.ndarray) -> DrawnCurve | None:
     """A curve without repeated points; None of fewer than two."""
     length = np.linalg.norm(np.diff(points, axis=0), axis=1)
     points = points[np.concatenate([[True], length > 1e-9])]
     if len(points) < 2:
         return None
     closed = len(points) > 3 and bool(np.linalg.norm(points[0] - points[-1]) < SAME * length.sum())
-    return Curve(name, points[:-1] if closed else points, closed)
+    return DrawnCurve(name, points[:-1] if closed else points, closed)
 
 
-def _svg(path: Path) -> list[Curve]:
+def _svg(path: Path) -> list[DrawnCurve]:
     """One SVG unit is a millimetre unless width and height say otherwise."""
     from xml.etree.ElementTree import ParseError
 
@@ -89,7 +89,7 @@ def _flattened(part: Any) -> np.ndarray:
     return np.array(points, dtype=float).reshape(-1, 2)
 
 
-def _dxf(path: Path) -> list[Curve]:
+def _dxf(path: Path) -> list[DrawnCurve]:
     """Units as the file says, millimetres if it does not; lines and arcs of one layer that meet are one curve."""
     from ezdxf.enums import InsertUnits
     from ezdxf.filemanagement import readfile

@@ -62,7 +62,8 @@ def meshed_anew(garment: Garment, spacing: float | None) -> Garment:
     Raises:
         InputError: Front and back differ, or the outline cannot be meshed.
     """
-    plan, up = garment.vertices[:, :2], _facing(garment.vertices[:, :2], garment.faces)[1]
+    plan = garment.vertices[:, :2]
+    up = _facing(garment.vertices[:, :2], garment.faces)[1]
     loop = {side: plan[path] for side, path in garment.edges.items()}
     holes = tuple(plan[np.append(hole, hole[0])] for hole in border_loops(garment.faces[up])[1:])
     outline = Outline(loop, holes=holes)

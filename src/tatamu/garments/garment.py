@@ -40,7 +40,7 @@ class Garment:
     own: bool = False
     """Whether it came from a file of the user's: it then knows no plans but those of any garment."""
     notes: tuple[str, ...] = ()
-    """What was done to a garment that came from a file, for its user to read."""
+    """Changes that were made to a garment from a file, for its user to read."""
 
     @property
     def layers(self) -> int:

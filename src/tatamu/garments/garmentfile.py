@@ -25,7 +25,7 @@ from tatamu.presets import load_preset
 
 OUTLINES = (".svg", ".dxf")
 SUFFIXES = (".toml", *OUTLINES, *FORMATS)
-"""What a file of a garment may be."""
+"""Kinds of garment files."""
 FABRIC = "jersey"
 """The preset that it is of unless it says otherwise."""
 Position = tuple[float, float]
@@ -33,7 +33,7 @@ Side = Annotated[float, Field(ge=SMALLEST_SIDE, le=LARGEST_SIDE)]
 
 
 class GarmentFile(BaseModel):
-    """The table `[garment]` of a garment file. See docs/garments.md."""
+    """The table `[garment]` of a garment file. See docs/reference/garment-file.md."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -60,7 +60,7 @@ class GarmentFile(BaseModel):
     weld: bool = False
     """Join vertices at one place."""
     remesh: bool = False
-    """Mesh a flat mesh anew within its outline."""
+    """Mesh a flat mesh again within its outline."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -132,7 +132,8 @@ def _from_mesh(given: GarmentFile, source: Path, material: Material) -> Garment:
     if given.spacing is not None and not given.remesh:
         raise InputError("spacing: a mesh has its own; give remesh = true for a new one")
     vertices, faces = read_mesh(source)
-    vertices, notes = vertices * (given.scale or 1.0), []
+    vertices = vertices * (given.scale or 1.0)
+    notes = []
     if given.weld or source.suffix.lower() == ".stl":
         before = len(vertices)
         vertices, faces = welded(vertices, faces)
@@ -178,7 +179,7 @@ def _check_unit(extent: np.ndarray, what: str, size: tuple[float, float] | None)
 
 
 def _coarseness(garment: Garment) -> list[str]:
-    """What to say of a mesh that is too coarse for its fabric."""
+    """Say that a mesh is too coarse for its fabric."""
     cells = garment.spacing / garment.material.bending_length
     if cells <= PASSABLE:
         return []

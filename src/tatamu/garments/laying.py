@@ -74,7 +74,8 @@ def _silhouette(lying: np.ndarray, faces: np.ndarray) -> np.ndarray:
     close = np.flatnonzero(shapely.distance(places, ring) < near)
     at = shapely.line_locate_point(ring, places[close])
     order = np.argsort(at)
-    close, at = close[order], at[order]
+    close = close[order]
+    at = at[order]
     cell = np.floor(at / (2.0 * near)).astype(int)
     highest = [members[np.argmax(lying[members, 2])] for k in np.unique(cell) if len(members := close[cell == k])]
     return np.array(highest)

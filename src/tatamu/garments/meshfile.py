@@ -31,7 +31,8 @@ def read_mesh(path: Path) -> tuple[np.ndarray, np.ndarray]:
         with path.open("rb"):
             pass
         loaded: Any = trimesh.load(path, force="mesh", process=False, maintain_order=True)
-        vertices, faces = np.array(loaded.vertices, dtype=float), np.array(loaded.faces, dtype=np.int64)
+        vertices = np.array(loaded.vertices, dtype=float)
+        faces = np.array(loaded.faces, dtype=np.int64)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
     except Exception as error:  # each of the readers raises its own kinds
@@ -73,8 +74,9 @@ def _places(vertices: np.ndarray) -> np.ndarray:
 
 
 def faults(vertices: np.ndarray, faces: np.ndarray) -> list[str]:
-    """What keeps a mesh from being a cloth, each in a few words; none if nothing does."""
-    topology, found = Topology(faces), []
+    """Reasons why a mesh is no cloth, each in a few words; none if it is one."""
+    topology = Topology(faces)
+    found = []
     flat = areas(vertices, faces) < SLIVER * longest_sides(vertices, faces) ** 2
     if flat.any():
         found.append(f"{flat.sum()} triangles without area, the first is {_first(flat)}")
@@ -110,7 +112,8 @@ def _turned(topology: Topology) -> int:
 
 
 def _pieces(faces: np.ndarray, count: int) -> int:
-    rows, columns = faces.ravel(), np.roll(faces, 1, axis=1).ravel()
+    rows = faces.ravel()
+    columns = np.roll(faces, 1, axis=1).ravel()
     return int(connected_components(csr_array((np.ones(len(rows)), (rows, columns)), shape=(count, count)))[0])
 
 

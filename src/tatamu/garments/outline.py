@@ -42,7 +42,8 @@ class Outline:
 
     def fitted(self, size: tuple[float, float] | None) -> Outline:
         """Scaled to width (y) and length (x) [m], and centred; None: only centred."""
-        low, high = self.points.min(axis=0), self.points.max(axis=0)
+        low = self.points.min(axis=0)
+        high = self.points.max(axis=0)
         scale = np.ones(2) if size is None else np.array(size[::-1]) / (high - low)
 
         def move(points: np.ndarray) -> np.ndarray:
@@ -65,7 +66,8 @@ def mirrored(half: list[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
         for name, side in reversed(half)
         if name.startswith("right_")
     }
-    first, last = half[0], half[-1]
+    first = half[0]
+    last = half[-1]
     sides: dict[str, np.ndarray] = {}
     for name, side in half:
         if name.startswith("right_"):
@@ -77,8 +79,8 @@ def mirrored(half: list[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
 
 def resampled(path: np.ndarray, spacing: float) -> np.ndarray:
     """Points about `spacing` apart along a polyline (k, 2), its ends and corners kept, shape (n, 2)."""
-    way = np.diff(path, axis=0)
-    turn = np.abs(np.angle(np.exp(1j * np.diff(np.arctan2(way[:, 1], way[:, 0])))))
+    steps = np.diff(path, axis=0)
+    turn = np.abs(np.angle(np.exp(1j * np.diff(np.arctan2(steps[:, 1], steps[:, 0])))))
     knots = [0, *(np.flatnonzero(turn > CORNER) + 1), len(path) - 1]
     pieces = [_even(path[a : b + 1], spacing) for a, b in pairwise(knots)]
     return np.concatenate([pieces[0][:1], *(piece[1:] for piece in pieces)])

@@ -1,7 +1,8 @@
 """The mesh of a flat panel: near-equilateral triangles, rows along y, points of their own along the outline.
 
-Inside lies the staggered lattice on which cloth bends best (docs/native.md), with a row on x = 0. Lattice points too
-near the outline are dropped, those next to it are moved to the middle of their neighbours, and Delaunay joins all.
+Inside lies the staggered lattice on which cloth bends best (docs/theory/bending.md), with a row on x = 0. Lattice
+points too near the outline are dropped, those next to it are moved to the middle of their neighbours, and Delaunay
+joins all.
 """
 
 from __future__ import annotations
@@ -12,14 +13,12 @@ from itertools import pairwise
 import numpy as np
 import shapely
 from scipy import sparse
-from scipy.spatial import Delaunay
 
 from tatamu.errors import InputError
 from tatamu.garments.outline import Outline, resampled
+from tatamu.meshing import ROW, SLIVER, delaunay, twice_areas
 from tatamu.topology import Topology, edge_lengths
 
-ROW = np.sqrt(0.75)
-"""Distance of the lattice's rows in spacings."""
 DROPPED = (0.56, 0.62, 0.68, 0.74)
 """Lattice points nearer to the outline than this are dropped [spacings]; each is tried, the best mesh kept."""
 NEAREST = 0.52
@@ -131,18 +130,10 @@ def _row_order(points: np.ndarray, spacing: float) -> np.ndarray:
 
 def _triangles(points: np.ndarray, region: shapely.Polygon) -> np.ndarray:
     """Counter-clockwise Delaunay triangles inside the region."""
-    faces = Delaunay(points).simplices.astype(np.int64)
-    twice = _twice(points, faces)
-    faces[twice < 0] = faces[twice < 0][:, ::-1]
+    faces = delaunay(points)
     longest = np.max([((points[faces[:, k]] - points[faces[:, k - 1]]) ** 2).sum(axis=1) for k in range(3)], axis=0)
-    solid = np.abs(twice) > 1e-3 * longest  # Delaunay also joins points along a straight side
+    solid = twice_areas(points, faces) > SLIVER * longest
     return faces[solid & shapely.contains_xy(region, *points[faces].mean(axis=1).T)]
-
-
-def _twice(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Twice the area of each triangle, negative if clockwise, shape (m,)."""
-    a, b, c = (points[faces[:, k]] for k in range(3))
-    return (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
 
 
 def _relaxed(
@@ -192,12 +183,13 @@ def without_chords(mesh: Panel, sewn: np.ndarray) -> Panel:
     In a corner the chord is flipped to join the corner with the inside; where that gives no better triangles, the
     chord gets a vertex in its middle.
     """
-    points, faces = mesh.points, mesh.faces.copy()
+    points = mesh.points
+    faces = mesh.faces.copy()
     while len(chords := _chords(faces, sewn)):
         a, b, c, d = chords[0]
         both = np.array([[c, a, d], [d, b, c]])
         faces = faces[~(np.isin(faces, [a, b]).sum(axis=1) == 2)]
-        sharp = angles(points, both).min() < SHARPEST or (_twice(points, both) <= 0).any()
+        sharp = angles(points, both).min() < SHARPEST or (twice_areas(points, both) <= 0).any()
         if sharp or np.isin([c, d], sewn).all():
             both = np.array([[a, len(points), c], [len(points), b, c], [b, len(points), d], [len(points), a, d]])
             points = np.vstack([points, 0.5 * (points[a] + points[b])])

@@ -94,7 +94,8 @@ def _difference(image: np.ndarray) -> np.ndarray:
     y, x = np.mgrid[-1 : 1 : height * 1j, -1 : 1 : width * 1j]
     terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=-1)
     frame = (np.abs(x) > 1 - 2 * FRAME) | (np.abs(y) > 1 - 2 * FRAME)
-    known, wanted = terms[frame], lab[frame]
+    known = terms[frame]
+    wanted = lab[frame]
     weight = np.ones(len(known))
     for _ in range(5):  # reweighted: a ruler or a shadow on the frame counts little
         root = np.sqrt(weight)[:, None]
@@ -170,9 +171,9 @@ def outline_svg(outline: np.ndarray) -> str:
     """An SVG file in millimetres of an outline [m], x to the right, y down, shape (k, 2)."""
     points = 1e3 * (outline - outline.min(axis=0))
     width, height = points.max(axis=0)
-    way = " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
+    corners = " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.1f}mm" height="{height:.1f}mm" '
         f'viewBox="0 0 {width:.1f} {height:.1f}">\n'
-        f'<polygon id="outline" points="{way}" fill="#dfe6f4" stroke="#2b3f74"/>\n</svg>\n'
+        f'<polygon id="outline" points="{corners}" fill="#dfe6f4" stroke="#2b3f74"/>\n</svg>\n'
     )

@@ -8,9 +8,9 @@ from tatamu.errors import InputError
 from tatamu.material import Material
 
 CELLS_PER_BENDING_LENGTH = 2.0
-"""Mesh spacing is half a bending length: folds are right up to 0.55 of it (docs/native.md)."""
+"""Mesh spacing is half a bending length: folds are right up to 0.55 of it (docs/theory/bending.md)."""
 PASSABLE = 0.65
-"""Folds are passable up to this many bending lengths of spacing (docs/native.md)."""
+"""Folds are passable up to this many bending lengths of spacing (docs/theory/bending.md)."""
 COARSEST, FINEST = 0.02, 0.004
 """Spacing chosen from the bending length stays within these [m]."""
 SMALLEST_SIDE, LARGEST_SIDE = 0.05, 5.0

@@ -62,7 +62,8 @@ def front_and_back(
     own = np.setdiff1d(front, np.flatnonzero(shared))
     upper = np.arange(len(mesh.points))  # number of each mesh vertex in the uppermost layer there
     upper[own] = len(mesh.points) + np.arange(len(own))
-    flat, t = np.concatenate([mesh.points, mesh.points[own]]), material.thickness
+    flat = np.concatenate([mesh.points, mesh.points[own]])
+    t = material.thickness
     height = np.concatenate([np.where(shared, t, 0.5 * t), np.full(len(own), 1.5 * t)])
     return Garment(
         name=name,

@@ -12,7 +12,7 @@ from tatamu.errors import InputError
 QUARTERS = ("bottom", "right", "top", "left")
 """Where a side faces: -x, -y, +x, +y."""
 SHORTEST = 0.03
-"""A side that nobody named is at least this part of the way around; shorter ones belong to a neighbour."""
+"""A side that nobody named is at least this part of the outline; shorter ones belong to a neighbour."""
 FARTHEST = 0.03
 """Ends of a named curve may be this part of the outline's larger extent away from it."""
 
@@ -34,17 +34,19 @@ def named_sides(loop: np.ndarray, named: Mapping[str, np.ndarray] | None = None)
         InputError: A named curve does not lie along the loop.
     """
     count = len(loop)
-    way = np.roll(loop, -1, axis=0) - loop
-    facing = np.round(np.arctan2(-way[:, 0], way[:, 1]) / (0.5 * np.pi)).astype(int) % 4  # outward: 0 is +x, 1 is +y
+    steps = np.roll(loop, -1, axis=0) - loop
+    outward = np.arctan2(-steps[:, 0], steps[:, 1])
+    facing = np.round(outward / (0.5 * np.pi)).astype(int) % 4  # 0 is +x, 1 is +y
     label = np.array(["top", "left", "bottom", "right"], dtype=object)[facing]
     for name, curve in (named or {}).items():
         label[_along(loop, name, np.asarray(curve, dtype=float))] = name
-    _absorb(label, np.linalg.norm(way, axis=1), set(named or {}))
+    _absorb(label, np.linalg.norm(steps, axis=1), set(named or {}))
     runs = _runs(label)
     extremes = {"bottom": loop[:, 0], "right": loop[:, 1], "top": -loop[:, 0], "left": -loop[:, 1]}
     sides: dict[str, np.ndarray] = {}
     for first, last in _main_first(runs, label, extremes):
-        name, number = str(label[first % count]), 1
+        name = str(label[first % count])
+        number = 1
         while (title := name if number == 1 else f"{name} {number}") in sides:
             number += 1
         sides[title] = np.arange(first, last + 1) % count
@@ -97,7 +99,7 @@ def _runs(label: np.ndarray) -> list[tuple[int, int]]:
 def _main_first(
     runs: list[tuple[int, int]], label: np.ndarray, extremes: Mapping[str, np.ndarray]
 ) -> list[tuple[int, int]]:
-    """Runs in order, but of those that face one way the outermost first."""
+    """Runs in order, but of those that face one direction the outermost first."""
 
     def rank(run: tuple[int, int]) -> float:
         reach = extremes.get(str(label[run[0] % len(label)]))

@@ -22,19 +22,19 @@ from tatamu.folding.task import Outcome, Task
 from tatamu.learning.outcomes import attributes_of, best_number, result_of, scored_baselines
 from tatamu.learning.samplers import SAMPLERS
 from tatamu.learning.space import Grasps, search_space
-from tatamu.learning.study import Identity, Study
+from tatamu.learning.study import Identity, OptunaStudy
 from tatamu.results import MOMENTS, ResultFolder, describe_manipulation, describe_task
 from tatamu.results.folder import LEARNED
 from tatamu.results.result import Parameters
 from tatamu.simulators import SIMULATORS, capabilities
 
 MOST_PARALLEL = 16
-"""More trials than this at a time know too little of one another."""
+"""Trials at a time at most: more would know too little of one another."""
 
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a study is; given to the caller after every trial."""
+    """Progress of a study; given to the caller after every trial."""
 
     done: int
     trials: int
@@ -92,7 +92,7 @@ def learn(
             first=[dict(parameters) for parameters in first],
         )
         lengths = partial(trajectory_lengths, task.fold)
-        study = Study(results.study_file, identity, search_space(task.fold, grasps), lengths)
+        study = OptunaStudy(results.study_file, identity, search_space(task.fold, grasps), lengths)
         done = len(study.trials)
         if trials < done:
             raise InputError(f"trials: {folder} has {done} trials already, given {trials}; give {done} or more")
@@ -150,7 +150,7 @@ def locked(folder: ResultFolder) -> Any:
 
 
 class _Proposal(NamedTuple):
-    """A trial that is on its way."""
+    """A trial that is running."""
 
     parameters: Parameters
     manipulation: Manipulation
@@ -159,14 +159,14 @@ class _Proposal(NamedTuple):
 class _Runner:
     """Trials of one study; the outcomes that the folder keeps are remembered, others are forgotten."""
 
-    def __init__(self, task: Task, study: Study) -> None:
+    def __init__(self, task: Task, study: OptunaStudy) -> None:
         self.task, self.study = task, study
         self._kept: dict[int, Outcome] = {}
         for trial in study.trials:  # a reach that learns from what it is asked knows what it would know without a pause
             task.out_of_reach(task.manipulation(trial.params))
 
     def run(self, trials: int, parallel: int) -> Iterator[None]:
-        """Run trials until there are so many; yields after each, in order."""
+        """Run trials until there are `trials` of them; yields after each, in order."""
         pending: deque[tuple[_Proposal, Future[tuple[Outcome, float]]]] = deque()
         begin = len(self.study.trials)
         with ThreadPoolExecutor(parallel) as pool:
@@ -182,7 +182,7 @@ class _Runner:
                 yield
 
     def _evaluate(self, manipulation: Manipulation) -> tuple[Outcome, float]:
-        """What came of a manipulation, and how long it took [s]."""
+        """The outcome of a manipulation, and how long it took [s]."""
         started = perf_counter()
         return self.task.evaluate(manipulation), perf_counter() - started
 
@@ -232,7 +232,7 @@ class _Runner:
         return write_report(folder.path)
 
     def _shown(self) -> dict[str, int]:
-        """Trials whose errors the folder keeps: best of the first 1, 10 and 50, if there are so many."""
+        """Trials whose errors the folder keeps: the best of those that `MOMENTS` names."""
         trials = self.study.trials
         counts = {name: count for name, (count, _) in MOMENTS.items() if count <= len(trials)}
         numbers = {name: best_number(trials, count) for name, count in counts.items()}

@@ -1,4 +1,4 @@
-"""What a study keeps of its trials, and the result that they make."""
+"""Records of a study: trials, baselines, and the result that they make."""
 
 from __future__ import annotations
 

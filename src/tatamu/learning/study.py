@@ -55,7 +55,7 @@ class Identity(OpenRecord):
     """Parameters of the first trials, where they shall not be the sampler's."""
 
 
-class Study:
+class OptunaStudy:
     """The finished trials of one task, and the sampler that proposes the next."""
 
     def __init__(

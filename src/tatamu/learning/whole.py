@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from tatamu import __version__
-from tatamu.files import read_json
 from tatamu.folding.score import Score, intersection_over_union, top_views, vertex_distances
 from tatamu.folding.task import Job
 from tatamu.results import FromFlat, PlanResult, ResultFolder, StepResult, describe_plan
@@ -32,8 +31,7 @@ def write_whole(job: Job, folder: ResultFolder, ideals: Sequence[np.ndarray]) ->
 
     steps = [folder.step(number) for number in range(len(ideals))]
     result = _result(job, steps, ideals)
-    files = (folder.result_file, folder.rollout_file, folder.report_file)
-    if all(file.exists() for file in files) and read_json(folder.result_file) == result.model_dump():
+    if folder.holds(result) and folder.rollout_file.exists() and folder.report_file.exists():
         return folder.report_file
     folder.result_file.unlink(missing_ok=True)  # written last: it says that the others are this plan's
     whole = joined([step.rollout for step in steps], ideals[-1])

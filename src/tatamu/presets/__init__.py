@@ -1,4 +1,4 @@
-"""Materials that others have measured: where to start from when nothing was measured at hand.
+"""Materials that others have measured, for cloth that was not measured.
 
 Each preset is a file NAME.toml in this folder:
 
@@ -26,18 +26,18 @@ Range = Annotated[tuple[float, float], Field(description="[low, high]")]
 
 
 class About(BaseModel):
-    """What a preset is."""
+    """Title and note of a preset."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     title: str
-    """What it is, in a few words."""
+    """The cloth, in a few words."""
     note: str = ""
-    """What to know before using it."""
+    """Caveats of its use."""
 
 
 class Preset(BaseModel):
-    """A material with where its figures come from."""
+    """A material with the sources of its figures."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -45,9 +45,9 @@ class Preset(BaseModel):
     preset: About
     material: Material
     spread: dict[str, Range] = Field(default_factory=dict)
-    """Range of a field in its source."""
+    """Range of each field in its source."""
     source: dict[str, str] = Field(default_factory=dict)
-    """Where a field's figure is from."""
+    """Source of each field's figure."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -62,7 +62,7 @@ class Preset(BaseModel):
 
 
 def load_preset(name: str) -> Preset:
-    """The preset of that name.
+    """Read the preset of that name.
 
     Raises:
         InputError: There is none of that name.

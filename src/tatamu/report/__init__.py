@@ -1,7 +1,8 @@
-"""The report of a learned fold, and of a whole plan: one page that opens offline, and a picture.
+"""The pages of a learned fold, of a whole plan and of a garment, and a picture of a fold.
 
-Imports point one way: `page` and `still` (a picture) call the figures, tables and the replay; those read a
-`fold`, which is made of `records`; pictures stand on `shading`, `raster` and `png`.
+Built on `presentation`, which knows no fold. Each page collects its data from the modules beside it: `headline`,
+`tables`, `verdict` (the measures and their thresholds), `topview`, `errormap`, `histogram`, `search`, `paths`,
+`replay`, `command`; those read a `fold`. `still` draws a picture without a browser.
 """
 
 from __future__ import annotations

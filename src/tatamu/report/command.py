@@ -6,13 +6,16 @@ import shlex
 
 from tatamu.folding.task import Asked
 from tatamu.results import LearnedFold
+from tatamu.results.folder import SCENE
 
 
 def learn(fold: LearnedFold) -> str:
     """The command that runs the same study, but for a material of the user's."""
-    task, result = fold.result.task, fold.result
-    told = Asked(garment=task.garment, fold=task.fold, size=task.size, spacing=task.spacing, hands=task.hands)
-    asked, folder = result.asked or told, fold.folder.resolve()
+    task = fold.result.task
+    result = fold.result
+    default = Asked(garment=task.garment, fold=task.fold, size=task.size, spacing=task.spacing, hands=task.hands)
+    asked = result.asked or default
+    folder = fold.folder.resolve()
     words = ["tatamu", "learn", asked.garment, "--out", folder.parent.name if task.step else folder.name]
     if asked.size:
         words += ["--size", "x".join(f"{side:g}" for side in asked.size)]
@@ -35,6 +38,6 @@ def learn(fold: LearnedFold) -> str:
 
 def simulate(fold: LearnedFold) -> str:
     """The command that simulates the best trial alone."""
-    scene = f"{fold.folder.resolve().name}/scene.json"
+    scene = f"{fold.folder.resolve().name}/{SCENE}"
     words = ["tatamu", "simulate", scene, "--out", "again.npz", "--simulator", fold.result.task.simulator]
     return shlex.join(words)

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.report.chart import Figure, axis, layout
-from tatamu.report.palette import SCALE
-from tatamu.report.raster import rasterise
+from tatamu.presentation.chart import Chart, Plot, axis, traces
+from tatamu.presentation.palette import SCALE
+from tatamu.presentation.raster import rasterise
 from tatamu.report.topview import Extent, extent
 from tatamu.results import LearnedFold
 
@@ -26,15 +26,15 @@ def largest(errors: np.ndarray) -> float:
     return float(next(end for end in rounds if end >= goal * (1 - 1e-9)))
 
 
-def maps(fold: LearnedFold) -> list[tuple[str, Figure]]:
-    """One map, or one of the upper and one of the lower layer, each with its name."""
+def maps(fold: LearnedFold) -> list[Chart]:
+    """One map, or one of the upper and one of the lower layer."""
     area = extent(fold.start, margin=0.012)
     upper, lower = (_seen(fold, area, sign) for sign in (1.0, -1.0))
     both = (upper[0] >= 0) & (lower[0] >= 0)
     apart = float((upper[0] != lower[0])[both].mean()) > HIDDEN
     layers = [("Upper layer", upper[1]), ("Lower layer, seen through the upper", lower[1])]
     chosen = layers if apart else [("The flat cloth", upper[1])]
-    return [(name, _figure(fold, area, values)) for name, values in chosen]
+    return [Chart(name, _plot(fold, area, values)) for name, values in chosen]
 
 
 def _seen(fold: LearnedFold, area: Extent, sign: float) -> tuple[np.ndarray, np.ndarray]:
@@ -47,7 +47,7 @@ def _seen(fold: LearnedFold, area: Extent, sign: float) -> tuple[np.ndarray, np.
     return visible.face, values
 
 
-def _figure(fold: LearnedFold, area: Extent, values: np.ndarray) -> Figure:
+def _plot(fold: LearnedFold, area: Extent, values: np.ndarray) -> Plot:
     height, width = values.shape
     step = 1e3 * area.size / [width, height]
     heat = {
@@ -69,14 +69,12 @@ def _figure(fold: LearnedFold, area: Extent, values: np.ndarray) -> Figure:
         "hoverongaps": False,
         "hovertemplate": "x %{x:.0f} mm, y %{y:.0f} mm<br>e<sub>i</sub> = %{z:.2f} mm<extra></extra>",
     }
-    return {
-        "data": [heat, *_grasps(fold)],
-        "layout": layout(
-            xaxis=axis("x [mm]", showgrid=False, constrain="domain"),
-            yaxis=axis("y [mm]", showgrid=False, scaleanchor="x", scaleratio=1, constrain="domain"),
-            shapes=_crease(fold),
-        ),
-    }
+    return traces(
+        [heat, *_grasps(fold)],
+        xaxis=axis("x [mm]", showgrid=False, constrain="domain"),
+        yaxis=axis("y [mm]", showgrid=False, scaleanchor="x", scaleratio=1, constrain="domain"),
+        shapes=_crease(fold),
+    )
 
 
 def _plain(values: np.ndarray) -> list[list[float | None]]:

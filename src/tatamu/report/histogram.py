@@ -4,24 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 
-from tatamu.report.chart import Figure, axis, layout, line, note
+from tatamu.presentation.chart import Chart, Plot, axis, line, note, traces
 
 BINS = 40
 
 
-def along(moments: list[tuple[str, np.ndarray]]) -> list[tuple[str, str, Figure]]:
-    """Small multiples with one error axis: a title, a caption and a figure for each moment.
+def along(moments: list[tuple[str, np.ndarray]]) -> list[Chart]:
+    """Small multiples with one error axis, one for each moment.
 
     Args:
         moments: Title and e_i [m], shape (n,), in the order of the search.
     """
     end = max(float(errors.max()) for _, errors in moments)
     width = bin_width(end)
-    return [(title, _words(errors), histogram(errors, width, end)) for title, errors in moments]
+    return [Chart(title, histogram(errors, width, end), _words(errors), "moment") for title, errors in moments]
 
 
-def histogram(errors: np.ndarray, width: float, end: float | None = None) -> Figure:
-    """How many vertices have which e_i.
+def histogram(errors: np.ndarray, width: float, end: float | None = None) -> Plot:
+    """Count vertices by their e_i.
 
     Args:
         errors: e_i [m], shape (n,).
@@ -31,7 +31,8 @@ def histogram(errors: np.ndarray, width: float, end: float | None = None) -> Fig
     last = int(np.floor(max(float(errors.max()), end or 0.0) / width)) + 1
     counts = np.bincount((errors / width).astype(int), minlength=last)
     middles = (np.arange(len(counts)) + 0.5) * width * 1e3
-    mean, beyond = 1e3 * errors.mean(), 1e3 * (errors.mean() + 1.28 * errors.std())
+    mean = 1e3 * errors.mean()
+    beyond = 1e3 * (errors.mean() + 1.28 * errors.std())
     bars = {
         "type": "bar",
         "x": middles.round(4).tolist(),
@@ -49,17 +50,15 @@ def histogram(errors: np.ndarray, width: float, end: float | None = None) -> Fig
         note(mean, 1, "μ", yref="paper", yanchor="bottom", xanchor="right"),
         note(beyond, 1, "μ+1.28σ", yref="paper", yanchor="bottom", xanchor="left"),
     ]
-    return {
-        "data": [bars],
-        "layout": layout(
-            bargap=0,
-            margin={"l": 52, "r": 14, "t": 26, "b": 44},
-            xaxis=axis("error e<sub>i</sub> [mm]", range=[0, last * width * 1e3], showgrid=False),
-            yaxis=axis("vertices", range=[0, top]),
-            shapes=marks,
-            annotations=words,
-        ),
-    }
+    return traces(
+        [bars],
+        bargap=0,
+        margin={"l": 52, "r": 14, "t": 26, "b": 44},
+        xaxis=axis("error e<sub>i</sub> [mm]", range=[0, last * width * 1e3], showgrid=False),
+        yaxis=axis("vertices", range=[0, top]),
+        shapes=marks,
+        annotations=words,
+    )
 
 
 def bin_width(largest: float) -> float:

@@ -1,35 +1,17 @@
-"""Put the page together: one HTML file with its style, its scripts and its data inside."""
+"""The page of a learned fold."""
 
 from __future__ import annotations
 
-from importlib.resources import files
 from pathlib import Path
-from typing import Any
 
 from tatamu import __version__
 from tatamu.files import write_text
-from tatamu.report import command, errormap, headline, histogram, search, tables, topview, ways
-from tatamu.report.chart import Figure
-from tatamu.report.markup import filled, inline, text
-from tatamu.report.packing import packed
-from tatamu.report.palette import css
+from tatamu.presentation.chart import Chart
+from tatamu.presentation.page import Charts, render
+from tatamu.report import command, errormap, headline, histogram, paths, search, tables, topview
 from tatamu.report.replay import replay
-from tatamu.results import LearnedFold, read_fold
-
-SCRIPTS = (
-    "packing",
-    "matrix",
-    "motion",
-    "shapes",
-    "shaders",
-    "stage",
-    "camera",
-    "viewer",
-    "player",
-    "charts",
-    "main",
-)
-"""In the order in which they need one another."""
+from tatamu.report.verdict import MEASURES, SUCCESS
+from tatamu.results import LearnedFold, ResultFolder, read_fold
 
 
 def write_report(folder: Path) -> Path:
@@ -38,91 +20,47 @@ def write_report(folder: Path) -> Path:
     Raises:
         InputError: A file is missing, broken, of another version or does not fit the others.
     """
-    out = Path(folder) / "report.html"
+    out = ResultFolder(Path(folder)).report_file
     write_text(out, page(read_fold(Path(folder))))
     return out
 
 
 def page(fold: LearnedFold) -> str:
     """The whole page; the same fold gives the same bytes."""
-    from plotly.offline import get_plotlyjs
-
-    charts: dict[str, Figure] = {}
-    parts = {**_head(fold), **_body(fold, charts), **_tables(fold)}
-    data = {
-        **frame(headline.events(fold)),
-        "plotly": packed(get_plotlyjs().encode()),
-        "chart_data": inline(charts),
-        "replay_data": inline(replay(fold, errormap.largest(fold.errors))),
-    }
-    return filled(resource("template.html"), {**parts, **data})
-
-
-def frame(events: str, robot: bool = False) -> dict[str, str]:
-    """What every page has: its style, its scripts, the card of the replay with marks under the slider (HTML)."""
-    switch = '<label><input type="checkbox" data-show="robot" checked> robot</label>' if robot else ""
-    return {
-        "style": resource("style.css"),
-        "palette": css(),
-        "scripts": "\n".join(resource(f"{name}.js") for name in SCRIPTS),
-        "replay": filled(resource("replay.html"), {"events": events, "robot": switch}),
-    }
-
-
-def resource(name: str) -> str:
-    """A file of the page's."""
-    return files("tatamu.report").joinpath(name).read_text(encoding="utf-8")
+    return render(
+        "report/page.html",
+        charts=_charts(fold),
+        replay=replay(fold, errormap.largest(fold.errors)),
+        version=fold.result.tatamu or __version__,
+        title=headline.title(fold),
+        verdict=headline.word(fold),
+        result=fold.result,
+        best=fold.result.best_trial,
+        success=SUCCESS,
+        gauge=headline.gauge(fold),
+        events=headline.events(fold),
+        tiles=headline.tiles(),
+        views=topview.beside(fold, fold.target),
+        columns=tables.measures(fold),
+        measures=MEASURES,
+        control_points=tables.control_points(fold),
+        parameters=tables.parameters(fold),
+        timing=tables.timing(fold),
+        material=tables.material(fold),
+        task=tables.task(fold),
+        warnings=tables.warnings(fold),
+        learn_command=command.learn(fold),
+        simulate_command=command.simulate(fold),
+    )
 
 
-def _head(fold: LearnedFold) -> dict[str, str]:
-    verdict = headline.word(fold)
-    return {
-        "title": text(headline.title(fold)),
-        "verdict": verdict,
-        "verdict_class": verdict.replace(" ", "-"),
-        "sentence": headline.sentence(fold),
-        "gauge": headline.gauge(fold),
-        "tiles": headline.tiles(fold),
-        "learn_command": text(command.learn(fold)),
-        "simulate_command": text(command.simulate(fold)),
-        "version": text(fold.result.tatamu or __version__),
-    }
-
-
-def _body(fold: LearnedFold, charts: dict[str, Figure]) -> dict[str, str]:
-    """The figures' places; what fills them is added to `charts`."""
-    moments = histogram.along(fold.moments)
-    maps = [(name, "", figure) for name, figure in errormap.maps(fold)]
+def _charts(fold: LearnedFold) -> Charts:
     own = histogram.histogram(fold.errors, histogram.bin_width(float(fold.errors.max())))
     return {
-        "topviews": topview.figures(fold),
-        "maps": _multiples(charts, "map", maps),
-        "map_count": str(len(maps)),
-        "own": _multiples(charts, "own", [("Errors at their own scale", "", own)]),
-        "histograms": _multiples(charts, "moment", moments),
-        "objective": _multiples(charts, "objective", [("Best so far", "", search.objective(fold.result))]),
-        "distance": _multiples(charts, "distance", [("Each trial’s error", "", search.distance(fold.result))]),
-        "ways": _multiples(charts, "ways", [("Hands in the plane of the fold", "", ways.figure(fold))]),
-    }
-
-
-def _multiples(charts: dict[str, Figure], name: str, figures: list[tuple[str, str, Any]]) -> str:
-    places = []
-    for number, (title, caption, figure) in enumerate(figures):
-        key = f"{name}-{number}"
-        charts[key] = figure
-        says = f"<b>{text(title)}</b> {text(caption)}"
-        places.append(f'<figure><figcaption>{says}</figcaption><div class="chart {name}" id="{key}"></div></figure>')
-    return "".join(places)
-
-
-def _tables(fold: LearnedFold) -> dict[str, str]:
-    return {
-        "measures": tables.measures(fold),
-        "parameters": tables.parameters(fold),
-        "control_points": tables.control_points(fold),
-        "timing": tables.timing(fold),
-        "material": tables.material(fold),
-        "task": tables.task(fold),
-        "warnings": tables.warnings(fold),
+        "map": errormap.maps(fold),
+        "own": [Chart("Errors at their own scale", own)],
+        "moment": histogram.along(fold.moments),
+        "objective": [Chart("Best so far", search.objective(fold.result))],
+        "distance": [Chart("Each trial’s error", search.distance(fold.result))],
+        "paths": [Chart("Hands in the plane of the fold", paths.plot(fold), kind="tall")],
     }

@@ -2,36 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-from tatamu import __version__
 from tatamu.files import write_text
+from tatamu.presentation.page import render
+from tatamu.presentation.replay import HAND_COLOURS, HandTrack, replay_data
 from tatamu.report import command, topview
 from tatamu.report.errormap import largest
 from tatamu.report.headline import spelled
-from tatamu.report.markup import filled, inline, table, text
-from tatamu.report.page import frame, resource
-from tatamu.report.replay import COLOURS, Hand, hands, replay_of
+from tatamu.report.replay import hands
 from tatamu.report.verdict import grade
-from tatamu.results import LearnedFold, PlanResult, StepResult, read_fold
+from tatamu.results import LearnedFold, PlanResult, ResultFolder, read_fold
 from tatamu.rollout import Rollout
 
 LIFT = 0.10
-"""How far the hands rise on their way to the next grasp, in the replay [m]."""
-COLUMNS: tuple[tuple[str, Callable[[StepResult], str]], ...] = (
-    ("mean distance [mm]", lambda step: f"{1e3 * step.mean_vertex_distance:.1f}"),
-    ("mask IoU", lambda step: f"{step.mask_iou:.3f}"),
-    ("E<sub>f</sub> [%]", lambda step: f"{step.area_error:.2f}"),
-    ("slip [mm]", lambda step: f"{1e3 * step.slip:.1f}"),
-    ("residual bend [mm]", lambda step: f"{1e3 * step.residual_bend:.1f}"),
-    ("crossings, end (most)", lambda step: f"{step.crossings.final} ({step.crossings.most})"),
-    ("trials", lambda step: str(step.trials)),
-    ("from flat: mean distance [mm]", lambda step: f"{1e3 * step.whole.mean_vertex_distance:.1f}"),
-    ("from flat: mask IoU", lambda step: f"{step.whole.mask_iou:.3f}"),
-)
+"""Height by which hands rise between a release and the next grasp, in the replay [m]."""
 
 
 def write_plan_report(folder: Path, result: PlanResult) -> Path:
@@ -41,80 +28,44 @@ def write_plan_report(folder: Path, result: PlanResult) -> Path:
         InputError: A step's folder does not hold a learned fold.
     """
     folds = [read_fold(folder / step.folder) for step in result.steps]
-    rollout = Rollout.load(folder / "rollout.npz")
-    write_text(folder / "report.html", page(folder, result, folds, rollout))
-    return folder / "report.html"
+    results = ResultFolder(folder)
+    write_text(results.report_file, page(folder, result, folds, results.rollout))
+    return results.report_file
 
 
 def page(folder: Path, result: PlanResult, folds: list[LearnedFold], rollout: Rollout) -> str:
     """The whole page; the same plan gives the same bytes."""
-    target, final = rollout.extra["target"], result.final
-    verdict = grade(final.mean_vertex_distance)
-    scale = largest(np.linalg.norm(rollout.positions[-1] - target, axis=1))
-    plan = result.plan
-    parts = {
-        **frame(_events(result, rollout)),
-        "title": text(f"{spelled(plan.garment)}, {plan.fold} in {len(folds)} folds"),
-        "verdict": verdict,
-        "verdict_class": verdict.replace(" ", "-"),
-        "sentence": _sentence(result),
-        "steps": _steps(result),
-        "figures": "".join(_figures(step, fold) for step, fold in zip(result.steps, folds, strict=True))
-        + _section("From the flat garment", "The ideal of all folds of the flat garment.", folds[-1], target),
-        "learn_command": text(command.learn(folds[0])),
-        "version": text(__version__),
-        "replay_data": inline(replay_of(rollout, folds[0].scene, _hands(folds, rollout), scale)),
-    }
-    return filled(resource("plan.html"), parts)
-
-
-def _sentence(result: PlanResult) -> str:
+    target = rollout.extra["target"]
     final = result.final
-    trials = sum(step.trials for step in result.steps)
-    return (
-        f"After all folds the garment lies <strong>{1e3 * final.mean_vertex_distance:.1f}&nbsp;mm</strong> on "
-        f"average from where ideal folds of the flat garment would have laid it; seen from above the two overlap by "
-        f"<strong>{final.mask_iou:.3f}</strong> (IoU). Found in {trials} trials and {result.wall_seconds:.0f} s."
+    plan = result.plan
+    scale = largest(np.linalg.norm(rollout.positions[-1] - target, axis=1))
+    views = [(step, topview.beside(fold, fold.target)) for step, fold in zip(result.steps, folds, strict=True)]
+    return render(
+        "report/plan.html",
+        replay=replay_data(rollout, folds[0].scene, _hands(folds, rollout), scale),
+        title=f"{spelled(plan.garment)}, {plan.fold} in {len(folds)} folds",
+        verdict=grade(final.mean_vertex_distance),
+        events=_events(rollout),
+        result=result,
+        final=final,
+        trials=sum(step.trials for step in result.steps),
+        views=views,
+        whole=topview.beside(folds[-1], target),
+        learn_command=command.learn(folds[0]),
     )
 
 
-def _events(result: PlanResult, rollout: Rollout) -> str:
-    """Marks under the time slider: where each step begins, as HTML."""
+def _events(rollout: Rollout) -> list[tuple[float, str]]:
+    """Marks under the time slider, at parts of the whole time: where each step begins."""
     places = rollout.extra["step_starts"] / rollout.times[-1]
-    marks = (f'<span style="--at:{place:.4f}">{number}</span>' for number, place in enumerate(places, start=1))
-    return "".join(marks)
+    return [(float(place), str(number)) for number, place in enumerate(places, start=1)]
 
 
-def _steps(result: PlanResult) -> str:
-    head = ["step", *(name for name, _ in COLUMNS)]
-    body = []
-    for number, step in enumerate(result.steps, start=1):
-        hands = ", one hand" if step.hands == 1 else ""
-        link = f'<a href="{step.folder}/report.html">{number}. {text(step.title or "fold")}</a>{hands}'
-        cells = "".join(f'<td class="number">{show(step)}</td>' for _, show in COLUMNS)
-        body.append(f'<tr><th scope="row">{link}</th>{cells}</tr>')
-    return table(head, body)
-
-
-def _figures(step: StepResult, fold: LearnedFold) -> str:
-    number = step.folder.removeprefix("step-")
-    return _section(
-        f"{number}. {step.title or 'Fold'}", "The ideal fold of the state before this step.", fold, fold.target
-    )
-
-
-def _section(title: str, about: str, fold: LearnedFold, goal: np.ndarray) -> str:
-    return (
-        f'<section><h2>{text(title)}</h2><p class="about">Target: {text(about)}</p>'
-        f'<div class="card three">{topview.beside(fold, goal)}</div></section>'
-    )
-
-
-def _hands(folds: list[LearnedFold], rollout: Rollout) -> list[Hand]:
+def _hands(folds: list[LearnedFold], rollout: Rollout) -> list[HandTrack]:
     """The hands through all steps; while the cloth settles they go to their next grasp."""
     starts = rollout.extra["step_starts"]
     found = []
-    for number, colour in enumerate(COLOURS):
+    for number, colour in enumerate(HAND_COLOURS):
         parts = [_hand(fold, number) for fold in folds]
         known = [part for part in parts if part is not None]
         if not known:
@@ -129,21 +80,21 @@ def _hands(folds: list[LearnedFold], rollout: Rollout) -> list[Hand]:
             if part is not None
             for closes, opens in part.holds
         ]
-        found.append(Hand(colour, joined_path(paths, folds), holds))
+        found.append(HandTrack(colour, joined_path(paths, folds), holds))
     return found
 
 
-def _hand(fold: LearnedFold, number: int) -> Hand | None:
+def _hand(fold: LearnedFold, number: int) -> HandTrack | None:
     known = hands(fold)
     return known[number] if number < len(known) else None
 
 
-def _next(parts: list[Hand | None]) -> np.ndarray | None:
+def _next(parts: list[HandTrack | None]) -> np.ndarray | None:
     """Where a hand grasps next [m], shape (3,)."""
     return next((part.path[0] for part in parts if part is not None), None)
 
 
-def _onwards(part: Hand, fold: LearnedFold, goal: np.ndarray | None) -> np.ndarray:
+def _onwards(part: HandTrack, fold: LearnedFold, goal: np.ndarray | None) -> np.ndarray:
     """The path of a hand [m], shape (f, 3), that after opening goes on to its next grasp."""
     opens = part.holds[-1][1]
     if goal is None or opens is None:

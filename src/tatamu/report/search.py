@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import html
+from typing import Any
 
 import numpy as np
 
-from tatamu.report.chart import Figure, axis, layout, line, note
+from tatamu.presentation.chart import Plot, axis, line, note, traces
 from tatamu.report.verdict import GRADES
 from tatamu.results import Result, Trial
 
 
-def objective(result: Result) -> Figure:
+def objective(result: Result) -> Plot:
     """Objective of each trial and best so far."""
     done = [trial for trial in result.trials if trial.state == "complete" and trial.objective is not None]
     numbers = [trial.number for trial in done]
@@ -25,23 +26,26 @@ def objective(result: Result) -> Figure:
         "line": {"color": "@plot", "width": 2.5, "shape": "hv"},
         "hovertemplate": "best so far %{y:.4f}<extra></extra>",
     }
-    return {
-        "data": [
+    return traces(
+        [
             _dots(numbers, values, "C = %{y:.4f}"),
             steps,
             _failed(result.trials, top),
             _star(result.best_trial.number, min(values), "C = %{y:.4f}"),
         ],
-        "layout": layout(xaxis=_trials(result), yaxis=axis("objective C"), hovermode="closest"),
-    }
+        xaxis=_trials(result),
+        yaxis=axis("objective C"),
+        hovermode="closest",
+    )
 
 
-def distance(result: Result) -> Figure:
+def distance(result: Result) -> Plot:
     """Mean vertex distance of each trial against the field's thresholds."""
     done = [trial for trial in result.trials if trial.mean_vertex_distance is not None]
     numbers = [trial.number for trial in done]
     values = [1e3 * max(trial.mean_vertex_distance or 0.0, 1e-5) for trial in done]
-    low, high = min([*values, 1.0]) / 1.4, max([*values, 30.0]) * 1.4
+    low = min([*values, 1.0]) / 1.4
+    high = max([*values, 30.0]) * 1.4
     best = 1e3 * (result.best_trial.mean_vertex_distance or 0.0)
     marks = [line("y", 1e3 * end, opacity=0.8) for end, _ in GRADES]
     ends = [low, *(1e3 * end for end, _ in GRADES), high]
@@ -51,34 +55,32 @@ def distance(result: Result) -> Figure:
         note(1, float(np.log10(np.sqrt(a * b))), word, xref="paper", xanchor="left", xshift=6)
         for word, a, b in zip(words, ends, ends[1:], strict=False)
     ]
-    return {
-        "data": [
+    return traces(
+        [
             _dots(numbers, values, "%{y:.2f} mm"),
             _failed(result.trials, high / 1.15),
             _star(result.best_trial.number, max(best, 0.01), "%{y:.2f} mm"),
         ],
-        "layout": layout(
-            xaxis=_trials(result),
-            yaxis=axis(
-                "mean vertex distance [mm]",
-                type="log",
-                range=np.log10([low, high]).tolist(),
-                tickvals=[0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500],
-            ),
-            margin={"l": 52, "r": 86, "t": 16, "b": 44},
-            shapes=marks,
-            annotations=notes,
-            hovermode="closest",
+        xaxis=_trials(result),
+        yaxis=axis(
+            "mean vertex distance [mm]",
+            type="log",
+            range=np.log10([low, high]).tolist(),
+            tickvals=[0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500],
         ),
-    }
+        margin={"l": 52, "r": 86, "t": 16, "b": 44},
+        shapes=marks,
+        annotations=notes,
+        hovermode="closest",
+    )
 
 
-def _trials(result: Result) -> dict[str, object]:
+def _trials(result: Result) -> dict[str, Any]:
     last = result.trials[-1].number
     return axis("trial", range=[-0.03 * last - 0.5, last * 1.03 + 0.5], showgrid=False)
 
 
-def _dots(numbers: list[int], values: list[float], text: str) -> dict[str, object]:
+def _dots(numbers: list[int], values: list[float], text: str) -> dict[str, Any]:
     return {
         "x": numbers,
         "y": values,
@@ -88,7 +90,7 @@ def _dots(numbers: list[int], values: list[float], text: str) -> dict[str, objec
     }
 
 
-def _star(number: int, value: float, text: str) -> dict[str, object]:
+def _star(number: int, value: float, text: str) -> dict[str, Any]:
     return {
         "x": [number],
         "y": [value],
@@ -98,7 +100,7 @@ def _star(number: int, value: float, text: str) -> dict[str, object]:
     }
 
 
-def _failed(trials: list[Trial], height: float) -> dict[str, object]:
+def _failed(trials: list[Trial], height: float) -> dict[str, Any]:
     """Crosses along the upper edge: a failed trial has a penalty, not a value."""
     failed = [trial for trial in trials if trial.state == "failed"]
     return {

@@ -7,12 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from tatamu.files import replacing
-from tatamu.report import png
-from tatamu.report.palette import LEFT, RIGHT, TABLE, rgb
-from tatamu.report.raster import View
-from tatamu.report.shading import SUN, Mesh, cloth, see, shade, shrink, to_pixels
-from tatamu.report.tube import tube
+from tatamu.presentation.image import save_png
+from tatamu.presentation.palette import LEFT, RIGHT, TABLE, rgb
+from tatamu.presentation.raster import View
+from tatamu.presentation.shading import SUN, PaintedMesh, cloth, see, shade, shrink, to_pixels
+from tatamu.presentation.tube import tube
 from tatamu.results import LearnedFold, read_fold
 
 SIZE = (720, 1280)
@@ -30,9 +29,7 @@ def picture(folder: Path, out_png: Path) -> Path:
         InputError: The folder does not hold a learned fold, or the file cannot be written.
     """
     fold = read_fold(Path(folder))
-    data = png.encode(to_pixels(shrink(render(fold), FINER)))
-    with replacing(Path(out_png)) as temporary:
-        temporary.write_bytes(data)
+    save_png(to_pixels(shrink(render(fold), FINER)), Path(out_png))
     return Path(out_png)
 
 
@@ -44,26 +41,26 @@ def render(fold: LearnedFold, hands: tuple[str, ...] = (LEFT, RIGHT), *, flying:
         hands: Colours of the hands' paths; of those that have none nothing is drawn.
         flying: Whether the cloth is also drawn as it was when a hand was highest.
     """
-    ways = [fold.hand(arm) for arm in fold.manipulation.arms]
+    paths = [fold.hand(arm) for arm in fold.manipulation.arms]
     body = cloth(fold.final, fold.faces, fold.start)
-    flight = cloth(fold.rollout.positions[_highest(ways[0])], fold.faces, fold.start)
-    view = _eye(np.vstack([fold.final, flight.points, *ways]))
-    sun = _Sun([body], np.vstack([fold.final, *ways]))
+    flight = cloth(fold.rollout.positions[_highest(paths[0])], fold.faces, fold.start)
+    view = _eye(np.vstack([fold.final, flight.points, *paths]))
+    sun = _Sun([body], np.vstack([fold.final, *paths]))
     image = _table(view, sun, _height(fold))
     depth = np.full(view.shape, -np.inf)
     _paint(image, depth, view, body, sun, 1.0)
-    for colour, way in zip(hands, ways, strict=False):
+    for colour, path in zip(hands, paths, strict=False):
         light = rgb(colour)
-        points, faces = tube(way, 0.0035)
-        _paint(image, depth, view, Mesh(points, faces, light, light), None, 1.0)
+        points, faces = tube(path, 0.0035)
+        _paint(image, depth, view, PaintedMesh(points, faces, light, light), None, 1.0)
     if flying:
         _paint(image, depth, view, flight, None, 0.42)
     return image
 
 
-def _highest(way: np.ndarray) -> int:
+def _highest(path: np.ndarray) -> int:
     """The frame in which a hand is highest."""
-    return int(np.argmax(way[:, 2]))
+    return int(np.argmax(path[:, 2]))
 
 
 def _height(fold: LearnedFold) -> float:
@@ -73,7 +70,8 @@ def _height(fold: LearnedFold) -> float:
 
 def _eye(points: np.ndarray) -> View:
     """A view from the front and above that just holds all points (n, 3)."""
-    turn, rise = np.radians(-62.0), np.radians(33.0)
+    turn = np.radians(-62.0)
+    rise = np.radians(33.0)
     near = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
     right = np.cross([0.0, 0.0, 1.0], near) / np.cos(rise)
     rotation = np.vstack([right, np.cross(near, right), near])
@@ -87,9 +85,9 @@ def _eye(points: np.ndarray) -> View:
 
 
 class _Sun:
-    """What the sun sees first, so that the rest lies in shadow."""
+    """The scene as the sun sees it; what it does not see lies in shadow."""
 
-    def __init__(self, meshes: list[Mesh], around: np.ndarray) -> None:
+    def __init__(self, meshes: list[PaintedMesh], around: np.ndarray) -> None:
         right = np.cross([0.0, 1.0, 0.0], SUN) / np.linalg.norm(np.cross([0.0, 1.0, 0.0], SUN))
         rotation = np.vstack([right, np.cross(SUN, right), SUN])
         centre = around.mean(axis=0)
@@ -108,7 +106,7 @@ class _Sun:
         return total / len(offsets)
 
 
-def _paint(image: np.ndarray, depth: np.ndarray, view: View, mesh: Mesh, sun: _Sun | None, alpha: float) -> None:
+def _paint(image: np.ndarray, depth: np.ndarray, view: View, mesh: PaintedMesh, sun: _Sun | None, alpha: float) -> None:
     """Draw a mesh over the image where it is nearer than what is there."""
     visible, near = see(view, mesh)
     lit = 1.0 if sun is None else 0.25 + 0.75 * sun.reaches(visible.sample(mesh.points, mesh.faces))

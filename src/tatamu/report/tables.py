@@ -1,63 +1,38 @@
-"""The tables of the page: measures with thresholds, parameters, grasps, timing, material."""
+"""The contents of the page's tables: measures, parameters, grasps, timing, material."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from tatamu.report.markup import rows, table, text
-from tatamu.report.verdict import MEASURES, Measure, grade
+from tatamu.report.verdict import grade
 from tatamu.results import LearnedFold, Scores
 
-
-def measures(fold: LearnedFold) -> str:
-    """Every measure of the learned fold beside the fixed trajectories and the field's thresholds."""
-    others = fold.result.baselines
-    head = ["measure", "learned", *(text(other.label) for other in others), "threshold", "source"]
-    columns: list[Scores] = [fold.result.best_trial, *others]
-    return _compared(head, columns)
+Facts = list[tuple[str, str]]
+"""Names and values, plain text."""
 
 
-def compared(columns: Sequence[tuple[str, Scores]]) -> str:
-    """Every measure of several folds, each under its name, beside the field's thresholds."""
-    names, scores = [text(name) for name, _ in columns], [score for _, score in columns]
-    return _compared(["measure", *names, "threshold", "source"], scores)
+@dataclass(frozen=True)
+class Column:
+    """A fold among those that a table compares."""
+
+    name: str
+    scores: Scores
+
+    @property
+    def verdict(self) -> str:
+        """Its grade by the mean vertex distance."""
+        return grade(self.scores.mean_vertex_distance)
 
 
-def _compared(head: list[str], columns: list[Scores]) -> str:
-    return table(head, [_verdicts(columns), *(_measure(measure, columns) for measure in MEASURES)], "measures")
+def measures(fold: LearnedFold) -> list[Column]:
+    """The learned fold and, beside it, the fixed trajectories."""
+    return [Column("learned", fold.result.best_trial), *(Column(each.label, each) for each in fold.result.baselines)]
 
 
-def _verdicts(columns: list[Scores]) -> str:
-    words = [grade(scores.mean_vertex_distance) for scores in columns]
-    cells = "".join(f'<td><span class="pill {_slug(word)}">{word}</span></td>' for word in words)
-    name = '<th scope="row">Verdict<small>by mean vertex distance</small></th>'
-    return f"<tr>{name}{cells}<td></td><td></td></tr>"
-
-
-def _slug(word: str) -> str:
-    return word.replace(" ", "-")
-
-
-def _measure(measure: Measure, columns: list[Scores]) -> str:
-    unit = f" [{measure.unit}]" if measure.unit else ""
-    name = f'<th scope="row">{measure.title}{unit}<small>{measure.meaning}</small></th>'
-    cells = "".join(_cell(measure, scores, first=number == 0) for number, scores in enumerate(columns))
-    return f"<tr>{name}{cells}<td>{measure.threshold}</td><td>{measure.source}</td></tr>"
-
-
-def _cell(measure: Measure, scores: Scores, *, first: bool) -> str:
-    mark = {
-        None: "",
-        True: ' <span class="yes" title="meets the threshold">✓</span>',
-        False: ' <span class="no" title="misses the threshold">✗</span>',
-    }[measure.passes(scores)]
-    return f'<td class="number{" learned" if first else ""}">{measure.text(scores)}{mark}</td>'
-
-
-def parameters(fold: LearnedFold) -> str:
-    """What the search chose, Eq. 9."""
+def parameters(fold: LearnedFold) -> Facts:
+    """The parameters that the search chose, Eq. (9)."""
     given = fold.result.best_trial.parameters
     lengths = [
         (f"{name[0]}{'₁₂'[int(name[1]) - 1]} of P{'₁₂'[int(name[1]) - 1]}", f"{1e3 * given[name]:.1f} mm")
@@ -72,29 +47,27 @@ def parameters(fold: LearnedFold) -> str:
         for k, (name, hand) in enumerate((("g1", "left"), ("g2", "right")))
         if name in given
     ]
-    return rows([*lengths, *grasps])
+    return [*lengths, *grasps]
 
 
-def control_points(fold: LearnedFold) -> str:
-    """Grasp and control points of each hand."""
-    arms = fold.manipulation.arms
-    most = max(len(arm.control_points) for arm in arms)
-    head = ["hand", "grasp", *(f"P{number} (x, y, z) [mm]" for number in range(most))]
-    body = []
-    for arm in arms:
-        held = len(arm.grasp.patch)
-        grasp = f"vertex {arm.grasp.vertex}" + (f", holds {held}" if held else "")
-        places = "".join(f'<td class="number">{_place(point)}</td>' for point in arm.control_points)
-        body.append(f'<tr><th scope="row">{text(arm.name)}</th><td>{grasp}</td>{places}</tr>')
-    return table(head, body)
+def control_points(fold: LearnedFold) -> list[tuple[str, str, list[str]]]:
+    """Each hand with its grasp and its control points [mm]."""
+    return [
+        (
+            arm.name,
+            f"vertex {arm.grasp.vertex}" + (f", holds {len(arm.grasp.patch)}" if arm.grasp.patch else ""),
+            [_place(point) for point in arm.control_points],
+        )
+        for arm in fold.manipulation.arms
+    ]
 
 
 def _place(point: np.ndarray) -> str:
     return ", ".join(f"{1e3 * value:.0f}".replace("-", "−") for value in point)
 
 
-def timing(fold: LearnedFold) -> str:
-    """When the hands close, go, arrive, open."""
+def timing(fold: LearnedFold) -> Facts:
+    """The times at which the hands close, start, arrive and open."""
     known = {
         "closes": "hands close",
         "starts": "hands start",
@@ -104,35 +77,35 @@ def timing(fold: LearnedFold) -> str:
         "top_speed": "top speed",
     }
     given = fold.manipulation.timing_values
-    return rows(
+    return [
         (word, f"{given[name]:.3g} {'m/s' if name == 'top_speed' else 's'}")
         for name, word in known.items()
         if name in given
-    )
+    ]
 
 
-def material(fold: LearnedFold) -> str:
+def material(fold: LearnedFold) -> Facts:
     """The cloth's material in SI units."""
     cloth = fold.result.task.material
-    return rows(
-        [
-            ("areal density", f"{1e3 * cloth.areal_density:.4g} g/m²"),
-            ("stretch stiffness", f"{cloth.stretch_stiffness:.4g} N/m"),
-            *([("of it in compression", f"{cloth.compression:.3g}")] if cloth.compression < 1.0 else []),
-            ("Poisson ratio", f"{cloth.poisson_ratio:.3g}"),
-            ("bending rigidity", f"{1e6 * cloth.bending_rigidity:.4g} µN m"),
-            ("bending length", f"{1e3 * cloth.bending_length:.3g} mm"),
-            ("thickness", f"{1e3 * cloth.thickness:.3g} mm"),
-            ("friction on table", f"{cloth.friction_table:.3g}"),
-            ("friction on cloth", f"{cloth.friction_cloth:.3g}"),
-            *([("air drag", f"{cloth.air_drag:.3g} N s/m³")] if cloth.air_drag else []),
-        ]
-    )
+    return [
+        ("areal density", f"{1e3 * cloth.areal_density:.4g} g/m²"),
+        ("stretch stiffness", f"{cloth.stretch_stiffness:.4g} N/m"),
+        *([("of it in compression", f"{cloth.compression:.3g}")] if cloth.compression < 1.0 else []),
+        ("Poisson ratio", f"{cloth.poisson_ratio:.3g}"),
+        ("bending rigidity", f"{1e6 * cloth.bending_rigidity:.4g} µN m"),
+        ("bending length", f"{1e3 * cloth.bending_length:.3g} mm"),
+        ("thickness", f"{1e3 * cloth.thickness:.3g} mm"),
+        ("friction on table", f"{cloth.friction_table:.3g}"),
+        ("friction on cloth", f"{cloth.friction_cloth:.3g}"),
+        *([("air drag", f"{cloth.air_drag:.3g} N s/m³")] if cloth.air_drag else []),
+    ]
 
 
-def task(fold: LearnedFold) -> str:
-    """What was simulated, with what, for how long."""
-    chosen, info, result = fold.result.task, fold.rollout.info, fold.result
+def task(fold: LearnedFold) -> Facts:
+    """The task, its simulation and its search."""
+    chosen = fold.result.task
+    info = fold.rollout.info
+    result = fold.result
     size = " × ".join(f"{side:g}" for side in chosen.size) + " m" if chosen.size else ""
     simulated = info.get("wall_seconds")
     pairs = [
@@ -147,11 +120,9 @@ def task(fold: LearnedFold) -> str:
         ("trials", f"{len(result.trials)}, best no. {result.best}"),
         ("whole search", f"{result.wall_seconds:.3g} s" if result.wall_seconds is not None else ""),
     ]
-    return rows([pair for pair in pairs if pair[1]])
+    return [pair for pair in pairs if pair[1]]
 
 
-def warnings(fold: LearnedFold) -> str:
-    """What the simulator warned of, if anything."""
-    said = fold.rollout.info.get("warnings") or []
-    items = "".join(f"<li>{text(str(warning))}</li>" for warning in said)
-    return f'<ul class="warnings" aria-label="Warnings of the simulator">{items}</ul>' if items else ""
+def warnings(fold: LearnedFold) -> list[str]:
+    """Warnings of the simulator."""
+    return [str(warning) for warning in fold.rollout.info.get("warnings") or []]

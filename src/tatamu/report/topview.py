@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-import base64
-import html
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from markupsafe import Markup
 from scipy.ndimage import binary_dilation
 
-from tatamu.report import png
-from tatamu.report.palette import LEFT, RIGHT, TARGET, rgb
-from tatamu.report.raster import View
-from tatamu.report.shading import cloth, occlusion, see, shade, shrink, to_pixels
+from tatamu.presentation.drawing import Drawing
+from tatamu.presentation.image import data_uri
+from tatamu.presentation.palette import TARGET, rgb
+from tatamu.presentation.raster import View
+from tatamu.presentation.replay import HAND_COLOURS
+from tatamu.presentation.shading import cloth, occlusion, see, shade, shrink, to_pixels
+from tatamu.presentation.shapes import Dot, Picture
 from tatamu.results import LearnedFold
 
 WIDE = 600
@@ -65,60 +68,44 @@ def outlined(image: np.ndarray, mask: np.ndarray) -> np.ndarray:
     """A copy of an image with the border of a mask drawn over it, three fine pixels to either side."""
     border = binary_dilation(mask, iterations=3) & binary_dilation(~mask, iterations=3)
     copy = image.copy()
-    copy[border, :3], copy[border, 3] = rgb(TARGET), 1.0
+    copy[border, :3] = rgb(TARGET)
+    copy[border, 3] = 1.0
     return copy
 
 
-def figures(fold: LearnedFold) -> str:
-    """Three pictures side by side, as HTML."""
-    return beside(fold, fold.target)
+@dataclass(frozen=True)
+class TopView:
+    """A picture of cloth from above with its title."""
+
+    title: str
+    note: str
+    """A few words after the title."""
+    svg: Markup
 
 
-def beside(fold: LearnedFold, goal: np.ndarray, name: str = "Learned fold") -> str:
+def beside(fold: LearnedFold, goal: np.ndarray, name: str = "Learned fold") -> list[TopView]:
     """A goal (n, 3), where the cloth came to rest under a name, and one on the other."""
     area = extent(goal, fold.final)
-    ways = {arm.name: fold.hand(arm) for arm in fold.manipulation.arms}
     target, wanted = draw(fold, goal, area)
     final, _ = draw(fold, fold.final, area)
-    pictures: list[tuple[str, str, np.ndarray, dict[str, np.ndarray]]] = [
-        ("Target", "the wanted shape", target, {}),
-        (name, "where the cloth came to rest", final, ways),
-        ("Both", "the fold with the target’s outline", outlined(final, wanted), {}),
+    return [
+        view("Target", "the wanted shape", target, area),
+        view(name, "where the cloth came to rest", final, area, paths(fold)),
+        view("Both", "the fold with the target’s outline", outlined(final, wanted), area),
     ]
-    return "".join(figure(title, note, image, area, lines) for title, note, image, lines in pictures)
 
 
-def figure(title: str, note: str, image: np.ndarray, area: Extent, ways: dict[str, np.ndarray]) -> str:
-    """One picture with its title, a ruler and the hands' paths (f, 3), as HTML."""
-    data = png.encode(to_pixels(shrink(image, FINER)))
-    width, height = (1000 * area.size).round(2)
-    source = "data:image/png;base64," + base64.b64encode(data).decode()
-    label = html.escape(f"{title}, from above")
-    return (
-        f'<figure><svg viewBox="0 0 {width} {height}" role="img" aria-label="{label}">'
-        f'<image href="{source}" width="{width}" height="{height}"/>'
-        f"{_ways(ways, area)}{_ruler(width, height)}</svg>"
-        f"<figcaption><b>{html.escape(title)}</b> {html.escape(note)}</figcaption></figure>"
-    )
+def paths(fold: LearnedFold) -> list[np.ndarray]:
+    """The places of the hands at each frame [m], shapes (f, 3)."""
+    return [fold.hand(arm) for arm in fold.manipulation.arms]
 
 
-def _ways(ways: dict[str, np.ndarray], area: Extent) -> str:
-    """The hands' paths from above, clipped by the picture."""
-    drawn = []
-    for colour, way in zip((LEFT, RIGHT), ways.values(), strict=False):
-        corner = np.array([area.low[0], area.high[1]])
-        points = (way[:, :2] - corner) * [1000, -1000]
-        text = " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
-        x, y = points[-1]
-        drawn.append(f'<polyline points="{text}" class="way" stroke="{colour}"/>')
-        drawn.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" fill="{colour}"/>')
-    return "".join(drawn)
-
-
-def _ruler(width: float, height: float) -> str:
-    """A bar of 10 cm in the corner (the drawing's unit is a millimetre)."""
-    x, y = width - 112, height - 10
-    return (
-        f'<path class="ruler" d="M{x:.1f} {y - 4:.1f}v4h100v-4"/>'
-        f'<text class="ruler" x="{x + 50:.1f}" y="{y - 6:.1f}">10 cm</text>'
-    )
+def view(title: str, note: str, image: np.ndarray, area: Extent, hands: Sequence[np.ndarray] = ()) -> TopView:
+    """A picture with a ruler and the hands' paths (f, 3)."""
+    drawing = Drawing(area.low, area.high, 1000.0, background=None, words=f"{title}, from above")
+    drawing.add(Picture(data_uri(to_pixels(shrink(image, FINER)))))
+    for colour, path in zip(HAND_COLOURS, hands, strict=False):
+        drawing.line(path[:, :2], colour, 3.5)
+        drawing.add(Dot(path[-1, :2], colour, 5.0))
+    drawing.ruler([area.high[0] - 0.012, area.low[1] + 0.010])
+    return TopView(title, note, Markup(drawing.svg()))

@@ -1,4 +1,4 @@
-"""How good a fold is, in the field's own words and numbers. All thresholds with their sources are here."""
+"""Verdicts on a fold in the field's own words and numbers. All thresholds with their sources are here."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ DE_GUSSEME = "De Gusseme and wyffels 2022, Front. Neurorobot. 16:989702"
 BIFOLD = "BiFold 2025"
 FOLDBACK = "FoldBack 2026"
 GARCIA = "Garcia-Camacho et al. 2020"
-PAPER = "the paper, Eq. 10 to 13"
 
 GRADES = ((0.002, "near perfect"), (0.005, "good"), (0.020, "fair"))
 """Upper ends of the mean vertex distance [m] and their words; beyond the last: failed."""
@@ -127,7 +126,7 @@ MEASURES = (
         1.0,
         3,
         "length of a hand’s path",
-        source=PAPER,
+        source="the paper, Eq. (10)",
     ),
     Measure(
         "shape_distance",
@@ -136,7 +135,15 @@ MEASURES = (
         1.0,
         3,
         "Σ w<sub>i</sub> e<sub>i</sub>; depends on the mesh",
-        source=PAPER,
+        source="the paper, Eq. (11), Eq. (12), Eq. (13)",
     ),
-    Measure("objective", "Objective C", "", 1.0, 4, "l<sub>x</sub> + 0.01 D, what the search minimised", source=PAPER),
+    Measure(
+        "objective",
+        "Objective C",
+        "",
+        1.0,
+        4,
+        "l<sub>x</sub> + 0.01 D, what the search minimised",
+        source="the paper, Eq. (10)",
+    ),
 )

@@ -1,4 +1,4 @@
-"""What the paper says of its results, asked of ours. Every answer is a number with its definition."""
+"""The paper's claims about its results, checked on ours. Every answer is a number with its definition."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from tatamu.reproduction.experiment import Study
 from tatamu.results import MOMENTS, LearnedFold, Trial
 
 AFTER = tuple(count for count, _ in MOMENTS.values())
-"""Trials after which the paper's Fig. 6 looks."""
+"""Numbers of trials after which the paper's Fig. 6 shows the errors."""
 TWO_PEAKS = 2.0
 """Ashman's D beyond which two groups are cleanly apart (Ashman, Bird and Zepf 1994)."""
 
 
 @dataclass(frozen=True)
 class Moment:
-    """The best trial of the first so many, over the seeds."""
+    """The best trial up to one moment of the search, over the seeds."""
 
     after: int
     mean_vertex_distance: float
-    """Median over the seeds [m]."""
+    """Mean e_i, Eq. (12), median over the seeds [m]."""
     slip: float
     """Median over the seeds [m]."""
     trajectory_length: float
@@ -32,7 +32,7 @@ class Moment:
 
 @dataclass(frozen=True)
 class Claims:
-    """One garment's answers."""
+    """The claims, answered for one garment."""
 
     garment: str
     seeds: int
@@ -51,7 +51,7 @@ class Claims:
 
 
 def claims(garment: str, studies: list[Study]) -> Claims:
-    """Ask the studies of one garment."""
+    """Answer the claims from the studies of one garment."""
     folds = [study.fold for study in studies if study.garment == garment]
     count = len(folds[0].result.trials)
     moments = [after for after in AFTER if after <= count] + ([count] if count not in AFTER else [])
@@ -67,7 +67,7 @@ def claims(garment: str, studies: list[Study]) -> Claims:
 
 
 def best(fold: LearnedFold, after: int) -> Trial | None:
-    """The complete trial of least C among the first so many; None if all failed."""
+    """The complete trial of least C, Eq. (10), among the first `count`; None if all failed."""
     complete = [trial for trial in fold.result.trials[:after] if trial.state == "complete"]
     return min(complete, key=lambda trial: (trial.objective, trial.number)) if complete else None
 
@@ -76,8 +76,8 @@ def separation(fold: LearnedFold) -> float:
     """Ashman's D = sqrt(2) |m_1 - m_2| / sqrt(s_1^2 + s_2^2) between e_i of the upper and of the lower part.
 
     The paper explains two peaks so: the upper side lies right while the lower side has slipped. m is the median and s
-    the median absolute deviation as a normal distribution has it, so that the loop between the parts, a long tail of
-    either group that is no peak, does not count.
+    the median absolute deviation scaled to that of a normal distribution, so that the loop between the parts, a long
+    tail of either group that is no peak, does not count.
     """
     lower = np.linalg.norm(fold.target - fold.start, axis=1) < 1e-6
     if not lower.any() or lower.all():
@@ -104,5 +104,5 @@ def _length(trial: Trial | None) -> float:
 
 
 def _falls(values: list[float]) -> bool:
-    """Whether the last is less than the first, and none is more than the one before."""
+    """Whether the values never rise, and the last is less than the first."""
     return values[-1] < values[0] and all(later <= earlier for earlier, later in pairwise(values))

@@ -16,14 +16,14 @@ from tatamu.results import LearnedFold, read_fold
 from tatamu.simulators import named
 
 FOLDS = {"towel": "half", "tshirt": "half", "trousers": "leg"}
-"""What the paper's Fig. 5 shows in one fold each; its directions are lost."""
+"""Fold of each garment: Fig. 5 of the paper shows one each, but not its direction."""
 SPACING = 0.02
-"""Of every mesh [m]; the paper's is lost. What Tables I and II mean depends on it."""
+"""Spacing of every mesh [m]; the paper does not give its own. The cloth of Tables I and II depends on it."""
 
 
 @dataclass(frozen=True)
 class Choices:
-    """What is run; where the paper says nothing, the defaults are ours. Tables are by garment."""
+    """The choices of a run; where the paper says nothing, the defaults are ours. Tables are by garment."""
 
     simulator: str = "blender"
     garments: tuple[str, ...] = tuple(FOLDS)
@@ -31,13 +31,13 @@ class Choices:
     trials: int = 50
     sampler: str = "gp"
     sizes: dict[str, tuple[float, float]] = field(default_factory=dict)
-    """Width and length [m]; else the garment's own."""
+    """Width and length [m]; default: the garment's own."""
     spacings: dict[str, float] = field(default_factory=dict)
-    """[m]; else `SPACING`."""
+    """Mesh spacing [m]; default: `SPACING`."""
     folds: dict[str, str] = field(default_factory=dict)
-    """Else `FOLDS`."""
+    """Fold plan; default: that of `FOLDS`."""
     materials: dict[str, str] = field(default_factory=dict)
-    """Preset or file; else the preset with the paper's numbers."""
+    """Preset or file; default: the preset with the paper's numbers."""
 
     def __post_init__(self) -> None:
         named(self.simulator)
@@ -55,11 +55,11 @@ class Choices:
             raise InputError(f"sampler: must be one of {', '.join(SAMPLERS)}, given {self.sampler!r}")
 
     def material(self, garment: str) -> Material:
-        """What a garment is made of."""
+        """The material of a garment."""
         return load_material(Path(self.materials.get(garment, f"paper-{garment}")))
 
     def task(self, garment: str) -> Task:
-        """What is learned for a garment."""
+        """The task that is learned for a garment."""
         fold = self.folds.get(garment, FOLDS.get(garment, "half"))
         job = make_job(
             garment,
@@ -76,7 +76,7 @@ class Choices:
 
 @dataclass(frozen=True)
 class Study:
-    """One garment with one seed, learned."""
+    """The learned fold of one garment and seed."""
 
     garment: str
     seed: int
@@ -91,9 +91,9 @@ def run(
     """Run all studies, or go on where they stopped.
 
     Args:
-        choices: What is run.
+        choices: Garments, seeds, trials and all that the paper leaves open.
         folder: Each study has a folder GARMENT/seed-N in it.
-        progress: Told garment and seed with every trial.
+        progress: Called with garment and seed for every trial.
 
     Raises:
         InputError: A choice is wrong, or the folder holds studies of other choices.
@@ -105,11 +105,11 @@ def run(
 def _studies(
     choices: Choices, tasks: dict[str, Task], folder: Path, progress: Callable[[str, int, Progress], None]
 ) -> Iterator[Study]:
-    """Seed by seed over all garments, so that something can be looked at early."""
+    """Garments and seeds, seed by seed, so that every garment has a result early."""
     for seed in range(choices.seeds):
         for garment, task in tasks.items():
 
-            def told(now: Progress, garment: str = garment, seed: int = seed) -> None:
+            def show_progress(now: Progress, garment: str = garment, seed: int = seed) -> None:
                 progress(garment, seed, now)
 
             where = folder / garment / f"seed-{seed}"
@@ -121,6 +121,6 @@ def _studies(
                 sampler=choices.sampler,
                 grasps="continuous",
                 baselines=False,
-                progress=told,
+                progress=show_progress,
             )
             yield Study(garment, seed, read_fold(where))

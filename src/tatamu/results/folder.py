@@ -1,6 +1,6 @@
 """The folder of a learned fold, or of a plan of several: the names of its files, reading and writing them.
 
-docs/result-folder.md describes every file.
+docs/reference/result-folder.md describes every file.
 """
 
 from __future__ import annotations
@@ -154,6 +154,10 @@ class ResultFolder:
         if "target" not in self.rollout.extra:
             raise InputError(f"{self.rollout_file}: target is missing, the wanted shape (n, 3) of a learned fold")
         return self.rollout.extra["target"]
+
+    def holds(self, result: Result | PlanResult) -> bool:
+        """Whether `result.json` is there and says exactly this."""
+        return self.result_file.exists() and read_json(self.result_file) == result.model_dump()
 
     def write_result(self, result: Result | PlanResult) -> None:
         """Write `result.json`."""

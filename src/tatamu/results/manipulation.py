@@ -1,4 +1,7 @@
-"""The models of `manipulation.json`: grasps, control points, timing, via-points. See docs/result-folder.md."""
+"""The models of `manipulation.json`: grasps, control points, timing, via-points.
+
+docs/reference/result-folder.md explains every field.
+"""
 
 from __future__ import annotations
 

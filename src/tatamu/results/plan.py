@@ -1,4 +1,4 @@
-"""The models of `result.json` of a plan of several steps. See docs/folds.md."""
+"""The models of `result.json` of a plan of several steps. See docs/reference/result-folder.md."""
 
 from __future__ import annotations
 

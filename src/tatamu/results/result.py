@@ -1,4 +1,4 @@
-"""The models of `result.json`: the task, the search and its trials. See docs/result-folder.md."""
+"""The models of `result.json`: the task, the search and its trials. See docs/reference/result-folder.md."""
 
 from __future__ import annotations
 

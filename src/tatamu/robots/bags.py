@@ -1,6 +1,6 @@
 """A motion as ROS bags: trajectory_msgs/JointTrajectory on each controller's command topic.
 
-What hrpsys_ros_bridge does with it (start-jsk/rtmros_common: HrpsysJointTrajectoryBridge.cpp): it reads positions and
+How hrpsys_ros_bridge reads them (start-jsk/rtmros_common: HrpsysJointTrajectoryBridge.cpp): it reads positions and
 time_from_start only, needs every joint of the group, and takes the first point's time as the time to get there from
 wherever the robot is.
 """
@@ -18,11 +18,11 @@ from tatamu.robots.tables import groups, points
 
 MESSAGE = "trajectory_msgs/msg/JointTrajectory"
 STAMP = 1_000_000_000
-"""When the messages stand in the bag [ns]; ROS has no time 0."""
+"""Time stamp of the messages [ns]; ROS has no time 0."""
 
 
 def write_ros1(plan: RobotPlan, path: Path) -> None:
-    """A ROS 1 bag."""
+    """Write a ROS 1 bag."""
     store = _store("ROS1_NOETIC")
     with needed("rosbags.rosbag1").Writer(path) as writer:
         for topic, message in _messages(plan, store):
@@ -32,7 +32,7 @@ def write_ros1(plan: RobotPlan, path: Path) -> None:
 
 
 def write_ros2(plan: RobotPlan, folder: Path) -> None:
-    """A ROS 2 bag: a folder with metadata.yaml and one .mcap."""
+    """Write a ROS 2 bag: a folder with metadata.yaml and one .mcap."""
     store, rosbag2 = _store("ROS2_HUMBLE"), needed("rosbags.rosbag2")
     with rosbag2.Writer(folder, version=8, storage_plugin=rosbag2.StoragePlugin.MCAP) as writer:
         for topic, message in _messages(plan, store):

@@ -17,12 +17,12 @@ NAMED: dict[str, Callable[[float | None, float | None], Robot]] = {
 
 
 def load(name: str, wrist_offset: float | None = None, fingertip: float | None = None) -> Robot:
-    """The robot of a name, or of a TOML file.
+    """Load a robot by name or from a TOML file.
 
     Args:
-        name: A name in `NAMED`, or the path of a description (see docs/robots.md).
-        wrist_offset: Of HIRONX and NEXTAGE Open [m]; see `kawada`.
-        fingertip: Of HIRONX and NEXTAGE Open [m]; see `kawada`.
+        name: A name in `NAMED`, or the path of a description (see docs/reference/robot-description.md).
+        wrist_offset: J4 to J5 along x, HIRONX and NEXTAGE Open only [m]; see `kawada`.
+        fingertip: Last joint to fingertip, HIRONX and NEXTAGE Open only [m]; see `kawada`.
 
     Raises:
         InputError: There is no such robot, or the description is wrong.

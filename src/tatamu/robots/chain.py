@@ -1,4 +1,4 @@
-"""One arm as a chain of hinges: tool poses, Jacobians and inverse kinematics for many configurations at once.
+"""One arm as a chain of revolute joints: tool poses, Jacobians and inverse kinematics for many configurations at once.
 
 The placement search asks for thousands of them, which numpy answers together. The plan itself is solved by mink.
 """
@@ -16,19 +16,19 @@ from tatamu.robots.model import Arm, Robot
 from tatamu.robots.pose import from_quaternion, inverse, pose, rotation_vector
 
 LENGTH = 0.25
-"""Metres that count as one radian where positions and rotations meet, about the distance from wrist to elbow [m]."""
+"""Characteristic length that weighs rotations against translations, about wrist to elbow [m per rad]."""
 
 
 @dataclass(frozen=True)
 class Link:
-    """A fixed pose, then a hinge."""
+    """A fixed pose, then a revolute joint."""
 
     X_PL: np.ndarray
     """Link frame in the parent's, at zero, shape (4, 4)."""
     axis: np.ndarray
     """Unit vector in the link's frame, shape (3,)."""
     moves: bool
-    """Whether its angle is the arm's to choose; else it stays at zero."""
+    """Whether it is one of the arm's joints; else it stays at zero."""
 
 
 @dataclass(frozen=True)
@@ -39,14 +39,14 @@ class Chain:
     X_LT: np.ndarray
     """Tool in the last link, shape (4, 4)."""
     limits: np.ndarray
-    """Lower and upper [rad], shape (k, 2)."""
+    """Lower and upper joint limits [rad], shape (k, 2)."""
 
     @classmethod
     def of(cls, robot: Robot, arm: Arm) -> Chain:
-        """Read the chain off the robot's model.
+        """Build the chain from the robot's model.
 
         Raises:
-            InputError: A joint on the way is not a hinge, or is none of the arm's.
+            InputError: A joint between base and tool is not revolute, or is not one of the arm's.
         """
         model, mujoco = robot.model, needed("mujoco")
         body, base = model.body(arm.link).id, model.body(robot.base).id
@@ -80,7 +80,7 @@ class Chain:
         return [(link.X_PL, K, K @ K, link.moves) for link, K in zip(self.links, skews, strict=True)]
 
     def trunk_pose(self, trunk: np.ndarray) -> np.ndarray:
-        """X_BC for trunk angles [rad] (..): C is B, turned by the trunk about the trunk's axis, shape (.., 4, 4)."""
+        """X_BC for trunk angles [rad] (..), shape (.., 4, 4): C is B rotated by the trunk about its axis."""
         origin = self.links[0].X_PL[:3, 3] * [1, 1, 0] if not self.links[0].moves else np.zeros(3)
         cosine, sine, zero = np.cos(trunk), np.sin(trunk), np.zeros_like(trunk)
         R = np.stack([cosine, -sine, zero, sine, cosine, zero, zero, zero, zero + 1], axis=-1)
@@ -88,7 +88,7 @@ class Chain:
         return pose(R, origin - R @ origin)
 
     def before_trunk(self, X_BT: np.ndarray, trunk: np.ndarray) -> np.ndarray:
-        """Tool poses as they would be before the trunk turned, shape (.., 4, 4): what `solve` is to be asked for."""
+        """Tool poses with the trunk's rotation undone, shape (.., 4, 4): the targets of `solve`."""
         X_BC = self.trunk_pose(trunk)
         R = np.swapaxes(X_BC[..., :3, :3], -1, -2)
         p = (R @ (X_BT[..., :3, 3] - X_BC[..., :3, 3])[..., None])[..., 0]
@@ -160,7 +160,7 @@ class Chain:
 
     @cached_property
     def shoulder(self) -> np.ndarray:
-        """Where the first joint of the arm is, the others at zero, in B [m], shape (3,)."""
+        """Position of the arm's first joint in B, the others at zero [m], shape (3,)."""
         X = np.eye(4)
         for link in self.links:
             X = X @ link.X_PL
@@ -170,7 +170,7 @@ class Chain:
 
     @cached_property
     def reach(self) -> float:
-        """No tool position is farther from the shoulder than this [m]."""
+        """Upper bound on the distance from shoulder to tool [m]."""
         first = next(number for number, link in enumerate(self.links) if link.moves)
         offsets = [link.X_PL[:3, 3] for link in self.links[first + 1 :]] + [self.X_LT[:3, 3]]
         return float(sum(np.linalg.norm(offset) for offset in offsets))
@@ -192,7 +192,7 @@ class Chain:
 
 
 def _times(R: np.ndarray, constant: np.ndarray) -> np.ndarray:
-    """R (n, 3, 3) times one matrix (3, 3), as one product."""
+    """Multiply rotations (n, 3, 3) by one matrix (3, 3), as one product."""
     return (R.reshape(-1, 3) @ constant).reshape(-1, 3, 3)
 
 

@@ -1,4 +1,4 @@
-"""What a plan must satisfy before any robot may see it: a value, a limit, and where the value stands."""
+"""Checks that a plan must pass before it is written: a value, a limit, and where along the motion it occurs."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from tatamu.robots.planfile import PlanCheck
 from tatamu.robots.pose import into, rotation_vector
 
 EVERY = 4
-"""Distances are taken at every so many samples: 50 a second."""
+"""Samples from one distance query to the next: 50 queries a second."""
 LEAST_DISTANCE = {"between arms": 0.015, "to the trunk": 0.005, "within an arm": 0.005, "to the table": 0.002}
-"""[m], between boxes that contain the links. The outermost centimetre of the fingers is not counted: it takes cloth off
-the table."""
+"""Least distances [m], between boxes that contain the links. The outermost centimetre of the fingers is not counted: it
+takes cloth off the table."""
 LEAST_MARGIN = 0.01
-"""To joint limits [rad]."""
+"""Least distance to joint limits [rad]."""
 LEAST_SINGULARITY = 0.03
-"""See `Chain.singularity`."""
+"""Least singular value of the Jacobian; see `Chain.singularity`."""
 PATH_ERROR = 1e-3
-"""Of the tool, from the hand's Bezier curve [m]."""
+"""Largest distance of the tool from the hand's Bezier curve [m]."""
 TURN_ERROR = 5e-3
-"""Of the tool, from how it grasped [rad]."""
+"""Largest rotation of the tool from its orientation at the grasp [rad]."""
 SLOWEST = 5.0
-"""A fold driven more than this many times slower than it was simulated is another fold."""
+"""Largest time scaling: a fold driven slower still is another fold than the one simulated."""
 
 
 class Checks:
@@ -37,7 +37,7 @@ class Checks:
         self._tools = tool_poses(task.robot, paths.chains, motion.angles)
 
     def all(self) -> dict[str, PlanCheck]:
-        """Every check by its name."""
+        """All checks by name."""
         return {
             "joint_limit_margin": self._margin(),
             "joint_speed": self._rate("rad/s", 1),
@@ -51,7 +51,7 @@ class Checks:
         }
 
     def _at(self, row: int) -> tuple[str, int]:
-        """When a sample is, in words, and its frame: the fold's first before it, its last after it."""
+        """Time of a sample in words, and its frame: the fold's first before it, its last after it."""
         motion = self._motion
         time = motion.times[row]
         part = [part for part in motion.parts if part.start <= time + 1e-9][-1]
@@ -87,7 +87,7 @@ class Checks:
         return self._check(room.min(), LEAST_MARGIN, "rad", int(row), names[joint], least=True)
 
     def _rate(self, unit: str, order: int) -> PlanCheck:
-        """The joint nearest its speed or acceleration limit, by differences."""
+        """Speed or acceleration of the joint nearest to its limit, by finite differences."""
         limits = self._task.robot.planned()[order - 1]
         rate = np.abs(np.diff(self._motion.angles, n=order, axis=0)) / self._motion.times[1] ** order
         row, column = np.unravel_index(int((rate / limits).argmax()), rate.shape)
@@ -112,7 +112,7 @@ class Checks:
         return self._check(np.max(turned), TURN_ERROR, "rad", int(self._fold[row]), name)
 
     def _speed(self) -> PlanCheck:
-        """The tools against the hands that were simulated: never faster."""
+        """Speed of the tools, which must not exceed that of the simulated hands."""
         p_BT = self._tools[:, :, :3, 3][:, self._fold]
         speed = np.linalg.norm(np.diff(p_BT, axis=1), axis=2) / self._motion.times[1]
         arm, row = np.unravel_index(int(speed.argmax()), speed.shape)
@@ -148,7 +148,7 @@ class Checks:
         return self._check(worst.min(), LEAST_SINGULARITY, "1", int(self._fold[row]), name, least=True)
 
     def _scaling(self) -> PlanCheck:
-        """How many times slower the fold is driven than it was simulated."""
+        """Time scaling: duration of the fold over its simulated duration."""
         times, fold = self._task.hands.times, self._motion.part("fold")
         rate = np.diff(self._motion.simulated(self._fold)) / self._motion.times[1]
         slowest = int(self._fold[int(rate.argmin())]) if len(rate) else int(self._fold[0])
@@ -157,12 +157,12 @@ class Checks:
 
 
 def in_words(value: float, limit: float, unit: str, ok: bool) -> tuple[str, str, str]:
-    """A figure for people: its value, its unit (millimetres for metres), and what it may be."""
+    """A check as text: value, unit (millimetres for metres) and limit."""
     scale, unit = (1e3, "mm") if unit == "m" else (1.0, "" if unit == "1" else unit)
     bound = "at least" if ok == (value > limit) else "at most"
     return f"{scale * value:.4g}", unit, f"{bound} {scale * limit:.4g}"
 
 
 def failing(checks: dict[str, PlanCheck]) -> tuple[str, PlanCheck] | None:
-    """The first check that is not ok."""
+    """The first check that failed, if any."""
     return next(((name, check) for name, check in checks.items() if not check.ok), None)

@@ -1,8 +1,8 @@
-"""How far the robot stays from itself and from the table, by MuJoCo's distances between its collision shapes.
+"""Clearance of the robot from itself and from the table: MuJoCo's distances between its collision shapes.
 
 The robot's own controller does not check itself, so this must. Pairs are the left arm with the right, each arm with
-the trunk, parts of one arm that are two or more links apart, and each arm with the table. What a joint connects, and
-what two arms' shapes at their roots share with the trunk, is not checked: the joints' ranges keep it apart.
+the trunk, parts of one arm that are two or more links apart, and each arm with the table. Links that a joint connects,
+and the roots of both arms with the trunk, are not checked: the joints' ranges keep them apart.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from tatamu.robots.extras import needed
 from tatamu.robots.model import TABLE, Robot
 
 FAR = 0.15
-"""Distances are not followed beyond this [m]."""
+"""Cut-off beyond which distances are not computed [m]."""
 KINDS = ("between arms", "to the trunk", "within an arm", "to the table")
 
 
@@ -25,18 +25,18 @@ class Distance:
     """The least distance of one kind over many configurations."""
 
     value: float
-    """[m]; FAR where everything was farther away."""
+    """Distance [m]; FAR where everything was farther away."""
     row: int
-    """Which configuration."""
+    """Index of the configuration."""
     pair: tuple[str, str]
-    """The two links."""
+    """Names of the two links."""
 
 
 class Clearance:
-    """Distances of one robot."""
+    """Distance queries on one robot."""
 
     def __init__(self, robot: Robot, kinds: tuple[str, ...] = KINDS, arm: str | None = None) -> None:
-        """Distances of some kinds only, and of one arm only, where they are given."""
+        """Restrict to some kinds of pairs, and to one arm, where they are given."""
         mujoco = needed("mujoco")
         self._mujoco, self.model = mujoco, robot.model
         self._data = mujoco.MjData(self.model)
@@ -60,13 +60,13 @@ class Clearance:
         return [(str(self.model.geom(a).name), str(self.model.geom(b).name)) for a, b in rows.tolist()]
 
     def set_table(self, height: float) -> None:
-        """Put the table top at a height in B [m]."""
+        """Move the table top to a height in B [m]."""
         self._mujoco.mj_kinematics(self.model, self._data)
         top = self._data.xpos[self._base][2] + height
         self.model.geom_pos[self._table][2] = top - self.model.geom_size[self._table][2]
 
     def lowest(self, configuration: np.ndarray) -> float:
-        """How high above the base's origin the arms' lowest point is at a configuration (nq,) [m]."""
+        """Height of the arms' lowest point above the base's origin at a configuration (nq,) [m]."""
         probe = -5.0
         self.set_table(probe)
         self._data.qpos[:] = configuration
@@ -92,7 +92,7 @@ class Clearance:
         return min((found.value for found in self.least(configurations).values()), default=FAR)
 
     def _nearest(self, pairs: np.ndarray, limit: float) -> tuple[float, tuple[str, str]]:
-        """The nearest pair that is nearer than `limit`, if any; spheres around the shapes rule most out."""
+        """The nearest pair closer than `limit`, if any; bounding spheres rule most out (broad phase)."""
         value, names = limit, ("", "")
         first, second = pairs.T
         apart = np.linalg.norm(self._data.geom_xpos[first] - self._data.geom_xpos[second], axis=1)
@@ -154,7 +154,7 @@ def _group(model: Any, robot: Robot, geom: int) -> tuple[str, int]:
 
 
 def _kind(a: tuple[str, int], b: tuple[str, int]) -> str | None:
-    """Which kind of pair two shapes are; None: not one to check."""
+    """Kind of pair that two shapes make; None: not one to check."""
     if a[0] and b[0]:
         if a[0] != b[0]:
             return "between arms"

@@ -1,4 +1,7 @@
-"""Any dual-arm robot: a short TOML file that names its model, arms, tool frames and limits. See docs/robots.md."""
+"""Any dual-arm robot: a short TOML file that names its model, arms, tool frames and limits.
+
+docs/reference/robot-description.md has an example.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +9,11 @@ from pathlib import Path
 from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from tatamu.errors import InputError
 from tatamu.files import read_toml, validated
+from tatamu.records import Record
 from tatamu.robots.clearance import Clearance
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.model import Arm, Robot, StartPose
@@ -19,43 +23,39 @@ Vector = tuple[float, float, float]
 Numbers = Annotated[list[float], Field(min_length=1)]
 
 
-class _Record(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class Frame(_Record):
-    """A pose: fixed axes, x then y then z, as URDF."""
+class Frame(Record):
+    """A pose: translation, and rotation about fixed x, then y, then z, as in URDF."""
 
     xyz: Vector = (0.0, 0.0, 0.0)
-    """[m]."""
+    """Translation [m]."""
     rpy: Vector = (0.0, 0.0, 0.0)
-    """[rad]."""
+    """Rotation about fixed x, y, z [rad]."""
 
     @property
     def matrix(self) -> np.ndarray:
-        """Shape (4, 4)."""
+        """As a matrix, shape (4, 4)."""
         return pose(from_rpy(*self.rpy), np.array(self.xyz))
 
 
-class ArmDescription(_Record):
-    """One arm."""
+class ArmDescription(Record):
+    """Description of one arm."""
 
     model: str | None = None
     """URDF or MJCF of this arm alone, when two single arms make a pair; beside the description."""
     mount: Frame = Frame()
-    """Where that arm's model stands in the pair's base."""
+    """Pose of that arm's model in the pair's base."""
     joints: Annotated[list[str], Field(min_length=5)]
-    """From the base outwards, as the model names them."""
+    """Joint names of the model, from the base outwards."""
     link: str
     """The body of the last joint, or one fixed to it: the wrist."""
     tool: Frame
-    """Fingertips in the wrist; z is the direction of approach."""
+    """X_WT, the fingertips in the wrist; z is the direction of approach."""
     initial: Numbers
-    """Where motions start [rad]."""
+    """Joint angles at which motions start [rad]."""
     speed: Numbers
-    """Fastest of each joint [rad/s]."""
+    """Greatest speed of each joint [rad/s]."""
     acceleration: Numbers
-    """Fastest of each joint [rad/s^2]."""
+    """Greatest acceleration of each joint [rad/s^2]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -69,8 +69,8 @@ class ArmDescription(_Record):
         return self
 
 
-class Description(_Record):
-    """A robot."""
+class Description(Record):
+    """Description of a robot."""
 
     name: str
     model: str | None = None
@@ -78,9 +78,9 @@ class Description(_Record):
     base: str = "world"
     """The body that plans are written in; it must not move."""
     table_heights: tuple[float, float] = (0.0, 0.0)
-    """Between which heights a table may be chosen, in the base [m]."""
+    """Lowest and highest table top that may be chosen, in the base [m]."""
     front: float = 0.1
-    """Where the table begins, along x of the base [m]."""
+    """Near edge of the table, along x of the base [m]."""
     larm: ArmDescription
     rarm: ArmDescription
 
@@ -99,7 +99,7 @@ class Description(_Record):
 
 
 def described(path: Path) -> Robot:
-    """Read a description and the models that it names.
+    """Load the robot of a description and the models that it names.
 
     Raises:
         InputError: A file cannot be read, a field is wrong, or the model has no such joint or body.
@@ -144,7 +144,7 @@ def _arm(name: str, arm: ArmDescription, prefix: str) -> Arm:
 
 
 def _read(path: Path, model: str) -> Any:
-    """A model file beside the description."""
+    """Read a model file beside the description."""
     mujoco = needed("mujoco")
     file = path.parent / model
     if not file.is_file():
@@ -158,7 +158,7 @@ def _read(path: Path, model: str) -> Any:
 
 
 def _pair(path: Path, arms: dict[str, ArmDescription]) -> Any:
-    """Two single arms in one model; their names get `larm_` and `rarm_` in front."""
+    """Join two single arms in one model; their names get `larm_` and `rarm_` in front."""
     mujoco = needed("mujoco")
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
@@ -171,7 +171,7 @@ def _pair(path: Path, arms: dict[str, ArmDescription]) -> Any:
 
 
 def _check(path: Path, robot: Robot) -> None:
-    """The model must have what the description names."""
+    """Refuse names of the description that the model does not have."""
     for arm in robot.arms:
         if robot.spec.body(arm.link) is None:
             raise InputError(f"{path}: {arm.name}.link: the model has no body {arm.link!r}")
@@ -201,7 +201,7 @@ def _check(path: Path, robot: Robot) -> None:
 
 
 def _check_chain(path: Path, robot: Robot, arm: Arm, prefix: str) -> None:
-    """The joints must lead to the arm's wrist in this order, and move shapes that distances are taken between."""
+    """Refuse joints that do not lead to the wrist in this order, or move no collision shapes."""
     where = f"{path}: {arm.name}.joints:"
     names = [name.removeprefix(prefix) for name in arm.joints]
     on_the_way = [joint.removeprefix(prefix) for joint in _joints_to(robot.model, arm.link)]

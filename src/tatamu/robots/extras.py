@@ -1,4 +1,4 @@
-"""The optional packages of this folder: what is missing is said in one line, with how to install it."""
+"""Optional packages of this folder; one that is missing is reported in one line, with how to install it."""
 
 from __future__ import annotations
 
@@ -24,5 +24,5 @@ def needed(module: str) -> Any:
 
 
 def one_line(error: Exception) -> str:
-    """The text of somebody else's error in one line."""
+    """The text of another package's error in one line."""
     return " ".join(str(error).split())

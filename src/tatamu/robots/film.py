@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from tatamu.files import replacing
-from tatamu.report.palette import BACK, FRONT
+from tatamu.presentation.palette import BACK, FRONT
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.model import TABLE
 from tatamu.robots.pose import into, pose

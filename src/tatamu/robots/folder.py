@@ -1,4 +1,4 @@
-"""The folder of a plan, written in one piece. See docs/robots.md."""
+"""The folder of a plan, written in one piece. See docs/reference/robot-plan.md."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ FOLD_FILES = (MANIPULATION, SCENE, ROLLOUT, RESULT)
 
 
 def check_out(out: Path) -> None:
-    """Refuse a place where something is that is no plan; worth asking before a plan is made.
+    """Refuse an existing path that is no plan, before any work is done.
 
     Raises:
-        InputError: Something else is there.
+        InputError: The path holds something else.
     """
     if out.resolve() == Path.cwd():
         raise InputError(f"{out}: is the folder that you are in, which a plan would replace: give another --out")
@@ -62,7 +62,7 @@ def save(plan: RobotPlan, out: Path) -> None:
 
 
 def _carry_fold(source: Path, folder: Path) -> None:
-    """Copy what a rehearsal reads of the learned fold, so that a plan's folder can travel alone."""
+    """Copy the learned fold's files that a rehearsal reads, so that a plan's folder is self-contained."""
     folder.mkdir()
     for name in FOLD_FILES:
         if (source / name).is_file():

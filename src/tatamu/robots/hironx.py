@@ -29,16 +29,16 @@ class Joint(NamedTuple):
     name: str
     parent: str
     position: Vector
-    """In the parent link's frame at zero [m]."""
+    """Origin in the parent link's frame, at zero [m]."""
     roll: float
-    """About the parent's x [rad]."""
+    """Rotation about the parent's x, at zero [rad]."""
     axis: Vector
     lower: float
     upper: float
     speed: float
-    """Of HIRONX [rad/s], [H-WRL] uvlimit."""
+    """Speed limit of HIRONX [rad/s], [H-WRL] uvlimit."""
     nextage_speed: float
-    """Of NEXTAGE Open [rad/s], [N-WRL]."""
+    """Speed limit of NEXTAGE Open [rad/s], [N-WRL]."""
 
 
 class Body(NamedTuple):
@@ -131,7 +131,7 @@ PLANNED_ACCELERATION = 1.0
 """MoveIt's cap [rad/s^2]; Kawada publishes no figure."""
 NEXTAGE_PLANNED_ACCELERATION = 1.5
 TABLE_HEIGHTS = (-0.20, 0.10)
-"""Where a table top serves both arms, in WAIST [m]: with the tool within 3 degrees of vertical, both arms share x from
-0.10 to 0.40 m and |y| up to 0.25 m at -0.10 m, and half of that at -0.20 m (computed from this chain)."""
+"""Heights of table tops that serve both arms, in WAIST [m]: with the tool within 3 degrees of vertical, both arms share
+x from 0.10 to 0.40 m and |y| up to 0.25 m at -0.10 m, and half of that at -0.20 m (computed from this chain)."""
 FRONT = 0.10
-"""A table cannot come nearer than this to the column that the robot stands on, along x of WAIST [m]."""
+"""Least distance of a table from the robot's column, along x of WAIST [m]."""

@@ -15,10 +15,10 @@ from tatamu.robots.pose import pose, turn
 HAND_HALF = (0.042, 0.016)
 """Half the width of the open hand along y and half its depth along z [m]: finger links of [H-DAE] at 30 degrees."""
 FINGER_HALF = (0.030, 0.008)
-"""The last part of the fingers, slimmer [m]."""
+"""Length of the slimmer last part of the fingers [m]."""
 FINGER_LENGTH = 0.030
 TIP = 0.010
-"""The outermost part of the fingers is no obstacle: it lies on the table while it grasps [m]."""
+"""Outermost part of the fingers, which is no obstacle: it lies on the table during the grasp [m]."""
 
 
 def kawada(
@@ -27,13 +27,13 @@ def kawada(
     """HIRONX, or NEXTAGE Open with `nextage`.
 
     Args:
-        name: What plans call it.
+        name: Name in plans.
         wrist_offset: From J4 to J5 along x [m]; None: -0.047.
         fingertip: From the origin of the last link to the fingertip, along its -x [m]; None: the stock hand's.
         nextage: NEXTAGE Open's speeds, range of LARM_JOINT3 and tool.
 
     Raises:
-        InputError: A length is no length of such a wrist or hand.
+        InputError: A length is out of the range of such a wrist or hand.
     """
     wrist_offset = facts.WRIST_OFFSET if wrist_offset is None else wrist_offset
     usual = facts.NEXTAGE_FINGERTIP if nextage else facts.FINGERTIP

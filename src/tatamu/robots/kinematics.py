@@ -21,10 +21,10 @@ class Missed:
     """A tool pose that has no solution near the last one."""
 
     point: int
-    """Which of the poses."""
+    """Index of the pose."""
     arm: str
     error: float
-    """What is left [m, and rad times LENGTH]."""
+    """Residual error [m, and rad times LENGTH]."""
     joint: str | None
     """A joint that stands at its limit there, if any."""
 

@@ -25,7 +25,7 @@ def _side(axis: int, sign: float) -> list[list[float]]:
 
 
 CORNERS = np.array([corner for side in _SIDES for corner in _side(*side)])
-"""Of a cube of half size 1, four for each side, shape (24, 3)."""
+"""Corners of a cube of half size 1, four for each side, shape (24, 3)."""
 FACES = np.array([[4 * k + i for i in triangle] for k in range(6) for triangle in ((0, 1, 2), (0, 2, 3))])
 """Triangles of the cube, shape (12, 3)."""
 

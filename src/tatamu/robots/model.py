@@ -22,7 +22,7 @@ class Arm:
     name: str
     """`larm` or `rarm`."""
     joints: tuple[str, ...]
-    """From the base outwards."""
+    """Names of the joints, from the base outwards."""
     link: str
     """The body that the last joint moves: the wrist frame W."""
     tool_in_wrist: np.ndarray
@@ -49,11 +49,11 @@ class Arm:
 
 @dataclass(frozen=True)
 class StartPose:
-    """A pose that the robot's own software brings it to."""
+    """A named pose of the robot's own software."""
 
     name: str
     larm: np.ndarray
-    """[rad], shape (k,)."""
+    """Joint angles of each arm [rad], shape (k,)."""
     rarm: np.ndarray
 
 
@@ -73,15 +73,15 @@ class Robot:
     trunk: str | None
     """A joint that carries both arms and turns about z of B, if it has one."""
     trunk_speed: tuple[float, float]
-    """What the hardware allows, and what plans keep to [rad/s]."""
+    """Trunk speed: hardware limit, and limit of plans [rad/s]."""
     trunk_acceleration: float
-    """What plans keep to [rad/s^2]."""
+    """Trunk acceleration limit of plans [rad/s^2]."""
     poses: tuple[StartPose, ...]
-    """Where its motions may start, the usual one first; the arms' `initial` is one of them."""
+    """Poses that motions may start from, the usual one first; the arms' `initial` is one of them."""
     table_heights: tuple[float, float]
-    """Between which heights a table may be chosen for it, in B [m]."""
+    """Lowest and highest table top that may be chosen, in B [m]."""
     front: float
-    """The table begins here, along x of B [m]."""
+    """Near edge of the table, along x of B [m]."""
 
     @property
     def arms(self) -> tuple[Arm, Arm]:
@@ -105,7 +105,7 @@ class Robot:
 
     @cached_property
     def columns(self) -> dict[str, int]:
-        """Where each joint's angle stands in qpos."""
+        """Index of each joint's angle in qpos."""
         return {name: int(self.model.joint(name).qposadr[0]) for name in self.joints}
 
     def limits(self, arm: Arm) -> np.ndarray:

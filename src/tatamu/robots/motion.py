@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
+from tatamu.records import Record
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.model import Robot
 from tatamu.robots.paths import Stage
@@ -19,10 +20,8 @@ JOINT_MOVE = 20.0
 """Rate of stages from pose to pose, whose s goes from 0 to 1: only the joints' limits hold them back [1/s]."""
 
 
-class Pace(BaseModel):
+class Pace(Record):
     """How careful the motion is. Times [s], speeds [m/s]."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     lead: float = Field(3.0, ge=0.1)
     """Still at the start: a robot that is not quite there has this long to come."""

@@ -1,6 +1,6 @@
 """The path of the whole motion in joint angles: approach, lower, fold, raise, return.
 
-The tool stays as it is turned from before the grasp until after the release, as in the paper (section VI-C): the
+The tool keeps its orientation from before the grasp until after the release, as in the paper (section VI-C): the
 curve is cut into via-points every ten frames, and the joints pass smoothly through all of them, both arms together.
 """
 
@@ -21,12 +21,12 @@ from tatamu.robots.placement import LIFT, Hold, Placement
 from tatamu.robots.pose import pose
 
 CLOSE_ENOUGH = 1.5e-4
-"""Between via-points the joints' splines may leave the hands' curves by this; else a point is put between [m]."""
+"""Largest distance of the joints' splines from the hands' curves [m]; beyond it a point is inserted."""
 ROUNDS = 4
 
 
 class Unreachable(TatamuError):
-    """An arm cannot follow; `progress` says how far it came, from 0 to 1."""
+    """An arm cannot follow its path; `progress` is the fraction reached, from 0 to 1."""
 
     def __init__(self, message: str, progress: float) -> None:
         super().__init__(message)
@@ -41,7 +41,7 @@ class Stage:
     spline: CubicSpline
     """Full configurations [rad] over s."""
     rate: float
-    """The fastest ds/dt: with s in simulated seconds 1, with s in metres a speed."""
+    """Upper bound on ds/dt: at most 1 with s in simulated seconds, a speed with s in metres."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class PlacedFold:
     hands: HandMotion
     placement: Placement
     holds: tuple[Hold, Hold]
-    """Left, right."""
+    """Tool orientations of the left and the right hand."""
     source: Path
     """The folder of the fold, for messages."""
 
@@ -79,7 +79,7 @@ def tool_poses(robot: Robot, chains: tuple[Chain, ...], q: np.ndarray) -> np.nda
 
 
 class Paths:
-    """Solves a task's stages."""
+    """Solver of the stages of a task."""
 
     def __init__(self, task: PlacedFold) -> None:
         self.task = task
@@ -90,8 +90,8 @@ class Paths:
         """All stages in order.
 
         Args:
-            lower_speed: Of the tools towards the cloth [m/s].
-            raise_speed: Of the tools off the cloth [m/s].
+            lower_speed: Speed of the tools towards the cloth [m/s].
+            raise_speed: Speed of the tools off the cloth [m/s].
             rate: The fold's fastest rate, in simulated seconds per second.
 
         Raises:
@@ -151,7 +151,7 @@ class Paths:
         return spline
 
     def _error(self, spline: CubicSpline, times: np.ndarray) -> np.ndarray:
-        """How far the worse tool is from where its hand is at simulated times [m], shape (n,)."""
+        """Distance of the worse tool from its hand at simulated times [m], shape (n,)."""
         wanted, q = self.task.tools(times)[:, :, :3, 3], spline(times)
         reached = tool_poses(self.task.robot, self.chains, q)[:, :, :3, 3]
         return np.linalg.norm(reached - wanted, axis=2).max(axis=0)

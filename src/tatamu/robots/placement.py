@@ -1,4 +1,4 @@
-"""Where the fold lies before the robot, and how the hands hold it: the candidates that reach is asked for.
+"""Placements of the fold before the robot, and orientations of the tools: the candidates that reach rates.
 
 B is the robot's base, F the fold's frame, T the tool. A placement is X_BF, turned about z only.
 """
@@ -14,7 +14,7 @@ from tatamu.robots.chain import Chain
 from tatamu.robots.pose import pose, turn
 
 LIFT = 0.06
-"""How far the tool stands back from the cloth before it grasps and after it has released, along its approach [m]."""
+"""Retreat of the tool from the cloth before the grasp and after the release, along its approach [m]."""
 
 
 @dataclass(frozen=True)
@@ -25,11 +25,11 @@ class Placement:
     """Origin of F in B [m]."""
     y: float
     z: float
-    """The table top's height in B [m]."""
+    """Height of the table top in B [m]."""
     yaw: float
-    """[rad]."""
+    """Rotation about z [rad]."""
     turning: float = 0.0
-    """How much the robot's trunk turns with the hands: 0 not at all, 1 so that it faces the middle between them."""
+    """Fraction by which the trunk turns with the hands: 0 not at all, 1 facing the middle between them."""
 
     def trunk(self, points: np.ndarray) -> np.ndarray:
         """The trunk's angle [rad] (n,) when the hands are at points (2, n, 3) of F."""
@@ -42,7 +42,7 @@ class Placement:
         return pose(turn(2, self.yaw), np.array([self.x, self.y, self.z]))
 
     def begins(self, points: np.ndarray) -> float:
-        """How far before the robot the nearest of points (.., 3) of F is, along x of B [m]."""
+        """Distance of the nearest of points (.., 3) of F before the robot, along x of B [m]."""
         return float((points @ self.matrix[0, :3]).min() + self.x)
 
     def __str__(self) -> str:
@@ -54,12 +54,12 @@ class Placement:
 
 @dataclass(frozen=True)
 class Hold:
-    """How one hand is turned while it holds the cloth: the same from grasp to release."""
+    """Orientation of one tool while it holds the cloth, constant from grasp to release."""
 
     tilt: float
-    """Of the approach direction from straight down [rad]."""
+    """Angle of the approach direction from straight down [rad]."""
     azimuth: float
-    """Which way the fingertips lead then, about z from the base's x [rad]."""
+    """Heading of the lean, about z from the base's x [rad]."""
 
     @property
     def rotation(self) -> np.ndarray:
@@ -92,7 +92,7 @@ def _leaning(degrees: Sequence[float]) -> list[Hold]:
 HOLDS = _leaning([15, 30])
 """Straight down, and leaning in eight directions."""
 FINE_HOLDS = _leaning([8, 15, 22, 30])
-"""For the neighbourhood of a good placement."""
+"""Finer leans, for the neighbourhood of a good placement."""
 
 
 TURNS = [
@@ -107,8 +107,8 @@ TURNS = [
         (-75, (0.5, 1.0)),
     )
 ]
-"""Ways that the fold goes in B, from straight ahead [rad], and how much the trunk may turn with it: a fold that goes
-sideways needs it."""
+"""Headings of the fold in B, from straight ahead [rad], each with the fraction by which the trunk may turn: a fold that
+goes sideways needs it."""
 
 
 def grid(
@@ -119,8 +119,8 @@ def grid(
     Args:
         chains: Both arms.
         points: Both hands' paths in F [m], shape (2, n, 3).
-        heights: Between which the table top may stand in B [m].
-        front: Where the table begins, along x of B [m].
+        heights: Lowest and highest table top in B [m].
+        front: Near edge of the table, along x of B [m].
         trunk: Whether the robot can turn its trunk; it does for folds that go sideways.
     """
     shoulder = np.mean([chain.shoulder for chain in chains], axis=0)
@@ -150,7 +150,7 @@ def neighbours(best: Placement, points: np.ndarray, heights: tuple[float, float]
 
 
 def _heading(points: np.ndarray) -> float:
-    """Which way the hands go, about z from x of F [rad]: not every step of a plan goes along x."""
+    """Heading of the hands, about z from x of F [rad]: not every step of a plan goes along x."""
     x, y = (points[:, -1] - points[:, 0]).mean(axis=0)[:2]
     return float(np.arctan2(y, x))
 

@@ -1,4 +1,4 @@
-"""The models of plan.json: written with a plan, read by a rehearsal. See docs/robots.md."""
+"""The models of plan.json: written with a plan, read by a rehearsal. See docs/theory/robot-planning.md."""
 
 from __future__ import annotations
 

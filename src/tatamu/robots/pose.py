@@ -36,7 +36,7 @@ def inverse(matrix: np.ndarray) -> np.ndarray:
 
 
 def into(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Points of A as points of B, both (.., 3) [m], from X_AB."""
+    """Transform points of A to B, both (.., 3) [m], given X_AB."""
     return np.asarray((points - matrix[:3, 3]) @ matrix[:3, :3])
 
 

@@ -1,6 +1,6 @@
 """Which placements both arms can follow the whole fold from, and which of them best.
 
-Each candidate placement is tried with each way to hold; an arm follows the hand's path from point to point by damped
+Each candidate placement is tried with each hold; an arm follows the hand's path from point to point by damped
 least squares, each from the last one's angles, so that a path which would need a jump counts as unreachable. What
 is reached is then asked for its distance from the trunk and the table, and both arms from one another.
 """
@@ -36,16 +36,16 @@ TABLE_ROOM = 0.01
 HOPELESS = -1.0
 """Worse than this is not followed up."""
 REFINED = 2
-"""So many of the best placements are searched around."""
+"""Placements, the best first, whose neighbourhoods are searched too."""
 ASKED = 80
-"""So many of the best placements are asked for distances."""
+"""Placements, the best first, that are asked for distances."""
 CLEAR, TRIED = 3, 8
-"""Of each arm so many ways to hold that touch nothing are wanted, and so many are tried for them at most."""
+"""Holds that touch nothing that are wanted of each arm, and holds that are tried for them at most."""
 
 
 @dataclass(frozen=True)
 class ArmReach:
-    """How one arm follows one hand, for every placement and way to hold."""
+    """How one arm follows one hand, for every placement and hold."""
 
     quality: np.ndarray
     """1 is comfortable, 0 just possible, negative not; shape (placements, holds)."""

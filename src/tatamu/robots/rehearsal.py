@@ -1,8 +1,8 @@
 """A plan rehearsed: the robot's joints driven through it in MuJoCo, under gravity and with contacts.
 
 Each joint has position and velocity control, as a robot's drives have; links weigh what they weigh, with gravity
-compensated as the robot's own controller does. Contacts act between every pair that the plan checked, so that what
-should not touch is seen to touch. The cloth is light against the arms (a towel weighs less than a tenth of what an arm
+compensated as the robot's own controller does. Contacts act between every pair that the plan checked, so that
+unwanted contacts show. The cloth is light against the arms (a towel weighs less than a tenth of what an arm
 may carry), so it follows the hands and does not move them: `scene` gives the hands' rehearsed motion to any simulator.
 """
 
@@ -25,7 +25,7 @@ from tatamu.robots.planned import ARMS, Planned
 from tatamu.scene import Gripper, Scene
 
 STEP = 0.001
-"""Of the simulation [s]."""
+"""Time step of the simulation [s]."""
 SAMPLE = 5
 """Steps between samples."""
 STIFFNESS, RATIO = 60.0, 1.0
@@ -38,47 +38,47 @@ class Contact:
 
     links: tuple[str, str]
     first: float
-    """When [s]."""
+    """First time of contact [s]."""
     depth: float
-    """The deepest [m]."""
+    """Greatest penetration [m]."""
 
 
 @dataclass(frozen=True)
 class Rehearsal:
-    """What happened."""
+    """The motion of a rehearsed plan, and its contacts."""
 
     planned: Planned
     times: np.ndarray
-    """[s], shape (n,)."""
+    """Times of the samples [s], shape (n,)."""
     angles: np.ndarray
-    """Of the plan's joints [rad], shape (n, j)."""
+    """Angles of the plan's joints [rad], shape (n, j)."""
     tools: np.ndarray
-    """Both tools in B [m], shape (2, n, 3)."""
+    """Positions of both tools in B [m], shape (2, n, 3)."""
     wanted_tools: np.ndarray
-    """Where the plan has them [m], shape (2, n, 3)."""
+    """Planned positions of both tools [m], shape (2, n, 3)."""
     contacts: list[Contact]
     wall_seconds: float
 
     @property
     def joint_distances(self) -> np.ndarray:
-        """How far each joint is from the plan [rad], shape (n, j)."""
+        """Deviation of each joint from the plan [rad], shape (n, j)."""
         planned = self.planned
         wanted = np.array([np.interp(self.times, planned.times, column) for column in planned.angles.T]).T
         return self.angles - wanted
 
     @property
     def joint_error(self) -> np.ndarray:
-        """Largest distance from the plan of each joint [rad], shape (j,)."""
+        """Largest deviation of each joint from the plan [rad], shape (j,)."""
         return np.abs(self.joint_distances).max(axis=0)
 
     @property
     def closes(self) -> float:
-        """When the first hand closes [s]: a rehearsed fold's time begins there."""
+        """Time at which the first hand closes [s], where a rehearsed fold begins."""
         return min(self.planned.event(arm, "close") for arm in ARMS)
 
     @property
     def tool_distances(self) -> np.ndarray:
-        """How far each tool is from the plan [m], shape (2, n)."""
+        """Distance of each tool from the plan [m], shape (2, n)."""
         return np.asarray(np.linalg.norm(self.tools - self.wanted_tools, axis=2))
 
     @property
@@ -93,13 +93,13 @@ class Rehearsal:
 
     @property
     def real_time_factor(self) -> float:
-        """Simulated seconds per second."""
+        """Real time factor: simulated seconds per second of computing."""
         return float(self.times[-1] / self.wall_seconds)
 
     def scene(self, learned: Scene) -> Scene:
-        """The learned fold's scene with the robot's hands in it: what a simulator makes of the rehearsal.
+        """The learned fold's scene with the robot's hands in place of the learned ones.
 
-        Time begins when the fingers close; each gripper follows where its tool really was.
+        Time begins when the fingers close; each gripper follows the actual motion of its tool.
 
         Args:
             learned: The scene of the fold, with the left hand's grippers first; of several, the first stays as it is
@@ -167,7 +167,7 @@ def rehearse(planned: Planned) -> Rehearsal:
 
 
 def _stage(planned: Planned, mujoco: Any) -> Any:
-    """The plan's model with drives on its joints, and contacts where the plan wants none."""
+    """The plan's model with drives on its joints, and contacts between the pairs that must not touch."""
     path = planned.folder / "robot.xml"
     if not path.is_file():
         raise InputError(f"{path}: there is no such file; plan again")
@@ -189,7 +189,7 @@ def _stage(planned: Planned, mujoco: Any) -> Any:
 
 
 def _check_names(spec: Any, planned: Planned) -> None:
-    """The model must have the base and the tools of the plan."""
+    """Refuse a model without the base or the tools of the plan."""
     missing = [] if spec.body(planned.plan.base_frame) else [planned.plan.base_frame]
     missing += [f"{arm}_tool" for arm in ARMS if spec.site(f"{arm}_tool") is None]
     if missing:
@@ -197,12 +197,12 @@ def _check_names(spec: Any, planned: Planned) -> None:
 
 
 def _inertia(model: Any, planned: Planned) -> np.ndarray:
-    """What each joint moves with all others at zero [kg m^2], shape (j,): its drive is tuned to it."""
+    """Inertia that each joint moves, all others at zero [kg m^2], shape (j,); its drive is tuned to it."""
     return np.array([model.dof_M0[int(model.joint(name).dofadr[0])] for name in planned.plan.joints])
 
 
 def _commands(planned: Planned) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Wanted angles and speeds at every step, as the robot's interpolator gives them: linear between rows."""
+    """Reference angles and speeds at every step, linear between rows as the robot's interpolator has them."""
     for (early, start), (late, end) in pairwise(zip(planned.times, planned.angles, strict=True)):
         count = max(1, round((late - early) / STEP))
         speed = (end - start) / (late - early)
@@ -211,14 +211,14 @@ def _commands(planned: Planned) -> Iterator[tuple[np.ndarray, np.ndarray]]:
 
 
 def _tools(data: Any, planned: Planned) -> np.ndarray:
-    """Both tools in B [m], shape (2, 3)."""
+    """Positions of both tools in B [m], shape (2, 3)."""
     base = data.body(planned.plan.base_frame)
     R_WB = base.xmat.reshape(3, 3)
     return np.array([R_WB.T @ (data.site(f"{arm}_tool").xpos - base.xpos) for arm in ARMS])
 
 
 def _wanted(planned: Planned, model: Any, columns: list[int], times: np.ndarray, mujoco: Any) -> np.ndarray:
-    """Where the plan has the tools at times [m], shape (2, n, 3)."""
+    """Planned positions of the tools at times [m], shape (2, n, 3)."""
     data, found = mujoco.MjData(model), []
     wanted = np.array([np.interp(times, planned.times, column) for column in planned.angles.T]).T
     for row in wanted:
@@ -229,7 +229,7 @@ def _wanted(planned: Planned, model: Any, columns: list[int], times: np.ndarray,
 
 
 def _note(model: Any, data: Any, touched: dict[tuple[str, str], Contact]) -> None:
-    """Remember which links touch, since when and how deep."""
+    """Record which links touch, since when and how deep."""
     for number in range(data.ncon):
         contact = data.contact[number]
         if contact.dist > 0:

@@ -1,4 +1,4 @@
-"""The folder of a rehearsal: its figures, the motion for a replay, and the fold that the robot's hands make."""
+"""The folder of a rehearsal: its figures, its motion, and the fold by the robot's hands."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def _figures(rehearsal: Rehearsal) -> dict[str, Any]:
 
 
 def _fold_figures(fold: Refold) -> dict[str, Any]:
-    """The fold that the robot's hands make, against floating hands and the wanted shape; lengths in metres."""
+    """Compare the fold by the robot's hands with floating hands and with the target; lengths in metres."""
     figures: dict[str, Any] = {
         "simulator": fold.robot.info.get("simulator"),
         "halvings": fold.halvings,
@@ -78,7 +78,7 @@ def _fold_figures(fold: Refold) -> dict[str, Any]:
 
 
 def summary(figures: dict[str, Any]) -> list[str]:
-    """The figures for people."""
+    """The figures as text for the terminal."""
     joint, error = max(figures["joint_error"].items(), key=lambda item: item[1])
     lines = [
         f"{figures['robot']}: {figures['simulated_seconds']:.1f} s rehearsed, {figures['real_time_factor']:.1f} times "
@@ -95,7 +95,7 @@ def summary(figures: dict[str, Any]) -> list[str]:
 
 
 def halved(often: int) -> str:
-    """How often edges were halved, in words."""
+    """Number of halvings of the mesh's edges, in words."""
     return "halved " + {1: "once", 2: "twice"}.get(often, f"{often} times")
 
 

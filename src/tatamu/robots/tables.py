@@ -1,4 +1,4 @@
-"""A motion as tables that any language reads: CSV, JSON, and lists for hrpsys' playPatternOfGroup."""
+"""A motion as tables for any language: CSV, JSON, and lists for hrpsys' playPatternOfGroup."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from tatamu.robots.plan import RobotPlan
 
 DECIMALS = 9
 POINT_EVERY = 4
-"""Trajectory points for ROS and hrpsys are every so many samples: 50 a second."""
+"""Samples from one trajectory point of ROS and hrpsys to the next: 50 points a second."""
 
 
 def joint_csv(robot: Robot, motion: Motion) -> str:
-    """`time,JOINT,..`, one row per sample [s, rad]."""
+    """CSV with the header `time,JOINT,..`, one row per sample [s, rad]."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["time", *robot.joints])

@@ -1,6 +1,6 @@
-"""How fast a path may be driven: time-optimal path parameterisation (Pham and Pham 2018) by toppra.
+"""Time-optimal path parameterisation (Pham and Pham 2018) by toppra.
 
-A path is q(s). Beside the joints' limits on speed and acceleration, s itself has a fastest rate: with s the
+A path is q(s). Beside the joints' limits on speed and acceleration, the rate ds/dt is bounded too: with s the
 simulated time and a rate of 1 the robot is never faster than the cloth motion that was simulated, anywhere.
 """
 
@@ -17,7 +17,7 @@ from tatamu.errors import TatamuError
 from tatamu.robots.extras import needed
 
 KEEP = 0.98
-"""Part of each limit that is planned with: toppra holds its limits at grid points, not between them."""
+"""Fraction of each limit that is planned with: toppra holds its limits at grid points, not between them."""
 
 
 STILL = 1e-5
@@ -29,11 +29,11 @@ class Timed:
     """A path with its timing."""
 
     duration: float
-    """[s]."""
+    """Duration of the motion [s]."""
     angles: Callable[[np.ndarray], np.ndarray]
-    """Times from 0 to `duration` [s] (n,) to angles [rad] (n, k)."""
+    """Joint angles [rad] (n, k) at times from 0 to `duration` [s] (n,)."""
     parameter: Callable[[np.ndarray], np.ndarray]
-    """Times (n,) to s (n,)."""
+    """Path parameter s (n,) at times (n,)."""
 
 
 class _Path:
@@ -59,20 +59,20 @@ class _Path:
 
 
 class Untimed(TatamuError):
-    """A path has no time law within the joints' limits."""
+    """A path has no time parameterisation within the joints' limits."""
 
 
 def timed(spline: CubicSpline, rate: float, speed: np.ndarray, acceleration: np.ndarray) -> Timed:
-    """Drive a path as fast as allowed, from rest to rest.
+    """Find the fastest time parameterisation of a path, from rest to rest.
 
     Args:
         spline: q(s) [rad], k values.
-        rate: The fastest ds/dt.
-        speed: Of the joints [rad/s], shape (k,).
-        acceleration: Of the joints [rad/s^2], shape (k,).
+        rate: Upper bound on ds/dt.
+        speed: Limits of the joints [rad/s], shape (k,).
+        acceleration: Limits of the joints [rad/s^2], shape (k,).
 
     Raises:
-        Untimed: No time law keeps to them.
+        Untimed: No parameterisation satisfies them.
     """
     toppra = needed("toppra")
     logging.getLogger("toppra").setLevel(logging.CRITICAL)

@@ -1,4 +1,4 @@
-"""What a simulator can and cannot do, stated by itself, so that callers ask instead of knowing names."""
+"""The abilities and limits of a simulator, stated by itself, so that callers ask instead of knowing names."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ class Check:
     """Cases under one name."""
 
     name: str
-    """What `--only` takes."""
+    """Name that `--only` takes."""
     title: str
     reference: str
     """Where the right answer comes from, one line."""

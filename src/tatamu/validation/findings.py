@@ -1,4 +1,4 @@
-"""What a check finds: rows of a table and curves of a plot."""
+"""Findings of a check: rows of a table and curves of a plot."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ class Row:
     """One measured quantity against its reference."""
 
     quantity: str
-    """What was measured, its unit in brackets."""
+    """Measured quantity, its unit in brackets."""
     reference: float | None
-    """What it should be; None: nothing but small."""
+    """Its right value; None: as small as possible."""
     got: float
-    """What it was."""
+    """Its value."""
     error: float
-    """How wrong it was, in `unit`; what is compared with `limit`."""
+    """Its error, in `unit`, which is compared with `limit`."""
     limit: float | None
     """Largest allowed error, in `unit`; None: stated, not judged."""
     unit: str

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tatamu.curves import bezier
 from tatamu.material import Material
+from tatamu.meshing import staggered
 from tatamu.scene import Gripper, Scene, Table
-from tatamu.validation.meshes import staggered
 from tatamu.validation.scenes import flat
 
 LENGTH, WIDTH = 0.28, 0.20
@@ -23,8 +24,8 @@ REST = 0.6
 
 
 @dataclass(frozen=True)
-class Manipulation:
-    """What both hands do, as fractions of the towel's length."""
+class RandomFold:
+    """A fold along Bezier curves, drawn at random."""
 
     control: np.ndarray
     """Bezier points P1, P2, P3 of each hand, relative to P0, (x, y, z) [m], shape (2, 3, 3)."""
@@ -32,7 +33,7 @@ class Manipulation:
     """How long the hands move."""
 
     @classmethod
-    def random(cls, seed: int, fast: bool) -> Manipulation:
+    def random(cls, seed: int, fast: bool) -> RandomFold:
         """A fold that lands near the other end; hands may differ but never pull apart."""
         random = np.random.default_rng(seed)
         points = np.zeros((2, 3, 3))
@@ -48,12 +49,10 @@ class Manipulation:
     def paths(self) -> np.ndarray:
         """Displacements of each hand at even times, smooth at both ends, shape (2, KNOTS, 3) [m]."""
         u = np.linspace(0, 1, KNOTS)
-        t = (u * u * (3 - 2 * u))[:, None]
-        p1, p2, p3 = (self.control[:, k, None] for k in range(3))
-        return 3 * (1 - t) ** 2 * t * p1 + 3 * (1 - t) * t**2 * p2 + t**3 * p3
+        return np.array([bezier(np.vstack([np.zeros(3), points]), u * u * (3 - 2 * u)) for points in self.control])
 
 
-def scene_of(manipulation: Manipulation, material: Material, spacing: float, depth: float = PATCH) -> Scene:
+def scene_of(manipulation: RandomFold, material: Material, spacing: float, depth: float = PATCH) -> Scene:
     """The manipulation on a mesh: both near corners are held `depth` metres in, carried over, and let go."""
     mesh = staggered(LENGTH, WIDTH, spacing)
     plan = mesh[0]

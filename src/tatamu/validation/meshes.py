@@ -10,7 +10,8 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-from scipy.spatial import Delaunay
+
+from tatamu.meshing import SLIVER, delaunay, staggered, twice_areas
 
 Mesh = tuple[np.ndarray, np.ndarray]
 Layout = Callable[[float, float, float], Mesh]
@@ -24,36 +25,12 @@ SHEAR = 0.02
 
 def right(length: float, width: float, spacing: float) -> Mesh:
     """Square cells, each cut by the same diagonal."""
-    nx, ny = max(1, round(length / spacing)), max(1, round(width / spacing))
+    nx = max(1, round(length / spacing))
+    ny = max(1, round(width / spacing))
     x, y = np.meshgrid(np.linspace(0, length, nx + 1), np.linspace(0, width, ny + 1), indexing="ij")
     number = np.arange((nx + 1) * (ny + 1)).reshape(nx + 1, ny + 1)
     a, b, c, d = (q.ravel() for q in (number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]))
     return np.column_stack([x.ravel(), y.ravel()]), np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
-
-
-def staggered(length: float, width: float, spacing: float) -> Mesh:
-    """Near-equilateral triangles: rows along y, sqrt(3)/2 spacings apart, every other one shifted by half."""
-    rows = max(2, 2 * round(length / (np.sqrt(3) * spacing)))
-    cells = max(1, round(width / spacing))
-    even = np.linspace(0, width, cells + 1)
-    odd = np.concatenate([[0.0], 0.5 * (even[1:] + even[:-1]), [width]])
-    plans = [odd if row % 2 else even for row in range(rows + 1)]
-    points = np.concatenate(
-        [np.column_stack([np.full(len(y), x), y]) for x, y in zip(np.linspace(0, length, rows + 1), plans, strict=True)]
-    )
-    starts = np.cumsum([0] + [len(y) for y in plans])
-    faces = [_between(starts[row], starts[row + 1], cells, bool(row % 2)) for row in range(rows)]
-    return points, np.concatenate(faces)
-
-
-def _between(low: int, high: int, cells: int, wide_first: bool) -> np.ndarray:
-    """Triangles between a row of cells + 1 points and one of cells + 2, counter-clockwise seen from +z."""
-    narrow, wide = (high, low) if wide_first else (low, high)
-    k, j = np.arange(cells), np.arange(cells + 1)
-    up = np.stack([narrow + k, wide + k + 1, narrow + k + 1], 1)
-    down = np.stack([wide + j, wide + j + 1, narrow + j], 1)
-    out = np.concatenate([up, down])
-    return out[:, ::-1] if wide_first else out
 
 
 def staggered_across(length: float, width: float, spacing: float) -> Mesh:
@@ -86,7 +63,8 @@ def _lattice(length: float, width: float, cell: np.ndarray, angle: float, shifte
     reach = int(np.hypot(length, width) / cell.min()) + 2
     i, j = (q.ravel() for q in np.meshgrid(np.arange(-reach, reach + 1), np.arange(-reach, reach + 1)))
     points = np.column_stack([i * cell[0], (j + 0.5 * (i % 2) * shifted) * cell[1]])
-    cosine, sine = np.cos(angle), np.sin(angle)
+    cosine = np.cos(angle)
+    sine = np.sin(angle)
     return points @ np.array([[cosine, sine], [-sine, cosine]]) + np.array([length, width]) / 2
 
 
@@ -96,17 +74,17 @@ def _inside(points: np.ndarray, length: float, width: float, margin: float) -> n
 
 
 def _triangulated(inner: np.ndarray, length: float, width: float, spacing: float, angle: float) -> Mesh:
-    nx, ny = max(1, round(length / spacing)), max(1, round(width / spacing))
-    x, y = np.linspace(0, length, nx + 1), np.linspace(0, width, ny + 1)[1:-1]
+    nx = max(1, round(length / spacing))
+    ny = max(1, round(width / spacing))
+    x = np.linspace(0, length, nx + 1)
+    y = np.linspace(0, width, ny + 1)[1:-1]
     sides = [(x, 0 * x), (x, 0 * x + width), (0 * y, y), (0 * y + length, y)]
     points = np.concatenate([np.column_stack(side) for side in sides] + [inner])
-    cosine, sine = np.cos(angle), np.sin(angle)
+    cosine = np.cos(angle)
+    sine = np.sin(angle)
     along = points @ np.array([[cosine, -sine], [sine, cosine]])
-    faces = Delaunay(along + SHEAR * np.column_stack([along[:, 1], 0 * along[:, 0]])).simplices.astype(np.int64)
-    a, b, c = (points[faces[:, k]] for k in range(3))
-    twice = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
-    faces[twice < 0] = faces[twice < 0][:, ::-1]
-    return points, faces[np.abs(twice) > 1e-3 * spacing**2]
+    faces = delaunay(points, along + SHEAR * np.column_stack([along[:, 1], 0 * along[:, 0]]))
+    return points, faces[twice_areas(points, faces) > SLIVER * spacing**2]
 
 
 def mirrored(mesh: Mesh) -> Mesh:

@@ -59,7 +59,8 @@ def catenary(span: float, length: float, count: int = 201) -> np.ndarray:
 
     2 a sinh(D / 2a) = L gives a; z = a cosh(x / a).
     """
-    low, high = span / 40, 40 * span
+    low = span / 40
+    high = 40 * span
     a = brentq(lambda a: 2 * a * np.sinh(span / (2 * a)) - length, low, high, xtol=1e-14)
     arc = np.linspace(-length / 2, length / 2, count)
     x = a * np.arcsinh(arc / a)

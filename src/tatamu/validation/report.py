@@ -1,4 +1,4 @@
-"""Running checks and keeping what they find."""
+"""Running checks and keeping their findings."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tatamu.validation.subject import Subject
 
 @dataclass
 class CaseResult:
-    """What one case found."""
+    """Findings of one case."""
 
     label: str
     rows: list[Row] = field(default_factory=list)
@@ -34,19 +34,19 @@ class CaseResult:
 
 @dataclass
 class CheckResult:
-    """What one check found."""
+    """Findings of one check."""
 
     check: Check
     cases: list[CaseResult]
 
     def curves(self, figure: str) -> list[Curve]:
-        """What belongs into one of the check's figures."""
+        """Curves of one of the check's figures."""
         return [curve for case in self.cases for curve in case.curves if curve.figure == figure]
 
 
 @dataclass
 class Report:
-    """What all checks found in one simulator."""
+    """Findings of all checks of one simulator."""
 
     simulator: str
     results: list[CheckResult]
@@ -122,8 +122,8 @@ def validate(
         subject: The simulator.
         names: Checks to run; none: all.
         quick: Leave out the long cases.
-        before: Told before each case.
-        after: Told after each check.
+        before: Called before each case.
+        after: Called after each check.
     """
     results = []
     for check, cases in chosen(names, quick):

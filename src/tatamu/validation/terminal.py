@@ -82,7 +82,8 @@ class Display:
     """A progress bar with tables above it."""
 
     def __init__(self, console: Console, progress: Progress, total: int) -> None:
-        self.console, self.progress = console, progress
+        self.console = console
+        self.progress = progress
         self.task = progress.add_task("", total=total)
         self.begun = False
 

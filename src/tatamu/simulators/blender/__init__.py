@@ -1,4 +1,4 @@
-"""Blender's cloth, the paper's simulator, as a process of its own. See docs/simulators.md.
+"""Blender's cloth, the paper's simulator, as a process of its own. See docs/theory/blender.md.
 
 Scenes are translated into Blender's numbers (`mapping`, `springs`), written as recipes (`recipe`, `timeline`) and run
 by a program inside Blender (`worker`) at the end of a pipe (`process`).
@@ -52,7 +52,7 @@ def simulate(scene: Scene) -> Rollout:
 
 
 def _positions(scene: Scene, moved: np.ndarray) -> np.ndarray:
-    """All frames [m], shape (f, n, 3), from all but the first."""
+    """Positions of all frames [m], shape (f, n, 3), from those after the first."""
     if not np.isfinite(moved).all():
         frame = 1 + int(np.argmin(np.isfinite(moved).all(axis=(1, 2))))
         raise SimulationError(f"blender: positions are no longer finite after {frame / scene.frame_rate:.3g} s")

@@ -1,4 +1,4 @@
-"""Where Blender is: the environment variable, then what `tatamu install blender` made, then the search path."""
+"""The search for Blender: environment variable, `tatamu install blender`'s environment, search path."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from pathlib import Path
 from tatamu.errors import InputError
 
 VARIABLE = "TATAMU_BLENDER"
-"""Names a Python that has `bpy`, or a Blender executable."""
+"""Environment variable that names a Python with `bpy`, or a Blender executable."""
 VERSION = "5.0.1"
-"""The Blender that `tatamu install blender` installs, and whose cloth docs/simulators.md measures."""
+"""The Blender that `tatamu install blender` installs, and whose cloth docs/notes/simulators.md measures."""
 HELP = (
     f"blender: no Blender found; run `tatamu install blender`, or put `blender` on the search path, "
     f"or let {VARIABLE} name a Blender executable or a Python that has bpy"
@@ -21,7 +21,7 @@ WORKER = Path(__file__).with_name("worker.py")
 
 
 def cache_folder() -> Path:
-    """The folder of the user's caches that belongs to tatamu."""
+    """The folder of tatamu among the user's caches."""
     if sys.platform == "win32":
         base = Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"))
     elif sys.platform == "darwin":
@@ -45,7 +45,7 @@ def command() -> list[str]:
     """The command that starts a worker.
 
     Raises:
-        InputError: There is no Blender, or the variable names something that is none.
+        InputError: There is no Blender, or the variable names something else.
     """
     named = os.environ.get(VARIABLE)
     if named:
@@ -67,14 +67,14 @@ def _named(name: str) -> str:
 
 
 def started_by(program: str) -> list[str]:
-    """The command for a Python, by its name, or else a Blender executable."""
+    """The command that starts a worker in a Python, known by its name, or in a Blender executable."""
     if Path(program).name.lower().startswith(("python", "pypy")):
         return [program, str(WORKER)]
     return [program, "--background", "--factory-startup", "--python-exit-code", "3", "--python", str(WORKER)]
 
 
 def available() -> bool:
-    """Whether a Blender is there to be started."""
+    """Whether a Blender can be found."""
     try:
         command()
     except InputError:

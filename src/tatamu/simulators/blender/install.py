@@ -11,7 +11,7 @@ from tatamu.errors import InputError
 from tatamu.simulators.blender.discovery import VERSION, environment_folder, python_of
 
 PYTHON = "3.11"
-"""The one Python that the wheel of this Blender is built for."""
+"""The only Python version that the wheel of this Blender is built for."""
 PACKAGES = (f"bpy=={VERSION}", "numpy<2")
 
 
@@ -19,7 +19,7 @@ def install(folder: Path | None = None) -> Path:
     """Make the environment, or leave a working one alone; returns its Python.
 
     Raises:
-        InputError: There is no Python that the wheel is built for, or the packages cannot be had.
+        InputError: There is no Python that the wheel is built for, or the packages cannot be installed.
     """
     folder = folder or environment_folder()
     python = python_of(folder)

@@ -1,4 +1,4 @@
-"""A material in SI units as Blender's own numbers. docs/simulators.md derives and measures each relation.
+"""A material in SI units as Blender's own numbers. docs/theory/blender.md derives and measures each relation.
 
 Blender's clock: it multiplies gravity by 0.001 and counts frames, so its unit of time is sqrt(0.001) s = 31.6 ms, and a
 stiffness k over a mass m in its numbers is 1000 k/m in 1/s^2.
@@ -19,12 +19,12 @@ from tatamu.simulators.blender.springs import Springs
 UNIT = float(np.sqrt(1e-3))
 """Blender's unit of time [s]."""
 THICKNESS = 0.01
-"""Blender is shown the scene so large that the cloth is this thick [m]: its least contact distance is 1 mm."""
+"""Thickness to which the scene is enlarged for Blender [m], whose least contact distance is 1 mm."""
 REACH = 2e-3
 """Cloth and table keep at least this distance each [m], and the table's plane is lowered by as much: less lets cloth
 that falls 1 m through."""
 REST = 0.93
-"""Part of those distances that cloth on a table keeps: 1 under no load, 8/9 under load [measured]."""
+"""Fraction of those distances that cloth on a table keeps: 1 under no load, 8/9 under load [measured]."""
 LAYERS = 1.125
 """Layers rest 8/9 of twice `self_distance_min` apart [measured]."""
 TABLE_FRICTION, SELF_FRICTION = 100.0, 50.0
@@ -32,8 +32,8 @@ TABLE_FRICTION, SELF_FRICTION = 100.0, 50.0
 MOST_FRICTION = 80.0
 """The largest of Blender's numbers for friction."""
 COLLISION_LOOPS = 12
-"""Rounds of contact in each substep. A layer is not held by the table's friction as its load asks until there are this
-many: with 4, a sheet under another slides at 21 degrees where friction is 0.8 (39 degrees) [measured]."""
+"""Rounds of contact in each substep. Fewer do not let the table's friction hold a layer in proportion to its load:
+with 4, a sheet under another slides at 21 degrees where friction is 0.8 (39 degrees) [measured]."""
 LARGEST_STIFFNESS = 1e4
 LONGEST_STEP = 1.0 / 300.0
 """Longest substep [s]: cloth at 1 m/s moves 1.7 mm."""
@@ -44,12 +44,12 @@ BENDING_DAMPING = 5e-4
 QUALITY = 5
 """Blender's default: substeps of a frame of one unit of its time."""
 DAMPING_RATIO = 0.1
-"""Damping of one spring, as a part of the critical."""
+"""Damping ratio of one spring: a fraction of critical damping."""
 
 
 @dataclass
 class Mapping:
-    """What a scene's material, table and clock are called in Blender."""
+    """A scene's material, table and clock as properties of Blender."""
 
     settings: dict[str, Any] = field(default_factory=dict)
     """Properties of the cloth."""
@@ -62,15 +62,15 @@ class Mapping:
     clock: float | None = None
     """Blender's time per frame of the rollout, where a raw `time_scale` gives it; None: Blender runs in real time."""
     standoff: float = 0.0
-    """How far over the table's plane Blender keeps the cloth [m]."""
+    """Distance that Blender keeps between the table's plane and the cloth [m]."""
     warnings: list[str] = field(default_factory=list)
 
     def time_scale(self, duration: float, frame_rate: float) -> float:
-        """Blender's time for a stretch of `duration` [s]."""
+        """A `duration` [s] in Blender's time."""
         return duration / UNIT if self.clock is None else self.clock * duration * frame_rate
 
     def warn(self, text: str) -> None:
-        """Say what Blender cannot represent."""
+        """Warn of properties that Blender cannot represent."""
         self.warnings.append(f"blender: {text}")
 
 
@@ -188,7 +188,7 @@ def _substeps(mapping: Mapping, springs: Springs, longest: float) -> None:
 
 
 def _raw(scene: Scene, longest: float) -> Mapping:
-    """Blender's numbers as a material gives them, in a scene that is enlarged like any other.
+    """Raw numbers of a material, converted to the enlarged scene.
 
     Properties of the cloth that it leaves out keep Blender's defaults, quality counted per unit of Blender's time;
     contacts that it leaves out come from the SI fields.
@@ -208,10 +208,10 @@ def _raw(scene: Scene, longest: float) -> Mapping:
 
 
 def _grows(name: str, linear: bool) -> bool:
-    """Whether a number has to grow with the scene for the same motion, enlarged.
+    """Whether a number must be scaled with the scene for the same motion, enlarged.
 
-    Lengths and speeds have to. So have springs, whose stiffness is a force per relative stretch; dampers, which are a
-    force per speed, and hinges, whose force is already in proportion to the edge, have not.
+    Lengths and speeds must. So must springs, whose stiffness is a force per relative stretch; dampers, which are a
+    force per speed, and hinges, whose force is already in proportion to the edge, must not.
     """
     kind, _, what = name.partition("_")
     spring = kind in ("tension", "compression", "shear") or (linear and kind == "bending")

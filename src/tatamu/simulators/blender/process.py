@@ -23,11 +23,11 @@ from tatamu.errors import InputError, SimulationError
 from tatamu.simulators.blender import discovery
 
 MARK = b"\x00\xfftatamu\xff\x00"
-"""Begins every message; what else comes over the pipe is Blender talking to itself."""
+"""Start of every message; anything else on the pipe is output of Blender itself."""
 START_LIMIT = 120.0
-"""A Blender that has not said hello after this long is ended [s]."""
+"""Longest time to wait for a started Blender's first message [s]."""
 ATTEMPTS = 3
-"""How often one recipe is run before a dying Blender is held to be its fault."""
+"""Attempts at one recipe before it is blamed for Blender's crashes."""
 
 
 class WorkerDied(Exception):
@@ -134,11 +134,11 @@ class Workers:
         self._lock = threading.Lock()
 
     def run(self, request: dict[str, Any]) -> tuple[dict[str, Any], np.ndarray, str]:
-        """Run one recipe, again where Blender dies of something: the answer, the positions, Blender's version.
+        """Run one recipe, again if Blender crashes: the answer, the positions, Blender's version.
 
         Raises:
             InputError: There is no Blender.
-            SimulationError: Blender refuses the recipe, or dies of it each time.
+            SimulationError: Blender refuses the recipe, or crashes on every attempt.
         """
         for _ in range(ATTEMPTS):
             worker = self._take()

@@ -11,7 +11,7 @@ import numpy as np
 from tatamu.topology import Topology
 
 ROWS = 0.2
-"""What joining over an edge along y costs, as a cosine: between equals it decides."""
+"""Penalty for joining over an edge along y, as a cosine; it decides between equals."""
 
 
 def joined(points: np.ndarray, faces: np.ndarray) -> list[list[int]]:

@@ -53,18 +53,18 @@ COLLISION = (
 """Names that belong to the cloth's contacts; those of COLLIDER to the table; all others to the cloth."""
 COLLIDER = ("thickness_outer", "cloth_friction")
 LENGTHS = ("distance_min", "self_distance_min", "thickness_outer", "impulse_clamp", "self_impulse_clamp")
-"""Names whose numbers are lengths [m] or speeds."""
+"""Properties that are lengths [m] or speeds."""
 DEFAULTS: dict[str, Value] = {
     "tension_stiffness": 15.0,
     "compression_stiffness": 15.0,
     "shear_stiffness": 5.0,
     "bending_stiffness": 0.5,
 }
-"""Blender's own numbers for what a table may leave out and our enlarged scenes change."""
+"""Blender's defaults of properties that a table may leave out and that enlarged scenes change."""
 
 
 def checked(table: Mapping[str, Value]) -> dict[str, Value]:
-    """The table itself, if Blender would take it.
+    """Validate a `blender` table and return it.
 
     Raises:
         InputError: A name is unknown or a value out of range; the message names it and says what is allowed.

@@ -18,18 +18,18 @@ LONGEST_FRAME = 1.0 / 50.0
 
 @dataclass(frozen=True)
 class Recipe:
-    """What goes to the worker, and what is needed to read its answer."""
+    """A recipe for the worker, with what is needed to convert its answer back."""
 
     request: dict[str, Any]
     scale: float
     origin: np.ndarray
-    """The scene's point that is Blender's origin [m], shape (3,)."""
+    """Point of the scene that becomes Blender's origin [m], shape (3,)."""
     steps: int
     """Substeps of the whole run."""
     warnings: list[str]
 
     def in_scene(self, positions: np.ndarray) -> np.ndarray:
-        """Positions in the scene [m] from Blender's."""
+        """Convert Blender's positions to the scene's [m]."""
         return np.asarray(positions / self.scale + self.origin)
 
 

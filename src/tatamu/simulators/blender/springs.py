@@ -1,4 +1,4 @@
-"""What sheet a mesh of Blender's springs and hinges amounts to: its elastic constants, averaged over directions.
+"""Elastic constants of a mesh of Blender's springs and hinges as a sheet, averaged over directions.
 
 Notation: k spring constant of every edge [N/m], A area of the cloth, L rest length of an edge, n its direction,
 H_a, H_b heights of the two triangles over a shared edge, theta the angle between them.
@@ -81,8 +81,8 @@ class Springs:
     def rigidities(self) -> np.ndarray:
         """Bending rigidity in each direction per Blender's bending stiffness, B/b, shape (d,).
 
-        Blender pushes each vertex opposite an edge with b L theta / 30 (measured: docs/simulators.md), so a hinge is as
-        stiff as b L (H_a + H_b) / 60. Energy over area of a sheet bent to a cylinder across a direction.
+        Blender pushes each vertex opposite an edge with b L theta / 30 (measured: docs/theory/blender.md), so a hinge
+        is as stiff as b L (H_a + H_b) / 60. Energy over area of a sheet bent to a cylinder across a direction.
         """
         hinges = self._hinges
         angle = self._edge_angles[:, None]
@@ -123,7 +123,7 @@ class Hinges:
     length: np.ndarray
     """L [m], shape (h,)."""
     feet: np.ndarray
-    """Where along the edge the opposite vertices stand [m], shape (2, h)."""
+    """Foot of each opposite vertex along the edge [m], shape (2, h)."""
     heights: np.ndarray
     """H_a and H_b [m], shape (2, h)."""
 

@@ -42,7 +42,7 @@ def main() -> None:
 
 
 def listen(source: BinaryIO, recipes: queue.Queue[dict[str, Any]]) -> None:
-    """Put each recipe on the queue; when the other side is gone, so are we, even in the middle of a run."""
+    """Put each recipe on the queue; when the other side is gone, end at once, even in the middle of a run."""
     try:
         while len(header := source.read(len(MARK) + 4)) == len(MARK) + 4:
             recipes.put(json.loads(source.read(struct.unpack("<I", header[-4:])[0])))
@@ -99,7 +99,7 @@ def mesh_object(name: str, vertices: list[list[float]], faces: list[list[int]]) 
 def weigh(cloth: Any, name: str, vertices: list[int]) -> Any:
     """A modifier that adds a group of vertices to the held ones, by a factor that can be animated.
 
-    Editing the group itself in the middle of a run makes Blender build all springs anew from the present shape.
+    Editing the group itself in the middle of a run makes Blender rebuild all springs from the present shape.
     """
     cloth.vertex_groups.new(name=name).add(vertices, 1.0, "REPLACE")
     modifier = cloth.modifiers.new(f"hold {name}", "VERTEX_WEIGHT_MIX")

@@ -1,4 +1,4 @@
-"""MuJoCo's flex as a third simulator. See docs/simulators.md."""
+"""MuJoCo's flex as a third simulator. See docs/theory/mujoco.md."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ LONGEST_STEP = 2e-3
 CAPABILITIES = Capabilities(sound_cell=0.37, usable_cell=0.45)
 """Bending is quadratic: on large cells a fold collapses into a flat crease. Up to 0.37 bending lengths it has the loop
 that it should have, and a rollout on larger ones warns. A rehearsal compares two folds on the same mesh, and takes
-cells up to 0.45 rather than four times as many vertices (docs/robots.md)."""
+cells up to 0.45 rather than four times as many vertices (docs/theory/robot-planning.md)."""
 
 
 def simulate(scene: Scene) -> Rollout:
@@ -49,7 +49,7 @@ def simulate(scene: Scene) -> Rollout:
 
 
 class Run:
-    """A scene under way: MuJoCo's model and state, and the hands."""
+    """A running simulation: MuJoCo's model and state, and the hands."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
@@ -61,7 +61,7 @@ class Run:
         self.steps = 0
 
     def positions(self) -> np.ndarray:
-        """All frames [m], shape (f, n, 3)."""
+        """Positions of all frames [m], shape (f, n, 3)."""
         frames = [self.scene.cloth.vertices]
         before: tuple[object, ...] = ()
         for segment in segments(self.scene, np.inf):
@@ -76,7 +76,7 @@ class Run:
         return np.array(frames)
 
     def _change(self, step: float, held: tuple[bool, ...]) -> None:
-        """Another time step, or other vertices held: MuJoCo keeps a factor of mass and stiffness that knows both."""
+        """Change time step or held vertices, and recompute the factor of mass and stiffness that depends on both."""
         for hand, holding in zip(self.hands, held, strict=True):
             if not holding:
                 hand.open(self.model)

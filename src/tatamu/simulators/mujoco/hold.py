@@ -1,4 +1,4 @@
-"""Holding vertices: MuJoCo has no cloth grippers, so held vertices are made immensely heavy and put on their path."""
+"""Grippers in MuJoCo, which has none for cloth: held vertices are made very heavy and put on their path."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from tatamu.scene import Gripper
 
 HEAVY = 1e6
-"""A held vertex is this many times as heavy, so that the cloth cannot pull it off its path within a step."""
+"""Factor on the mass of a held vertex, so that cloth cannot pull it off its path within a step."""
 
 
 class HeldVertices:
@@ -22,13 +22,13 @@ class HeldVertices:
         self.closed_at: np.ndarray | None = None
 
     def close(self, model: Any, data: Any) -> None:
-        """Take hold of the vertices where they are; the model's constants must be set anew afterwards."""
+        """Take hold of the vertices where they are; the model's constants must be recomputed afterwards."""
         if self.closed_at is None:
             self.closed_at = data.qpos[self.sliders].copy()
             model.dof_armature[self.sliders] = self.armature
 
     def open(self, model: Any) -> None:
-        """Let go of the vertices; the model's constants must be set anew afterwards."""
+        """Let go of the vertices; the model's constants must be recomputed afterwards."""
         if self.closed_at is not None:
             self.closed_at = None
             model.dof_armature[self.sliders] = 0.0
@@ -40,7 +40,7 @@ class HeldVertices:
             data.qvel[self.sliders] = (self._path(end) - self._path(start)) / (end - start)
 
     def settle(self, data: Any, end: float) -> None:
-        """After a step: take away what the cloth pulled them off by."""
+        """After a step: undo the displacement by which cloth pulled them off their path."""
         if self.closed_at is not None:
             data.qpos[self.sliders] = self._path(end)
 

@@ -39,7 +39,7 @@ def engine() -> Any:
 
 
 def vertex_masses(scene: Scene) -> np.ndarray:
-    """Each vertex has a third of its triangles' mass [kg], shape (n,)."""
+    """Lumped mass of each vertex: a third of its triangles' [kg], shape (n,)."""
     masses = np.zeros(len(scene.cloth.vertices))
     shares = scene.material.areal_density * areas(scene.cloth.rest, scene.cloth.faces) / 3.0
     np.add.at(masses, scene.cloth.faces, shares[:, None])
@@ -109,7 +109,7 @@ def _flex(scene: Scene) -> str:
 
 
 def _free_seams(model: Any, scene: Scene) -> None:
-    """Set the bending of the edges that are seams to nothing."""
+    """Set the bending stiffness of seam edges to zero."""
     if not len(scene.cloth.seams) or not model.flex_bending.size:
         return
     edges = np.sort(model.flex_edge, axis=1)

@@ -1,13 +1,31 @@
-"""The embedded simulator: explicit, multirate, on the processor. docs/native.md derives it."""
+"""The embedded simulator: explicit, multirate, on the processor. docs/theory/native.md derives it."""
 
-from tatamu.simulators.native.cache import forget_stale_kernels
+from tatamu.simulators.native.memory.kernel_cache import forget_stale_kernels
 
 forget_stale_kernels()  # before any kernel is loaded
 
 from tatamu.simulators.capabilities import Capabilities  # noqa: E402
+from tatamu.simulators.native.options import (  # noqa: E402
+    ContactOptions,
+    ElasticOptions,
+    LimitOptions,
+    Options,
+    StepOptions,
+    UntangleOptions,
+)
 from tatamu.simulators.native.simulator import simulate, simulate_many  # noqa: E402
 
 CAPABILITIES = Capabilities(parallel=True, compression=True)
 """A rollout runs on one core and holds no lock; the discrete bending is right on cells that other simulators crease."""
 
-__all__ = ["CAPABILITIES", "simulate", "simulate_many"]
+__all__ = [
+    "CAPABILITIES",
+    "ContactOptions",
+    "ElasticOptions",
+    "LimitOptions",
+    "Options",
+    "StepOptions",
+    "UntangleOptions",
+    "simulate",
+    "simulate_many",
+]

@@ -1,4 +1,4 @@
-"""A scene's cloth made ready for the compiled loops: constants, memory layout, step sizes."""
+"""A scene's cloth made ready for the compiled loops: constants, memory layout, stable steps."""
 
 from __future__ import annotations
 
@@ -15,36 +15,29 @@ from scipy import sparse
 
 from tatamu.material import Material
 from tatamu.scene import Cloth
-from tatamu.simulators.native import bending, candidates, membrane
-from tatamu.simulators.native.frequencies import bending_frequency, hinge_gradients, hinge_stiffness, membrane_frequency
-from tatamu.simulators.native.layout import bands, slots, turned, turned_hinges
+from tatamu.simulators.native.contact.state import ContactMesh
+from tatamu.simulators.native.elastic import bending, curvature, membrane
+from tatamu.simulators.native.elastic.bending import Bending
+from tatamu.simulators.native.elastic.membrane import Membrane
+from tatamu.simulators.native.elastic.stable_step import (
+    bending_frequency,
+    hinge_gradients,
+    hinge_stiffness,
+    membrane_frequency,
+)
+from tatamu.simulators.native.memory.bands import bands, slots, turned, turned_hinges
+from tatamu.simulators.native.options import ContactOptions, Options, StepOptions
 from tatamu.topology import Topology, among, areas, edge_lengths, lumped
 
-OUTER_STEP = 1e-3
-"""Contact and friction are resolved at least this often [s]."""
-MEMBRANE_PHASE, BENDING_PHASE = 1.25, 1.0
-"""Largest h omega of the explicit steps; 2 is the limit of stability, the rest is room for large deformation."""
-UPPER = [0, 1, 2, 4, 5, 8]
-"""Where the upper triangle of a symmetric matrix, 3 x 3, stands in its nine elements."""
-DENSEST_PAIRS = 24
-"""Edge pairs kept per edge at most."""
+CENTROID_TO_CORNER = 0.58
+"""A bound on the distance from the centroid of a triangle to a corner, as part of its longest edge: 1 / sqrt(3)."""
 
 
-class Elastic(NamedTuple):
-    """Constants of the elastic forces, per place of their bands."""
+class ElasticModel(NamedTuple):
+    """Constants of the elastic forces."""
 
-    triangles: np.ndarray  # band table
-    triangle_copies: np.ndarray
-    S: np.ndarray  # (6, places)
-    L2: np.ndarray  # (3, places)
-    R: np.ndarray  # (12, places) of cloth that wrinkles, (12, 0) of other cloth
-    compression: np.float32
-    hinges: np.ndarray  # band table
-    hinge_copies: np.ndarray
-    rest_moment: np.ndarray  # (places,)
-    curls: np.ndarray  # band table of triangles over places of hinges
-    curl_copies: np.ndarray
-    K: np.ndarray  # (6, places of curls)
+    membrane: Membrane
+    bending: Bending
 
 
 @dataclass(frozen=True)
@@ -58,17 +51,20 @@ class Model:
     width: int
     """Slots and copies together."""
     mass: np.ndarray
-    """Lumped mass of each vertex [kg], shape (n,)."""
-    elastic: Elastic
-    mesh: candidates.Mesh
-    membrane_step: float
-    """Largest step of the membrane [s]."""
-    bending_step: float
-    """Largest step of the bending [s]."""
-    thickness: float
-    """How far layers rest apart [m]."""
+    """Lumped mass of each vertex [kg], a third of each triangle around it, shape (n,)."""
+    elastic: ElasticModel
+    mesh: ContactMesh
+    membrane_frequency: float
+    """Largest angular frequency of the membrane at rest [1/s]."""
+    bending_frequency: float
+    """Largest angular frequency of bending at rest [1/s]."""
     lengths: np.ndarray
     """Of the edges at rest [m], shape (e,)."""
+
+    @property
+    def thickness(self) -> float:
+        """How far layers rest apart [m]."""
+        return self.mesh.thickness
 
     @property
     def shortest(self) -> float:
@@ -81,18 +77,19 @@ _keeping = Lock()  # simulate_many runs scenes in threads
 _MOST_KEPT = 16
 
 
-def model_of(cloth: Cloth, material: Material) -> Model:
+def model_of(cloth: Cloth, material: Material, options: Options) -> Model:
     """The model of a cloth; the last few are kept, as a study simulates one cloth many times."""
     digest = blake2b(digest_size=16)
     for array in (cloth.rest, cloth.faces, cloth.seams):
         digest.update(repr(array.shape).encode() + np.ascontiguousarray(array).tobytes())
     digest.update(material.model_dump_json().encode())
+    digest.update(repr((options.elastic, options.contact)).encode())
     key = digest.digest()
     with _keeping:
         if key not in _kept:
             while len(_kept) >= _MOST_KEPT:
                 _kept.pop(next(iter(_kept)))
-            _kept[key] = _build(cloth, material)
+            _kept[key] = _build(cloth, material, options)
             _give_back_memory()
         return _kept[key]
 
@@ -103,71 +100,78 @@ def _give_back_memory() -> None:
         getattr(ctypes.CDLL(None), "malloc_trim", int)(0)
 
 
-def _build(cloth: Cloth, material: Material) -> Model:
+def _build(cloth: Cloth, material: Material, options: Options) -> Model:
     rest = cloth.rest
     slot, count = slots(rest, Topology(cloth.faces).hinges)
-    faces = turned(cloth.faces, slot)
-    topology = Topology(faces)
-    triangles, hinges = bands(slot[faces], count), bands(slot[turned_hinges(topology.hinges, slot)], count)
-    frames = membrane.rest_frames(rest, faces)
-    S, L2, R = membrane.constants(frames, material)
-    free = among(topology.hinges[:, :2], cloth.seams)
-    K, at = bending.constants(rest, topology, frames, free, material.bending_rigidity)
-    curls = bands(hinges.place[at], hinges.size)
+    topology = Topology(turned(cloth.faces, slot))
+    faces = topology.faces
     mass = lumped(areas(rest, faces) * material.areal_density, faces, len(rest))
-    gradient, angle = hinge_gradients(rest, topology.hinges)
-    stiffness = hinge_stiffness(K, at, len(topology.hinges))
+    frames = membrane.rest_frames(rest, faces)
+
+    S, L2, relaxed = membrane.constants(frames, material)
+    triangles = bands(slot[faces], count)
+    stretching = membrane.in_bands(triangles, S, L2, relaxed, material.compression, options.elastic.crowding_strain)
+
+    seams = among(topology.hinges[:, :2], cloth.seams)
+    K, coupled = curvature.constants(
+        rest, topology, frames, seams, material.bending_rigidity, options.elastic.angle_sum_part
+    )
+    gradient, g0 = hinge_gradients(rest, topology.hinges)
+    stiffness = hinge_stiffness(K, coupled, len(topology.hinges))
+    hinges = bands(slot[turned_hinges(topology.hinges, slot)], count)
+    folding = bending.in_bands(hinges, K, coupled, stiffness @ g0)
+
     return Model(
         slot=slot,
         slots=count,
         width=count + max(len(triangles.copied), len(hinges.copied)),
         mass=mass,
-        elastic=Elastic(
-            triangles.table,
-            triangles.copied,
-            triangles.spread(S).astype(np.float32),
-            triangles.spread(L2),
-            (triangles.spread(R) if R.size else R).astype(np.float32),
-            np.float32(material.compression),
-            hinges.table,
-            hinges.copied,
-            hinges.spread(stiffness @ angle).astype(np.float32),
-            curls.table,
-            curls.copied,
-            curls.spread(K.reshape(-1, 9).T[UPPER]).astype(np.float32),
-        ),
-        mesh=_contact_mesh(topology, mass, material.thickness, np.sqrt(L2.max())),
-        membrane_step=MEMBRANE_PHASE / membrane_frequency(rest, faces, S, mass),
-        bending_step=BENDING_PHASE / bending_frequency(gradient, stiffness, mass),
-        thickness=material.thickness,
+        elastic=ElasticModel(stretching, folding),
+        mesh=_contact_mesh(topology, mass, material, float(np.sqrt(L2.max())), options.contact),
+        membrane_frequency=membrane_frequency(rest, faces, S, mass),
+        bending_frequency=bending_frequency(gradient, stiffness, mass),
         lengths=edge_lengths(rest, topology.edges),
     )
 
 
-def _contact_mesh(topology: Topology, mass: np.ndarray, thickness: float, longest: float) -> candidates.Mesh:
-    faces, count = topology.faces, len(mass)
-    edge_faces = np.full((len(topology.edges), 2), -1)
-    order = np.argsort(topology.face_edges.T.ravel(), kind="stable")
-    edge, face = topology.face_edges.T.ravel()[order], order % len(faces)
-    second = np.r_[False, edge[1:] == edge[:-1]]
-    edge_faces[edge[~second], 0] = face[~second]
-    edge_faces[edge[second], 1] = face[second]
+def _contact_mesh(
+    topology: Topology, mass: np.ndarray, material: Material, longest: float, options: ContactOptions
+) -> ContactMesh:
+    faces = topology.faces
+    edge_faces = _faces_of_edges(topology)
     across = edge_faces[topology.face_edges]
     own = np.arange(len(faces))[:, None]
     neighbours = np.where(across[..., 0] == own, across[..., 1], across[..., 0])
-    start, near = _near_faces(faces, count)
-    margin = thickness + max(3.0 * thickness, min(0.01, 0.75 * longest))
-    return candidates.Mesh(
-        np.ascontiguousarray(faces),
-        np.ascontiguousarray(neighbours),
-        start,
-        near,
-        np.ascontiguousarray(topology.edges),
-        edge_faces,
-        np.ascontiguousarray(topology.face_edges),
-        1.0 / mass,
-        np.array([thickness, margin, 0.58 * longest]),
+    near_start, near = _near_faces(faces, len(mass))
+    thickness = material.thickness
+    margin = max(options.margin_thicknesses * thickness, min(options.margin_limit, options.margin_edges * longest))
+    return ContactMesh(
+        faces=np.ascontiguousarray(faces),
+        neighbours=np.ascontiguousarray(neighbours),
+        near_start=near_start,
+        near=near,
+        edges=np.ascontiguousarray(topology.edges),
+        edge_faces=edge_faces,
+        face_edges=np.ascontiguousarray(topology.face_edges),
+        inverse_mass=1.0 / mass,
+        friction=float(material.friction_cloth),
+        thickness=float(thickness),
+        search_distance=float(thickness + margin),
+        triangle_radius=CENTROID_TO_CORNER * longest,
     )
+
+
+def _faces_of_edges(topology: Topology) -> np.ndarray:
+    """The triangles of each edge, -1 for none, shape (e, 2)."""
+    edge_faces = np.full((len(topology.edges), 2), -1)
+    edges = topology.face_edges.T.ravel()
+    order = np.argsort(edges, kind="stable")
+    edge = edges[order]
+    face = order % len(topology.faces)
+    second = np.r_[False, edge[1:] == edge[:-1]]
+    edge_faces[edge[~second], 0] = face[~second]
+    edge_faces[edge[second], 1] = face[second]
+    return edge_faces
 
 
 def _near_faces(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -180,12 +184,13 @@ def _near_faces(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     return near.indptr.astype(np.int64), near.indices.astype(np.int64)
 
 
-def steps_per_frame(frame_rate: float) -> int:
-    """Outer steps that make one frame."""
-    return max(1, ceil(1.0 / (frame_rate * OUTER_STEP) - 1e-9))
+def steps_per_frame(frame_rate: float, outer_step: float) -> int:
+    """Outer steps of at most that length [s] that make one frame."""
+    return max(1, ceil(1.0 / (frame_rate * outer_step) - 1e-9))
 
 
-def substeps(model: Model, step: float) -> tuple[int, int]:
-    """Bending steps per outer step, and membrane steps per bending step."""
-    bends = max(1, ceil(step / model.bending_step))
-    return bends, max(1, ceil(step / bends / model.membrane_step))
+def substeps(model: Model, step: float, options: StepOptions) -> tuple[int, int]:
+    """Bending steps per outer step of that length [s], and membrane steps per bending step."""
+    bends = max(1, ceil(step / (options.bending_phase / model.bending_frequency)))
+    stretches = max(1, ceil(step / bends / (options.membrane_phase / model.membrane_frequency)))
+    return bends, stretches

@@ -11,61 +11,17 @@ Forces are computed in single precision, from edges and strains taken in double;
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
-from numba import njit
 
-from tatamu.simulators.native import bending, membrane, rounds
-
-MEMBRANE_DAMPING = 5e-5
-"""tau_d of the membrane's Kelvin-Voigt damping [s], at most 0.3 of the substep."""
-
-
-class State(NamedTuple):
-    """What changes from step to step, and scratch memory."""
-
-    X: np.ndarray  # (3, width) positions in slots
-    V: np.ndarray  # (3, slots) velocities
-    Y: np.ndarray  # (3, width) positions that forces are computed at
-    F: np.ndarray  # (3, width) single: forces, zero before and after each step
-    forces: np.ndarray  # (9 layout.BLOCK,) scratch, single: of triangles on their corners
-    H: np.ndarray  # (blocks of hinges, 8 layout.BLOCK) scratch, single: see `bending.measure`
-    bend: np.ndarray  # (3, hinges and copies) scratch, single: g, g' and moments
-    x: np.ndarray  # (n, 3) positions by vertex
-    before: np.ndarray  # (n, 3) positions at the start of the outer step
-    moved: np.ndarray  # (n, 3) positions before contact
-    inverse_mass: np.ndarray  # (slots,), 0 for held vertices and fillers
-    free: np.ndarray  # (slots,), 1 or 0 likewise
-    slot: np.ndarray  # (n,)
-    rounds: np.ndarray  # (1,) how often contact is resolved per outer step
+from tatamu.simulators.native.compiled import kernel, unlocked
+from tatamu.simulators.native.contact import gauss_seidel
+from tatamu.simulators.native.elastic import bending, membrane
+from tatamu.simulators.native.model import ElasticModel
+from tatamu.simulators.native.system import Air, Hands, Span, State, System
 
 
-class Hands(NamedTuple):
-    """Held vertices and their paths."""
-
-    vertex: np.ndarray  # (k,)
-    base: np.ndarray  # (k, 3) positions where the hand closed
-    gripper: np.ndarray  # (k,)
-    path: np.ndarray  # (grippers, outer steps + 1, 3) displacements
-
-
-class World(NamedTuple):
-    """Numbers of the scene."""
-
-    gravity: float
-    drag: float  # 1/s
-    friction_cloth: float
-    friction_table: float
-    has_table: bool
-    height: float
-    sine: float
-    cosine: float
-    half_thickness: float
-
-
-@njit(cache=True, error_model="numpy")
-def copy_out(X, copied, slots):  # type: ignore[no-untyped-def]
+@kernel
+def copy_out(X: np.ndarray, copied: np.ndarray, slots: int) -> None:
     """Copy the values of slots `copied` behind the last slot."""
     for k in range(3):
         x = X[k]
@@ -73,8 +29,9 @@ def copy_out(X, copied, slots):  # type: ignore[no-untyped-def]
             x[slots + i] = x[copied[i]]
 
 
-@njit(cache=True, error_model="numpy")
-def _add_back(F, copied, slots):  # type: ignore[no-untyped-def]
+@kernel
+def _add_back(F: np.ndarray, copied: np.ndarray, slots: int) -> None:
+    """Add the forces on copies to those on the slots that they are copies of, and clear them."""
     for k in range(3):
         f = F[k]
         for i in range(copied.shape[0]):
@@ -82,53 +39,48 @@ def _add_back(F, copied, slots):  # type: ignore[no-untyped-def]
             f[slots + i] = 0.0
 
 
-@njit(cache=True, error_model="numpy")
-def _place(Y, X, V, h):  # type: ignore[no-untyped-def]
-    """Positions h seconds ahead."""
+@kernel
+def _look_ahead(Y: np.ndarray, X: np.ndarray, V: np.ndarray, ahead: float) -> None:
+    """Set Y to the positions that time ahead [s]."""
     n = V.shape[1]
     for k in range(3):
-        y, x, v = Y[k, :n], X[k, :n], V[k, :n]
+        y = Y[k, :n]
+        x = X[k, :n]
+        v = V[k, :n]
         for i in range(n):
-            y[i] = x[i] + h * v[i]
+            y[i] = x[i] + ahead * v[i]
 
 
-@njit(cache=True, error_model="numpy")
-def _bend(state, elastic, h):  # type: ignore[no-untyped-def]
+@kernel
+def _kick_by_bending(state: State, elastic: ElasticModel, kick: float) -> None:
+    """Change the velocities by a bending step's impulse."""
     slots = state.V.shape[1]
-    _place(state.Y, state.X, state.V, 0.0)
-    copy_out(state.Y, elastic.hinge_copies, slots)
-    bending.add_force(
-        state.Y,
-        state.F,
-        elastic.hinges,
-        elastic.rest_moment,
-        elastic.curls,
-        elastic.curl_copies,
-        elastic.K,
-        state.H,
-        state.bend[0],
-        state.bend[1, : elastic.rest_moment.shape[0]],
-        state.bend[2],
-    )
-    _add_back(state.F, elastic.hinge_copies, slots)
+    _look_ahead(state.Y, state.X, state.V, 0.0)
+    copy_out(state.Y, elastic.bending.copies, slots)
+    bending.add_force(state.Y, state.F, elastic.bending, state.hinges)
+    _add_back(state.F, elastic.bending.copies, slots)
     for k in range(3):
-        v, f = state.V[k], state.F[k, :slots]
+        v = state.V[k]
+        f = state.F[k, :slots]
         for i in range(slots):
-            v[i] += h * state.inverse_mass[i] * f[i]
+            v[i] += kick * state.inverse_mass[i] * f[i]
             f[i] = 0.0
 
 
-@njit(cache=True, error_model="numpy")
-def _move(state, world, h, ahead):  # type: ignore[no-untyped-def]
-    """Kick by the forces and by gravity, then drift, and look so far ahead for the next step.
+@kernel
+def _kick_and_drift(state: State, air: Air, h: float, ahead: float) -> None:
+    """A substep of symplectic Euler: kick by forces, gravity and drag, then drift, and look ahead for the next one.
 
     Drag on the velocity alone does not change where cloth rests.
     """
     n = state.V.shape[1]
-    slower = -h * world.drag / (1.0 + h * world.drag)
+    slower = -h * air.drag / (1.0 + h * air.drag)
     for k in range(3):
-        x, v, y, f = state.X[k, :n], state.V[k, :n], state.Y[k, :n], state.F[k, :n]
-        fall = h * world.gravity if k == 2 else 0.0
+        x = state.X[k, :n]
+        v = state.V[k, :n]
+        y = state.Y[k, :n]
+        f = state.F[k, :n]
+        fall = h * air.gravity if k == 2 else 0.0
         for i in range(n):
             faster = v[i] + state.free[i] * (slower * v[i] - fall) + h * state.inverse_mass[i] * f[i]
             v[i] = faster
@@ -137,86 +89,125 @@ def _move(state, world, h, ahead):  # type: ignore[no-untyped-def]
             f[i] = 0.0
 
 
-@njit(cache=True, error_model="numpy")
-def _stretch(state, elastic, world, h, damping):  # type: ignore[no-untyped-def]
+@kernel
+def _substep(state: State, elastic: ElasticModel, air: Air, h: float, damping: float) -> None:
+    """Membrane force at Y, which is the positions looked ahead by tau_d (Kelvin-Voigt), kick and drift."""
     slots = state.V.shape[1]
-    copy_out(state.Y, elastic.triangle_copies, slots)
-    membrane.add_force(
-        state.Y, state.F, elastic.triangles, elastic.S, elastic.L2, elastic.R, elastic.compression, state.forces
-    )
-    _add_back(state.F, elastic.triangle_copies, slots)
-    _move(state, world, h, damping)
+    copy_out(state.Y, elastic.membrane.copies, slots)
+    membrane.add_force(state.Y, state.F, elastic.membrane, state.triangle_forces)
+    _add_back(state.F, elastic.membrane.copies, slots)
+    _kick_and_drift(state, air, h, damping)
 
 
-@njit(cache=True, error_model="numpy")
-def _lead(state, hands, number, step):  # type: ignore[no-untyped-def]
-    """Give held vertices the velocity that brings them onto their path at the end of the step."""
+@kernel
+def _lead(state: State, hands: Hands, number: int, outer_step: float) -> None:
+    """Give held vertices the velocity that brings them onto their path at the end of outer step `number`."""
     for i in range(hands.vertex.shape[0]):
         v = hands.vertex[i]
         for k in range(3):
             target = hands.base[i, k] + hands.path[hands.gripper[i], number + 1, k]
-            state.V[k, state.slot[v]] = (target - state.x[v, k]) / step
+            state.V[k, state.slot[v]] = (target - state.positions.x[v, k]) / outer_step
 
 
-@njit(cache=True, error_model="numpy")
-def _advance(state, elastic, mesh, lists, hands, world, first, last, pace, farthest):  # type: ignore[no-untyped-def]
-    """Outer steps from number `first` up to `last`; the number reached, less when anything is too far away."""
-    step, bends, stretches = pace
-    kick = step / bends
-    h = kick / stretches
-    damping = min(MEMBRANE_DAMPING, 0.3 * h)
-    total = bends * stretches
-    for number in range(first, last):
-        _lead(state, hands, number, step)
-        lists.number[0] += 1
-        every = (total + state.rounds[0] - 1) // state.rounds[0]
-        done, correction = 0, 0.0
-        while done < total:
-            state.before[:] = state.x
-            until = min(done + every, total)
-            for substep in range(done, until):
-                if substep % stretches == 0:
-                    _bend(state, elastic, kick)
-                if substep % stretches == 0 or substep == done:  # bending or contact came after the last look ahead
-                    _place(state.Y, state.X, state.V, damping)
-                _stretch(state, elastic, world, h, damping)
-            if not rounds.gather(state.X, state.slot, state.x, state.moved) < farthest * farthest:
-                return number
-            correction = max(correction, rounds.collide(state, mesh, lists, world, (until - done) * h))
-            done = until
-        state.rounds[0] = rounds.pace(state.rounds[0], correction, mesh.reach[0], total)
-    return last
+@kernel
+def _gather(X: np.ndarray, slot: np.ndarray, x: np.ndarray, predicted: np.ndarray) -> float:
+    """Positions from slots to vertices, twice; the sum of the squares of all [m^2]."""
+    row_x, row_y, row_z = X[0], X[1], X[2]
+    square = 0.0
+    for v in range(slot.shape[0]):
+        s = slot[v]
+        px, py, pz = row_x[s], row_y[s], row_z[s]
+        x[v, 0] = px
+        x[v, 1] = py
+        x[v, 2] = pz
+        predicted[v, 0] = px
+        predicted[v, 1] = py
+        predicted[v, 2] = pz
+        square += px * px + py * py + pz * pz
+    return square
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
-def advance(state, elastic, mesh, lists, hands, world, frames, per_frame, first, last, pace, limits):  # type: ignore[no-untyped-def]
-    """Outer steps from number `first` up to `last`.
+@kernel
+def _scatter(x: np.ndarray, predicted: np.ndarray, slot: np.ndarray, X: np.ndarray, V: np.ndarray, rate: float) -> None:
+    """Corrected positions back to slots, and corrections times `rate` [1/s] to the velocities."""
+    row_x, row_y, row_z = X[0], X[1], X[2]
+    row_u, row_v, row_w = V[0], V[1], V[2]
+    for i in range(slot.shape[0]):
+        s = slot[i]
+        row_x[s] = x[i, 0]
+        row_y[s] = x[i, 1]
+        row_z[s] = x[i, 2]
+        row_u[s] += rate * (x[i, 0] - predicted[i, 0])
+        row_v[s] += rate * (x[i, 1] - predicted[i, 1])
+        row_w[s] += rate * (x[i, 2] - predicted[i, 2])
+
+
+@kernel
+def _outer_step(system: System, hands: Hands, number: int) -> bool:
+    """Make one outer step; whether the cloth stayed near enough and finite."""
+    state = system.state
+    sizes = system.sizes
+    positions = state.positions
+    counters = system.contact.counters
+    total = sizes.kicks * sizes.substeps_per_kick
+    farthest = system.limits.farthest
+    _lead(state, hands, number, sizes.outer_step)
+    counters.outer_step += 1
+    per_round = (total + counters.rounds - 1) // counters.rounds
+    longest = 0.0
+    done = 0
+    while done < total:
+        positions.start[:] = positions.x
+        until = min(done + per_round, total)
+        for substep in range(done, until):
+            kicked = substep % sizes.substeps_per_kick == 0
+            if kicked:
+                _kick_by_bending(state, system.elastic, sizes.kick)
+            if kicked or substep == done:  # bending or contact came after the last look ahead
+                _look_ahead(state.Y, state.X, state.V, sizes.damping)
+            _substep(state, system.elastic, system.air, sizes.substep, sizes.damping)
+        if not _gather(state.X, state.slot, positions.x, positions.predicted) < farthest * farthest:
+            return False
+        elapsed = (until - done) * sizes.substep
+        correction = gauss_seidel.resolve(positions, system.mesh, system.contact, system.plane, system.options, elapsed)
+        _scatter(positions.x, positions.predicted, state.slot, state.X, state.V, 1.0 / elapsed)
+        longest = max(longest, correction)
+        done = until
+    counters.rounds = gauss_seidel.rounds_of_next_step(
+        counters.rounds, longest, system.mesh.thickness, total, system.options
+    )
+    return True
+
+
+@unlocked
+def advance(system: System, hands: Hands, frames: np.ndarray, span: Span) -> tuple[int, float]:
+    """Make outer steps.
 
     Args:
-        state: Changed in place.
-        elastic: Constants of the cloth.
-        mesh: The mesh.
-        lists: Its candidate pairs.
+        system: Its state is changed in place.
         hands: Held vertices.
-        world: The scene.
         frames: To be filled with positions [m] in the frames after the first step, shape (f, n, 3).
-        per_frame: Outer steps per frame.
-        first: Number of the first step.
-        last: Number of the step to stop before.
-        pace: Outer step [s], bending steps in it, membrane steps in each of these.
-        limits: Largest stretch, farthest distance from the origin [m].
+        span: Which steps.
 
     Returns:
-        The number reached and the largest stretch there: `last`, unless the cloth went beyond a limit before.
+        The number reached and the largest stretch there: `span.last`, unless the cloth went beyond a limit before.
     """
-    number, stretch, begin = first, 1.0, first // per_frame + 1
-    while number < last and stretch <= limits[0]:
-        until = min((number // per_frame + 1) * per_frame, last)
-        number = _advance(state, elastic, mesh, lists, hands, world, number, until, pace, limits[1])
-        copy_out(state.X, elastic.triangle_copies, state.V.shape[1])
-        stretch = membrane.largest_stretch(state.X, elastic.triangles, elastic.L2)
+    state = system.state
+    stretching = system.elastic.membrane
+    number = span.first
+    stretch = 1.0
+    begin = span.first // span.per_frame + 1
+    while number < span.last and stretch <= system.limits.largest_stretch:
+        until = min((number // span.per_frame + 1) * span.per_frame, span.last)
+        near = True
+        while near and number < until:
+            near = _outer_step(system, hands, number)
+            if near:
+                number += 1
+        copy_out(state.X, stretching.copies, state.V.shape[1])
+        stretch = membrane.largest_stretch(state.X, stretching)
         if number < until:
             break
-        if number % per_frame == 0:
-            frames[number // per_frame - begin] = state.x
+        if number % span.per_frame == 0:
+            frames[number // span.per_frame - begin] = state.positions.x
     return number, stretch

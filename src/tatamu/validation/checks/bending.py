@@ -14,13 +14,14 @@ from functools import partial
 
 import numpy as np
 
+from tatamu.heavy_strip.cantilever import cantilever, chord
+from tatamu.heavy_strip.chain import FoldedStrip, start
 from tatamu.material import GRAVITY, Material
+from tatamu.meshing import staggered
 from tatamu.scene import Cloth, Gripper, Scene, Table
 from tatamu.validation.check import Case, Check
-from tatamu.validation.elastica import cantilever, chord
 from tatamu.validation.findings import Curve, Figure, Findings, Row, absolute, relative
-from tatamu.validation.loop import Crease, start
-from tatamu.validation.meshes import LAYOUTS, mirrored, right, staggered
+from tatamu.validation.meshes import LAYOUTS, mirrored, right
 from tatamu.validation.scenes import held, raised
 from tatamu.validation.subject import Subject
 
@@ -128,7 +129,10 @@ def clamped(subject: Subject, gamma: float, spacing: float) -> Findings:
 
 def crease(subject: Subject, bending_length: float, spacing: float) -> Findings:
     """A strip folded over itself on the table, its upper end held a little over its lower one."""
-    length, width, rise, thickness = 0.4, 0.06, 0.004, 0.001
+    length = 0.4
+    width = 0.06
+    rise = 0.004
+    thickness = 0.001
     plan, faces = staggered(length, width, spacing)
     row = length / (len(np.unique(plan[:, 0])) - 1)
     material = Material(
@@ -154,7 +158,7 @@ def crease(subject: Subject, bending_length: float, spacing: float) -> Findings:
     cloth = Cloth(vertices=vertices, faces=faces, rest_vertices=raised(plan))
     scene = Scene(cloth=cloth, material=material, grippers=grippers, table=Table(), duration=3.5)
     end = subject.simulate(scene).positions[-1]
-    wanted = Crease(length - 2 * row, bending_length, thickness, rise).solve() + np.array([row, 0.0])
+    wanted = FoldedStrip(length - 2 * row, bending_length, thickness, rise).solve() + np.array([row, 0.0])
     limit = subject.limit("loop height") if spacing <= 0.55 * bending_length else None
     yield relative("height of the loop [mm]", 1e3 * float(wanted[:, 1].max()), 1e3 * float(end[:, 2].max()), limit)
     yield absolute("reach of the loop [mm]", 1e3 * float(wanted[:, 0].max()), 1e3 * float(end[:, 0].max()), None, "mm")

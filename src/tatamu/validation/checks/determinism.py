@@ -21,7 +21,8 @@ from tatamu.validation.subject import Subject
 
 def different(first: Rollout, second: Rollout) -> float:
     """How many bytes of the positions differ; all, when there are not as many."""
-    a, b = first.positions.tobytes(), second.positions.tobytes()
+    a = first.positions.tobytes()
+    b = second.positions.tobytes()
     if len(a) != len(b):
         return float(max(len(a), len(b)))
     return float((np.frombuffer(a, np.uint8) != np.frombuffer(b, np.uint8)).sum())
@@ -49,7 +50,8 @@ def elsewhere(subject: Subject) -> Findings:
 def in_another_process(scene: Scene, simulator: str) -> Rollout:
     """Simulate by the command line."""
     with TemporaryDirectory() as folder:
-        given, made = Path(folder) / "scene.json", Path(folder) / "rollout.npz"
+        given = Path(folder) / "scene.json"
+        made = Path(folder) / "rollout.npz"
         scene.save(given)
         command = "import sys; from tatamu.cli import main; sys.argv[0] = 'tatamu'; main()"
         arguments = ["simulate", str(given), "--out", str(made), "--simulator", simulator]

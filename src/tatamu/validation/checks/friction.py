@@ -12,10 +12,11 @@ from functools import partial
 import numpy as np
 
 from tatamu.material import GRAVITY, Material
+from tatamu.meshing import staggered
 from tatamu.scene import Cloth, Scene, Table
 from tatamu.validation.check import Case, Check
 from tatamu.validation.findings import Curve, Figure, Findings, Row, absolute, relative, small
-from tatamu.validation.meshes import right, staggered
+from tatamu.validation.meshes import right
 from tatamu.validation.references import incline_acceleration, incline_threshold
 from tatamu.validation.scenes import joined, on_incline
 from tatamu.validation.subject import Subject
@@ -65,15 +66,16 @@ def travel(subject: Subject, scene: Scene, members: np.ndarray | None = None) ->
     return rollout.times, (middle - middle[0]) @ [np.cos(tilt), 0.0, -np.sin(tilt)]
 
 
-def final_speed(times: np.ndarray, way: np.ndarray) -> float:
+def final_speed(times: np.ndarray, distance: np.ndarray) -> float:
     """Mean speed over the last fifth [m/s]."""
     late = len(times) * 4 // 5
-    return float((way[-1] - way[late]) / (times[-1] - times[late]))
+    return float((distance[-1] - distance[late]) / (times[-1] - times[late]))
 
 
 def threshold(slides: Callable[[float], bool], guess: float, within: float, to: float) -> float:
     """Tilt between sticking and sliding [rad], by halving guess - within .. guess + within down to `to`."""
-    low, high = guess - within, guess + within
+    low = guess - within
+    high = guess + within
     while high - low > to:
         middle = 0.5 * (low + high)
         low, high = (low, middle) if slides(middle) else (middle, high)
@@ -103,11 +105,11 @@ def on_table(subject: Subject, mu: float) -> Findings:
     for degrees in (1.0, 10.0):
         tilt = wanted + np.radians(degrees)
         acceleration = incline_acceleration(tilt, mu, GRAVITY)
-        times, way = travel(subject, incline(mu, tilt, 0.5))
-        got = _acceleration(times, way)
+        times, distance = travel(subject, incline(mu, tilt, 0.5))
+        got = _acceleration(times, distance)
         yield relative(f"acceleration {degrees:g} deg above [m/s²]", acceleration, got, subject.limit("acceleration"))
         if degrees == 10.0:
-            yield Curve("acceleration", f"μ = {mu:g}", times[::3], way[::3])
+            yield Curve("acceleration", f"μ = {mu:g}", times[::3], distance[::3])
             yield Curve(
                 "acceleration", "g (sin θ - μ cos θ) t² / 2", times, 0.5 * acceleration * times**2, reference=True
             )
@@ -117,10 +119,10 @@ def _speed(quantity: str, speed: float, limit: float | None) -> Row:
     return small(quantity, 1e3 * speed, None if limit is None else 1e3 * limit, "mm/s")
 
 
-def _acceleration(times: np.ndarray, way: np.ndarray) -> float:
-    """Twice the leading coefficient of a parabola through the second half of the way [m/s^2]."""
+def _acceleration(times: np.ndarray, distance: np.ndarray) -> float:
+    """Twice the leading coefficient of a parabola through the second half of the distance [m/s^2]."""
     half = len(times) // 2
-    return float(2 * np.polyfit(times[half:], way[half:], 2)[0])
+    return float(2 * np.polyfit(times[half:], distance[half:], 2)[0])
 
 
 def on_cloth(subject: Subject, count: int, mu: float = 0.5) -> Findings:
@@ -129,8 +131,8 @@ def on_cloth(subject: Subject, count: int, mu: float = 0.5) -> Findings:
 
     def slides(tilt: float) -> bool:
         scene, members = layers(count, mu, tilt, 0.4)  # short: it must not slide off the layer below
-        _, way = travel(subject, scene, members[-1])
-        return float(way.max()) > SHIFTED
+        _, distance = travel(subject, scene, members[-1])
+        return float(distance.max()) > SHIFTED
 
     found = threshold(slides, wanted, np.radians(4.0), np.radians(0.25))
     limit = subject.limit("threshold between layers")

@@ -7,11 +7,12 @@ from functools import partial
 import numpy as np
 
 from tatamu.material import Material
+from tatamu.meshing import staggered
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Scene, Table
 from tatamu.validation.check import Case, Check
 from tatamu.validation.findings import Curve, Figure, Findings, relative, small
-from tatamu.validation.meshes import right, staggered
+from tatamu.validation.meshes import right
 from tatamu.validation.references import arc_energy, fall
 from tatamu.validation.scenes import flat, held, raised, vertex_areas
 from tatamu.validation.subject import Subject
@@ -75,7 +76,8 @@ def momentum(subject: Subject) -> Findings:
     cloth = Cloth(vertices=twisted, faces=faces, rest_vertices=raised(plan))
     scene = Scene(cloth=cloth, material=FABRIC, gravity=0.0, duration=0.5, frame_rate=2000)
     rollout = subject.simulate(scene)
-    mass, v = masses(scene), velocities(rollout)
+    mass = masses(scene)
+    v = velocities(rollout)
     scale = float((np.linalg.norm(v, axis=2) @ mass).max())
     total = float(np.linalg.norm(np.einsum("n,fnk->fk", mass, v), axis=1).max())
     yield small("|sum m v| / sum m |v|", total / max(scale, 1e-30), subject.limit("momentum"), "-")

@@ -3,7 +3,7 @@
 Thirty random folds of one towel are scored by their mean vertex distance to the half fold, on a mesh and
 on one of half its spacing; what a search would learn is the order of the scores. Hands hold the edge, as
 tatamu's own do, and cloth turns about it. Hands that hold the corner's slope as well, as deep as the mesh
-has rows there, lay it down with its hem the wrong way up, and how it jumps when they open is not the same
+has rows there, lay it down with its hem turned up, and how it jumps when they open is not the same
 on any two meshes: a case of its own. Half the time step is not asked: a scene has no time step, every
 simulator chooses its own.
 """
@@ -20,7 +20,7 @@ from tatamu.material import Material
 from tatamu.scene import Scene
 from tatamu.validation.check import Case, Check
 from tatamu.validation.findings import Curve, Figure, Findings, Row, absolute, small
-from tatamu.validation.manipulations import EDGE, LENGTH, PATCH, Manipulation, half_fold_target, scene_of
+from tatamu.validation.manipulations import EDGE, LENGTH, PATCH, RandomFold, half_fold_target, scene_of
 from tatamu.validation.scenes import vertex_areas
 from tatamu.validation.subject import Subject
 
@@ -41,7 +41,7 @@ def score(subject: Subject, scene: Scene) -> float:
 
 def half_the_mesh(subject: Subject, spacing: float, depth: float = EDGE, count: int = COUNT) -> Findings:
     """Order and best of random folds on two meshes, by hands that reach `depth` metres in from the edge."""
-    folds = [Manipulation.random(100 + seed, fast=False) for seed in range(count)]
+    folds = [RandomFold.random(100 + seed, fast=False) for seed in range(count)]
     coarse, fine = (
         np.array([score(subject, scene_of(fold, TOWEL, s, depth)) for fold in folds]) for s in (spacing, spacing / 2)
     )

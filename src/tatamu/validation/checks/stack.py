@@ -7,10 +7,11 @@ from functools import partial
 import numpy as np
 
 from tatamu.material import Material
+from tatamu.meshing import staggered
 from tatamu.scene import Cloth, Scene, Table
 from tatamu.validation.check import Case, Check
 from tatamu.validation.findings import Curve, Figure, Findings, relative, small
-from tatamu.validation.meshes import staggered, staggered_across
+from tatamu.validation.meshes import staggered_across
 from tatamu.validation.scenes import joined, raised
 from tatamu.validation.subject import Subject
 

@@ -70,7 +70,8 @@ def hang(subject: Subject, fabric: str, layout: str, spacing: float = 0.02) -> F
 
 def shear(subject: Subject, layout: str) -> Findings:
     """A tall panel, held along its upright sides, sags in its plane by shear."""
-    span, height = 0.1, 0.4
+    span = 0.1
+    height = 0.4
     mesh = LAYOUTS[layout](span, height, 0.01)
     plan = mesh[0]
     modulus = PLANE.stretch_stiffness / (2 * (1 + PLANE.poisson_ratio))
@@ -96,7 +97,9 @@ def shear(subject: Subject, layout: str) -> Findings:
 
 def pull(subject: Subject, layout: str, stretch: float = 1.01) -> Findings:
     """A weightless sheet is pulled by its ends; far from them its sides come in freely."""
-    length, width, ramp = 0.4, 0.1, 0.05
+    length = 0.4
+    width = 0.1
+    ramp = 0.05
     mesh = LAYOUTS[layout](length, width, 0.01)
     plan = mesh[0]
     wave = np.pi / length * np.sqrt(PLANE.stretch_stiffness / PLANE.areal_density)
@@ -125,13 +128,14 @@ def pull(subject: Subject, layout: str, stretch: float = 1.01) -> Findings:
 def hands(subject: Subject, length: float = 0.5, span: float = 0.4) -> Findings:
     """Two hands hold a limp strip by its ends and bring them together."""
     mesh = right(length, 0.06, 0.01)
-    plan, way = mesh[0], (length - span) / 2
+    plan = mesh[0]
+    shift = (length - span) / 2
     limp = Material(areal_density=0.2, stretch_stiffness=1000.0, bending_rigidity=1e-7, air_drag=3.0)
     grippers = [
         Gripper(
             vertices=np.flatnonzero(plan[:, 0] == end).tolist(),
             times=[0.0, 0.5],
-            displacements=[[0, 0, 0], [sign * way, 0, 0]],
+            displacements=[[0, 0, 0], [sign * shift, 0, 0]],
         )
         for end, sign in ((0.0, 1), (length, -1))
     ]

@@ -14,11 +14,11 @@ from functools import partial
 import numpy as np
 
 from tatamu.material import Material
+from tatamu.meshing import staggered
 from tatamu.scene import Cloth, Gripper, Scene, Table
 from tatamu.validation.check import Case, Check
 from tatamu.validation.findings import Findings, small
-from tatamu.validation.manipulations import Manipulation, scene_of
-from tatamu.validation.meshes import staggered
+from tatamu.validation.manipulations import RandomFold, scene_of
 from tatamu.validation.scenes import flat
 from tatamu.validation.subject import Subject
 
@@ -61,7 +61,8 @@ class Change:
 
 def turn(count: int) -> Change:
     """Turned about z by 30 degrees and shifted."""
-    cosine, sine = np.cos(np.pi / 6), np.sin(np.pi / 6)
+    cosine = np.cos(np.pi / 6)
+    sine = np.sin(np.pi / 6)
     matrix = np.array([[cosine, sine, 0], [-sine, cosine, 0], [0, 0, 1.0]])
     return Change(lambda points: points @ matrix + [0.3, -0.2, 0.0], np.arange(count))
 
@@ -97,7 +98,7 @@ def carried() -> Scene:
 
 def folded() -> Scene:
     """A towel folded on a table."""
-    return scene_of(Manipulation.random(7, fast=False), FABRIC, 0.02).model_copy(update={"table": Table()})
+    return scene_of(RandomFold.random(7, fast=False), FABRIC, 0.02).model_copy(update={"table": Table()})
 
 
 def changed(subject: Subject, change: Callable[[int], Change]) -> Findings:

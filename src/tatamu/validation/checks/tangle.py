@@ -16,12 +16,13 @@ from scipy.interpolate import LinearNDInterpolator
 from tatamu.crossings import crossings_over_time
 from tatamu.errors import SimulationError
 from tatamu.material import Material
+from tatamu.meshing import staggered
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene, Table
 from tatamu.validation.check import Case, Check
 from tatamu.validation.findings import Curve, Figure, Findings, small
-from tatamu.validation.manipulations import PATCH, Manipulation, scene_of
-from tatamu.validation.meshes import irregular, staggered
+from tatamu.validation.manipulations import PATCH, RandomFold, scene_of
+from tatamu.validation.meshes import irregular
 from tatamu.validation.scenes import joined, raised
 from tatamu.validation.subject import Subject
 
@@ -39,7 +40,8 @@ def dragged(speed: float, press: float) -> tuple[Scene, np.ndarray, np.ndarray]:
         speed: Of the hand [m/s].
         press: How far the hand goes down [m].
     """
-    lower, upper = staggered(SIDE, SIDE, 0.01), irregular(0.7 * SIDE, 0.7 * SIDE, 0.01)
+    lower = staggered(SIDE, SIDE, 0.01)
+    upper = irregular(0.7 * SIDE, 0.7 * SIDE, 0.01)
     plan = upper[0] - 0.35 * SIDE
     vertices, faces, members = joined(
         [
@@ -48,18 +50,19 @@ def dragged(speed: float, press: float) -> tuple[Scene, np.ndarray, np.ndarray]:
         ]
     )
     patch = members[1][(np.abs(plan) < PATCH).all(axis=1)]
-    way, down = 0.08, 0.1
+    stroke = 0.08
+    down = 0.1
     hand = Gripper(
         vertices=patch.tolist(),
-        times=[0.0, down, down + way / speed, down + 2 * way / speed],
-        displacements=[[0, 0, 0], [0, 0, -press], [way, 0, -press], [way, way / 2, -press]],
+        times=[0.0, down, down + stroke / speed, down + 2 * stroke / speed],
+        displacements=[[0, 0, 0], [0, 0, -press], [stroke, 0, -press], [stroke, stroke / 2, -press]],
     )
     scene = Scene(
         cloth=Cloth(vertices=vertices, faces=faces),
         material=LIMP,
         table=Table(),
         grippers=[hand],
-        duration=down + 2 * way / speed + 0.3,
+        duration=down + 2 * stroke / speed + 0.3,
     )
     return scene, members[0], members[1]
 
@@ -93,7 +96,7 @@ def crossings_of_fold(
 ) -> np.ndarray | None:
     """Crossings in every frame of a random fold of limp cloth, shape (f,); None where it ended in an error."""
     try:
-        rollout = simulate(scene_of(Manipulation.random(seed, fast), LIMP, spacing))
+        rollout = simulate(scene_of(RandomFold.random(seed, fast), LIMP, spacing))
     except SimulationError:
         return None
     return crossings_over_time(rollout.positions, rollout.faces)

@@ -1,0 +1,32 @@
+"""Edges of a garment by name, to hold it by."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tatamu.errors import InputError
+from tatamu.garments import Garment
+
+
+def named_edge(garment: Garment, name: str) -> np.ndarray:
+    """The path of vertices along an edge of the garment.
+
+    Raises:
+        InputError: The garment has no such edge.
+    """
+    if name not in garment.edges:
+        raise InputError(f"edge: {garment.name} has {', '.join(garment.edges)}, given {name!r}")
+    return garment.edges[name]
+
+
+def longest_edge(garment: Garment) -> str:
+    """The longest edge that is open, or of all.
+
+    Raises:
+        InputError: The garment has no named edges.
+    """
+    names = [name for name in garment.edges if name in garment.openings] or list(garment.edges)
+    if not names:
+        raise InputError(f"garment: {garment.name} has no named edges to hold it by")
+    flat = garment.vertices
+    return max(names, key=lambda name: np.linalg.norm(np.diff(flat[garment.edges[name]], axis=0), axis=1).sum())

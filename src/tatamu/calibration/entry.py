@@ -1,0 +1,28 @@
+"""The tables of a measurements file: what they have in common."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+
+from tatamu.calibration.quantity import Error
+from tatamu.calibration.readings import Reading
+from tatamu.records import Record
+
+
+class Errors(Record):
+    """Standard deviation of one reading, all causes together: the ruler's marks, the eye, the cloth's unrest."""
+
+    length: Error = 0.001
+    """Of every length but H_s [m]."""
+    mass: Error = 0.001
+    """[kg]"""
+    H_s: Error = 0.005
+    """[m]"""
+
+
+class TestEntry(Record):
+    """The table of one test: its readings, and how the cloth was held. Impossible readings are refused."""
+
+    @abstractmethod
+    def readings(self, errors: Errors) -> dict[str, Reading]:
+        """The readings by their names, which no other test uses."""

@@ -1,0 +1,31 @@
+"""How a test was matched."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Fit:
+    """One test, and the parameter with which its reading came out."""
+
+    test: str
+    parameter: str
+    measured: float
+    """The reading, in `unit`."""
+    uncertainty: float
+    """Its standard uncertainty."""
+    aim: float
+    """The value that was matched: the reading, moved by its uncertainty where it only bounds the parameter."""
+    simulated: float
+    """The same reading, simulated with the parameter found."""
+    unit: str
+    bound: str | None
+    """None where the test tells the parameter; else "at least" or "at most": all that it tells."""
+    samples: tuple[tuple[float, float], ...]
+    """Simulated (parameter, reading); of a search by halving (parameter, speed)."""
+    alone: float | None = None
+    """The parameter by this test alone, where it did not decide alone: as one of several tests, or as a bound that the
+    assumed value keeps."""
+    resolution: float | None = None
+    """Standard uncertainty of the parameter's logarithm that a search by halving leaves; None: no such search."""

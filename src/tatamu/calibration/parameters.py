@@ -1,0 +1,49 @@
+"""The parameters of a material that calibration finds, and how they are named, searched and shown."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One field of a material."""
+
+    name: str
+    symbol: str
+    unit: str
+    """"-" where it has none."""
+    words: str
+    """Its name in a table."""
+    shown_unit: str = ""
+    """The unit on pages; none given: `unit`."""
+    shown_factor: float = 1.0
+    """From `unit` to the shown one."""
+
+    @property
+    def label(self) -> str:
+        """Symbol and shown unit, as an axis has them."""
+        return self.symbol if self.unit == "-" else f"{self.symbol} [{self.shown_unit or self.unit}]"
+
+
+KNOWN = {
+    parameter.name: parameter
+    for parameter in (
+        Parameter("areal_density", "ρ", "kg/m²", "areal density"),
+        Parameter("stretch_stiffness", "Y", "N/m", "stretch stiffness"),
+        Parameter("bending_rigidity", "B", "N m", "bending rigidity", "µN m", 1e6),
+        Parameter("friction_table", "μ", "-", "friction on the table"),
+        Parameter("compression", "c", "-", "resists compression, part of Y"),
+    )
+}
+"""By the name of the field."""
+PARAMETERS = tuple(KNOWN)
+"""Their names, in the order of all matrices."""
+UNITS = {name: parameter.unit for name, parameter in KNOWN.items()}
+SYMBOLS = {name: parameter.symbol for name, parameter in KNOWN.items()}
+PLACE = {name: number for number, name in enumerate(PARAMETERS)}
+"""Row and column of each in all matrices."""
+LIMITS = {"stretch_stiffness": (1.0, 1e5), "bending_rigidity": (1e-8, 1e-2), "compression": (0.01, 1.0)}
+"""Ranges in which parameters are searched [N/m], [N m], [-]."""
+UNMEASURED = ("poisson_ratio", "friction_cloth", "air_drag")
+"""Fields of a material that no test tells."""

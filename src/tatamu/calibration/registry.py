@@ -1,0 +1,13 @@
+"""All calibration tests, in the order of the guide; a further one is a module of its own and a name here."""
+
+from __future__ import annotations
+
+from tatamu.calibration.elongation import Elongation
+from tatamu.calibration.friction import Slope
+from tatamu.calibration.loop import Loop
+from tatamu.calibration.push import Push
+from tatamu.calibration.sag import Sag
+from tatamu.calibration.test import CalibrationTest
+
+TESTS: dict[str, type[CalibrationTest]] = {test.name: test for test in (Elongation, Slope, Sag, Loop, Push)}
+"""Name to test."""

@@ -1,0 +1,220 @@
+"""Drawings to scale: lines, dots, words and dimensions in metres, as SVG and as PNG from the same shapes.
+
+Colours are names of `palette` or "#rrggbb". An SVG is whole in itself: it carries its dark colours, which a browser
+takes where the reader prefers them, and any other program shows it by day.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from tatamu.presentation.palette import COLOURS, day
+from tatamu.presentation.shapes import FONT, Box, Dot, Label, Picture, Polyline, Segments, Shape
+
+LETTER = 0.55
+"""Mean width of a letter over the height."""
+HEAD = 7.0
+"""Length of an arrow's head [pixels]."""
+CAPTION = 22
+"""Height of a line of the caption [pixels]."""
+FROM_ABOVE = np.array([[0.0, -1.0], [1.0, 0.0]])
+"""A place (x, y) on the table in the drawing: x up, y to the left, as a robot sees it before itself."""
+UPRIGHT = np.eye(2)
+"""A place in the drawing as it is given: the first number to the right, the second up."""
+
+
+@dataclass
+class Drawing:
+    """Shapes in a rectangle of a plane."""
+
+    low: np.ndarray
+    """Smallest coordinates shown [m], shape (2,)."""
+    high: np.ndarray
+    """Largest coordinates shown [m], shape (2,)."""
+    scale: float
+    """Pixels per metre."""
+    axes: np.ndarray = field(default_factory=lambda: UPRIGHT)
+    """From the plane to right and up, shape (2, 2): `FROM_ABOVE` or `UPRIGHT`."""
+    margin: float = 0.0
+    """Around that rectangle [pixels]."""
+    shapes: list[Shape] = field(default_factory=list)
+    caption: Sequence[str] = ()
+    """Lines of text under the drawing."""
+    background: str | None = "card"
+    words: str = ""
+    """The drawing in words, for readers who cannot see it."""
+
+    @classmethod
+    def around(cls, points: np.ndarray, width: float, height: float, *, margin: float = 34.0) -> Drawing:
+        """An upright drawing that holds points [m], shape (n, 2), within width x height [pixels] and a margin."""
+        low = points.min(axis=0)
+        high = points.max(axis=0)
+        scale = float(min(np.array([width, height]) / np.maximum(high - low, 1e-9)))
+        return cls(low, high, scale, margin=margin)
+
+    @property
+    def _corner(self) -> np.ndarray:
+        """Right and up of the upper left corner of the rectangle [m], shape (2,)."""
+        ends = np.array([self.low, self.high]) @ self.axes.T
+        return np.array([ends[:, 0].min(), ends[:, 1].max()])
+
+    @property
+    def size(self) -> np.ndarray:
+        """Width and height without the caption [pixels], shape (2,)."""
+        return self.scale * np.abs(self.axes @ (self.high - self.low)) + 2 * self.margin
+
+    @property
+    def wide(self) -> int:
+        """Width of the drawing [pixels]."""
+        return round(float(self.size[0]))
+
+    @property
+    def tall(self) -> int:
+        """Height of the drawing without its caption [pixels]."""
+        return round(float(self.size[1]))
+
+    def pixels(self, points: np.ndarray) -> np.ndarray:
+        """Places in the plane [m] as pixels, x to the right and y down, shape (k, 2)."""
+        return (points @ self.axes.T - self._corner) * [self.scale, -self.scale] + self.margin
+
+    def add(self, *shapes: Shape) -> None:
+        """Draw shapes over what is there."""
+        self.shapes.extend(shapes)
+
+    def line(self, points: Any, colour: str = "ink", width: float = 1.5, **more: Any) -> None:
+        """Draw a line through points, shape (k, 2); see `Polyline`."""
+        self.add(Polyline(np.asarray(points, dtype=float), colour, width, **more))
+
+    def arrow(
+        self, points: Any, colour: str, width: float = 1.5, *, head: float | None = None, both: bool = False
+    ) -> None:
+        """Draw a line with a head [m], HEAD pixels if not given, at its end or at both ends."""
+        path = np.asarray(points, dtype=float)
+        length = HEAD / self.scale if head is None else head
+        self.line(path, colour, width)
+        for end, before in ((path[-1], path[-2]), (path[0], path[1])) if both else ((path[-1], path[-2]),):
+            back = length * (before - end) / max(float(np.linalg.norm(before - end)), 1e-12)
+            across = 0.5 * np.array([-back[1], back[0]])
+            self.line([end + back + across, end, end + back - across], colour, width)
+
+    def label(self, place: Any, text: str, colour: str = "ink", towards: Any = (0.0, 0.0)) -> None:
+        """Write a word centred on a place, or beside it."""
+        self.add(Label(np.asarray(place, dtype=float), text, np.asarray(towards, dtype=float), colour))
+
+    def dimension(self, start: Any, end: Any, name: str, colour: str = "reading") -> None:
+        """Draw a line with arrows at both ends and write its name above it, or to the right of an upright one."""
+        ends = np.array([start, end], dtype=float)
+        self.arrow(ends, colour, both=True)
+        right, up = self.axes @ (ends[1] - ends[0])
+        across = np.array([-up, right]) / max(float(np.hypot(right, up)), 1e-12)
+        if across @ [0.5, 1.0] < 0.0:
+            across = -across
+        if name:
+            self.label(ends.mean(axis=0), name, colour, self.axes.T @ across)
+
+    def ruler(self, right_end: Any, colour: str = "muted") -> None:
+        """Draw a bar of ten centimetres that ends at a place, with its length above it."""
+        end = np.asarray(right_end, dtype=float)
+        left = self.axes.T @ np.array([-0.1, 0.0])
+        up = self.axes.T @ np.array([0.0, 1.0])
+        tick = 4.0 / self.scale * up
+        self.line([end + left + tick, end + left, end, end + tick], colour)
+        self.label(end + 0.5 * left, "10 cm", colour, up)
+
+    def svg(self) -> str:
+        """The drawing as an SVG element."""
+        total = self.tall + (CAPTION * len(self.caption) + 16 if self.caption else 0)
+        body = "".join(self._element(shape) for shape in self.shapes)
+        if self.caption:  # an inner element of its own cuts off what reaches beyond the drawing
+            body = f'<svg width="{self.wide}" height="{self.tall}">{body}</svg>'
+        lines = "".join(
+            f'<text x="12" y="{self.tall + CAPTION * (k + 1)}" {_look("muted" if k else "ink")}>{escape(text)}</text>'
+            for k, text in enumerate(self.caption)
+        )
+        ground = f'<rect width="100%" height="100%" {_look(self.background)}/>' if self.background else ""
+        inside = f"{ground}{body}{lines}"
+        label = f' role="img" aria-label="{escape(self.words)}"' if self.words else ""
+        return (
+            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {self.wide} {total}" width="{self.wide}" '
+            f'height="{total}"{label} font-family="system-ui, sans-serif" font-size="{FONT}">'
+            f"{_dark(inside)}{inside}</svg>"
+        )
+
+    def _element(self, shape: Shape) -> str:
+        if isinstance(shape, Polyline):
+            path = " ".join(f"{x:.1f},{y:.1f}" for x, y in self.pixels(shape.points))
+            dash = f' stroke-dasharray="{shape.dash:g}"' if shape.dash else ""
+            look = _look(shape.fill, shape.colour, shape.width, shape.opacity)
+            return f'<polyline points="{path}" {look}{dash} stroke-linejoin="round" stroke-linecap="round"/>'
+        if isinstance(shape, Segments):
+            ends = self.pixels(shape.ends.reshape(-1, 2)).reshape(-1, 4).round(1)
+            path = "".join(f"M{a:g} {b:g}L{c:g} {d:g}" for a, b, c, d in ends)
+            return f'<path d="{path}" {_look(None, shape.colour, shape.width, shape.opacity)}/>'
+        if isinstance(shape, Box):
+            (x, y), (width, height) = self.box(shape)
+            place = f'x="{x:.1f}" y="{y:.1f}" width="{width:.1f}" height="{height:.1f}"'
+            return f"<rect {place} {_look(shape.fill, shape.edge, 1.0)}/>"
+        if isinstance(shape, Dot):
+            x, y = self.pixels(shape.place[None])[0]
+            return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{shape.radius:g}" {_look(shape.colour)}/>'
+        if isinstance(shape, Picture):
+            return f'<image href="{shape.source}" width="{self.wide}" height="{self.tall}"/>'
+        (x, y), anchor = self.beside(shape)
+        place = {"l": "start", "m": "middle", "r": "end"}[anchor]
+        return (
+            f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{place}" dominant-baseline="central" paint-order="stroke" '
+            f"{_look(shape.colour, self.background, 3.0)}>{escape(shape.text)}</text>"
+        )
+
+    def box(self, box: Box) -> tuple[np.ndarray, np.ndarray]:
+        """Upper left corner, and width and height [pixels]."""
+        corners = self.pixels(np.array([box.low, box.high]))
+        return corners.min(axis=0), np.ptp(corners, axis=0)
+
+    def beside(self, label: Label) -> tuple[np.ndarray, str]:
+        """Place a word within the drawing: pixels, and the part of it that is there, l(eft), m(iddle) or r(ight)."""
+        right, up = self.axes @ label.towards
+        at = self.pixels(label.place[None])[0] + np.array([right, -up]) * 0.9 * FONT
+        anchor = "l" if right > 0.4 else "r" if right < -0.4 else "m"
+        long = LETTER * FONT * len(label.text)
+        before = {"l": 0.0, "m": 0.5, "r": 1.0}[anchor] * long
+        at[0] = np.clip(at[0], before, max(self.wide - long + before, before))
+        return at, anchor
+
+    def png(self) -> bytes:
+        """The drawing by day, without its caption, as the bytes of a PNG file."""
+        from tatamu.presentation.canvas import painted
+
+        return painted(self)
+
+
+def _look(fill: str | None, stroke: str | None = None, width: float = 0.0, opacity: float = 1.0) -> str:
+    """The attributes that colour an element; its class holds the names, for `_dark`."""
+    line = stroke if width else None
+    named = [f"{what}-{colour}" for what, colour in (("fill", fill), ("stroke", line)) if colour in COLOURS]
+    parts = [f'fill="{day(fill) if fill else "none"}"']
+    if line:
+        parts.append(f'stroke="{day(line)}" stroke-width="{width:g}"')
+    if opacity != 1.0:
+        parts.append(f'opacity="{opacity:g}"')
+    if named:
+        parts.append(f'class="{" ".join(named)}"')
+    return " ".join(parts)
+
+
+def _dark(inside: str) -> str:
+    """A style element with the dark colours of all names that the elements `inside` use."""
+    used = {name for names in re.findall(r' class="([^"]+)"', inside) for name in names.split()}
+    rules = [
+        f".{what}-{name}{{{what}:{night}}}"
+        for name, (light, night) in COLOURS.items()
+        for what in ("fill", "stroke")
+        if light != night and f"{what}-{name}" in used
+    ]
+    return f"<style>@media (prefers-color-scheme:dark){{{''.join(rules)}}}</style>" if rules else ""

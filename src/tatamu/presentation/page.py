@@ -1,0 +1,105 @@
+"""Data and a template to one HTML file: its style, scripts, charts and replay inside, nothing to fetch.
+
+Templates are files of the package, named by their path in it, such as "report/page.html"; each extends
+"presentation/base.html" and has the macros of "presentation/parts.html" as `parts`. Texts are escaped unless a
+template or a `Markup` says that they are HTML.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping, Sequence
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from tatamu import __version__
+from tatamu.presentation import palette
+from tatamu.presentation.chart import Chart
+from tatamu.presentation.packing import packed
+
+Charts = Mapping[str, Sequence[Chart]]
+"""Groups of charts by name; `parts.plots` puts the group `name` into places `name-0`, `name-1` .. of a page."""
+
+
+def render(
+    template: str, *, charts: Charts | None = None, replay: Mapping[str, Any] | None = None, **values: Any
+) -> str:
+    """Fill a template; the same values give the same bytes.
+
+    Args:
+        template: Path in the package, such as "report/page.html".
+        charts: What scripts/charts.js draws into the places of the page.
+        replay: What scripts/replay.js shows, see `presentation.replay`; the page has a replay if it is given.
+        **values: What the template names.
+
+    Raises:
+        jinja2.UndefinedError: The template names a value that is not given.
+    """
+    plots = {f"{name}-{k}": chart.plot for name, group in (charts or {}).items() for k, chart in enumerate(group)}
+    inside = {
+        "charts": charts or {},
+        "chart_data": inline(plots) if plots else None,
+        "plotly": plotly() if plots else None,
+        "replay_data": inline(replay) if replay else None,
+        "has_robot": bool(replay and "robot" in replay),
+        "script": script("replay_page.js" if replay else "plain_page.js"),
+    }
+    return _environment().get_template(template).render(**inside, **values)
+
+
+@cache
+def _environment() -> Environment:
+    environment = Environment(
+        loader=PackageLoader("tatamu", ""),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    style = files(__package__).joinpath("style.css").read_text(encoding="utf-8")
+    environment.globals.update(
+        parts=environment.get_template("presentation/parts.html").module,
+        style=Markup(palette.css() + style),
+        version=__version__,
+    )
+    return environment
+
+
+@cache
+def plotly() -> str:
+    """The script of the plotly package, deflated, in base 64."""
+    from plotly.offline import get_plotlyjs
+
+    return packed(get_plotlyjs().encode())
+
+
+def inline(value: Any) -> Markup:
+    """JSON for a script element, which no text inside can close."""
+    text = json.dumps(value, allow_nan=False, separators=(",", ":"), ensure_ascii=False)
+    return Markup(text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029"))
+
+
+@cache
+def script(entry: str) -> Markup:
+    """An ES module of scripts/ and all that it imports, each once and before its users, as one module.
+
+    The modules share one scope there: their top-level names differ.
+    """
+    modules: dict[str, str] = {}
+    _collect(entry, modules)
+    return Markup("\n".join(modules.values()))
+
+
+def _collect(name: str, modules: dict[str, str]) -> None:
+    source = files(__package__).joinpath("scripts", name).read_text(encoding="utf-8")
+    for imported in re.findall(r'^import [^;]*? from "\./([\w.]+)";$', source, re.MULTILINE):
+        if imported not in modules:
+            _collect(imported, modules)
+    own = re.sub(r"^import [^;]*;\n+", "", source, flags=re.MULTILINE)
+    modules[name] = re.sub(r"^export ", "", own, flags=re.MULTILINE)

@@ -1,0 +1,83 @@
+"""The data of the viewer in a page: cloth and hands at a few frames, in steps of some micrometres."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from tatamu.presentation.packing import motion, packed
+from tatamu.rollout import Rollout
+from tatamu.scene import Scene
+
+FRAMES = 150
+"""Most frames of a replay; the viewer moves in straight lines between them."""
+BUDGET = 3_000_000
+"""Most coordinates in all frames, so that any page stays small; about a byte each when packed."""
+STEP = 5e-5
+"""Positions are rounded to this [m], or coarser where 65536 steps would not reach across the scene."""
+HAND_COLOURS = ("left", "right")
+"""Names of the colours of the two hands."""
+MovingMesh = tuple[np.ndarray, np.ndarray]
+"""Points at each frame [m], shape (f, n, 3), and triangles, shape (m, 3)."""
+
+
+@dataclass(frozen=True)
+class HandTrack:
+    """A hand as the viewer draws it."""
+
+    colour: str
+    """Name of its colour."""
+    path: np.ndarray
+    """Where it is at each frame [m], shape (f, 3)."""
+    holds: list[tuple[float, float | None]]
+    """When it closes and opens [s]; None: never."""
+
+
+def replay_data(
+    rollout: Rollout, scene: Scene, hands: list[HandTrack], largest: float, robot: MovingMesh | None = None
+) -> dict[str, Any]:
+    """The data of the viewer for a rollout with its `target`.
+
+    Args:
+        rollout: The cloth; the last of the packed frames is its target.
+        scene: Where it lies.
+        hands: Hands at each frame of the rollout.
+        largest: End of the scale of e_i [m].
+        robot: The robot's links at each frame of the rollout.
+    """
+    kept = frames(len(rollout.times), len(rollout.positions[0]))
+    table = scene.table
+    return {
+        **_packed(rollout.positions[kept], rollout.extra["target"], rollout.faces),
+        "times": _rounded(rollout.times[kept], 5),
+        "largest": largest,
+        "hands": [{"colour": hand.colour, "path": _rounded(hand.path[kept], 5), "holds": hand.holds} for hand in hands],
+        "table": table and {"height": table.height, "tilt": table.tilt},
+        **({"robot": _packed(robot[0][kept], robot[0][-1], robot[1])} if robot else {}),
+    }
+
+
+def _packed(positions: np.ndarray, last: np.ndarray, faces: np.ndarray) -> dict[str, Any]:
+    """Frames (f, n, 3) and one more, in whole steps from the lowest corner [m]."""
+    shown = np.concatenate([positions, last[None]])
+    low = shown.min(axis=(0, 1))
+    step = max(float((shown.max(axis=(0, 1)) - low).max()) / 65535, STEP)
+    return {
+        "count": len(last),
+        "low": _rounded(low, 9),
+        "step": step,
+        "positions": packed(motion(np.rint((shown - low) / step).astype(np.int64))),
+        "faces": packed(np.ascontiguousarray(faces, dtype="<u4").tobytes()),
+    }
+
+
+def frames(count: int, vertices: int) -> np.ndarray:
+    """Choose the frames of a rollout to show: the first, the last, and evenly between."""
+    most = int(np.clip(BUDGET // (3 * vertices), 2, FRAMES))
+    return np.unique(np.rint(np.linspace(0, count - 1, min(count, most))).astype(int))
+
+
+def _rounded(values: np.ndarray, digits: int) -> Any:
+    return np.round(np.asarray(values, dtype=float), digits).tolist()

@@ -1,0 +1,5 @@
+/* Starts a page without a replay. */
+
+import { start } from "./start.js";
+
+start();

@@ -1,0 +1,84 @@
+"""The hands' paths in the vertical plane of the fold, from the grasp on: the learned one beside fixed ones."""
+
+from __future__ import annotations
+
+import html
+from typing import Any
+
+import numpy as np
+
+from tatamu.presentation.chart import Plot, axis, traces
+from tatamu.results import LearnedFold
+
+DASHES = ("dash", "dot", "dashdot", "longdash", "longdashdot")
+ALIKE = 0.01
+"""Paths nearer to one another than this [m] are drawn once."""
+
+
+def plot(fold: LearnedFold) -> Plot:
+    """The paths relative to the grasp, in millimetres, both axes alike."""
+    lines = [
+        _line(_in_plane(baseline.path), baseline.label, color="@muted", width=1.8, dash=DASHES[number % len(DASHES)])
+        for number, baseline in enumerate(fold.result.baselines)
+    ]
+    for name, colour, control, path in _learned(fold):
+        lines += [_handles(control, colour), _line(path, name, color=colour, width=3)]
+    return traces(
+        lines,
+        xaxis=axis("from the grasp towards its release [mm]", constrain="domain"),
+        yaxis=axis("height above the grasp [mm]", scaleanchor="x", scaleratio=1, rangemode="tozero"),
+        showlegend=True,
+        legend={
+            "orientation": "h",
+            "y": 1.02,
+            "yanchor": "bottom",
+            "x": 0,
+            "traceorder": "reversed",
+            "font": {"color": "@ink"},
+        },
+        hovermode="closest",
+    )
+
+
+def _learned(fold: LearnedFold) -> list[tuple[str, str, np.ndarray, np.ndarray]]:
+    """Name, colour, control points (4, 2) and path (f, 2) in the plane of the fold; once for hands that move alike."""
+    arms = fold.manipulation.arms
+    paths = [_in_plane(fold.hand(arm) - np.array(arm.grasp.position)) for arm in arms]
+    controls = [_in_plane(arm.control_points - arm.control_points[0]) for arm in arms]
+    if len(arms) == 2 and np.abs(paths[1] - paths[0]).max() < ALIKE:
+        return [("learned, both hands", "@accent", controls[0], paths[0])]
+    names = [f"learned, {arm.name} hand" for arm in arms]
+    return list(zip(names, ("@left", "@right"), controls, paths, strict=False))
+
+
+def _in_plane(path: np.ndarray) -> np.ndarray:
+    """A path from its grasp, shape (k, 3), as the distance towards its end and the height, shape (k, 2)."""
+    along = path[-1, :2] / max(float(np.linalg.norm(path[-1, :2])), 1e-9)
+    return np.column_stack([path[:, :2] @ along, path[:, 2]])
+
+
+def _line(path: np.ndarray, name: str, **style: Any) -> dict[str, Any]:
+    label = html.escape(name)
+    return {
+        "x": (1e3 * path[:, 0]).round(2).tolist(),
+        "y": (1e3 * path[:, 1]).round(2).tolist(),
+        "name": label,
+        "mode": "lines",
+        "line": style,
+        "hovertemplate": "along %{x:.0f} mm, up %{y:.0f} mm<extra>" + label + "</extra>",
+    }
+
+
+def _handles(control: np.ndarray, colour: str) -> dict[str, Any]:
+    """The control polygon P0 P1 P2 P3."""
+    return {
+        "x": (1e3 * control[:, 0]).round(2).tolist(),
+        "y": (1e3 * control[:, 1]).round(2).tolist(),
+        "mode": "lines+markers",
+        "line": {"color": colour, "width": 1},
+        "marker": {"color": colour, "size": 7, "symbol": "circle-open"},
+        "opacity": 0.55,
+        "showlegend": False,
+        "text": [f"P{number}" for number in range(len(control))],
+        "hovertemplate": "%{text}: along %{x:.0f} mm, up %{y:.0f} mm<extra>control point</extra>",
+    }

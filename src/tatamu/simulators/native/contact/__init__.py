@@ -1,0 +1,58 @@
+"""Contact of cloth with itself and with the table, in positions.
+
+Contact takes the positions that elastic forces, gravity and hands predict for the end of a time step, and moves them so
+that no layer passes through another, that layers stay a thickness apart, and that friction holds what it can. What it
+moves positions by becomes velocity. The start of the step, where contact left the cloth the step before, is *legal*:
+everything is on the side of what is near it on which it belongs.
+
+The algorithm is that of position-based dynamics (Mueller et al. 2007) with the layers of robust cloth collision around
+it (Bridson, Fedkiw and Anderson 2002): proximity, repulsion, friction, and rigid impact zones (Provot 1997) as last
+resort. It has no continuous collision detection, Bridson's middle layer: candidates remember the side that they were on
+when the step began, so a pair that has passed within a step has a negative gap, and is pushed back where it came from.
+Unguarded, and thus not sure to stay apart, are flat edges that nothing presses, sheets beyond the three partners of a
+vertex, and edges that come near from beyond half of the margin; `make tangle` counts how often anything passes. One
+round of contact is `gauss_seidel.resolve`:
+
+    broad phase      `broad_phase.refresh`      motion is added up; candidates are searched again only when two parts of
+                                                the cloth may have come closer by the margin since the last search:
+                       `vertex_face_search`     per vertex the nearest triangle below and above it, and one that it
+                                                touches and would lose to these: at most three *partners*
+                       `edge_edge_search`       pairs of guarded edges (borders, creases, pressed layers) and edges near
+                       `grid`, `shape`          triangles by their centroids in a uniform grid; normals and radii
+    sweeps           one after the other, each only while some pair lacks what it would restore:
+                       `edge_edge.sweep`        narrow phase and correction of edge pairs
+                       `vertex_face.sweep`      of vertices, from the highest down; Coulomb friction with anchors
+                       `table.sweep`            last, so that it carries what the layers hand down
+                       `projection`             how far a pair is pushed, what of it becomes velocity (split impulse)
+    last resort      `impact_zones.hold`        what has passed nevertheless is set back, and moves as one
+    pace             `rounds_of_next_step`      crushed layers are resolved several times per outer step
+
+Apart from that, `untangle` takes apart layers that a closed hand has forced through one another when it opens: by the
+curve along which they meet, without any memory of sides (Volino and Magnenat-Thalmann 2006). What it leaves may still
+be tangled, and is tried again.
+
+Invariants, held by tests/test_native_contact.py, test_native_vertex_face.py and test_native_edge_edge.py:
+
+1. Legal positions, those at the start of a step, decide on which side something is, never predicted ones.
+2. A partner follows the cloth from triangle to neighbouring triangle, but neither around a fold that lies back to back
+   nor onto another partner; only a search changes it otherwise.
+3. A pair sleeps no longer than until the bound on all relative motion, `counters.travelled`, says that it may be near.
+4. A pair that hands hold on both sides is never corrected.
+5. The correction of a pair is shared by inverse masses, so it changes no momentum; of what comes apart because it was
+   too close when the step began, no more than the recovery speed becomes velocity.
+6. Nothing depends on anything but the input: a rollout has the same bytes however often it is made.
+
+Who writes what of `state.ContactState`:
+
+    record            search                 sweeps                               impact zones
+    vertex_face       partners, side, order  triangle, side, wake, anchors        -
+    edge_edge         pairs                  wake                                 -
+    activity          pressed (counts down)  touched, restless, pressed           restless
+    searched_at       all                    -                                    -
+    counters          ordered, pairs, ..     newly_pressed                        -
+
+`gauss_seidel` counts sweeps and adds what contact moved to the distance travelled; the time step counts outer steps and
+sets the rounds of each.
+
+Read them in this order: `state`, `projection`, `vertex_face`, `edge_edge`, `gauss_seidel`, then the rest.
+"""

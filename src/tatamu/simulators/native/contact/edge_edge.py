@@ -1,0 +1,243 @@
+"""Narrow phase and correction of edges against edges, without friction.
+
+Guarded edges and those near them, found by `edge_edge_search`, are kept apart along the line of their closest points
+at the start of the step, as vertices are from triangles.
+
+Most pairs are near but not too near. How near they are is therefore computed for many pairs at a time, eight at once,
+and they are looked at one by one only from the first on that is too near, as its correction may bring others too near:
+the result is that of one pair after the other, as Gauss-Seidel has it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tatamu.simulators.native.compiled import kernel
+from tatamu.simulators.native.contact.projection import Positions, correction, move
+from tatamu.simulators.native.contact.state import Activity, ContactMesh, ContactState
+from tatamu.simulators.native.geometry import Vector, closest_between
+from tatamu.simulators.native.options import ContactOptions
+
+MANY = 32
+"""Pairs that are measured together."""
+FIRST_FRACTION = MANY
+SECOND_FRACTION = 2 * MANY
+GAP = 3 * MANY
+"""Where rows of measures begin, after that of distances."""
+SLEEP = 0.9
+"""A pair that is far enough apart sleeps until it may have used up this part of what it is farther."""
+FARTHEST = 3.0
+"""The first sweep passes over pairs that were farther apart than this at the start of the step, in gaps that edges
+keep; a later one looks at them where the sweep before moved something."""
+TOUCHING = 1e-9
+"""Edges closer than this at the start [m] have no direction in which to push them."""
+
+
+@kernel
+def _gather(x: np.ndarray, pairs: np.ndarray, chosen: np.ndarray, n: int, first: int, out: np.ndarray) -> None:
+    """The coordinates of the n chosen pairs, in rows of `out` from number `first` on."""
+    for i in range(n):
+        for q in range(4):
+            v = pairs[chosen[i], q]
+            for k in range(3):
+                out[(first + 3 * q + k) * MANY + i] = x[v, k]
+
+
+@kernel
+def _measure(n: int, m: np.ndarray, out: np.ndarray) -> None:
+    """Distances at the start, where along both edges, and what is left of them at x: four rows of `out`.
+
+    In m are twelve rows of coordinates at the start, and twelve at x; n pairs.
+    """
+    for i in range(n):
+        ax, ay, az = m[i], m[i + MANY], m[i + 2 * MANY]
+        bx, by, bz = m[i + 3 * MANY], m[i + 4 * MANY], m[i + 5 * MANY]
+        cx, cy, cz = m[i + 6 * MANY], m[i + 7 * MANY], m[i + 8 * MANY]
+        dx, dy, dz = m[i + 9 * MANY], m[i + 10 * MANY], m[i + 11 * MANY]
+        distance, s, t = closest_between(
+            bx - ax, by - ay, bz - az, dx - cx, dy - cy, dz - cz, ax - cx, ay - cy, az - cz
+        )
+        wa = 1.0 - s
+        wb = s
+        wc = -(1.0 - t)
+        wd = -t
+        nx = (wa * ax + wb * bx + wc * cx + wd * dx) / distance
+        ny = (wa * ay + wb * by + wc * cy + wd * dy) / distance
+        nz = (wa * az + wb * bz + wc * cz + wd * dz) / distance
+        x = wa * m[i + 12 * MANY] + wb * m[i + 15 * MANY] + wc * m[i + 18 * MANY] + wd * m[i + 21 * MANY]
+        y = wa * m[i + 13 * MANY] + wb * m[i + 16 * MANY] + wc * m[i + 19 * MANY] + wd * m[i + 22 * MANY]
+        z = wa * m[i + 14 * MANY] + wb * m[i + 17 * MANY] + wc * m[i + 20 * MANY] + wd * m[i + 23 * MANY]
+        out[i] = distance
+        out[i + FIRST_FRACTION] = s
+        out[i + SECOND_FRACTION] = t
+        out[i + GAP] = nx * x + ny * y + nz * z
+
+
+@kernel
+def _choose(contact: ContactState, p: int, first_sweep: bool, chosen: np.ndarray) -> tuple[int, int]:
+    """Fill `chosen` with the next pairs from number p on that may be too near.
+
+    Returns:
+        How many they are, and the number of the pair to go on with.
+    """
+    pairs = contact.edge_edge.pairs
+    wake = contact.edge_edge.wake
+    touched = contact.activity.touched
+    count = contact.counters.pairs
+    travelled = contact.counters.travelled
+    last_sweep = contact.counters.sweep - 1
+    n = 0
+    while p < count and n < MANY:
+        if wake[p] <= travelled:
+            a, b, c, d = pairs[p, 0], pairs[p, 1], pairs[p, 2], pairs[p, 3]
+            if first_sweep or max(touched[a], touched[b], touched[c], touched[d]) >= last_sweep:
+                chosen[n] = p
+                n += 1
+        p += 1
+    return n, p
+
+
+@kernel
+def _let_sleep(
+    wake: np.ndarray, travelled: float, chosen: np.ndarray, distance: np.ndarray, n: int, kept: float
+) -> None:
+    """Pairs that are farther apart than `kept` [m] need not be looked at before they can have come too near."""
+    for i in range(n):
+        p = chosen[i]
+        wake[p] = travelled + SLEEP * (distance[i] - kept) if distance[i] > kept else wake[p]
+
+
+@kernel
+def _first_too_near(gap: np.ndarray, n: int, wanted: float) -> int:
+    """The first of n gaps that is too small, n if none is."""
+    for i in range(n):
+        if gap[i] < wanted:
+            return i
+    return n
+
+
+@kernel
+def _combined(x: np.ndarray, pair: tuple[int, int, int, int], weights: tuple[float, float, float, float]) -> Vector:
+    """Vector between the closest points of two edges [m], of which the weights are the barycentric coordinates."""
+    a, b, c, d = pair
+    wa, wb, wc, wd = weights
+    return (
+        wa * x[a, 0] + wb * x[b, 0] + wc * x[c, 0] + wd * x[d, 0],
+        wa * x[a, 1] + wb * x[b, 1] + wc * x[c, 1] + wd * x[d, 1],
+        wa * x[a, 2] + wb * x[b, 2] + wc * x[c, 2] + wd * x[d, 2],
+    )
+
+
+@kernel
+def _push_apart(
+    positions: Positions,
+    inverse_mass: np.ndarray,
+    activity: Activity,
+    pair: tuple[int, int, int, int],
+    closest: Vector,
+    wanted: float,
+    speeds: tuple[float, float],
+    thresholds: tuple[float, float],
+    numbers: tuple[int, int],
+) -> float:
+    """Push one pair apart along the line of its closest points at the start of the step.
+
+    Args:
+        positions: Positions to correct.
+        inverse_mass: Of the vertices [1/kg].
+        activity: Written where the push is noticeable or hard.
+        pair: Ends of both edges.
+        closest: Distance at the start [m], and the fractions along both edges where it is reached.
+        wanted: How far apart they should be [m].
+        speeds: How far they may come apart, and how far of that as velocity, see `projection.correction` [m].
+        thresholds: Pushes from which on vertices count as touched and as restless [m].
+        numbers: Of this sweep, and of the outer step until which vertices are then restless.
+
+    Returns:
+        The gap that it had [m], infinity if that was enough.
+    """
+    distance, s, t = closest
+    weights = (1.0 - s, s, -(1.0 - t), -t)
+    wa, wb, wc, wd = weights
+    sx, sy, sz = _combined(positions.start, pair, weights)
+    nx = sx / distance
+    ny = sy / distance
+    nz = sz / distance
+    gx, gy, gz = _combined(positions.x, pair, weights)
+    gap = nx * gx + ny * gy + nz * gz
+    push, position_only = correction(gap, distance, wanted, speeds[0], speeds[1])
+    if gap >= wanted or push <= 0.0:
+        return np.inf
+    a, b, c, d = pair
+    weight = (
+        wa * wa * inverse_mass[a] + wb * wb * inverse_mass[b] + wc * wc * inverse_mass[c] + wd * wd * inverse_mass[d]
+    )
+    for o, w in ((a, wa), (b, wb), (c, wc), (d, wd)):
+        if push > thresholds[0]:
+            activity.touched[o] = numbers[0]
+        if push > thresholds[1]:
+            activity.restless[o] = numbers[1]
+        f = w * inverse_mass[o] / weight
+        move(positions.x, o, f * push, nx, ny, nz)
+        if position_only > 0.0:
+            move(positions.predicted, o, f * position_only, nx, ny, nz)
+    return gap
+
+
+@kernel
+def sweep(
+    positions: Positions,
+    mesh: ContactMesh,
+    contact: ContactState,
+    options: ContactOptions,
+    step: float,
+    restored: float,
+) -> float:
+    """One Gauss-Seidel sweep over the edge pairs, in the order of their numbers.
+
+    Args:
+        positions: Positions to correct, and those that they came from.
+        mesh: The mesh.
+        contact: Pairs are put to sleep; activity is written.
+        options: How far positions are corrected.
+        step: Time since the start of the step [s].
+        restored: Part of the gap that this sweep restores.
+
+    Returns:
+        Smallest gap found before it was corrected, at most the one that edges keep [m].
+    """
+    inverse_mass = mesh.inverse_mass
+    pairs = contact.edge_edge.pairs
+    counters = contact.counters
+    first_sweep = restored == 1.0
+    kept = options.edge_gap * mesh.thickness
+    wanted = restored * kept
+    smallest = kept
+    farthest = FARTHEST * kept if first_sweep else np.inf
+    speeds = (options.clearing_speed * step, options.recovery_speed * step)
+    thresholds = (options.noticeable * options.edge_gap * mesh.thickness, options.hard * mesh.thickness)
+    numbers = (counters.sweep, counters.outer_step + options.restless_steps)
+    chosen = np.empty(MANY, np.int64)
+    coordinates = np.empty(24 * MANY)
+    near = np.empty(4 * MANY)
+    p = 0
+    while p < counters.pairs:
+        n, p = _choose(contact, p, first_sweep, chosen)
+        _gather(positions.start, pairs, chosen, n, 0, coordinates)
+        _gather(positions.x, pairs, chosen, n, 12, coordinates)
+        _measure(n, coordinates, near)
+        if first_sweep:
+            _let_sleep(contact.edge_edge.wake, counters.travelled, chosen, near, n, kept)
+        for i in range(_first_too_near(near[GAP:], n, wanted), n):
+            if near[i] < TOUCHING or near[i] > farthest:
+                continue
+            q = chosen[i]
+            a, b, c, d = pairs[q, 0], pairs[q, 1], pairs[q, 2], pairs[q, 3]
+            if min(inverse_mass[a], inverse_mass[b]) == 0.0 and min(inverse_mass[c], inverse_mass[d]) == 0.0:
+                continue  # where both edges are held, the hand decides how far they are apart
+            closest = near[i], near[i + FIRST_FRACTION], near[i + SECOND_FRACTION]
+            gap = _push_apart(
+                positions, inverse_mass, contact.activity, (a, b, c, d), closest, wanted, speeds, thresholds, numbers
+            )
+            smallest = min(smallest, gap)
+    return smallest

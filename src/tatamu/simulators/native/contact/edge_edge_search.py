@@ -1,0 +1,131 @@
+"""Broad phase of edges against edges: which edges are guarded, and what is near them.
+
+Borders are guarded, creased edges, and the edges of layers that are pressed together: between flatter ones that are not
+pressed, an edge cannot come through before a vertex does.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tatamu.simulators.native.compiled import kernel
+from tatamu.simulators.native.contact.grid import cells_around, grid_cell, grid_of
+from tatamu.simulators.native.contact.shape import Shape
+from tatamu.simulators.native.contact.state import ContactMesh, EdgeEdge
+from tatamu.simulators.native.geometry import Vector, closest_on_segments, dot, unit
+from tatamu.simulators.native.options import ContactOptions
+
+RADII = 1.87
+"""Half an edge, and the distance from an edge to the centroid of its triangle: at most this many of the longest radius
+of a triangle, together."""
+MARGIN_PART = 0.5
+"""Edges closer than a thickness and this part of the margin are paired."""
+
+
+@kernel
+def _guarded(mesh: ContactMesh, pressed: np.ndarray, face_normal: np.ndarray, ridge: float) -> np.ndarray:
+    """Which edges are guarded, shape (e,)."""
+    edges = mesh.edges
+    guarded = np.empty(edges.shape[0], dtype=np.bool_)
+    for e in range(edges.shape[0]):
+        f, g = mesh.edge_faces[e, 0], mesh.edge_faces[e, 1]
+        guarded[e] = g < 0 or dot(face_normal[f], face_normal[g]) < ridge
+        guarded[e] |= pressed[edges[e, 0]] > 0 or pressed[edges[e, 1]] > 0
+    return guarded
+
+
+@kernel
+def _mean_normal(f: int, g: int, face_normal: np.ndarray) -> Vector:
+    """Unit normal at the edge of triangles f and g, -1 for none."""
+    nx, ny, nz = face_normal[f, 0], face_normal[f, 1], face_normal[f, 2]
+    if g >= 0:
+        nx += face_normal[g, 0]
+        ny += face_normal[g, 1]
+        nz += face_normal[g, 2]
+    return unit(nx, ny, nz)
+
+
+@kernel
+def _mark_near(edge: np.ndarray, e: int, near_start: np.ndarray, near: np.ndarray, is_near: np.ndarray) -> None:
+    """Mark the triangles within two rings of an edge's ends with its number."""
+    for v in (edge[0], edge[1]):
+        for i in range(near_start[v], near_start[v + 1]):
+            is_near[near[i]] = e
+
+
+@kernel
+def search(
+    x: np.ndarray, mesh: ContactMesh, edge_edge: EdgeEdge, pressed: np.ndarray, shape: Shape, options: ContactOptions
+) -> int:
+    """Pair each guarded edge with the edges of triangles near it, but for what is level beside it on the cloth.
+
+    Args:
+        x: Legal positions [m], shape (n, 3).
+        mesh: The mesh.
+        edge_edge: To be filled.
+        pressed: Searches for which the edges at each vertex are guarded yet, shape (n,).
+        shape: Of the cloth at x.
+        options: What is a candidate.
+
+    Returns:
+        How many pairs there are.
+    """
+    edges = mesh.edges
+    face_edges = mesh.face_edges
+    face_normal = shape.face_normal
+    radius = shape.radius
+    pairs = edge_edge.pairs
+    wake = edge_edge.wake
+    crease = options.crease_cosine
+    guarded = _guarded(mesh, pressed, face_normal, options.ridge_cosine)
+    reach = mesh.thickness + MARGIN_PART * (mesh.search_distance - mesh.thickness)
+    around = reach + RADII * mesh.triangle_radius
+    grid = grid_of(shape.centroid, 0.5 * around)
+    sorted_centroid = shape.centroid[grid.order]
+    is_near = np.full(mesh.faces.shape[0], -1)  # the last guarded edge that has this triangle next to it on the cloth
+    seen = np.full(edges.shape[0], -1)  # the last guarded edge that this one was compared with
+    middle = np.empty(3)
+    count = 0
+    for e in range(edges.shape[0]):
+        if not guarded[e]:
+            continue
+        a, b = edges[e, 0], edges[e, 1]
+        _mark_near(edges[e], e, mesh.near_start, mesh.near, is_near)
+        ux, uy, uz = _mean_normal(mesh.edge_faces[e, 0], mesh.edge_faces[e, 1], face_normal)
+        for k in range(3):
+            middle[k] = 0.5 * (x[a, k] + x[b, k])
+        mx, my, mz = middle[0], middle[1], middle[2]
+        far = reach + 0.5 * np.sqrt((x[b, 0] - x[a, 0]) ** 2 + (x[b, 1] - x[a, 1]) ** 2 + (x[b, 2] - x[a, 2]) ** 2)
+        cell = grid_cell(middle, grid)
+        for column in range(25):
+            begin, end = cells_around(cell, 2, column, grid.shape, grid.start)
+            for p in range(begin, end):
+                dx = sorted_centroid[p, 0] - mx
+                dy = sorted_centroid[p, 1] - my
+                dz = sorted_centroid[p, 2] - mz
+                square = dx * dx + dy * dy + dz * dz
+                if square > around * around:
+                    continue
+                t = grid.order[p]
+                if square > (far + radius[t]) ** 2:
+                    continue
+                if is_near[t] == e:
+                    lean = ux * face_normal[t, 0] + uy * face_normal[t, 1] + uz * face_normal[t, 2]
+                    if lean > crease:
+                        continue
+                for q in range(3):
+                    o = face_edges[t, q]
+                    if seen[o] == e or (guarded[o] and o <= e):
+                        continue
+                    seen[o] = e
+                    c, d = edges[o, 0], edges[o, 1]
+                    if a == c or a == d or b == c or b == d:
+                        continue
+                    if count < pairs.shape[0] and closest_on_segments(x, a, b, c, d)[0] < reach:
+                        pairs[count, 0] = a
+                        pairs[count, 1] = b
+                        pairs[count, 2] = c
+                        pairs[count, 3] = d
+                        wake[count] = 0.0
+                        count += 1
+    return count

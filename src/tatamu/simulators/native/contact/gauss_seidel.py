@@ -1,0 +1,104 @@
+"""Contact of one time step: nonlinear Gauss-Seidel sweeps over all pairs, and the table, with impact zones at the end.
+
+A sweep corrects pair after pair, each on the positions that the one before left. There is no iteration to a tolerance:
+the first sweep restores the whole thickness, later ones less, and none is made once every pair has what the next one
+would restore. Where layers are crushed, contact is resolved in several rounds per outer step.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tatamu.simulators.native.compiled import kernel
+from tatamu.simulators.native.contact import broad_phase, edge_edge, impact_zones, table, vertex_face
+from tatamu.simulators.native.contact.projection import Positions
+from tatamu.simulators.native.contact.state import ContactMesh, ContactState
+from tatamu.simulators.native.contact.table import TablePlane
+from tatamu.simulators.native.options import ContactOptions
+
+
+@kernel
+def _sweep(
+    positions: Positions,
+    mesh: ContactMesh,
+    contact: ContactState,
+    plane: TablePlane,
+    options: ContactOptions,
+    step: float,
+    restored: float,
+) -> float:
+    """One sweep over edges, vertices and the table; the smallest gap before, as part of what the pair should keep."""
+    contact.counters.sweep += 1
+    edge_gap = edge_edge.sweep(positions, mesh, contact, options, step, restored)
+    gap = vertex_face.sweep(positions, mesh, contact, options, step, restored)
+    if plane.present:  # last, so that it carries what the layers hand down
+        table.sweep(positions, mesh.inverse_mass, contact, plane, options, step)
+    return min(gap, edge_gap / options.edge_gap) / mesh.thickness
+
+
+@kernel
+def _largest_correction(x: np.ndarray, predicted: np.ndarray) -> float:
+    """The longest distance by which contact moved a vertex [m]."""
+    square = 0.0
+    for v in range(x.shape[0]):
+        dx = x[v, 0] - predicted[v, 0]
+        dy = x[v, 1] - predicted[v, 1]
+        dz = x[v, 2] - predicted[v, 2]
+        square = max(square, dx * dx + dy * dy + dz * dz)
+    return np.sqrt(square)
+
+
+@kernel
+def resolve(
+    positions: Positions,
+    mesh: ContactMesh,
+    contact: ContactState,
+    plane: TablePlane,
+    options: ContactOptions,
+    step: float,
+) -> float:
+    """Resolve all contact of one round.
+
+    Args:
+        positions: Positions to correct, and those that they came from.
+        mesh: The mesh.
+        contact: What contact remembers.
+        plane: The table.
+        options: All of contact's, `restored` as an array.
+        step: Time since the start of the round [s].
+
+    Returns:
+        The longest distance by which contact moved a vertex, but for what is position only [m].
+    """
+    counters = contact.counters
+    broad_phase.refresh(positions, mesh, contact, options)
+    most_sweeps = len(options.restored) if counters.rounds == 1 else options.sweeps_of_many
+    gap = 0.0
+    for number in range(most_sweeps):
+        restored = options.restored[number]
+        if gap >= restored:
+            break
+        gap = _sweep(positions, mesh, contact, plane, options, step, restored)
+    longest = _largest_correction(positions.x, positions.predicted)
+    counters.travelled += 2.0 * longest  # what contact moves may have come nearer to something as well
+    if longest > options.calm * mesh.thickness or counters.rounds > 1:
+        impact_zones.hold(positions, mesh, contact, options)
+    return longest
+
+
+@kernel
+def rounds_of_next_step(rounds: int, longest: float, thickness: float, most: int, options: ContactOptions) -> int:
+    """Rounds of contact in the next outer step.
+
+    Args:
+        rounds: In this one.
+        longest: Longest correction in any of them [m].
+        thickness: Of the cloth [m].
+        most: How many there may be.
+        options: When cloth is restless or calm.
+    """
+    if longest > options.restless * thickness:
+        return min(2 * rounds, most)
+    if longest < options.calm * thickness:
+        return max(rounds // 2, 1)
+    return rounds

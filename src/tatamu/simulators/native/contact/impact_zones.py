@@ -1,0 +1,199 @@
+"""The last resort of contact: rigid impact zones (Provot 1997, Bridson et al. 2002).
+
+Where hands crush many layers, corrections of one pair undo those of another, and a pair may end a step on the wrong
+side. All four vertices of such a pair, and of pairs that share vertices with it, are then a *zone*: it is set back to
+the legal positions at the start of the step and moved by its mean motion, which keeps its momentum and every distance
+within it. (Bridson et al. give a zone its rotation as well; here it only translates.)
+
+Zones are the sets of a union-find forest: `zone[v]` is the parent of vertex v, itself of a root, and -1 of a vertex in
+no zone.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tatamu.simulators.native.compiled import kernel
+from tatamu.simulators.native.contact.projection import Positions
+from tatamu.simulators.native.contact.state import ContactMesh, ContactState
+from tatamu.simulators.native.geometry import Vector, closest_on_segments, difference, normal_of
+from tatamu.simulators.native.options import ContactOptions
+
+
+@kernel
+def _root(zone: np.ndarray, v: int) -> int:
+    """Root of a vertex's zone; halves the path to it."""
+    while zone[v] != v:
+        zone[v] = zone[zone[v]]
+        v = zone[v]
+    return v
+
+
+@kernel
+def _join(zone: np.ndarray, a: int, b: int) -> None:
+    """Put two vertices into one zone."""
+    for v in (a, b):
+        if zone[v] < 0:
+            zone[v] = v
+    zone[_root(zone, a)] = _root(zone, b)
+
+
+@kernel
+def _join_four(zone: np.ndarray, a: int, b: int, c: int, d: int) -> bool:
+    """Put four vertices into one zone; whether they were not yet in one."""
+    if zone[a] >= 0 and zone[b] >= 0 and zone[c] >= 0 and zone[d] >= 0:
+        root = _root(zone, a)
+        if _root(zone, b) == root and _root(zone, c) == root and _root(zone, d) == root:
+            return False
+    _join(zone, a, b)
+    _join(zone, b, c)
+    _join(zone, c, d)
+    return True
+
+
+@kernel
+def _between_edges(x: np.ndarray, a: int, b: int, c: int, d: int) -> Vector:
+    """The shortest vector from segment (c, d) to segment (a, b) [m]."""
+    _, s, t = closest_on_segments(x, a, b, c, d)
+    rx = (1 - s) * x[a, 0] + s * x[b, 0] - (1 - t) * x[c, 0] - t * x[d, 0]
+    ry = (1 - s) * x[a, 1] + s * x[b, 1] - (1 - t) * x[c, 1] - t * x[d, 1]
+    rz = (1 - s) * x[a, 2] + s * x[b, 2] - (1 - t) * x[c, 2] - t * x[d, 2]
+    return rx, ry, rz
+
+
+@kernel
+def _edges_passed(x: np.ndarray, start: np.ndarray, a: int, b: int, c: int, d: int) -> bool:
+    """Whether the shortest vector between two edges has turned over since the start of the step."""
+    px, py, pz = _between_edges(start, a, b, c, d)
+    qx, qy, qz = _between_edges(x, a, b, c, d)
+    return px * qx + py * qy + pz * qz <= 0.0
+
+
+@kernel
+def _vertex_passed(x: np.ndarray, v: int, a: int, b: int, c: int, side: int, tolerance: float) -> bool:
+    """Whether v is over the inside of triangle (a, b, c), but not on that side of it.
+
+    Inside is what is beyond no edge by more than a tolerance, in barycentric coordinates.
+    """
+    nx, ny, nz = normal_of(x, a, b, c)
+    px, py, pz = difference(x, v, a)
+    if side * (nx * px + ny * py + nz * pz) > 0.0:
+        return False
+    least = -tolerance * (nx * nx + ny * ny + nz * nz)
+    for p, q in ((a, b), (b, c), (c, a)):
+        ex, ey, ez = difference(x, q, p)
+        rx, ry, rz = difference(x, v, p)
+        if nx * (ey * rz - ez * ry) + ny * (ez * rx - ex * rz) + nz * (ex * ry - ey * rx) < least:
+            return False
+    return True
+
+
+@kernel
+def _join_passed_edges(positions: Positions, mesh: ContactMesh, contact: ContactState, zone: np.ndarray) -> bool:
+    """Join the vertices of edge pairs that have passed through each other; whether any zone grew."""
+    grew = False
+    inverse_mass = mesh.inverse_mass
+    pairs = contact.edge_edge.pairs
+    wake = contact.edge_edge.wake
+    restless = contact.activity.restless
+    now = contact.counters.outer_step
+    travelled = contact.counters.travelled
+    for p in range(contact.counters.pairs):
+        if wake[p] > travelled:
+            continue
+        a, b, c, d = pairs[p, 0], pairs[p, 1], pairs[p, 2], pairs[p, 3]
+        if restless[a] < now and restless[b] < now and restless[c] < now and restless[d] < now:
+            continue
+        if min(inverse_mass[a], inverse_mass[b]) == 0.0 and min(inverse_mass[c], inverse_mass[d]) == 0.0:
+            continue  # held on both sides
+        if _edges_passed(positions.x, positions.start, a, b, c, d):
+            grew |= _join_four(zone, a, b, c, d)
+    return grew
+
+
+@kernel
+def _join_passed_vertices(
+    x: np.ndarray, mesh: ContactMesh, contact: ContactState, zone: np.ndarray, tolerance: float
+) -> bool:
+    """Join vertices and the triangles that they have passed through; whether any zone grew."""
+    grew = False
+    faces = mesh.faces
+    inverse_mass = mesh.inverse_mass
+    triangle = contact.vertex_face.triangle
+    side = contact.vertex_face.side
+    wake = contact.vertex_face.wake
+    restless = contact.activity.restless
+    now = contact.counters.outer_step
+    travelled = contact.counters.travelled
+    for v in range(x.shape[0]):
+        for k in range(triangle.shape[1]):
+            t = triangle[v, k]
+            if t < 0 or side[v, k] == 0 or wake[v, k] > travelled:
+                continue
+            a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
+            if restless[v] < now and restless[a] < now and restless[b] < now and restless[c] < now:
+                continue
+            if inverse_mass[v] == 0.0 and min(inverse_mass[a], inverse_mass[b], inverse_mass[c]) == 0.0:
+                continue  # held on both sides
+            if _vertex_passed(x, v, a, b, c, side[v, k], tolerance):
+                grew |= _join_four(zone, v, a, b, c)
+    return grew
+
+
+@kernel
+def _move_as_one(positions: Positions, inverse_mass: np.ndarray, zone: np.ndarray) -> None:
+    """Move every zone from where it was by its mean motion, or by that of its held vertices."""
+    x = positions.x
+    start = positions.start
+    n = x.shape[0]
+    mean = np.zeros((n, 3))
+    weight = np.zeros(n)
+    held = np.zeros(n, dtype=np.bool_)
+    for v in range(n):
+        if zone[v] >= 0 and inverse_mass[v] == 0.0:
+            held[_root(zone, v)] = True
+    for v in range(n):
+        if zone[v] < 0:
+            continue
+        root = _root(zone, v)
+        if held[root] and inverse_mass[v] > 0.0:
+            continue
+        mass = 1.0 if held[root] else 1.0 / inverse_mass[v]
+        weight[root] += mass
+        for k in range(3):
+            mean[root, k] += mass * (x[v, k] - start[v, k])
+    for v in range(n):
+        if zone[v] >= 0:
+            root = _root(zone, v)
+            for k in range(3):
+                x[v, k] = start[v, k] + mean[root, k] / weight[root]
+
+
+@kernel
+def hold(positions: Positions, mesh: ContactMesh, contact: ContactState, options: ContactOptions) -> int:
+    """Undo what passed through something else; zones grow until nothing has.
+
+    Only restless vertices, which contact has pushed hard lately or which are in a zone, are looked at.
+
+    Args:
+        positions: Positions to correct; those at the start of the step are legal.
+        mesh: The mesh.
+        contact: Its pairs are looked at; vertices of zones become restless.
+        options: How often zones may grow, what counts as inside.
+
+    Returns:
+        Number of passes that it took; 0 when nothing had passed.
+    """
+    zone = np.full(positions.x.shape[0], -1)
+    restless = contact.activity.restless
+    restless_until = contact.counters.outer_step + options.restless_steps
+    for passes in range(options.zone_passes):
+        grew = _join_passed_edges(positions, mesh, contact, zone)
+        grew |= _join_passed_vertices(positions.x, mesh, contact, zone, options.barycentric_tolerance)
+        if not grew:
+            return passes
+        _move_as_one(positions, mesh.inverse_mass, zone)
+        for v in range(zone.shape[0]):
+            if zone[v] >= 0:
+                restless[v] = restless_until
+    return options.zone_passes

@@ -1,0 +1,138 @@
+"""The state of contact: the mesh, candidate pairs, what was active lately, and a few counters.
+
+Everything lies in arrays that are allocated once, as NamedTuples of arrays, which compiled loops take as they are.
+Each record has one owner that writes it in the course of a step; see the table in the docstring of this package.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+PARTNERS = 3
+"""Triangles that a vertex is kept from: the nearest below, the nearest above, and one that would be lost."""
+BELOW = 0
+ABOVE = 1
+EXTRA = 2
+"""Their numbers among the partners of a vertex."""
+
+
+class ContactMesh(NamedTuple):
+    """The mesh as contact needs it; only `inverse_mass` changes during a rollout."""
+
+    faces: np.ndarray
+    """Triangles, shape (m, 3)."""
+    neighbours: np.ndarray
+    """Triangle across the edge opposite each corner, -1 at a border, shape (m, 3)."""
+    near_start: np.ndarray
+    """Where a vertex's entries in `near` begin, shape (n + 1,)."""
+    near: np.ndarray
+    """Triangles within two rings of each vertex."""
+    edges: np.ndarray
+    """Shape (e, 2)."""
+    edge_faces: np.ndarray
+    """The triangles of each edge, -1 for none, shape (e, 2)."""
+    face_edges: np.ndarray
+    """Shape (m, 3)."""
+    inverse_mass: np.ndarray
+    """[1/kg], shape (n,); 0 of a vertex that is held."""
+    friction: float
+    """Coulomb coefficient mu of cloth on cloth [-]."""
+    thickness: float
+    """How far layers rest apart, t [m]."""
+    search_distance: float
+    """A thickness and the margin [m]: whatever is nearer than this in a search becomes a candidate."""
+    triangle_radius: float
+    """Longest distance from the centroid of a triangle to a corner [m]."""
+
+
+class VertexFace(NamedTuple):
+    """Vertices against triangles: the partners of each vertex. Searched by the broad phase, written by each sweep."""
+
+    triangle: np.ndarray
+    """Partners of each vertex, -1 for none, shape (n, PARTNERS)."""
+    side: np.ndarray
+    """Side of the triangle's normal on which the vertex is, +1 or -1; 0 while not known; shape (n, PARTNERS)."""
+    wake: np.ndarray
+    """Value of `counters.travelled` from which on the pair must be looked at [m], shape (n, PARTNERS)."""
+    anchor_triangle: np.ndarray
+    """Triangle that friction holds the vertex to, -1 for none, shape (n, PARTNERS)."""
+    anchor: np.ndarray
+    """Friction anchor: where on that triangle, barycentric, shape (n, PARTNERS, 3)."""
+    order: np.ndarray
+    """Vertices with a partner, the highest first, shape (n,); `counters.ordered` of them are in use."""
+
+
+class EdgeEdge(NamedTuple):
+    """Edges against edges. Searched by the broad phase, put to sleep by each first sweep."""
+
+    pairs: np.ndarray
+    """Ends of both edges, those of the guarded edge first, shape (p, 4); `counters.pairs` of them are in use."""
+    wake: np.ndarray
+    """Value of `counters.travelled` from which on the pair must be looked at [m], shape (p,)."""
+
+
+class Activity(NamedTuple):
+    """Lately done to each vertex by contact, shape (n,) each. Written by whatever corrects positions."""
+
+    touched: np.ndarray
+    """Number of the last sweep that moved the vertex noticeably."""
+    restless: np.ndarray
+    """Number of the outer step until which the vertex may pass through something in spite of contact."""
+    pressed: np.ndarray
+    """Searches to come for which all edges at the vertex are guarded."""
+
+
+COUNTERS = np.dtype(
+    [
+        ("outer_step", np.int64),  # outer steps made
+        ("sweep", np.int64),  # Gauss-Seidel sweeps made
+        ("rounds", np.int64),  # how often contact is resolved per outer step
+        ("ordered", np.int64),  # vertices in `VertexFace.order`
+        ("pairs", np.int64),  # pairs in `EdgeEdge.pairs`
+        ("travelled", np.float64),  # bound on the motion of any vertex against any other since the search [m]
+        ("due", np.float64),  # value of `travelled` at which candidates may be worn out [m]
+        ("newly_pressed", np.bool_),  # whether a vertex is pressed whose edges are not yet guarded
+    ],
+    align=True,
+)
+"""Numbers that change: a record, as compiled loops can write to its fields but not to those of a NamedTuple."""
+
+
+class ContactState(NamedTuple):
+    """All that contact remembers from step to step."""
+
+    vertex_face: VertexFace
+    edge_edge: EdgeEdge
+    activity: Activity
+    searched_at: np.ndarray
+    """Positions at which candidates were searched [m], shape (n, 3)."""
+    counters: Any
+    """A record of type `COUNTERS`."""
+
+
+def initial_state(mesh: ContactMesh, pairs_per_edge: int) -> ContactState:
+    """The state in which nothing has been searched yet, with room for that many edge pairs per edge of the mesh."""
+    count = len(mesh.inverse_mass)
+    room = pairs_per_edge * len(mesh.edges)
+    counters = np.zeros(1, dtype=COUNTERS).view(np.recarray)[0]
+    counters.rounds = 1
+    return ContactState(
+        vertex_face=VertexFace(
+            triangle=np.full((count, PARTNERS), -1),
+            side=np.zeros((count, PARTNERS), dtype=np.int64),
+            wake=np.zeros((count, PARTNERS)),
+            anchor_triangle=np.full((count, PARTNERS), -1),
+            anchor=np.zeros((count, PARTNERS, 3)),
+            order=np.arange(count),
+        ),
+        edge_edge=EdgeEdge(pairs=np.empty((room, 4), dtype=np.int64), wake=np.empty(room)),
+        activity=Activity(
+            touched=np.zeros(count, dtype=np.int64),
+            restless=np.zeros(count, dtype=np.int64),
+            pressed=np.zeros(count, dtype=np.int64),
+        ),
+        searched_at=np.zeros((count, 3)),
+        counters=counters,
+    )

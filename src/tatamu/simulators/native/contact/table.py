@@ -1,0 +1,92 @@
+"""Cloth against the table: a plane with Coulomb friction, applied to positions.
+
+With depth d below the plane and slip s along it, both since the step began: d is undone, and s shrinks by
+min(1, mu d / |s|). A resting cloth that gravity pulls by g cos(theta) h^2 into the table and by g sin(theta) h^2 along
+it therefore sticks exactly when tan(theta) < mu. Derived in docs/theory/contact.md.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tatamu.simulators.native.compiled import kernel
+from tatamu.simulators.native.contact.projection import Positions
+from tatamu.simulators.native.contact.state import ContactState
+from tatamu.simulators.native.geometry import TINY_LENGTH
+from tatamu.simulators.native.options import ContactOptions
+
+
+class TablePlane(NamedTuple):
+    """The plane z = height, tilted about y through x = 0."""
+
+    present: bool
+    height: float
+    """At x = 0 [m]."""
+    sine: float
+    """Of the tilt [-]."""
+    cosine: float
+    """Of the tilt [-]."""
+    half_thickness: float
+    """The mid-surface of the cloth stays this far over the table [m]."""
+    friction: float
+    """Coulomb coefficient mu of cloth on the table [-]."""
+
+
+@kernel
+def sweep(
+    positions: Positions,
+    inverse_mass: np.ndarray,
+    contact: ContactState,
+    plane: TablePlane,
+    options: ContactOptions,
+    step: float,
+) -> None:
+    """Lift all vertices that are too low, by split impulse as `projection.correction` does, and hold them by friction.
+
+    Args:
+        positions: Positions to correct, and those that they came from.
+        inverse_mass: Of the vertices [1/kg].
+        contact: What is pushed hard becomes restless.
+        plane: The table.
+        options: How far positions are corrected.
+        step: Time since the start of the step [s].
+    """
+    x = positions.x
+    start = positions.start
+    predicted = positions.predicted
+    restless = contact.activity.restless
+    sine = plane.sine
+    cosine = plane.cosine
+    half = plane.half_thickness
+    hard = options.hard * 2.0 * half
+    clearing = options.clearing_speed * step
+    recovery = options.recovery_speed * step
+    restless_until = contact.counters.outer_step + options.restless_steps
+    for v in range(x.shape[0]):
+        if inverse_mass[v] == 0.0:
+            continue
+        over = x[v, 0] * sine + (x[v, 2] - plane.height) * cosine
+        if over >= half:
+            continue
+        over_at_start = start[v, 0] * sine + (start[v, 2] - plane.height) * cosine
+        depth = min(half, over_at_start + clearing) - over
+        if depth <= 0.0:
+            continue
+        if depth > hard:
+            restless[v] = restless_until
+        position_only = depth - max(min(half, over_at_start + recovery) - over, 0.0)
+        predicted[v, 0] += position_only * sine
+        predicted[v, 2] += position_only * cosine
+        sx = x[v, 0] - start[v, 0]
+        sy = x[v, 1] - start[v, 1]
+        sz = x[v, 2] - start[v, 2]
+        along = sx * sine + sz * cosine
+        sx -= along * sine
+        sz -= along * cosine
+        slip = np.sqrt(sx * sx + sy * sy + sz * sz) + TINY_LENGTH
+        held = min(1.0, plane.friction * depth / slip)
+        x[v, 0] += depth * sine - held * sx
+        x[v, 1] -= held * sy
+        x[v, 2] += depth * cosine - held * sz

@@ -1,0 +1,272 @@
+"""Bending: dihedral angles, combined per triangle into its curvature.
+
+    g   = 4 tan(theta / 4)                      of the dihedral angle theta, 0 when flat; keeps tight loops open
+    K_T = A_T Q' D Q                            of triangle T, see `curvature`
+    W   = sum_T 1/2 (g - g0)' K_T (g - g0)      over the inner edges of T
+
+Bending carries no Poisson coupling, so a narrow strip and a wide sheet have the same moment per width per curvature, B.
+Derived in docs/theory/bending.md.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tatamu.simulators.native.compiled import kernel
+from tatamu.simulators.native.elastic import symmetric
+from tatamu.simulators.native.memory.bands import BLOCK, Bands, bands, blocks
+
+# In single precision: a plain 0.5 would make all that it is multiplied by double.
+TINY: Any = np.float32(1e-30)
+HALF: Any = np.float32(0.5)
+ONE: Any = np.float32(1.0)
+FOUR: Any = np.float32(4.0)
+WIDE: Any = np.float32(0.4)
+"""Least cosine of a half angle that is divided by; where it is smaller, the other half-angle formula is taken."""
+
+
+class Bending(NamedTuple):
+    """Constants of bending per place of its bands; places without a hinge or a triangle have zeros.
+
+    A hinge is an inner edge with its two triangles: vertices a and b of the edge, apices c and d.
+    """
+
+    hinges: np.ndarray
+    """Band table of hinges over slots."""
+    copies: np.ndarray
+    """Slots of vertices that are copied behind the last slot for these bands."""
+    rest_moment: np.ndarray
+    """K g0 [N m], single, shape (hinge places,)."""
+    couplings: np.ndarray
+    """Band table of triangles over places of hinges: which three angles a triangle couples."""
+    coupling_copies: np.ndarray
+    """Places of hinges that are copied behind the last one for these bands."""
+    K: np.ndarray
+    """K_T of each triangle, packed [N m], single, shape (6, places of couplings)."""
+
+
+class HingeMeasures(NamedTuple):
+    """Scratch: what is measured of all hinges at once, per place; g and moment have room for copies behind."""
+
+    gradients: np.ndarray
+    """Per block of a band, eight rows of BLOCK: d theta / d c (0 to 2) and d theta / d d (3 to 5) [1/m], and the feet
+    of both apices as fractions of the edge (6, 7); shape (`blocks(hinges)`, 8 BLOCK)."""
+    g: np.ndarray
+    """Measure of the dihedral angle [-]."""
+    slope: np.ndarray
+    """Its derivative g' = d g / d theta [-]."""
+    moment: np.ndarray
+    """Moment at each hinge [N m]."""
+
+
+def scratch(hinges: np.ndarray, places: int, copies: int, real: type = np.float32) -> HingeMeasures:
+    """Room for what is measured of hinges.
+
+    Args:
+        hinges: Their band table.
+        places: How many places the bands have.
+        copies: How many places are copied behind the last one.
+        real: Precision in which forces are computed.
+    """
+    return HingeMeasures(
+        gradients=np.zeros((blocks(hinges), 8 * BLOCK), dtype=real),
+        g=np.zeros(places + copies, dtype=real),
+        slope=np.zeros(places, dtype=real),
+        moment=np.zeros(places + copies, dtype=real),
+    )
+
+
+def in_bands(
+    hinges: Bands, K: np.ndarray, coupled: np.ndarray, rest_moment: np.ndarray, real: type = np.float32
+) -> Bending:
+    """Constants in the order in which forces are computed.
+
+    Args:
+        hinges: Bands of hinges over slots.
+        K: K_T of triangles [N m], see `curvature.constants`, shape (t, 3, 3).
+        coupled: Their hinges, likewise, shape (t, 3).
+        rest_moment: K g0 of each hinge [N m], shape (h,).
+        real: Precision in which forces are computed.
+    """
+    couplings = bands(hinges.place[coupled], hinges.size)
+    return Bending(
+        hinges=hinges.table,
+        copies=hinges.copied,
+        rest_moment=hinges.spread(rest_moment).astype(real),
+        couplings=couplings.table,
+        coupling_copies=couplings.copied,
+        K=couplings.spread(symmetric.pack(K)).astype(real),
+    )
+
+
+@kernel
+def _tan_of_quarter(cosine, sine):  # type: ignore[no-untyped-def]
+    """tan(theta / 4) of an angle."""
+    half_cos = np.sqrt(max(HALF + HALF * cosine, TINY))
+    wide = np.copysign(np.sqrt(max(HALF - HALF * cosine, TINY)), sine)  # exact where half_cos is small
+    narrow = HALF * sine / max(half_cos, WIDE)
+    return (wide if cosine < -HALF else narrow) / (ONE + half_cos)
+
+
+@kernel
+def _measure(
+    X: np.ndarray,
+    a: int,
+    b: int,
+    c: int,
+    d: int,
+    n: int,
+    gradients: np.ndarray,
+    g: np.ndarray,
+    slope: np.ndarray,
+) -> None:
+    """Measure n hinges (a + j, b + j, c + j, d + j): a block of `HingeMeasures`."""
+    xa, ya, za = X[0, a : a + n], X[1, a : a + n], X[2, a : a + n]
+    xb, yb, zb = X[0, b : b + n], X[1, b : b + n], X[2, b : b + n]
+    xc, yc, zc = X[0, c : c + n], X[1, c : c + n], X[2, c : c + n]
+    xd, yd, zd = X[0, d : d + n], X[1, d : d + n], X[2, d : d + n]
+    real = gradients.dtype.type
+    for j in range(n):
+        ex, ey, ez = real(xb[j] - xa[j]), real(yb[j] - ya[j]), real(zb[j] - za[j])
+        ux, uy, uz = real(xc[j] - xa[j]), real(yc[j] - ya[j]), real(zc[j] - za[j])
+        wx, wy, wz = real(xd[j] - xa[j]), real(yd[j] - ya[j]), real(zd[j] - za[j])
+        square = ex * ex + ey * ey + ez * ez + TINY
+        px, py, pz = ey * uz - ez * uy, ez * ux - ex * uz, ex * uy - ey * ux
+        qx, qy, qz = ez * wy - ey * wz, ex * wz - ez * wx, ey * wx - ex * wy
+        length = np.sqrt(square)
+        i1 = ONE / np.sqrt(px * px + py * py + pz * pz + TINY)  # apart, as the product of both squares
+        i2 = ONE / np.sqrt(qx * qx + qy * qy + qz * qz + TINY)  # may be too small for single precision
+        scale = i1 * i2
+        cx, cy, cz = py * qz - pz * qy, pz * qx - px * qz, px * qy - py * qx
+        sine = (cx * ex + cy * ey + cz * ez) * scale / length
+        t = _tan_of_quarter((px * qx + py * qy + pz * qz) * scale, sine)
+        g[j] = FOUR * t
+        slope[j] = ONE + t * t
+        g1 = -length * i1 * i1
+        g2 = -length * i2 * i2
+        gradients[j] = g1 * px
+        gradients[j + BLOCK] = g1 * py
+        gradients[j + 2 * BLOCK] = g1 * pz
+        gradients[j + 3 * BLOCK] = g2 * qx
+        gradients[j + 4 * BLOCK] = g2 * qy
+        gradients[j + 5 * BLOCK] = g2 * qz
+        gradients[j + 6 * BLOCK] = (ux * ex + uy * ey + uz * ez) / square
+        gradients[j + 7 * BLOCK] = (wx * ex + wy * ey + wz * ez) / square
+
+
+@kernel
+def _add_moments_of_band(
+    g: np.ndarray, K: np.ndarray, e: int, n: int, a: int, b: int, c: int, moment: np.ndarray
+) -> None:
+    """Add K_T g of n triangles, at place e, whose hinges are at places a + j, b + j, c + j."""
+    g0, g1, g2 = g[a : a + n], g[b : b + n], g[c : c + n]
+    m0, m1, m2 = moment[a : a + n], moment[b : b + n], moment[c : c + n]
+    k0, k1, k2 = K[0, e : e + n], K[1, e : e + n], K[2, e : e + n]
+    k3, k4, k5 = K[3, e : e + n], K[4, e : e + n], K[5, e : e + n]
+    for j in range(n):  # three loops, as the rows of moment may overlap
+        m0[j] += k0[j] * g0[j] + k1[j] * g1[j] + k2[j] * g2[j]
+    for j in range(n):
+        m1[j] += k1[j] * g0[j] + k3[j] * g1[j] + k4[j] * g2[j]
+    for j in range(n):
+        m2[j] += k2[j] * g0[j] + k4[j] * g1[j] + k5[j] * g2[j]
+
+
+@kernel
+def _moments(bending: Bending, measures: HingeMeasures) -> None:
+    """Fill in the moment (K g0 - K g) g' of every hinge."""
+    g = measures.g
+    slope = measures.slope
+    moment = measures.moment
+    rest_moment = bending.rest_moment
+    table = bending.couplings
+    copies = bending.coupling_copies
+    count = slope.shape[0]
+    for i in range(copies.shape[0]):
+        g[count + i] = g[copies[i]]
+    moment[:] = 0.0
+    for r in range(table.shape[0]):
+        _add_moments_of_band(g, bending.K, table[r, 0], table[r, 1], table[r, 2], table[r, 3], table[r, 4], moment)
+    for i in range(copies.shape[0]):
+        moment[copies[i]] += moment[count + i]
+    for h in range(count):
+        moment[h] = (rest_moment[h] - moment[h]) * slope[h]
+
+
+@kernel
+def _push_apex(F: np.ndarray, c: int, n: int, moment: np.ndarray, gradients: np.ndarray, row: int) -> None:
+    """Force on the apex whose gradient stands in rows row .. row + 2."""
+    fx, fy, fz = F[0, c : c + n], F[1, c : c + n], F[2, c : c + n]
+    d = gradients[row * BLOCK :]
+    for j in range(n):
+        m = moment[j]
+        fx[j] += m * d[j]
+        fy[j] += m * d[j + BLOCK]
+        fz[j] += m * d[j + 2 * BLOCK]
+
+
+@kernel
+def _push_end(F: np.ndarray, a: int, n: int, moment: np.ndarray, gradients: np.ndarray, first: bool) -> None:
+    """Force on an end of the hinge's edge, the first or the other: they balance force and torque of both apices."""
+    fx, fy, fz = F[0, a : a + n], F[1, a : a + n], F[2, a : a + n]
+    for j in range(n):
+        m = moment[j]
+        t2 = gradients[j + 6 * BLOCK]
+        t3 = gradients[j + 7 * BLOCK]
+        if first:
+            t2 = ONE - t2
+            t3 = ONE - t3
+        fx[j] -= m * (t2 * gradients[j] + t3 * gradients[j + 3 * BLOCK])
+        fy[j] -= m * (t2 * gradients[j + BLOCK] + t3 * gradients[j + 4 * BLOCK])
+        fz[j] -= m * (t2 * gradients[j + 2 * BLOCK] + t3 * gradients[j + 5 * BLOCK])
+
+
+@kernel
+def measure(X: np.ndarray, hinges: np.ndarray, measures: HingeMeasures) -> None:
+    """Measure all hinges: everything but the moments.
+
+    Args:
+        X: Positions in slots and copies [m], shape (3, width).
+        hinges: Band table of hinges.
+        measures: To be filled.
+    """
+    block = 0
+    for r in range(hinges.shape[0]):
+        for done in range(0, hinges[r, 1], BLOCK):
+            n = min(hinges[r, 1] - done, BLOCK)
+            e = hinges[r, 0] + done
+            a = hinges[r, 2] + done
+            b = hinges[r, 3] + done
+            c = hinges[r, 4] + done
+            d = hinges[r, 5] + done
+            rows = measures.gradients[block]
+            _measure(X, a, b, c, d, n, rows, measures.g[e : e + n], measures.slope[e : e + n])
+            block += 1
+
+
+@kernel
+def add_force(X: np.ndarray, F: np.ndarray, bending: Bending, measures: HingeMeasures) -> None:
+    """Add the bending force at X to F.
+
+    Args:
+        X: Positions in slots and copies [m], shape (3, width).
+        F: Forces in slots and copies [N], shape (3, width).
+        bending: Constants of the cloth.
+        measures: Scratch.
+    """
+    table = bending.hinges
+    measure(X, table, measures)
+    _moments(bending, measures)
+    block = 0
+    for r in range(table.shape[0]):
+        for done in range(0, table[r, 1], BLOCK):
+            n = min(table[r, 1] - done, BLOCK)
+            e = table[r, 0] + done
+            m = measures.moment[e : e + n]
+            rows = measures.gradients[block]
+            _push_apex(F, table[r, 4] + done, n, m, rows, 0)
+            _push_apex(F, table[r, 5] + done, n, m, rows, 3)
+            _push_end(F, table[r, 2] + done, n, m, rows, True)
+            _push_end(F, table[r, 3] + done, n, m, rows, False)
+            block += 1

@@ -1,0 +1,121 @@
+"""From the dihedral angles of a triangle's edges to its curvatures, and the stiffness that follows.
+
+    Q   = a C + (1 - a) R^-1                    from the three angles of triangle T to its curvatures (k_uu, k_vv, k_uv)
+    K_T = A_T Q' D Q                            D = B diag(1, 1, 2)
+
+R maps the curvatures of a quadratic deflection to the small dihedral angles of the six-point patch around T. R^-1 is
+exact for such a deflection, but on irregular meshes the forces of a constant moment do not cancel, and cloth is too
+soft.
+
+C adds up how far the surface has turned at each edge, k = sum_e l_e s_e theta_e n_e n_e' / A (as in the basic shell
+triangle of Onate and Zarate 2000, with s_e = 1/2); of theta_e a triangle of height d has the share s_e = d / (d + d'),
+which is exact for curvature across the edge. Both shares make 1, so the forces of a constant moment cancel on any mesh;
+but the curvature is not exact, and cloth is too stiff.
+
+In regular rows both are the same; elsewhere their mean is nearer than either. At a border or a seam, which carries no
+moment, the curvature across it is none. Derived in docs/theory/bending.md.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tatamu.topology import Topology, areas
+
+
+def _feet(rest: np.ndarray, hinges: np.ndarray, apex: int) -> tuple[np.ndarray, np.ndarray]:
+    """Foot of the apex on the edge as a fraction of it, and height over it [m], each shape (h,)."""
+    x0, x1, x2 = rest[hinges[:, 0]], rest[hinges[:, 1]], rest[hinges[:, apex]]
+    edge = x1 - x0
+    t = np.einsum("ij,ij->i", x2 - x0, edge) / np.einsum("ij,ij->i", edge, edge)
+    return t, np.linalg.norm(x2 - x0 - t[:, None] * edge, axis=1)
+
+
+def _operators(
+    rest: np.ndarray, faces: np.ndarray, frames: np.ndarray, hinges: np.ndarray, at: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """R, shape (m, 3 edges, 3 curvatures), and C, shape (m, 3 curvatures, 3 edges), of every triangle.
+
+    Where an edge is no hinge (at < 0) the row of R is the curvature across it, and the column of C is zero.
+    """
+    feet = [_feet(rest, hinges, 2), _feet(rest, hinges, 3)]
+    rows = np.zeros((len(faces), 3, 3))
+    columns = np.zeros((len(faces), 3, 3))
+    area = areas(rest, faces)
+    for q in range(3):
+        i = (q + 1) % 3
+        j = (q + 2) % 3
+        k = q
+        side = frames[:, j] - frames[:, i]
+        length = np.linalg.norm(side, axis=1)
+        normal = np.column_stack([side[:, 1], -side[:, 0]]) / length[:, None]
+        nn = np.column_stack([normal[:, 0] ** 2, normal[:, 1] ** 2, normal[:, 0] * normal[:, 1]])
+        none = np.flatnonzero(at[:, q] < 0)
+        has = np.flatnonzero(at[:, q] >= 0)
+        rows[none, q] = nn[none] * [1.0, 1.0, 2.0]
+        h = at[has, q]
+        face = faces[has]
+        own_second = hinges[h, 2] != face[:, k]  # this triangle holds x3 rather than x2
+        forward = hinges[h, 0] == face[:, i]
+        sign = np.where(own_second == forward, -1.0, 1.0)
+        t_own, l_own, t_far, l_far = (
+            np.where(own_second, feet[1 - s][p][h], feet[s][p][h]) for s in (0, 1) for p in (0, 1)
+        )
+        t_own, t_far = (np.where(forward, t, 1 - t) for t in (t_own, t_far))
+        share = l_own / (l_own + l_far)
+        columns[has, :, q] = (-sign * length[has] * share / area[has])[:, None] * nn[has]
+        p = frames[has, i]
+        far = p + t_far[:, None] * side[has] + l_far[:, None] * normal[has]
+        points = (p, frames[has, j], frames[has, k], far)
+        weights = (
+            (1 - t_own) / l_own + (1 - t_far) / l_far,
+            t_own / l_own + t_far / l_far,
+            -1 / l_own,
+            -1 / l_far,
+        )
+        for x, w in zip(points, weights, strict=True):
+            u = x[:, 0]
+            v = x[:, 1]
+            rows[has, q] += (sign * w)[:, None] * np.column_stack([u * u / 2, v * v / 2, u * v])
+    return rows, columns
+
+
+def curvatures(R: np.ndarray, C: np.ndarray, angle_sum_part: float) -> np.ndarray:
+    """Q = a C + (1 - a) R^-1 of every triangle: its curvatures from its dihedral angles, shape (m, 3, 3)."""
+    return np.asarray(angle_sum_part * C + (1.0 - angle_sum_part) * np.linalg.inv(R))
+
+
+def constants(
+    rest: np.ndarray,
+    topology: Topology,
+    frames: np.ndarray,
+    free: np.ndarray,
+    bending_rigidity: float,
+    angle_sum_part: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """K_T of every triangle, and which hinges its edges are.
+
+    Args:
+        rest: Unstrained positions [m], shape (n, 3).
+        topology: Of the mesh, with h hinges.
+        frames: Corners of each triangle in its plane [m], shape (m, 3, 2).
+        free: Which hinges carry no moment (seams), shape (h,).
+        bending_rigidity: B [N m].
+        angle_sum_part: a [-].
+
+    Returns:
+        K_T [N m], shape (t, 3, 3), and hinges, shape (t, 3), of the triangles that have any; an edge that carries no
+        moment has zeros in K_T, and another hinge of the triangle for its own.
+    """
+    number = np.full(len(topology.edges), -1)
+    inner = np.flatnonzero(topology.faces_per_edge == 2)
+    number[inner] = np.where(free, -1, np.arange(len(inner)))
+    at = number[topology.face_edges]  # (m, 3)
+    lacking = at < 0
+    R, C = _operators(rest, topology.faces, frames, topology.hinges, at)
+    Q = curvatures(R, C, angle_sum_part)
+    D = bending_rigidity * np.diag([1.0, 1.0, 2.0])
+    stiffness = areas(rest, topology.faces)[:, None, None] * (Q.transpose(0, 2, 1) @ D @ Q)
+    stiffness *= ~(lacking[:, :, None] | lacking[:, None, :])
+    some = ~lacking.all(axis=1)
+    return stiffness[some], np.where(lacking, at.max(axis=1)[:, None], at)[some]

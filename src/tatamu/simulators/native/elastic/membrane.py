@@ -1,0 +1,260 @@
+"""Membrane: St. Venant-Kirchhoff elasticity on linear triangles, written in squared edge lengths.
+
+    eps_q = |x_b - x_a|^2 - L_q^2            edge q, opposite corner q: exact Green strain along it, no square root
+    eps   = P (E_xx, E_yy, 2 E_xy),          rows of P: 2 (dx^2, dy^2, dx dy) of the rest edge
+    W     = A/2 E' C E = 1/2 eps' S eps,     S = A P^-T C P^-1, plane stress C with stiffness Y and ratio nu
+    f_a   = -2 tau_q (x_a - x_b) - ..,       tau = S eps
+
+Damping is Kelvin-Voigt: lengths and edges are taken at x + tau_d v. Derived in docs/theory/membrane.md.
+
+eps is a small difference of large numbers, so it is taken in double precision; all that follows in single.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tatamu.material import Material
+from tatamu.simulators.native.compiled import kernel
+from tatamu.simulators.native.elastic import symmetric, wrinkling
+from tatamu.simulators.native.memory.bands import BLOCK, Bands
+
+ENDS = np.array([[1, 2], [2, 0], [0, 1]])
+"""Corners of a triangle that edge q joins, shape (3, 2): the two that are not corner q."""
+
+
+class Membrane(NamedTuple):
+    """Constants of the membrane per place of its bands; places without a triangle have zeros."""
+
+    bands: np.ndarray
+    """Band table of triangles over slots."""
+    copies: np.ndarray
+    """Slots of vertices that are copied behind the last slot for these bands."""
+    S: np.ndarray
+    """Stiffness in eps, doubled for the force, packed [N/m^3], single, shape (6, places)."""
+    L2: np.ndarray
+    """Squared rest lengths of the edges [m^2], shape (3, places)."""
+    relaxed: np.ndarray
+    """See `wrinkling.constants`, single, shape (12, places); (12, 0) of cloth that does not wrinkle."""
+    compression: Any
+    """c, single [-]."""
+    crowding: Any
+    """b, single [-]."""
+
+
+def rest_frames(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Corners of every triangle in a plane of its own [m], shape (m, 3, 2): corner 0 at 0, corner 1 on +x."""
+    a, b, c = (rest[faces[:, k]] for k in range(3))
+    length = np.linalg.norm(b - a, axis=1)
+    along = (b - a) / length[:, None]
+    x = np.einsum("ij,ij->i", c - a, along)
+    y = np.linalg.norm((c - a) - x[:, None] * along, axis=1)
+    frames = np.zeros((len(faces), 3, 2))
+    frames[:, 1, 0] = length
+    frames[:, 2, 0] = x
+    frames[:, 2, 1] = y
+    return frames
+
+
+def constants(frames: np.ndarray, material: Material) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Stiffness, rest lengths and what cloth that wrinkles needs of every triangle.
+
+    Args:
+        frames: Corners of each triangle in its plane [m], shape (m, 3, 2).
+        material: The cloth.
+
+    Returns:
+        2 S, packed, shape (6, m); L^2 [m^2], shape (3, m); `wrinkling.constants`.
+    """
+    edges = frames[:, ENDS[:, 1]] - frames[:, ENDS[:, 0]]
+    dx = edges[..., 0]
+    dy = edges[..., 1]
+    inverse = np.linalg.inv(2 * np.stack([dx * dx, dy * dy, dx * dy], axis=-1))
+    area = 0.5 * np.abs(edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0])
+    nu = material.poisson_ratio
+    plane = np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]]) * material.stretch_stiffness / (1 - nu * nu)
+    stiffness = area[:, None, None] * (inverse.transpose(0, 2, 1) @ plane @ inverse)
+    return 2 * symmetric.pack(stiffness), (dx * dx + dy * dy).T, wrinkling.constants(inverse, area, material)
+
+
+def in_bands(
+    triangles: Bands,
+    S: np.ndarray,
+    L2: np.ndarray,
+    relaxed: np.ndarray,
+    compression: float,
+    crowding: float,
+    real: type = np.float32,
+) -> Membrane:
+    """Constants in the order in which forces are computed.
+
+    Args:
+        triangles: Bands of triangles over slots.
+        S: See `constants`.
+        L2: See `constants`.
+        relaxed: See `constants`.
+        compression: c [-].
+        crowding: b [-].
+        real: Precision in which forces are computed.
+    """
+    return Membrane(
+        bands=triangles.table,
+        copies=triangles.copied,
+        S=triangles.spread(S).astype(real),
+        L2=triangles.spread(L2),
+        relaxed=(triangles.spread(relaxed) if relaxed.size else relaxed).astype(real),
+        compression=real(compression),
+        crowding=real(crowding),
+    )
+
+
+def gradients(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """D eps_q / d x of both ends of edge q at rest, shape (m, 3 edges, 2 ends, 3); its ends are those of `ENDS`."""
+    start, end = (rest[faces[:, ENDS[:, k]]] for k in range(2))
+    return 2.0 * np.stack([start - end, end - start], axis=2)
+
+
+@kernel
+def _side(x, y, z, to_x, to_y, to_z, l2, real):  # type: ignore[no-untyped-def]
+    """An edge from (x, y, z) and its eps, in the precision `real`."""
+    dx = to_x - x
+    dy = to_y - y
+    dz = to_z - z
+    return real(dx), real(dy), real(dz), real(dx * dx + dy * dy + dz * dz - l2)
+
+
+@kernel
+def _pull(ux, uy, uz, vx, vy, vz, wx, wy, wz, t0, t1, t2, j, out):  # type: ignore[no-untyped-def]
+    """Column j of `out`: each corner is pulled along the edge that leaves it, and back along the one that arrives."""
+    out[j] = t2 * wx - t1 * vx
+    out[j + BLOCK] = t2 * wy - t1 * vy
+    out[j + 2 * BLOCK] = t2 * wz - t1 * vz
+    out[j + 3 * BLOCK] = t0 * ux - t2 * wx
+    out[j + 4 * BLOCK] = t0 * uy - t2 * wy
+    out[j + 5 * BLOCK] = t0 * uz - t2 * wz
+    out[j + 6 * BLOCK] = t1 * vx - t0 * ux
+    out[j + 7 * BLOCK] = t1 * vy - t0 * uy
+    out[j + 8 * BLOCK] = t1 * vz - t0 * uz
+
+
+@kernel
+def _forces(
+    X: np.ndarray, a: int, b: int, c: int, L2: np.ndarray, S: np.ndarray, e: int, n: int, out: np.ndarray
+) -> None:
+    """Forces on corners a + j, b + j, c + j, j < n, of the triangles at place e: nine rows of BLOCK in `out` [N].
+
+    Rows are cut out one by one, as only a one-dimensional cut is known to be contiguous when this is compiled. `out` is
+    one array with rows a known distance apart: each further one that is written would have to be checked against each
+    that is read, every time, before anything may be computed eight at a time.
+    """
+    xa, ya, za = X[0, a : a + n], X[1, a : a + n], X[2, a : a + n]
+    xb, yb, zb = X[0, b : b + n], X[1, b : b + n], X[2, b : b + n]
+    xc, yc, zc = X[0, c : c + n], X[1, c : c + n], X[2, c : c + n]
+    l0, l1, l2 = L2[0, e : e + n], L2[1, e : e + n], L2[2, e : e + n]
+    s0, s1, s2 = S[0, e : e + n], S[1, e : e + n], S[2, e : e + n]
+    s3, s4, s5 = S[3, e : e + n], S[4, e : e + n], S[5, e : e + n]
+    real = out.dtype.type
+    for j in range(n):
+        ux, uy, uz, e0 = _side(xb[j], yb[j], zb[j], xc[j], yc[j], zc[j], l0[j], real)
+        vx, vy, vz, e1 = _side(xc[j], yc[j], zc[j], xa[j], ya[j], za[j], l1[j], real)
+        wx, wy, wz, e2 = _side(xa[j], ya[j], za[j], xb[j], yb[j], zb[j], l2[j], real)
+        t0 = s0[j] * e0 + s1[j] * e1 + s2[j] * e2
+        t1 = s1[j] * e0 + s3[j] * e1 + s4[j] * e2
+        t2 = s2[j] * e0 + s4[j] * e1 + s5[j] * e2
+        _pull(ux, uy, uz, vx, vy, vz, wx, wy, wz, t0, t1, t2, j, out)
+
+
+@kernel
+def _forces_of_wrinkled(
+    X: np.ndarray, a: int, b: int, c: int, L2: np.ndarray, membrane: Membrane, e: int, n: int, out: np.ndarray
+) -> None:
+    """`_forces` of cloth that gives way under compression."""
+    R = membrane.relaxed
+    compression = membrane.compression
+    crowding = membrane.crowding
+    xa, ya, za = X[0, a : a + n], X[1, a : a + n], X[2, a : a + n]
+    xb, yb, zb = X[0, b : b + n], X[1, b : b + n], X[2, b : b + n]
+    xc, yc, zc = X[0, c : c + n], X[1, c : c + n], X[2, c : c + n]
+    l0, l1, l2 = L2[0, e : e + n], L2[1, e : e + n], L2[2, e : e + n]
+    p0, p1, p2 = R[0, e : e + n], R[1, e : e + n], R[2, e : e + n]
+    p3, p4, p5 = R[3, e : e + n], R[4, e : e + n], R[5, e : e + n]
+    p6, p7, p8 = R[6, e : e + n], R[7, e : e + n], R[8, e : e + n]
+    young, plane, ratio = R[9, e : e + n], R[10, e : e + n], R[11, e : e + n]
+    real = out.dtype.type
+    for j in range(n):
+        ux, uy, uz, e0 = _side(xb[j], yb[j], zb[j], xc[j], yc[j], zc[j], l0[j], real)
+        vx, vy, vz, e1 = _side(xc[j], yc[j], zc[j], xa[j], ya[j], za[j], l1[j], real)
+        wx, wy, wz, e2 = _side(xa[j], ya[j], za[j], xb[j], yb[j], zb[j], l2[j], real)
+        exx = p0[j] * e0 + p1[j] * e1 + p2[j] * e2
+        eyy = p3[j] * e0 + p4[j] * e1 + p5[j] * e2
+        exy = wrinkling.HALF * (p6[j] * e0 + p7[j] * e1 + p8[j] * e2)
+        sxx, syy, sxy = wrinkling.stress(exx, eyy, exy, young[j], plane[j], ratio[j], compression, crowding)
+        t0 = p0[j] * sxx + p3[j] * syy + p6[j] * sxy
+        t1 = p1[j] * sxx + p4[j] * syy + p7[j] * sxy
+        t2 = p2[j] * sxx + p5[j] * syy + p8[j] * sxy
+        _pull(ux, uy, uz, vx, vy, vz, wx, wy, wz, t0, t1, t2, j, out)
+
+
+@kernel
+def _add(F: np.ndarray, a: int, n: int, forces: np.ndarray, row: int) -> None:
+    """Add three rows of `forces`, from number `row` on, to the columns of F from a on."""
+    for k in range(3):
+        f = F[k, a : a + n]
+        begin = (row + k) * BLOCK
+        more = forces[begin : begin + n]
+        for j in range(n):
+            f[j] += more[j]
+
+
+@kernel
+def add_force(X: np.ndarray, F: np.ndarray, membrane: Membrane, scratch: np.ndarray) -> None:
+    """Add the membrane force at X to F.
+
+    Args:
+        X: Positions in slots and copies [m], shape (3, width).
+        F: Forces in slots and copies [N], shape (3, width).
+        membrane: Constants of the cloth.
+        scratch: Forces of a block of triangles on their corners, shape (9 BLOCK,).
+    """
+    table = membrane.bands
+    for r in range(table.shape[0]):
+        for done in range(0, table[r, 1], BLOCK):
+            n = min(table[r, 1] - done, BLOCK)
+            e = table[r, 0] + done
+            a = table[r, 2] + done
+            b = table[r, 3] + done
+            c = table[r, 4] + done
+            if membrane.relaxed.shape[1]:
+                _forces_of_wrinkled(X, a, b, c, membrane.L2, membrane, e, n, scratch)
+            else:
+                _forces(X, a, b, c, membrane.L2, membrane.S, e, n, scratch)
+            _add(F, a, n, scratch, 0)
+            _add(F, b, n, scratch, 3)
+            _add(F, c, n, scratch, 6)
+
+
+@kernel
+def largest_stretch(X: np.ndarray, membrane: Membrane) -> float:
+    """Largest |x_b - x_a| / L of any edge, NaN if anything is not finite; X as of `add_force`."""
+    table = membrane.bands
+    L2 = membrane.L2
+    worst = 0.0
+    for r in range(table.shape[0]):
+        e = table[r, 0]
+        n = table[r, 1]
+        for q in range(3):
+            i = table[r, 2 + (q + 1) % 3]
+            k = table[r, 2 + (q + 2) % 3]
+            for j in range(n):
+                if L2[q, e + j] > 0.0:
+                    s = 0.0
+                    for d in range(3):
+                        s += (X[d, k + j] - X[d, i + j]) ** 2
+                    s /= L2[q, e + j]
+                    if not s <= worst:
+                        worst = s
+                        if s != s:
+                            return np.nan
+    return np.sqrt(worst)

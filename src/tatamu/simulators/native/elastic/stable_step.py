@@ -1,0 +1,95 @@
+"""The fastest vibrations of membrane and bending at rest, from which the explicit steps take their size.
+
+Symplectic Euler is stable as long as h omega < 2 of the largest eigenfrequency: the largest generalized eigenvalue
+omega^2 of G' K G u = omega^2 M u, with lumped masses M, found by Lanczos iteration.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import LinearOperator, eigsh
+
+from tatamu.simulators.native.elastic import bending, membrane, symmetric
+from tatamu.simulators.native.memory.bands import BLOCK
+
+SMALL = 40
+"""Meshes with fewer coordinates are solved densely; Lanczos iteration needs more of them than of its vectors."""
+TOLERANCE = 1e-2
+"""Relative error of omega^2 at which Lanczos iteration ends; it comes from below."""
+ROUNDED_UP = 1.01
+"""The frequency that it found is given this much higher."""
+
+
+def hinge_gradients(rest: np.ndarray, hinges: np.ndarray) -> tuple[sparse.csr_array, np.ndarray]:
+    """D theta / d x at rest as a matrix, shape (h, 3n), and g at rest, shape (h,)."""
+    count = len(hinges)
+    X = np.ascontiguousarray(rest[hinges.T.ravel()].T)
+    table = np.array([[0, count, 0, count, 2 * count, 3 * count]])
+    measures = bending.scratch(table, count, 0, np.float64)
+    bending.measure(X, table, measures)
+    rows = measures.gradients.reshape(-1, 8, BLOCK).transpose(1, 0, 2).reshape(8, -1)[:, :count]
+    d2 = rows[0:3]
+    d3 = rows[3:6]
+    t2 = rows[6]
+    t3 = rows[7]
+    parts = [-(1 - t2) * d2 - (1 - t3) * d3, -t2 * d2 - t3 * d3, d2, d3]
+    flat = np.where(np.abs(measures.g) < 1e-9, 0.0, measures.g)
+    return _derivatives(np.stack(parts).transpose(2, 0, 1), hinges, len(rest)), flat
+
+
+def _derivatives(values: np.ndarray, vertices: np.ndarray, count: int) -> sparse.csr_array:
+    """D y / d x as a matrix, shape (r, 3 count), of y that depend on k vertices each.
+
+    Args:
+        values: Derivatives by the positions of its vertices, shape (r, k, 3).
+        vertices: The vertices of each, shape (r, k).
+        count: How many vertices there are.
+    """
+    rows, each = vertices.shape
+    columns = (3 * vertices[..., None] + np.arange(3)).astype(np.int32)
+    starts = 3 * each * np.arange(rows + 1, dtype=np.int32)
+    return sparse.csr_array((values.ravel(), columns.ravel(), starts), shape=(rows, 3 * count))
+
+
+def membrane_frequency(rest: np.ndarray, faces: np.ndarray, S: np.ndarray, mass: np.ndarray) -> float:
+    """Largest angular frequency of the membrane at rest [1/s].
+
+    Args:
+        rest: Unstrained positions [m], shape (n, 3).
+        faces: Triangles, shape (m, 3).
+        S: 2 S of each triangle as of `membrane.constants`, shape (6, m).
+        mass: Lumped masses [kg], shape (n,).
+    """
+    count = len(faces)
+    ends = faces[:, membrane.ENDS].reshape(-1, 2)
+    gradient = _derivatives(membrane.gradients(rest, faces).reshape(-1, 2, 3), ends, len(rest))
+    stiffness = sparse.bsr_array((symmetric.unpack(0.5 * S), np.arange(count), np.arange(count + 1)))
+    return _largest_frequency(gradient, stiffness, mass)
+
+
+def bending_frequency(gradient: sparse.csr_array, stiffness: sparse.csr_array, mass: np.ndarray) -> float:
+    """Largest angular frequency of bending at rest [1/s], `stiffness` as of `hinge_stiffness`."""
+    return _largest_frequency(gradient, stiffness, mass) if stiffness.data.any() else 1e-9
+
+
+def hinge_stiffness(K: np.ndarray, hinges: np.ndarray, count: int) -> sparse.csr_array:
+    """`curvature.constants` as a matrix from the angles of all hinges to their moments, shape (count, count)."""
+    rows = np.repeat(hinges, 3, axis=1)
+    columns = np.tile(hinges, (1, 3))
+    return sparse.csr_array((K.ravel(), (rows.ravel(), columns.ravel())), shape=(count, count))
+
+
+def _largest_frequency(gradient: sparse.csr_array, stiffness: sparse.sparray, mass: np.ndarray) -> float:
+    """Largest omega of G' K G u = omega^2 M u."""
+    scale = 1.0 / np.sqrt(np.repeat(mass, 3))
+    size = gradient.shape[1]
+    if size < SMALL:
+        dense = (gradient.T @ (stiffness @ gradient)).toarray()
+        return float(np.sqrt(np.linalg.eigvalsh(dense * scale[:, None] * scale).max()))
+    operator = LinearOperator(
+        (size, size), matvec=lambda u: scale * (gradient.T @ (stiffness @ (gradient @ (scale * u)))), dtype=float
+    )
+    start = np.cos(np.arange(size) * 2.399963)  # any fixed vector with all frequencies in it
+    top = eigsh(operator, k=1, which="LA", v0=start, tol=TOLERANCE, return_eigenvectors=False)
+    return float(ROUNDED_UP * np.sqrt(top[0]))

@@ -1,0 +1,129 @@
+"""Where the vertices lie in memory, so that forces are computed over long contiguous runs.
+
+A processor computes eight or sixteen neighbouring numbers at once, if they are neighbours in memory. Rows of vertices
+that lie like those of a lattice (`lattice`) are therefore stored with one stride, even rows apart from odd rows: then
+all triangles of one kind are (a + j, b + j, c + j) for j = 0, 1, .., a *band*. Slots without a vertex, and band
+elements without a triangle, are fillers with zero mass and zero stiffness. Elements that fit in no band are computed on
+copies of their vertices, laid out as one more band; so the kernels know bands only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tatamu.simulators.native.memory.lattice import patches
+
+BLOCK = 528
+"""Elements of a band that are computed together: what they need in between stays in the nearest cache, and its rows
+do not begin a power of two apart, which processors take for the same place."""
+SHORTEST_BAND = 24
+"""Fewer elements are not worth a band of their own."""
+FULLEST = 2.0
+"""Give up on rows when they would need more than this many slots per vertex."""
+
+
+@dataclass(frozen=True)
+class Bands:
+    """Elements of k vertices each, ordered by band."""
+
+    table: np.ndarray
+    """Per band: first element, length, first slot of each of the k vertices; shape (b, 2 + k)."""
+    element: np.ndarray
+    """Which element of the mesh fills each place, -1 for a filler; shape (e,)."""
+    copied: np.ndarray
+    """Slots whose values are copied behind the last slot before, and added back after; shape (c,)."""
+
+    @property
+    def size(self) -> int:
+        """Number of places, fillers included."""
+        return len(self.element)
+
+    def spread(self, values: np.ndarray) -> np.ndarray:
+        """Values per mesh element, shape (.., e), as values per place, fillers zero; contiguous."""
+        out = np.zeros((*values.shape[:-1], self.size))
+        filled = self.element >= 0
+        out[..., filled] = values[..., self.element[filled]]
+        return out
+
+    @property
+    def place(self) -> np.ndarray:
+        """Place of each mesh element, shape (elements,)."""
+        filled = np.flatnonzero(self.element >= 0)
+        out = np.empty(len(filled), dtype=np.int64)
+        out[self.element[filled]] = filled
+        return out
+
+
+def slots(rest: np.ndarray, hinges: np.ndarray) -> tuple[np.ndarray, int]:
+    """Slot of each vertex, shape (n,), and the number of slots.
+
+    Args:
+        rest: Unstrained positions [m], shape (n, 3).
+        hinges: Inner edges and the vertices opposite, shape (h, 4).
+    """
+    count = len(rest)
+    found = patches(rest, hinges)
+    if not found:
+        return np.arange(count), count
+    width = max(int(patch.column.max()) + 1 for patch in found)
+    pairs = [int(patch.row.max()) // 2 + 1 for patch in found]  # of rows, the last one may be half empty
+    half = sum(pairs) * width
+    slot = np.full(count, -1)
+    first = 0
+    for patch, length in zip(found, pairs, strict=True):
+        slot[patch.vertices] = (patch.row % 2) * half + (first + patch.row // 2) * width + patch.column
+        first += length
+    loose = np.flatnonzero(slot < 0)
+    slot[loose] = 2 * half + np.arange(len(loose))
+    total = 2 * half + len(loose)
+    return (slot, total) if total <= FULLEST * count else (np.arange(count), count)
+
+
+def turned(faces: np.ndarray, slot: np.ndarray) -> np.ndarray:
+    """Triangles with their corners turned so that the lowest slot comes first: like ones then make one band."""
+    first = np.argmin(slot[faces], axis=1)
+    return np.take_along_axis(faces, (first[:, None] + np.arange(3)) % 3, axis=1)
+
+
+def turned_hinges(hinges: np.ndarray, slot: np.ndarray) -> np.ndarray:
+    """Hinges seen from the side that puts the lower slot of the shared edge first."""
+    back = slot[hinges[:, 0]] > slot[hinges[:, 1]]
+    return np.where(back[:, None], hinges[:, [1, 0, 3, 2]], hinges)
+
+
+def bands(elements: np.ndarray, total: int) -> Bands:
+    """Arrange elements of k slots, shape (e, k), in bands; copies go behind slot `total`."""
+    count, width = elements.shape
+    if not count:  # a triangle alone has no hinge
+        return Bands(np.zeros((0, 2 + width), np.int64), np.zeros(0, np.int64), np.zeros(0, np.int64))
+    offsets = elements - elements[:, :1]
+    _, group = np.unique(offsets, axis=0, return_inverse=True)
+    group = group.ravel()
+    table: list[list[int]] = []
+    order: list[np.ndarray] = []
+    loose = np.ones(count, dtype=bool)
+    for g in np.flatnonzero(np.bincount(group) >= SHORTEST_BAND):
+        members = np.flatnonzero(group == g)
+        first = elements[members, 0]
+        low = int(first.min())
+        span = int(first.max()) - low + 1
+        if span > 2 * FULLEST * len(members) or len(np.unique(first)) < len(members):
+            continue
+        places = np.full(span, -1)
+        places[first - low] = members
+        table.append([sum(map(len, order)), span, *(offsets[members[0]] + low)])
+        order.append(places)
+        loose[members] = False
+    rest = np.flatnonzero(loose)
+    if len(rest):
+        begin = [total + k * len(rest) for k in range(width)]
+        table.append([sum(map(len, order)), len(rest), *begin])
+        order.append(rest)
+    return Bands(np.array(table, dtype=np.int64), np.concatenate(order), elements[rest].T.ravel())
+
+
+def blocks(table: np.ndarray) -> int:
+    """How many blocks the bands of a table have."""
+    return int((-(-table[:, 1] // BLOCK)).sum())

@@ -1,0 +1,185 @@
+"""Settings that a study may vary: one frozen record, handed to `simulate`.
+
+The defaults are what every figure of the documentation was made with; the calibrated material is no option but part of
+the scene. Each part is a NamedTuple, as these can be handed to compiled loops, which read them as numbers: other values
+need no new compilation, and cost nothing (see docs/theory/native-symbols.md for symbols and names).
+
+    simulate(scene, options=Options(contact=ContactOptions(clearing_speed=0.25)))
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import inf
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tatamu.errors import InputError
+
+
+class StepOptions(NamedTuple):
+    """Time stepping."""
+
+    outer_step: float = 1e-3
+    """Longest outer step H [s]: contact and friction are resolved at least this often."""
+    membrane_phase: float = 1.25
+    """Largest h omega of the membrane's steps [-]; 2 is the limit of stability, the rest is room for large strains."""
+    bending_phase: float = 1.0
+    """Largest h omega of the bending steps [-]; as above, for large angles."""
+    membrane_damping: float = 5e-5
+    """Time constant tau_d of the membrane's Kelvin-Voigt damping [s]."""
+    damping_part: float = 0.3
+    """Largest tau_d, as part of the membrane's step: more would be unstable [-]."""
+
+
+class ElasticOptions(NamedTuple):
+    """Elastic forces."""
+
+    angle_sum_part: float = 0.45
+    """Weight a of operator C in the curvature Q = a C + (1 - a) R^-1 [-]: here irregular and turned meshes are too soft
+    as often as too stiff (benchmarks/statics.py)."""
+    crowding_strain: float = 0.2
+    """Green strain b: compressed by it, cloth that wrinkles is as stiff again as in tension [-]; its length is 0.77."""
+
+
+class ContactOptions(NamedTuple):
+    """Contact of cloth with itself and with the table. Parts of a thickness are parts of the cloth's thickness t."""
+
+    # Candidates.
+    margin_thicknesses: float = 3.0
+    """Margin of the broad phase beyond a thickness [t], where the next two do not ask for less or more."""
+    margin_edges: float = 0.75
+    """A wider margin, as part of the longest edge [-]: coarse cloth moves farther between two searches."""
+    margin_limit: float = 0.01
+    """Widest margin that the longest edge asks for [m]."""
+    margin_wear: float = 0.8
+    """Candidates are searched again once this part of their margin may be used up [-]."""
+    crease_cosine: float = 0.5
+    """Cloth whose normals have a cosine below this is folded [-]: vertices are kept from triangles beside them."""
+    ridge_cosine: float = 0.94
+    """Edges whose triangles' normals have a cosine below this are guarded like borders [-]: creased by 20 degrees."""
+    level_cosine: float = 0.7
+    """Of a triangle more level with a vertex than this, the plane tells on which side of the vertex it is [-]."""
+    same_direction_cosine: float = 0.8
+    """Two triangles that a vertex is kept from in directions with a larger cosine count as one sheet [-]."""
+    touching: float = 1.1
+    """A triangle closer than this is in contact, and stays a candidate though two others are nearer [t]."""
+    pressed: float = 0.6
+    """Layers closer than this are pressed: their edges are guarded as well [t]."""
+    pressed_searches: int = 4
+    """Searches for which the edges at a pressed vertex stay guarded."""
+    pairs_per_edge: int = 24
+    """Edge pairs kept at most, per edge of the mesh: room in memory."""
+
+    # How far positions are corrected.
+    barycentric_tolerance: float = 0.02
+    """A projection outside a triangle by no more than this, in barycentric coordinates, counts as inside [-]."""
+    edge_gap: float = 0.75
+    """Edges are kept this far from edges [t]; vertices are kept a whole thickness from triangles."""
+    clearing_speed: float = 0.5
+    """Layers that begin a step too close come apart at this speed [m/s]: what begins in a tangle does not explode."""
+    recovery_speed: float = 0.1
+    """The part of that speed which they keep as velocity [m/s]; the rest is position only (split impulse)."""
+    restored: tuple[float, ...] | np.ndarray = (1.0, 0.5, 0.5, 0.3, 0.3, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2)
+    """Part of the gap that each Gauss-Seidel sweep restores [-], one sweep at most for each. The first wants all of it;
+    later ones, made only while some pair is still closer, want less: layers that a hand crushes have no room for all,
+    but always for not passing through. Compiled loops get it as an array, so that any length is the same type."""
+    noticeable: float = 0.02
+    """Corrections beyond this make the next sweep look again at what they moved [t]."""
+
+    # How often, where layers are crushed.
+    restless: float = 0.25
+    """Contact that moves a vertex by more than this is resolved twice as often from then on, at most after every
+    substep [t]: layers that hands crush would otherwise swing by thicknesses between two corrections."""
+    calm: float = 0.08
+    """Contact that moves no vertex by more than this is resolved half as often [t]."""
+    sweeps_of_many: int = 5
+    """Sweeps at most in each of several rounds per outer step: the next round is soon."""
+    hard: float = 0.08
+    """A correction beyond this makes vertices restless [t]: only they can pass through something in spite of contact,
+    and are looked at for impact zones."""
+    restless_steps: int = 3
+    """Outer steps for which they then are."""
+    zone_passes: int = 30
+    """An impact zone may run into what is beside it; after this many passes the rest is left to the next step."""
+
+
+class UntangleOptions(NamedTuple):
+    """How layers are taken apart that went through one another while a hand was closed."""
+
+    step: float = 0.3
+    """How far one pass moves an edge against a triangle [t]."""
+    most_passes: int = 60
+    """Passes, at most."""
+    flattest: float = 1e-3
+    """An edge less steep on a triangle than this sine counts as this steep [-]."""
+    blunt: float = 0.1
+    """Where the sum of the directions is not longer than this, it tells little, and the pass moves less [-]."""
+    shortest: float = 0.7
+    """Edges keep at least this part of their rest length meanwhile [-]; shorter, and the membrane would throw them."""
+    longest: float = 1.1
+    """Edges keep at most this part of their rest length [-]."""
+    slimmest: float = 0.1
+    """Triangles stay higher than this part of the shortest edge, or than they were [-]: bending forces go with the
+    inverse."""
+    length_sweeps: int = 4
+    """Sweeps per pass that give edges back such lengths."""
+    again_after: float = 0.1
+    """Layers that were not taken apart are tried again after this time [s]."""
+
+
+class LimitOptions(NamedTuple):
+    """Where a rollout is refused or ended."""
+
+    largest_stretch: float = 1.5
+    """Edges longer than this times their rest length end the rollout [-]: the membrane model means nothing there."""
+    farthest: float = 1e4
+    """Cloth farther than this from the origin ends the rollout [m]."""
+    thickest: float = 0.9
+    """Thickness is refused beyond this part of the shortest edge [-]."""
+    most_work: float = 1e12
+    """Steps of a vertex that a rollout may need: about two hours."""
+    most_bytes_in_double: float = 64e6
+    """Frames that take more bytes are kept in single precision, which rounds a meter by 0.06 micrometers."""
+
+
+_POSITIVE = {"step.outer_step", "step.membrane_phase", "step.bending_phase"}
+
+
+@dataclass(frozen=True)
+class Options:
+    """Everything that a study may vary of the embedded simulator.
+
+    Raises:
+        InputError: A number is negative or not finite, a step is zero, or the first sweep does not restore everything.
+    """
+
+    step: StepOptions = field(default_factory=StepOptions)
+    elastic: ElasticOptions = field(default_factory=ElasticOptions)
+    contact: ContactOptions = field(default_factory=ContactOptions)
+    untangle: UntangleOptions = field(default_factory=UntangleOptions)
+    limits: LimitOptions = field(default_factory=LimitOptions)
+
+    def __post_init__(self) -> None:
+        """Check, and make every number of the type that its default has: kernels are compiled for types."""
+        for part in ("step", "elastic", "contact", "untangle", "limits"):
+            given = getattr(self, part)
+            defaults = type(given)._field_defaults
+            values = {
+                name: _checked(f"{part}.{name}", value, defaults[name]) for name, value in given._asdict().items()
+            }
+            object.__setattr__(self, part, type(given)(**values))
+
+
+def _checked(name: str, value: Any, default: Any) -> Any:
+    if isinstance(default, tuple):
+        parts = tuple(float(part) for part in value)
+        if not parts or parts[0] != 1.0 or not all(0.0 < part <= 1.0 for part in parts):
+            raise InputError(f"{name}: must begin with 1 and go on with parts above 0 and up to 1, given {value}")
+        return parts
+    number = type(default)(value)
+    if not 0.0 <= number < inf or (number == 0.0 and name in _POSITIVE):
+        least = "positive" if name in _POSITIVE else "at least 0"
+        raise InputError(f"{name}: must be {least} and finite, given {value}")
+    return number

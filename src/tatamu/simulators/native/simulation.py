@@ -1,0 +1,220 @@
+"""One scene under way."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tatamu.errors import SimulationError
+from tatamu.scene import Scene
+from tatamu.simulators.native.contact import broad_phase
+from tatamu.simulators.native.contact.projection import Positions
+from tatamu.simulators.native.contact.state import initial_state
+from tatamu.simulators.native.contact.table import TablePlane
+from tatamu.simulators.native.contact.untangle import untangle
+from tatamu.simulators.native.elastic import bending
+from tatamu.simulators.native.grippers import Grippers
+from tatamu.simulators.native.memory.bands import BLOCK
+from tatamu.simulators.native.model import Model, model_of, steps_per_frame, substeps
+from tatamu.simulators.native.options import Options, StepOptions
+from tatamu.simulators.native.step import advance
+from tatamu.simulators.native.system import Air, Span, State, StepSizes, System
+
+FRAMES_AT_ONCE = 8
+"""Frames between two looks at what else goes on: compiled loops hear no interrupt."""
+THICK = 0.5
+"""Cloth thicker than this part of its shortest edge is simulated with a warning."""
+
+
+class Simulation:
+    """A rollout from its first step to its last.
+
+    `number` outer steps were made; `state`, `mesh` and `contact` are what the compiled loops read and write.
+    """
+
+    def __init__(self, scene: Scene, options: Options | None = None) -> None:
+        """Make everything ready.
+
+        Raises:
+            SimulationError: The cloth is too thick for its mesh, or the scene would take hours.
+        """
+        self.scene = scene
+        self.options = options or Options()
+        self.model = model_of(scene.cloth, scene.material, self.options)
+        self.per_frame = steps_per_frame(scene.frame_rate, self.options.step.outer_step)
+        self.sizes = _step_sizes(self.model, 1.0 / (scene.frame_rate * self.per_frame), self.options.step)
+        self.steps = (scene.frames - 1) * self.per_frame
+        self.number = 0
+        self._refuse()
+        self.mesh = self.model.mesh._replace(inverse_mass=self.model.mesh.inverse_mass.copy())
+        self.state = _state(scene, self.model)
+        self.contact = initial_state(self.mesh, self.options.contact.pairs_per_edge)
+        compiled = self.options.contact._replace(restored=np.array(self.options.contact.restored))
+        self.system = System(
+            state=self.state,
+            elastic=self.model.elastic,
+            mesh=self.mesh,
+            contact=self.contact,
+            air=Air(scene.gravity, scene.material.air_drag / scene.material.areal_density),
+            plane=_plane(scene),
+            sizes=self.sizes,
+            options=compiled,
+            limits=self.options.limits,
+        )
+        self._grippers = Grippers(scene, self.sizes.outer_step, self.steps)
+        self._untangle_again = -1
+        self.search()
+
+    @property
+    def substeps(self) -> int:
+        """Membrane steps made."""
+        return self.number * self.sizes.kicks * self.sizes.substeps_per_kick
+
+    def frames(self) -> np.ndarray:
+        """Run to the end; positions in all frames [m], shape (f, n, 3).
+
+        Raises:
+            SimulationError: The cloth went beyond one of `LimitOptions`.
+        """
+        x = self.state.positions.x
+        size = self.scene.frames * x.nbytes
+        single = size > self.options.limits.most_bytes_in_double
+        frames = np.empty((self.scene.frames, *x.shape), dtype=np.float32 if single else float)
+        frames[0] = x
+        while self.number < self.steps:
+            self.advance(frames)
+        return frames
+
+    def advance(self, frames: np.ndarray) -> None:
+        """Go on until something happens, or for a few frames, and fill these in.
+
+        Args:
+            frames: Positions in all frames [m], shape (f, n, 3).
+
+        Raises:
+            SimulationError: The cloth went beyond one of `LimitOptions`.
+        """
+        self._work_grippers()
+        end = min(self.steps, self.number + FRAMES_AT_ONCE * self.per_frame)
+        events = [self._untangle_again, *self._grippers.events()]
+        stop = min([end, *(number for number in events if number > self.number)])
+        begin = self.number // self.per_frame + 1
+        latest = np.empty((FRAMES_AT_ONCE, *frames.shape[1:]))
+        span = Span(self.number, stop, self.per_frame)
+        self.number, stretch = advance(self.system, self._grippers.hands(), latest, span)
+        reached = self.number // self.per_frame + 1
+        frames[begin:reached] = latest[: reached - begin]
+        self._check(stretch, self.number < stop)
+
+    def search(self) -> None:
+        """Search candidates of contact at the present positions, which must be legal."""
+        broad_phase.search(self.state.positions.x, self.mesh, self.contact, self.system.options)
+
+    def warnings(self) -> list[str]:
+        """Lines that a user should read with this rollout."""
+        if self.model.thickness > THICK * self.model.shortest:
+            return ["the cloth is thicker than half its shortest edge: neighbouring triangles may push each other"]
+        return []
+
+    def _work_grippers(self) -> None:
+        """Open, then close grippers that are due: one may take at once what another lets go."""
+        opened = self._grippers.open_due(self.number)
+        for vertices in opened:
+            self._set_free(vertices, 1.0)
+        if opened or self.number == self._untangle_again:
+            self._untangle()
+        for vertices in self._grippers.close_due(self.number, self.state.positions.x):
+            self._set_free(vertices, 0.0)
+
+    def _untangle(self) -> None:
+        """Take apart layers that went through one another in a pinch; candidates are then searched again.
+
+        What does not come apart at once may do so when the cloth has moved on.
+        """
+        x = self.state.positions.x
+        apart, left = untangle(x, self.mesh, self.model.lengths, self.options.untangle)
+        wait = self._grippers.step_at(self.options.untangle.again_after)
+        self._untangle_again = self.number + wait if left else -1
+        if apart is not x:
+            x[:] = apart
+            self.state.X[:, self.state.slot] = apart.T
+            self.search()
+
+    def _set_free(self, vertices: np.ndarray, free: float) -> None:
+        slot = self.model.slot[vertices]
+        inverse_mass = free / self.model.mass[vertices]
+        self.state.free[slot] = free
+        self.state.inverse_mass[slot] = inverse_mass
+        self.mesh.inverse_mass[vertices] = inverse_mass
+
+    def _check(self, stretch: float, stopped: bool) -> None:
+        time = self.number * self.sizes.outer_step
+        limits = self.options.limits
+        if stretch > limits.largest_stretch:
+            raise SimulationError(
+                f"the cloth was stretched to {stretch:.3g} of its length by t = {time:.3f} s; "
+                f"the limit is {limits.largest_stretch:g}"
+            )
+        if stopped or not stretch <= limits.largest_stretch:
+            raise SimulationError(f"the cloth flew beyond {limits.farthest:g} m before t = {time:.3f} s")
+
+    def _refuse(self) -> None:
+        """Refuse what cannot end well."""
+        thickness = self.model.thickness
+        shortest = self.model.shortest
+        limits = self.options.limits
+        if thickness > limits.thickest * shortest:
+            raise SimulationError(
+                f"the cloth is {thickness:g} m thick, its shortest edge {shortest:.3g} m long; neighbours would push "
+                f"one another apart beyond {limits.thickest:g} of an edge: give a coarser mesh"
+            )
+        work = self.steps * self.sizes.kicks * self.sizes.substeps_per_kick * len(self.model.mass)
+        if work > limits.most_work:
+            raise SimulationError(
+                f"the scene needs {work:.2g} steps of a vertex, the limit is {limits.most_work:g} (hours); stiff, "
+                "light or finely meshed cloth takes small steps: give a coarser mesh or a shorter duration"
+            )
+
+
+def _step_sizes(model: Model, outer_step: float, options: StepOptions) -> StepSizes:
+    kicks, substeps_per_kick = substeps(model, outer_step, options)
+    kick = outer_step / kicks
+    substep = kick / substeps_per_kick
+    damping = min(options.membrane_damping, options.damping_part * substep)
+    return StepSizes(outer_step, kick, substep, kicks, substeps_per_kick, damping)
+
+
+def _plane(scene: Scene) -> TablePlane:
+    tilt = scene.table.tilt if scene.table else 0.0
+    return TablePlane(
+        present=scene.table is not None,
+        height=scene.table.height if scene.table else 0.0,
+        sine=float(np.sin(tilt)),
+        cosine=float(np.cos(tilt)),
+        half_thickness=0.5 * scene.material.thickness,
+        friction=scene.material.friction_table,
+    )
+
+
+def _state(scene: Scene, model: Model) -> State:
+    count = len(scene.cloth.vertices)
+    elastic = model.elastic.bending
+    X = np.zeros((3, model.width))
+    X[:, model.slot] = scene.cloth.vertices.T
+    inverse_mass = np.zeros(model.slots)
+    inverse_mass[model.slot] = 1.0 / model.mass
+    free = np.zeros(model.slots)
+    free[model.slot] = 1.0
+    return State(
+        X=X,
+        V=np.zeros((3, model.slots)),
+        Y=np.zeros_like(X),
+        F=np.zeros_like(X, dtype=np.float32),
+        inverse_mass=inverse_mass,
+        free=free,
+        slot=model.slot,
+        positions=Positions(
+            x=np.array(scene.cloth.vertices, order="C"), start=np.empty((count, 3)), predicted=np.empty((count, 3))
+        ),
+        triangle_forces=np.zeros(9 * BLOCK, dtype=np.float32),
+        hinges=bending.scratch(elastic.hinges, len(elastic.rest_moment), len(elastic.coupling_copies)),
+    )

@@ -1,0 +1,112 @@
+"""Triangles to pixels: which triangle lies highest over each pixel, and how high.
+
+A triangle covers the pixels whose centres it holds; pixel (i, j) has its centre at (i + 0.5, j + 0.5). Masks, maps of
+heights and pictures are all made of this.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+EDGE_ON = 1e-9
+"""Triangles of less than half this area have no height [pixels^2]."""
+
+
+@dataclass(frozen=True)
+class ZBuffer:
+    """The highest triangle over each pixel of a grid."""
+
+    heights: np.ndarray
+    """At the pixels' centres, -inf where there is no triangle, shape (columns, rows)."""
+    face: np.ndarray
+    """Number of the triangle, -1 where there is none, shape (columns, rows)."""
+    weights: np.ndarray
+    """Barycentric coordinates of the pixels' centres in their triangles, shape (columns, rows, 3)."""
+
+
+def z_buffer(points: np.ndarray, faces: np.ndarray, shape: tuple[int, int], slack: float = 0.0) -> ZBuffer:
+    """The highest triangle over each pixel.
+
+    Args:
+        points: Place on the grid (along its columns, along its rows) [pixels] and height, shape (n, 3).
+        faces: Triangles, shape (m, 3).
+        shape: Columns and rows of the grid.
+        slack: A centre that is no farther outside than this in barycentric coordinates counts as inside, so that
+            rounding opens no gap between two triangles.
+    """
+    heights = np.full(shape, -np.inf)
+    face = np.full(shape, -1, dtype=np.int64)
+    weights = np.zeros((*shape, 3))
+    _fill(np.ascontiguousarray(points, dtype=float), faces, slack, heights, face, weights)
+    return ZBuffer(heights, face, weights)
+
+
+def mask(points: np.ndarray, faces: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """Where any triangle is, shape (columns, rows); points of shape (n, 2) [pixels]."""
+    covered = np.zeros(shape, dtype=np.bool_)
+    _cover(np.ascontiguousarray(points, dtype=float), faces, covered)
+    return covered
+
+
+@njit(inline="always")
+def _range(a, b, c, size):  # type: ignore[no-untyped-def]
+    """The pixels along one axis, of `size`, that a triangle with these corners may cover."""
+    return range(int(max(min(a, b, c), 0.0)), int(min(max(a, b, c) + 1.0, size)))
+
+
+@njit(inline="always")
+def _sides(ax, ay, bx, by, cx, cy, x, y):  # type: ignore[no-untyped-def]
+    """Twice the signed areas of (x, y) with each side: of one sign inside, their sum that of the triangle."""
+    ab = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
+    bc = (cx - bx) * (y - by) - (cy - by) * (x - bx)
+    ca = (ax - cx) * (y - cy) - (ay - cy) * (x - cx)
+    return ab, bc, ca
+
+
+@njit(inline="always")
+def _inside(ab, bc, ca):  # type: ignore[no-untyped-def]
+    return (ab >= 0 and bc >= 0 and ca >= 0) or (ab <= 0 and bc <= 0 and ca <= 0)
+
+
+@njit(cache=True)
+def _cover(points, faces, covered):  # type: ignore[no-untyped-def]
+    columns, rows = covered.shape
+    for t in range(faces.shape[0]):
+        ax, ay = points[faces[t, 0]]
+        bx, by = points[faces[t, 1]]
+        cx, cy = points[faces[t, 2]]
+        for i in _range(ax, bx, cx, columns):
+            for j in _range(ay, by, cy, rows):
+                ab, bc, ca = _sides(ax, ay, bx, by, cx, cy, i + 0.5, j + 0.5)
+                if _inside(ab, bc, ca):
+                    covered[i, j] = True
+
+
+@njit(cache=True)
+def _fill(points, faces, slack, heights, face, weights):  # type: ignore[no-untyped-def]
+    columns, rows = heights.shape
+    for t in range(faces.shape[0]):
+        ax, ay, az = points[faces[t, 0]]
+        bx, by, bz = points[faces[t, 1]]
+        cx, cy, cz = points[faces[t, 2]]
+        twice_area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+        if not EDGE_ON <= abs(twice_area) < np.inf:  # edge-on, or no number
+            continue
+        for i in _range(ax, bx, cx, columns):
+            for j in _range(ay, by, cy, rows):
+                x = i + 0.5
+                y = j + 0.5
+                v = ((x - ax) * (cy - ay) - (y - ay) * (cx - ax)) / twice_area
+                w = ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / twice_area
+                if v < -slack or w < -slack or v + w > 1.0 + slack:
+                    continue
+                z = az + v * (bz - az) + w * (cz - az)
+                if z > heights[i, j]:
+                    heights[i, j] = z
+                    face[i, j] = t
+                    weights[i, j, 0] = 1.0 - v - w
+                    weights[i, j, 1] = v
+                    weights[i, j, 2] = w

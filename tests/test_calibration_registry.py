@@ -1,0 +1,89 @@
+"""What every registered calibration test states, and that it is named nowhere but in its own module."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import tatamu.calibration
+from tatamu.calibration import Measurements
+from tatamu.calibration.advice import NAMES
+from tatamu.calibration.entry import Errors
+from tatamu.calibration.guide import instructions
+from tatamu.calibration.parameters import LIMITS, PARAMETERS
+from tatamu.calibration.registry import TESTS
+from tatamu.calibration.setup import setup_of
+from tatamu.calibration.test import ElasticTest, LaterTest
+from tatamu.garments import make_garment
+
+FOLDER = Path(tatamu.calibration.__file__).parent
+GARMENT = {"name": "towel", "size": [0.3, 0.6], "mass": 0.04}
+MEASURED: dict[str, dict[str, Any]] = {
+    "elongation": {"grasps": [{"edge": "bottom"}], "L1": 0.605, "L2": 0.6},
+    "friction": {"L_t": 1.0, "H_s": 0.5},
+    "sag": {"edge": "bottom", "free_length": 0.05, "sag": 0.03},
+    "loop": {"height": 0.025},
+    "push": {"length": 0.6, "pushed": 0.05, "moved": 0.02},
+}
+"""A reading of each test; a new test adds its own."""
+
+
+def made() -> Measurements:
+    return Measurements.model_validate({"garment": GARMENT, **MEASURED})
+
+
+@pytest.mark.parametrize("name", TESTS)
+def test_a_test_has_words_for_each_of_its_readings_and_no_other(name: str) -> None:
+    test, entry = TESTS[name], made().entries()[name]
+    assert set(entry.readings(Errors())) == set(test.words) <= set(NAMES)
+    if issubclass(test, ElasticTest):
+        assert set(test.reads) <= set(test.words)
+        assert test.size is None or test.size in made().readings()
+
+
+@pytest.mark.parametrize("name", TESTS)
+def test_a_test_tells_a_parameter_that_calibration_knows(name: str) -> None:
+    test = TESTS[name]
+    assert test.name == name and test.parameter in PARAMETERS
+    assert test.parameter in LIMITS or test.samples == "speed"
+    assert issubclass(test, ElasticTest) != issubclass(test, LaterTest)
+    assert set(test.needs) <= set(list(TESTS)[: list(TESTS).index(name)]), "a test comes after those it needs"
+
+
+@pytest.mark.parametrize("name", TESTS)
+def test_the_template_of_a_test_is_its_table(name: str) -> None:
+    text = re.sub(r"^# (\[|\w+ = )", r"\1", TESTS[name].template(make_garment("towel")), flags=re.MULTILINE)
+    assert list(tomllib.loads(text)) == [name]
+    assert set(tomllib.loads(text)[name]) == set(TESTS[name].entry.model_fields)
+
+
+def test_the_guide_numbers_the_tests_and_names_their_tables() -> None:
+    text = instructions()
+    for number, name in enumerate(TESTS, 1):
+        (line,) = [line for line in text.splitlines() if line.startswith(f"{number}  ")]
+        assert f"[{name}]" in line
+    assert "$" not in text
+
+
+def test_the_simulated_copy_of_each_test_has_a_scene() -> None:
+    setup = setup_of(made())
+    assert list(setup.tests) == list(TESTS)
+    assert all(len(test.scene(setup.base).cloth.faces) for test in setup.tests.values())
+
+
+def test_no_reading_has_the_name_of_another() -> None:
+    entries = made().entries().values()
+    assert len(made().readings()) == 3 + sum(len(entry.readings(Errors())) for entry in entries)
+
+
+def test_a_test_is_named_in_its_own_module_and_in_the_registry_alone() -> None:
+    own = {TESTS[name].__module__.rpartition(".")[2]: name for name in TESTS}
+    for file in FOLDER.glob("*.py"):
+        quoted = set(re.findall(r"""["'](\w+)["']""", file.read_text()))
+        named = quoted & set(TESTS) - {own.get(file.stem)}
+        allowed = {"sag": {"loop"}, "push": {"elongation", "friction"}, "drawing": {"sag"}}.get(file.stem, set())
+        assert named <= allowed, f"{file.name} names {named}"

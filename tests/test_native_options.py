@@ -1,0 +1,93 @@
+"""Options: a study varies them by a record that it hands over, never by patching a module."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from tatamu import InputError, Scene
+from tatamu.scene import Cloth
+from tatamu.simulators import native
+from tatamu.simulators.native import ContactOptions, ElasticOptions, LimitOptions, Options, StepOptions
+from tatamu.simulators.native.options import UntangleOptions
+from tatamu.simulators.native.simulation import Simulation
+from tests.scenes import CLOTH, scene, sheet
+
+
+def _two_sheets() -> Scene:
+    lower, upper = sheet(0.1, 0.1, 0.02, CLOTH.thickness / 2), sheet(0.08, 0.08, 0.017, 0.01)
+    vertices = np.concatenate([lower.vertices, upper.vertices])
+    faces = np.concatenate([lower.faces, upper.faces + len(lower.vertices)])
+    return scene(cloth=Cloth(vertices=vertices, faces=faces), duration=0.2)
+
+
+def test_options_that_are_not_given_are_the_defaults() -> None:
+    made = scene(duration=0.1)
+    assert native.simulate(made, Options()).positions.tobytes() == native.simulate(made).positions.tobytes()
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        Options(step=StepOptions(outer_step=5e-4)),
+        Options(step=StepOptions(membrane_phase=0.5)),
+        Options(elastic=ElasticOptions(angle_sum_part=1.0)),
+        Options(contact=ContactOptions(restored=(1.0, 0.9))),
+        Options(contact=ContactOptions(clearing_speed=0.1, recovery_speed=0.1)),
+    ],
+    ids=["outer step", "membrane", "curvature", "sweeps", "speeds"],
+)
+def test_each_kind_of_option_reaches_the_rollout(options: Options) -> None:
+    made = _two_sheets()
+    wave = made.cloth.vertices + np.array([0.0, 0.0, 1.0]) * 0.002 * np.sin(40 * made.cloth.vertices[:, :1])
+    made = made.model_copy(
+        update={"cloth": Cloth(vertices=wave, faces=made.cloth.faces, rest_vertices=made.cloth.rest)}
+    )
+    plain, varied = native.simulate(made), native.simulate(made, options)
+    assert (plain.positions != varied.positions).any()
+    assert np.abs(plain.positions - varied.positions).max() < 0.02
+
+
+def test_a_wider_margin_searches_less_often_and_finds_the_same_rest() -> None:
+    made = _two_sheets()
+    wide = Options(contact=ContactOptions(margin_thicknesses=15.0))
+    assert Simulation(made, wide).mesh.search_distance == pytest.approx(16 * CLOTH.thickness)
+    plain, other = native.simulate(made).positions[-1], native.simulate(made, wide).positions[-1]
+    assert np.abs(plain - other).max() < 0.1 * CLOTH.thickness
+
+
+def test_the_time_step_is_what_the_options_say() -> None:
+    made = scene(duration=0.1)
+    steps = native.simulate(made).info["steps"]
+    assert native.simulate(made, Options(step=StepOptions(outer_step=5e-4))).info["steps"] == pytest.approx(
+        2 * steps, rel=0.05
+    )
+
+
+def test_numbers_become_of_the_type_that_kernels_were_compiled_for() -> None:
+    options = Options(contact=ContactOptions(clearing_speed=1, pressed_searches=3.0))  # type: ignore[arg-type]
+    assert type(options.contact.clearing_speed) is float
+    assert type(options.contact.pressed_searches) is int
+
+
+@pytest.mark.parametrize(
+    ("parts", "text"),
+    [
+        ({"step": StepOptions(outer_step=0.0)}, "step.outer_step: must be positive"),
+        ({"contact": ContactOptions(hard=-0.1)}, "contact.hard: must be at least 0"),
+        ({"limits": LimitOptions(farthest=np.inf)}, "limits.farthest: must be at least 0 and finite"),
+        ({"untangle": UntangleOptions(step=np.nan)}, "untangle.step: must be"),
+        ({"contact": ContactOptions(restored=(0.5,))}, "contact.restored: must begin with 1"),
+        ({"contact": ContactOptions(restored=())}, "contact.restored: must begin with 1"),
+    ],
+)
+def test_options_that_mean_nothing_are_refused(parts: dict, text: str) -> None:
+    with pytest.raises(InputError, match=text):
+        Options(**parts)
+
+
+def test_options_cannot_be_changed() -> None:
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        Options().step = StepOptions()  # type: ignore[misc]

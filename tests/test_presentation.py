@@ -1,0 +1,110 @@
+"""The toolkit that pages are made with: colours, scripts, drawings, pictures."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections import Counter
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import tatamu
+from tatamu.presentation.chart import log_axis
+from tatamu.presentation.drawing import FROM_ABOVE, Drawing
+from tatamu.presentation.image import png
+from tatamu.presentation.page import script
+from tatamu.presentation.palette import COLOURS, css
+from tatamu.presentation.shapes import Box, Dot, Label, Picture, Segments
+
+SOURCE = Path(tatamu.__file__).parent
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+@pytest.fixture
+def drawing() -> Drawing:
+    """One of each shape on a square metre from above."""
+    drawn = Drawing(np.zeros(2), np.ones(2), 100.0, FROM_ABOVE, caption=("a & b", "below"), words="a <test>")
+    drawn.add(Box(np.array([0.1, 0.1]), np.array([0.3, 0.2]), "grip", "muted"), Dot(np.array([0.5, 0.5]), "left"))
+    drawn.add(Segments(np.array([[[0.0, 0.0], [1.0, 1.0]]]), "mesh"))
+    drawn.line([[0.2, 0.8], [0.9, 0.8]], "ink", dash=3.0, fill="cloth")
+    drawn.dimension([0.2, 0.5], [0.8, 0.5], "<height>")
+    drawn.ruler([0.6, 0.1])
+    return drawn
+
+
+def test_every_colour_that_is_named_is_in_the_palette() -> None:
+    files = [path for path in SOURCE.rglob("*") if path.suffix in {".py", ".js", ".html", ".css"}]
+    texts = {path.name: path.read_text() for path in files}
+    in_charts = {name for text in texts.values() for name in re.findall(r'"@([a-z][a-z0-9-]*)"', text)}
+    assert len(in_charts) > 8 and in_charts - {"name"} <= set(COLOURS)
+    in_styles = {name for text in texts.values() for name in re.findall(r"var\(--([a-z][a-z0-9-]*)[),]", text)}
+    assert in_styles - set(COLOURS) == {"tone", "shadow", "at", "share"}, "all others are set beside their use"
+
+
+def test_day_and_night_differ_in_contrast_not_in_meaning() -> None:
+    assert "prefers-color-scheme: dark" in css()
+    for name in ("front", "back", "target", "left", "right", "scale-0", "scale-4"):
+        assert len(set(COLOURS[name])) == 1, f"{name} means the same by day and by night"
+    for light, dark in (COLOURS["ink"], COLOURS["paper"]):
+        assert abs(int(light[1:3], 16) - int(dark[1:3], 16)) > 150
+
+
+def test_modules_of_a_script_share_no_name_and_come_before_their_users() -> None:
+    for entry in ("plain_page.js", "replay_page.js"):
+        text = str(script(entry))
+        names = re.findall(r"^(?:async )?(?:const|let|class|function) (\w+)", text, re.MULTILINE)
+        assert len(names) > 3 and max(Counter(names).values()) == 1
+        assert not re.search(r"^(import|export) ", text, re.MULTILINE)
+    assert text.index("const vector") < text.index("class Motion") < text.index("class Viewer") < text.index("start(")
+    assert "class Viewer" not in script("plain_page.js")
+
+
+def test_a_drawing_is_well_formed_and_whole_in_itself(drawing: Drawing) -> None:
+    root = ElementTree.fromstring(drawing.svg())
+    assert root.get("aria-label") == "a <test>"
+    texts = ["".join(text.itertext()) for text in root.iter(f"{SVG}text")]
+    assert set(texts) == {"a & b", "below", "<height>", "10 cm"}
+    style = "".join(root.find(f"{SVG}style").itertext())  # type: ignore[union-attr]
+    used = {name for element in root.iter() for name in (element.get("class") or "").split()}
+    assert {"fill-grip", "stroke-muted", "stroke-mesh", "fill-cloth", "stroke-ink", "fill-card"} <= used
+    for name in used:
+        light, dark = COLOURS[name.partition("-")[2]]
+        assert (f".{name}{{" in style) == (light != dark)
+
+
+def test_what_is_left_of_a_robot_is_left_in_a_drawing_from_above(drawing: Drawing) -> None:
+    (x, y), (left, ahead) = drawing.pixels(np.array([[0.5, 0.5], [0.9, 0.8]]))
+    assert left < x and ahead < y
+
+
+def test_a_dimension_has_its_name_beside_it(drawing: Drawing) -> None:
+    flat = Drawing(np.zeros(2), np.ones(2), 100.0)
+    flat.dimension([0.2, 0.5], [0.8, 0.5], "width")
+    flat.dimension([0.5, 0.2], [0.5, 0.8], "height")
+    width, height = (shape for shape in flat.shapes if isinstance(shape, Label))
+    assert np.allclose(width.towards, [0.0, 1.0]) and np.allclose(height.towards, [1.0, 0.0])
+
+
+def test_a_drawing_as_pixels_shows_its_shapes_by_day(drawing: Drawing) -> None:
+    pixels = np.asarray(Image.open(io.BytesIO(drawing.png())))
+    assert pixels.shape == (100, 100, 3)
+    assert "#{:02x}{:02x}{:02x}".format(*pixels[80, 84]) == COLOURS["grip"][0]
+    drawing.add(Picture("data:,"))
+    with pytest.raises(TypeError, match="SVG only"):
+        drawing.png()
+
+
+def test_a_picture_comes_back_whole() -> None:
+    pixels = np.random.default_rng(0).integers(0, 256, size=(5, 7, 4)).astype(np.uint8)
+    assert (np.asarray(Image.open(io.BytesIO(png(pixels)))) == pixels).all()
+    assert png(pixels) == png(pixels)
+
+
+def test_a_short_logarithmic_axis_has_numbers_on_it() -> None:
+    short = log_axis("x", 3.5, 6.5)
+    assert {"4", "5", "6"} <= set(short["ticktext"])
+    assert "ticktext" not in log_axis("x", 1.0, 5000.0)
