@@ -22,6 +22,8 @@ PLACES = {
     "targets": NOTES / "folds.md",
     "folds": NOTES / "folds.md",
     "foreign": NOTES / "garments.md",
+    "own garments": NOTES / "own-garments.md",
+    "own garments, fine": NOTES / "own-garments.md",
     "calibration: pinch": NOTES / "calibration.md",
     "calibration: recovery": NOTES / "calibration.md",
     "calibration: cloths": NOTES / "calibration.md",

@@ -122,10 +122,10 @@ def test_a_mesh_file_that_ends_early_is_no_smaller_mesh(tmp_path: Path, encoding
     trimesh = pytest.importorskip("trimesh")
     whole = trimesh.creation.box().export(file_type="ply", encoding=encoding)
     (tmp_path / "whole.ply").write_bytes(whole)
-    assert len(read_mesh(tmp_path / "whole.ply")[1]) == 12
+    assert len(read_mesh(tmp_path / "whole.ply").faces) == 12
     remarked = whole.replace(b"element vertex", b"comment every element vertex counts\nelement vertex", 1)
     (tmp_path / "remarked.ply").write_bytes(remarked)
-    assert len(read_mesh(tmp_path / "remarked.ply")[1]) == 12
+    assert len(read_mesh(tmp_path / "remarked.ply").faces) == 12
     (tmp_path / "cut.ply").write_bytes(whole[:-60])
     with pytest.raises(InputError, match=r"is cut short|is not a mesh file"):
         read_mesh(tmp_path / "cut.ply")

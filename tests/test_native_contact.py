@@ -58,8 +58,11 @@ def test_what_is_behind_a_sheet_or_no_longer_touched_is_let_go(third: np.ndarray
     assert set(faces[:2]) == {1, 2} and faces[2] == -1
 
 
-@pytest.mark.parametrize("most", [ContactOptions().sweeps_of_many, 2])
-def test_layers_without_room_are_swept_a_few_times_in_each_of_many_rounds(most: int) -> None:
+@pytest.mark.parametrize(
+    ("options", "most"),
+    [(ContactOptions(), 5), (ContactOptions(sweeps_of_many=2), 2), (ContactOptions(restored=(1.0, 0.5, 0.3)), 3)],
+)
+def test_layers_without_room_are_swept_a_few_times_in_each_of_many_rounds(options: ContactOptions, most: int) -> None:
     """A hand crushes one sheet with another onto the table, where there is room for neither."""
     lower = sheet_of(0.1, 0.1)
     count = len(lower.vertices)
@@ -68,7 +71,7 @@ def test_layers_without_room_are_swept_a_few_times_in_each_of_many_rounds(most: 
     cloth = Cloth(vertices=vertices, faces=np.concatenate([lower.faces, lower.faces + count]))
     down = Gripper(vertices=range(count, 2 * count), times=[0.0, 0.05], displacements=[[0, 0, 0], [0, 0, -0.0013]])
     scene = Scene(cloth=cloth, material=CLOTH, table=Table(), grippers=[down], duration=0.3)
-    simulation = Simulation(scene, Options(contact=ContactOptions(sweeps_of_many=most)))
+    simulation = Simulation(scene, Options(contact=options))
     counters = simulation.contact.counters
     frames = np.empty((scene.frames, 2 * count, 3))
     seen = []

@@ -76,6 +76,7 @@ def test_numbers_become_of_the_type_that_kernels_were_compiled_for() -> None:
     ("parts", "text"),
     [
         ({"step": StepOptions(outer_step=0.0)}, "step.outer_step: must be positive"),
+        ({"contact": ContactOptions(sweeps_of_many=0)}, "contact.sweeps_of_many: must be positive"),
         ({"contact": ContactOptions(hard=-0.1)}, "contact.hard: must be at least 0"),
         ({"limits": LimitOptions(farthest=np.inf)}, "limits.farthest: must be at least 0 and finite"),
         ({"untangle": UntangleOptions(step=np.nan)}, "untangle.step: must be"),

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import ast
+import re
 from graphlib import TopologicalSorter
+from importlib import import_module
+from pathlib import Path
 
 from tatamu.simulators.native.memory.kernel_cache import NATIVE
 
@@ -53,3 +56,14 @@ def test_every_room_has_its_place_in_the_order() -> None:
 def test_no_module_imports_itself_by_way_of_others() -> None:
     order = list(TopologicalSorter(_imports()).static_order())
     assert order.index("contact.state") < order.index("contact.gauss_seidel") < order.index("step")
+
+
+def test_the_symbol_table_names_only_what_there_is() -> None:
+    text = (Path(__file__).parent.parent / "docs" / "theory" / "native-symbols.md").read_text()
+    modules = [import_module(NAME + module) for module in _imports() if not module.endswith("__init__")]
+    records = {name: found for module in modules for name, found in vars(module).items() if isinstance(found, type)}
+    for name, field in re.findall(r"`([A-Z]\w+)\.(\w+)`", text):
+        assert hasattr(records[name], field) or field in records[name].__annotations__, f"{name}.{field}"
+    for place in re.findall(r"`((?:contact|elastic|memory)\.\w+)", text):
+        assert place in _imports(), place
+    assert len(re.findall(r"`[A-Z]\w+\.\w+`", text)) > 15

@@ -20,6 +20,7 @@ from tatamu.cli import (  # noqa: F401
     measure,
     outline,
     plan,
+    plans,
     rehearse,
     reproduce,
     show,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -22,11 +24,16 @@ def learn(
     size: Annotated[
         str | None, typer.Option(metavar="WxL", help="Width x length in metres, such as 0.34x0.80.")
     ] = None,
+    scale: Annotated[
+        float | None,
+        typer.Option(metavar="M", help="Metres per unit of the garment's file, such as 0.001; default: as it says."),
+    ] = None,
     fold: Annotated[
         str,
         typer.Option(
             metavar="NAME|FILE.toml",
-            help="How to fold it: half; towel: quarters; tshirt: shop; trousers: leg, thirds; or a plan of your own.",
+            help="How to fold it: half; towel: quarters; tshirt: shop; trousers: leg, thirds; a plan of your own; auto "
+            "or another that `tatamu plans` lists.",
         ),
     ] = "half",
     hands: Annotated[int | None, typer.Option(help="Fold with 1 hand or 2; default: as the plan says, 2.")] = None,
@@ -68,6 +75,8 @@ def learn(
 
     `tatamu learn trousers --fold leg --hands 1 --out runs/leg`
 
+    `tatamu learn hoodie.svg --fold auto --out runs/hoodie`
+
     `tatamu learn towel --size 0.30x0.36 --robot hironx --out runs/hand-towel`
 
     A fold in several steps learns each in turn, in DIR/step-1, DIR/step-2 .., with `--trials` each.
@@ -83,6 +92,7 @@ def learn(
     job = make_job(
         garment,
         size=None if size is None else parse_size(size),
+        scale=scale,
         fold=fold,
         material=load_material(material) if material else None,
         spacing=spacing,
@@ -90,9 +100,17 @@ def learn(
         hands=hands,
         reach=_reach(robot),
     )
+    if job.garment.own:
+        print(job.garment.statement)
+        for note in job.garment.notes:
+            print(f"note: {note}")
     from tatamu.cli.progress import reporting
+    from tatamu.folding.advice import UncarriedWarning, advice
     from tatamu.learning import learn_job  # last, as it takes seconds to import
 
+    for line in advice(job.garment, job.plan, job.hands):
+        print(f"warning: {line}", file=sys.stderr)
+    warnings.simplefilter("ignore", UncarriedWarning)  # said already
     report = learn_job(
         job,
         out,

@@ -26,6 +26,10 @@ def show(
     size: Annotated[
         str | None, typer.Option(metavar="WxL", help="Width x length in metres, such as 0.54x0.46.")
     ] = None,
+    scale: Annotated[
+        float | None,
+        typer.Option(metavar="M", help="Metres per unit of the garment's file, such as 0.001; default: as it says."),
+    ] = None,
     material: Annotated[
         Path | None, typer.Option(metavar="FILE.toml", help="A material; default: the garment's own fabric.")
     ] = None,
@@ -55,7 +59,8 @@ def show(
     from tatamu.report.garment import diagram, facts, page
 
     sides = None if size is None else parse_size(size)
-    made = make_garment(garment, sides, load_material(material) if material else None, spacing)
+    made = make_garment(garment, sides, load_material(material) if material else None, spacing, scale)
+    print(made.statement)
     folds = _marks(made, fold) if fold else []
     for path in _targets(out, Path(garment).stem):
         if path.suffix.lower() == ".html":
@@ -82,15 +87,8 @@ def _targets(out: Path | None, name: str) -> list[Path]:
 
 
 def _marks(garment: Garment, name: str) -> list[FoldMark]:
-    """Every fold of a plan as marks on the flat garment, later grasps too."""
-    from tatamu.folding.fold import ideal_folds
+    """Every fold of the plan of that name as marks on the flat garment, later grasps too."""
     from tatamu.folding.plans import make_plan
-    from tatamu.report.garment import FoldMark
+    from tatamu.report.candidates import marks
 
-    plan, flat = make_plan(name, garment), garment.vertices[:, :2]
-    titles = [f"{number}. {step.title}" for number, step in enumerate(plan.steps, start=1)]
-    names = titles if len(titles) > 1 else [plan.name]
-    return [
-        FoldMark(title, fold.line, fold.normal, flat[fold.left], flat[fold.right])
-        for title, fold in zip(names, ideal_folds(garment, plan), strict=True)
-    ]
+    return marks(garment, make_plan(name, garment))

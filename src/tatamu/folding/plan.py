@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Annotated, Literal, Self
 
 import numpy as np
+import tomli_w
 from pydantic import BeforeValidator, Field, model_validator
 
 from tatamu.errors import InputError
@@ -61,6 +62,11 @@ class Plan(Record):
     unit: Literal["fraction", "m"] = "fraction"
     """Lines are given in parts of the garment's length (x) and width (y), or in metres; from the garment's middle."""
     steps: Annotated[tuple[Step, ...], Field(min_length=1, max_length=20, alias="step")]
+
+    def to_toml(self) -> str:
+        """The plan as a file that `load_plan` reads."""
+        steps = [step.model_dump(exclude_defaults=True, mode="json") for step in self.steps]
+        return tomli_w.dumps({"plan": {"name": self.name, "unit": self.unit}, "step": steps})
 
     def points(self, step: Step, garment: Garment) -> np.ndarray:
         """Two points of a step's fold line [m], shape (2, 2)."""

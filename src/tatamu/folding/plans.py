@@ -9,6 +9,7 @@ from pathlib import Path
 
 from tatamu.errors import InputError
 from tatamu.folding.plan import Plan, load_plan
+from tatamu.folding.proposals import AUTO_PLAN, best_plan, propose
 from tatamu.garments import Garment
 
 THIRD = 0.18
@@ -69,14 +70,27 @@ PLANS: dict[str, dict[str, Plan]] = {
 
 
 def make_plan(name: str, garment: Garment) -> Plan:
-    """The plan of that name for a garment, or the one in a .toml file.
+    """The plan of that name for a garment, the one in a .toml file, or one that its outline proposes.
+
+    `auto` is the best that the outline of a garment of one's own proposes; of other garments, their half fold.
 
     Raises:
         InputError: There is no such plan, or the file holds none.
     """
     if name.endswith(".toml"):
         return load_plan(Path(name))
-    known = ANY if garment.own else PLANS.get(garment.name, ANY)
-    if name not in known:
-        raise InputError(f"fold: must be one of {', '.join(known)} or a file .toml, given {name!r}")
-    return known[name]
+    known = known_plans(garment)
+    if name == AUTO_PLAN:
+        return best_plan(garment) if garment.own else known["half"]
+    if name in known:
+        return known[name]
+    proposed = {proposal.plan.name: proposal.plan for proposal in propose(garment)} if garment.own else {}
+    if name not in proposed:
+        names = dict.fromkeys([*known, *proposed, AUTO_PLAN] if garment.own else known)
+        raise InputError(f"fold: must be one of {', '.join(names)} or a file .toml, given {name!r}")
+    return proposed[name]
+
+
+def known_plans(garment: Garment) -> dict[str, Plan]:
+    """The plans that tatamu knows for a garment, by name, whatever its outline."""
+    return ANY if garment.own else PLANS.get(garment.name, ANY)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from hashlib import sha256
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -67,8 +67,12 @@ class Asked(OpenRecord):
     """Width and length [m]; None: the garment's own."""
     spacing: float | None = None
     """Distance between vertices [m]; None: the garment's own."""
+    scale: float | None = None
+    """Metres per unit of the garment's file; None: as the file says."""
     hands: int | None = None
     """How many hands fold; None: as the plan says."""
+
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"scale"})
 
 
 @dataclass(frozen=True)
@@ -156,6 +160,7 @@ def make_job(
     fold: str = "half",
     material: Material | None = None,
     spacing: float | None = None,
+    scale: float | None = None,
     simulator: str = "native",
     hands: int | None = None,
     reach: Reach | None = None,
@@ -168,6 +173,7 @@ def make_job(
         fold: Name of a fold plan, or its file.
         material: Of the cloth; None: the garment's own.
         spacing: Distance between vertices [m]; None: the garment's own.
+        scale: Metres per unit of the garment's file; None: as the file says.
         simulator: Name of the simulator.
         hands: How many hands fold; None: as the plan says.
         reach: The manipulations that the robot of the job can do; None: no robot is asked.
@@ -176,9 +182,9 @@ def make_job(
         InputError: One of the names is unknown, or the garment cannot be made or folded so.
     """
     named(simulator)
-    made = make_garment(garment, size, material, spacing)
+    made = make_garment(garment, size, material, spacing, scale)
     sides = list(size) if size else None
-    asked = Asked(garment=garment, fold=fold, size=sides, spacing=spacing, hands=hands)
+    asked = Asked(garment=garment, fold=fold, size=sides, spacing=spacing, scale=scale, hands=hands)
     job = Job(made, make_plan(fold, made), simulator, hands, reach, asked)
     ideal_folds(made, job.plan, hands)  # refuse now what a later step could not fold
     return job

@@ -31,6 +31,7 @@ def make_garment(
     size: tuple[float, float] | None = None,
     material: Material | None = None,
     spacing: float | None = None,
+    scale: float | None = None,
 ) -> Garment:
     """The garment of that name or file; what is not given is the garment's own default.
 
@@ -39,6 +40,7 @@ def make_garment(
         size: Width (y) and length (x) [m].
         material: What it is made of.
         spacing: Edge length of its mesh [m].
+        scale: Metres per unit of a file.
 
     Raises:
         InputError: There is no such garment, or no garment has such a size, material or spacing, or the file is wrong.
@@ -47,9 +49,11 @@ def make_garment(
         raise InputError("material: bending_rigidity must be above zero, else a fold has no size, given 0")
     if name not in GARMENTS:
         if Path(name).suffix.lower() in SUFFIXES:
-            return load_garment(Path(name), size, material, spacing)
+            return load_garment(Path(name), size, material, spacing, scale)
         raise InputError(
             f"garment: must be one of {', '.join(GARMENTS)} or a file ({', '.join(SUFFIXES)}), given {name!r}"
         )
+    if scale is not None:
+        raise InputError(f"scale: belongs to a file of a garment, given {scale:g} for {name}; --size stretches it")
     given = {"size": size, "material": material, "spacing": spacing}
     return GARMENTS[name](**{key: value for key, value in given.items() if value is not None})

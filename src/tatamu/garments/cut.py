@@ -1,8 +1,9 @@
-"""An outline from the curves of a drawing: the largest closed one, its holes, and curves that name parts of it."""
+"""An outline from a piece of a drawing: its largest closed curve, its holes, and curves that name parts of it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -10,57 +11,105 @@ import shapely
 from shapely.validation import explain_validity
 
 from tatamu.errors import InputError
-from tatamu.garments.drawing import DrawnCurve
-from tatamu.garments.frame import turned
+from tatamu.garments.drawing import Piece, where
 from tatamu.garments.outline import Outline
-from tatamu.garments.sides import named_sides, with_ends
+from tatamu.garments.sides import lies_along, named_sides, with_ends
 
 SMOOTH = 2e-4
 """Points that change the outline by less than this are left out [m]."""
 SAME = 0.99
 """A hole with more than this part of the outline's area is the outline itself, drawn twice."""
-
 Openings = Mapping[str, list[tuple[float, float]]] | Sequence[str]
 
 
-def cut(
-    curves: Sequence[DrawnCurve],
-    scale: float,
-    up: str,
-    openings: Openings | None,
-    path: Path,
-) -> tuple[Outline, tuple[str, ...]]:
-    """The outline in a drawing, in metres and in a garment's frame, and the names of its openings.
+@dataclass(frozen=True)
+class Cut:
+    """What was cut out of a drawing."""
+
+    outline: Outline
+    """In metres and in a garment's frame."""
+    openings: tuple[str, ...]
+    """Which of its sides are open."""
+    notes: tuple[str, ...]
+    """What its user should know of what was made of the drawing."""
+
+
+def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path) -> Cut:
+    """The outline of a piece.
 
     Args:
-        curves: All curves of the drawing.
-        scale: Metres per unit of the drawing.
-        up: The direction of the drawing that points away from the hem: y, -y, x or -x.
-        openings: Curves in the drawing's units by name; or names of the drawing's open curves that are openings;
-            None: all of them.
+        piece: Its curves.
+        matrix: From the drawing's coordinates to metres in a garment's frame, shape (2, 2).
+        openings: Curves in the drawing's coordinates by name; or names of open curves, or of sides, that are openings;
+            None: all open curves with a name that lie along the outline.
         path: The file, for messages.
 
     Raises:
-        InputError: There is no closed curve, or several side by side, or it crosses itself, or an opening is not there.
+        InputError: There is no closed curve, or it crosses itself, or an opening is not there.
     """
-    loops = sorted((c for c in curves if c.closed), key=lambda c: -_area(c.points))
+    loops = sorted((c for c in piece.curves if c.closed), key=lambda c: -float(shapely.Polygon(c.points).area))
     if not loops:
-        raise InputError(f"{path}: outline: must be a closed curve, given {len(curves)} open ones")
-    outer, *inner = (turned(loop.points * scale, up) for loop in loops)
-    region = _valid(outer, path)
-    holes = [_valid(hole, path) for hole in inner]
-    if any(hole.area > SAME * region.area for hole in holes):
-        raise InputError(f"{path}: outline: stands twice in the drawing; leave one")
-    if not all(region.contains(hole) for hole in holes):
-        raise InputError(f"{path}: outline: must be one closed curve with holes inside, given several pieces")
-    drawn = _distinct([(c.name, turned(c.points * scale, up)) for c in curves if not c.closed and c.name])
-    named, names = _named(drawn, openings, scale, up, path)
-    loop = shapely.simplify(shapely.Polygon(outer), SMOOTH).exterior.normalize().coords[:-1]
-    points = np.array(loop)
-    points = points if shapely.is_ccw(shapely.LinearRing(points)) else points[::-1]
+        raise InputError(where(path, f"must be a closed curve, given {len(piece.curves)} open ones"))
+    region = _region([loop.points @ matrix.T for loop in loops], path)
+    if piece.fold is not None:
+        region = _unfolded(region, piece.fold @ matrix.T, path)
+    points = _ring(region)
+    drawn = _distinct([(c.name, c.points @ matrix.T) for c in piece.curves if not c.closed and c.name])
+    meant = set(drawn) & set(openings or ())
+    named = {name: curve for name, curve in drawn.items() if name in meant or lies_along(points, curve)}
+    stray = [name for name in drawn if name not in named]
+    if isinstance(openings, Mapping):
+        given = {name: np.asarray(curve, dtype=float) @ matrix.T for name, curve in openings.items()}
+        named = {**named, **given}
     points = with_ends(points, named)
-    sides = named_sides(points, named)
-    return Outline({name: points[side] for name, side in sides.items()}, holes=tuple(map(_closed, inner))), names
+    sides = {name: points[side] for name, side in named_sides(points, named).items()}
+    holes = tuple(np.array(hole.coords) for hole in region.interiors)
+    open_sides = tuple(named) if openings is None else tuple(openings)
+    _check_there(open_sides, sides, path)
+    notes = tuple(f"{name}: does not lie along the outline, so that it is no opening" for name in stray)
+    mirrored = ("unfolded along its mirror line (layer 6)",) if piece.fold is not None else ()
+    return Cut(
+        Outline(sides, holes=holes), open_sides, (*piece.remarks, *mirrored, *(notes if openings is None else ()))
+    )
+
+
+def _region(rings: Sequence[np.ndarray], path: Path) -> shapely.Polygon:
+    """The inside of the first ring without the others."""
+    outer, *holes = (_valid(ring, path) for ring in rings)
+    if any(hole.area > SAME * outer.area for hole in holes):
+        raise InputError(where(path, "stands twice in the drawing; leave one"))
+    if not all(outer.contains(hole) for hole in holes):
+        raise InputError(where(path, "must be one closed curve with holes inside, given curves that cross each other"))
+    return shapely.Polygon(outer.exterior, [hole.exterior for hole in holes])
+
+
+def _valid(points: np.ndarray, path: Path) -> shapely.Polygon:
+    region = shapely.Polygon(points)
+    if not region.is_valid or not region.area > 0.0:
+        raise InputError(where(path, f"must not cross or touch itself ({explain_validity(region)}, in metres)"))
+    return region
+
+
+def _unfolded(half: shapely.Polygon, line: np.ndarray, path: Path) -> shapely.Polygon:
+    """A half piece and its mirror image in one."""
+    start, along = line[0], (line[1] - line[0]) / np.linalg.norm(line[1] - line[0])
+
+    def image(points: np.ndarray) -> np.ndarray:
+        away = points - start
+        return start + 2.0 * np.outer(away @ along, along) - away
+
+    halves = [half, shapely.transform(half, image)]
+    wider = shapely.union_all([part.buffer(SMOOTH, join_style="mitre") for part in halves])
+    both = wider.buffer(-SMOOTH, join_style="mitre")
+    if not isinstance(both, shapely.Polygon) or both.area < 1.5 * half.area:
+        raise InputError(where(path, "its mirror line (layer 6) must be a side of the piece"))
+    return both
+
+
+def _ring(region: shapely.Polygon) -> np.ndarray:
+    """The outer curve, counter-clockwise, without points that do not matter, shape (k, 2)."""
+    points = np.array(shapely.simplify(shapely.Polygon(region.exterior), SMOOTH).exterior.normalize().coords[:-1])
+    return points if shapely.is_ccw(shapely.LinearRing(points)) else points[::-1]
 
 
 def _distinct(named: Sequence[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
@@ -72,36 +121,7 @@ def _distinct(named: Sequence[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
     return found
 
 
-def _area(points: np.ndarray) -> float:
-    return float(shapely.Polygon(points).area)
-
-
-def _closed(points: np.ndarray) -> np.ndarray:
-    return np.vstack([points, points[:1]])
-
-
-def _valid(points: np.ndarray, path: Path) -> shapely.Polygon:
-    region = shapely.Polygon(points)
-    if not region.is_valid or not region.area > 0.0:
-        raise InputError(f"{path}: outline: must not cross or touch itself ({explain_validity(region)}, in metres)")
-    return region
-
-
-def _named(
-    drawn: Mapping[str, np.ndarray],
-    openings: Openings | None,
-    scale: float,
-    up: str,
-    path: Path,
-) -> tuple[dict[str, np.ndarray], tuple[str, ...]]:
-    """Curves that name parts of the outline, and which of them are openings."""
-    if openings is None:
-        return dict(drawn), tuple(drawn)
-    if isinstance(openings, Mapping):
-        given = {name: turned(np.asarray(curve, dtype=float) * scale, up) for name, curve in openings.items()}
-        return {**drawn, **given}, tuple(given)
-    missing = [name for name in openings if name not in drawn]
-    if missing:
-        known = ", ".join(drawn) or "no open curve with a name"
-        raise InputError(f"{path}: openings: must name open curves of the drawing ({known}), given {missing[0]!r}")
-    return dict(drawn), tuple(openings)
+def _check_there(openings: Sequence[str], sides: Mapping[str, np.ndarray], path: Path) -> None:
+    for name in openings:
+        if name not in sides:
+            raise InputError(f"{path}: openings: must name sides of the outline ({', '.join(sides)}), given {name!r}")

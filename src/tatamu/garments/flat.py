@@ -10,6 +10,7 @@ import shapely
 from tatamu.errors import InputError
 from tatamu.garments.garment import Garment
 from tatamu.garments.meshfile import border_loops
+from tatamu.garments.openings import divided
 from tatamu.garments.outline import Outline
 from tatamu.garments.sewing import front_and_back, one_layer
 from tatamu.garments.sides import named_sides
@@ -18,6 +19,9 @@ from tatamu.topology import Topology, edge_lengths
 
 OVERLAP = 1.01
 """Triangles that face up may have this times the area that they cover: more, and they lie on each other."""
+
+UNLIKE = 0.02
+"""Front and back are of one outline up to this part of its area."""
 
 
 def flat_garment(name: str, plan: np.ndarray, faces: np.ndarray, material: Material) -> Garment:
@@ -40,7 +44,7 @@ def flat_garment(name: str, plan: np.ndarray, faces: np.ndarray, material: Mater
     plan = plan - 0.5 * (plan.min(axis=0) + plan.max(axis=0))
     loop = _outer_loop(plan, faces[up])
     edges = {side: loop[part] for side, part in named_sides(plan[loop]).items()}
-    border = {tuple(pair) for pair in Topology(faces).border.tolist()}
+    edges, openings = divided(edges, Topology(faces).border, plan)
     width, length = np.ptp(plan, axis=0)[::-1]
     return Garment(
         name=name,
@@ -52,7 +56,7 @@ def flat_garment(name: str, plan: np.ndarray, faces: np.ndarray, material: Mater
         seams=_between(faces, up),
         rest=None if up.all() else np.column_stack([plan, np.zeros(len(plan))]),
         edges=edges,
-        openings=tuple(side for side, path in edges.items() if _open(path, border)),
+        openings=openings,
     )
 
 
@@ -64,17 +68,44 @@ def meshed_anew(garment: Garment, spacing: float | None) -> Garment:
     """
     plan = garment.vertices[:, :2]
     up = _facing(garment.vertices[:, :2], garment.faces)[1]
-    loop = {side: plan[path] for side, path in garment.edges.items()}
+    sides = {side: plan[path] for side, path in garment.edges.items()}
     holes = tuple(plan[np.append(hole, hole[0])] for hole in border_loops(garment.faces[up])[1:])
-    outline = Outline(loop, holes=holes)
     if up.all():
+        outline = Outline(sides, holes=holes)
         return replace(one_layer(garment.name, outline, garment.material, spacing), notes=garment.notes)
-    back = garment.faces[~up][:, ::-1]
-    around = shapely.Polygon(plan[_outer_loop(plan, back)])
-    if around.symmetric_difference(outline.polygon).area > 0.02 * outline.polygon.area:
-        raise InputError("remesh: front and back must have the same outline, but they differ by more than 2 %")
-    made = front_and_back(garment.name, outline, garment.openings, garment.material, spacing)
+    around = shapely.Polygon(plan[_outer_loop(plan, garment.faces[~up][:, ::-1])])
+    behind = _lower_openings(garment, around)
+    lines = {name: sides[name] for name in behind}
+    renamed = {f"back {name}" if name in behind else name: behind.get(name, side) for name, side in sides.items()}
+    outline = Outline(renamed, lines, holes)
+    if around.symmetric_difference(outline.polygon).area > UNLIKE * outline.polygon.area:
+        raise InputError(
+            f"remesh: front and back must have the same outline but at their openings, yet they differ by more than "
+            f"{100 * UNLIKE:g} %"
+        )
+    openings = [f"back {name}" if name in behind else name for name in garment.openings]
+    made = front_and_back(garment.name, outline, openings, garment.material, spacing)
     return replace(made, notes=garment.notes)
+
+
+def _lower_openings(garment: Garment, back: shapely.Polygon) -> dict[str, np.ndarray]:
+    """Edges of the back at openings where the front ends lower, as at a neck, shape (k, 2), by the opening's name."""
+    plan = garment.vertices[:, :2]
+    found = {}
+    for name in garment.openings:
+        path = garment.edges[name]
+        for loop in border_loops(garment.faces):
+            if path[0] not in loop or path[-1] not in loop:
+                continue
+            ring = np.roll(loop, -int(np.flatnonzero(loop == path[0])[0]))
+            last = int(np.flatnonzero(ring == path[-1])[0])
+            ways = [ring[: last + 1], np.append(ring[last:], ring[0])[::-1]]
+            edge = plan[min(ways, key=lambda way: np.isin(way, path).sum())]
+            apart = shapely.hausdorff_distance(shapely.LineString(edge), shapely.LineString(plan[path]))
+            inside = shapely.contains_xy(back, *plan[path[1:-1]].T).mean() if len(path) > 2 else 0.0
+            if apart > garment.spacing and inside > 0.9:
+                found[name] = edge
+    return found
 
 
 def typical_edge(points: np.ndarray, faces: np.ndarray) -> float:
@@ -107,8 +138,3 @@ def _between(faces: np.ndarray, up: np.ndarray) -> np.ndarray:
     topology = Topology(faces)
     ups = np.bincount(topology.face_edges[up].ravel(), minlength=len(topology.edges))
     return topology.edges[(topology.faces_per_edge == 2) & (ups == 1)]
-
-
-def _open(path: np.ndarray, border: set[tuple[int, ...]]) -> bool:
-    pairs = zip(path[:-1].tolist(), path[1:].tolist(), strict=True)
-    return all(tuple(sorted(pair)) in border for pair in pairs)

@@ -39,6 +39,8 @@ class Garment:
 
     own: bool = False
     """Whether it came from a file of the user's: it then knows no plans but those of any garment."""
+    reading: str = ""
+    """How the size of one that came from a file was understood, such as "read in inches (DXF, $INSUNITS 1)"."""
     notes: tuple[str, ...] = ()
     """Changes that were made to a garment from a file, for its user to read."""
 
@@ -48,6 +50,12 @@ class Garment:
         a, b, c = (self.vertices[self.faces[:, k], :2] for k in range(3))
         down = (b - a)[:, 0] * (c - a)[:, 1] < (b - a)[:, 1] * (c - a)[:, 0]
         return 2 if down.any() else 1
+
+    @property
+    def statement(self) -> str:
+        """Its name and size in one line, and how the size was understood."""
+        width, length = self.size
+        return f"{self.name}: {width:.2f} x {length:.2f} m{', ' if self.reading else ''}{self.reading}"
 
     def cloth(self) -> Cloth:
         """The garment as the cloth of a scene."""

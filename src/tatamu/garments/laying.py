@@ -19,8 +19,14 @@ DRAG = 2.0
 """Air drag while it falls [N s/m^3]: so much that it sinks rather than falls."""
 FALL = 0.01
 """It starts this far over the table [m]."""
-LYING = 0.02
-"""Higher than this over the table it does not lie flat [m]."""
+LYING, HIGHEST = 0.02, 0.04
+"""Higher than this over the table it does not lie flat; higher than that it is a heap that no fold is made of [m]."""
+
+ADVICE = (
+    "give up under [garment], the file's axis from hem to top, if it was turned wrongly, or its pattern: as the UV map "
+    "of an OBJ, or as an outline (SVG, DXF) with openings"
+)
+"""What to do with a mesh that cannot be laid flat."""
 
 
 def laid_flat(name: str, points: np.ndarray, faces: np.ndarray, material: Material) -> Garment:
@@ -33,7 +39,7 @@ def laid_flat(name: str, points: np.ndarray, faces: np.ndarray, material: Materi
         material: The fabric.
 
     Raises:
-        InputError: The simulation of its fall fails.
+        InputError: The simulation of its fall fails, or it comes to lie in a heap.
     """
     start = points - [*(0.5 * (points.min(axis=0) + points.max(axis=0)))[:2], points[:, 2].min() - FALL]
     falling = material.model_copy(update={"air_drag": max(DRAG, material.air_drag)})
@@ -41,13 +47,18 @@ def laid_flat(name: str, points: np.ndarray, faces: np.ndarray, material: Materi
     try:
         lying = simulate(scene).positions[-1]
     except SimulationError as error:
-        raise InputError(f"mesh: cannot be laid flat: {error}") from None
+        raise InputError(f"mesh: cannot be laid flat by simulation ({error}); {ADVICE}") from None
     middle = 0.5 * (lying.min(axis=0) + lying.max(axis=0))
     lying = lying - [middle[0], middle[1], 0.0]
     height = float(lying[:, 2].max())
-    note = f"was not flat: laid flat by a fall of {SECONDS:g} s, now at most {1e3 * height:.0f} mm high"
+    if height > HIGHEST:
+        raise InputError(
+            f"mesh: lies {1e3 * height:.0f} mm high after it was let go of on its back, more than "
+            f"{1e3 * HIGHEST:.0f} mm: too high to be folded; {ADVICE}"
+        )
+    note = f"let go of on its back for {SECONDS:g} s, now at most {1e3 * height:.0f} mm high"
     if height > LYING:
-        note += "; that is not flat yet: look at it, and turn or press it flat in the file"
+        note += "; that is not quite flat: look at it"
     width, length = np.ptp(lying[:, :2], axis=0)[::-1]
     edges, openings = _edges(lying, faces)
     return Garment(

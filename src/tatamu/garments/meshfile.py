@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from tatamu.errors import InputError
+from tatamu.garments.objfile import TriangleMesh, read_obj
 from tatamu.topology import Topology, areas, longest_sides
 
 FORMATS = (".obj", ".ply", ".stl", ".glb")
@@ -17,34 +19,59 @@ SLIVER = 1e-3
 """A triangle with less area than this part of its longest edge squared is degenerate."""
 
 
-def read_mesh(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices, shape (n, 3), in the file's unit, and triangles, shape (m, 3), of a mesh file.
+def read_mesh(path: Path) -> TriangleMesh:
+    """The mesh of a file, in the file's unit and axes.
 
     Raises:
         InputError: The file cannot be read, or holds no triangles.
     """
+    kind = path.suffix.lower()
+    if kind not in FORMATS:
+        raise InputError(f"{path}: mesh: must be one of {', '.join(FORMATS)}")
+    mesh = read_obj(path) if kind == ".obj" else _loaded(path)
+    if kind == ".ply":
+        _check_whole(path, len(mesh.vertices), len(mesh.faces))
+    if not len(mesh.faces):
+        raise InputError(f"{path}: mesh: must have triangles, given none")
+    if not np.isfinite(mesh.vertices).all():
+        raise InputError(f"{path}: mesh: vertices must be finite")
+    return mesh.kept(np.ones(len(mesh.faces), dtype=bool))
+
+
+def _loaded(path: Path) -> TriangleMesh:
+    """The mesh of a PLY, STL or GLB file."""
     import trimesh
 
-    if path.suffix.lower() not in FORMATS:
-        raise InputError(f"{path}: mesh: must be one of {', '.join(FORMATS)}")
+    kind = path.suffix.lower()
     try:
-        with path.open("rb"):
-            pass
-        loaded: Any = trimesh.load(path, force="mesh", process=False, maintain_order=True)
-        vertices = np.array(loaded.vertices, dtype=float)
-        faces = np.array(loaded.faces, dtype=np.int64)
+        data = path.read_bytes()
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+    try:
+        loaded: Any = trimesh.load(
+            io.BytesIO(_plain(data, kind)), file_type=kind[1:], force="mesh", process=False, maintain_order=True
+        )
+        vertices, faces = np.array(loaded.vertices, dtype=float), np.array(loaded.faces, dtype=np.int64)
+        image = getattr(loaded.visual, "uv", None) if kind == ".glb" else None
     except Exception as error:  # each of the readers raises its own kinds
         raise InputError(f"{path}: is not a mesh file ({error})") from None
-    if path.suffix.lower() == ".ply":
-        _check_whole(path, len(vertices), len(faces))
-    if not len(faces):
-        raise InputError(f"{path}: mesh: must have triangles, given none")
-    if not np.isfinite(vertices).all():
-        raise InputError(f"{path}: mesh: vertices must be finite")
-    used, index = np.unique(faces, return_inverse=True)
-    return vertices[used], index.reshape(-1, 3)
+    whole = image is not None and np.shape(image) == (len(vertices), 2) and bool(np.isfinite(image).all())
+    return TriangleMesh(vertices, faces, np.asarray(image, dtype=float)[faces] if whole else None)
+
+
+def _plain(data: bytes, kind: str) -> bytes:
+    """The file with question marks in comments where a byte is not ASCII; trimesh would want to guess the encoding."""
+    if kind == ".stl":
+        count = int.from_bytes(data[80:84], "little")
+        return data if len(data) == 84 + 50 * count else _ascii(data)
+    if kind == ".ply":
+        head, mark, body = data.partition(b"end_header")
+        return _ascii(head) + mark + body
+    return data
+
+
+def _ascii(data: bytes) -> bytes:
+    return bytes(byte if byte < 128 else ord("?") for byte in data)
 
 
 def _check_whole(path: Path, vertices: int, faces: int) -> None:
@@ -57,14 +84,13 @@ def _check_whole(path: Path, vertices: int, faces: int) -> None:
             raise InputError(f"{path}: is cut short: it promises {promised[name]} of element {name}, and holds {found}")
 
 
-def welded(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def welded(mesh: TriangleMesh) -> TriangleMesh:
     """The mesh with vertices at one place made one, and triangles that lose their area left out."""
-    number = _places(vertices)
+    number = _places(mesh.vertices)
     first = np.unique(number, return_index=True)[1]
-    faces = number[faces]
+    faces = number[mesh.faces]
     proper = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
-    used, index = np.unique(faces[proper], return_inverse=True)
-    return vertices[first][used], index.reshape(-1, 3)
+    return TriangleMesh(mesh.vertices[first], faces, mesh.uv, mesh.parts).kept(proper)
 
 
 def _places(vertices: np.ndarray) -> np.ndarray:
@@ -74,9 +100,8 @@ def _places(vertices: np.ndarray) -> np.ndarray:
 
 
 def faults(vertices: np.ndarray, faces: np.ndarray) -> list[str]:
-    """Reasons why a mesh is no cloth, each in a few words; none if it is one."""
-    topology = Topology(faces)
-    found = []
+    """What keeps a mesh from being a cloth, each in a few words; none if nothing does."""
+    topology, found = Topology(faces), []
     flat = areas(vertices, faces) < SLIVER * longest_sides(vertices, faces) ** 2
     if flat.any():
         found.append(f"{flat.sum()} triangles without area, the first is {_first(flat)}")
@@ -90,9 +115,6 @@ def faults(vertices: np.ndarray, faces: np.ndarray) -> list[str]:
     turned = _turned(topology)
     if turned:
         found.append(f"{turned} edges whose two triangles face opposite ways: the orientation is not consistent")
-    pieces = _pieces(faces, len(vertices))
-    if pieces > 1:
-        found.append(f"{pieces} pieces that do not hang together")
     return found
 
 
@@ -111,10 +133,16 @@ def _turned(topology: Topology) -> int:
     return int((passes == 2).sum())
 
 
-def _pieces(faces: np.ndarray, count: int) -> int:
-    rows = faces.ravel()
-    columns = np.roll(faces, 1, axis=1).ravel()
-    return int(connected_components(csr_array((np.ones(len(rows)), (rows, columns)), shape=(count, count)))[0])
+def pieces(faces: np.ndarray) -> np.ndarray:
+    """A number for each triangle, the same for those that hang together, those of most triangles first, shape (m,)."""
+    rows, columns = faces.ravel(), np.roll(faces, 1, axis=1).ravel()
+    count = int(faces.max()) + 1
+    joined = csr_array((np.ones(len(rows)), (rows, columns)), shape=(count, count))
+    number = connected_components(joined, directed=False)[1][faces[:, 0]]
+    found, sizes = np.unique(number, return_counts=True)
+    rank = np.empty(int(found.max()) + 1, dtype=np.int64)
+    rank[found[np.argsort(-sizes, kind="stable")]] = np.arange(len(found))
+    return rank[number]
 
 
 def border_loops(faces: np.ndarray) -> list[np.ndarray]:

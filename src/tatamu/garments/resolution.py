@@ -13,6 +13,8 @@ PASSABLE = 0.65
 """Folds are passable up to this many bending lengths of spacing (docs/theory/bending.md)."""
 COARSEST, FINEST = 0.02, 0.004
 """Spacing chosen from the bending length stays within these [m]."""
+FINEST_GIVEN = 1e-3
+"""No spacing is below this [m]."""
 SMALLEST_SIDE, LARGEST_SIDE = 0.05, 5.0
 MOST_VERTICES = 50_000
 MOST_BY_DEFAULT = 3_000
@@ -48,9 +50,20 @@ def check_spacing(spacing: float, size: tuple[float, float], area: float) -> Non
     Raises:
         InputError: It is too large or too small.
     """
-    if not 1e-3 <= spacing <= min(size) / 4:
+    if not FINEST_GIVEN <= spacing <= largest_spacing(size):
         raise InputError(
-            f"spacing: must be from 0.001 m to a quarter of the shorter side ({min(size) / 4:g} m), given {spacing:g} m"
+            f"spacing: must be from {FINEST_GIVEN:g} m to a quarter of the shorter side ({largest_spacing(size):g} m), "
+            f"given {spacing:g} m"
         )
-    if area / spacing**2 > 0.8 * MOST_VERTICES:
+    if not spacing_is_possible(spacing, size, area):
         raise InputError(f"spacing: {spacing:g} m makes more than {MOST_VERTICES} vertices; give a larger one")
+
+
+def largest_spacing(size: tuple[float, float]) -> float:
+    """The coarsest mesh spacing of a garment of this width and length [m]."""
+    return min(size) / 4.0
+
+
+def spacing_is_possible(spacing: float, size: tuple[float, float], area: float) -> bool:
+    """Whether a mesh of a garment of this size [m] and area of all layers [m^2] can have this spacing [m]."""
+    return FINEST_GIVEN <= spacing <= largest_spacing(size) and area / spacing**2 <= 0.8 * MOST_VERTICES

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from contextlib import suppress
 from itertools import pairwise
 
 import numpy as np
@@ -13,9 +14,18 @@ from tatamu.errors import InputError
 from tatamu.garments.garment import Garment
 from tatamu.garments.outline import Outline
 from tatamu.garments.panel import Panel, panel, without_chords
-from tatamu.garments.resolution import check_size, check_spacing, default_spacing
+from tatamu.garments.resolution import (
+    check_size,
+    check_spacing,
+    default_spacing,
+    largest_spacing,
+    spacing_is_possible,
+)
 from tatamu.material import Material
 from tatamu.topology import Topology
+
+FINER, STEP = 4, 0.75
+"""Where the outline cannot be meshed, a spacing that nobody chose is tried this often, each time this part of it."""
 
 
 def one_layer(name: str, outline: Outline, material: Material, spacing: float | None = None) -> Garment:
@@ -24,8 +34,7 @@ def one_layer(name: str, outline: Outline, material: Material, spacing: float | 
     Raises:
         InputError: The outline is too large or too small, or cannot be meshed with this spacing.
     """
-    spacing = _spacing(spacing, outline, material, 1)
-    mesh = panel(outline, spacing)
+    mesh, spacing = _meshed(spacing, outline, material, 1)
     vertices = np.column_stack([mesh.points, np.full(len(mesh.points), 0.5 * material.thickness)])
     openings = tuple(mesh.paths)
     return Garment(name, outline.size, spacing, vertices, mesh.faces, material, edges=mesh.paths, openings=openings)
@@ -51,8 +60,7 @@ def front_and_back(
     if unknown or not openings:
         given = repr(unknown[0]) if unknown else "none"
         raise InputError(f"openings: must be one or more of {', '.join(outline.sides)}, given {given}")
-    spacing = _spacing(spacing, outline, material, 2)
-    mesh = panel(outline, spacing)
+    mesh, spacing = _meshed(spacing, outline, material, 2)
     closed = [mesh.paths[side] for side in outline.sides if side not in openings]
     if closed:
         mesh = without_chords(mesh, np.concatenate(closed))
@@ -79,13 +87,24 @@ def front_and_back(
     )
 
 
-def _spacing(given: float | None, outline: Outline, material: Material, layers: int) -> float:
-    """The spacing given, or one that suits the material [m]; both within what is possible."""
+def _meshed(given: float | None, outline: Outline, material: Material, layers: int) -> tuple[Panel, float]:
+    """The panel and its spacing [m]: the one given, or one that suits the material and the narrowest parts."""
     area = layers * outline.polygon.area
     check_size(outline.size)
-    spacing = given if given is not None else default_spacing(material, area)
-    check_spacing(spacing, outline.size, area)
-    return spacing
+    if given is not None:
+        check_spacing(given, outline.size, area)
+        return panel(outline, given), given
+    spacing = min(default_spacing(material, area), largest_spacing(outline.size))
+    for _ in range(FINER):
+        with suppress(InputError):
+            return panel(outline, spacing), spacing
+        spacing *= STEP
+        if not spacing_is_possible(spacing, outline.size, area):
+            break
+    raise InputError(
+        "outline: has parts that are too narrow or too near to each other for a mesh; give a spacing in metres, "
+        "or a simpler outline"
+    )
 
 
 def _within(mesh: Panel, lines: list[np.ndarray]) -> np.ndarray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from shapely import LineString, Point, distance, points
+from shapely import LineString, Point, distance, line_interpolate_point, points
 
 from tatamu.errors import InputError
 
@@ -15,6 +15,8 @@ SHORTEST = 0.03
 """A side that nobody named is at least this part of the outline; shorter ones belong to a neighbour."""
 FARTHEST = 0.03
 """Ends of a named curve may be this part of the outline's larger extent away from it."""
+BESIDE = 0.15
+"""The rest of it may be this part away: it may be drawn straight across a curved neckline."""
 
 
 def named_sides(loop: np.ndarray, named: Mapping[str, np.ndarray] | None = None) -> dict[str, np.ndarray]:
@@ -51,6 +53,16 @@ def named_sides(loop: np.ndarray, named: Mapping[str, np.ndarray] | None = None)
             number += 1
         sides[title] = np.arange(first, last + 1) % count
     return dict(sorted(sides.items(), key=lambda side: int(side[1][0])))
+
+
+def lies_along(loop: np.ndarray, curve: np.ndarray) -> bool:
+    """Whether a curve begins and ends at two places of the loop [m], shape (k, 2), and stays beside it in between."""
+    extent = float(np.ptp(loop, axis=0).max())
+    ring = LineString(np.vstack([loop, loop[:1]]))
+    places = line_interpolate_point(LineString(curve), np.linspace(0.0, 1.0, 33), normalized=True)
+    away = distance(places, ring)
+    apart = abs(ring.project(places[-1]) - ring.project(places[0])) > 1e-3 * ring.length
+    return apart and float(away[[0, -1]].max()) <= FARTHEST * extent and float(away.max()) <= BESIDE * extent
 
 
 def _along(loop: np.ndarray, name: str, curve: np.ndarray) -> np.ndarray:

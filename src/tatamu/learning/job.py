@@ -7,6 +7,7 @@ beside them what belongs to the whole.
 from __future__ import annotations
 
 import shutil
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
@@ -15,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from tatamu.errors import InputError
+from tatamu.folding.advice import UncarriedWarning, advice
 from tatamu.folding.fold import Fold, ideal_folds
 from tatamu.folding.task import Job, Task, digest
 from tatamu.learning.learn import Progress, check_parallel, check_search, learn, locked
@@ -47,6 +49,8 @@ def learn_job(
     reporting: Reporting = _silent,
 ) -> Path:
     """Learn every step of a job, or go on where it stopped.
+
+    What no hand carries in one of its folds is said by an `UncarriedWarning` before the first trial.
 
     A later step begins its search with what the steps before it found, each carried over to its own fold.
 
@@ -82,6 +86,8 @@ def learn_job(
     _refuse_other(results, count)
     if not results.begun:
         check_reach(job)
+    for line in advice(job.garment, job.plan, job.hands):
+        warnings.warn(line, UncarriedWarning, stacklevel=2)
     if count == 1:
         return _learn(job.task(0), folder, trials, reporting, options)
     with locked(results):

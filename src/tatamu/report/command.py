@@ -19,6 +19,8 @@ def learn(fold: LearnedFold) -> str:
     words = ["tatamu", "learn", asked.garment, "--out", folder.parent.name if task.step else folder.name]
     if asked.size:
         words += ["--size", "x".join(f"{side:g}" for side in asked.size)]
+    if asked.scale:
+        words += ["--scale", repr(asked.scale)]
     words += ["--fold", asked.fold, "--simulator", task.simulator, "--sampler", result.sampler]
     words += ["--trials", str(len(result.trials)), "--seed", str(result.seed)]
     if asked.hands:

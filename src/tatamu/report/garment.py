@@ -141,6 +141,7 @@ def facts(garment: Garment) -> list[tuple[str, str]]:
     cells = garment.spacing / garment.material.bending_length
     return [
         ("size", f"{width:.3f} m wide, {length:.3f} m long"),
+        *([("unit", garment.reading)] if garment.reading else []),
         ("layers", str(garment.layers)),
         ("mesh", f"{len(garment.vertices)} vertices, {len(garment.faces)} triangles"),
         ("spacing", f"{1e3 * garment.spacing:.1f} mm, {cells:.2f} bending lengths"),

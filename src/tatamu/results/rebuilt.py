@@ -75,6 +75,7 @@ def _task(description: TaskDescription, asked: Asked | None, start: np.ndarray) 
         fold=named.fold,
         material=description.material,
         spacing=named.spacing,
+        scale=asked.scale if asked else None,
         simulator=description.simulator,
         hands=hands,
     )

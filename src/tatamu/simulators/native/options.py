@@ -144,7 +144,13 @@ class LimitOptions(NamedTuple):
     """Frames that take more bytes are kept in single precision, which rounds a meter by 0.06 micrometers."""
 
 
-_POSITIVE = {"step.outer_step", "step.membrane_phase", "step.bending_phase"}
+_POSITIVE = {
+    "step.outer_step",
+    "step.membrane_phase",
+    "step.bending_phase",
+    "contact.edge_gap",
+    "contact.sweeps_of_many",
+}
 
 
 @dataclass(frozen=True)
@@ -152,7 +158,8 @@ class Options:
     """Everything that a study may vary of the embedded simulator.
 
     Raises:
-        InputError: A number is negative or not finite, a step is zero, or the first sweep does not restore everything.
+        InputError: A number is negative or not finite, one that must be positive is zero, or the first sweep does not
+            restore everything.
     """
 
     step: StepOptions = field(default_factory=StepOptions)

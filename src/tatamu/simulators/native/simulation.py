@@ -132,7 +132,7 @@ class Simulation:
         """
         x = self.state.positions.x
         apart, left = untangle(x, self.mesh, self.model.lengths, self.options.untangle)
-        wait = self._grippers.step_at(self.options.untangle.again_after)
+        wait = max(1, self._grippers.step_at(self.options.untangle.again_after))
         self._untangle_again = self.number + wait if left else -1
         if apart is not x:
             x[:] = apart

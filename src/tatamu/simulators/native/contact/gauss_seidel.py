@@ -72,7 +72,9 @@ def resolve(
     """
     counters = contact.counters
     broad_phase.refresh(positions, mesh, contact, options)
-    most_sweeps = len(options.restored) if counters.rounds == 1 else options.sweeps_of_many
+    most_sweeps = len(options.restored)
+    if counters.rounds > 1:
+        most_sweeps = min(most_sweeps, options.sweeps_of_many)
     gap = 0.0
     for number in range(most_sweeps):
         restored = options.restored[number]

@@ -1,0 +1,107 @@
+"""Garments of examples/garments folded as their outlines propose: the tables of docs/notes/own-garments.md.
+
+    python -m benchmarks.own_garments --out runs/own-garments [--only hoodie sock] [--trials 50] [--fine] [--write-docs]
+
+Each garment is learned by the best plan of `tatamu plans`; studies that are there go on. With `--fine` the meshes are
+those that `tatamu learn` makes by itself, and the table is another.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+from benchmarks.tables import markdown, publish
+
+from tatamu.files import write_json
+from tatamu.folding.task import make_job
+from tatamu.learning import learn_job
+from tatamu.results import ResultFolder
+
+GARMENTS = Path("examples/garments")
+SPACING = {"sock": 0.014, "shorts": 0.022}
+"""Edge length of a coarse mesh [m], so that trials are quick."""
+COARSE = 0.03
+"""That of all others."""
+SUCCESS = 0.0125
+"""Mean vertex distance that counts as folded [m] (BiFold 2025)."""
+SEEN = 0.80
+"""Mask IoU that counts as folded (FoldBack 2026)."""
+
+
+def fold(name: str, out: Path, trials: int, fine: bool) -> list[dict[str, Any]]:
+    """Learn the best plan of one garment; a row for each of its steps."""
+    spacing = None if fine else SPACING.get(name, COARSE)
+    job = make_job(str(GARMENTS / f"{name}.toml"), fold="auto", spacing=spacing)
+    learn_job(job, out, trials=trials, baselines=False)
+    results = ResultFolder(out)
+    head = {"garment": name, "vertices": len(job.garment.vertices), "trials": trials}
+    if not results.holds_plan:
+        best = results.result.best_trial
+        own = {"mean_vertex_distance": best.mean_vertex_distance, "mask_iou": best.mask_iou}
+        crossings = results.result.crossings
+        return [
+            {
+                **head,
+                "step": job.plan.steps[0].title,
+                "own": own,
+                "whole": own,
+                "crossings": crossings.final if crossings else None,
+            }
+        ]
+    return [
+        {
+            **head,
+            "step": f"{number}. {step.title}",
+            "own": {"mean_vertex_distance": step.mean_vertex_distance, "mask_iou": step.mask_iou},
+            "whole": {"mean_vertex_distance": step.whole.mean_vertex_distance, "mask_iou": step.whole.mask_iou},
+            "crossings": step.crossings.final,
+        }
+        for number, step in enumerate(results.plan_result.steps, start=1)
+    ]
+
+
+def shown(row: dict[str, Any]) -> dict[str, Any]:
+    """A row of the table."""
+    own = row["own"]
+    whole = row["whole"]
+    folded = whole["mean_vertex_distance"] < SUCCESS and whole["mask_iou"] >= SEEN
+    return {
+        "garment": row["garment"],
+        "fold": row["step"],
+        "vertices": row["vertices"],
+        "trials": row["trials"],
+        "mean distance [mm]": f"{1e3 * own['mean_vertex_distance']:.1f}",
+        "mask IoU": f"{own['mask_iou']:.3f}",
+        "from flat: mean distance [mm]": f"{1e3 * whole['mean_vertex_distance']:.1f}",
+        "from flat: IoU": f"{whole['mask_iou']:.3f}",
+        "crossings": row["crossings"],
+        "folded": "yes" if folded else "no",
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--only", nargs="+", default=sorted(path.stem for path in GARMENTS.glob("*.toml")))
+    parser.add_argument("--trials", type=int, default=50)
+    parser.add_argument("--fine", action="store_true", help="meshes as `tatamu learn` makes them by itself")
+    parser.add_argument("--write-docs", action="store_true")
+    given = parser.parse_args()
+    out = given.out / ("fine" if given.fine else "coarse")
+    out.mkdir(parents=True, exist_ok=True)
+    table = out / "table.json"
+    kept: dict[str, Any] = json.loads(table.read_text()) if table.exists() else {}
+    for name in given.only:
+        kept[name] = fold(name, out / name, given.trials, given.fine)
+        write_json(table, kept)
+        print(markdown([shown(row) for row in kept[name]]), flush=True)
+    if given.write_docs:
+        rows = [shown(row) for name in sorted(kept) for row in kept[name]]
+        publish("own garments, fine" if given.fine else "own garments", markdown(rows))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,105 @@
+"""What to say of a plan before it is learned: which part of a fold no hand carries, and what would."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from tatamu.errors import InputError
+from tatamu.folding.coverage import Part, uncarried
+from tatamu.folding.grasps import candidates
+from tatamu.folding.hold import other_grasp
+from tatamu.folding.laid import laid
+from tatamu.folding.plan import Plan
+from tatamu.folding.plans import known_plans, make_plan
+from tatamu.folding.proposals import AUTO_PLAN, Proposal, propose
+from tatamu.garments import Garment
+
+
+class UncarriedWarning(UserWarning):
+    """A fold moves cloth that no hand carries."""
+
+
+def left_behind(garment: Garment, plan: Plan, hands: int | None = None) -> list[tuple[int, Part]]:
+    """What no hand carries in each step of a plan: number of the step, the first being 0, and the part.
+
+    Args:
+        garment: What is folded.
+        plan: How; each step begins from what the one before it leaves, if all goes well.
+        hands: How many hands fold; None: as the plan says.
+
+    Raises:
+        InputError: The garment cannot be folded so.
+    """
+    state = garment.vertices
+    found: list[tuple[int, Part]] = []
+    for number, step in enumerate(plan.steps):
+        line, count = plan.line(step, garment), hands or step.hands
+        chosen = candidates(garment, state, line, step, count)[:count]
+        found += [(number, part) for part in uncarried(garment, state, line, chosen)]
+        state = laid(garment, state, line)
+    return found
+
+
+def advice(garment: Garment, plan: Plan, hands: int | None = None) -> list[str]:
+    """Lines to say before a plan is learned: one for each part that no hand carries, then what to do about it.
+
+    Arguments and errors as `left_behind` has them.
+    """
+    found = left_behind(garment, plan, hands)
+    lines = [f"{_step(plan, number)}no hand carries {part.text}" for number, part in found]
+    return lines + (_remedies(garment, plan, found) if found else [])
+
+
+def _step(plan: Plan, number: int) -> str:
+    title = plan.steps[number].title
+    if len(plan.steps) == 1:
+        return f"{title}: " if title else ""
+    return f"step {number + 1}{', ' if title else ''}{title}: "
+
+
+def _remedies(garment: Garment, plan: Plan, found: list[tuple[int, Part]]) -> list[str]:
+    """Other grasps where they carry all, and the best plan of the garment's outline."""
+    lines = []
+    wrong = {number for number, _ in found}
+    state = garment.vertices
+    for number, step in enumerate(plan.steps):
+        line = plan.line(step, garment)
+        other = other_grasp(garment, state, line) if number in wrong else None
+        if other:
+            shown = ", ".join(f'"{name}"' for name in other)
+            lines.append(
+                f"{_step(plan, number)}grasp = [{shown}] in a plan file would carry it (docs/reference/fold-plan.md)"
+            )
+        state = laid(garment, state, line)
+    try:
+        best = choices(garment)[0]
+    except InputError:
+        return lines
+    if not best.missed and best.plan.steps != plan.steps:
+        name = AUTO_PLAN if garment.own else best.plan.name
+        lines.append(f"--fold {name} would carry all: {best.text}; `tatamu plans` draws it, and others")
+    return lines
+
+
+def choices(garment: Garment) -> list[Proposal]:
+    """The plans that a garment can be folded by: those that tatamu knows, or, of one's own, its outline's, best first.
+
+    Raises:
+        InputError: No line is found that it can be folded over.
+    """
+    if garment.own:
+        return propose(garment)
+    known = [Proposal(plan, tuple(left_behind(garment, plan))) for plan in known_plans(garment).values()]
+    return sorted(known, key=lambda proposal: bool(proposal.missed))
+
+
+def chosen(garment: Garment, names: Sequence[str]) -> list[Proposal]:
+    """Some of the plans that a garment can be folded by: by name, `auto`, or from files; all where none is named.
+
+    Raises:
+        InputError: One of them is not there, or cannot be folded.
+    """
+    if not names:
+        return choices(garment)
+    plans = [make_plan(name, garment) for name in names]
+    return [Proposal(plan, tuple(left_behind(garment, plan))) for plan in plans]

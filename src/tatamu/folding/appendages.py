@@ -1,0 +1,137 @@
+"""Parts of a flat outline that stand off its body: sleeves, a hood, the foot of a sock.
+
+The body is the morphological opening of the outline with a disc: the union of all discs of one radius that fit inside
+it. What no such disc reaches, and stands off far enough, is an appendage. It is folded in along a line through the
+corner where it leaves the body.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from tatamu.garments import Garment
+
+OPENING = 0.6
+"""Radius of the opening, as part of the largest disc inside the outline: sleeves and hoods are narrower than that."""
+LEAST_DEPTH = 0.7
+"""How far an appendage stands off the body, in radii of the opening; the body's own corners stand off less."""
+BRIDGE = 0.12
+"""Slivers along the body thinner than this part of the radius do not join two appendages."""
+COARSE = 0.006
+"""Corners of an outline are those that are left when it may change by this much [m]."""
+REFLEX = np.radians(12.0)
+"""Where an outline turns inwards by more than this an appendage may leave the body."""
+NOTCH = 0.35
+"""An outline has legs if a notch this deep, as part of its length, ends near its middle."""
+NOTCH_ASIDE = 0.15
+"""How far from the middle the end of that notch may be, as part of the width."""
+FACING = {"+x": (1.0, 0.0), "-x": (-1.0, 0.0), "+y": (0.0, 1.0), "-y": (0.0, -1.0)}
+"""The four ways an appendage may stand off the body; +y is the garment's left."""
+
+
+@dataclass(frozen=True)
+class Appendage:
+    """A part of a garment that stands off its body."""
+
+    region: shapely.Polygon
+    """What it covers beside the body [m]."""
+    facing: str
+    """Which way it leaves the body: +x, -x, +y or -y."""
+    line: float
+    """Where it leaves the body: x or y of the line across its root [m]."""
+
+    @property
+    def tip(self) -> np.ndarray:
+        """Its point farthest from that line [m], shape (2,)."""
+        points = np.array(self.region.exterior.coords)
+        return np.asarray(points[np.argmax(points @ FACING[self.facing])])
+
+
+def silhouette(garment: Garment) -> shapely.Polygon:
+    """The region that a garment covers as it lies flat [m]; holes are filled."""
+    return region_of(garment.vertices[:, :2], garment.faces)
+
+
+def region_of(plan: np.ndarray, faces: np.ndarray) -> shapely.Polygon:
+    """The largest piece of what a mesh covers, seen from above; holes are filled.
+
+    Args:
+        plan: Places of its vertices on the table [m], shape (n, 2).
+        faces: Triangles, shape (m, 3).
+    """
+    triangles = shapely.polygons(plan[faces])
+    covered = shapely.union_all(triangles[shapely.area(triangles) > 1e-12], grid_size=1e-6)
+    largest = max(shapely.get_parts(covered.buffer(0)), key=lambda part: float(part.area))
+    return shapely.Polygon(largest.exterior)
+
+
+def appendages(outline: shapely.Polygon) -> list[Appendage]:
+    """The appendages of an outline: at the sides first, left before right, then those at the ends."""
+    radius = OPENING * float(shapely.maximum_inscribed_circle(outline, 1e-3).length)
+    body = outline.buffer(-radius).buffer(radius)
+    sliver = BRIDGE * radius
+    apart = outline.difference(body).buffer(-sliver).buffer(sliver).intersection(outline)
+    found = [
+        _appendage(outline, body, part)
+        for part in shapely.get_parts(apart)
+        if isinstance(part, shapely.Polygon) and _depth(part, body) > LEAST_DEPTH * radius
+    ]
+    order = list(FACING)
+    ranks = {"+y": 0, "-y": 1, "+x": 2, "-x": 3}
+    assert set(order) == set(ranks)
+    return sorted(found, key=lambda each: (ranks[each.facing], float(each.region.centroid.x)))
+
+
+def _depth(part: shapely.Polygon, body: shapely.Geometry) -> float:
+    """How far a part reaches away from the body [m]."""
+    corners = shapely.points(np.array(part.exterior.coords))
+    return float(shapely.distance(corners, body).max())
+
+
+def _appendage(outline: shapely.Polygon, body: shapely.Geometry, part: shapely.Polygon) -> Appendage:
+    """The appendage of a part: it faces the way that is most nearly across its root."""
+    root = _root(part, body)
+    chord = root[1] - root[0]
+    across = np.array([chord[1], -chord[0]]) / (np.linalg.norm(chord) + 1e-12)
+    outwards = np.array(part.centroid.coords[0]) - root.mean(axis=0)
+    across = across if across @ outwards > 0 else -across
+    facing = max(FACING, key=lambda name: float(across @ FACING[name]))
+    direction = np.array(FACING[facing])
+    near = shapely.LineString(root).buffer(float(np.linalg.norm(chord)))
+    corners = [corner for corner in _reflex(outline) if shapely.contains_xy(near, *corner)]
+    places = [float(corner @ direction) for corner in (corners or list(root))]
+    return Appendage(part, facing, max(places) * float(direction.sum()))
+
+
+def _root(part: shapely.Polygon, body: shapely.Geometry) -> np.ndarray:
+    """The two ends of the border between a part and the body [m], shape (2, 2)."""
+    corners = np.array(part.exterior.coords[:-1])
+    distance = shapely.distance(shapely.points(corners), body)
+    touching = corners[distance <= distance.min() + 0.25 * (np.median(distance) - distance.min()) + 1e-9]
+    apart = np.linalg.norm(touching[:, None] - touching[None], axis=2)
+    return np.asarray(touching[list(np.unravel_index(int(apart.argmax()), apart.shape))])
+
+
+def _reflex(outline: shapely.Polygon) -> np.ndarray:
+    """Corners where the outline turns inwards [m], shape (k, 2)."""
+    coarse = shapely.orient_polygons(shapely.simplify(outline, COARSE))
+    points = np.array(coarse.exterior.coords[:-1])
+    before = points - np.roll(points, 1, axis=0)
+    after = np.roll(points, -1, axis=0) - points
+    turn = np.arctan2(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0], (before * after).sum(axis=1))
+    return points[turn < -REFLEX]
+
+
+def has_legs(outline: shapely.Polygon) -> bool:
+    """Whether a notch near the middle of the garment's lower end parts it into two legs."""
+    low_x, low_y, high_x, high_y = outline.bounds
+    middle = 0.5 * (low_y + high_y)
+    aside = NOTCH_ASIDE * (high_y - low_y)
+    strip = shapely.box(low_x, middle - aside, low_x + NOTCH * (high_x - low_x), middle + aside)
+    ends = shapely.LineString([(low_x, middle - aside), (low_x, middle + aside)])
+    free = strip.difference(outline)
+    depth = [part.bounds[2] - low_x for part in shapely.get_parts(free) if part.distance(ends) < 1e-3]
+    return max(depth, default=0.0) > (NOTCH - 0.02) * (high_x - low_x)

@@ -1,0 +1,280 @@
+"""Which part of the moving side no hand carries.
+
+Cloth on a table folds over a line as a sheet of paper does, also beside the hands: what hangs down between a hand and
+a corner is laid down where it belongs. What goes wrong is cloth that stands off: a sleeve beside the body, whose tip
+hangs from its root and trails, or one that is joined to the body only across the line and stays where it lies. So, with
+the cloth as it lies seen from above:
+
+- *Held* is, of the pieces of the moving side that a hand grasps, what lies between the hands and the line (the convex
+  hull), and what is no farther from the line than they are and joined straight to it, its shortest way there all in
+  cloth, unless that is farther beside the hands than the hands are from the line.
+- What lies on top of cloth that is carried is carried with it, as a sleeve that was laid on the body.
+- Elsewhere the *overhang* is the shortest distance through the cloth of the moving side to what is held.
+
+A part that overhangs by more than `LONGEST`, or `LONGEST_TAIL` beyond the hands, is not carried, from its root on.
+docs/guide/fold-plans-for-your-garment.md has the simulator's figures from which these numbers come.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import shapely
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.spatial import cKDTree
+
+from tatamu.folding import layers
+from tatamu.folding.ideal import FoldLine
+from tatamu.garments import Garment
+from tatamu.topology import Topology, areas
+
+OFF = 0.0125
+"""What ends farther than this from its place is not folded [m] (BiFold 2025): twice its distance from the line, at
+least, for what stays behind."""
+LONGEST = 0.15
+"""Cloth that stands off by no more than this [m] is laid down with what it hangs from."""
+LONGEST_TAIL = 0.10
+"""Of cloth that hangs beyond the hands, away from the line, by no more than this [m]: hands do not turn, and it is laid
+under what they carry."""
+ROOT = 0.03
+"""A part that is not carried begins this far from what is held [m]."""
+BESIDE = 1.0
+"""Cloth beside the hands is held up to this many times their distance from the line."""
+LEAST_SHARE = 0.01
+"""Smaller parts than this share of the cloth that moves are not spoken of."""
+SAME_PLACE = 0.7
+"""What is nearer than this many cells from above lies over or under one another."""
+PIXEL = 0.4
+"""Whether cloth is joined straight to the line is looked up in pixels of this many cells."""
+TRIES = 3
+"""So many candidates of each hand are tried, from the corner inwards."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of the moving side that no hand carries."""
+
+    name: str
+    """The edges of the garment along it, or its place."""
+    low: np.ndarray
+    """Least x and y of where it lies before the fold [m], shape (2,)."""
+    high: np.ndarray
+    """Largest x and y [m], shape (2,)."""
+    area: float
+    """Of its cloth, all layers [m^2]."""
+    overhang: float
+    """How far it reaches beyond what the hands hold [m]; infinite where nothing joins it to them."""
+    vertices: np.ndarray
+    """Its vertices, shape (k,)."""
+
+    @property
+    def text(self) -> str:
+        """Name and extent in a few words."""
+        (x0, y0), (x1, y1) = self.low, self.high
+        how = "not joined to the hands" if np.isinf(self.overhang) else f"{self.overhang:.2f} m beyond the hands"
+        return f"{self.name} (x {x0:.2f} to {x1:.2f}, y {y0:.2f} to {y1:.2f} m; {how})"
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """What a pair of grasps carries."""
+
+    grasps: tuple[int, ...]
+    """Grasped vertices."""
+    overhang: np.ndarray
+    """Of every vertex beyond what is held [m], shape (n,); 0 for what is held or lies still, infinite for the rest."""
+    limit: np.ndarray
+    """Of the overhang, from which on a part is not carried [m], shape (n,)."""
+    missed: np.ndarray
+    """Vertices of parts that may be missed: beyond their root, and so far from the line that it matters, shape (n,)."""
+
+    @property
+    def lost(self) -> np.ndarray:
+        """Which vertices are too far from what is held, shape (n,)."""
+        return self.missed & (self.overhang > self.limit)
+
+
+def uncarried(
+    garment: Garment,
+    state: np.ndarray,
+    line: FoldLine,
+    hands: tuple[np.ndarray, ...],
+) -> tuple[Part, ...]:
+    """The parts of the moving side that no hand carries, the largest first.
+
+    Args:
+        garment: What is folded.
+        state: The cloth before the fold [m], shape (n, 3).
+        line: The fold line and its moving side.
+        hands: Grasp candidates of each hand, from the corner inwards, shapes (m,).
+    """
+    hold = best_coverage(garment, state, line, hands)
+    return parts_of(garment, state, line, hold)
+
+
+def best_coverage(garment: Garment, state: np.ndarray, line: FoldLine, hands: tuple[np.ndarray, ...]) -> Coverage:
+    """What the best of some pairs of grasps carries: that which leaves least cloth behind."""
+    cloth = _Cloth.of(garment, state, line)
+    count = min(len(hand) for hand in hands)
+    tried = np.unique(np.linspace(0, count - 1, TRIES).round().astype(int))
+    pairs = [tuple(int(hand[k]) for hand in hands) for k in tried]
+    holds = [cloth.hold(pair) for pair in pairs]
+    return min(holds, key=lambda hold: float(cloth.weight[hold.lost].sum()))
+
+
+def parts_of(garment: Garment, state: np.ndarray, line: FoldLine, hold: Coverage) -> tuple[Part, ...]:
+    """What overhangs, gathered into parts that hang together; those are left that reach beyond the limit."""
+    missed = np.flatnonzero(hold.missed)
+    weight = vertex_areas(garment)
+    moving = line.split(state)[0] < 0
+    least = LEAST_SHARE * float(weight[moving].sum())
+    place = np.full(len(state), -1)
+    place[missed] = np.arange(len(missed))
+    links = place[np.concatenate([Topology(garment.faces).edges, _stacked(state, missed, garment.spacing)])]
+    links = links[(links >= 0).all(axis=1)]
+    graph = csr_array((np.ones(len(links)), links.T), shape=(len(missed), len(missed)))
+    number, label = connected_components(graph, directed=False)
+    parts = []
+    for each in range(number):
+        vertices = missed[label == each]
+        area = float(weight[vertices].sum())
+        overhang = float(hold.overhang[vertices].max())
+        if area < least or not hold.lost[vertices].any():
+            continue
+        plan = state[vertices, :2]
+        name = _name(garment, vertices, plan)
+        parts.append(Part(name, plan.min(axis=0), plan.max(axis=0), area, overhang, vertices))
+    return tuple(sorted(parts, key=lambda part: (-round(part.area, 6), part.name)))
+
+
+def vertex_areas(garment: Garment) -> np.ndarray:
+    """A third of the triangles around each vertex [m^2], shape (n,)."""
+    flat = garment.vertices if garment.rest is None else garment.rest
+    each = np.repeat(areas(flat, garment.faces) / 3.0, 3)
+    return np.bincount(garment.faces.ravel(), each, minlength=len(flat))
+
+
+@dataclass(frozen=True)
+class _Cloth:
+    """The moving side as a graph: along the mesh by the length of its edges, upwards through a stack for nothing."""
+
+    line: FoldLine
+    places: np.ndarray
+    """Across the line and along it [m], shape (n, 2)."""
+    moving: np.ndarray
+    """Which vertices are on the moving side, shape (n,)."""
+    weight: np.ndarray
+    """Area of each vertex [m^2], shape (n,)."""
+    pieces: np.ndarray
+    """Which piece of the moving side each vertex belongs to, -1 for those that stay, shape (n,)."""
+    graph: csr_array
+    """Lengths from vertex to vertex [m], shape (n, n)."""
+    region: np.ndarray
+    """Triangles of the moving side by their vertices, shape (m, 3)."""
+    spacing: float
+    straight: dict[int, np.ndarray] = field(default_factory=dict)
+    """What of each piece is joined straight to the line, once it was asked for, shape (n,)."""
+
+    @classmethod
+    def of(cls, garment: Garment, state: np.ndarray, line: FoldLine) -> _Cloth:
+        across, along = line.split(state)
+        moving = across < 0
+        count = len(state)
+        edges = Topology(garment.faces).edges
+        edges = edges[moving[edges].all(axis=1)]
+        lengths = np.linalg.norm(state[edges[:, 0]] - state[edges[:, 1]], axis=1)
+        stacked = _stacked(state, np.flatnonzero(moving), garment.spacing)
+        rows = np.concatenate([edges[:, 0], edges[:, 1], stacked[:, 0]])
+        columns = np.concatenate([edges[:, 1], edges[:, 0], stacked[:, 1]])
+        values = np.concatenate([lengths, lengths, np.full(len(stacked), 1e-9)])
+        graph = csr_array((values, (rows, columns)), shape=(count, count))
+        mesh = csr_array((np.ones(len(edges)), edges.T), shape=(count, count))
+        pieces = np.where(moving, connected_components(mesh, directed=False)[1], -1)
+        places = np.column_stack([across, along])
+        triangles = garment.faces[moving[garment.faces].any(axis=1)]
+        return cls(line, places, moving, vertex_areas(garment), pieces, graph, triangles, garment.spacing)
+
+    def hold(self, grasps: tuple[int, ...]) -> Coverage:
+        """What hands at these vertices carry."""
+        overhang = np.full(len(self.places), np.inf)
+        held = np.zeros(len(self.places), dtype=bool)
+        for piece, members in self._pinched(grasps).items():
+            own = self.pieces == piece
+            if piece not in self.straight:
+                self.straight[piece] = self._straight(own)
+            held |= own & self._inside(own, members, self.straight[piece])
+        if held.any():
+            overhang = dijkstra(self.graph, indices=np.flatnonzero(held), min_only=True)
+        overhang[~self.moving] = 0.0
+        missed = self.moving & (overhang > ROOT) & (-2.0 * self.places[:, 0] > OFF)
+        beyond = self.places[:, 0] < self._farthest(grasps) - 0.5 * self.spacing
+        return Coverage(grasps, overhang, np.where(beyond, LONGEST_TAIL, LONGEST), missed)
+
+    def _farthest(self, grasps: tuple[int, ...]) -> float:
+        """Where the hand is that is farthest from the line [m]; negative."""
+        return float(self.places[list(grasps), 0].min())
+
+    def _pinched(self, grasps: tuple[int, ...]) -> dict[int, list[int]]:
+        """Pieces under the fingers, and the grasps that hold them; a pinch takes all layers."""
+        found: dict[int, list[int]] = {}
+        for grasp in grasps:
+            near = np.linalg.norm(self.places - self.places[grasp], axis=1) < SAME_PLACE * self.spacing
+            for piece in np.unique(self.pieces[near & self.moving]):
+                found.setdefault(int(piece), []).append(grasp)
+        return found
+
+    def _inside(self, own: np.ndarray, grasps: list[int], straight: np.ndarray) -> np.ndarray:
+        """What of a piece lies between its grasps and the line, or beside that straight above the line, shape (n,)."""
+        at_line = own & (self.places[:, 0] > -1.5 * self.spacing)
+        hands = self.places[grasps]
+        corners = [*hands]
+        if at_line.any():
+            ends = self.places[at_line, 1]
+            corners += [np.array([0.0, ends.min()]), np.array([0.0, ends.max()])]
+        hull = shapely.MultiPoint(np.array(corners)).convex_hull.buffer(0.51 * self.spacing)
+        inside = shapely.contains_xy(hull, *self.places.T)
+        reach = BESIDE * float(-hands[:, 0].min())
+        along = self.places[:, 1]
+        beside = (along > hands[:, 1].min() - reach) & (along < hands[:, 1].max() + reach)
+        beside &= self.places[:, 0] >= hands[:, 0].min() - 0.5 * self.spacing
+        return np.asarray(inside | (beside & straight))
+
+    def _straight(self, own: np.ndarray) -> np.ndarray:
+        """What of a piece is joined to the line by the shortest way, all in its cloth, shape (n,)."""
+        triangles = self.region[own[self.region].any(axis=1)]
+        pixel = PIXEL * self.spacing
+        shrunk = np.column_stack([layers.PIXEL / pixel * self.places, np.ones(len(self.places))])
+        cloth = layers.Surface.of(shrunk, triangles, 0.0, layers.PIXEL)
+        low, high = self.places[own].min(axis=0), self.places[own].max(axis=0)
+        across = np.arange(0.5, -low[0] / pixel + 1.0) * -pixel
+        along = np.arange(low[1], high[1] + pixel, pixel)
+        grid = np.stack(np.meshgrid(across, along, indexing="ij"), axis=-1)
+        covered = cloth.height(layers.PIXEL / pixel * grid.reshape(-1, 2)) > 0
+        straight = np.logical_and.accumulate(covered.reshape(grid.shape[:2]))
+        row = np.clip((-self.places[:, 0] / pixel).astype(int), 0, len(across) - 1)
+        column = np.clip(np.round((self.places[:, 1] - low[1]) / pixel).astype(int), 0, len(along) - 1)
+        return np.asarray(own & straight[row, column])
+
+
+def _stacked(state: np.ndarray, vertices: np.ndarray, spacing: float) -> np.ndarray:
+    """Pairs of vertices of which the second lies on the first, shape (k, 2)."""
+    if not len(vertices):
+        return np.empty((0, 2), dtype=np.int64)
+    tree = cKDTree(state[vertices, :2])
+    pairs = vertices[tree.query_pairs(SAME_PLACE * spacing, output_type="ndarray")]
+    below = state[pairs[:, 0], 2] <= state[pairs[:, 1], 2]
+    pairs = np.where(below[:, None], pairs, pairs[:, ::-1])
+    return np.asarray(pairs[np.abs(np.diff(state[pairs, 2], axis=1)[:, 0]) > 1e-9].reshape(-1, 2))
+
+
+def _name(garment: Garment, vertices: np.ndarray, plan: np.ndarray) -> str:
+    """The named edges that end in a part, longest first; else its place."""
+    inside = set(vertices.tolist())
+    shares = {name: np.mean([int(v) in inside for v in path]) for name, path in garment.edges.items()}
+    whole = [name for name in sorted(shares, key=lambda name: -shares[name]) if shares[name] > 0.5]
+    if whole:
+        return f"the part with {' and '.join(whole[:2])}"
+    x, y = plan.mean(axis=0)
+    return f"the part about x {x:.2f}, y {y:.2f} m"

@@ -1,0 +1,92 @@
+"""Which edges hands should grasp for a fold, so that they carry all that moves."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+
+from tatamu.errors import InputError
+from tatamu.folding.coverage import Part, uncarried
+from tatamu.folding.grasps import candidates
+from tatamu.folding.ideal import FoldLine
+from tatamu.folding.plan import Step
+from tatamu.garments import Garment
+
+TWO_HANDS = 0.15
+"""An edge at least this long along the fold line is grasped by both hands [m]; a cuff by one."""
+MOST_EDGES = 8
+"""Pairs are tried of so many edges, those that lie farthest from the line."""
+FAR = 0.5
+"""Hands grasp an edge where it is at least this part of its farthest distance from the line."""
+
+
+def grasp_for(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[tuple[str, ...], int]:
+    """The edges to grasp, one or two, and with how many hands.
+
+    The edge farthest from the line is best, if hands that hold it carry all that moves; else the edge, or the pair of
+    edges, one for each hand, that leaves least behind.
+
+    Raises:
+        InputError: No edge lies on the moving side, or the hands do not fit on any.
+    """
+    plain = (farthest_edge(garment, state, line),)
+    hands = 2 if _extent(garment, state, line, plain[0]) >= TWO_HANDS else 1
+    try:
+        if not covered(garment, state, line, plain, hands):
+            return plain, hands
+    except InputError:
+        hands = 1
+    other = other_grasp(garment, state, line)
+    return (other, 2) if other else (plain, hands)
+
+
+def other_grasp(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[str, ...] | None:
+    """One edge for both hands, or one for each, with which they carry all that moves; None where there is none."""
+    far = _distances(garment, state, line)
+    names = sorted(far, key=lambda name: -far[name])[:MOST_EDGES]
+    middle = {name: float(line.split(state[garment.edges[name]])[1].mean()) for name in names}
+    pairs = [tuple(sorted(pair, key=lambda name: -middle[name])) for pair in combinations(names, 2)]
+    for grasp in [*((name,) for name in names), *pairs]:
+        try:
+            if not covered(garment, state, line, grasp, 2):
+                return grasp
+        except InputError:  # no room for both hands
+            continue
+    return None
+
+
+def covered(
+    garment: Garment, state: np.ndarray, line: FoldLine, grasp: tuple[str, ...], hands: int
+) -> tuple[Part, ...]:
+    """What is not carried by hands on these edges.
+
+    Raises:
+        InputError: The hands cannot grasp there.
+    """
+    step = Step.model_validate({"line": ((0.0, 0.0), (0.0, 1.0)), "moves": "-x", "grasp": grasp})
+    return uncarried(garment, state, line, candidates(garment, state, line, step, hands)[:hands])
+
+
+def farthest_edge(garment: Garment, state: np.ndarray, line: FoldLine) -> str:
+    """The edge whose part on the moving side is on average farthest from the line.
+
+    Raises:
+        InputError: No edge lies on the moving side.
+    """
+    reach = _distances(garment, state, line)
+    if not reach:
+        raise InputError("fold: no edge of the garment lies on the moving side of the fold line")
+    return max(reach, key=lambda name: reach[name])
+
+
+def _distances(garment: Garment, state: np.ndarray, line: FoldLine) -> dict[str, float]:
+    """Mean distance from the line of the far part of each edge on the moving side [m]."""
+    away = {name: -line.split(state[np.unique(path)])[0] for name, path in garment.edges.items()}
+    return {name: float(far[far >= FAR * far.max()].mean()) for name, far in away.items() if far.max() > 0}
+
+
+def _extent(garment: Garment, state: np.ndarray, line: FoldLine, edge: str) -> float:
+    """How long the far part of an edge is along the line [m]."""
+    across, along = line.split(state[np.unique(garment.edges[edge])])
+    return float(np.ptp(along[-across >= FAR * float((-across).max())]))

@@ -1,0 +1,28 @@
+"""A cloth after a fold in a rough and ready way: the moving side turned over the line, flat, on top of all else.
+
+It is what plans are weighed by before anything is simulated; `ideal` has the shape that a fold is scored against.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tatamu.folding.ideal import FoldLine
+from tatamu.garments import Garment
+
+
+def laid(garment: Garment, state: np.ndarray, line: FoldLine) -> np.ndarray:
+    """The cloth with its moving side on top [m], shape (n, 3).
+
+    Args:
+        garment: What is folded.
+        state: The cloth before the fold [m], shape (n, 3).
+        line: The fold line and its moving side.
+    """
+    across, _ = line.split(state)
+    moving = across < 0
+    after = state.copy()
+    after[moving, :2] = line.mirrored(state)[moving]
+    top = float(state[:, 2].max()) + 0.5 * garment.material.thickness
+    after[moving, 2] = 2.0 * top - state[moving, 2]
+    return after

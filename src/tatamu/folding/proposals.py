@@ -1,0 +1,194 @@
+"""Fold plans for a garment by its outline: what stands off the body goes in first, then the body is folded in half.
+
+Proposed are lines, the sides that move, their order, and the edges to grasp; what no hand would carry is found as
+`coverage` finds it, and plans without such parts come first. Nothing is simulated.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tatamu.errors import InputError
+from tatamu.folding.appendages import Appendage, appendages, has_legs, silhouette
+from tatamu.folding.coverage import Part
+from tatamu.folding.hold import covered, farthest_edge, grasp_for
+from tatamu.folding.ideal import FoldLine, crease_of
+from tatamu.folding.laid import laid
+from tatamu.folding.plan import Plan, line_of
+from tatamu.garments import Garment
+
+AUTO_PLAN = "auto"
+"""The name under which the best proposal is asked for."""
+SIDES = ("bottom", "top", "left", "right")
+"""Names that edges have when nobody gave them one, as `garments.sides` has them."""
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A fold plan that suits a garment's outline."""
+
+    plan: Plan
+    missed: tuple[tuple[int, Part], ...]
+    """What no hand carries: number of the step, the first being 0, and the part."""
+
+    @property
+    def text(self) -> str:
+        """The steps in a few words."""
+        return ", ".join(step.title for step in self.plan.steps)
+
+
+def propose(garment: Garment) -> list[Proposal]:
+    """Fold plans for a garment, the best first.
+
+    Raises:
+        InputError: No line is found that it can be folded over.
+    """
+    known: dict[tuple[_Fold, ...], _Folded | None] = {(): _Folded((), (), garment.vertices)}
+    found = [
+        Proposal(Plan.model_validate({"name": name, "step": folded.steps}), folded.missed)
+        for name, folds in _sequences(garment)
+        if (folded := _folded(garment, tuple(folds), known))
+    ]
+    if not found:
+        raise InputError(f"fold: no plan is found for {garment.name}; write one (docs/reference/fold-plan.md)")
+    return sorted(found, key=lambda proposal: bool(proposal.missed))  # a stable sort: else in the order proposed
+
+
+def best_plan(garment: Garment) -> Plan:
+    """The best proposal for a garment, under the name by which it is asked for.
+
+    Raises:
+        InputError: No line is found that it can be folded over.
+    """
+    return propose(garment)[0].plan
+
+
+def _sequences(garment: Garment) -> list[tuple[str, list[_Fold]]]:
+    """Names of plans and their folds in order; the first is what most people do."""
+    outline = silhouette(garment)
+    parts = appendages(outline)
+    inwards = [_Inwards(part, _title(garment, part, parts)) for part in parts]
+    sideways = [fold for fold in inwards if fold.part.facing in ("+y", "-y")]
+    across, lengthwise = _Halving("x"), _Halving("y")
+    low_x, low_y, high_x, high_y = outline.bounds
+    endings: list[tuple[str, list[_Fold]]] = [("half", [across]), ("lengthwise", [lengthwise])]
+    if has_legs(outline):
+        endings = [("legs-half", [lengthwise, across]), ("legs", [lengthwise]), ("half", [across])]
+    elif not parts and high_y - low_y > high_x - low_x:
+        endings.reverse()
+    endings.append(("quarters", [across, lengthwise]))
+    starts: list[tuple[str, list[_Fold]]] = [("", [])]
+    if sideways and len(sideways) < len(inwards):
+        starts.insert(0, ("sides-", list(sideways)))
+    if inwards:
+        starts.insert(0, ("in-", list(inwards)))
+    return [(begin + end, [*first, *last]) for begin, first in starts for end, last in endings]
+
+
+def _title(garment: Garment, part: Appendage, parts: list[Appendage]) -> str:
+    """What an appendage is called."""
+    pair = {"+y", "-y"} <= {each.facing for each in parts}
+    if part.facing in ("+y", "-y"):
+        return f"{'left' if part.facing == '+y' else 'right'} {'sleeve' if pair else 'side'} in"
+    end = farthest_edge(garment, garment.vertices, line_of(_ends(part.facing, part.line), part.facing))
+    own = not any(end == side or end.startswith(f"{side} ") for side in SIDES)
+    name = end if own else "top" if part.facing == "+x" else "bottom"
+    return f"{name} {'down' if part.facing == '+x' else 'up'}"
+
+
+class _Wanted(NamedTuple):
+    """A fold over a line along an axis."""
+
+    title: str
+    moves: str
+    at: float
+    """X or y of the line [m]."""
+
+
+@dataclass(frozen=True)
+class _Inwards:
+    """A fold that lays an appendage on the body."""
+
+    part: Appendage
+    title: str
+
+    def step(self, state: np.ndarray) -> _Wanted:
+        return _Wanted(self.title, self.part.facing, self.part.line)
+
+
+@dataclass(frozen=True)
+class _Halving:
+    """A fold over the middle of what the garment then covers."""
+
+    axis: str
+
+    def step(self, state: np.ndarray) -> _Wanted:
+        column = 0 if self.axis == "x" else 1
+        at = 0.5 * float(state[:, column].min() + state[:, column].max())
+        how = "across" if self.axis == "x" else "along"
+        return _Wanted(f"in half {how} the length", f"-{self.axis}", at)
+
+
+_Fold = _Inwards | _Halving
+
+
+def _ends(moves: str, at: float) -> np.ndarray:
+    """Two points of the line at x or y = `at`, shape (2, 2)."""
+    return np.array([[at, -0.5], [at, 0.5]] if moves[1] == "x" else [[-0.5, at], [0.5, at]])
+
+
+@dataclass(frozen=True)
+class _Folded:
+    """A garment after some folds, each ideal and flat."""
+
+    steps: tuple[dict[str, Any], ...]
+    missed: tuple[tuple[int, Part], ...]
+    state: np.ndarray
+    """The cloth [m], shape (n, 3)."""
+
+
+def _folded(
+    garment: Garment, folds: tuple[_Fold, ...], known: dict[tuple[_Fold, ...], _Folded | None]
+) -> _Folded | None:
+    """The garment after these folds; None where one of them cannot be. What is `known` is not asked again."""
+    if folds not in known:
+        before = _folded(garment, folds[:-1], known)
+        try:
+            known[folds] = before and _folded_once(garment, before, folds[-1])
+        except InputError:
+            known[folds] = None
+    return known[folds]
+
+
+def _folded_once(garment: Garment, before: _Folded, fold: _Fold) -> _Folded:
+    """One fold more.
+
+    Raises:
+        InputError: It cannot be folded.
+    """
+    state = before.state
+    wanted = fold.step(state)
+    width, length = garment.size
+    at = round(wanted.at / (length if wanted.moves[1] == "x" else width), 4) + 0.0  # no negative zero
+    step: dict[str, Any] = {"title": wanted.title, "line": _ends(wanted.moves, at).tolist(), "moves": wanted.moves}
+    line = _line_of(garment, step)
+    if -line.split(state)[0].min() < crease_of(garment, garment.material.thickness).arc[-1]:
+        raise InputError("fold: the side that moves is narrower than a crease")
+    grasp, hands = grasp_for(garment, state, line)
+    step["grasp"] = grasp[0] if len(grasp) == 1 else list(grasp)
+    if hands == 1:
+        step["hands"] = 1
+    missed = tuple((len(before.steps), part) for part in covered(garment, state, line, grasp, hands))
+    return _Folded((*before.steps, step), (*before.missed, *missed), laid(garment, state, line))
+
+
+def _plan(*steps: dict[str, Any]) -> Plan:
+    return Plan.model_validate({"name": "draft", "step": steps})
+
+
+def _line_of(garment: Garment, step: dict[str, Any]) -> FoldLine:
+    plan = _plan(step)
+    return plan.line(plan.steps[0], garment)

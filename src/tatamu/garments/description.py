@@ -1,0 +1,85 @@
+"""What a garment file says: the table `[garment]`."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+
+from tatamu.garments.frame import Axis
+from tatamu.garments.resolution import LARGEST_SIDE, SMALLEST_SIDE
+from tatamu.material import preset_names
+
+LARGEST_SCALE = 1e3
+"""Metres per unit of a file, at most."""
+Position = tuple[float, float]
+
+
+def _side(value: float) -> float:
+    if not SMALLEST_SIDE <= value <= LARGEST_SIDE:
+        raise ValueError(f"must be from {SMALLEST_SIDE:g} to {LARGEST_SIDE:g} m, given {value:g} m")
+    return value
+
+
+def _scale(value: float) -> float:
+    if not 0.0 < value <= LARGEST_SCALE:
+        raise ValueError(f"must be above 0 and at most {LARGEST_SCALE:g} metres per unit of the file, given {value:g}")
+    return value
+
+
+def _spacing(value: float) -> float:
+    if not value > 0.0:
+        raise ValueError(f"must be above 0 m, given {value:g} m")
+    return value
+
+
+Side = Annotated[float, AfterValidator(_side)]
+
+
+class GarmentFile(BaseModel):
+    """The table `[garment]` of a garment file. See docs/reference/garment-file.md."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    name: str = Field("", max_length=60)
+    """Its name; default: that of the file."""
+    outline: str | None = None
+    """An SVG or DXF file beside this one."""
+    mesh: str | None = None
+    """An OBJ, PLY, STL or GLB file beside this one."""
+    scale: Annotated[float, AfterValidator(_scale)] | None = None
+    """Metres per unit of that file; default: as the file says, else 0.001 for outlines and 1 for meshes."""
+    up: Axis | None = None
+    """Which direction of that file points away from the hem; default: y of what is flat, else found."""
+    piece: str | None = None
+    """Which of several pieces in that file."""
+    grain: bool = True
+    """Of a pattern with a grain line: turn the piece so that the grain runs along the garment's length."""
+    layers: Literal[1, 2] | None = None
+    """Of an outline: cut once, or twice and sewn; default: 2 if it has openings."""
+    openings: list[str] | dict[str, Annotated[list[Position], Field(min_length=2)]] | None = None
+    """Of an outline: names of open curves in the file, or curves in its units by name; default: its open curves."""
+    size: tuple[Side, Side] | None = None
+    """Width and length that it is scaled to [m]."""
+    spacing: Annotated[float, AfterValidator(_spacing)] | None = None
+    """Edge length of the mesh [m]."""
+    fabric: str | None = None
+    """Name of a preset; instead there may be a table [material]."""
+    weld: bool = False
+    """Join vertices at one place."""
+    remesh: bool = False
+    """Mesh it again within its outline."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if (self.outline is None) == (self.mesh is None):
+            raise ValueError("must have either outline or mesh, a file name")
+        if self.fabric is not None and self.fabric not in preset_names():
+            raise ValueError(f"fabric must be one of {', '.join(preset_names())}, given {self.fabric!r}")
+        if self.mesh is not None and (self.layers, self.openings) != (None, None):
+            raise ValueError("layers and openings belong to an outline; those of a mesh are in the mesh")
+        if self.outline is not None and (self.weld or self.remesh):
+            raise ValueError("weld and remesh belong to a mesh")
+        if self.outline is not None and self.up in ("z", "-z"):
+            raise ValueError(f"up must be x, -x, y or -y for an outline, which is a drawing, given {self.up!r}")
+        return self

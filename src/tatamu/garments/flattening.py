@@ -1,0 +1,203 @@
+"""A garment that is not flat, flattened: front and back laid into the plane, one over the other, with least distortion.
+
+Triangles are divided into those of the front, which shall face up, and those of the back, which shall face down; where
+the two meet, at the side seams and along the top of the sleeves, the garment is folded. Then all vertices are placed in
+the plane so that every triangle comes as near as it can to a rotated copy of itself, or of its mirror image where it
+faces down ("as rigid as possible": Sorkine and Alexa 2007; Liu et al. 2008 for the plane). What a triangle itself is
+the mesh says, or the pattern that it was cut from, where the file has one as its UV map.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import connected_components, maximum_flow
+from scipy.sparse.linalg import splu
+
+from tatamu.topology import Topology
+
+ROUNDS = 400
+PASSES, TENSE = 5, 0.1
+"""So often the plan is made, each time with more weight on triangles whose sides changed by about this part."""
+STILL = 1e-6
+"""Vertices that move by less than this part of the garment's extent are in their places."""
+LEAST_WEIGHT = 0.05
+"""Smallest cotangent weight of an edge: obtuse triangles would have negative ones."""
+SMOOTH = 0.35
+"""How much a longer border between front and back costs, against triangles that face the wrong way."""
+ONE_SIDED = 0.5
+"""A panel belongs to the front or the back as a whole where its triangles agree to this degree."""
+
+
+@dataclass(frozen=True)
+class Flattened:
+    """A garment in the plane."""
+
+    plan: np.ndarray
+    """Positions of the vertices [m], shape (n, 2)."""
+    strain: np.ndarray
+    """By which part the edges of triangles are longer than in the mesh or pattern, shape (m, 3)."""
+
+    @property
+    def median(self) -> float:
+        """Half of the edges change by less than this part."""
+        return float(np.median(np.abs(self.strain)))
+
+    @property
+    def most(self) -> float:
+        """95 of 100 edges change by less than this part."""
+        return float(np.quantile(np.abs(self.strain), 0.95))
+
+
+def flattened(points: np.ndarray, faces: np.ndarray, lengths: np.ndarray, panels: np.ndarray) -> Flattened:
+    """Lay a garment into the plane.
+
+    Args:
+        points: Vertices in a garment's frame [m], its front upwards, shape (n, 3).
+        faces: Triangles whose normals point out of the garment, shape (m, 3).
+        lengths: Of the sides opposite each corner that the triangles shall have [m], shape (m, 3).
+        panels: Number of the panel that each triangle belongs to, shape (m,).
+    """
+    up = facing_up(points, faces, panels)
+    plan = points[:, :2].copy()
+    stress = np.ones(len(faces))
+    for _ in range(PASSES):
+        plan = _rigid(plan, faces, _templates(lengths, up), stress)
+        up = _signed(plan, faces) > 0.0  # a triangle beside the border that will not turn belongs to the other side
+        strain = side_lengths(plan[faces]) / lengths - 1.0
+        stress *= 1.0 + (np.abs(strain).max(axis=1) / TENSE) ** 2
+        stress /= stress.mean()
+    return Flattened(plan, strain)
+
+
+def side_lengths(corners: np.ndarray) -> np.ndarray:
+    """Lengths of the sides opposite each corner, shape (m, 3), of triangles with corners (m, 3, d)."""
+    return np.linalg.norm(np.roll(corners, -2, axis=1) - np.roll(corners, -1, axis=1), axis=2)
+
+
+def panel_numbers(faces: np.ndarray, uv: np.ndarray | None) -> np.ndarray:
+    """The panel of each triangle, shape (m,): triangles that are joined in the pattern; all one without a pattern."""
+    if uv is None:
+        return np.zeros(len(faces), dtype=np.int64)
+    keys = np.concatenate([np.repeat(faces.reshape(-1, 1), 1, axis=1), np.round(uv.reshape(-1, 2), 6)], axis=1)
+    _, corner = np.unique(keys, axis=0, return_inverse=True)
+    corner = corner.reshape(-1, 3)
+    sides = np.concatenate([corner[:, [0, 1]], corner[:, [1, 2]], corner[:, [2, 0]]])
+    joined = coo_array((np.ones(len(sides)), sides.T), shape=(corner.max() + 1,) * 2)
+    return np.asarray(connected_components(joined, directed=False)[1])[corner[:, 0]]
+
+
+def facing_up(points: np.ndarray, faces: np.ndarray, panels: np.ndarray) -> np.ndarray:
+    """Which triangles belong to the front, shape (m,).
+
+    A panel that faces one way as a whole is of that side. The others are divided by the shortest border between
+    triangles that face up and down: a minimum cut of the graph of neighbouring triangles.
+    """
+    a, b, c = (points[faces[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)[:, 2]
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    wish = normal.copy()
+    for panel in np.unique(panels):
+        own = panels == panel
+        if panels.max() > 0 and abs(normal[own].sum()) > ONE_SIDED * area[own].sum():
+            wish[own] = 10.0 * np.sign(normal[own].sum()) * area[own]
+    return _cut(points, faces, wish / area.mean())
+
+
+def inside_out(points: np.ndarray, faces: np.ndarray) -> bool:
+    """Whether the normals of a garment point inwards."""
+    a, b, c = (points[faces[:, k]] for k in range(3))
+    outwards = np.einsum("ij,ij->i", np.cross(b - a, c - a), (a + b + c) / 3.0 - points.mean(axis=0))
+    return float(outwards.sum()) < 0.0
+
+
+def _cut(points: np.ndarray, faces: np.ndarray, wish: np.ndarray) -> np.ndarray:
+    """Triangles on the source's side of the minimum cut: those with a positive wish, but for a short border."""
+    topology = Topology(faces)
+    count = len(faces)
+    owner = np.tile(np.arange(count), 3)
+    edge = topology.face_edges.T.ravel()
+    order = np.argsort(edge, kind="stable")
+    paired = order[np.repeat(topology.faces_per_edge, topology.faces_per_edge) == 2].reshape(-1, 2)
+    one, other = owner[paired[:, 0]], owner[paired[:, 1]]
+    length = np.linalg.norm(np.diff(points[topology.edges[edge[paired[:, 0]]]], axis=1)[:, 0], axis=1)
+    weight = np.round(1000.0 * SMOOTH * length / length.mean()).astype(np.int32)
+    wanted = np.round(1000.0 * np.abs(wish)).astype(np.int32)
+    ups, downs = np.flatnonzero(wish > 0.0), np.flatnonzero(wish <= 0.0)
+    source, sink = count, count + 1
+    rows = np.concatenate([one, other, np.full(len(ups), source), downs])
+    columns = np.concatenate([other, one, ups, np.full(len(downs), sink)])
+    graph = csr_array(
+        (np.concatenate([weight, weight, wanted[ups], wanted[downs]]), (rows, columns)), shape=(count + 2, count + 2)
+    )
+    flow = maximum_flow(csr_array(graph), source, sink).flow
+    left = csr_array(graph - flow)
+    left.data = np.where(left.data > 0, 1, 0)
+    left.eliminate_zeros()
+    seen = np.zeros(count + 2, dtype=bool)
+    seen[source] = True
+    front = seen
+    while front.any():
+        reached = np.asarray(left.T @ front.astype(np.int64)).ravel() > 0
+        front = reached & ~seen
+        seen = seen | reached
+    return seen[:count]
+
+
+def _templates(lengths: np.ndarray, up: np.ndarray) -> np.ndarray:
+    """Each triangle by itself in the plane, as complex numbers, counter-clockwise where it faces up, shape (m, 3)."""
+    opposite, b, c = lengths.T  # of corners 0, 1 and 2: corner 0 lies at 0, corner 1 on the real axis at c
+    x = (b**2 + c**2 - opposite**2) / (2.0 * c)
+    y = np.sqrt(np.maximum(b**2 - x**2, 1e-6 * c**2))
+    corners = np.stack([np.zeros_like(c) + 0j, c + 0j, x + 1j * y], axis=1)
+    return np.where(up[:, None], corners, corners.conj())
+
+
+def _rigid(plan: np.ndarray, faces: np.ndarray, templates: np.ndarray, stress: np.ndarray) -> np.ndarray:
+    """The plan after local and global steps until it stays; triangles count by their `stress`, shape (m,)."""
+    count = len(plan)
+    weights = _cotangents(templates) * stress[:, None]
+    pairs = [(faces[:, (k + 1) % 3], faces[:, (k + 2) % 3]) for k in range(3)]
+    wished = [templates[:, (k + 2) % 3] - templates[:, (k + 1) % 3] for k in range(3)]
+    rows = np.concatenate([np.concatenate([i, j, i, j]) for i, j in pairs])
+    columns = np.concatenate([np.concatenate([i, j, j, i]) for i, j in pairs])
+    values = np.concatenate([np.concatenate([w, w, -w, -w]) for w in weights.T])
+    stiffness = coo_array((values, (rows, columns)), shape=(count, count)).tocsc()
+    stiffness[[0], [0]] = stiffness[0, 0] + 1e-6 * float(values.max())  # one place is free to choose
+    solve = splu(stiffness)
+    place = plan[:, 0] + 1j * plan[:, 1]
+    for _ in range(ROUNDS):
+        turn = np.zeros(len(faces), dtype=complex)
+        for k, (i, j) in enumerate(pairs):
+            turn += weights[:, k] * (place[j] - place[i]) * wished[k].conj()
+        turn /= np.maximum(np.abs(turn), 1e-30)
+        load = np.zeros(count, dtype=complex)
+        for k, (i, j) in enumerate(pairs):
+            pull = weights[:, k] * turn * wished[k]
+            np.add.at(load, j, pull)
+            np.add.at(load, i, -pull)
+        after = solve.solve(load.real) + 1j * solve.solve(load.imag)
+        after += (place - after).mean()
+        moved = float(np.abs(after - place).max())
+        place = after
+        if moved < STILL * float(np.abs(place - place.mean()).max()):
+            break
+    return np.column_stack([place.real, place.imag])
+
+
+def _cotangents(templates: np.ndarray) -> np.ndarray:
+    """Half the cotangent of each corner, shape (m, 3), at least `LEAST_WEIGHT`."""
+    out = np.empty(templates.shape)
+    for k in range(3):
+        a, b = (templates[:, (k + j) % 3] - templates[:, k] for j in (1, 2))
+        product = a.conj() * b
+        out[:, k] = 0.5 * product.real / np.maximum(np.abs(product.imag), 1e-30)
+    return np.maximum(out, LEAST_WEIGHT)
+
+
+def _signed(plan: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Twice the area of each triangle, negative where it faces down, shape (m,)."""
+    a, b, c = (plan[faces[:, k]] for k in range(3))
+    return (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]

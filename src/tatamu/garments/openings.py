@@ -1,0 +1,83 @@
+"""The sides of a flat mesh divided where seams end and openings begin."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from tatamu.garments.sides import SHORTEST
+
+
+@dataclass
+class _Part:
+    """A stretch of a side, from its `first` to its `last` point."""
+
+    first: int
+    last: int
+    is_open: bool
+    name: str = ""
+
+    @property
+    def points(self) -> slice:
+        """Its points in the side."""
+        return slice(self.first, self.last + 1)
+
+
+def divided(
+    sides: Mapping[str, np.ndarray], border: np.ndarray, plan: np.ndarray
+) -> tuple[dict[str, np.ndarray], tuple[str, ...]]:
+    """The sides in parts that are sewn and parts that are open, and the names of those that are open.
+
+    The longest sewn part of a side keeps its name; what is open beside it is "top opening" and so on.
+
+    Args:
+        sides: Paths of vertices around the garment by name, one after the other.
+        border: Edges of one triangle only, shape (b, 2).
+        plan: Positions of the vertices [m], shape (n, 2).
+    """
+    free = {tuple(pair) for pair in border.tolist()}
+    around = sum(float(_lengths(plan[path]).sum()) for path in sides.values())
+    parted: dict[str, np.ndarray] = {}
+    openings = []
+    for side, path in sides.items():
+        is_open = np.array([tuple(sorted(pair)) in free for pair in pairwise(path.tolist())])
+        parts = _parts(is_open, _lengths(plan[path]), SHORTEST * around)
+        _name(parts, side, {*sides, *parted})
+        for part in parts:
+            parted[part.name] = path[part.points]
+            openings += [part.name] if part.is_open else []
+    return parted, tuple(openings)
+
+
+def _lengths(points: np.ndarray) -> np.ndarray:
+    return np.asarray(np.linalg.norm(np.diff(points, axis=0), axis=1))
+
+
+def _parts(is_open: np.ndarray, lengths: np.ndarray, shortest: float) -> list[_Part]:
+    """Stretches of segments of one kind; one below `shortest` [m] becomes as its longer neighbour is."""
+    kind = is_open.copy()
+    while True:
+        bounds = [0, *(np.flatnonzero(np.diff(kind)) + 1).tolist(), len(kind)]
+        parts = [_Part(first, last, bool(kind[first])) for first, last in pairwise(bounds)]
+        sizes = [float(lengths[part.first : part.last].sum()) for part in parts]
+        smallest = int(np.argmin(sizes))
+        if len(parts) == 1 or sizes[smallest] >= shortest:
+            return parts
+        part = parts[smallest]
+        kind[part.first : part.last] = not part.is_open
+
+
+def _name(parts: list[_Part], side: str, taken: set[str]) -> None:
+    """Name the parts of a side: the longest of those that are sewn, or the only one, as the side."""
+    main = max(parts, key=lambda part: (not part.is_open, part.last - part.first))
+    main.name = side
+    for part in parts:
+        if part is main:
+            continue
+        wish = f"{side} opening" if part.is_open else side
+        numbered = (wish if number == 1 else f"{wish} {number}" for number in range(1, len(parts) + len(taken) + 2))
+        part.name = next(name for name in numbered if name not in taken)
+        taken.add(part.name)

@@ -1,0 +1,83 @@
+"""The pieces of a drawing: found among its curves, and one of them chosen by name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import shapely
+
+from tatamu.errors import InputError
+from tatamu.garments.drawing import DrawnCurve, DrawnPieces, Piece, where
+
+INSIDE = 0.5
+"""A closed curve with more than this part of its area within another one belongs to that one's piece."""
+
+
+def grouped(curves: Sequence[DrawnCurve]) -> tuple[Piece, ...]:
+    """Every closed curve that lies in no other one is a piece, with what lies inside and beside it; largest first.
+
+    A drawing without closed curves is one piece.
+    """
+    loops = sorted((curve for curve in curves if curve.closed), key=lambda curve: -_region(curve).area)
+    members: list[list[DrawnCurve]] = []
+    regions: list[shapely.Geometry] = []
+    for loop in loops:
+        region = _region(loop)
+        around = [k for k, outer in enumerate(regions) if outer.intersection(region).area > INSIDE * region.area]
+        if around:
+            members[around[0]].append(loop)
+        else:
+            regions.append(region)
+            members.append([loop])
+    if not members:
+        return (Piece("", tuple(curves)),) if curves else ()
+    for curve in (curve for curve in curves if not curve.closed):
+        away = [region.distance(shapely.LineString(curve.points)) for region in regions]
+        members[int(np.argmin(away))].append(curve)
+    names = distinct([own[0].name or f"piece {number}" for number, own in enumerate(members, start=1)])
+    return tuple(Piece(name, tuple(own)) for name, own in zip(names, members, strict=True))
+
+
+def _region(loop: DrawnCurve) -> shapely.Geometry:
+    return shapely.make_valid(shapely.Polygon(loop.points))
+
+
+def distinct(names: Sequence[str]) -> list[str]:
+    """The names, those that were there before with a number behind."""
+    return [
+        name if name not in names[:number] else f"{name} {names[:number].count(name) + 1}"
+        for number, name in enumerate(names)
+    ]
+
+
+def chosen(drawing: DrawnPieces, name: str | None, scale: float, path: Path) -> Piece:
+    """The piece of that name; without a name, the only one.
+
+    Args:
+        drawing: The pieces.
+        name: Capitals do not matter.
+        scale: Metres per unit, for the sizes in messages.
+        path: The file, for messages.
+
+    Raises:
+        InputError: There are several pieces and no name, or none has the name; the message lists them.
+    """
+    fitting = [piece for piece in drawing.pieces if name is None or piece.name.casefold() == name.casefold()]
+    if len(fitting) == 1:
+        return fitting[0]
+    known = ", ".join(_described(piece, scale) for piece in drawing.pieces)
+    if name is not None:
+        raise InputError(f"{path}: piece: must be one of {known}, given {name!r}")
+    example = drawing.pieces[0].name
+    raise InputError(
+        where(
+            path, f'has several pieces; choose one with piece = "{example}" under [garment] in a garment file: {known}'
+        )
+    )
+
+
+def _described(piece: Piece, scale: float) -> str:
+    width, height = piece.extent
+    return f'"{piece.name}" ({scale * width:.2f} x {scale * height:.2f} m)'

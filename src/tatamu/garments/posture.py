@@ -1,0 +1,167 @@
+"""How a garment that is not flat is turned onto its back: which way is up from the hem, and where its front is.
+
+The thinnest direction of the mesh goes through front and back. Of the other two, the one in which the garment is its
+own mirror image is the width. The hem is the longest opening in the middle; trousers have two openings, the legs, off
+the middle. The front has the lower neckline. What the mesh leaves open the axes of the file decide: z up and front
+towards -y where y is thinnest, else y up and front towards +z.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from tatamu.errors import InputError
+from tatamu.garments.frame import direction
+from tatamu.garments.meshfile import border_loops
+
+ALIGNED = np.cos(np.radians(30.0))
+"""A direction this near to an axis of the file is that axis."""
+CLEAR = 0.6
+"""A direction is the width where its mirror image fits better by this factor than that of the other."""
+MIDDLE = 0.12
+"""Openings whose middle is this part of the width from the middle plane are in the middle."""
+LONGER = 1.1
+"""The hem is at least this many times as long as the other openings in the middle."""
+TILTED = 0.08
+"""A neckline is lower in front where it falls by this part of the garment's length."""
+
+
+@dataclass(frozen=True)
+class Posture:
+    """A turn from a file's frame to a garment's."""
+
+    turn: np.ndarray
+    """Rotation, shape (3, 3)."""
+    up: str
+    """The file's direction away from the hem, in words."""
+    front: str
+    """The file's direction out of the front, in words."""
+
+    @property
+    def words(self) -> str:
+        """What was found, in a few words."""
+        return f"up from its hem is {self.up} of the file, its front faces {self.front}"
+
+
+def posture(vertices: np.ndarray, faces: np.ndarray, up: str | None = None) -> Posture:
+    """How a mesh is to be turned so that it lies on its back with its hem at -x.
+
+    Args:
+        vertices: Positions in the file's frame, shape (n, 3).
+        faces: Triangles of consistent orientation, shape (m, 3).
+        up: The file's direction away from the hem, as the user says; None: found.
+    """
+    middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
+    points = vertices - middle
+    loops = _openings(points, faces)
+    if up is not None:
+        ahead = direction(up)
+        through = _thinnest(points, faces, ahead)
+    else:
+        through = _thinnest(points, faces)
+        ahead = _length(points, through)
+        ahead = ahead * _sense(ahead, np.cross(through, ahead), points, loops)
+    front = through * _forward(ahead, through, points, loops)
+    turn = np.array([ahead, np.cross(front, ahead), front])
+    return Posture(turn, _axis(ahead), _axis(front))
+
+
+def _openings(points: np.ndarray, faces: np.ndarray) -> list[np.ndarray]:
+    try:
+        return [points[loop] for loop in border_loops(faces)]
+    except InputError:  # a border that is no loop: said later, where it matters
+        return []
+
+
+def _thinnest(points: np.ndarray, faces: np.ndarray, across: np.ndarray | None = None) -> np.ndarray:
+    """Direction in which the mesh extends least, of those square to `across`; an axis of the file where one is near."""
+    corners = points[faces]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    centres = corners.mean(axis=1)
+    away = centres - np.average(centres, axis=0, weights=area)
+    spread = (away * area[:, None]).T @ away / area.sum()
+    if across is not None:
+        spread = spread + 1e6 * np.trace(spread) * np.outer(across, across)
+    return _snapped(np.linalg.eigh(spread)[1][:, 0])
+
+
+def _snapped(way: np.ndarray) -> np.ndarray:
+    """The axis of the file that a direction is near to, else the direction itself; its largest part is positive."""
+    largest = int(np.abs(way).argmax())
+    way = way * np.sign(way[largest])
+    return np.eye(3)[largest] if way[largest] > ALIGNED else way
+
+
+def _length(points: np.ndarray, through: np.ndarray) -> np.ndarray:
+    """The direction along the garment: square to the one in which it is its own mirror image."""
+    usual = np.array([0.0, 0.0, 1.0]) if abs(through[1]) > ALIGNED else np.array([0.0, 1.0, 0.0])
+    along = usual - (usual @ through) * through
+    along /= np.linalg.norm(along)
+    axes = [along, np.cross(through, along), *_principal(points, through)]
+    misfit = [_asymmetry(points, np.cross(through, axis)) for axis in axes]
+    best = int(np.argmin(misfit))
+    if misfit[0] <= misfit[best] / CLEAR:
+        return along  # as files have it
+    return axes[best] * (1.0 if axes[best] @ along > -1e-9 else -1.0)
+
+
+def _principal(points: np.ndarray, through: np.ndarray) -> list[np.ndarray]:
+    """The two directions square to `through` in which the points spread most and least."""
+    inside = points - np.outer(points @ through, through)
+    axes = np.linalg.eigh(np.cov(inside.T))[1]
+    return [axes[:, 2], axes[:, 1]]
+
+
+def _asymmetry(points: np.ndarray, axis: np.ndarray) -> float:
+    """Mean distance between the points and their mirror images."""
+    heights = points @ axis
+    image = points - 2.0 * np.outer(heights - 0.5 * (heights.min() + heights.max()), axis)
+    return float(cKDTree(points).query(image)[0].mean())
+
+
+def _sense(ahead: np.ndarray, aside: np.ndarray, points: np.ndarray, loops: list[np.ndarray]) -> float:
+    """1 if the hem lies below the other end along `ahead`, -1 if above."""
+    width, length = (float(np.ptp(points @ axis)) for axis in (aside, ahead))
+    central = [loop for loop in loops if abs(float((loop @ aside).mean())) < MIDDLE * width]
+    outer = [loop for loop in loops if not any(loop is other for other in central)]
+    heights = [float((loop @ ahead).mean()) for loop in central]
+    if len(central) >= 2:
+        around = [_around(loop) for loop in central]
+        hem = int(np.argmax(around))
+        if around[hem] < LONGER * sorted(around)[-2]:
+            return 1.0
+        difference = max(heights[:hem] + heights[hem + 1 :], key=lambda h: abs(h - heights[hem])) - heights[hem]
+    elif len(central) == 1 and len(outer) >= 2:
+        difference = heights[0] - float(np.mean([(loop @ ahead).mean() for loop in outer]))
+    else:
+        return 1.0
+    return -1.0 if difference < -0.1 * length else 1.0
+
+
+def _around(loop: np.ndarray) -> float:
+    closed = np.vstack([loop, loop[:1]])
+    return float(sum(np.linalg.norm(b - a) for a, b in pairwise(closed)))
+
+
+def _forward(ahead: np.ndarray, through: np.ndarray, points: np.ndarray, loops: list[np.ndarray]) -> float:
+    """1 if the front lies towards `through`, -1 if against it."""
+    usual = 1.0 if through[int(np.abs(through).argmax())] > 0.0 and abs(through[1]) < ALIGNED else -1.0
+    if not loops:
+        return usual
+    neck = max(loops, key=lambda loop: float((loop @ ahead).mean()))
+    depth, height = neck @ through, neck @ ahead
+    depth = depth - depth.mean()
+    spread = float(depth @ depth)
+    fall = -float(depth @ (height - height.mean())) / spread * float(np.ptp(depth)) if spread > 0.0 else 0.0
+    return float(np.sign(fall)) if abs(fall) > TILTED * float(np.ptp(points @ ahead)) else usual
+
+
+def _axis(way: np.ndarray) -> str:
+    largest = int(np.abs(way).argmax())
+    sign = "-" if way[largest] < 0.0 else ""
+    exact = abs(way[largest]) > 0.999
+    return f"{sign}{'xyz'[largest]}" if exact else "({:.2f}, {:.2f}, {:.2f})".format(*way)

@@ -1,0 +1,87 @@
+"""Units of length in files of garments: how many metres one is, how it is known, and which one was probably meant."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tatamu.errors import InputError
+from tatamu.garments.resolution import LARGEST_SIDE, SMALLEST_SIDE
+
+NAMES = {1e-3: "millimetres", 1e-2: "centimetres", 0.0254: "inches", 0.1: "decimetres", 1.0: "metres"}
+"""Units that people draw in, by their metres."""
+USUAL = (0.15, 1.8)
+"""Between these lies the longer side of most garments [m]."""
+DOUBTFUL = 2.6
+"""Larger than this is hardly any garment, though bed linen may be [m]."""
+
+
+@dataclass(frozen=True)
+class Unit:
+    """The unit of a file's coordinates."""
+
+    metres: float
+    """Metres per unit."""
+    name: str
+    """What the unit that the file states is called, in the plural."""
+    source: str
+    """Where that stands: what kind of file it is, and the words in it."""
+    assumed: bool = False
+    """Whether the file does not say, so that the usual unit of such files was taken."""
+
+    @property
+    def words(self) -> str:
+        """The unit and how it is known, such as "read in millimetres (Inkscape SVG, width 620mm)"."""
+        return f"read in {self.name} ({self.source})"
+
+    def reading(self, size: tuple[float, float] | None) -> str:
+        """The same, with the size [m] that a user asked for."""
+        return f"{self.words}{'; scaled to that size' if size else ''}"
+
+    def scaled(self, scale: float | None) -> Unit:
+        """The unit of a user who gives metres per unit of the file; None: this one."""
+        if scale is None:
+            return self
+        return Unit(scale, NAMES.get(scale, f"units of {scale:g} m"), f"scale {scale:g}")
+
+
+def probable_scale(longest: float) -> float | None:
+    """Metres per unit with which a garment has a usual size; None: none of the usual units does.
+
+    Args:
+        longest: Its longer side in units of the file.
+    """
+    fitting = [scale for scale in NAMES if USUAL[0] <= scale * longest <= USUAL[1]]
+    return min(fitting, key=lambda scale: abs(scale * longest - 0.7), default=None)
+
+
+def how_to_scale(longest: float, otherwise: float) -> str:
+    """Where a scale is given, with the one that was probably meant; `otherwise` where none is known."""
+    scale = probable_scale(longest) or otherwise
+    return (
+        f"give scale = {scale:g} under [garment] in a garment file, or --scale {scale:g}: "
+        "metres per unit of the file (0.001 for millimetres); or size, in metres"
+    )
+
+
+def check_size_of_file(sides: tuple[float, float], what: str, unit: Unit) -> None:
+    """Refuse a width and length [m] that are probably of a wrong unit.
+
+    Raises:
+        InputError: No garment is so large or so small.
+    """
+    if not (SMALLEST_SIDE <= min(sides) and max(sides) <= LARGEST_SIDE):
+        width, length = sides
+        raise InputError(
+            f"{what}: is {width:.4g} m wide and {length:.4g} m long, {unit.words}, but must be from "
+            f"{SMALLEST_SIDE:g} to {LARGEST_SIDE:g} m; {how_to_scale(max(sides) / unit.metres, 1e-3)}"
+        )
+
+
+def doubts(sides: tuple[float, float], unit: Unit) -> list[str]:
+    """What to say of a width and length [m] that are unusual in a unit that was assumed."""
+    longest = max(sides)
+    probable = probable_scale(longest / unit.metres)
+    if not unit.assumed or probable in (None, unit.metres) or USUAL[0] <= longest <= DOUBTFUL:
+        return []
+    advice = how_to_scale(longest / unit.metres, 1e-3)
+    return [f"{longest:.2f} m for its longer side is unusual: is the file in {NAMES[probable]}? {advice}"]

@@ -1,0 +1,196 @@
+"""A garment from a mesh: one that lies flat is kept as it is, one that stands, as worn on a body, is laid flat."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from tatamu.errors import InputError
+from tatamu.garments.description import GarmentFile
+from tatamu.garments.flat import flat_garment, meshed_anew
+from tatamu.garments.flattening import flattened, inside_out, panel_numbers, side_lengths
+from tatamu.garments.frame import FLAT, direction
+from tatamu.garments.garment import Garment
+from tatamu.garments.laying import laid_flat
+from tatamu.garments.meshfile import faults, pieces, read_mesh, welded
+from tatamu.garments.objfile import TriangleMesh
+from tatamu.garments.posture import posture
+from tatamu.garments.resolution import PASSABLE
+from tatamu.garments.units import DOUBTFUL, Unit, check_size_of_file, doubts, how_to_scale
+from tatamu.material import Material
+
+OFTEN_UNWELDED = (".stl", ".glb")
+"""Formats in which a vertex stands once for each triangle, or for each place in the texture."""
+GENTLE, MOST = 0.03, 0.15
+"""A garment is flattened if half of its edges change by less than the first of these parts, 95 in 100 by the second."""
+ALIKE = 0.06
+"""A UV map is the pattern if half of its edges fit those of the mesh to this part, with one scale for all panels."""
+SIDE_VIEW = {0: ("z", "x"), 1: ("z", "-y"), 2: ("y", "z")}
+"""Of a flat mesh by its thin axis: what is up where nobody says so, and towards which side it faces up."""
+
+
+@dataclass(frozen=True)
+class _Laid:
+    """Where a mesh lies, before it is a garment."""
+
+    points: np.ndarray
+    """In a garment's frame [m], shape (n, 3)."""
+    faces: np.ndarray
+    notes: tuple[str, ...]
+
+
+def from_mesh(given: GarmentFile, source: Path, material: Material) -> Garment:
+    """The garment of a mesh file.
+
+    Raises:
+        InputError: The file cannot be read, or its mesh is no cloth, or cannot be laid flat.
+    """
+    if given.spacing is not None and not given.remesh:
+        raise InputError("spacing: a mesh has its own; give remesh = true under [garment] for a new one")
+    unit = _unit(source).scaled(given.scale)
+    mesh, notes = _cloth(given, read_mesh(source), source, unit)
+    extent = np.sort(np.ptp(mesh.vertices, axis=0))
+    flat = bool(extent[0] <= FLAT * extent[1])
+    sides = (float(extent[1]), float(extent[2]))
+    if given.size is None:
+        check_size_of_file(sides, "mesh", unit)
+    found = faults(mesh.vertices, mesh.faces)
+    if found:
+        raise InputError(f"mesh: has {'; '.join(found)}")
+    if not flat and given.size is None and max(sides) > DOUBTFUL:
+        advice = how_to_scale(max(sides) / unit.metres, 1e-3)
+        raise InputError(f"mesh: is {sides[1]:.3g} m large, {unit.words}, more than anything that is worn; {advice}")
+    garment = _lying(given, mesh, material) if flat else _laid(given, mesh, material)
+    doubt = [] if given.size else doubts(sides, unit)
+    notes = [*notes, *doubt, *garment.notes, *_coarseness(garment)]
+    return replace(garment, reading=unit.reading(given.size), notes=tuple(notes))
+
+
+def _unit(source: Path) -> Unit:
+    kind = source.suffix[1:].upper()
+    if kind == "GLB":
+        return Unit(1.0, "metres", "as glTF has it")
+    return Unit(1.0, "metres", f"assumed: {kind} states no unit", assumed=True)
+
+
+def _cloth(given: GarmentFile, mesh: TriangleMesh, source: Path, unit: Unit) -> tuple[TriangleMesh, list[str]]:
+    """The one piece of cloth in a mesh [m], and what was done to it."""
+    mesh = replace(mesh, vertices=mesh.vertices * unit.metres)
+    notes = []
+    if given.weld or source.suffix.lower() in OFTEN_UNWELDED:
+        before = len(mesh.vertices)
+        mesh = welded(mesh)
+        notes = [f"{before} vertices welded into {len(mesh.vertices)}"] if before > len(mesh.vertices) else []
+    number = pieces(mesh.faces)
+    if number.max() == 0 and given.piece is None:
+        return mesh, notes
+    names = [_piece_name(mesh, number == k, k) for k in range(int(number.max()) + 1)]
+    wanted = [k for k, name in enumerate(names) if given.piece and name.casefold() == given.piece.casefold()]
+    if len(wanted) == 1:
+        return mesh.kept(number == wanted[0]), notes
+    known = [f'"{name}" ({_extent(mesh, number == k)})' for k, name in enumerate(names)]
+    listed = ", ".join(known[:8]) + (f" and {len(known) - 8} more" if len(known) > 8 else "")
+    if given.piece is not None:
+        raise InputError(f"piece: must be one of {listed}, given {given.piece!r}")
+    weld = (
+        "" if len(np.unique(mesh.vertices.round(9), axis=0)) == len(mesh.vertices) else ", or join them by weld = true"
+    )
+    raise InputError(
+        f"mesh: has {len(names)} pieces that do not hang together: {listed}; choose one with "
+        f'piece = "{names[0]}" under [garment] in a garment file{weld}'
+    )
+
+
+def _piece_name(mesh: TriangleMesh, own: np.ndarray, number: int) -> str:
+    """What the file calls most of a piece's triangles, or its number."""
+    parts = [part for part, keep in zip(mesh.parts, own, strict=True) if keep and part] if mesh.parts else []
+    return max(sorted(set(parts)), key=parts.count) if parts else f"piece {number + 1}"
+
+
+def _extent(mesh: TriangleMesh, own: np.ndarray) -> str:
+    points = mesh.vertices[np.unique(mesh.faces[own])]
+    return f"{len(points)} vertices, {' x '.join(f'{side:.2f}' for side in np.ptp(points, axis=0))} m"
+
+
+def _lying(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garment:
+    """The garment of a mesh that is flat, in whatever plane."""
+    thin = int(np.argmin(np.ptp(mesh.vertices, axis=0)))
+    up, facing = SIDE_VIEW[thin]
+    up = given.up or up
+    if up[-1] == "xyz"[thin]:
+        raise InputError(f"up: is {up}, but the mesh is flat across {up[-1]}: its hem and its top lie in the other two")
+    ahead, front = direction(up), direction(facing)
+    points = mesh.vertices @ np.array([ahead, np.cross(front, ahead), front]).T
+    notes = () if thin == 2 else (f"was flat in the plane across {'xyz'[thin]}: turned onto the table, {up} up",)
+    garment = flat_garment(given.name, _sized(points[:, :2], given.size), mesh.faces, material)
+    garment = meshed_anew(garment, given.spacing) if given.remesh else garment
+    return replace(garment, notes=(*notes, *garment.notes))
+
+
+def _laid(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garment:
+    """The garment of a mesh that stands: flattened if that hardly strains it, else let go of over the table."""
+    stance = posture(mesh.vertices, mesh.faces, given.up)
+    points = (mesh.vertices - mesh.vertices.mean(axis=0)) @ stance.turn.T
+    faces = mesh.faces[:, ::-1] if inside_out(points, mesh.faces) else mesh.faces
+    uv = mesh.uv if mesh.uv is None or faces is mesh.faces else mesh.uv[:, ::-1]
+    lengths, panels, how = _pattern(points, faces, uv)
+    plane = flattened(points, faces, lengths, panels)
+    deep = float(np.ptp(points[:, 2]))
+    notes = [f"was not flat: laid flat on its back, being {1e3 * deep:.0f} mm deep; {stance.words}"]
+    reason = (
+        f"its edges would change by {100 * plane.median:.1f} % in the middle, {100 * plane.most:.0f} % for 5 in 100"
+    )
+    if plane.median <= GENTLE and plane.most <= MOST:
+        try:
+            garment = flat_garment(given.name, _sized(plane.plan, given.size), faces, material)
+        except InputError as error:
+            reason = str(error).removeprefix("mesh: ")
+        else:
+            garment = meshed_anew(garment, given.spacing) if given.remesh else garment
+            notes += [
+                f"flattened by {how}: its edges change by {100 * plane.median:.1f} %, 5 in 100 by more than "
+                f"{100 * plane.most:.1f} %"
+            ]
+            return replace(garment, notes=(*notes, *garment.notes))
+    if given.remesh:
+        raise InputError(f"remesh: only what lies flat can be meshed anew, and this cannot be flattened: {reason}")
+    stretch = 1.0 if given.size is None else float(np.sqrt(np.prod(given.size) / np.prod(np.ptp(points, axis=0)[:2])))
+    fallen = laid_flat(given.name, stretch * points, faces, material)
+    return replace(fallen, notes=(*notes, f"not flattened, as {reason}", *fallen.notes))
+
+
+def _sized(plan: np.ndarray, size: tuple[float, float] | None) -> np.ndarray:
+    """The plan stretched to a width and length [m]."""
+    return plan if size is None else plan * (np.array(size[::-1]) / np.ptp(plan, axis=0))
+
+
+def _pattern(points: np.ndarray, faces: np.ndarray, uv: np.ndarray | None) -> tuple[np.ndarray, np.ndarray, str]:
+    """Sides that the triangles shall have [m], their panels, and what both were taken from.
+
+    A UV map is the pattern where one scale makes its edges as long as those of the mesh.
+    """
+    worn = side_lengths(points[faces])
+    if uv is None:
+        return worn, panel_numbers(faces, None), "its own shape"
+    drawn = side_lengths(uv)
+    if (drawn <= 0.0).any():
+        return worn, panel_numbers(faces, None), "its own shape, as its UV map has triangles without area"
+    panels = panel_numbers(faces, uv)
+    scale = float(np.median(worn / drawn))
+    misfit = np.abs(worn / (scale * drawn) - 1.0)
+    if float(np.median(misfit)) > ALIKE:
+        return worn, panel_numbers(faces, None), "its own shape, as its UV map is no pattern of one scale"
+    return scale * drawn, panels, f"its UV map, a pattern of {panels.max() + 1} panels"
+
+
+def _coarseness(garment: Garment) -> list[str]:
+    """What to say of a mesh that is too coarse for its fabric."""
+    cells = garment.spacing / garment.material.bending_length
+    if cells <= PASSABLE:
+        return []
+    return [
+        f"coarse: edges of {1e3 * garment.spacing:.1f} mm are {cells:.2f} bending lengths, more than {PASSABLE:g}: "
+        "folds will look too stiff"
+    ]

@@ -1,0 +1,107 @@
+"""Fold plans that a garment can be folded by, drawn one by one, as a page and as a picture."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+from markupsafe import Markup
+
+from tatamu.folding.coverage import Part
+from tatamu.folding.fold import ideal_folds
+from tatamu.folding.plan import Plan
+from tatamu.folding.proposals import Proposal
+from tatamu.garments import Garment
+from tatamu.presentation.drawing import Drawing
+from tatamu.presentation.page import render
+from tatamu.presentation.shapes import Polyline
+from tatamu.report.garment import FoldMark, diagram
+
+COLUMNS = 3
+"""Plans side by side in a picture."""
+TITLE = 40
+"""Height of a plan's name over its drawing [pixels]."""
+
+
+def marks(garment: Garment, plan: Plan) -> list[FoldMark]:
+    """Every fold of a plan on the flat garment; later grasps stand where they are on it."""
+    flat = garment.vertices[:, :2]
+    titles = [f"{number}. {step.title}" for number, step in enumerate(plan.steps, start=1)]
+    names = titles if len(titles) > 1 else [plan.name]
+    return [
+        FoldMark(title, fold.line, fold.normal, flat[fold.left], flat[fold.right] if fold.hands == 2 else flat[:0])
+        for title, fold in zip(names, ideal_folds(garment, plan), strict=True)
+    ]
+
+
+def drawings(garment: Garment, proposals: Sequence[Proposal]) -> list[Drawing]:
+    """A drawing of each plan; what no hand carries is shaded, where it lies on the flat garment.
+
+    Raises:
+        InputError: The garment cannot be folded so.
+    """
+    drawn = []
+    for proposal in proposals:
+        drawing = diagram(garment, marks(garment, proposal.plan))
+        for _, part in proposal.missed:
+            drawing.add(*_shaded(garment, part))
+        drawn.append(drawing)
+    return drawn
+
+
+def _shaded(garment: Garment, part: Part) -> list[Polyline]:
+    """The region of a part."""
+    inside = np.isin(garment.faces, part.vertices).all(axis=1)
+    covered = shapely.union_all(shapely.polygons(garment.vertices[garment.faces[inside], :2]), grid_size=1e-6)
+    regions = [each for each in shapely.get_parts(covered) if isinstance(each, shapely.Polygon)]
+    return [Polyline(np.array(each.exterior.coords), width=0.0, fill="warm", opacity=0.5) for each in regions]
+
+
+def page(garment: Garment, proposals: Sequence[Proposal]) -> str:
+    """All plans as one HTML page that opens offline.
+
+    Raises:
+        InputError: The garment cannot be folded so.
+    """
+    drawn = drawings(garment, proposals)
+    return render(
+        "report/candidates.html",
+        title=garment.name,
+        plans=[
+            (proposal.plan, Markup(drawing.svg()), _warnings(proposal))
+            for proposal, drawing in zip(proposals, drawn, strict=True)
+        ],
+    )
+
+
+def _warnings(proposal: Proposal) -> list[str]:
+    return [f"Step {number + 1}: no hand carries {part.text}" for number, part in proposal.missed]
+
+
+def picture(garment: Garment, proposals: Sequence[Proposal]) -> bytes:
+    """All plans side by side, as the bytes of a PNG file.
+
+    Raises:
+        InputError: The garment cannot be folded so.
+    """
+    from PIL import Image, ImageDraw, ImageFont
+
+    images = [Image.open(io.BytesIO(drawing.png())) for drawing in drawings(garment, proposals)]
+    columns = min(COLUMNS, len(images))
+    width = images[0].width
+    height = images[0].height + TITLE
+    rows = -(-len(images) // columns)
+    sheet = Image.new("RGB", (width * columns, height * rows), "#fff")
+    canvas = ImageDraw.Draw(sheet)
+    font = ImageFont.load_default(22)
+    for number, (proposal, image) in enumerate(zip(proposals, images, strict=True)):
+        left = width * (number % columns)
+        top = height * (number // columns)
+        sheet.paste(image, (left, top + TITLE))
+        name = proposal.plan.name + (" (not all is carried)" if proposal.missed else "")
+        canvas.text((left + 16, top + 8), name, "#20242c", font)
+    buffer = io.BytesIO()
+    sheet.save(buffer, "PNG", optimize=True)
+    return buffer.getvalue()

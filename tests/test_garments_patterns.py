@@ -1,0 +1,309 @@
+"""Patterns as CAD and drawing programs write them: pieces, layers with a meaning, names, units."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import tatamu.cli  # noqa: F401  adds the commands
+from tatamu.cli.app import app
+from tatamu.errors import InputError
+from tatamu.garments import Garment, make_garment
+from tests.foreign import svg
+from tests.patterns import (
+    HOODIE,
+    ILLUSTRATOR,
+    INKSCAPE,
+    NAMED,
+    POCKET,
+    aama_dxf,
+    half_dxf,
+    hoodie_svg,
+    inserted_dxf,
+)
+
+OPEN = 'openings = ["bottom", "top"]'
+
+
+def described(path: Path, *lines: str) -> Garment:
+    """The garment of a file with these lines in its garment file, coarsely meshed."""
+    text = "\n".join(["[garment]", f'outline = "{path.name}"', "spacing = 0.03", *lines])
+    (path.parent / "garment.toml").write_text(text + "\n")
+    return make_garment(str(path.parent / "garment.toml"))
+
+
+@pytest.mark.parametrize("units", ["METRIC", "ENGLISH"])
+def test_the_garment_file_chooses_a_piece_of_a_pattern(units: str, tmp_path: Path) -> None:
+    front = described(aama_dxf(tmp_path, units), 'piece = "front"')
+    assert front.size == pytest.approx((0.54, 0.46), abs=1e-4)
+    assert ("inches" if units == "ENGLISH" else "millimetres") in front.reading
+    assert f"UNITS: {units}" in front.reading
+    sleeve = described(tmp_path / "shirt.dxf", 'piece = "SLEEVE"')
+    assert sleeve.size == pytest.approx((0.22, 0.14), abs=1e-4)
+
+
+def test_several_pieces_are_listed_with_their_sizes(tmp_path: Path) -> None:
+    path = aama_dxf(tmp_path)
+    with pytest.raises(InputError) as refused:
+        make_garment(str(path))
+    said = str(refused.value)
+    assert 'piece = "FRONT" under [garment]' in said
+    assert '"BACK" (0.46 x 0.54 m)' in said and '"SLEEVE" (0.14 x 0.22 m)' in said
+    with pytest.raises(InputError, match=r'piece: must be one of "FRONT".*given \'HOOD\''):
+        described(path, 'piece = "HOOD"')
+
+
+def test_the_grain_line_turns_the_piece_so_that_it_runs_along_the_length(tmp_path: Path) -> None:
+    path = aama_dxf(tmp_path)
+    front = described(path, 'piece = "FRONT"')
+    assert front.size == pytest.approx((0.54, 0.46), abs=1e-4)
+    hem = front.vertices[front.edges["bottom"]]
+    assert np.ptp(hem[:, 1]) == pytest.approx(0.32, abs=1e-3)
+    assert any("grain line" in note for note in front.notes)
+    assert described(path, 'piece = "FRONT"', "grain = false").size == pytest.approx((0.46, 0.54), abs=1e-4)
+    over = described(path, 'piece = "FRONT"', 'up = "-x"')
+    assert np.ptp(over.vertices[over.edges["top"], 1]) == pytest.approx(0.32, abs=1e-3)
+
+
+def test_notches_grain_and_internal_lines_are_no_openings_and_no_holes(tmp_path: Path) -> None:
+    front = described(aama_dxf(tmp_path), 'piece = "FRONT"', "layers = 2", OPEN)
+    assert front.layers == 2
+    assert set(front.openings) == {"bottom", "top"}
+    assert not any(name.startswith("hole") for name in front.edges)
+
+
+def test_a_piece_is_as_large_as_it_is_sewn(tmp_path: Path) -> None:
+    front = described(aama_dxf(tmp_path, seam=10.0), 'piece = "FRONT"')
+    assert front.size == pytest.approx((0.54, 0.46), abs=1e-3)
+    assert any("sew line (layer 14)" in note for note in front.notes)
+
+
+@pytest.mark.parametrize(
+    ("code", "metres", "name"), [(4, 1e-3, "millimetres"), (5, 1e-2, "centimetres"), (1, 0.0254, "inches")]
+)
+def test_the_header_gives_the_unit_where_no_text_does(code: int, metres: float, name: str, tmp_path: Path) -> None:
+    front = described(inserted_dxf(tmp_path, code, metres))
+    assert front.size == pytest.approx((0.54, 0.46), abs=1e-4)
+    assert front.reading == f"read in {name} (DXF, $INSUNITS {code})"
+
+
+def test_the_text_of_a_pattern_goes_before_the_header(tmp_path: Path) -> None:
+    path = aama_dxf(tmp_path)
+    header = "0\nSECTION\n2\nHEADER\n9\n$ACADVER\n1\nAC1015\n9\n$INSUNITS\n70\n1\n0\nENDSEC\n"
+    path.write_text(header + path.read_text())
+    assert described(path, 'piece = "FRONT"').size == pytest.approx((0.54, 0.46), abs=1e-4)
+
+
+def test_half_a_piece_is_unfolded_along_its_mirror_line(tmp_path: Path) -> None:
+    back = described(half_dxf(tmp_path), 'up = "x"')
+    assert back.size == pytest.approx((0.54, 0.46), abs=1e-3)
+    assert any("mirror line" in note for note in back.notes)
+
+
+def test_pieces_of_an_svg_are_chosen_by_their_names(tmp_path: Path) -> None:
+    body = '<rect id="front" width="200" height="400"/><rect id="rect9" x="300" width="200" height="300"/>'
+    (tmp_path / "two.svg").write_text(svg(body))
+    assert described(tmp_path / "two.svg", 'piece = "piece 2"').size == pytest.approx((0.2, 0.3))
+    assert described(tmp_path / "two.svg", 'piece = "front"').size == pytest.approx((0.2, 0.4))
+
+
+VIEW = 'viewBox="0 0 620 710"'
+NEW, OLD = (INKSCAPE.format(version=version) for version in ("1.3.2", "0.48.4 r9939"))
+SVGS = {
+    "mm": (hoodie_svg(f'width="620mm" height="710mm" {VIEW}'), "millimetres (SVG, width 620mm)"),
+    "cm": (hoodie_svg('width="62cm" viewBox="0 0 62 71"', scale=0.1), "centimetres (SVG, width 62cm)"),
+    "px": (
+        hoodie_svg('width="2343.307px" height="2683.465px"', scale=96 / 25.4),
+        "pixels of 1/96 inch (SVG, width 2343.307px, no viewBox)",
+    ),
+    "bare": (
+        hoodie_svg('width="2343.307" viewBox="0 0 2343.307 2683.465"', scale=96 / 25.4),
+        "pixels of 1/96 inch (SVG, width 2343.307)",
+    ),
+    "px for mm": (
+        hoodie_svg(f'width="2343.307" height="2683.465" {VIEW}'),
+        "pixels of 1/96 inch (SVG, width 2343.307)",
+    ),
+    "pt": (
+        hoodie_svg('width="1757.48pt" viewBox="0 0 1757.48 2012.6"', scale=72 / 25.4),
+        "points of 1/72 inch (SVG, width 1757.48pt)",
+    ),
+    "Illustrator": (
+        hoodie_svg('width="1757.48px" viewBox="0 0 1757.48 2012.6"', "", ILLUSTRATOR, 72 / 25.4),
+        "points of 1/72 inch (Illustrator SVG, width 1757.48px)",
+    ),
+    "Illustrator for screens": (
+        hoodie_svg('id="Layer_1" data-name="Layer 1" viewBox="0 0 1757.48 2012.6"', scale=72 / 25.4),
+        "points of 1/72 inch (Illustrator SVG without a width)",
+    ),
+    "Inkscape": (
+        hoodie_svg(f'{NEW} width="620mm" height="710mm" {VIEW}'),
+        "millimetres (Inkscape SVG, width 620mm)",
+    ),
+    "old Inkscape": (
+        hoodie_svg(f'{OLD} width="2196.85" height="2515.75"', scale=90 / 25.4),
+        "pixels of 1/90 inch (Inkscape SVG, width 2196.85, no viewBox)",
+    ),
+    "none": (hoodie_svg(VIEW), "millimetres (assumed: the SVG has no width)"),
+}
+
+
+@pytest.mark.parametrize("kind", SVGS)
+def test_the_size_of_an_svg_is_that_of_the_program_that_wrote_it(kind: str, tmp_path: Path) -> None:
+    text, words = SVGS[kind]
+    (tmp_path / "hoodie.svg").write_text(text)
+    hoodie = make_garment(str(tmp_path / "hoodie.svg"), spacing=0.03)
+    assert hoodie.size == pytest.approx((0.62, 0.71), rel=1e-5)
+    assert hoodie.statement == f"hoodie: 0.62 x 0.71 m, read in {words}"
+
+
+def test_a_viewbox_is_fitted_into_width_and_height(tmp_path: Path) -> None:
+    (tmp_path / "wide.svg").write_text(hoodie_svg(f'width="1240mm" height="710mm" {VIEW}'))
+    assert make_garment(str(tmp_path / "wide.svg"), spacing=0.03).size == pytest.approx((0.62, 0.71))
+    (tmp_path / "stretched.svg").write_text(
+        hoodie_svg(f'width="1240mm" height="710mm" {VIEW} preserveAspectRatio="none"')
+    )
+    with pytest.raises(InputError, match="must not be stretched"):
+        make_garment(str(tmp_path / "stretched.svg"))
+
+
+def test_a_scale_goes_before_what_the_file_says(tmp_path: Path) -> None:
+    (tmp_path / "hoodie.svg").write_text(hoodie_svg(f'width="620px" {VIEW}'))
+    made = described(tmp_path / "hoodie.svg", "scale = 0.001")
+    assert made.statement == "garment: 0.62 x 0.71 m, read in millimetres (scale 0.001)"
+
+
+def test_a_wrong_unit_is_refused_with_the_place_of_the_scale(tmp_path: Path) -> None:
+    (tmp_path / "hoodie.svg").write_text(hoodie_svg('width="62mm" viewBox="0 0 62 71"', scale=0.1))
+    assert make_garment(str(tmp_path / "hoodie.svg")).size == pytest.approx((0.062, 0.071))
+    (tmp_path / "hoodie.svg").write_text(hoodie_svg('width="6.2mm" viewBox="0 0 62 71"', scale=0.1))
+    with pytest.raises(InputError, match=r"give scale = 0\.01 under \[garment\] in a garment file, or --scale 0\.01"):
+        make_garment(str(tmp_path / "hoodie.svg"))
+
+
+def test_a_small_garment_of_an_assumed_unit_is_doubted(tmp_path: Path) -> None:
+    (tmp_path / "hoodie.svg").write_text(hoodie_svg('viewBox="0 0 62 71"', scale=0.1))
+    made = make_garment(str(tmp_path / "hoodie.svg"))
+    assert any("is the file in centimetres?" in note for note in made.notes)
+
+
+def test_inner_open_paths_without_a_name_are_no_openings(tmp_path: Path) -> None:
+    (tmp_path / "hoodie.svg").write_text(hoodie_svg(f'{NEW} width="620mm" {VIEW}', POCKET))
+    hoodie = make_garment(str(tmp_path / "hoodie.svg"), spacing=0.03)
+    assert hoodie.layers == 1
+    assert any(note.startswith("one layer, as no opening is named") for note in hoodie.notes)
+
+
+def test_a_label_is_a_name_and_a_pocket_with_a_name_is_no_opening(tmp_path: Path) -> None:
+    pocket = POCKET.replace('id="path815"', 'id="pocket"')
+    (tmp_path / "hoodie.svg").write_text(hoodie_svg(f'{NEW} width="620mm" {VIEW}', pocket + NAMED))
+    hoodie = make_garment(str(tmp_path / "hoodie.svg"), spacing=0.03)
+    assert hoodie.openings == ("hem",)
+    assert any(note.startswith("pocket: does not lie along") for note in hoodie.notes)
+
+
+def test_openings_of_the_garment_file_win(tmp_path: Path) -> None:
+    (tmp_path / "hoodie.svg").write_text(hoodie_svg(f'{NEW} width="620mm" {VIEW}', POCKET + NAMED))
+    given = described(tmp_path / "hoodie.svg", "openings = {neck = [[260, 0], [360, 0]]}")
+    assert given.openings == ("neck",)
+    named = described(tmp_path / "hoodie.svg", 'openings = ["hem", "top"]')
+    assert set(named.openings) == {"hem", "top"}
+
+
+def test_the_group_of_a_path_is_not_its_name(tmp_path: Path) -> None:
+    body = f'<g id="front"><path d="{HOODIE}"/><path d="M 210 600 L 410 600"/></g>'
+    (tmp_path / "hoodie.svg").write_text(svg(body, 620, 710))
+    assert make_garment(str(tmp_path / "hoodie.svg"), spacing=0.03).layers == 1
+
+
+def test_layers_that_are_asked_for_are_no_news(tmp_path: Path) -> None:
+    (tmp_path / "hoodie.svg").write_text(hoodie_svg(f'width="620mm" {VIEW}'))
+    assert described(tmp_path / "hoodie.svg", "layers = 1").notes == ()
+
+
+def test_a_narrow_garment_gets_a_spacing_that_fits_it(tmp_path: Path) -> None:
+    (tmp_path / "tie.svg").write_text(svg('<rect width="50" height="600"/>', 50, 600))
+    assert make_garment(str(tmp_path / "tie.svg")).spacing <= 0.0125
+    with pytest.raises(InputError, match=r"given 0\.05 m"):
+        make_garment(str(tmp_path / "tie.svg"), spacing=0.05)
+
+
+def test_a_spacing_that_nobody_gave_is_not_named(tmp_path: Path) -> None:
+    slot = "M0 0H400V300H202V20H198V300H0Z"  # two parts 4 mm apart
+    (tmp_path / "slot.svg").write_text(svg(f'<path d="{slot}"/>', 400, 300))
+    try:
+        made = make_garment(str(tmp_path / "slot.svg"))
+    except InputError as refused:
+        assert "for a mesh; give a spacing in metres" in str(refused)
+        assert "0.0" not in str(refused)
+    else:
+        assert made.spacing < 0.0129
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ('up = "z"', "for an outline"),
+        ("size = [540, 460]", "size.0: must be from 0.05 to 5 m, given 540 m"),
+        ("spacing = 0", "spacing: must be above 0 m"),
+        ("scale = 0", "metres per unit"),
+    ],
+)
+def test_wrong_lengths_are_refused_in_their_unit(line: str, words: str, tmp_path: Path) -> None:
+    (tmp_path / "hoodie.svg").write_text(hoodie_svg(f'width="620mm" {VIEW}'))
+    with pytest.raises(InputError) as refused:
+        text = f'[garment]\noutline = "hoodie.svg"\n{line}\n'
+        (tmp_path / "wrong.toml").write_text(text)
+        make_garment(str(tmp_path / "wrong.toml"))
+    assert words in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def command(*arguments: object) -> str:
+    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    if result.exception:
+        raise result.exception
+    return result.output
+
+
+def test_the_size_that_was_understood_is_stated_by_show_and_on_its_page(tmp_path: Path) -> None:
+    (tmp_path / "hoodie.svg").write_text(hoodie_svg(f'{NEW} width="620mm" {VIEW}'))
+    said = command("show", tmp_path / "hoodie.svg", "--spacing", 0.03, "--out", tmp_path / "hoodie.html")
+    assert said.startswith("hoodie: 0.62 x 0.71 m, read in millimetres (Inkscape SVG, width 620mm)\n")
+    assert "read in millimetres (Inkscape SVG, width 620mm)" in (tmp_path / "hoodie.html").read_text()
+    assert command("show", "towel", "--out", tmp_path / "towel.html").startswith("towel: 0.34 x 0.80 m\n")
+
+
+def test_the_command_line_takes_a_scale(tmp_path: Path) -> None:
+    (tmp_path / "hoodie.svg").write_text(hoodie_svg(VIEW, scale=1.0))
+    arguments = ("show", tmp_path / "hoodie.svg", "--spacing", 0.03, "--out", tmp_path / "hoodie.html")
+    assert command(*arguments, "--scale", 0.002).startswith("hoodie: 1.24 x 1.42 m, read in units of 0.002 m (scale")
+    with pytest.raises(InputError, match="scale: must be above 0"):
+        command(*arguments, "--scale", -1)
+    with pytest.raises(InputError, match="scale: belongs to a file"):
+        command("show", "towel", "--scale", 0.1, "--out", tmp_path / "towel.html")
+
+
+def test_learn_states_the_size_before_the_first_trial_and_keeps_the_scale(tmp_path: Path) -> None:
+    square = '<svg xmlns="http://www.w3.org/2000/svg"><rect width="30" height="40"/></svg>'
+    (tmp_path / "cloth.svg").write_text(square)
+    out = tmp_path / "run"
+    said = command(
+        "learn",
+        tmp_path / "cloth.svg",
+        "--scale",
+        0.01,
+        "--spacing",
+        0.04,
+        "--trials",
+        1,
+        "--no-baselines",
+        "--out",
+        out,
+    )
+    assert said.startswith("cloth: 0.30 x 0.40 m, read in centimetres (scale 0.01)\nnote: one layer")
+    assert json.loads((out / "result.json").read_text())["asked"]["scale"] == 0.01
