@@ -58,7 +58,7 @@ def read_obj(path: Path) -> TriangleMesh:
 
 
 class _Reader:
-    """What was read of an OBJ file so far."""
+    """The part of an OBJ file read so far."""
 
     def __init__(self) -> None:
         self.vertices: list[list[float]] = []

@@ -82,7 +82,7 @@ def read_svg(path: Path) -> DrawnPieces:
 
 
 def _name(shape: Any) -> str:
-    """What the author called a shape; empty where the program did."""
+    """The author's name of a shape; empty where the program gave it."""
     own = shape.values.get("attributes", {})
     label = own.get(f"{INKSCAPE}label") or own.get("data-name") or own.get("id") or ""
     label = re.sub(r"_x([0-9A-Fa-f]{2,4})_", lambda code: chr(int(code[1], 16)), label)  # as Illustrator writes them

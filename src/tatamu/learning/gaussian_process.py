@@ -42,7 +42,7 @@ class GaussianProcess:
     points: np.ndarray
     """Where it was observed, shape (n, d)."""
     values: np.ndarray
-    """What was observed, shape (n,)."""
+    """The observations, shape (n,)."""
     lengths: np.ndarray
     """l_k, shape (d,)."""
     mean: float
