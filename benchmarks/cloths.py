@@ -117,9 +117,9 @@ def cases() -> list[Case]:
 
 def sag_length(case: Case) -> float:
     """The free length at which the edge hangs down about half of it, as a person would find by trying [m]."""
-    lab, material = Laboratory(case.of), settling(case.real)
+    material = settling(case.real)
     lengths = SHORTER if case.cells is None else FREE_LENGTHS
-    share = [lab.reading(Sag(d, case.cells, name=f"{d}"), material) / d for d in lengths]
+    share = [Laboratory(case.of).reading(Sag(d, case.cells), material) / d for d in lengths]
     return lengths[int(np.argmin(np.abs(np.array(share) - 0.5)))]
 
 

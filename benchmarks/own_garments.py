@@ -99,8 +99,11 @@ def main() -> None:
         write_json(table, kept)
         print(markdown([shown(row) for row in kept[name]]), flush=True)
     if given.write_docs:
-        rows = [shown(row) for name in sorted(kept) for row in kept[name]]
-        publish("own garments, fine" if given.fine else "own garments", markdown(rows))
+        rows = markdown([shown(row) for name in sorted(kept) for row in kept[name]])
+        if given.fine:
+            publish("own garments, fine", rows)
+        else:
+            publish("own garments", rows)
 
 
 if __name__ == "__main__":

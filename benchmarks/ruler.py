@@ -51,7 +51,7 @@ def measured(
         "L2": size[1],
         "H_s": BOARD * float(np.sin(angle)),
         "sag": lab.reading(strip, still),
-        **({"loop": loop_height(lab, still, spacing)} if "loop" in more else {}),
+        **({"loop": loop_height(simulator, still, spacing)} if "loop" in more else {}),
         **({"moved": lab.reading(Push(size[1], PUSHED, spacing), material)} if "push" in more else {}),
         "free_length": free_length,
         "angle": angle,
@@ -64,18 +64,15 @@ def settling(material: Material) -> Material:
     return material if raw is None else material.model_copy(update={"blender": {**raw, "air_damping": 10.0}})
 
 
-def loop_height(lab: Laboratory, material: Material, spacing: float | None) -> float:
+def loop_height(simulator: str, material: Material, spacing: float | None) -> float:
     """Height of a fold's loop [m], of strips cut to it as it turns out."""
-    height, before = HEIGHT * material.bending_length + LIFT * material.thickness, 0.0
+    height = HEIGHT * material.bending_length + LIFT * material.thickness
+    before = 0.0
     while not 0.8 * height < before < 1.25 * height:
         before = height
-        test = Loop(
-            before,
-            material.thickness,
-            spacing or max(before / FINE_LOOP, 1.6 * material.thickness),
-            name=f"loop of {before:.4f}",
-        )
-        height = lab.reading(test, material)
+        edge = spacing or max(before / FINE_LOOP, 1.6 * material.thickness)
+        test = Loop(before, material.thickness, edge)
+        height = Laboratory(simulator).reading(test, material)  # a new one: it knows one test of a name
     return height
 
 

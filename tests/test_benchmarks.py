@@ -155,7 +155,7 @@ def test_a_hidden_cloth_lies_within_the_spread_of_its_preset(modules: Any) -> No
 def test_the_loop_of_a_simulated_cloth_is_that_of_its_bending_length(modules: Any) -> None:
     ruler, cloths = modules("ruler"), modules("cloths")
     material = cloths.load_material(Path("interlock"))
-    height = ruler.loop_height(ruler.Laboratory("native"), material, None)
+    height = ruler.loop_height("native", material, None)
     assert height == pytest.approx(0.906 * material.bending_length + 1.1 * material.thickness, rel=0.02)
 
 

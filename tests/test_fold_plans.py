@@ -166,6 +166,7 @@ def test_the_best_coverage_is_the_one_that_leaves_least() -> None:
 def test_appendages_of_outlines() -> None:
     body = shapely.box(-0.3, -0.2, 0.3, 0.2)
     assert appendages(body) == []
+    assert appendages(shapely.Point(0.0, 0.0).buffer(0.2)) == []
     arm = shapely.box(0.1, 0.2, 0.2, 0.5)
     (found,) = appendages(shapely.union(body, arm))
     assert found.facing == "+y"

@@ -28,8 +28,8 @@ NOTCH = 0.35
 """An outline has legs if a notch this deep, as part of its length, ends near its middle."""
 NOTCH_ASIDE = 0.15
 """How far from the middle the end of that notch may be, as part of the width."""
-FACING = {"+x": (1.0, 0.0), "-x": (-1.0, 0.0), "+y": (0.0, 1.0), "-y": (0.0, -1.0)}
-"""The four ways an appendage may stand off the body; +y is the garment's left."""
+FACING = {"+y": (0.0, 1.0), "-y": (0.0, -1.0), "+x": (1.0, 0.0), "-x": (-1.0, 0.0)}
+"""The four directions in which an appendage may stand off the body, in the order of folding; +y is the left."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Appendage:
     region: shapely.Polygon
     """What it covers beside the body [m]."""
     facing: str
-    """Which way it leaves the body: +x, -x, +y or -y."""
+    """The direction in which it leaves the body: +x, -x, +y or -y."""
     line: float
     """Where it leaves the body: x or y of the line across its root [m]."""
 
@@ -77,12 +77,10 @@ def appendages(outline: shapely.Polygon) -> list[Appendage]:
     found = [
         _appendage(outline, body, part)
         for part in shapely.get_parts(apart)
-        if isinstance(part, shapely.Polygon) and _depth(part, body) > LEAST_DEPTH * radius
+        if isinstance(part, shapely.Polygon) and not part.is_empty and _depth(part, body) > LEAST_DEPTH * radius
     ]
     order = list(FACING)
-    ranks = {"+y": 0, "-y": 1, "+x": 2, "-x": 3}
-    assert set(order) == set(ranks)
-    return sorted(found, key=lambda each: (ranks[each.facing], float(each.region.centroid.x)))
+    return sorted(found, key=lambda each: (order.index(each.facing), float(each.region.centroid.x)))
 
 
 def _depth(part: shapely.Polygon, body: shapely.Geometry) -> float:
@@ -92,7 +90,7 @@ def _depth(part: shapely.Polygon, body: shapely.Geometry) -> float:
 
 
 def _appendage(outline: shapely.Polygon, body: shapely.Geometry, part: shapely.Polygon) -> Appendage:
-    """The appendage of a part: it faces the way that is most nearly across its root."""
+    """The appendage of a part: it faces the direction that is most nearly across its root."""
     root = _root(part, body)
     chord = root[1] - root[0]
     across = np.array([chord[1], -chord[0]]) / (np.linalg.norm(chord) + 1e-12)

@@ -69,13 +69,14 @@ def best_plan(garment: Garment) -> Plan:
 def _sequences(garment: Garment) -> list[tuple[str, list[_Fold]]]:
     """Names of plans and their folds in order; the first is what most people do."""
     outline = silhouette(garment)
-    parts = appendages(outline)
+    legs = has_legs(outline)
+    parts = [part for part in appendages(outline) if not (legs and part.facing == "-x")]
     inwards = [_Inwards(part, _title(garment, part, parts)) for part in parts]
     sideways = [fold for fold in inwards if fold.part.facing in ("+y", "-y")]
     across, lengthwise = _Halving("x"), _Halving("y")
     low_x, low_y, high_x, high_y = outline.bounds
     endings: list[tuple[str, list[_Fold]]] = [("half", [across]), ("lengthwise", [lengthwise])]
-    if has_legs(outline):
+    if legs:
         endings = [("legs-half", [lengthwise, across]), ("legs", [lengthwise]), ("half", [across])]
     elif not parts and high_y - low_y > high_x - low_x:
         endings.reverse()

@@ -21,7 +21,7 @@ LEFT = 0.55
 RIGHT = -0.55
 NEAR = -0.15
 FAR = 0.85
-"""What is shown: y and x of B [m]; x points up and y to the left, as the robot sees it from behind."""
+"""Edges of the picture, y and x of B [m]; x points up and y to the left, as the robot sees it from behind."""
 CELL = 0.034
 """Side of a square [m]."""
 COLOURS = {"larm": "left", "rarm": "right"}
