@@ -64,6 +64,8 @@ def read_svg(path: Path) -> DrawnPieces:
     text = read_text(path)
     try:
         root = ElementTree.fromstring(text.encode())
+        if root.tag.rpartition("}")[2] != "svg":
+            raise ValueError(f"it holds <{root.tag.rpartition('}')[2]}>")
         width, height = _viewbox(root) or (1000.0, 1000.0)
         unit = _unit(root, text, path)
         for size in ("width", "height", "viewBox", "preserveAspectRatio"):
