@@ -40,6 +40,10 @@ def plans(
         Path | None, typer.Option(metavar="FILE.toml", help="A material; default: the garment's own fabric.")
     ] = None,
     spacing: Annotated[float | None, typer.Option(help="Mesh spacing in metres.")] = None,
+    scale: Annotated[
+        float | None,
+        typer.Option(metavar="M", help="Metres per unit of the garment's file, such as 0.001; default: as it says."),
+    ] = None,
 ) -> None:
     """List the plans that a garment can be folded by, the best first; nothing is simulated.
 
@@ -66,8 +70,11 @@ def plans(
     if out is not None and out.suffix.lower() == ".toml" and len(fold or ()) > 1:
         raise InputError(f"out: a plan file holds one plan, given {len(fold or ())} with --fold")
     sides = None if size is None else parse_size(size)
-    made = make_garment(garment, sides, load_material(material) if material else None, spacing)
+    made = make_garment(garment, sides, load_material(material) if material else None, spacing, scale)
     found = chosen(made, fold or ())
+    print(made.statement)
+    for note in made.notes:
+        print(f"note: {note}")
     for number, proposal in enumerate(found):
         _print(proposal, best=number == 0 and not fold)
     if out is not None:

@@ -20,6 +20,8 @@ from tatamu.folding.laid import laid
 from tatamu.folding.plan import Plan, line_of
 from tatamu.garments import Garment
 
+SHORT_FLAP = 2.0
+"""A later fold is short if what moves is narrower than this many creases: a stack of layers is then mostly loop."""
 AUTO_PLAN = "auto"
 """The name under which the best proposal is asked for."""
 SIDES = ("bottom", "top", "left", "right")
@@ -33,6 +35,8 @@ class Proposal:
     plan: Plan
     missed: tuple[tuple[int, Part], ...]
     """Parts that no hand carries: number of the step, the first being 0, and the part."""
+    short: bool = False
+    """Whether a fold after the first turns over a narrow flap of several layers, which rarely lies well."""
 
     @property
     def text(self) -> str:
@@ -46,15 +50,15 @@ def propose(garment: Garment) -> list[Proposal]:
     Raises:
         InputError: No line is found that it can be folded over.
     """
-    known: dict[tuple[_Fold, ...], _Folded | None] = {(): _Folded((), (), garment.vertices)}
+    known: dict[tuple[_Fold, ...], _Folded | None] = {(): _Folded((), (), False, garment.vertices)}
     found = [
-        Proposal(Plan.model_validate({"name": name, "step": folded.steps}), folded.missed)
+        Proposal(Plan.model_validate({"name": name, "step": folded.steps}), folded.missed, folded.short)
         for name, folds in _sequences(garment)
         if (folded := _folded(garment, tuple(folds), known))
     ]
     if not found:
         raise InputError(f"fold: no plan is found for {garment.name}; write one (docs/reference/fold-plan.md)")
-    return sorted(found, key=lambda proposal: bool(proposal.missed))  # a stable sort: else in the order proposed
+    return sorted(found, key=lambda each: (bool(each.missed), each.short))  # a stable sort: else in the order proposed
 
 
 def best_plan(garment: Garment) -> Plan:
@@ -147,6 +151,7 @@ class _Folded:
 
     steps: tuple[dict[str, Any], ...]
     missed: tuple[tuple[int, Part], ...]
+    short: bool
     state: np.ndarray
     """The cloth [m], shape (n, 3)."""
 
@@ -176,14 +181,17 @@ def _folded_once(garment: Garment, before: _Folded, fold: _Fold) -> _Folded:
     at = round(wanted.at / (length if wanted.moves[1] == "x" else width), 4) + 0.0  # no negative zero
     step: dict[str, Any] = {"title": wanted.title, "line": _ends(wanted.moves, at).tolist(), "moves": wanted.moves}
     line = _line_of(garment, step)
-    if -line.split(state)[0].min() < crease_of(garment, garment.material.thickness).arc[-1]:
+    flap = float(-line.split(state)[0].min())
+    crease = float(crease_of(garment, garment.material.thickness).arc[-1])
+    if flap < crease:
         raise InputError("fold: the side that moves is narrower than a crease")
     grasp, hands = grasp_for(garment, state, line)
     step["grasp"] = grasp[0] if len(grasp) == 1 else list(grasp)
     if hands == 1:
         step["hands"] = 1
     missed = tuple((len(before.steps), part) for part in covered(garment, state, line, grasp, hands))
-    return _Folded((*before.steps, step), (*before.missed, *missed), laid(garment, state, line))
+    short = before.short or (len(before.steps) > 0 and flap < SHORT_FLAP * crease)
+    return _Folded((*before.steps, step), (*before.missed, *missed), short, laid(garment, state, line))
 
 
 def _plan(*steps: dict[str, Any]) -> Plan:
