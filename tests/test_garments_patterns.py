@@ -244,6 +244,41 @@ def test_a_spacing_that_nobody_gave_is_not_named(tmp_path: Path) -> None:
         assert made.spacing < 0.0129
 
 
+POINT = "0\nSECTION\n2\nENTITIES\n0\nPOINT\n8\n0\n10\n1\n20\n1\n0\nENDSEC\n0\nEOF\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("empty.svg", svg(""), "has no curve"),
+        ("words.svg", svg("<text>hi</text>"), "has no curve"),
+        ("nan.svg", svg('<path d="M 0 0 L nan 3 L 5 5 Z"/>'), "has no curve"),
+        ("page.svg", "<html><body/></html>", "is not an SVG file (it holds <html>)"),
+        ("numbers.svg", '<svg viewBox="a b c d"/>', "is not an SVG file"),
+        ("point.dxf", POINT, "has no curve"),
+        ("empty.dxf", "", "is not a DXF file"),
+    ],
+)
+def test_a_drawing_without_curves_is_one_clear_line(name: str, text: str, words: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text(text)
+    with pytest.raises(InputError) as refused:
+        make_garment(str(tmp_path / name))
+    assert words in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_graded_pieces_are_named_by_their_blocks(tmp_path: Path) -> None:
+    path = aama_dxf(tmp_path)
+    path.write_text(path.read_text().replace("Piece Name: BACK", "Piece Name: FRONT"))
+    with pytest.raises(InputError, match=r'"FRONT-M" .*"BACK-M" .*"SLEEVE"'):
+        make_garment(str(path))
+
+
+def test_a_message_names_the_piece(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="given 'waist'; piece \"FRONT\""):
+        described(aama_dxf(tmp_path), 'piece = "FRONT"', 'openings = ["waist"]')
+
+
 @pytest.mark.parametrize(
     ("line", "words"),
     [

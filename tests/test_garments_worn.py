@@ -31,10 +31,7 @@ def described(path: Path, *lines: str) -> Garment:
 def edge_change(garment: Garment, true: np.ndarray) -> float:
     """Median relative change of the sides of triangles against the true pattern (n, 2)."""
     assert garment.rest is not None
-    made, wished = (
-        np.linalg.norm(p[garment.faces] - np.roll(p, 1, axis=0)[garment.faces], axis=2)
-        for p in (garment.rest[:, :2], true)
-    )
+    made, wished = side_lengths(garment.rest[:, :2][garment.faces]), side_lengths(true[garment.faces])
     return float(np.median(np.abs(made / wished - 1.0)))
 
 
@@ -87,6 +84,22 @@ def test_a_uv_map_is_the_pattern(tmp_path: Path) -> None:
     assert any("its UV map, a pattern of 2 panels" in note for note in shirt.notes)
     by_shape = make_garment(str(worn_shirt_obj(tmp_path, unit=1.0, name="plain.obj")))
     assert edge_change(by_shape, true) < 0.02
+
+
+def test_a_glb_is_welded_where_its_uv_map_is_cut_and_flattened_by_it(tmp_path: Path) -> None:
+    mesh = read_mesh(worn_shirt_obj(tmp_path, unit=1.0, uv=True))
+    assert mesh.uv is not None
+    corners = np.column_stack([mesh.faces.reshape(-1), mesh.uv.reshape(-1, 2)])
+    _, first, split = np.unique(corners, axis=0, return_index=True, return_inverse=True)
+    image = trimesh.visual.TextureVisuals(
+        uv=mesh.uv.reshape(-1, 2)[first], material=trimesh.visual.material.PBRMaterial()
+    )
+    vertices = mesh.vertices[mesh.faces.reshape(-1)[first]]
+    trimesh.Trimesh(vertices, split.reshape(-1, 3), process=False, visual=image).export(tmp_path / "worn.glb")
+    shirt = make_garment(str(tmp_path / "worn.glb"))
+    assert shirt.size == pytest.approx((0.54, 0.46), rel=0.005)
+    assert shirt.notes[0].endswith(f"vertices welded into {len(flat_shirt().vertices)}")
+    assert shirt.reading == "read in metres (as glTF has it)"
 
 
 def test_a_uv_map_that_is_a_picture_is_no_pattern(tmp_path: Path) -> None:
@@ -218,6 +231,9 @@ def test_an_obj_may_count_backwards_and_have_faces_of_four_corners(tmp_path: Pat
     mesh = read_mesh(tmp_path / "quad.obj")
     assert mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3]]
     (tmp_path / "wrong.obj").write_text("v 0 0 0\nv 1 0 0\nf 1 2 7\n")
+    (tmp_path / "plane.obj").write_text("v 0 0\nv 1 0\nv 0 1\nf 1 2 3\n")
+    with pytest.raises(InputError, match="line 1, 'v 0 0', is no OBJ"):
+        read_mesh(tmp_path / "plane.obj")
     with pytest.raises(InputError, match=r"line 3, 'f 1 2 7', is no OBJ"):
         read_mesh(tmp_path / "wrong.obj")
 

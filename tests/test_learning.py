@@ -21,9 +21,10 @@ import pytest
 from optuna.distributions import FloatDistribution
 
 from tatamu import InputError, Rollout, Scene, TatamuError, simulate
-from tatamu.folding.manipulation import Manipulation
+from tatamu.folding.manipulation import Manipulation, trajectory_lengths
 from tatamu.folding.task import Outcome, Reach, Task, make_task
 from tatamu.learning import learn
+from tatamu.learning.space import search_space
 from tatamu.learning.study import Identity, OptunaStudy
 from tatamu.results import ResultFolder, describe_task
 
@@ -165,7 +166,8 @@ def test_a_failed_trial_is_a_finite_penalty_that_the_search_keeps(
 def test_the_search_sees_even_where_the_best_is_far_from_ideal(tmp_path: Path) -> None:
     """As the last step of a plan may be, which cannot mend what the steps before it left."""
     identity = Identity(task=describe_task(task()), sampler="gp", seed=0)
-    study = OptunaStudy(tmp_path / "study.db", identity, {"x": FloatDistribution(0.0, 1.0)}, floor=0.4)
+    space = {"x": FloatDistribution(0.0, 1.0)}
+    study = OptunaStudy(tmp_path / "study.db", identity, space, lambda at: np.full_like(at["x"], 0.4))
     for number in range(12):
         parameters = study.ask([], number)
         study.tell(parameters, 1.0 + 2.0 * (parameters["x"] - 0.3) ** 2, {})
@@ -186,6 +188,20 @@ def test_a_study_that_is_killed_while_it_writes_is_written_the_next_time(
 
 def interrupt(*_: Any) -> None:
     raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize("made", [{}, {"hands": 1}, {"garment": "tshirt", "spacing": 0.03}])
+def test_the_path_length_that_the_search_knows_is_that_of_the_manipulation(made: dict[str, Any]) -> None:
+    asked = make_task(**{"garment": "towel", "spacing": 0.04, **made})
+    random = np.random.default_rng(0)
+    space = search_space(asked.fold, "integer")
+    values = {name: each.low + (each.high - each.low) * random.random(20) for name, each in space.items()}
+    values |= {name: np.round(values[name]) for name in ("g1", "g2")}
+    exact = [
+        asked.manipulation({name: float(value[number]) for name, value in values.items()}).trajectory_length
+        for number in range(20)
+    ]
+    assert trajectory_lengths(asked.fold, values) == pytest.approx(exact, rel=2e-4)
 
 
 def test_tasks_that_differ_in_the_mesh_or_the_robot_are_told_apart() -> None:
@@ -301,23 +317,6 @@ def test_parallel_trials_do_not_depend_on_which_ends_first(tmp_path: Path) -> No
     for trials in (3, 6):
         learn(task(), tmp_path / "twice", trials=trials, parallel=2, baselines=False)
     assert timeless(tmp_path / "once") == timeless(tmp_path / "twice")
-
-
-@pytest.mark.parametrize(("trials", "made_ready"), [(2, []), (4, [(0, False)])])
-def test_the_sampler_is_made_ready_while_the_first_trials_run(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, trials: int, made_ready: list[tuple[int, bool]]
-) -> None:
-    """Once, before any result is waited for, where there is one to learn from; it changes no proposal."""
-    calls, warm_up = [], OptunaStudy.warm_up
-
-    def watched(study: OptunaStudy) -> None:
-        before = study.ask([], 0)
-        warm_up(study)
-        calls.append((len(study.trials), study.ask([], 0) != before))
-
-    monkeypatch.setattr(OptunaStudy, "warm_up", watched)
-    learn(task(), tmp_path, trials=trials, parallel=2, baselines=False)
-    assert calls == made_ready
 
 
 def test_a_study_simulates_each_trial_once(tmp_path: Path, simulated: list[Scene]) -> None:

@@ -1,4 +1,4 @@
-"""What to say of a plan before it is learned: which part of a fold no hand carries, and what would."""
+"""Advice on a plan before it is learned: the part of a fold that no hand carries, and plans that carry it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class UncarriedWarning(UserWarning):
 
 
 def left_behind(garment: Garment, plan: Plan, hands: int | None = None) -> list[tuple[int, Part]]:
-    """What no hand carries in each step of a plan: number of the step, the first being 0, and the part.
+    """Parts that no hand carries in the steps of a plan: number of the step, the first being 0, and the part.
 
     Args:
         garment: What is folded.

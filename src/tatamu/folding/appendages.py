@@ -37,7 +37,7 @@ class Appendage:
     """A part of a garment that stands off its body."""
 
     region: shapely.Polygon
-    """What it covers beside the body [m]."""
+    """The area that it covers beside the body [m]."""
     facing: str
     """The direction in which it leaves the body: +x, -x, +y or -y."""
     line: float

@@ -31,8 +31,8 @@ from tatamu.garments import Garment
 from tatamu.topology import Topology, areas
 
 OFF = 0.0125
-"""What ends farther than this from its place is not folded [m] (BiFold 2025): twice its distance from the line, at
-least, for what stays behind."""
+"""Cloth that ends farther than this from its place is not folded [m] (BiFold 2025): twice its distance from the line,
+at least, for what stays behind."""
 LONGEST = 0.15
 """Cloth that stands off by no more than this [m] is laid down with what it hangs from."""
 LONGEST_TAIL = 0.10
@@ -45,7 +45,7 @@ BESIDE = 1.0
 LEAST_SHARE = 0.01
 """Smaller parts than this share of the cloth that moves are not spoken of."""
 SAME_PLACE = 0.7
-"""What is nearer than this many cells from above lies over or under one another."""
+"""Vertices nearer than this many cells from above lies over or under one another."""
 PIXEL = 0.4
 """Whether cloth is joined straight to the line is looked up in pixels of this many cells."""
 TRIES = 3
@@ -79,7 +79,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Coverage:
-    """What a pair of grasps carries."""
+    """The cloth that a pair of grasps carries."""
 
     grasps: tuple[int, ...]
     """Grasped vertices."""
@@ -115,7 +115,7 @@ def uncarried(
 
 
 def best_coverage(garment: Garment, state: np.ndarray, line: FoldLine, hands: tuple[np.ndarray, ...]) -> Coverage:
-    """What the best of some pairs of grasps carries: that which leaves least cloth behind."""
+    """The cloth carried by the best of some pairs of grasps: the pair that leaves least behind."""
     cloth = _Cloth.of(garment, state, line)
     count = min(len(hand) for hand in hands)
     tried = np.unique(np.linspace(0, count - 1, TRIES).round().astype(int))
@@ -125,7 +125,7 @@ def best_coverage(garment: Garment, state: np.ndarray, line: FoldLine, hands: tu
 
 
 def parts_of(garment: Garment, state: np.ndarray, line: FoldLine, hold: Coverage) -> tuple[Part, ...]:
-    """What overhangs, gathered into parts that hang together; those are left that reach beyond the limit."""
+    """Overhanging cloth in connected parts; only parts that reach beyond the limit."""
     missed = np.flatnonzero(hold.missed)
     weight = vertex_areas(garment)
     moving = line.split(state)[0] < 0
@@ -175,7 +175,7 @@ class _Cloth:
     """Triangles of the moving side by their vertices, shape (m, 3)."""
     spacing: float
     straight: dict[int, np.ndarray] = field(default_factory=dict)
-    """What of each piece is joined straight to the line, once it was asked for, shape (n,)."""
+    """Vertices of each piece that are joined straight to the line, kept once asked for, shape (n,)."""
 
     @classmethod
     def of(cls, garment: Garment, state: np.ndarray, line: FoldLine) -> _Cloth:
@@ -197,7 +197,7 @@ class _Cloth:
         return cls(line, places, moving, vertex_areas(garment), pieces, graph, triangles, garment.spacing)
 
     def hold(self, grasps: tuple[int, ...]) -> Coverage:
-        """What hands at these vertices carry."""
+        """The cloth that hands at these vertices carry."""
         overhang = np.full(len(self.places), np.inf)
         held = np.zeros(len(self.places), dtype=bool)
         for piece, members in self._pinched(grasps).items():
@@ -226,7 +226,7 @@ class _Cloth:
         return found
 
     def _inside(self, own: np.ndarray, grasps: list[int], straight: np.ndarray) -> np.ndarray:
-        """What of a piece lies between its grasps and the line, or beside that straight above the line, shape (n,)."""
+        """Vertices of a piece between its grasps and the line, or beside that straight above the line, shape (n,)."""
         at_line = own & (self.places[:, 0] > -1.5 * self.spacing)
         hands = self.places[grasps]
         corners = [*hands]
@@ -242,7 +242,7 @@ class _Cloth:
         return np.asarray(inside | (beside & straight))
 
     def _straight(self, own: np.ndarray) -> np.ndarray:
-        """What of a piece is joined to the line by the shortest way, all in its cloth, shape (n,)."""
+        """Vertices of a piece whose shortest path to the line lies in its cloth, shape (n,)."""
         triangles = self.region[own[self.region].any(axis=1)]
         pixel = PIXEL * self.spacing
         shrunk = np.column_stack([layers.PIXEL / pixel * self.places, np.ones(len(self.places))])

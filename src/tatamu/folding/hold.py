@@ -59,7 +59,7 @@ def other_grasp(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[st
 def covered(
     garment: Garment, state: np.ndarray, line: FoldLine, grasp: tuple[str, ...], hands: int
 ) -> tuple[Part, ...]:
-    """What is not carried by hands on these edges.
+    """The parts that hands on these edges do not carry.
 
     Raises:
         InputError: The hands cannot grasp there.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Self
@@ -124,6 +124,27 @@ def bezier_manipulation(
         inner = [larger * (x1 * across + z1 * up), larger * (x2 * across + z2 * up)]
         points.append(np.stack([np.zeros(3), *inner, fold.translation(vertex)]))
     return Manipulation(grasps, _places(fold, grasps), tuple(map(curves.sampled_bezier, points)), tuple(points))
+
+
+def trajectory_lengths(fold: Fold, parameters: Mapping[str, np.ndarray]) -> np.ndarray:
+    """l_x of Eq. (10) of many manipulations at once [m], shape (p,), without sampling their paths.
+
+    Args:
+        fold: The fold.
+        parameters: x1, z1, x2, z2 [m], g1 and g2 of Eq. (9), each of shape (p,).
+    """
+    x1, z1, x2, z2 = (parameters[name] for name in ("x1", "z1", "x2", "z2"))
+    zero = np.zeros_like(x1)
+    total = zero
+    for name, hand in list(zip(("g1", "g2"), (fold.left, fold.right), strict=True))[: fold.hands]:
+        chosen = np.minimum(parameters[name].astype(int), fold.candidates - 1)
+        spans = np.array([fold.span_of(int(vertex)) for vertex in hand])[chosen]
+        rises = np.array([fold.translation(int(vertex))[2] for vertex in hand])[chosen]
+        larger = spans / fold.span
+        ahead = np.stack([zero, larger * x1, larger * x2, spans], axis=1)
+        up = np.stack([zero, larger * z1, larger * z2, rises], axis=1)
+        total = total + curves.bezier_lengths(np.stack([ahead, up], axis=2))
+    return total / fold.hands
 
 
 def polyline_manipulation(fold: Fold, grasps: tuple[int, ...], paths: Sequence[np.ndarray]) -> Manipulation:

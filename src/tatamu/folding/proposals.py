@@ -34,7 +34,7 @@ class Proposal:
 
     plan: Plan
     missed: tuple[tuple[int, Part], ...]
-    """What no hand carries: number of the step, the first being 0, and the part."""
+    """Parts that no hand carries: number of the step, the first being 0, and the part."""
     short: bool = False
     """Whether an appendage, or what was folded before, is narrow for its crease, so that it hardly lies flat."""
 
@@ -94,7 +94,7 @@ def _sequences(garment: Garment) -> list[tuple[str, list[_Fold]]]:
 
 
 def _title(garment: Garment, part: Appendage, parts: list[Appendage]) -> str:
-    """What an appendage is called."""
+    """The name of an appendage."""
     pair = {"+y", "-y"} <= {each.facing for each in parts}
     if part.facing in ("+y", "-y"):
         return f"{'left' if part.facing == '+y' else 'right'} {'sleeve' if pair else 'side'} in"

@@ -39,7 +39,7 @@ def unit(texts: Iterable[str]) -> Unit | None:
 
 
 def title(texts: Iterable[str], block: str) -> str:
-    """What a piece is called: its text, or the name of its block."""
+    """The name of a piece: its text, or the name of its block."""
     for text in texts:
         found = re.fullmatch(r"\s*PIECE NAME\s*:\s*(\S.*?)\s*", text, re.IGNORECASE)
         if found:

@@ -24,14 +24,14 @@ Openings = Mapping[str, list[tuple[float, float]]] | Sequence[str]
 
 @dataclass(frozen=True)
 class Cut:
-    """What was cut out of a drawing."""
+    """The layers cut out of a drawing."""
 
     outline: Outline
     """In metres and in a garment's frame."""
     openings: tuple[str, ...]
     """Which of its sides are open."""
     notes: tuple[str, ...]
-    """What its user should know of what was made of the drawing."""
+    """Notes for the user on how the drawing was understood."""
 
 
 def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path) -> Cut:

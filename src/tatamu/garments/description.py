@@ -1,4 +1,4 @@
-"""What a garment file says: the table `[garment]`."""
+"""The contents of a garment file: the table `[garment]`."""
 
 from __future__ import annotations
 

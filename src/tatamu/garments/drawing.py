@@ -18,7 +18,7 @@ class DrawnCurve:
     """A polyline of a drawing: x to the right, y up, in the drawing's unit."""
 
     name: str
-    """What its author called it; empty where nobody did."""
+    """The name its author gave it; empty where there is none."""
     points: np.ndarray
     """Shape (k, 2); of a closed curve without the closing point."""
     closed: bool
@@ -35,7 +35,7 @@ class Piece:
     fold: np.ndarray | None = None
     """Two points of the line on which the cloth is folded when the piece is cut, shape (2, 2): the piece is a half."""
     remarks: tuple[str, ...] = ()
-    """What was taken of it where there was a choice."""
+    """The choice that was made where there was one."""
 
     @property
     def extent(self) -> tuple[float, float]:
@@ -47,7 +47,7 @@ class Piece:
 
 @dataclass(frozen=True)
 class DrawnPieces:
-    """What a file holds."""
+    """The contents of a file."""
 
     pieces: tuple[Piece, ...]
     unit: Unit

@@ -68,14 +68,14 @@ def _document(path: Path) -> Any:
 
 
 def _parts(entities: Iterable[Any]) -> Iterable[Any]:
-    """What blocks are made of, where they were inserted."""
+    """The entities of blocks, where they were inserted."""
     from ezdxf.disassemble import recursive_decompose
 
     return recursive_decompose(entities)
 
 
 def _texts(entities: Iterable[Any]) -> list[str]:
-    """What is written in a drawing."""
+    """The texts of a drawing."""
     return [
         str(entity.dxf.text if entity.dxftype() == "TEXT" else entity.plain_text()).strip()
         for entity in entities
@@ -84,7 +84,7 @@ def _texts(entities: Iterable[Any]) -> list[str]:
 
 
 def _unit(document: Any, entities: list[Any], path: Path) -> Unit:
-    """What the pattern's text says goes before the header, whose $INSUNITS many programs leave at its default."""
+    """The unit in the text of the pattern goes before $INSUNITS of the header, which many programs leave as it is."""
     from ezdxf.enums import InsertUnits
     from ezdxf.units import conversion_factor
 

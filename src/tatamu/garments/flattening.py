@@ -30,7 +30,7 @@ STILL = 1e-6
 LEAST_WEIGHT = 0.05
 """Smallest cotangent weight of an edge: obtuse triangles would have negative ones."""
 PRICES = (0.35, 1.0, 3.0)
-"""What an edge between front and back costs, in triangles that face the wrong way: the higher, the shorter the border,
+"""The cost of an edge between front and back, in triangles that face the wrong way: the higher, the shorter the border,
 and the less it follows wrinkles. Each is tried, and the plan that strains the garment least is kept."""
 ONE_SIDED = 0.5
 """A panel belongs to the front or the back as a whole where its triangles agree to this degree."""

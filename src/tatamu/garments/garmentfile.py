@@ -17,7 +17,7 @@ from tatamu.material import Material
 from tatamu.presets import load_preset
 
 SUFFIXES = (".toml", *READERS, *FORMATS)
-"""What a file of a garment may be."""
+"""Endings of files that describe a garment."""
 FABRIC = "jersey"
 """The preset that it is of unless it says otherwise."""
 

@@ -26,7 +26,7 @@ ADVICE = (
     "give up under [garment], the file's axis from hem to top, if it was turned wrongly, or its pattern: as the UV map "
     "of an OBJ, or as an outline (SVG, DXF) with openings"
 )
-"""What to do with a mesh that cannot be laid flat."""
+"""Advice on a mesh that cannot be laid flat."""
 
 
 def laid_flat(name: str, points: np.ndarray, faces: np.ndarray, material: Material) -> Garment:

@@ -100,7 +100,7 @@ def _places(vertices: np.ndarray) -> np.ndarray:
 
 
 def faults(vertices: np.ndarray, faces: np.ndarray) -> list[str]:
-    """What keeps a mesh from being a cloth, each in a few words; none if nothing does."""
+    """Reasons why a mesh is no cloth, each in a few words; empty if it is one."""
     topology, found = Topology(faces), []
     flat = areas(vertices, faces) < SLIVER * longest_sides(vertices, faces) ** 2
     if flat.any():

@@ -58,7 +58,7 @@ def read_obj(path: Path) -> TriangleMesh:
 
 
 class _Reader:
-    """What was read of an OBJ file so far."""
+    """The part of an OBJ file read so far."""
 
     def __init__(self) -> None:
         self.vertices: list[list[float]] = []
@@ -72,7 +72,7 @@ class _Reader:
         """Read the words of one line."""
         match words[:1]:
             case ["v"]:
-                self.vertices.append([float(word) for word in words[1:4]] + [0.0] * (4 - len(words)))
+                self.vertices.append([float(words[1]), float(words[2]), float(words[3])])
             case ["vt"]:
                 self.texture.append([float(words[1]), float(words[2]) if len(words) > 2 else 0.0])
             case ["f"]:

@@ -20,7 +20,7 @@ from tatamu.garments.units import check_size_of_file, doubts
 from tatamu.material import Material
 
 READERS = {".svg": read_svg, ".dxf": read_dxf}
-"""What reads a drawing, by the ending of its name."""
+"""The reader of a drawing, by the ending of its name."""
 ONE_LAYER = "one layer, as no opening is named: give openings under [garment] for a front and a back, or layers = 1"
 """A note on a closed outline about which nobody said anything."""
 
@@ -59,7 +59,7 @@ def from_outline(given: GarmentFile, source: Path, material: Material) -> Garmen
 
 
 def _turn_note(turn: np.ndarray, up: str) -> list[str]:
-    """What to say of a piece that its grain line turned."""
+    """The note on a piece that was turned by its grain line."""
     ahead = turn @ direction(up)[:2]
     degrees = round(float(np.degrees(np.arctan2(ahead[1], ahead[0]))), 1)
     if abs(degrees) < 0.1:

@@ -62,8 +62,10 @@ def chosen(drawing: DrawnPieces, name: str | None, scale: float, path: Path) -> 
         path: The file, for messages.
 
     Raises:
-        InputError: There are several pieces and no name, or none has the name; the message lists them.
+        InputError: There is no curve, or no piece of that name, or no name for one of several: they are listed.
     """
+    if not drawing.pieces:
+        raise InputError(where(path, "has no curve"))
     fitting = [piece for piece in drawing.pieces if name is None or piece.name.casefold() == name.casefold()]
     if len(fitting) == 1:
         return fitting[0]

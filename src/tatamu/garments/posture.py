@@ -43,7 +43,7 @@ class Posture:
 
     @property
     def words(self) -> str:
-        """What was found, in a few words."""
+        """The finding in a few words."""
         return f"up from its hem is {self.up} of the file, its front faces {self.front}"
 
 

@@ -64,6 +64,8 @@ def read_svg(path: Path) -> DrawnPieces:
     text = read_text(path)
     try:
         root = ElementTree.fromstring(text.encode())
+        if root.tag.rpartition("}")[2] != "svg":
+            raise ValueError(f"it holds <{root.tag.rpartition('}')[2]}>")
         width, height = _viewbox(root) or (1000.0, 1000.0)
         unit = _unit(root, text, path)
         for size in ("width", "height", "viewBox", "preserveAspectRatio"):
@@ -82,7 +84,7 @@ def read_svg(path: Path) -> DrawnPieces:
 
 
 def _name(shape: Any) -> str:
-    """What the author called a shape; empty where the program did."""
+    """The author's name of a shape; empty where the program gave it."""
     own = shape.values.get("attributes", {})
     label = own.get(f"{INKSCAPE}label") or own.get("data-name") or own.get("id") or ""
     label = re.sub(r"_x([0-9A-Fa-f]{2,4})_", lambda code: chr(int(code[1], 16)), label)  # as Illustrator writes them

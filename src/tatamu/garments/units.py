@@ -22,7 +22,7 @@ class Unit:
     metres: float
     """Metres per unit."""
     name: str
-    """What the unit that the file states is called, in the plural."""
+    """The plural name of the unit that the file states."""
     source: str
     """Where that stands: what kind of file it is, and the words in it."""
     assumed: bool = False
@@ -78,7 +78,7 @@ def check_size_of_file(sides: tuple[float, float], what: str, unit: Unit) -> Non
 
 
 def doubts(sides: tuple[float, float], unit: Unit) -> list[str]:
-    """What to say of a width and length [m] that are unusual in a unit that was assumed."""
+    """The note on a width and length [m] that are unusual in a unit that was assumed."""
     longest = max(sides)
     probable = probable_scale(longest / unit.metres)
     if not unit.assumed or probable in (None, unit.metres) or USUAL[0] <= longest <= DOUBTFUL:

@@ -106,7 +106,7 @@ def _cloth(given: GarmentFile, mesh: TriangleMesh, source: Path, unit: Unit) -> 
 
 
 def _piece_name(mesh: TriangleMesh, own: np.ndarray, number: int) -> str:
-    """What the file calls most of a piece's triangles, or its number."""
+    """The file's name for most of a piece's triangles, or its number."""
     parts = [part for part, keep in zip(mesh.parts, own, strict=True) if keep and part] if mesh.parts else []
     return max(sorted(set(parts)), key=parts.count) if parts else f"piece {number + 1}"
 
@@ -187,7 +187,7 @@ def _pattern(points: np.ndarray, faces: np.ndarray, uv: np.ndarray | None) -> tu
 
 
 def _coarseness(garment: Garment) -> list[str]:
-    """What to say of a mesh that is too coarse for its fabric."""
+    """The note on a mesh that is too coarse for its fabric."""
     cells = garment.spacing / garment.material.bending_length
     if cells <= PASSABLE:
         return []

@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import Any, NamedTuple
@@ -15,7 +16,7 @@ import numpy as np
 from filelock import FileLock, Timeout
 
 from tatamu.errors import InputError, TatamuError
-from tatamu.folding.manipulation import Manipulation, scene_of
+from tatamu.folding.manipulation import Manipulation, scene_of, trajectory_lengths
 from tatamu.folding.score import vertex_distances
 from tatamu.folding.task import Outcome, Task
 from tatamu.learning.outcomes import attributes_of, best_number, result_of, scored_baselines
@@ -90,7 +91,8 @@ def learn(
             parallel=parallel,
             first=[dict(parameters) for parameters in first],
         )
-        study = OptunaStudy(results.study_file, identity, search_space(task.fold, grasps), floor=task.fold.span)
+        lengths = partial(trajectory_lengths, task.fold)
+        study = OptunaStudy(results.study_file, identity, search_space(task.fold, grasps), lengths)
         done = len(study.trials)
         if trials < done:
             raise InputError(f"trials: {folder} has {done} trials already, given {trials}; give {done} or more")
@@ -169,8 +171,6 @@ class _Runner:
         begin = len(self.study.trials)
         with ThreadPoolExecutor(parallel) as pool:
             for number in range(begin, trials):
-                if number == begin + parallel:
-                    self.study.warm_up()  # now, while trials run
                 if len(pending) == parallel:
                     self._finish(*pending.popleft())
                     yield

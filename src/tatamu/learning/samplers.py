@@ -6,41 +6,43 @@ interrupted.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 
 import numpy as np
-from optuna.exceptions import ExperimentalWarning
-from optuna.samplers import BaseSampler, GPSampler, RandomSampler, TPESampler
+from optuna.samplers import BaseSampler, RandomSampler, TPESampler
 
 from tatamu.errors import InputError
+from tatamu.learning.gp_sampler import GaussianProcessSampler, KnownPart
 
 
-def _gp(seed: int) -> BaseSampler:
-    """Gaussian process with Matern 5/2 kernel, expected improvement, one random trial first, no noise (beta = 0)."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ExperimentalWarning)
-        return GPSampler(seed=seed, n_startup_trials=1, deterministic_objective=True)
+def _gp(seed: int, known: KnownPart) -> BaseSampler:
+    return GaussianProcessSampler(seed, known)
 
 
-def _tpe(seed: int) -> BaseSampler:
+def _tpe(seed: int, known: KnownPart) -> BaseSampler:
     return TPESampler(seed=seed)
 
 
-def _random(seed: int) -> BaseSampler:
+def _random(seed: int, known: KnownPart) -> BaseSampler:
     return RandomSampler(seed=seed)
 
 
-SAMPLERS: dict[str, Callable[[int], BaseSampler]] = {"gp": _gp, "tpe": _tpe, "random": _random}
-"""Name of each sampler and its maker from a seed."""
+SAMPLERS: dict[str, Callable[[int, KnownPart], BaseSampler]] = {"gp": _gp, "tpe": _tpe, "random": _random}
+"""Name of each sampler and its maker, from a seed and the known part of the objective."""
 
 
-def make_sampler(name: str, seed: int, number: int) -> BaseSampler:
+def make_sampler(name: str, seed: int, number: int, known: KnownPart) -> BaseSampler:
     """The sampler of one trial.
+
+    Args:
+        name: Of the sampler.
+        seed: Of the study.
+        number: Of the trial.
+        known: The part of the objective that is known before a trial runs.
 
     Raises:
         InputError: There is no such sampler.
     """
     if name not in SAMPLERS:
         raise InputError(f"sampler: must be one of {', '.join(SAMPLERS)}, given {name!r}")
-    return SAMPLERS[name](int(np.random.SeedSequence([seed, number]).generate_state(1)[0]))
+    return SAMPLERS[name](int(np.random.SeedSequence([seed, number]).generate_state(1)[0]), known)

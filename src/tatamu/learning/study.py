@@ -6,7 +6,6 @@ Only finished trials are written, each in one transaction, so that a killed run 
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import datetime
@@ -21,6 +20,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from threadpoolctl import threadpool_limits
 
 from tatamu.errors import InputError
+from tatamu.learning.gp_sampler import KnownPart
 from tatamu.learning.samplers import make_sampler
 from tatamu.records import OpenRecord
 from tatamu.results.result import Baseline, Parameters, TaskDescription
@@ -28,8 +28,6 @@ from tatamu.results.result import Baseline, Parameters, TaskDescription
 NAME = "tatamu"
 KEY = "tatamu"
 """User attribute of the study that says which task it belongs to."""
-BAD = 2.0
-"""Where even the best lies far above the floor, as in a late step of a plan: times the best, what is farther is bad."""
 PASSING = {
     "is full": "the disk is full",
     "is locked": "another program holds it",
@@ -60,21 +58,23 @@ class Identity(OpenRecord):
 class OptunaStudy:
     """The finished trials of one task, and the sampler that proposes the next."""
 
-    def __init__(self, path: Path, identity: Identity, space: Mapping[str, BaseDistribution], floor: float) -> None:
+    def __init__(
+        self, path: Path, identity: Identity, space: Mapping[str, BaseDistribution], known_part: KnownPart
+    ) -> None:
         """Open the study at `path`, or begin one.
 
         Args:
             path: The database file.
             identity: Must be the one that the study began with.
             space: Bounds of the search.
-            floor: A number that every objective lies above.
+            known_part: The part of the objective that is known before a trial runs: l_x of Eq. (10).
 
         Raises:
             InputError: The file is no such study, or it belongs to another task.
         """
         self.identity = identity
         self.space = dict(space)
-        self.floor = floor
+        self._known_part = known_part
         self._path = path
         plain = json.loads(json.dumps(identity.model_dump()))
         with self._readable():
@@ -110,34 +110,16 @@ class OptunaStudy:
         if number < len(self.identity.first):
             return dict(self.identity.first[number])
         running = [*(trial.params for trial in finished[known:]), *pending]
-        return self._propose(number, self._scaled(finished[:known]), running)
-
-    def warm_up(self) -> None:
-        """Let the sampler load its libraries, which takes seconds, by a proposal that is thrown away."""
-        made_up = self._propose(0, [], [])
-        self._propose(0, [create_trial(value=0.0, params=made_up, distributions=self.space)], [])
+        return self._propose(number, finished[:known], running)
 
     def _propose(self, number: int, known: Sequence[FrozenTrial], running: Sequence[Parameters]) -> Parameters:
-        sampler = make_sampler(self.identity.sampler, self.identity.seed, number)
+        sampler = make_sampler(self.identity.sampler, self.identity.seed, number, self._known_part)
         scratch = optuna.create_study(sampler=sampler, direction="minimize")
         scratch.add_trials(known)
         for parameters in running:
             scratch.add_trial(create_trial(state=TrialState.RUNNING, params=parameters, distributions=self.space))
         with threadpool_limits(1):  # the matrices are small: threads that wait for one another cost ten times the work
             return dict(scratch.ask(self.space).params)
-
-    def _scaled(self, trials: Sequence[FrozenTrial]) -> list[FrozenTrial]:
-        """The trials with the logarithm of what their objectives are above the floor, bad ones all alike.
-
-        Objectives of good folds differ by hundredths, of bad ones by ones: a smooth Gaussian process over both would
-        see nothing of the good ones. Bad is what lies at twice the floor, and `BAD` times as far above it as the best.
-        """
-        excess = [max(trial.values[0] / self.floor - 1.0, 1e-6) for trial in trials]
-        bad = max(1.0, BAD * min(excess, default=0.0))
-        return [
-            create_trial(value=math.log(min(each, bad)), params=trial.params, distributions=trial.distributions)
-            for each, trial in zip(excess, trials, strict=True)
-        ]
 
     def tell(self, parameters: Parameters, objective: float, attributes: dict[str, Any]) -> None:
         """Record a finished trial."""

@@ -1,0 +1,162 @@
+"""Gaussian-process regression of a function that is observed without noise (Rasmussen and Williams 2006).
+
+    k(x, x') = s^2 (1 + sqrt(5) r + 5/3 r^2) exp(-sqrt(5) r),   r^2 = sum_k ((x_k - x'_k) / l_k)^2      Matern 5/2
+    f(x)     ~ GP(mu, k)
+
+The lengths l_k are those of largest posterior density, under a log-normal prior; for given lengths, mu (generalised
+least squares) and s^2 have closed forms, so that only the lengths are searched. With R = k / s^2, r = y - mu and the
+prior of s^2 worth PRIOR_OBSERVATIONS observations of unit variance,
+
+    -log p = (n + n0)/2 log s^2 + 1/2 log |R| + sum_k (log l_k - m)^2 / (2 v^2),    s^2 = (r' R^-1 r + n0) / (n + n0)
+
+Observations are to be standardised by the caller: zero mean, unit variance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg.lapack import dpotrf, dpotri, dpotrs, dtrtrs
+from scipy.optimize import minimize
+
+SQRT5 = np.sqrt(5.0)
+JITTER = 1e-6
+"""Added to the diagonal of R so that it can be factorised where two observations lie close together."""
+PRIOR_OBSERVATIONS = 2.0
+"""n0: how many observations the prior of the variance s^2 = 1 is worth."""
+LOG_LENGTH_SPREAD = 1.0
+"""v: spread of the prior of log l_k."""
+SHORTEST, LONGEST = 0.03, 30.0
+"""Bounds of the lengths, in sides of the unit cube."""
+START = 0.5
+"""Length at which the search begins."""
+IMPOSSIBLE = 1e25
+"""Loss of lengths whose R cannot be factorised."""
+
+
+@dataclass(frozen=True)
+class GaussianProcess:
+    """A function known at n points of the unit cube of d dimensions."""
+
+    points: np.ndarray
+    """Where it was observed, shape (n, d)."""
+    values: np.ndarray
+    """The observations, shape (n,)."""
+    lengths: np.ndarray
+    """l_k, shape (d,)."""
+    mean: float
+    """mu."""
+    variance: float
+    """s^2."""
+    _factor: np.ndarray
+    """Lower Cholesky factor of R, shape (n, n)."""
+    _weights: np.ndarray
+    """R^-1 (y - mu), shape (n,)."""
+
+    @classmethod
+    def fit(cls, points: np.ndarray, values: np.ndarray) -> GaussianProcess:
+        """Fit the lengths, the mean and the variance.
+
+        Args:
+            points: Where the function was observed, in the unit cube, shape (n, d), n at least 1.
+            values: What was observed, standardised, shape (n,).
+        """
+        dimensions = points.shape[1]
+        posterior = _Posterior(points, values)
+        found = minimize(
+            posterior.loss,
+            np.full(dimensions, np.log(START)),
+            jac=True,
+            method="L-BFGS-B",
+            bounds=[(np.log(SHORTEST), np.log(LONGEST))] * dimensions,
+            options={"maxiter": 30, "ftol": 1e-5, "gtol": 1e-2},
+        )
+        return cls._with(points, values, np.exp(found.x))
+
+    @classmethod
+    def _with(
+        cls, points: np.ndarray, values: np.ndarray, lengths: np.ndarray, variance: float | None = None
+    ) -> GaussianProcess:
+        """Condition on observations, given the lengths and, if it is not to be estimated, the variance."""
+        factor, _ = dpotrf(_with_jitter(_correlation(points, points, lengths)), lower=1)
+        mean, weights, estimated = _closed_forms(factor, values)
+        return cls(points, values, lengths, mean, estimated if variance is None else variance, factor, weights)
+
+    def predict(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mean and standard deviation of the function at other points, shape (p, d), each of shape (p,)."""
+        correlation = _correlation(points, self.points, self.lengths)
+        mean = self.mean + correlation @ self._weights
+        whitened, _ = dtrtrs(self._factor, np.asfortranarray(correlation.T), lower=1)
+        explained = np.einsum("ij,ij->j", whitened, whitened)
+        return mean, np.sqrt(self.variance * np.maximum(1.0 + JITTER - explained, 1e-12))
+
+    def believing(self, points: np.ndarray) -> GaussianProcess:
+        """The process after observations of just what it expects at some points, shape (p, d).
+
+        The "kriging believer" (Ginsbourger et al. 2010): the mean stays, the deviation near the points shrinks, so that
+        a search keeps away from trials that are still running.
+        """
+        if not len(points):
+            return self
+        everything = np.concatenate([self.points, points])
+        believed, _ = self.predict(points)
+        values = np.concatenate([self.values, believed])
+        return self._with(everything, values, self.lengths, self.variance)
+
+
+class _Posterior:
+    """Minus the logarithm of the posterior density of the lengths, and its gradient."""
+
+    def __init__(self, points: np.ndarray, values: np.ndarray) -> None:
+        count, dimensions = points.shape
+        squares = (points[:, None] - points[None]) ** 2
+        self._squares = np.ascontiguousarray(squares.reshape(count * count, dimensions).T)  # (d, n n)
+        self._values = values
+        self._centre = np.sqrt(2.0) + 0.5 * np.log(dimensions) - 1.0
+        """m of the prior: longer in more dimensions, where points lie farther apart (Hvarfner et al. 2024)."""
+
+    def loss(self, log_lengths: np.ndarray) -> tuple[float, np.ndarray]:
+        """-log p up to a constant, and its gradient, shape (d,)."""
+        count = len(self._values)
+        inverse_squares = np.exp(-2.0 * log_lengths)
+        distance = SQRT5 * np.sqrt(inverse_squares @ self._squares)
+        decay = np.exp(-distance)
+        correlation = (1.0 + distance + distance * distance / 3.0) * decay
+        factor, singular = dpotrf(_with_jitter(correlation.reshape(count, count)), lower=1)
+        if singular:
+            return IMPOSSIBLE, np.zeros_like(log_lengths)
+        _, weights, variance = _closed_forms(factor, self._values)
+        deviation = (log_lengths - self._centre) / LOG_LENGTH_SPREAD
+        loss = 0.5 * (count + PRIOR_OBSERVATIONS) * np.log(variance) + np.log(np.diag(factor)).sum()
+        loss += 0.5 * (deviation @ deviation)
+        lower, _ = dpotri(factor, lower=1)
+        inverse = np.tril(lower) + np.tril(lower, -1).T
+        sensitivity = (np.outer(weights, weights) / variance - inverse).ravel()
+        sensitivity *= 5.0 / 3.0 * (1.0 + distance) * decay  # of R to log l_k, but for the squares over l_k^2
+        gradient = -0.5 * inverse_squares * (self._squares @ sensitivity)
+        return float(loss), gradient + deviation / LOG_LENGTH_SPREAD
+
+
+def _correlation(a: np.ndarray, b: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+    """R between points, shapes (p, d) and (q, d), shape (p, q)."""
+    a = a / lengths
+    b = b / lengths
+    square = (a * a).sum(axis=1)[:, None] + (b * b).sum(axis=1) - 2.0 * a @ b.T
+    distance = SQRT5 * np.sqrt(np.maximum(square, 0.0))
+    return (1.0 + distance + distance * distance / 3.0) * np.exp(-distance)
+
+
+def _with_jitter(correlation: np.ndarray) -> np.ndarray:
+    correlation[np.diag_indices_from(correlation)] += JITTER
+    return correlation
+
+
+def _closed_forms(factor: np.ndarray, values: np.ndarray) -> tuple[float, np.ndarray, float]:
+    """Mu, R^-1 (y - mu) and s^2, from the Cholesky factor of R."""
+    ones = np.ones_like(values)
+    solved, _ = dpotrs(factor, np.column_stack([values, ones]), lower=1)
+    mean = float(solved[:, 0].sum() / solved[:, 1].sum())
+    weights = solved[:, 0] - mean * solved[:, 1]
+    variance = ((values - mean) @ weights + PRIOR_OBSERVATIONS) / (len(values) + PRIOR_OBSERVATIONS)
+    return mean, weights, float(variance)

@@ -1,0 +1,192 @@
+"""The paper's search as an Optuna sampler: Gaussian process, Matern kernel, expected improvement, no noise (beta = 0).
+
+Two things are more than the paper's. The kernel has a length of its own for each parameter. And where a part of the
+objective is known before a trial runs, as l_x of Eq. (10) is, the process models the logarithm of the rest alone: good
+folds differ by hundredths and bad ones by ones, and what is known need not be learned.
+
+A proposal takes a few milliseconds and depends on the finished trials, the running ones and the seed only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from optuna.distributions import BaseDistribution, FloatDistribution, IntDistribution
+from optuna.samplers import BaseSampler, RandomSampler
+from optuna.search_space import IntersectionSearchSpace
+from optuna.study import Study
+from optuna.trial import FrozenTrial, TrialState
+
+from tatamu.learning.expected_improvement import log_expected_improvement, log_expected_improvement_beyond
+from tatamu.learning.gaussian_process import GaussianProcess
+
+KnownPart = Callable[[Mapping[str, np.ndarray]], np.ndarray]
+"""From parameters by name, each of shape (p,), to the part of the objective that is known, shape (p,)."""
+
+SCATTERED = 1024
+"""Points all over the cube at which the acquisition is looked at first."""
+AROUND_BEST = 512
+"""Points around the best trials, likewise."""
+BEST_TRIALS = 4
+SPREADS = (0.02, 0.1, 0.3)
+"""Spreads of the points around the best trials, in sides of the cube."""
+KEPT = 6
+"""Points around which each round looks more closely."""
+PER_KEPT = 21
+"""Points around each of them in a round."""
+ROUNDS = 8
+FIRST_SPREAD, NARROWING = 0.15, 0.6
+"""Spread of the first round, and that of each next one over that of the one before it."""
+CHANGED = 0.6
+"""Chance of each coordinate to be changed."""
+LEAST_UNKNOWN = 1e-6
+"""Where rounding leaves nothing beside the known part, the rest counts as this."""
+LEAST_DEVIATION = 0.1
+"""Of the observed logarithms: nearly equal ones are not blown up to unit variance."""
+
+
+class GaussianProcessSampler(BaseSampler):
+    """Proposes the point of largest expected improvement; the first trial is random."""
+
+    def __init__(self, seed: int, known: KnownPart | None = None) -> None:
+        """Make a sampler.
+
+        Args:
+            seed: Of its random points.
+            known: The known part of the objective; None: nothing is known, and the objective itself is modelled.
+        """
+        self._random = np.random.default_rng(seed)
+        self._known = known
+        self._space = IntersectionSearchSpace()
+        self._independent = RandomSampler(seed=seed)
+
+    def infer_relative_search_space(self, study: Study, trial: FrozenTrial) -> dict[str, BaseDistribution]:
+        """The parameters that all finished trials have."""
+        return {name: each for name, each in self._space.calculate(study).items() if not each.single()}
+
+    def sample_relative(
+        self, study: Study, trial: FrozenTrial, search_space: dict[str, BaseDistribution]
+    ) -> dict[str, Any]:
+        """Parameters of the next trial; none where no trial has finished."""
+        finished = study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,))
+        if not finished or not search_space:
+            return {}
+        cube = UnitCube(search_space)
+        running = study.get_trials(deepcopy=False, states=(TrialState.RUNNING,))
+        pending = [other.params for other in running if search_space.keys() <= other.params.keys()]
+        points = cube.points([other.params for other in finished])
+        objectives = np.array([other.values[0] for other in finished])
+        acquisition = self._acquisition(cube, points, objectives, cube.points(pending))
+        best = points[np.argsort(objectives, kind="stable")[:BEST_TRIALS]]
+        return cube.parameters(_maximised(acquisition, cube, best, self._random))
+
+    def sample_independent(
+        self, study: Study, trial: FrozenTrial, param_name: str, param_distribution: BaseDistribution
+    ) -> Any:
+        """A random value: of the first trial."""
+        return self._independent.sample_independent(study, trial, param_name, param_distribution)
+
+    def _acquisition(
+        self, cube: UnitCube, points: np.ndarray, objectives: np.ndarray, pending: np.ndarray
+    ) -> Callable[[np.ndarray], np.ndarray]:
+        """Log expected improvement over the best trial, from points, shape (p, d), to shape (p,)."""
+        known = self._known
+        best = float(objectives.min())
+        if known is None:
+            process, centre, spread = _standardised_fit(points, objectives, pending)
+            return lambda at: log_expected_improvement((best - centre) / spread, *process.predict(at))
+        unknown = np.maximum(objectives - known(cube.values(points)), LEAST_UNKNOWN)
+        process, centre, spread = _standardised_fit(points, np.log(unknown), pending)
+
+        def improvement(at: np.ndarray) -> np.ndarray:
+            mean, deviation = process.predict(at)
+            return log_expected_improvement_beyond(
+                best, known(cube.values(at)), centre + spread * mean, spread * deviation
+            )
+
+        return improvement
+
+
+def _standardised_fit(
+    points: np.ndarray, values: np.ndarray, pending: np.ndarray
+) -> tuple[GaussianProcess, float, float]:
+    """The process of standardised values that expects its own mean at pending points; centre and spread."""
+    centre = float(values.mean())
+    spread = max(float(values.std()), LEAST_DEVIATION)
+    return GaussianProcess.fit(points, (values - centre) / spread).believing(pending), centre, spread
+
+
+class UnitCube:
+    """Parameters as points of the unit cube; whole numbers as the middles of equal parts of a side."""
+
+    def __init__(self, space: Mapping[str, BaseDistribution]) -> None:
+        """Make the cube of a search space of float and int distributions."""
+        for name, distribution in space.items():
+            if not isinstance(distribution, FloatDistribution | IntDistribution):
+                raise ValueError(f"{name}: must be a float or an int distribution, given {distribution}")
+        self._names = sorted(space)
+        bounds = [space[name] for name in self._names]
+        self._whole = np.array([isinstance(each, IntDistribution) for each in bounds])
+        self._low = np.array([float(each.low) for each in bounds])  # type: ignore[attr-defined]
+        high = np.array([float(each.high) for each in bounds])  # type: ignore[attr-defined]
+        self._size = high - self._low + self._whole  # n whole numbers share a side of length n
+
+    @property
+    def dimensions(self) -> int:
+        """How many parameters there are."""
+        return len(self._names)
+
+    def points(self, parameters: Sequence[Mapping[str, Any]]) -> np.ndarray:
+        """Points of parameters, shape (n, d)."""
+        rows = np.array([[float(each[name]) for name in self._names] for each in parameters])
+        rows = rows.reshape(len(parameters), self.dimensions)
+        return (rows - self._low + 0.5 * self._whole) / self._size
+
+    def snapped(self, points: np.ndarray) -> np.ndarray:
+        """The nearest points that stand for parameters, shape (p, d)."""
+        inside = np.clip(points, 0.0, 1.0)
+        middles = (np.minimum(np.floor(inside * self._size), self._size - 1.0) + 0.5) / self._size
+        return np.where(self._whole, middles, inside)
+
+    def values(self, points: np.ndarray) -> dict[str, np.ndarray]:
+        """Parameters of snapped points by name, each of shape (p,)."""
+        values = self._low + points * self._size - 0.5 * self._whole
+        values[:, self._whole] = np.round(values[:, self._whole])
+        return dict(zip(self._names, values.T, strict=True))
+
+    def parameters(self, point: np.ndarray) -> dict[str, float | int]:
+        """Parameters of one snapped point, shape (d,)."""
+        values = self.values(point[None])
+        return {
+            name: int(values[name][0]) if whole else float(values[name][0])
+            for name, whole in zip(self._names, self._whole, strict=True)
+        }
+
+
+def _maximised(
+    acquisition: Callable[[np.ndarray], np.ndarray], cube: UnitCube, best: np.ndarray, random: np.random.Generator
+) -> np.ndarray:
+    """The point of largest acquisition that is found, shape (d,).
+
+    Scattered points first, and points around the best trials, shape (b, d); then ever narrower clouds around the
+    highest. Gradients would gain little: one look at a thousand points takes a millisecond.
+    """
+    scattered = random.random((SCATTERED, cube.dimensions))
+    middles = best[random.integers(len(best), size=AROUND_BEST)]
+    spreads = random.choice(SPREADS, size=(AROUND_BEST, 1))
+    around = middles + spreads * random.standard_normal(middles.shape)
+    points = cube.snapped(np.concatenate([scattered, around]))
+    heights = acquisition(points)
+    spread = FIRST_SPREAD
+    for _ in range(ROUNDS):
+        top = np.argsort(-heights, kind="stable")[:KEPT]
+        middles = np.repeat(points[top], PER_KEPT, axis=0)
+        steps = spread * random.standard_normal(middles.shape)
+        changed = random.random(middles.shape) < CHANGED
+        cloud = cube.snapped(middles + steps * changed)
+        points = np.concatenate([points[top], cloud])
+        heights = np.concatenate([heights[top], acquisition(cloud)])
+        spread *= NARROWING
+    return points[int(np.argmax(heights))]
