@@ -64,11 +64,6 @@ def test_every_public_name_can_be_imported_and_is_listed() -> None:
         assert getattr(tatamu, name).__module__.startswith("tatamu.")
 
 
-def test_files_stay_short() -> None:
-    long = {f.name: n for f in SOURCE.rglob("*.py") if (n := f.read_text().count("\n")) > 280}
-    assert not long, f"is there a second noun in {long}?"
-
-
 SHARED_NAMES: set[str] = set()
 """Names that more than one public class may have: none."""
 
