@@ -7,7 +7,7 @@ DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 
 .PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
-        calibration folds robots foreign statics tangle parallel help
+        calibration folds robots foreign statics tangle parallel own-garments golden help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1: /'
@@ -66,6 +66,13 @@ robots: $(DEV)  ## the table of docs/notes/robots.md: an hour, most of it MuJoCo
 
 foreign: $(DEV)  ## the table of docs/notes/garments.md: outlines and meshes from elsewhere; minutes
 	$(BIN)/python -m benchmarks.foreign --out runs/foreign --trials 25 --write-docs
+
+own-garments: $(DEV)  ## the tables of docs/notes/own-garments.md: garments drawn by hand, by the plans that are proposed; an hour
+	$(BIN)/python -m benchmarks.own_garments --out runs/own-garments --write-docs
+	$(BIN)/python -m benchmarks.own_garments --out runs/own-garments-fine --fine --write-docs
+
+golden: $(DEV)  ## what this tree makes of many commands, to be compared with another tree's: see benchmarks/golden.py
+	$(BIN)/python benchmarks/golden.py run . runs/golden
 
 tangle: $(READY)  ## 1,200 folds of limp cloth: in how many anything passes through; a quarter of an hour
 	$(BIN)/python benchmarks/tangle.py --write-docs
