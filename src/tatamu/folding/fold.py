@@ -73,6 +73,12 @@ class Fold:
         lowest = self.start[self.patch(vertex), 2].min() - 0.5 * self.garment.material.thickness
         return np.array([*self.span_of(vertex) * self.normal, self.stacks.under[vertex] - lowest])
 
+    @cached_property
+    def releases(self) -> tuple[np.ndarray, ...]:
+        """Horizontal and vertical distance from grasp to release of each hand's candidates [m], shape (M, 2)."""
+        hands = (self.left, self.right)[: self.hands]
+        return tuple(np.array([[self.span_of(int(v)), self.translation(int(v))[2]] for v in hand]) for hand in hands)
+
     def patch(self, vertex: int) -> list[int]:
         """Vertices that fingers hold when they pinch there: under the pad, the outermost of every layer."""
         spacing = self.garment.spacing

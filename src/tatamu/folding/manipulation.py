@@ -136,10 +136,9 @@ def trajectory_lengths(fold: Fold, parameters: Mapping[str, np.ndarray]) -> np.n
     x1, z1, x2, z2 = (parameters[name] for name in ("x1", "z1", "x2", "z2"))
     zero = np.zeros_like(x1)
     total = zero
-    for name, hand in list(zip(("g1", "g2"), (fold.left, fold.right), strict=True))[: fold.hands]:
+    for name, releases in zip(("g1", "g2"), fold.releases, strict=False):
         chosen = np.minimum(parameters[name].astype(int), fold.candidates - 1)
-        spans = np.array([fold.span_of(int(vertex)) for vertex in hand])[chosen]
-        rises = np.array([fold.translation(int(vertex))[2] for vertex in hand])[chosen]
+        spans, rises = releases[chosen].T
         larger = spans / fold.span
         ahead = np.stack([zero, larger * x1, larger * x2, spans], axis=1)
         up = np.stack([zero, larger * z1, larger * z2, rises], axis=1)
