@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tatamu.cli.app import app
+from tatamu.cli.app import Interrupted, app
 from tatamu.cli.size import parse_size
 from tatamu.errors import InputError
 
@@ -82,46 +82,59 @@ def learn(
     A fold in several steps learns each in turn, in DIR/step-1, DIR/step-2 .., with `--trials` each.
     Run the same command again to go on with a study that was interrupted, or with more `--trials`.
     """
-    from tatamu.folding.task import make_job
-    from tatamu.material import load_material
-
     if grasps not in ("integer", "continuous"):
         raise InputError(f"grasps: must be integer or continuous, given {grasps!r}")
     if hands not in (None, 1, 2):
         raise InputError(f"hands: must be 1 or 2, given {hands}")
-    job = make_job(
-        garment,
-        size=None if size is None else parse_size(size),
-        scale=scale,
-        fold=fold,
-        material=load_material(material) if material else None,
-        spacing=spacing,
-        simulator=simulator,
-        hands=hands,
-        reach=_reach(robot),
-    )
+    from tatamu.cli.progress import LearningDisplay, starting
+
+    with starting(f"laying out {garment}"):
+        from tatamu.folding.task import make_job
+        from tatamu.material import load_material
+        from tatamu.simulators import require
+
+        require(simulator)
+        job = make_job(
+            garment,
+            size=None if size is None else parse_size(size),
+            scale=scale,
+            fold=fold,
+            material=load_material(material) if material else None,
+            spacing=spacing,
+            simulator=simulator,
+            hands=hands,
+            reach=_reach(robot),
+        )
+        from tatamu.cli.verdict import conclusion, kept, spoken
+        from tatamu.folding.advice import UncarriedWarning, advice
+        from tatamu.folding.baselines import BASELINES
+        from tatamu.learning import learn_job  # last, as it takes seconds to import
+
+        said = advice(job.garment, job.plan, job.hands)
     if job.garment.own:
         print(job.garment.statement)
         for note in job.garment.notes:
             print(f"note: {note}")
-    from tatamu.cli.progress import reporting
-    from tatamu.folding.advice import UncarriedWarning, advice
-    from tatamu.learning import learn_job  # last, as it takes seconds to import
-
-    for line in advice(job.garment, job.plan, job.hands):
+    for line in said:
         print(f"warning: {line}", file=sys.stderr)
     warnings.simplefilter("ignore", UncarriedWarning)  # said already
-    report = learn_job(
-        job,
-        out,
-        trials=trials,
-        seed=seed,
-        sampler=sampler,
-        grasps=grasps,  # type: ignore[arg-type]
-        baselines=baselines,
-        parallel=parallel,
-        reporting=reporting,
-    )
+    try:
+        with LearningDisplay(job, trials, len(BASELINES) if baselines else 0) as display:
+            report = learn_job(
+                job,
+                out,
+                trials=trials,
+                seed=seed,
+                sampler=sampler,
+                grasps=grasps,  # type: ignore[arg-type]
+                baselines=baselines,
+                parallel=parallel,
+                reporting=display.reporting,
+            )
+    except KeyboardInterrupt:
+        raise Interrupted(kept(out)) from None
+    for line in spoken(conclusion(out)):
+        print(line)
     print(f"report: {report}")
 
 

@@ -71,6 +71,7 @@ def learn_job(
     Raises:
         InputError: An argument is out of range, or the folder cannot be used.
         TatamuError: Every trial of a step failed.
+        KeyboardInterrupt: The user ended it; what is finished is then written with its reports.
     """
     check_search(trials, seed, sampler)
     check_parallel(parallel, job.simulator, job.reach is not None)
@@ -91,6 +92,7 @@ def learn_job(
     if count == 1:
         return _learn(job.task(0), folder, trials, reporting, options)
     with locked(results):
+        ideals = [fold.target for fold in ideal_folds(job.garment, job.plan, job.hands)]
         state: np.ndarray | None = None
         found: list[tuple[Fold, Parameters]] = []
         for number in range(count):
@@ -98,10 +100,15 @@ def learn_job(
             own = results.step(number)
             _forget_if_outdated(task, own)
             first = [carried_over(parameters, fold, task.fold, grasps) for fold, parameters in found]
-            _learn(task, own.path, trials, reporting, {**options, "first": first})
+            try:
+                _learn(task, own.path, trials, reporting, {**options, "first": first})
+            except KeyboardInterrupt:
+                written = number + own.complete
+                if written:
+                    write_whole(job, results, ideals[:written])
+                raise
             found.append((task.fold, own.result.best_trial.parameters))
             state = own.rollout.positions[-1]
-        ideals = [fold.target for fold in ideal_folds(job.garment, job.plan, job.hands)]
         return write_whole(job, results, ideals)
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from time import perf_counter
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from filelock import FileLock, Timeout
@@ -32,9 +32,13 @@ MOST_PARALLEL = 16
 """Trials at a time at most: more would know too little of one another."""
 
 
+Stage = Literal["trials", "baselines", "report"]
+"""What a study is doing: its trials, then the fixed trajectories, then its files and the page."""
+
+
 @dataclass(frozen=True)
 class Progress:
-    """Progress of a study; given to the caller after every trial."""
+    """Progress of a study; given to the caller after every trial and when a stage begins."""
 
     done: int
     trials: int
@@ -42,6 +46,7 @@ class Progress:
     """Least objective so far."""
     best_distance: float | None
     """Mean vertex distance of that trial [m]."""
+    stage: Stage = "trials"
 
 
 def learn(
@@ -70,7 +75,7 @@ def learn(
         parallel: How many trials run at a time, in threads. Each is proposed knowing all before it but the last
             `parallel` - 1, whether these have ended or not, so that the study does not depend on how fast they are.
         first: Parameters to begin the search with, as many as there are trials for.
-        progress: Called when the study is opened and after every trial.
+        progress: Called when the study is opened, after every trial, and when another stage begins.
 
     Returns:
         The report.
@@ -78,6 +83,7 @@ def learn(
     Raises:
         InputError: An argument is out of range, or the folder cannot be used.
         TatamuError: Every trial failed.
+        KeyboardInterrupt: The user ended it; what is finished is then written with a report, as far as there is any.
     """
     check_search(trials, seed, sampler)
     check_parallel(parallel, task.simulator, task.reach is not None)
@@ -100,12 +106,20 @@ def learn(
             return results.report_file
         results.report_file.unlink(missing_ok=True)  # written last: it says that the other files are this study's
         runner = _Runner(task, study)
-        progress(runner.progress(trials))
-        for _ in runner.run(trials, parallel):
+        try:
             progress(runner.progress(trials))
-        if baselines and study.baselines is None:
-            study.baselines = scored_baselines(task, parallel)
-        return runner.write(results)
+            for _ in runner.run(trials, parallel):
+                progress(runner.progress(trials))
+            if baselines and study.baselines is None:
+                progress(runner.progress(trials, "baselines"))
+                study.baselines = scored_baselines(task, parallel)
+            progress(runner.progress(trials, "report"))
+            return runner.write(results)
+        except KeyboardInterrupt:
+            if runner.succeeded:
+                progress(runner.progress(trials, "report"))
+                runner.write(results)
+            raise
 
 
 def check_search(trials: int, seed: int, sampler: str) -> None:
@@ -196,7 +210,12 @@ class _Runner:
         needed = {*self._shown().values(), best_number(trials)}
         self._kept = {number: kept for number, kept in self._kept.items() if number in needed}
 
-    def progress(self, trials: int) -> Progress:
+    @property
+    def succeeded(self) -> bool:
+        """Whether any trial so far is complete."""
+        return best_number(self.study.trials) is not None
+
+    def progress(self, trials: int, stage: Stage = "trials") -> Progress:
         """How far the study is."""
         done = self.study.trials
         best = best_number(done)
@@ -205,6 +224,7 @@ class _Runner:
             trials=trials,
             best=None if best is None else done[best].value,
             best_distance=None if best is None else done[best].user_attrs["mean_vertex_distance"],
+            stage=stage,
         )
 
     def write(self, folder: ResultFolder) -> Path:

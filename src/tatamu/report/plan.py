@@ -43,7 +43,7 @@ def page(folder: Path, result: PlanResult, folds: list[LearnedFold], rollout: Ro
     return render(
         "report/plan.html",
         replay=replay_data(rollout, folds[0].scene, _hands(folds, rollout), scale),
-        title=f"{spelled(plan.garment)}, {plan.fold} in {len(folds)} folds",
+        title=f"{spelled(plan.garment)}, {plan.fold}{_count(folds)}",
         verdict=grade(final.mean_vertex_distance),
         events=_events(rollout),
         result=result,
@@ -53,6 +53,13 @@ def page(folder: Path, result: PlanResult, folds: list[LearnedFold], rollout: Ro
         whole=topview.beside(folds[-1], target),
         learn_command=command.learn(folds[0]),
     )
+
+
+def _count(folds: list[LearnedFold]) -> str:
+    """How many folds there are; of a plan that was interrupted, how many of them are learned."""
+    step = folds[0].result.task.step
+    count = step[1] if step else len(folds)
+    return f" in {count} folds" if count == len(folds) else f", the first {len(folds)} of {count} folds"
 
 
 def _events(rollout: Rollout) -> list[tuple[float, str]]:
