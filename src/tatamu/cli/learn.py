@@ -90,7 +90,6 @@ def learn(
 
     with starting(f"laying out {garment}"):
         from tatamu.folding.task import make_job
-        from tatamu.material import load_material
         from tatamu.simulators import require
 
         require(simulator)
@@ -99,7 +98,7 @@ def learn(
             size=None if size is None else parse_size(size),
             scale=scale,
             fold=fold,
-            material=load_material(material) if material else None,
+            material=material,
             spacing=spacing,
             simulator=simulator,
             hands=hands,
@@ -144,8 +143,10 @@ def _reach(robot: str | None) -> Reach | None:
         return None
     from tatamu.folding.task import Reach
     from tatamu.robots import ReachConstraint, load
+    from tatamu.robots.description import files_of
 
     loaded = load(robot)
     constraint = ReachConstraint(loaded)
-    description = Path(robot).read_bytes() if robot.endswith(".toml") else b""
-    return Reach(loaded.name, constraint, constraint.refusal, description=description)
+    files = files_of(Path(robot)) if robot.endswith(".toml") else []
+    description = files[0].read_bytes() if files else b""
+    return Reach(loaded.name, constraint, constraint.refusal, description=description, files=tuple(files))

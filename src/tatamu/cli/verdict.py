@@ -1,4 +1,4 @@
-"""What a command says last of a learned fold: the verdict, what to know, what to do."""
+"""The last words of a command on a learned fold: the verdict, what to know, what to do."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def spoken(said: Conclusion) -> Iterator[str]:
 
 
 def kept(path: Path) -> str:
-    """What an interrupted command leaves in a folder, and how to go on, in one line."""
+    """The line on what an interrupted command leaves in a folder, and on how to go on."""
     folder = ResultFolder(path)
     go_on = "run the same command again to go on"
     if not folder.begun:

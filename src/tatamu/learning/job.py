@@ -19,12 +19,14 @@ from tatamu.errors import InputError
 from tatamu.folding.advice import UncarriedWarning, advice
 from tatamu.folding.fold import Fold, ideal_folds
 from tatamu.folding.task import Job, Task, digest
+from tatamu.garments.garmentfile import files_of
 from tatamu.learning.learn import Progress, check_parallel, check_search, learn, locked
 from tatamu.learning.reachable import check_reach
 from tatamu.learning.space import Grasps, carried_over
 from tatamu.learning.study import held_identity
 from tatamu.learning.whole import write_whole
-from tatamu.results import ResultFolder
+from tatamu.material import is_preset
+from tatamu.results import ResultFolder, Sources, keep_inputs
 from tatamu.results.result import Parameters
 
 Reporting = Callable[[Task, int], AbstractContextManager[Callable[[Progress], None]]]
@@ -89,8 +91,9 @@ def learn_job(
         check_reach(job)
     for line in advice(job.garment, job.plan, job.hands):
         warnings.warn(line, UncarriedWarning, stacklevel=2)
+    opened = _keeping(job, folder, reporting)
     if count == 1:
-        return _learn(job.task(0), folder, trials, reporting, options)
+        return _learn(job.task(0), folder, trials, opened, options)
     with locked(results):
         ideals = [fold.target for fold in ideal_folds(job.garment, job.plan, job.hands)]
         state: np.ndarray | None = None
@@ -101,7 +104,7 @@ def learn_job(
             _forget_if_outdated(task, own)
             first = [carried_over(parameters, fold, task.fold, grasps) for fold, parameters in found]
             try:
-                _learn(task, own.path, trials, reporting, {**options, "first": first})
+                _learn(task, own.path, trials, opened, {**options, "first": first})
             except KeyboardInterrupt:
                 written = number + own.complete
                 if written:
@@ -115,6 +118,46 @@ def learn_job(
 def _learn(task: Task, folder: Path, trials: int, reporting: Reporting, options: dict[str, Any]) -> Path:
     with reporting(task, trials) as progress:
         return learn(task, folder, trials=trials, progress=progress, **options)
+
+
+def _keeping(job: Job, folder: Path, reporting: Reporting) -> Reporting:
+    """The same reporting, that first keeps the files that the job was made from.
+
+    The first progress is reported once the folder is known to be this job's.
+    """
+    sources = _sources(job)
+
+    @contextmanager
+    def kept(task: Task, trials: int) -> Iterator[Callable[[Progress], None]]:
+        with reporting(task, trials) as progress:
+
+            def report(now: Progress) -> None:
+                if sources:
+                    keep_inputs(folder, sources)
+                    sources.clear()
+                progress(now)
+
+            yield report
+
+    return kept
+
+
+def _sources(job: Job) -> dict[str, Sources]:
+    """The user's files that a job was made from, and the plan that was found for a garment of the user's."""
+    asked = job.asked
+    if asked is None:
+        return {}
+    found = {}
+    if job.garment.own:
+        found["garment"] = Sources(files_of(Path(asked.garment)))
+        found["fold"] = Sources(text=job.plan.to_toml(), name=f"{job.plan.name}.toml")
+    if asked.fold.endswith(".toml"):
+        found["fold"] = Sources([Path(asked.fold)])
+    if asked.material and not is_preset(Path(asked.material)):
+        found["material"] = Sources([Path(asked.material)])
+    if job.reach and job.reach.files:
+        found["robot"] = Sources(job.reach.files)
+    return found
 
 
 def _refuse_other(folder: ResultFolder, count: int) -> None:

@@ -33,7 +33,7 @@ MOST_PARALLEL = 16
 
 
 Stage = Literal["trials", "baselines", "report"]
-"""What a study is doing: its trials, then the fixed trajectories, then its files and the page."""
+"""Stages of a study: its trials, then the fixed trajectories, then its files and the page."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What came of a study in words: whether the fold succeeds, what to know of it, and what to do where it does not."""
+"""The conclusion of a study in words: whether the fold succeeds, what to know of it, what to do where it does not."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MEANING = {
     "g1": "left grasp, from the corner inwards",
     "g2": "right grasp, from the corner inwards",
 }
-"""What each parameter of Eq. (9) is, in a few words."""
+"""Meaning of each parameter of Eq. (9), in a few words."""
 
 
 @dataclass(frozen=True)
@@ -29,11 +29,11 @@ class Conclusion:
 
     succeeded: bool
     measures: list[str]
-    """What the verdict rests on, each with its threshold; further ones may follow."""
+    """The figures that the verdict rests on, each with its threshold; further ones may follow."""
     notes: list[str] = field(default_factory=list)
-    """What to know of it."""
+    """Lines to know before the verdict is believed."""
     advice: list[str] = field(default_factory=list)
-    """What to do; empty where the fold succeeded."""
+    """Things to do; empty where the fold succeeded."""
     steps: list[tuple[str, Conclusion]] = field(default_factory=list)
     """Of a plan: the name of each step and the verdict on it."""
 
@@ -106,7 +106,7 @@ def _scores(whole: FromFlat) -> Scores:
 
 
 def _about_search(result: Result) -> list[str]:
-    """What the trials themselves say of a search that found no fold that succeeds."""
+    """Things to do after a search that found no fold that succeeds, from its own trials."""
     trials = result.trials
     best = result.best_trial
     failed = [trial for trial in trials if trial.state == "failed"]

@@ -10,6 +10,7 @@ from tatamu.files import write_text
 from tatamu.presentation.page import render
 from tatamu.presentation.replay import HAND_COLOURS, HandTrack, replay_data
 from tatamu.report import command, topview
+from tatamu.report.conclusion import of_plan
 from tatamu.report.errormap import largest
 from tatamu.report.headline import spelled
 from tatamu.report.replay import hands
@@ -48,6 +49,7 @@ def page(folder: Path, result: PlanResult, folds: list[LearnedFold], rollout: Ro
         events=_events(rollout),
         result=result,
         final=final,
+        conclusion=of_plan(result, [fold.result for fold in folds]),
         trials=sum(step.trials for step in result.steps),
         views=views,
         whole=topview.beside(folds[-1], target),
