@@ -85,7 +85,7 @@ def learn_job(
         "sampler": sampler,
         "grasps": grasps,
         "baselines": baselines,
-        "parallel": pending_trials(parallel, job.simulator, results.step(0) if count > 1 else results),
+        "parallel": parallel,
         "executor": executor,
     }
     _refuse_other(results, count)
@@ -96,6 +96,7 @@ def learn_job(
     if count == 1:
         return _learn(job.task(0), folder, trials, reporting, options)
     with locked(results):
+        options["parallel"] = pending_trials(parallel, job.simulator, results.step(0))
         state: np.ndarray | None = None
         found: list[tuple[Fold, Parameters]] = []
         for number in range(count):
