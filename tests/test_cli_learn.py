@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
@@ -14,14 +15,16 @@ import pytest
 from rich.console import Console
 
 from tatamu.cli import main
-from tatamu.cli.progress import LearningDisplay, Workload, duration
+from tatamu.cli.progress import LearningDisplay, Workload, duration, prepare
 from tatamu.cli.verdict import conclusion, kept, spoken
 from tatamu.errors import InputError
 from tatamu.folding.task import Job, make_job
 from tatamu.learning import Progress, learn_job
 from tatamu.results import ResultFolder
 from tests.fabricated import changed, write_fold
+from tests.scenes import scene
 
+EXAMPLE = Path(__file__).parent.parent / "examples" / "measurements-towel.toml"
 COARSE: dict[str, Any] = {"spacing": 0.04, "size": (0.24, 0.5)}
 SEARCH: dict[str, Any] = {"sampler": "random", "baselines": False}
 
@@ -66,7 +69,7 @@ def test_the_end_says_the_verdict_and_the_note_and_exits_with_0(
     assert len(verdicts) == 1 and "success below 12.5 mm" in verdicts[0] and "success from 0.80" in verdicts[0]
     best = ResultFolder(tmp_path).result.best_trial
     assert best.mean_vertex_distance and f"{1e3 * best.mean_vertex_distance:.1f} mm" in verdicts[0]
-    assert any("to go: a trial takes" in line for line in said)
+    assert any("to go, a trial every" in line for line in said)
 
 
 @pytest.mark.parametrize(("size", "succeeded"), [(0.0018, True), (0.0124, True), (0.0126, False), (0.03, False)])
@@ -247,10 +250,11 @@ class Watched:
 
 
 def test_time_left_is_said_from_the_first_trial_to_the_report(monkeypatch: pytest.MonkeyPatch) -> None:
-    lines = Watched(monkeypatch).show(0, 1, 5)
+    lines = Watched(monkeypatch).show(0, 4, 5)
     page = Workload(1, 10, 3).seconds(1, 1.0, 0)
-    assert f"about {duration(2 * 12 + page)} to go: a trial takes 2.0 s" in lines
-    assert any(line.startswith("1/10 trials: ") and f"about {duration(24 + page)} left" in line for line in lines)
+    left = duration(0.5 * (6 + 3) + page)
+    assert f"about {left} to go, a trial every 0.5 s" in lines
+    assert any(line.startswith("4/10 trials: ") and f"about {left} left" in line for line in lines)
     assert any("fixed trajectories: " in line and " left" in line for line in lines)
     assert any("writing the report: " in line and " left" in line for line in lines)
 
@@ -271,17 +275,64 @@ def test_without_a_terminal_lines_come_by_themselves(monkeypatch: pytest.MonkeyP
         for _ in range(1000):
             if watched.text.getvalue().count("\n") > before + 2:
                 return
-            watched.display._stopped.wait(0.01)
+            time.sleep(0.01)
     pytest.fail("no line came")
 
 
 def test_on_a_terminal_there_is_a_bar(monkeypatch: pytest.MonkeyPatch) -> None:
     watched = Watched(monkeypatch, terminal=True)
     with watched.display:
-        said = "\n".join(watched.show(0, 1))
-    assert "━" in said and "1/10" in said and "left" in said
+        said = "\n".join(watched.show(0, 4))
+    assert "━" in said and "4/10" in said and "left" in said
 
 
 def test_a_folder_without_a_fold_has_no_verdict(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"result\.json: cannot be read"):
         conclusion(tmp_path)
+
+
+COMMANDS = [
+    ["learn", "towel", "--out", "OUT", "--simulator", "blender"],
+    ["simulate", "SCENE", "--out", "OUT", "--simulator", "blender"],
+    ["reproduce", "--out", "OUT"],
+    ["validate", "--simulator", "blender", "--out", "OUT"],
+    ["calibrate", "MEASUREMENTS", "--out", "OUT.toml", "--simulator", "blender"],
+    ["check", "FOLDER", "--simulator", "blender", "--out", "OUT"],
+    ["check", "FOLDER", "--all", "--out", "OUT"],
+    ["rehearse", "FOLDER", "--simulator", "blender"],
+]
+"""Commands that need Blender."""
+
+
+@pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
+def test_a_command_that_needs_blender_looks_for_it_before_it_begins(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path, words: list[str]
+) -> None:
+    monkeypatch.setattr("tatamu.simulators.blender.discovery.python_of", lambda _: tmp_path / "none")
+    monkeypatch.setattr("shutil.which", lambda *_: None)
+    monkeypatch.delenv("TATAMU_BLENDER", raising=False)
+    out = tmp_path / "out"
+    scene(duration=0.1).save(tmp_path / "scene.json")
+    places = {
+        "OUT": str(out),
+        "OUT.toml": str(out / "m.toml"),
+        "SCENE": str(tmp_path / "scene.json"),
+        "FOLDER": str(write_fold(tmp_path / "fold", spacing=0.08, frames=24)),
+        "MEASUREMENTS": str(EXAMPLE),
+    }
+    assert run(monkeypatch, *(places.get(word, word) for word in words)) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1 and said.startswith("tatamu: blender: no Blender found")
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("compiled", [0, 20])
+def test_a_simulator_that_compiles_says_so_and_one_that_loads_does_not(
+    monkeypatch: pytest.MonkeyPatch, compiled: int
+) -> None:
+    text = io.StringIO()
+    simulator = SimpleNamespace(prepare=lambda: time.sleep(0.2), compilation=lambda: (compiled, 80))
+    monkeypatch.setattr("tatamu.simulators.named", lambda name: simulator)
+    monkeypatch.setattr("tatamu.cli.progress.LINE_EVERY", 0.01)
+    prepare("native", Console(file=text))
+    assert ("compiling the simulator" in text.getvalue()) == bool(compiled)

@@ -22,6 +22,8 @@ LINE_EVERY = 5.0
 """Seconds between lines where there is no terminal."""
 BAR_EVERY = 0.2
 """Seconds between two looks at how far the work is, on a terminal."""
+STEADY = 4
+"""Trials after which their pace is known: the first ones begin together."""
 WRITING = 3.0
 """Seconds that a folder and its page take, about: of what is not measured as it goes, all that is long."""
 
@@ -34,6 +36,55 @@ def starting(text: str) -> Iterator[None]:
         print(text, flush=True)
     with console.status(text) if console.is_terminal else nullcontext():
         yield
+
+
+@contextmanager
+def ticking(every: float, look: Callable[[], None]) -> Iterator[None]:
+    """Call something every few seconds [s] meanwhile, in a thread of its own."""
+    stopped = Event()
+
+    def tick() -> None:
+        while not stopped.wait(every):
+            look()
+
+    thread = Thread(target=tick, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        stopped.set()
+        thread.join()
+
+
+def prepare(simulator: str, console: Console | None = None) -> None:
+    """Compile a simulator, or load it; where it compiles, that is said, and how far it is.
+
+    Raises:
+        InputError: There is none of that name.
+    """
+    from tatamu.simulators import named
+
+    chosen = named(simulator)
+    console = console or Console(stderr=True)
+    began = monotonic()
+    with console.status("preparing the simulator") if console.is_terminal else nullcontext() as status:
+
+        def look() -> None:
+            done, total = chosen.compilation()
+            text = f"{compiling(done, total, monotonic() - began)} ({done}/{total})"
+            if status:
+                status.update(text if done else "preparing the simulator")
+            elif done:
+                console.print(text, soft_wrap=True, markup=False, highlight=False)
+
+        with ticking(BAR_EVERY if console.is_terminal else LINE_EVERY, look):
+            chosen.prepare()
+
+
+def compiling(done: int, total: int, seconds: float) -> str:
+    """The words for a simulator of which so much was compiled in that time [s]."""
+    left = duration(seconds * (total - done) / max(done, 1))
+    return f"compiling the simulator, once on this machine, about {left} left"
 
 
 def duration(seconds: float) -> str:
@@ -93,10 +144,9 @@ class LearningDisplay:
         self._prepared = False
         self._ends = 0.0
         self._ending = False
-        self._stopped = Event()
         self._before = signal.getsignal(signal.SIGINT)
-        self._ticker = Thread(target=self._tick, daemon=True)
         self._bar = self._make_bar() if self._console.is_terminal else None
+        self._ticking = ticking(BAR_EVERY if self._bar else LINE_EVERY, self._look)
         self.say(
             f"{job.garment.name} {job.garment.size[0]:g} x {job.garment.size[1]:g} m, {len(job.garment.vertices)} "
             f"vertices, fold {job.plan.name}, simulator {job.simulator}: {self.work}"
@@ -111,7 +161,7 @@ class LearningDisplay:
     def __enter__(self) -> Self:
         if self._bar:
             self._bar.start()
-        self._ticker.start()
+        self._ticking.__enter__()
         if current_thread() is main_thread():
             self._before = signal.signal(signal.SIGINT, self._interrupt)
         return self
@@ -126,8 +176,7 @@ class LearningDisplay:
     def __exit__(self, *_: object) -> None:
         if current_thread() is main_thread():
             signal.signal(signal.SIGINT, self._before)
-        self._stopped.set()
-        self._ticker.join()
+        self._ticking.__exit__(None, None, None)
         if self._bar:
             self._bar.stop()
 
@@ -150,17 +199,20 @@ class LearningDisplay:
             self._simulator.prepare()
             self._prepared = True
 
-    def forecast(self, step: int, pace: float, rollouts: int) -> None:
+    def forecast(self, step: int, pace: float, rollouts: int, known: bool) -> None:
         """Work out when all will have ended; it is said when it is first known.
 
         Args:
             step: Number of the step, the first being 1.
             pace: Seconds for each rollout.
             rollouts: How many are left in this step.
+            known: Whether that pace is known well enough to be said.
         """
         left = self.work.seconds(step, pace, rollouts)
+        if not known:
+            return
         if not self._ends:
-            self.say(f"about {duration(left)} to go: a trial takes {pace:.1f} s")
+            self.say(f"about {duration(left)} to go, a trial every {pace:.1f} s")
         self._ends = monotonic() + left
 
     def now(self, text: str, done: int, total: int) -> None:
@@ -177,16 +229,11 @@ class LearningDisplay:
         done, total = self._simulator.compilation()
         if not done:
             return "preparing", 0, 1
-        seconds = (monotonic() - began) * (total - done) / done
-        return f"compiling the simulator, once on this machine, about {duration(seconds)} left", done, total
+        return compiling(done, total, monotonic() - began), done, total
 
     def _left(self) -> str:
         known = self._ends and not self._ending
         return f", about {duration(self._ends - monotonic())} left" if known else ""
-
-    def _tick(self) -> None:
-        while not self._stopped.wait(BAR_EVERY if self._bar else LINE_EVERY):
-            self._look()
 
     def _look(self) -> None:
         text, done, total = self._lines()
@@ -222,7 +269,8 @@ class _Step:
         if self._pace:
             baselines = display.work.baselines
             left = {"trials": progress.trials - progress.done + baselines, "baselines": baselines, "report": 0}
-            display.forecast(self._number, self._pace, left[progress.stage])
+            known = made >= min(STEADY, progress.trials - self._first)
+            display.forecast(self._number, self._pace, left[progress.stage], known)
         words = {"trials": "trials", "baselines": "fixed trajectories", "report": "writing the report"}
         display.now(f"{words[progress.stage]}: {best(progress)}", progress.done, progress.trials)
 

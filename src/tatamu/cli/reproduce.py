@@ -47,8 +47,10 @@ def reproduce(
 
     Run the same command again to go on with what was interrupted.
     """
+    from tatamu.cli.progress import prepare
     from tatamu.reproduction.experiment import Choices, run
     from tatamu.reproduction.page import save
+    from tatamu.simulators import require
 
     choices = Choices(
         simulator=simulator,
@@ -60,6 +62,8 @@ def reproduce(
         folds=_pairs("--fold", fold),
         materials=_pairs("--material", material),
     )
+    require(simulator)
+    prepare(simulator)
     console = Console()
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Bar(*columns, console=console, transient=True) as bar:

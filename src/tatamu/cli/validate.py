@@ -25,12 +25,16 @@ def validate(
 
     Example: `tatamu validate --only hang --only cantilever --out runs/validation`
     """
+    from tatamu.cli.progress import prepare
     from tatamu.files import write_json, write_text
+    from tatamu.simulators import require
     from tatamu.validation import Subject
     from tatamu.validation import validate as run
     from tatamu.validation.report import chosen
     from tatamu.validation.terminal import console, display, summary
 
+    require(simulator)
+    prepare(simulator)
     subject, names = Subject.named(simulator), only or []
     total = sum(len(cases) for _, cases in chosen(names, quick))
     screen = console()

@@ -9,6 +9,7 @@ from __future__ import annotations
 import shutil
 import warnings
 from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any
@@ -20,8 +21,9 @@ from tatamu.folding.advice import UncarriedWarning, advice
 from tatamu.folding.fold import Fold, ideal_folds
 from tatamu.folding.task import Job, Task, digest
 from tatamu.garments.garmentfile import files_of
-from tatamu.learning.learn import Progress, check_parallel, check_search, learn, locked
+from tatamu.learning.learn import check_parallel, check_search, learn, locked, pending_trials
 from tatamu.learning.reachable import check_reach
+from tatamu.learning.runner import Progress
 from tatamu.learning.space import Grasps, carried_over
 from tatamu.learning.study import held_identity
 from tatamu.learning.whole import write_whole
@@ -47,7 +49,8 @@ def learn_job(
     sampler: str = "gp",
     grasps: Grasps = "integer",
     baselines: bool = True,
-    parallel: int = 1,
+    parallel: int | None = None,
+    executor: Executor | None = None,
     reporting: Reporting = _silent,
 ) -> Path:
     """Learn every step of a job, or go on where it stopped.
@@ -64,7 +67,8 @@ def learn_job(
         sampler: Name of the sampler.
         grasps: Search grasps as whole numbers, or as real numbers that are floored, as in the paper.
         baselines: Also score the fixed trajectories.
-        parallel: How many trials run at a time (`learn`).
+        parallel: How many trials are pending at a time (`learn`).
+        executor: Where trials run; None: threads on every processor.
         reporting: Draws the progress of a step.
 
     Returns:
@@ -76,7 +80,7 @@ def learn_job(
         KeyboardInterrupt: The user ended it; what is finished is then written with its reports.
     """
     check_search(trials, seed, sampler)
-    check_parallel(parallel, job.simulator, job.reach is not None)
+    check_parallel(parallel, job.simulator)
     count = len(job.plan.steps)
     results = ResultFolder(folder)
     options: dict[str, Any] = {
@@ -85,6 +89,7 @@ def learn_job(
         "grasps": grasps,
         "baselines": baselines,
         "parallel": parallel,
+        "executor": executor,
     }
     _refuse_other(results, count)
     if not results.begun:
@@ -95,6 +100,7 @@ def learn_job(
     if count == 1:
         return _learn(job.task(0), folder, trials, opened, options)
     with locked(results):
+        options["parallel"] = pending_trials(parallel, job.simulator, results.step(0))
         ideals = [fold.target for fold in ideal_folds(job.garment, job.plan, job.hands)]
         state: np.ndarray | None = None
         found: list[tuple[Fold, Parameters]] = []
