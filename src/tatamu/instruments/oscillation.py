@@ -1,0 +1,87 @@
+"""Periods and decrements of a signal that swings freely about a rest.
+
+A swing that decays a little each time is read from its zero crossings and from the extremes a_k between them:
+
+    T = distance of two crossings in the same direction,    delta = 2 ln(a_k / a_(k+1))
+
+Where drag is linear and quadratic, delta = d0 + d1 times the peak-to-peak amplitude, to first order.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Swing:
+    """One period: from a zero crossing to the next but one."""
+
+    start: float
+    """[s]"""
+    period: float
+    """T [s]."""
+    amplitude: float
+    """Peak to peak, of its two extremes [m]."""
+    decrement: float
+    """delta: twice the logarithm of the first extreme over the second [-]."""
+
+    @property
+    def end(self) -> float:
+        """[s]"""
+        return self.start + self.period
+
+
+def swings(times: np.ndarray, signal: np.ndarray, least: float) -> list[Swing]:
+    """All periods of a signal [m] about 0 whose extremes are at least this far out [m].
+
+    Args:
+        times: Increasing [s], shape (k,).
+        signal: Shape (k,).
+        least: Smaller extremes are noise.
+    """
+    crossings = _crossings(times, signal)
+    extremes = [_extreme(times, signal, start, end) for start, end in pairwise(crossings)]
+    return [
+        Swing(crossings[k], crossings[k + 2] - crossings[k], first + second, float(2.0 * np.log(first / second)))
+        for k, (first, second) in enumerate(pairwise(extremes))
+        if min(first, second) >= least
+    ]
+
+
+def amplitude_law(amplitudes: np.ndarray, decrements: np.ndarray) -> tuple[float, float]:
+    """The line decrement = d0 + d1 amplitude through swings by least absolute deviations: d0 [-], d1 [1/m].
+
+    Swings that a passing hand disturbed lie far off; absolute deviations let them.
+    """
+    weights = np.ones(len(amplitudes))
+    design = np.column_stack([np.ones(len(amplitudes)), amplitudes])
+    found = np.zeros(2)
+    for _ in range(50):
+        root = np.sqrt(weights)
+        found = np.linalg.lstsq(design * root[:, None], decrements * root, rcond=None)[0]
+        weights = 1.0 / np.maximum(np.abs(decrements - design @ found), 1e-3)
+    return float(found[0]), float(found[1])
+
+
+def _crossings(times: np.ndarray, signal: np.ndarray) -> list[float]:
+    """When the signal passes 0 [s], by lines between samples."""
+    change = np.flatnonzero(np.sign(signal[:-1]) * np.sign(signal[1:]) < 0)
+    part = signal[change] / (signal[change] - signal[change + 1])
+    return list(times[change] + part * (times[change + 1] - times[change]))
+
+
+def _extreme(times: np.ndarray, signal: np.ndarray, start: float, end: float) -> float:
+    """Size of the extreme between two crossings [m], by a parabola through the three samples about it."""
+    inside = np.flatnonzero((times > start) & (times < end))
+    top = int(inside[np.abs(signal[inside]).argmax()])
+    if not 0 < top < len(signal) - 1:
+        return float(abs(signal[top]))
+    near = slice(top - 1, top + 2)
+    a, b, c = np.polyfit(times[near] - times[top], np.abs(signal[near]), 2)
+    if not a < 0.0:
+        return float(abs(signal[top]))
+    highest = c - b * b / (4.0 * a)
+    return float(min(max(highest, abs(signal[top])), 1.3 * abs(signal[top])))
