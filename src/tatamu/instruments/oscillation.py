@@ -2,9 +2,9 @@
 
 A swing that decays a little each time is read from its zero crossings and from the extremes a_k between them:
 
-    T = distance of two crossings in the same direction,    delta = 2 ln(a_k / a_(k+1))
+    T = distance of two crossings in the same direction,    delta = 2 ln((a_k + a_(k+1)) / (a_(k+1) + a_(k+2)))
 
-Where drag is linear and quadratic, delta = d0 + d1 times the peak-to-peak amplitude, to first order.
+A rest that is a little off does not matter so.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ class Swing:
     amplitude: float
     """Peak to peak, of its two extremes [m]."""
     decrement: float
-    """delta: twice the logarithm of the first extreme over the second [-]."""
+    """delta [-]; not a number where there is no next extreme."""
 
     @property
     def end(self) -> float:
-        """[s]"""
+        """When the period is over [s]."""
         return self.start + self.period
 
 
@@ -44,26 +44,14 @@ def swings(times: np.ndarray, signal: np.ndarray, least: float) -> list[Swing]:
     """
     crossings = _crossings(times, signal)
     extremes = [_extreme(times, signal, start, end) for start, end in pairwise(crossings)]
-    return [
-        Swing(crossings[k], crossings[k + 2] - crossings[k], first + second, float(2.0 * np.log(first / second)))
-        for k, (first, second) in enumerate(pairwise(extremes))
-        if min(first, second) >= least
-    ]
-
-
-def amplitude_law(amplitudes: np.ndarray, decrements: np.ndarray) -> tuple[float, float]:
-    """The line decrement = d0 + d1 amplitude through swings by least absolute deviations: d0 [-], d1 [1/m].
-
-    Swings that a passing hand disturbed lie far off; absolute deviations let them.
-    """
-    weights = np.ones(len(amplitudes))
-    design = np.column_stack([np.ones(len(amplitudes)), amplitudes])
-    found = np.zeros(2)
-    for _ in range(50):
-        root = np.sqrt(weights)
-        found = np.linalg.lstsq(design * root[:, None], decrements * root, rcond=None)[0]
-        weights = 1.0 / np.maximum(np.abs(decrements - design @ found), 1e-3)
-    return float(found[0]), float(found[1])
+    found = []
+    for k, (first, second) in enumerate(pairwise(extremes)):
+        if min(first, second) < least:
+            continue
+        third = extremes[k + 2] if k + 2 < len(extremes) else 0.0
+        decrement = 2.0 * np.log((first + second) / (second + third)) if third >= least else np.nan
+        found.append(Swing(crossings[k], crossings[k + 2] - crossings[k], first + second, float(decrement)))
+    return found
 
 
 def _crossings(times: np.ndarray, signal: np.ndarray) -> list[float]:
@@ -76,6 +64,8 @@ def _crossings(times: np.ndarray, signal: np.ndarray) -> list[float]:
 def _extreme(times: np.ndarray, signal: np.ndarray, start: float, end: float) -> float:
     """Size of the extreme between two crossings [m], by a parabola through the three samples about it."""
     inside = np.flatnonzero((times > start) & (times < end))
+    if not len(inside):
+        return 0.0
     top = int(inside[np.abs(signal[inside]).argmax()])
     if not 0 < top < len(signal) - 1:
         return float(abs(signal[top]))

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from tatamu.validation.real.leeds import Leeds
 from tatamu.validation.real.matsudaira import Matsudaira
+from tatamu.validation.real.motion import Motion
 from tatamu.validation.real.test import RealTest
 
-TESTS: dict[str, RealTest] = {test.name: test for test in (Matsudaira(), Leeds())}
+TESTS: dict[str, RealTest] = {test.name: test for test in (Matsudaira(), Leeds(), Motion())}
 """Name to test."""

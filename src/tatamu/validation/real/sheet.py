@@ -13,7 +13,7 @@ from tatamu.meshing import staggered_rectangle
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene
 from tatamu.validation.real.pendulum import AirLaw
-from tatamu.validation.real.recording import STEP, Recording
+from tatamu.validation.real.recording import Recording
 
 SIDE = 0.3
 """Of the cloth [m]."""
