@@ -20,19 +20,21 @@ from tatamu.topology import Topology
 
 ANGLES = 360
 """Of an outline: one each degree."""
+TOUCHING = 1e-9
+"""A ray past a segment's end by no more than this part of it meets it: it shall not slip between two segments."""
 PROMINENCE = 0.003
 """Least prominence of a node [m]."""
 
 
 @dataclass(frozen=True)
-class Outline:
+class PlanOutline:
     """Radii of the outline about the plate's axis."""
 
     radii: np.ndarray
     """At evenly spaced angles from 0 [m], shape (k,)."""
 
     @classmethod
-    def of(cls, positions: np.ndarray, faces: np.ndarray, centre: np.ndarray, angles: int = ANGLES) -> Outline:
+    def of(cls, positions: np.ndarray, faces: np.ndarray, centre: np.ndarray, angles: int = ANGLES) -> PlanOutline:
         """The silhouette of a mesh from above: how far out cloth reaches at each angle.
 
         Args:
@@ -45,7 +47,7 @@ class Outline:
         return cls(_reach(plan[Topology(faces).edges], angles))
 
     @classmethod
-    def of_curve(cls, curve: np.ndarray, centre: np.ndarray, angles: int = ANGLES) -> Outline:
+    def of_curve(cls, curve: np.ndarray, centre: np.ndarray, angles: int = ANGLES) -> PlanOutline:
         """The outline of a closed curve, without its closing point, such as a photo gives [m], shape (k, 2)."""
         plan = np.asarray(curve) - centre
         return cls(_reach(np.stack([plan, np.roll(plan, -1, axis=0)], axis=1), angles))
@@ -111,6 +113,6 @@ def _reach(segments: np.ndarray, angles: int) -> np.ndarray:
         with np.errstate(divide="ignore", invalid="ignore"):
             part = -(start[:, 0] * ray[1] - start[:, 1] * ray[0]) / across
             reach = (start + part[:, None] * along) @ ray
-        hit = (part >= 0.0) & (part <= 1.0)
+        hit = (part >= -TOUCHING) & (part <= 1.0 + TOUCHING)
         radii[number] = max(0.0, reach[hit].max(initial=0.0))
     return radii

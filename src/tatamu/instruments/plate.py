@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from tatamu.curves import minimum_jerk
-from tatamu.instruments.outline import Outline
+from tatamu.instruments.outline import PlanOutline
 from tatamu.material import GRAVITY, Material
 from tatamu.meshing import ROW, delaunay
 from tatamu.rollout import Rollout
@@ -101,9 +101,9 @@ class Plate:
         free = self.specimen - self.plate
         return float(2.0 * material.areal_density * np.sqrt(1.5 * GRAVITY / free))
 
-    def outline(self, rollout: Rollout, frame: int = -1) -> Outline:
+    def outline(self, rollout: Rollout, frame: int = -1) -> PlanOutline:
         """The outline from above, the plate's axis at the origin."""
-        return Outline.of(rollout.positions[frame], rollout.faces, np.zeros(2))
+        return PlanOutline.of(rollout.positions[frame], rollout.faces, np.zeros(2))
 
 
 def _ring(radius: float, spacing: float, turn: float) -> np.ndarray:

@@ -30,7 +30,7 @@ Values = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Job:
+class Experiment:
     """A scene to simulate, and what to read from the rollout."""
 
     label: str
@@ -51,27 +51,32 @@ class Bench:
     tick: Callable[[str], None] = lambda label: None
     """Called after each reading."""
 
-    def measure(self, jobs: Sequence[Job]) -> list[Values]:
-        """The readings in the order of the jobs, several at a time."""
-        with ThreadPoolExecutor(max(1, min(len(jobs), _cores()))) as pool:
-            return list(pool.map(self._one, jobs))
+    @property
+    def version(self) -> str:
+        """A digest of the source that decides a rollout."""
+        return _source()
 
-    def _one(self, job: Job) -> Values:
-        kept = self.folder / f"{self._key(job)}.json"
+    def measure(self, experiments: Sequence[Experiment]) -> list[Values]:
+        """The readings in the order of the experiments, several at a time."""
+        with ThreadPoolExecutor(max(1, min(len(experiments), _cores()))) as pool:
+            return list(pool.map(self._one, experiments))
+
+    def _one(self, experiment: Experiment) -> Values:
+        kept = self.folder / f"{self._key(experiment)}.json"
         if not kept.exists():
-            write_json(kept, self._simulated(job))
-        self.tick(job.label)
+            write_json(kept, self._simulated(experiment))
+        self.tick(experiment.label)
         values: Values = read_json(kept)
         return values
 
-    def _simulated(self, job: Job) -> Values:
+    def _simulated(self, experiment: Experiment) -> Values:
         try:
-            return job.read(simulate(job.scene, self.simulator))
+            return experiment.read(simulate(experiment.scene, self.simulator))
         except SimulationError as error:
             return {"failed": str(error)}
 
-    def _key(self, job: Job) -> str:
-        known = [self.simulator, job.what, _source(), job.scene.model_dump_json()]
+    def _key(self, experiment: Experiment) -> str:
+        known = [self.simulator, experiment.what, self.version, experiment.scene.model_dump_json()]
         return hashlib.sha256(json.dumps(known).encode()).hexdigest()[:24]
 
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tatamu.instruments.outline import Outline
+from tatamu.instruments.outline import PlanOutline
 from tatamu.instruments.plate import Plate
 from tatamu.presentation.drawing import Drawing
 from tatamu.rollout import Rollout
-from tatamu.validation.real.bench import Job, Values
+from tatamu.validation.real.bench import Experiment, Values
 from tatamu.validation.real.fabric import Fabric
 from tatamu.validation.real.section import Sketch
 
@@ -37,7 +37,7 @@ class Size:
         """Area of the cloth beyond the plate [m^2]."""
         return float(np.pi * (self.specimen**2 - self.plate**2))
 
-    def coefficient(self, outline: Outline) -> float:
+    def coefficient(self, outline: PlanOutline) -> float:
         """The drape coefficient [%]."""
         return 100.0 * outline.drape_coefficient(self.specimen, self.plate)
 
@@ -47,7 +47,7 @@ class Draped:
     """Repeats of one simulated drape; those in which the simulator gave up are left out."""
 
     size: Size
-    outlines: Sequence[Outline]
+    outlines: Sequence[PlanOutline]
     moving: float
     """Largest change of a drape coefficient over the last half second [points]."""
     failures: Sequence[str] = ()
@@ -57,7 +57,7 @@ class Draped:
         """The drape of some readings."""
         good = [each for each in values if "failed" not in each]
         moved = [abs(each["area"] - each["area_before"]) / size.ring for each in good]
-        outlines = [Outline(np.array(each["radii"])) for each in good]
+        outlines = [PlanOutline(np.array(each["radii"])) for each in good]
         failures = [str(each["failed"]) for each in values if "failed" in each]
         return cls(size, outlines, 100.0 * max(moved, default=0.0), failures)
 
@@ -82,23 +82,23 @@ class Draped:
         return ", ".join(str(outline.nodes) for outline in self.outlines) or "none came to an end"
 
 
-def jobs(fabric: Fabric, size: Size, seeds: int) -> list[Job]:
+def experiments(fabric: Fabric, size: Size, seeds: int) -> list[Experiment]:
     """Repeats of one drape, with seeds from 0."""
     plates = [Plate.fine_enough(size.specimen, size.plate, fabric.material, seed) for seed in range(seeds)]
-    return [_job(plate, fabric, size) for plate in plates]
+    return [_experiment(plate, fabric, size) for plate in plates]
 
 
-def _job(plate: Plate, fabric: Fabric, size: Size) -> Job:
+def _experiment(plate: Plate, fabric: Fabric, size: Size) -> Experiment:
     def read(rollout: Rollout) -> Values:
         last = plate.outline(rollout)
         earlier = plate.outline(rollout, -1 - EARLIER)
         radii = [round(float(radius), 6) for radius in last.radii]
         return {"radii": radii, "area": last.area, "area_before": earlier.area}
 
-    return Job(f"{fabric.name}, {size.name}", plate.scene(fabric.material), "outline", read)
+    return Experiment(f"{fabric.name}, {size.name}", plate.scene(fabric.material), "outline", read)
 
 
-def sketched(title: str, outlines: Sequence[Outline], size: Size, note: str = "", colour: str = "plot") -> Sketch:
+def sketched(title: str, outlines: Sequence[PlanOutline], size: Size, note: str = "", colour: str = "plot") -> Sketch:
     """Outlines from above over specimen and plate."""
     circle = np.column_stack([np.cos(TURN), np.sin(TURN)])
     drawing = Drawing.around(1.02 * size.specimen * circle, 210.0, 210.0, margin=6.0)
@@ -110,7 +110,7 @@ def sketched(title: str, outlines: Sequence[Outline], size: Size, note: str = ""
     return Sketch(title, drawing.svg(), note)
 
 
-def curve(outline: Outline) -> np.ndarray:
+def curve(outline: PlanOutline) -> np.ndarray:
     """The closed curve of an outline [m], shape (k + 1, 2)."""
     angles = 2.0 * np.pi * np.arange(len(outline.radii) + 1) / len(outline.radii)
     radii = np.append(outline.radii, outline.radii[0])

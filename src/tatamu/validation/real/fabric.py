@@ -37,12 +37,12 @@ class Fabric:
 
     @property
     def assumed(self) -> str:
-        """What is not its own, in a sentence."""
+        """Everything that is not its own, in a sentence."""
         return f"Assumed: an isotropic membrane of {SOFTENED:g} N/m with a Poisson ratio of 0.25."
 
     @property
     def material(self) -> Material:
-        """What a simulator is given."""
+        """The fabric as a simulator gets it."""
         return Material(
             areal_density=self.density,
             stretch_stiffness=SOFTENED,

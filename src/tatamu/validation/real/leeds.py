@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from tatamu.errors import InputError
-from tatamu.instruments.outline import ANGLES, Outline
+from tatamu.instruments.outline import ANGLES, PlanOutline
 from tatamu.presentation.chart import Chart, axis, traces
 from tatamu.validation.real import drape
 from tatamu.validation.real.bench import Bench
@@ -43,7 +43,7 @@ class MeasuredHems:
     """All outlines of one fabric."""
 
     name: str
-    outlines: Sequence[Outline]
+    outlines: Sequence[PlanOutline]
 
     def draped(self) -> Draped:
         """As if they were simulated."""
@@ -58,11 +58,11 @@ class Leeds(RealTest):
     def load(self, data: Path) -> list[MeasuredHems]:
         """See `RealTest.load`."""
         table = Columns.load(data / FILE, ("set", "fabric", *RADII))
-        hems: dict[str, list[Outline]] = {}
+        hems: dict[str, list[PlanOutline]] = {}
         for number, row in enumerate(table.rows):
             if row["set"] == CAPTURED:
                 radii = np.array([table.number(number, name) for name in RADII])
-                hems.setdefault(row["fabric"], []).append(Outline(1e-3 * radii))
+                hems.setdefault(row["fabric"], []).append(PlanOutline(1e-3 * radii))
         if not hems:
             raise InputError(f"{data / FILE}: must hold rows with set = {CAPTURED}, given none")
         return [MeasuredHems(name, hems[name]) for name in sorted(hems, key=lambda name: (len(name), name))]
@@ -113,7 +113,9 @@ def _fabric(name: str, bending: float) -> Fabric:
 
 def _draped(fabrics: Sequence[Fabric], bench: Bench) -> list[Draped]:
     """The drapes of some fabrics."""
-    values = bench.measure([job for fabric in fabrics for job in drape.jobs(fabric, SIZE, bench.seeds)])
+    values = bench.measure(
+        [experiment for fabric in fabrics for experiment in drape.experiments(fabric, SIZE, bench.seeds)]
+    )
     return [Draped.of(values[k : k + bench.seeds], SIZE) for k in range(0, len(values), bench.seeds)]
 
 

@@ -68,8 +68,8 @@ class Matsudaira(RealTest):
 
     def run(self, measured: list[MeasuredDrape], bench: Bench) -> Section:
         """See `RealTest.run`."""
-        asked = [drape.jobs(each.fabric, size, bench.seeds) for each in measured for size in SIZES]
-        values = bench.measure([job for group in asked for job in group])
+        asked = [drape.experiments(each.fabric, size, bench.seeds) for each in measured for size in SIZES]
+        values = bench.measure([experiment for group in asked for experiment in group])
         groups = [values[k : k + bench.seeds] for k in range(0, len(values), bench.seeds)]
         found = [
             [Draped.of(groups[len(SIZES) * row + place], size) for place, size in enumerate(SIZES)]

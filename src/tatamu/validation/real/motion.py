@@ -19,7 +19,7 @@ from tatamu.instruments.oscillation import Swing, swings
 from tatamu.material import Material
 from tatamu.presentation.chart import Chart, axis, traces
 from tatamu.rollout import Rollout
-from tatamu.validation.real.bench import Bench, Job, Values
+from tatamu.validation.real.bench import Bench, Experiment, Values
 from tatamu.validation.real.pendulum import AirLaw, plate_swing
 from tatamu.validation.real.recording import Recording, load_recordings
 from tatamu.validation.real.section import Line, Section, Tabulated, reached
@@ -66,7 +66,7 @@ class Predicted:
     fitted: str = "nothing"
 
 
-class Motion(RealTest):
+class SwungCloth(RealTest):
     """Period, decrement and swing of a cloth in a robot's hands."""
 
     name = "motion"
@@ -95,11 +95,11 @@ class Motion(RealTest):
             name=self.name,
             title="Cloth in a robot's hands",
             method=(
-                f"{len(measured)} recordings of a cloth of 0.3 m that hangs from a bar; the robot's own poses drive "
-                "the bar, and each frame of the camera has a clock of its own, on which its upper corners are where the "
-                f"robot has them. What air does was fitted on {len(fitting)} recordings; all figures are medians "
-                f"over the {len(measured) - len(fitting)} others. The swing is the lower edge ahead of the upper one, across "
-                "the bar. The bar's and the cloth's own stiffness do not show."
+                f"{len(measured)} recordings of a cloth of 0.3 m that hangs from a bar. The robot's own poses drive "
+                "the bar; each frame of the camera has a clock of its own, on which its upper corners are where the "
+                f"robot has them. What air does was fitted on {len(fitting)} recordings; all figures are medians over "
+                f"the {len(measured) - len(fitting)} others. The swing is the lower edge ahead of the upper one, "
+                "across the bar. The cloth's own stiffness does not show in it."
             ),
             tables=[
                 Tabulated("real: swing", [_line(each, measured) for each in predictions]),
@@ -121,7 +121,7 @@ class Motion(RealTest):
 
 
 def fit(predict: Callable[[AirLaw], list[np.ndarray]], recordings: Sequence[Recording], free: Sequence[int]) -> AirLaw:
-    """What air does, by least squares on the swing, outliers counting less.
+    """Air by least squares on the swing, outliers counting less.
 
     Args:
         predict: Swings of the recordings in that air.
@@ -167,10 +167,10 @@ def _free(bench: Bench) -> tuple[int, ...]:
 
 
 def _simulated(recordings: Sequence[Recording], air: AirLaw, bench: Bench) -> list[Values]:
-    return bench.measure([_job(recording, air) for recording in recordings])
+    return bench.measure([_experiment(recording, air) for recording in recordings])
 
 
-def _job(recording: Recording, air: AirLaw) -> Job:
+def _experiment(recording: Recording, air: AirLaw) -> Experiment:
     sheet = Sheet(recording)
 
     def read(rollout: Rollout) -> Values:
@@ -184,7 +184,7 @@ def _job(recording: Recording, air: AirLaw) -> Job:
         }
 
     seen = hashlib.sha256(recording.nodes.tobytes()).hexdigest()[:12]
-    return Job(recording.name, sheet.scene(air), f"motion {seen}", read)
+    return Experiment(recording.name, sheet.scene(air), f"motion {seen}", read)
 
 
 def _swings(values: Sequence[Values]) -> list[np.ndarray]:

@@ -21,7 +21,7 @@ PIECES = 8
 
 @dataclass(frozen=True)
 class AirLaw:
-    """What air does, over the cloth's areal density."""
+    """Effects of air, over the cloth's areal density."""
 
     added_mass: float = 0.0
     """kappa [-]"""

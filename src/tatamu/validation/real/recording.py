@@ -72,7 +72,7 @@ class Recording:
             position, rotation = self.pose(self.times[seen] - lag)
             inside = np.stack([rotation.inv().apply(corners[seen, k] - position) for k in (0, 1)], axis=1)
             held = np.median(inside, axis=0)
-            off = float(np.median(np.linalg.norm(inside - held, axis=2)))
+            off = float(np.minimum(np.linalg.norm(inside - held, axis=2), OUTLIER).mean())
             if off < best[0]:
                 best = (off, float(lag), held)
         return best[1], best[2]
@@ -122,9 +122,14 @@ class Recording:
         Args:
             nodes: Positions at the frames [m], shape (f, n, n, 3).
         """
-        used = np.where(self.good[..., None], nodes, np.nan)
-        apart = np.nanmean(used[:, 0], axis=1) - np.nanmean(used[:, -1], axis=1)
+        apart = self._edge(nodes, 0) - self._edge(nodes, -1)
         return np.asarray((apart * self.normal(self.clock)).sum(axis=1))
+
+    def _edge(self, nodes: np.ndarray, row: int) -> np.ndarray:
+        """Mean of the good nodes of a row [m], shape (f, 3); not a number where there are none."""
+        good = self.good[:, row, :, None]
+        count = np.where(good.any(axis=1), good.sum(axis=1), np.nan)
+        return np.asarray(np.where(good, nodes[:, row], 0.0).sum(axis=1) / count)
 
     @cached_property
     def swing(self) -> np.ndarray:

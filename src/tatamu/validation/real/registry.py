@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from tatamu.validation.real.leeds import Leeds
 from tatamu.validation.real.matsudaira import Matsudaira
-from tatamu.validation.real.motion import Motion
+from tatamu.validation.real.motion import SwungCloth
 from tatamu.validation.real.test import RealTest
+from tatamu.validation.real.towel import Towel
 
-TESTS: dict[str, RealTest] = {test.name: test for test in (Matsudaira(), Leeds(), Motion())}
+TESTS: dict[str, RealTest] = {test.name: test for test in (Matsudaira(), Leeds(), SwungCloth(), Towel())}
 """Name to test."""

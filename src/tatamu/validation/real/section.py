@@ -45,7 +45,7 @@ class Section:
     goal: str
     """The goal, and whether it was reached."""
     silent: str
-    """What it cannot show."""
+    """Limits of the test: all that it cannot show."""
     charts: Sequence[Chart] = ()
     sketches: Sequence[Sketch] = field(default=())
 

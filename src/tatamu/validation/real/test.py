@@ -18,7 +18,7 @@ class RealTest(ABC):
 
     @abstractmethod
     def load(self, data: Path) -> Any:
-        """What was measured.
+        """Read the measurements.
 
         Raises:
             InputError: A file is missing in the folder, or something in it is wrong.
