@@ -11,9 +11,9 @@ from typer.testing import CliRunner
 
 from tatamu.cli.app import app
 from tatamu.errors import InputError
+from tatamu.instruments.drapemeter import Drapemeter
 from tatamu.instruments.oscillation import swings
 from tatamu.instruments.outline import PlanOutline
-from tatamu.instruments.plate import Plate
 from tatamu.material import Material
 from tatamu.validation.real import bench as benches
 from tatamu.validation.real import notes
@@ -59,7 +59,7 @@ def test_an_outline_of_a_curve_is_that_of_its_radii() -> None:
 
 
 def test_an_outline_of_a_mesh_is_its_silhouette_even_where_the_hem_is_tucked_under() -> None:
-    points, faces = Plate(0.1, 0.05, 0.01).mesh
+    points, faces = Drapemeter(0.1, 0.05, 0.01).mesh
     radii = np.hypot(*points.T)
     tucked = points * np.where(radii > 0.095, 0.8, 1.0)[:, None]
     reach = PlanOutline.of(np.column_stack([tucked, 0.0 * radii]), faces, np.zeros(2)).radii
@@ -135,7 +135,7 @@ def test_another_scene_has_another_name(tmp_path: Path) -> None:
     bench = Bench("native", tmp_path)
     material = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-4)
     keys = {
-        bench._key(benches.Experiment("", Plate(0.1, 0.05, 0.01, seed).scene(material), what, lambda _: {}))
+        bench._key(benches.Experiment("", Drapemeter(0.1, 0.05, 0.01, seed).scene(material), what, lambda _: {}))
         for seed in (0, 1)
         for what in ("outline", "other")
     }

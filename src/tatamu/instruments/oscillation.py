@@ -16,7 +16,7 @@ import numpy as np
 
 
 @dataclass(frozen=True)
-class Swing:
+class FreeSwing:
     """One period: from a zero crossing to the next but one."""
 
     start: float
@@ -34,7 +34,7 @@ class Swing:
         return self.start + self.period
 
 
-def swings(times: np.ndarray, signal: np.ndarray, least: float) -> list[Swing]:
+def swings(times: np.ndarray, signal: np.ndarray, least: float) -> list[FreeSwing]:
     """All periods of a signal [m] about 0 whose extremes are at least this far out [m].
 
     Args:
@@ -50,7 +50,7 @@ def swings(times: np.ndarray, signal: np.ndarray, least: float) -> list[Swing]:
             continue
         third = extremes[k + 2] if k + 2 < len(extremes) else 0.0
         decrement = 2.0 * np.log((first + second) / (second + third)) if third >= least else np.nan
-        found.append(Swing(crossings[k], crossings[k + 2] - crossings[k], first + second, float(decrement)))
+        found.append(FreeSwing(crossings[k], crossings[k + 2] - crossings[k], first + second, float(decrement)))
     return found
 
 

@@ -53,6 +53,13 @@ class PlanOutline:
         return cls(_reach(np.stack([plan, np.roll(plan, -1, axis=0)], axis=1), angles))
 
     @property
+    def curve(self) -> np.ndarray:
+        """The closed curve about the plate's axis [m], shape (k + 1, 2)."""
+        angles = 2.0 * np.pi * np.arange(len(self.radii) + 1) / len(self.radii)
+        radii = np.append(self.radii, self.radii[0])
+        return radii[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
+
+    @property
     def area(self) -> float:
         """Enclosed area [m^2]."""
         step = 2.0 * np.pi / len(self.radii)

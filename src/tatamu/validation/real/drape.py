@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tatamu.instruments.drapemeter import Drapemeter
 from tatamu.instruments.outline import PlanOutline
-from tatamu.instruments.plate import Plate
 from tatamu.presentation.drawing import Drawing
 from tatamu.rollout import Rollout
 from tatamu.validation.real.bench import Experiment, Values
@@ -84,11 +84,11 @@ class Draped:
 
 def experiments(fabric: Fabric, size: Size, seeds: int) -> list[Experiment]:
     """Repeats of one drape, with seeds from 0."""
-    plates = [Plate.fine_enough(size.specimen, size.plate, fabric.material, seed) for seed in range(seeds)]
+    plates = [Drapemeter.fine_enough(size.specimen, size.plate, fabric.material, seed) for seed in range(seeds)]
     return [_experiment(plate, fabric, size) for plate in plates]
 
 
-def _experiment(plate: Plate, fabric: Fabric, size: Size) -> Experiment:
+def _experiment(plate: Drapemeter, fabric: Fabric, size: Size) -> Experiment:
     def read(rollout: Rollout) -> Values:
         last = plate.outline(rollout)
         earlier = plate.outline(rollout, -1 - EARLIER)
@@ -105,13 +105,6 @@ def sketched(title: str, outlines: Sequence[PlanOutline], size: Size, note: str 
     drawing.line(size.specimen * circle, "muted", 1.0, dash=4.0)
     drawing.line(size.plate * circle, "muted", 1.0, fill="grip")
     for number, outline in enumerate(outlines):
-        drawing.line(curve(outline), colour, 1.0 if number else 2.0)
+        drawing.line(outline.curve, colour, 1.0 if number else 2.0)
     drawing.words = f"{title}, from above. {note}"
     return Sketch(title, drawing.svg(), note)
-
-
-def curve(outline: PlanOutline) -> np.ndarray:
-    """The closed curve of an outline [m], shape (k + 1, 2)."""
-    angles = 2.0 * np.pi * np.arange(len(outline.radii) + 1) / len(outline.radii)
-    radii = np.append(outline.radii, outline.radii[0])
-    return radii[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import least_squares
 
-from tatamu.instruments.oscillation import Swing, swings
+from tatamu.instruments.oscillation import FreeSwing, swings
 from tatamu.material import Material
 from tatamu.presentation.chart import Chart, axis, traces
 from tatamu.rollout import Rollout
@@ -58,7 +58,7 @@ class Predicted:
 
     name: str
     swings: Sequence[np.ndarray]
-    """Swing at the frames of each recording [m]."""
+    """FreeSwing at the frames of each recording [m]."""
     all_nodes: Sequence[float] | None = None
     """RMS of all nodes of each recording [m]; None: it predicts the swing only."""
     lower: Sequence[float] | None = None
@@ -238,7 +238,7 @@ def _line(prediction: Predicted, measured: Sequence[Recording]) -> Line:
     }
 
 
-def free_swings(recording: Recording, swing: np.ndarray) -> list[Swing]:
+def free_swings(recording: Recording, swing: np.ndarray) -> list[FreeSwing]:
     """The swings of a signal at the recording's frames during which the bar is still."""
     times, corners = recording.path
     speed = np.linalg.norm(np.gradient(corners.mean(axis=1), times, axis=0), axis=1)
@@ -309,4 +309,4 @@ def _charts(predictions: Sequence[Predicted], measured: Sequence[Recording]) -> 
         for name, swing, colour in shown
     ]
     plot = traces(lines, xaxis=axis("time [s]"), yaxis=axis("swing [mm]"), showlegend=True)
-    return [Chart(f"Swing in {measured[place].name}", plot, "not fitted; the median of those", kind="tall")]
+    return [Chart(f"FreeSwing in {measured[place].name}", plot, "not fitted; the median of those", kind="tall")]

@@ -34,7 +34,7 @@ KNOTS = 21
 
 
 @dataclass(frozen=True)
-class Plate:
+class Drapemeter:
     """A specimen on its plate; both are round."""
 
     specimen: float
@@ -47,7 +47,7 @@ class Plate:
     """Of the unevenness, and of where the rows begin."""
 
     @classmethod
-    def fine_enough(cls, specimen: float, plate: float, material: Material, seed: int = 0) -> Plate:
+    def fine_enough(cls, specimen: float, plate: float, material: Material, seed: int = 0) -> Drapemeter:
         """With a mesh that the fabric can bend on."""
         spacing = min(FINENESS * material.bending_length, 0.2 * (specimen - plate))
         return cls(specimen, plate, spacing, seed)
