@@ -104,6 +104,13 @@ class PlanOutline:
         return float(2.0 * np.abs(np.fft.rfft(self.radii)[order]) / len(self.radii))
 
 
+def centroid(curve: np.ndarray) -> np.ndarray:
+    """The middle of the area that a closed curve encloses [m], shape (2,): where the plate of a centred disc is."""
+    turned = np.roll(curve, -1, axis=0)
+    across = curve[:, 0] * turned[:, 1] - turned[:, 0] * curve[:, 1]
+    return np.asarray(((curve + turned) * across[:, None]).sum(axis=0) / (3.0 * across.sum()))
+
+
 def _reach(segments: np.ndarray, angles: int) -> np.ndarray:
     """The farthest crossing of each ray from the origin with segments [m], shape (k,); 0 where there is none.
 
