@@ -20,7 +20,7 @@ from tatamu.validation.real import notes
 from tatamu.validation.real.bench import Bench
 from tatamu.validation.real.leeds import Leeds
 from tatamu.validation.real.matsudaira import FILE, NUMBERS, Matsudaira
-from tatamu.validation.real.motion import fit
+from tatamu.validation.real.motion import START, fit
 from tatamu.validation.real.page import page
 from tatamu.validation.real.pendulum import AirLaw, plate_swing
 from tatamu.validation.real.recording import BEFORE, Recording, load_recordings
@@ -96,7 +96,9 @@ def recorded(air: AirLaw) -> Recording:
 def test_air_is_recovered_from_a_recording_of_the_plate() -> None:
     recording = recorded(AirLaw(0.5, 0.6, 4.0))
     assert recording.grip[0] == pytest.approx(0.3, abs=0.021)
-    found = fit(lambda air: [plate_swing(recording, air, 0.3)], [recording], (0, 1, 2))
+    found = fit(
+        lambda air: [plate_swing(recording, air, 0.3)], [recording], lambda numbers: AirLaw(*numbers.tolist()), START
+    )
     assert found.added_mass == pytest.approx(0.5, abs=0.1)
     damped = found.linear + 0.05 * 6.0 * found.quadratic
     assert damped == pytest.approx(0.6 + 0.05 * 6.0 * 4.0, rel=0.3)

@@ -16,9 +16,10 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from tatamu.instruments.oscillation import FreeSwing, swings
-from tatamu.material import Material
+from tatamu.plate_in_air import rectangle_added_mass, swinging_drag
 from tatamu.presentation.chart import Chart, axis, traces
 from tatamu.rollout import Rollout
+from tatamu.simulators import capabilities
 from tatamu.validation.real.bench import Bench, Experiment, Values
 from tatamu.validation.real.pendulum import AirLaw, plate_swing
 from tatamu.validation.real.recording import Recording, load_recordings
@@ -34,12 +35,18 @@ LEFT_OUT = ("calibration", "blooper")
 FITTED = ("n13_traj8_1", "n7_traj9_2", "n4_traj8_1", "n7_traj9_3", "n13_traj10_1", "n13_traj11_1")
 """Recordings on which what air does is fitted."""
 NO_AIR = AirLaw()
-START = AirLaw(added_mass=0.5, linear=1.0, quadratic=6.0)
-SCALES = np.array([0.3, 1.0, 4.0])
+START = (0.5, 1.0, 6.0)
+"""Added mass, linear and quadratic drag with which a fit begins, all over the density."""
+START_DENSITY = 0.3
+"""Of a fit of the density alone [kg/m^2]."""
+AMPLITUDE = 0.02
+"""Of the swing for which a plate's drag is predicted [m]: half of the usual peak to peak."""
 STEP = 0.1
-"""Of the differences in a fit, in scales of what is fitted."""
+"""Of the differences in a fit, as a part of where it begins."""
 EVALUATIONS = 5
 """Of the residuals' derivatives, in one fit."""
+RECTANGLE = rectangle_added_mass(SIDE, SIDE)
+"""Air that a plate of the cloth's size carries [kg/m^2]."""
 TYPICAL = 0.01
 """Residuals beyond this [m] count less than by their squares: a camera's slip shall not decide."""
 STILL = 0.05
@@ -77,20 +84,30 @@ class SwungCloth(RealTest):
 
     def simulations(self, measured: list[Recording], bench: Bench) -> int:
         """See `RealTest.simulations`."""
-        return len(FITTED) * (1 + len(_free(bench))) * EVALUATIONS + 2 * len(measured)
+        return len(FITTED) * (2 + 1 + len(START)) * EVALUATIONS + 3 * len(measured)
 
     def run(self, measured: list[Recording], bench: Bench) -> Section:
         """See `RealTest.run`."""
         fitting = [recording for recording in measured if recording.name in FITTED]
-        plate_air = fit(lambda air: [plate_swing(each, air, SIDE) for each in fitting], fitting, (0, 1, 2))
-        cloth_air = fit(lambda air: _swings(_simulated(fitting, air, bench)), fitting, _free(bench))
+
+        def swung(air: AirLaw) -> list[np.ndarray]:
+            return _swings(_simulated(fitting, air, bench))
+
+        plate_air = fit(lambda air: [plate_swing(each, air, SIDE) for each in fitting], fitting, _law, START)
         plate = [plate_swing(each, plate_air, SIDE) for each in measured]
         predictions = [
             Predicted("rigid plate that hangs straight", [np.zeros(len(each.times)) for each in measured]),
-            Predicted("plate of one degree of freedom", plate, fitted=_said(plate_air, (0, 1, 2))),
+            Predicted("plate of one degree of freedom", plate, fitted=_said(plate_air)),
             _cloth(f"{bench.simulator}, without air", measured, NO_AIR, bench),
-            _cloth(f"{bench.simulator}, air fitted", measured, cloth_air, bench, _said(cloth_air, _free(bench))),
         ]
+        if capabilities(bench.simulator).directional_air:
+            sized = fit(swung, fitting, of_size, (START_DENSITY,))
+            said = f"density {RECTANGLE / sized.added_mass:.2f} kg/m²; air by size: {_said(sized)}"
+            predictions.append(_cloth(f"{bench.simulator}, air of a plate of that size", measured, sized, bench, said))
+            free = fit(swung, fitting, _law, START)
+        else:
+            free = fit(swung, fitting, lambda numbers: AirLaw(linear=float(numbers[0])), START[1:2])
+        predictions.append(_cloth(f"{bench.simulator}, air fitted", measured, free, bench, _said(free)))
         return Section(
             name=self.name,
             title="Cloth in a robot's hands",
@@ -112,58 +129,63 @@ class SwungCloth(RealTest):
             ),
             goal=_goal(predictions[1], predictions[-1], measured),
             silent=(
-                "Density and fabric are not stated, so that only ratios to the density are known: the added mass and "
-                "the drag are fitted, not predicted. No table, no fold, no contact: no public measurement of a real "
+                "Density and fabric are not stated, so that only ratios to the density are known: at least one number "
+                "is fitted. No table, no fold, no contact: no public measurement of a real "
                 "fold with contact was found."
             ),
             charts=_charts(predictions, measured),
         )
 
 
-def fit(predict: Callable[[AirLaw], list[np.ndarray]], recordings: Sequence[Recording], free: Sequence[int]) -> AirLaw:
+def fit(
+    predict: Callable[[AirLaw], list[np.ndarray]],
+    recordings: Sequence[Recording],
+    law: Callable[[np.ndarray], AirLaw],
+    start: Sequence[float],
+) -> AirLaw:
     """Air by least squares on the swing, outliers counting less.
 
     Args:
         predict: Swings of the recordings in that air.
         recordings: What was measured.
-        free: Which of added mass, linear and quadratic drag are fitted; the others are zero.
+        law: The air of some numbers.
+        start: The numbers with which the fit begins.
     """
     wanted = np.concatenate([recording.swing for recording in recordings])
     good = np.isfinite(wanted)
-    places = list(free)
 
-    def residuals(numbers: np.ndarray) -> np.ndarray:
-        return (np.concatenate(predict(_law(numbers, places))) - wanted)[good]
+    def air(parts: np.ndarray) -> AirLaw:
+        # rounded, so that a repeated fit asks for the very scenes that are kept
+        return law(np.array([float(f"{value:.4g}") for value in parts * start]))
 
-    start = np.array([START.added_mass, START.linear, START.quadratic])[places] / SCALES[places]
+    def residuals(parts: np.ndarray) -> np.ndarray:
+        return (np.concatenate(predict(air(parts))) - wanted)[good]
+
     found = least_squares(
         residuals,
-        start,
+        np.ones(len(start)),
         jac=partial(_differences, residuals),
         bounds=(0.0, np.inf),
         loss="soft_l1",
         f_scale=TYPICAL,
         max_nfev=EVALUATIONS,
     )
-    return _law(found.x, places)
+    return air(found.x)
 
 
-def _law(numbers: np.ndarray, places: Sequence[int]) -> AirLaw:
-    """The law of scaled numbers; rounded, so that a repeated fit asks for the very scenes that are kept."""
-    full = np.zeros(3)
-    full[list(places)] = numbers
-    return AirLaw(*(float(f"{value:.4g}") for value in full * SCALES))
+def _law(numbers: np.ndarray) -> AirLaw:
+    return AirLaw(*(float(value) for value in numbers))
+
+
+def of_size(numbers: np.ndarray) -> AirLaw:
+    """The air of a rigid plate of the cloth's size, over a density [kg/m^2], the only number."""
+    density = float(numbers[0])
+    return AirLaw(RECTANGLE / density, 0.0, swinging_drag(AMPLITUDE, SIDE) / density)
 
 
 def _differences(residuals: Callable[[np.ndarray], np.ndarray], numbers: np.ndarray) -> np.ndarray:
     here = residuals(numbers)
     return np.column_stack([(residuals(numbers + STEP * unit) - here) / STEP for unit in np.eye(len(numbers))])
-
-
-def _free(bench: Bench) -> tuple[int, ...]:
-    """The numbers of an `AirLaw` that a simulator knows."""
-    directional = bench.simulator == "native" and "air_added_mass" in Material.model_fields
-    return (0, 1, 2) if directional else (1,)
 
 
 def _simulated(recordings: Sequence[Recording], air: AirLaw, bench: Bench) -> list[Values]:
@@ -199,14 +221,14 @@ def _cloth(name: str, measured: Sequence[Recording], air: AirLaw, bench: Bench, 
     )
 
 
-def _said(air: AirLaw, free: Sequence[int]) -> str:
-    """The fitted numbers."""
-    parts = (
-        f"added mass {air.added_mass:.2f} ρ",
-        f"linear drag {air.linear:.2f} ρ/s",
-        f"quadratic drag {air.quadratic:.1f} ρ/m",
-    )
-    return ", ".join(parts[k] for k in free)
+def _said(air: AirLaw) -> str:
+    """The numbers that are not zero."""
+    parts = {
+        f"added mass {air.added_mass:.2f} ρ": air.added_mass,
+        f"linear drag {air.linear:.2f} ρ/s": air.linear,
+        f"quadratic drag {air.quadratic:.1f} ρ/m": air.quadratic,
+    }
+    return ", ".join(text for text, value in parts.items() if value > 0.0)
 
 
 def _held_out(measured: Sequence[Recording]) -> list[int]:

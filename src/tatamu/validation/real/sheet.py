@@ -88,12 +88,11 @@ def material(air: AirLaw) -> Material:
 
 
 def air_fields(air: AirLaw) -> dict[str, float]:
-    """The fields of a material that say what its air does."""
-    directional = {
+    """The fields of a material that say what its air does; linear drag alone is what every simulator knows."""
+    if air.added_mass == air.quadratic == 0.0:
+        return {"air_drag": DENSITY * air.linear}
+    return {
         "air_drag_normal": DENSITY * air.linear,
         "air_drag_quadratic": DENSITY * air.quadratic,
         "air_added_mass": DENSITY * air.added_mass,
     }
-    if "air_added_mass" in Material.model_fields:
-        return directional
-    return {"air_drag": DENSITY * air.linear}
