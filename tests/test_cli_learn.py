@@ -336,3 +336,33 @@ def test_a_simulator_that_compiles_says_so_and_one_that_loads_does_not(
     monkeypatch.setattr("tatamu.cli.progress.LINE_EVERY", 0.01)
     prepare("native", Console(file=text))
     assert ("compiling the simulator" in text.getvalue()) == bool(compiled)
+
+
+def test_the_first_step_that_fails_is_the_one_to_look_at(quarters: Job, tmp_path: Path, small_pictures: None) -> None:
+    learn_job(quarters, tmp_path, trials=1, **SEARCH)
+    for step in ("step-1", "step-2"):
+        changed(tmp_path / step / "result.json", lambda value: value["trials"][0].update(mean_vertex_distance=0.03))
+    changed(tmp_path / "result.json", lambda value: value["final"].update(mean_vertex_distance=0.05))
+    said = list(spoken(conclusion(tmp_path)))
+    assert said[0].startswith("step 1, in half across the length: failed: ")
+    assert said[2].startswith("in all: failed: ")
+    assert any(
+        line.startswith("to do 1: look at step 1, in half across") and "step-1/report.html" in line for line in said
+    )
+
+
+def test_errors_of_steps_that_succeed_are_seen_to_add_up(quarters: Job, tmp_path: Path, small_pictures: None) -> None:
+    learn_job(quarters, tmp_path, trials=1, **SEARCH)
+    for step in ("step-1", "step-2"):
+        changed(
+            tmp_path / step / "result.json",
+            lambda value: value["trials"][0].update(mean_vertex_distance=0.01, mask_iou=0.9),
+        )
+
+    def change(value: dict[str, Any]) -> None:
+        value["steps"][0]["whole"]["mean_vertex_distance"] = 0.004
+        value["steps"][1]["whole"]["mean_vertex_distance"] = value["final"]["mean_vertex_distance"] = 0.014
+
+    changed(tmp_path / "result.json", change)
+    advice = conclusion(tmp_path).advice
+    assert "most in step 2, in half along the length (+10.0 mm)" in advice[0] and "--trials 2" in advice[1]

@@ -23,7 +23,7 @@ from tatamu.report.garment import page as garment_page
 from tatamu.rollout import Rollout
 from tatamu.validation import validate
 from tatamu.validation.page import page as validation_page
-from tests.fabricated import write_fold
+from tests.fabricated import changed, rewritten, write_fold
 from tests.fakes import subject
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
@@ -183,6 +183,25 @@ def test_the_cloth_has_two_colours(tab: Opener, report: Path) -> None:
     folded = browser.pixels()
     assert near(flat, front) > 0.05 and near(flat, front) > 5 * near(folded, front)
     assert near(folded, back) > 0.03 and near(folded, back) > 3 * near(flat, back)
+
+
+def test_the_back_of_a_garment_has_a_colour_of_its_own(tab: Opener, tmp_path: Path) -> None:
+    """Cloth whose triangles face down as it lies: a back, that shows its inside, then where it is turned its outside."""
+    folder = write_fold(tmp_path, spacing=0.05, frames=47)
+    changed(folder / "scene.json", lambda value: [face.reverse() for face in value["cloth"]["faces"]])
+    rewritten(folder, lambda arrays: arrays.update(faces=np.ascontiguousarray(arrays["faces"][:, ::-1])))
+    browser = tab()
+    browser.open(write_report(folder), "#t=0")
+    browser.run("document.querySelector('[data-show=target]').click()")
+    inside, outside = (250, 195, 125), (185, 215, 250)
+    browser.slide(0.0)
+    flat = browser.pixels()
+    browser.slide(4.6)
+    folded = browser.pixels()
+    assert near(flat, inside, 40) > 0.05 and near(flat, inside, 40) > 5 * near(folded, inside, 40)
+    assert near(folded, outside, 25) > 0.03 and near(folded, outside, 25) > 3 * near(flat, outside, 25)
+    assert "outside of the back" in browser.run("document.querySelector('.legend').textContent")
+    assert browser.complaints == []
 
 
 def test_every_switch_and_view_changes_the_picture(tab: Opener, report: Path) -> None:

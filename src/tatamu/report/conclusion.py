@@ -137,9 +137,9 @@ def _about_steps(plan: PlanResult, steps: Sequence[Conclusion], names: Sequence[
     """Which step to look at."""
     failing = [number for number, step in enumerate(steps) if not step.succeeded]
     if failing:
-        worst = max(failing, key=lambda number: plan.steps[number].mean_vertex_distance)
-        page = f"{plan.steps[worst].folder}/report.html"
-        return [f"look at {names[worst]}, which fails most by itself: {page}", *steps[worst].advice]
+        first = failing[0]  # those after it begin from what it left
+        page = f"{plan.steps[first].folder}/report.html"
+        return [f"look at {names[first]}, the first to fail by itself: {page}", *steps[first].advice]
     away = [step.whole.mean_vertex_distance for step in plan.steps]
     growth = [later - before for before, later in zip([0.0, *away], away, strict=False)]
     most = max(range(len(growth)), key=growth.__getitem__)
