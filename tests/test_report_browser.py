@@ -186,7 +186,7 @@ def test_the_cloth_has_two_colours(tab: Opener, report: Path) -> None:
 
 
 def test_the_back_of_a_garment_has_a_colour_of_its_own(tab: Opener, tmp_path: Path) -> None:
-    """Cloth whose triangles face down as it lies: a back, that shows its inside, then where it is turned its outside."""
+    """Cloth whose triangles face down as it lies: a back, that shows its inside, and turned its outside."""
     folder = write_fold(tmp_path, spacing=0.05, frames=47)
     changed(folder / "scene.json", lambda value: [face.reverse() for face in value["cloth"]["faces"]])
     rewritten(folder, lambda arrays: arrays.update(faces=np.ascontiguousarray(arrays["faces"][:, ::-1])))
