@@ -71,7 +71,7 @@ class _Grasp:
 
 
 def _carry(fold: Fold, manipulation: Manipulation, world: World, number: int) -> Carry | None:
-    """What a hand does; None where it misses the cloth."""
+    """The doings of a hand; None where it misses the cloth."""
     usual = carries_of(manipulation)[number]
     grasp = _grasp(fold, usual.vertex, world, number)
     if grasp.misses:

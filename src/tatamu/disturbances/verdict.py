@@ -20,7 +20,7 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class Limits:
-    """What a fold must keep in order to hold."""
+    """The measures that a fold must keep in order to hold."""
 
     mean_vertex_distance: float = 0.0125
     """Greatest mean of e_i [m] (BiFold 2025)."""

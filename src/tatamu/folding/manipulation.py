@@ -158,7 +158,7 @@ def _places(fold: Fold, grasps: tuple[int, ...]) -> tuple[np.ndarray, ...]:
 
 @dataclass(frozen=True)
 class Carry:
-    """What a hand does with the vertices that it holds."""
+    """A hand that carries the vertices it holds."""
 
     vertex: int
     """The grasped vertex."""
