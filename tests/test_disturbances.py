@@ -30,6 +30,7 @@ from tatamu.disturbances import (
 from tatamu.disturbances.description import FIELDS, OWN
 from tatamu.folding.manipulation import Manipulation, scene_of
 from tatamu.folding.task import Task, make_task
+from tatamu.margins.words import TITLES
 from tatamu.material import Material
 from tatamu.scene import Scene
 
@@ -96,6 +97,11 @@ def test_every_default_has_a_source() -> None:
     file = tomllib.loads((OWN / "default.toml").read_text())
     given = {f"{table}.{name}" for table, values in file.items() if table != "source" for name in values}
     assert given == set(file["source"])
+
+
+def test_every_number_of_a_material_may_be_off_and_everything_has_words() -> None:
+    assert set(FIELDS) == set(Material.model_fields) - {"blender"}
+    assert set(TITLES) == {channel.name for channel in CHANNELS}
 
 
 def test_worlds_are_the_same_again_and_do_not_depend_on_how_many_there_are() -> None:

@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 
 from tatamu.errors import InputError
 from tatamu.files import read_toml, validated
-from tatamu.material import Material, Number
+from tatamu.material import DIRECTIONAL_AIR, Material, Number
 from tatamu.records import Record
 
 DEFAULT = "default"
@@ -44,6 +44,7 @@ FIELDS = (
     "friction_table",
     "friction_cloth",
     "air_drag",
+    *DIRECTIONAL_AIR,
 )
 """Fields of a material that may be disturbed, in the order in which they are drawn."""
 LEAST_EIGENVALUE = -0.01

@@ -31,6 +31,11 @@ TITLES = {
     "material.friction_table": "more friction on the table",
     "material.friction_cloth": "more friction on cloth",
     "material.air_drag": "more air drag",
+    "material.air_drag_normal": "more air drag along the normal",
+    "material.air_drag_tangential": "more air drag along the surface",
+    "material.air_drag_quadratic": "more quadratic air drag along the normal",
+    "material.air_drag_quadratic_tangential": "more quadratic air drag along the surface",
+    "material.air_added_mass": "more air carried along",
 }
 """The meaning of a positive value of each disturbance."""
 SHOWN = {"m": (1e3, "mm"), "rad": (180.0 / 3.141592653589793, "°"), "s": (1e3, "ms"), "1": (100.0, "%")}
