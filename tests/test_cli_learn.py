@@ -299,6 +299,7 @@ COMMANDS = [
     ["calibrate", "MEASUREMENTS", "--out", "OUT.toml", "--simulator", "blender"],
     ["check", "FOLDER", "--simulator", "blender", "--out", "OUT"],
     ["check", "FOLDER", "--all", "--out", "OUT"],
+    ["margins", "FOLDER", "--simulator", "blender", "--out", "OUT"],
     ["rehearse", "FOLDER", "--simulator", "blender"],
 ]
 """Commands that need Blender."""

@@ -47,6 +47,14 @@ class RebuiltFold:
         assert length is not None, "the best trial is complete"
         return score(self.task.fold, length, outcome)
 
+    def on_spacing(self, spacing: float) -> Task:
+        """The task of the same fold of the flat garment on a mesh of another spacing [m].
+
+        Raises:
+            InputError: The garment cannot have it.
+        """
+        return _task(self.fold, spacing)
+
 
 def rebuild(path: Path) -> RebuiltFold:
     """Read the folder of a learned fold and build its task again.
@@ -59,25 +67,25 @@ def rebuild(path: Path) -> RebuiltFold:
     if folder.holds_plan:
         raise InputError(f"{path}: holds a plan of several steps; name one of them, such as {folder.step(0).path}")
     fold = read_fold(path)
-    task = _task(path, fold)
+    task = _task(fold)
     target = task.fold.target
     if target.shape != fold.target.shape or not np.abs(target - fold.target).max() < SAME:
         raise InputError(f"{path}: its task makes another target today than when it was learned; learn it again")
     return RebuiltFold(fold, task)
 
 
-def _task(path: Path, fold: LearnedFold) -> Task:
+def _task(fold: LearnedFold, spacing: float | None = None) -> Task:
     """The task of a fold, of cloth that lies as it lay; files that were not kept are looked for where they were."""
     description = fold.result.task
     asked = fold.result.asked
     named: Asked | TaskDescription = asked or description
     hands = asked.hands if asked else 1 if description.hands == 1 else None
     job = make_job(
-        str(kept_input(path, "garment") or named.garment),
+        str(kept_input(fold.folder, "garment") or named.garment),
         size=(named.size[0], named.size[1]) if named.size else None,
-        fold=str(kept_input(path, "fold") or named.fold),
+        fold=str(kept_input(fold.folder, "fold") or named.fold),
         material=description.material,
-        spacing=named.spacing,
+        spacing=spacing or named.spacing,
         scale=asked.scale if asked else None,
         simulator=description.simulator,
         hands=hands,
