@@ -50,7 +50,7 @@ class Identity(OpenRecord):
     grasps: str = "integer"
     seed: int
     parallel: int = 1
-    """How many trials run at a time."""
+    """How many trials are pending at a time."""
     first: list[Parameters] = Field(default_factory=list)
     """Parameters of the first trials, where they shall not be the sampler's."""
 
@@ -86,6 +86,7 @@ class OptunaStudy:
                 self._begin(plain)
             elif held != plain:
                 raise InputError(f"{path}: holds another study ({_difference(held, plain)}); give another folder")
+            self._trials = self._study.get_trials(deepcopy=False)
 
     def _begin(self, identity: dict[str, Any]) -> None:
         if self._study.trials:
@@ -94,9 +95,8 @@ class OptunaStudy:
 
     @property
     def trials(self) -> list[FrozenTrial]:
-        """Finished trials in order."""
-        with self._readable():
-            return self._study.get_trials(deepcopy=False)
+        """Finished trials in order; those of the file were read once, as nobody else may write it meanwhile."""
+        return self._trials
 
     def ask(self, pending: Sequence[Parameters], known: int) -> Parameters:
         """Parameters of the next trial.
@@ -133,6 +133,8 @@ class OptunaStudy:
         trial.datetime_start = trial.datetime_complete = datetime.now()
         with self._readable():
             self._study.add_trial(trial)
+        trial.number = len(self._trials)
+        self._trials.append(trial)
 
     @property
     def baselines(self) -> list[Baseline] | None:

@@ -10,8 +10,8 @@ class Capabilities:
     """The abilities and limits of a simulator; the defaults are the usual case."""
 
     parallel: bool = False
-    """Whether trials of a study may run at a time in threads of one process: `simulate` then uses one core, holds no
-    lock, and gives the same positions whatever runs beside it."""
+    """Whether `simulate` may be called in several threads of one process at a time, and then gives the same positions
+    whatever runs beside it."""
     compression: bool = False
     """Whether cloth may resist compression less than tension (`Material.compression`); else it resists both alike."""
     sound_cell: float | None = None

@@ -21,6 +21,7 @@ from tatamu.simulators.capabilities import Capabilities
 from tatamu.simulators.many import side_by_side
 
 CAPABILITIES = Capabilities(
+    parallel=True,
     compression=True,
     friction_table=MOST_FRICTION / TABLE_FRICTION,
     friction_cloth=MOST_FRICTION / SELF_FRICTION,
