@@ -18,6 +18,7 @@ ORDER = [
     ["subdivision"],
     ["presentation"],
     ["simulators"],
+    ["cluster"],
     ["validation"],
     ["garments"],
     ["calibration"],
@@ -27,6 +28,7 @@ ORDER = [
     ["learning"],
     ["crosscheck"],
     ["robots"],
+    ["sweep"],
     ["reproduction"],
     ["cli"],
 ]

@@ -66,5 +66,3 @@ def unbound(function: Callable[..., Any]) -> tuple[Callable[..., Any], tuple[Any
     if owner is not None and hasattr(type(owner), getattr(function, "__name__", "")):
         return getattr(type(owner), function.__name__), (owner,)
     return function, ()
-
-

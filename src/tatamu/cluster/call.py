@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import pickle
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -37,32 +37,30 @@ def identify() -> tuple[Versions, str]:
     return dict(versions()), processor()
 
 
-async def replace_worker(key: str, dask_scheduler: Any = None) -> str | None:
-    """Restart the worker that has had a call for too long, or drop it; its calls run elsewhere.
+async def replace_workers(keys: Sequence[str], dask_scheduler: Any = None) -> None:
+    """Restart the workers that have had calls for too long, or drop them; their calls run elsewhere.
 
     Runs on the scheduler.
 
     Args:
-        key: Of the call.
+        keys: Of the calls.
         dask_scheduler: The scheduler.
-
-    Returns:
-        The worker's address; None: the call is on no worker.
     """
+    states = [dask_scheduler.tasks.get(key) for key in keys]
+    workers = {state.processing_on for state in states if state is not None and state.processing_on is not None}
+    await asyncio.gather(*(_replace(worker, dask_scheduler) for worker in workers))
+
+
+async def _replace(worker: Any, scheduler: Any) -> None:
     from distributed.core import rpc
 
-    state = dask_scheduler.tasks.get(key)
-    worker = state.processing_on if state is not None else None
-    if worker is None:
-        return None
-    address = str(worker.address)
     if worker.nanny:
         with suppress(OSError, asyncio.TimeoutError):
-            async with rpc(worker.nanny, connection_args=dask_scheduler.connection_args) as nanny:
-                await asyncio.wait_for(nanny.restart(timeout=RESTART_SECONDS, reason="tatamu: overdue"), RESTART_SECONDS)
-    if dask_scheduler.workers.get(address) is worker:
-        await dask_scheduler.remove_worker(address, stimulus_id=f"tatamu-overdue-{key}")
-    return address
+            async with rpc(worker.nanny, connection_args=scheduler.connection_args) as nanny:
+                restarted = nanny.restart(timeout=RESTART_SECONDS, reason="tatamu: overdue")
+                await asyncio.wait_for(restarted, RESTART_SECONDS)
+    if scheduler.workers.get(worker.address) is worker:
+        await scheduler.remove_worker(worker.address, stimulus_id=f"tatamu-overdue-{worker.address}")
 
 
 def _turned(differing: str | None) -> str:

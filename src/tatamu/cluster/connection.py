@@ -26,6 +26,7 @@ SETTINGS: dict[str, Any] = {
     "logging": {**QUIET, "distributed.scheduler": "critical", "bokeh": "critical", "tornado": "critical"},
     "distributed.scheduler.allowed-failures": KILLED_WORKERS - 1,
     "distributed.comm.retry.count": 2,
+    "distributed.deploy.lost-worker-timeout": "1 day",  # else a worker that dies twice in 15 s is never started again
 }
 
 
@@ -88,7 +89,7 @@ def _client(address: SchedulerAddress) -> Iterator[distributed.Client]:
         n_workers=address.local,
         threads_per_worker=1,
         processes=True,
-        dashboard_address=None,
+        dashboard_address="127.0.0.1:0",
         host="127.0.0.1",
         silence_logs=logging.CRITICAL,
         memory_limit=0,

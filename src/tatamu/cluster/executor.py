@@ -50,6 +50,7 @@ class DaskExecutor(Executor):
             watch: Says when a call has taken too long.
         """
         self._client = client
+        self._loop: asyncio.AbstractEventLoop = client.loop.asyncio_loop  # type: ignore[union-attr]
         self._name = name
         self._shared = SharedArguments(client)
         self._waiting: deque[Call] = deque()
@@ -120,7 +121,7 @@ class DaskExecutor(Executor):
             return
         self._away[key] = call
         self._watch.sent(key)
-        asyncio.run_coroutine_threadsafe(self._receive(key, sent), self._client.loop.asyncio_loop)
+        asyncio.run_coroutine_threadsafe(self._receive(key, sent), self._loop)
 
     async def _receive(self, key: str, sent: distributed.Future) -> None:
         """Wait for the result of a call and hand it on; runs in the client's event loop."""
@@ -141,8 +142,9 @@ class DaskExecutor(Executor):
         sent.release()
         with self._lock:
             call = self._away.pop(key)
+            call.args = ()  # large ones may be forgotten here now
         self._watch.ended(key)
-        self._client.loop.asyncio_loop.run_in_executor(None, self._hand_over, call, outcome)
+        self._loop.run_in_executor(None, self._hand_over, call, outcome)
 
     def _hand_over(self, call: Call, outcome: dict[str, Any]) -> None:
         """Send the next call before the caller hears of this one."""

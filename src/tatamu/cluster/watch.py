@@ -13,7 +13,7 @@ from time import monotonic
 
 import distributed
 
-from tatamu.cluster.call import replace_worker
+from tatamu.cluster.call import replace_workers
 
 EVERY = 1.0
 """Seconds between two looks."""
@@ -76,21 +76,26 @@ class Watch:
             self._longest = max(taken, self._longest or 0.0)
 
     def overdue(self) -> list[str]:
-        """The calls that have been away for too long; each is counted from now again."""
+        """The calls that have been away for too long."""
         now = monotonic()
         with self._lock:
             limit = self.patience.limit(self._longest)
-            late = [key for key, since in self._since.items() if now - since > limit]
-            self._since.update(dict.fromkeys(late, now))
-        return late
+            return [key for key, since in self._since.items() if now - since > limit]
+
+    def begin_again(self) -> None:
+        """Count every call from now: a worker was replaced, and what it had runs on others."""
+        with self._lock:
+            self._since = dict.fromkeys(self._since, monotonic())
 
     def _run(self, client: distributed.Client, tell: Callable[[int], None]) -> None:
         empty = 0.0
         while not self._stopped.wait(EVERY):
             try:
                 self._look(client, tell)
-                for key in self.overdue():
-                    client.run_on_scheduler(replace_worker, key)
+                late = self.overdue()
+                if late:
+                    client.run_on_scheduler(replace_workers, late)
+                    self.begin_again()
             except Exception as error:  # the scheduler is gone or busy: those who wait for results hear of it
                 logger.debug("the scheduler did not answer: %s", error)
                 continue

@@ -1,4 +1,4 @@
-"""Studies in a shared PostgreSQL database, through Optuna's `RDBStorage`: several clients, `optuna-dashboard` beside them.
+"""Studies in a shared PostgreSQL database, through Optuna's `RDBStorage`, which several clients may use at a time.
 
 Passwords come from PGPASSWORD or ~/.pgpass, which libpq reads; none is in an address, a message or a file of tatamu.
 A connection that is lost is opened again for a stated time. A study is held by one client at a time, with an advisory
@@ -8,16 +8,17 @@ lock that ends with the client, however it ends.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import cache
 from threading import RLock
 from time import monotonic, sleep
 from typing import Any, TypeVar
 
 import optuna
 from optuna.storages import RDBStorage
-from sqlalchemy import Connection, event, text
+from sqlalchemy import Connection, event
+from sqlalchemy import text as sql
 from sqlalchemy.engine import URL, ExceptionContext, make_url
 from sqlalchemy.exc import ArgumentError, SQLAlchemyError
 
@@ -37,8 +38,10 @@ CONNECTIONS = 4
 """Connections of one client at most, beside the one that holds its studies."""
 SERVER_OPTIONS = "-c tcp_keepalives_idle=60 -c tcp_keepalives_interval=10 -c tcp_keepalives_count=3"
 """So that the server lets go of what a machine held that went away without a word."""
-PASSING_STATES = ("08", "57P", "53300", "40001", "40P01")
-"""SQLSTATEs, or how they begin, of errors that pass: connections, shutdown, too many clients, conflicts."""
+LOST_STATES = ("08", "57P", "53300")
+"""SQLSTATEs, or how they begin, of a connection that cannot be had now: lost, shutdown, too many clients."""
+PASSING_STATES = (*LOST_STATES, "40001", "40P01", "42P07", "42710", "23505")
+"""The same of errors that pass: also conflicts, and another client that makes the tables at this moment."""
 PASSING_WORDS = (
     "refused",
     "starting up",
@@ -51,9 +54,8 @@ PASSING_WORDS = (
     "timeout expired",
     "reset by peer",
     "no such file or directory",
-    "already exists",
 )
-"""The same in words, where the driver gives no state; the last: another client makes the tables at this moment."""
+"""A connection that cannot be had now, in words, where the driver gives no state."""
 
 
 class ConnectionLostError(Exception):
@@ -146,15 +148,23 @@ class SharedDatabase:
             self._held.pop(name, None)
             if self._holding is not None:
                 try:
-                    self._holding.execute(text("SELECT pg_advisory_unlock(hashtextextended(:name, 0))"), {"name": name})
+                    self._holding.execute(sql("SELECT pg_advisory_unlock(hashtextextended(:name, 0))"), {"name": name})
                 except (SQLAlchemyError, ConnectionLostError):
                     self._drop_holding()  # it ended with its connection
+
+    def close(self) -> None:
+        """Close all connections; what was held is let go of."""
+        with self._lock:
+            self._drop_holding()
+            if self._storage is not None:
+                self._storage.engine.dispose()
+            self._storage = None
 
     def _try_hold(self, name: str) -> bool:
         with self._lock:
             if self._holding is None:
                 self._holding = self.storage.engine.connect().execution_options(isolation_level="AUTOCOMMIT")
-            asked = text("SELECT pg_try_advisory_lock(hashtextextended(:name, 0))")
+            asked = sql("SELECT pg_try_advisory_lock(hashtextextended(:name, 0))")
             try:
                 return bool(self._holding.execute(asked, {"name": name}).scalar())
             except (SQLAlchemyError, ConnectionLostError):
@@ -166,7 +176,7 @@ class SharedDatabase:
         with self._lock:
             try:
                 if self._holding is not None:
-                    self._holding.execute(text("SELECT 1"))
+                    self._holding.execute(sql("SELECT 1"))
                     return
             except (SQLAlchemyError, ConnectionLostError):
                 self._drop_holding()
@@ -194,7 +204,8 @@ class SharedDatabase:
             except (SQLAlchemyError, optuna.exceptions.StorageInternalError, ConnectionLostError) as error:
                 state, reason = _reason(error)
                 if state.startswith("53100"):
-                    raise UnavailableError(f"{self.address}: the disk of the database is full; what was finished is kept")
+                    text = f"{self.address}: the disk of the database is full; what was finished is kept"
+                    raise UnavailableError(text) from None
                 if not _passes(state, reason):
                     raise InputError(f"{self.address}: the database refuses ({reason})") from None
                 if monotonic() > deadline:
@@ -218,18 +229,31 @@ class SharedDatabase:
         return storage
 
 
-@cache
-def shared_database(address: str) -> SharedDatabase:
-    """The database of an address: one in a process, so that its connections are few.
+@contextmanager
+def shared_database(address: str | None) -> Iterator[SharedDatabase | None]:
+    """The database of an address while the block runs, with few connections for all that uses it; None for None.
+
+    Args:
+        address: `postgresql://USER@HOST/DB`.
 
     Raises:
-        InputError: The address is none, or its driver is not installed.
+        InputError: The address is none, its driver is not installed, or the database refuses.
+        UnavailableError: It does not answer.
     """
+    if address is None:
+        yield None
+        return
+    parsed = parse_storage(address)
     try:
         import psycopg  # noqa: F401
     except ImportError:
         raise InputError("--storage: needs psycopg; python -m pip install 'tatamu[cluster]'") from None
-    return SharedDatabase(parse_storage(address))
+    database = SharedDatabase(parsed)
+    try:
+        _ = database.storage
+        yield database
+    finally:
+        database.close()
 
 
 def _rendered(url: URL) -> str:
@@ -238,12 +262,13 @@ def _rendered(url: URL) -> str:
 
 def _say_that_it_was_lost(context: ExceptionContext) -> None:
     """Turn the loss of a connection into an error after which Optuna does not try again by itself."""
-    if context.is_disconnect or _passes(*_reason(context.original_exception)):
-        raise ConnectionLostError(_reason(context.original_exception)[1])
+    state, reason = _reason(context.original_exception)
+    if context.is_disconnect or _passes(state, reason, LOST_STATES):
+        raise ConnectionLostError(reason)
 
 
-def _passes(state: str, reason: str) -> bool:
-    return state.startswith(PASSING_STATES) or any(words in reason.lower() for words in PASSING_WORDS)
+def _passes(state: str, reason: str, states: tuple[str, ...] = PASSING_STATES) -> bool:
+    return state.startswith(states) if state else any(words in reason.lower() for words in PASSING_WORDS)
 
 
 def _reason(error: BaseException) -> tuple[str, str]:

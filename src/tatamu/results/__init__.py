@@ -8,7 +8,16 @@ from tatamu.results.learned import MOMENTS, LearnedFold, read_fold
 from tatamu.results.manipulation import ArmPath, GraspPoint, ManipulationDescription, ViaPoints, describe_manipulation
 from tatamu.results.plan import FromFlat, PlanDescription, PlanResult, StepResult, describe_plan
 from tatamu.results.rebuilt import RebuiltFold, rebuild
-from tatamu.results.result import Baseline, Crossings, Result, Scores, TaskDescription, Trial, describe_task
+from tatamu.results.result import (
+    Baseline,
+    Crossings,
+    Result,
+    Scores,
+    SharedStudyRecord,
+    TaskDescription,
+    Trial,
+    describe_task,
+)
 
 __all__ = [
     "MOMENTS",
@@ -25,6 +34,7 @@ __all__ = [
     "Result",
     "ResultFolder",
     "Scores",
+    "SharedStudyRecord",
     "StepResult",
     "TaskDescription",
     "Trial",

@@ -1,4 +1,4 @@
-"""What a sweep knows of its tasks, and the folder that keeps it: `sweep.json` beside a result folder for each task."""
+"""Records of the tasks of a sweep, and the folder that keeps them: `sweep.json` beside a result folder for each."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class SweepFolder:
 
     @property
     def file(self) -> Path:
-        """What is known of each task: `sweep.json`."""
+        """The records of the tasks: `sweep.json`."""
         return self.path / "sweep.json"
 
     @property
@@ -80,7 +80,7 @@ class SweepFolder:
         return self.path / name
 
     def read(self) -> list[TaskRecord]:
-        """What an earlier run wrote; nothing where there was none.
+        """The records that an earlier run wrote; none where there was none.
 
         Raises:
             InputError: The file cannot be read, or it is no sweep's.
