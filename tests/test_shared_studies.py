@@ -145,11 +145,15 @@ def test_a_database_that_restarts_loses_and_doubles_nothing(
     for number in range(40):
         if number == 10:
             restart.start()
-        trial = create_trial(value=float(number))
-        database.run(
-            lambda trial=trial: study.add_trial(trial) or True,  # type: ignore[misc]
-            lambda number=number: len(study.get_trials(deepcopy=False)) > number or None,  # type: ignore[misc]
-        )
+
+        def add(number: int = number) -> bool:
+            study.add_trial(create_trial(value=float(number)))
+            return True
+
+        def is_added(number: int = number) -> bool | None:
+            return len(study.get_trials(deepcopy=False)) > number or None
+
+        database.run(add, is_added)
         time.sleep(0.03)
     restart.join()
     assert [trial.value for trial in study.get_trials()] == list(range(40))

@@ -1,5 +1,6 @@
-"""A Dask scheduler and workers as Slurm jobs, by dask-jobqueue: `python -m pip install dask-jobqueue 'tatamu[cluster]'`.
+"""A Dask scheduler and workers as Slurm jobs, by dask-jobqueue.
 
+    python -m pip install dask-jobqueue 'tatamu[cluster]'
     python slurm.py 200        # on a login node, in a terminal that stays (tmux)
     tatamu sweep sweep.toml --scheduler tcp://THIS-NODE:8786 --out runs/sweep
 

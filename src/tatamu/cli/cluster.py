@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import Executor
 from typing import Annotated
 
 import typer
@@ -22,3 +23,16 @@ StorageOption = Annotated[
         help="Keep studies in postgresql://USER@HOST/DB; the password is in PGPASSWORD or ~/.pgpass.",
     ),
 ]
+
+MOST_AT_A_TIME = 256
+"""Studies at a time at most: each is a thread that proposes trials and waits for them."""
+CALLS_PER_THREAD = 2
+"""Trials under way for each thread of the workers: one runs, one waits."""
+
+
+def at_a_time(executor: Executor | None, pending: int) -> int:
+    """How many studies at a time keep all workers busy, with so many pending trials each; 1 without workers."""
+    threads = getattr(executor, "threads", None)
+    if threads is None:
+        return 1
+    return min(MOST_AT_A_TIME, 1 + -(-CALLS_PER_THREAD * int(threads) // pending))

@@ -14,7 +14,8 @@ from rich.console import Console
 from rich.live import Live
 
 from tatamu.cli.app import app
-from tatamu.cli.cluster import SchedulerOption, StorageOption
+from tatamu.cli.cluster import MOST_AT_A_TIME, SchedulerOption, StorageOption
+from tatamu.cli.cluster import at_a_time as most_at_a_time
 from tatamu.cli.learning import LearnOptions
 from tatamu.errors import InputError
 
@@ -23,9 +24,6 @@ if TYPE_CHECKING:
     from tatamu.learning import Progress
     from tatamu.learning.database import SharedDatabase
     from tatamu.sweep import SweepTask, TaskRecord
-
-MOST_AT_A_TIME = 256
-"""Tasks at a time at most: each is a thread that proposes trials and waits for them."""
 
 
 @app.command()
@@ -64,7 +62,7 @@ def sweep(
 
     warnings.simplefilter("ignore")  # of single folds: their reports say them
     with shared_database(storage) as database, executor_at(scheduler) as executor:
-        return _run(tasks, out, at_a_time or _enough(executor), executor, database)
+        return _run(tasks, out, at_a_time or most_at_a_time(executor, _pending(tasks)), executor, database)
 
 
 def _check(file: Path, tasks: Sequence[SweepTask]) -> None:
@@ -85,14 +83,12 @@ def _check(file: Path, tasks: Sequence[SweepTask]) -> None:
             raise InputError(f"{file}: task {task.name}: {error}") from None
 
 
-def _enough(executor: Executor | None) -> int:
-    """Tasks at a time that keep all workers busy; their trials are pending a few at a time."""
-    from tatamu.cluster.executor import CALLS_PER_THREAD, DaskExecutor
-    from tatamu.learning.learn import PENDING
+def _pending(tasks: Sequence[SweepTask]) -> int:
+    """The least number of pending trials that a task has."""
+    from tatamu.learning.learn import pending_at_first
 
-    if not isinstance(executor, DaskExecutor):
-        return 1
-    return min(MOST_AT_A_TIME, 1 + -(-CALLS_PER_THREAD * executor.threads // PENDING))
+    options = [LearnOptions(**task.options) for task in tasks]
+    return min(each.parallel or pending_at_first(each.simulator) for each in options)
 
 
 def _run(

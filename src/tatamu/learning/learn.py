@@ -146,6 +146,11 @@ def pending_trials(
     held = held_identity(existing_place(folder, database))
     if held is not None:
         return held.parallel
+    return pending_at_first(simulator)
+
+
+def pending_at_first(simulator: str) -> int:
+    """How many trials are pending in a study that begins, unless somebody asks for another number."""
     return PENDING if capabilities(simulator).parallel else 1
 
 
