@@ -60,6 +60,7 @@ PLACES = {
     "cluster: constants": NOTES / "cluster.md",
     "cluster: thousand": NOTES / "cluster.md",
     "garments within reach": NOTES / "robots.md",
+    "margins: meshes": NOTES / "margins.md",
 }
 """The page of each table, by the name of its marks."""
 
