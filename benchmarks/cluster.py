@@ -19,9 +19,8 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import Event, Thread
@@ -94,45 +93,53 @@ def results(out: Path) -> dict[str, str]:
     return found
 
 
-@dataclass
 class Cluster:
-    """A scheduler and workers as processes of their own."""
+    """A scheduler, and workers that are started again when they end, as Slurm and Kubernetes do; all are processes."""
 
-    workers: int
-    address: str = ""
-    processes: list[subprocess.Popen[bytes]] = field(default_factory=list)
+    def __init__(self, folder: Path, workers: int) -> None:
+        self._folder = folder
+        self._environment = {
+            **os.environ,
+            "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "3",  # Dask's own default
+            "DASK_LOGGING__DISTRIBUTED": "error",
+        }
+        said = folder / "scheduler.json"
+        self._scheduler = self._start(
+            "scheduler", "--scheduler-file", str(said), "--port", "0", "--dashboard-address", "127.0.0.1:0"
+        )
+        while not said.exists() or not said.read_text():
+            time.sleep(0.1)
+        self.address: str = json.loads(said.read_text())["address"]
+        self._workers = [self._worker() for _ in range(workers)]
 
-    @contextmanager
-    def running(self) -> Iterator[Cluster]:
-        """The processes, until the block ends."""
-        environment = {**os.environ, "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "3"}
-        environment |= {"DASK_LOGGING__DISTRIBUTED": "error"}
-        dask = [sys.executable, "-m", "dask"]
-        with TemporaryDirectory() as folder:
-            said = Path(folder) / "scheduler.json"
-            common: dict[str, Any] = {"env": environment, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-            told = ["--scheduler-file", str(said)]
-            where = ["--host", "127.0.0.1", "--port", "0", "--dashboard-address", "127.0.0.1:0"]
-            self.processes.append(subprocess.Popen([*dask, "scheduler", *told, *where], **common))
-            while not said.exists() or not said.read_text():
-                time.sleep(0.1)
-            self.address = json.loads(said.read_text())["address"]
-            options = ["--nworkers", str(self.workers), "--nthreads", "1", "--local-directory", folder]
-            options += ["--memory-limit", "0", "--host", "127.0.0.1"]
-            self.processes.append(subprocess.Popen([*dask, "worker", self.address, *options], **common))
-            try:
-                yield self
-            finally:
-                for process in reversed(self.processes):
-                    process.terminate()
-                for process in self.processes:
-                    process.wait(30)
+    def _start(self, *arguments: str) -> subprocess.Popen[bytes]:
+        command = [sys.executable, "-m", "dask", *arguments, "--host", "127.0.0.1"]
+        quiet: dict[str, Any] = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        return subprocess.Popen(command, env=self._environment, **quiet)
 
-    def worker_ids(self) -> list[int]:
-        """The processes that work: children of the one that starts them again."""
-        lists = Path(f"/proc/{self.processes[1].pid}/task").glob("*/children")
+    def _worker(self) -> subprocess.Popen[bytes]:
+        own = ["--local-directory", str(self._folder), "--memory-limit", "0", "--dashboard-address", "127.0.0.1:0"]
+        return self._start("worker", self.address, "--nworkers", "1", "--nthreads", "1", *own)
+
+    def kill_one(self, chance: random.Random) -> bool:
+        """Kill the process that works under one of the nannies; whether there was one."""
+        lists = Path(f"/proc/{chance.choice(self._workers).pid}/task").glob("*/children")
         children = [int(word) for path in lists for word in path.read_text().split()]
-        return [child for child in children if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()]
+        working = [child for child in children if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()]
+        for child in working:
+            os.kill(child, signal.SIGKILL)
+        return bool(working)
+
+    def start_again(self) -> None:
+        """Start workers whose nannies have ended: one that is killed while it starts takes its nanny with it."""
+        self._workers = [self._worker() if worker.poll() is not None else worker for worker in self._workers]
+
+    def stop(self) -> None:
+        """End all."""
+        for process in [*self._workers, self._scheduler]:
+            process.terminate()
+        for process in [*self._workers, self._scheduler]:
+            process.wait(60)
 
 
 @dataclass
@@ -149,23 +156,22 @@ def kill_workers(cluster: Cluster, storm: Storm, calm: Event) -> None:
     """Kill a worker every few seconds."""
     chance = random.Random(0)
     while not calm.wait(KILL_EVERY):
-        try:
-            os.kill(chance.choice(cluster.worker_ids()), signal.SIGKILL)
-        except (OSError, IndexError):  # it ended by itself
-            continue
-        storm.workers += 1
+        cluster.start_again()
+        with suppress(OSError):  # it ended by itself
+            storm.workers += cluster.kill_one(chance)
 
 
 def run_storm(file: Path, out: Path, studies: int, server: postgres.Server) -> Storm:
     """A sweep to its end, whatever is killed meanwhile."""
     storm, calm, begun = Storm(), Event(), time.monotonic()
     restarts, kills = list(DATABASE_RESTARTED_AT), list(CLIENT_KILLED_AT)
-    with Cluster(WORKERS).running() as cluster:
+    with TemporaryDirectory() as scratch:
+        cluster = Cluster(Path(scratch), WORKERS)
         options = ["--scheduler", cluster.address, "--storage", server.address]
         killer = Thread(target=kill_workers, args=(cluster, storm, calm))
         killer.start()
+        client = start(file, out, *options)
         try:
-            client = start(file, out, *options)
             while (code := client.poll()) is None or code < 0:
                 done = complete(out) / studies
                 if restarts and done >= restarts[0][0]:
@@ -179,8 +185,6 @@ def run_storm(file: Path, out: Path, studies: int, server: postgres.Server) -> S
                     client.wait()
                     storm.clients += 1
                 time.sleep(0.2)
-                if int(time.monotonic()) % 30 == 0:
-                    print(f"{time.monotonic() - begun:.0f} s: {done:.0%}, {storm}", flush=True)
             if code != 0:
                 raise SystemExit(
                     f"the client ended with {code}: {client.stderr.read().decode() if client.stderr else ''}"
@@ -188,6 +192,8 @@ def run_storm(file: Path, out: Path, studies: int, server: postgres.Server) -> S
         finally:
             calm.set()
             killer.join()
+            client.kill()
+            cluster.stop()
     storm.seconds = time.monotonic() - begun
     return storm
 
