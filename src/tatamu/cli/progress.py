@@ -126,7 +126,9 @@ class Workload:
 class LearningDisplay:
     """How a job is going: entered before it is learned, left when it ends; `reporting` is called for every step."""
 
-    def __init__(self, job: Job, trials: int, baselines: int, console: Console | None = None) -> None:
+    def __init__(
+        self, job: Job, trials: int, baselines: int, console: Console | None = None, *, prepares: bool = True
+    ) -> None:
         """Begin nothing yet.
 
         Args:
@@ -134,6 +136,7 @@ class LearningDisplay:
             trials: Of each step.
             baselines: How many fixed trajectories are folded after the trials of each step.
             console: Where it is shown.
+            prepares: Whether this process simulates, and so compiles the simulator where it must.
         """
         from tatamu.simulators import named
 
@@ -141,7 +144,7 @@ class LearningDisplay:
         self._console = console or Console()
         self.work = Workload(len(job.plan.steps), trials, baselines)
         self._lines: Callable[[], tuple[str, int, int]] = lambda: ("preparing", 0, trials)
-        self._prepared = False
+        self._prepared = not prepares
         self._ends = 0.0
         self._ending = False
         self._before = signal.getsignal(signal.SIGINT)
