@@ -20,6 +20,7 @@ from tatamu.validation.checks import (
     determinism,
     friction,
     motion,
+    orthotropy,
     refinement,
     stack,
     stretch,
@@ -29,7 +30,7 @@ from tatamu.validation.checks import (
 from tatamu.validation.findings import Findings, Row
 from tatamu.validation.manipulations import half_fold_target
 from tatamu.validation.plate import falling, hanging
-from tatamu.validation.references import catenary, hang_displacement, shear_sag
+from tatamu.validation.references import catenary, hang_displacement, off_axis_stiffness, shear_sag
 from tatamu.validation.report import run
 from tatamu.validation.subject import Subject
 from tests.fakes import Motion, still, subject
@@ -84,6 +85,13 @@ def hangs(scene: Scene, factor: float = 1.0) -> np.ndarray:
     start = scene.cloth.vertices
     down = hang_displacement(-start[:, 2], 0.3, scene.material, scene.gravity)
     return start - np.column_stack([0 * down, 0 * down, factor * down])
+
+
+def hangs_off_axis(scene: Scene, degrees: float) -> np.ndarray:
+    start = scene.cloth.vertices
+    stiffness = off_axis_stiffness(scene.material, np.radians(degrees))
+    along = scene.material.model_copy(update={"stretch_stiffness": stiffness})
+    return start - np.column_stack([0 * start[:, :2], hang_displacement(-start[:, 2], 0.3, along, scene.gravity)])
 
 
 def shears(scene: Scene, factor: float = 1.0) -> np.ndarray:
@@ -201,6 +209,21 @@ PAIRS: dict[str, tuple[Question, Motion, Motion]] = {
         partial(bending.crease, bending_length=0.037, spacing=0.02),
         still(loops),
         still(partial(loops, higher=1.1)),
+    ),
+    "woven-shear": (
+        partial(stretch.shear, layout="staggered", plain=orthotropy.WOVEN),
+        still(shears),
+        still(partial(shears, factor=1.03)),
+    ),
+    "off-axis": (
+        partial(orthotropy.pull, degrees=30),
+        still(partial(hangs_off_axis, degrees=30)),
+        still(partial(hangs_off_axis, degrees=35)),
+    ),
+    "bias-droop": (
+        partial(orthotropy.droop, degrees=45),
+        still(partial(droops, softer=1 / 0.6)),
+        still(partial(droops, softer=1 / 0.5)),
     ),
     "incline": (partial(friction.on_table, mu=0.6), slides, partial(slides, rougher=1.02)),
     "incline that creeps": (partial(friction.on_table, mu=0.6), slides, partial(slides, creep=2e-4)),

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.testing import assert_allclose
 
 from tatamu.material import Material
+from tatamu.simulators.native.elastic import curvature, membrane
 from tatamu.validation import plate, references
 
 
@@ -55,3 +56,25 @@ def test_a_hanging_plate_swings_with_its_small_period_and_decays_by_its_drag() -
     wide = fabric.model_copy(update={"air_drag_normal": 0.0, "air_drag_quadratic": 0.5})
     decay = plate.swing_of(times, 0.3 * plate.hanging(wide, 0.3, 0.05, times, 9.81))
     assert_allclose(decay.decrement[0], 0.5 * decay.excursion[0] / 0.28, rtol=0.02)
+
+
+def test_off_axis_numbers_are_those_of_the_turned_stiffness() -> None:
+    woven = Material(
+        areal_density=0.2,
+        stretch_stiffness=900.0,
+        stretch_stiffness_weft=500.0,
+        shear_stiffness=40.0,
+        poisson_ratio=0.2,
+        bending_rigidity=3e-5,
+        bending_rigidity_weft=1e-5,
+        bending_rigidity_bias=1.5e-5,
+    )
+    for angle in (0.0, 0.4, np.pi / 4, np.pi / 2):
+        c, s = np.cos(angle), np.sin(angle)
+        strain = np.array([c * c, s * s, 2 * c * s])  # of a stretch or a curvature along the strip
+        stress = np.array([c * c, s * s, c * s])  # of a pull along it
+        compliance = stress @ np.linalg.solve(membrane.plane_stress(woven), stress)
+        assert_allclose(references.off_axis_stiffness(woven, angle), 1 / compliance)
+        bent = strain * [1, 1, 0.5]
+        assert_allclose(references.off_axis_rigidity(woven, angle), bent @ curvature.rigidities(woven) @ bent)
+    assert_allclose(references.off_axis_rigidity(woven, np.pi / 4), 1.5e-5)

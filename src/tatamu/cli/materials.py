@@ -17,8 +17,12 @@ if TYPE_CHECKING:
 UNITS = {
     "areal_density": "kg/m²",
     "stretch_stiffness": "N/m",
+    "stretch_stiffness_weft": "N/m",
+    "shear_stiffness": "N/m",
     "poisson_ratio": "-",
     "bending_rigidity": "N m",
+    "bending_rigidity_weft": "N m",
+    "bending_rigidity_bias": "N m",
     "thickness": "m",
     "friction_table": "-",
     "friction_cloth": "-",

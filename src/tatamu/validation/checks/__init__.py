@@ -9,6 +9,7 @@ from tatamu.validation.checks import (
     determinism,
     friction,
     motion,
+    orthotropy,
     refinement,
     stack,
     stretch,
@@ -16,7 +17,7 @@ from tatamu.validation.checks import (
     tangle,
 )
 
-FAMILIES = (motion, air, stretch, bending, friction, stack, tangle, refinement, symmetry, determinism)
+FAMILIES = (motion, air, stretch, bending, orthotropy, friction, stack, tangle, refinement, symmetry, determinism)
 
 CHECKS: dict[str, Check] = {check.name: check for family in FAMILIES for check in family.CHECKS}
 """Name to check."""

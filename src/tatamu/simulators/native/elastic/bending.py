@@ -85,7 +85,7 @@ def in_bands(
 
     Args:
         hinges: Bands of hinges over slots.
-        K: K_T of triangles [N m], see `curvature.constants`, shape (t, 3, 3).
+        K: K_T of triangles [N m], see `curvature.stiffness`, shape (t, 3, 3).
         coupled: Their hinges, likewise, shape (t, 3).
         rest_moment: K g0 of each hinge [N m], shape (h,).
         real: Precision in which forces are computed.
