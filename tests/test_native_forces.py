@@ -108,7 +108,7 @@ class Elastic:
         X = self._slotted(x, self.hinges)
         F = np.zeros_like(X)
         flat = np.zeros(len(self.topology.hinges))
-        double = bending.in_bands(self.hinges, self.K, self.at, flat, np.float64)
+        double = bending.in_bands(self.hinges, self.curved, self.K, flat, self.material, np.float64)
         measures = bending.scratch(double.hinges, self.hinges.size, len(double.coupling_copies), np.float64)
         bending.add_force(X, F, double, measures)
         return self._gathered(F, self.hinges)

@@ -44,7 +44,21 @@ ORTHOTROPIC_MEMBRANE = ("stretch_stiffness_weft", "shear_stiffness")
 """Fields of a membrane that is not alike in all directions."""
 ORTHOTROPIC_BENDING = ("bending_rigidity_weft", "bending_rigidity_bias")
 """Fields of bending that is not alike in all directions."""
-UNSAID = ("blender", "compression", *ORTHOTROPIC_MEMBRANE, *ORTHOTROPIC_BENDING, *DIRECTIONAL_AIR)
+FRICTION_OF_BENDING = ("bending_hysteresis", "bending_rigidity_initial")
+"""Fields of bending that does not spring back as it was bent."""
+FRICTION_ELEMENTS = ((0.5, 0.4), (0.3, 1.0), (0.2, 2.5))
+"""Elements of the friction of bending: parts of its stiffness, and yield curvatures, both sums of products being 1. The
+moment of a virgin sheet nears HB as 1 - exp(-k / k_y) does, within 0.09 HB."""
+STEEPER = 4.0
+"""Slope at which a bending moment turns around, over the slope far from there, where a material gives none."""
+UNSAID = (
+    "blender",
+    "compression",
+    *ORTHOTROPIC_MEMBRANE,
+    *ORTHOTROPIC_BENDING,
+    *FRICTION_OF_BENDING,
+    *DIRECTIONAL_AIR,
+)
 """Fields that are written only where they differ from their defaults."""
 
 
@@ -74,6 +88,12 @@ class Material(BaseModel):
     bending_rigidity_bias: Number | None = Field(None, ge=0.0, le=1.0)
     """The same of a wide sheet that is bent to a cylinder at 45 degrees to warp and weft [N m], at least a quarter of
     the sum of both; None: as of sheets alike in all directions, (B + B_weft + 2 sqrt(B B_weft)) / 4."""
+    bending_hysteresis: Number = Field(0.0, ge=0.0, le=1.0)
+    """Frictional moment of bending per width, HB [N]: half of the width 2HB of the loop of moment against curvature, as
+    Kawabata's test states it."""
+    bending_rigidity_initial: Number | None = Field(None, ge=0.0, le=10.0)
+    """Slope of that loop where bending turns around [N m], more than all rigidities; None: four times the rigidity.
+    Without effect where there is no hysteresis."""
     thickness: Number = Field(1e-3, ge=THICKNESS[0], le=THICKNESS[1])
     """Distance at which layers rest [m]."""
     friction_table: Friction = 0.5
@@ -110,6 +130,11 @@ class Material(BaseModel):
     def _check(self) -> Self:
         if self.orthotropic_membrane and self.compression < 1.0:
             raise ValueError("compression must be 1 where shear_stiffness or stretch_stiffness_weft is given")
+        if self.bending_rigidity_initial is not None and not self.bending_rigidity_initial > self.bending_rigidity:
+            raise ValueError(
+                f"bending_rigidity_initial must be more than bending_rigidity ({self.bending_rigidity:g} N m), "
+                f"given {self.bending_rigidity_initial:g}"
+            )
         if self.bending_rigidity_bias is not None:
             least = 0.25 * (self.bending_rigidity + self.weft_rigidity)
             if self.bending_rigidity_bias < least * (1.0 - 1e-9):
@@ -152,6 +177,23 @@ class Material(BaseModel):
         if self.bending_rigidity_bias is not None:
             return max(0.0, 4.0 * self.bending_rigidity_bias - self.bending_rigidity - self.weft_rigidity)
         return 2.0 * (self.bending_rigidity * self.weft_rigidity) ** 0.5
+
+    @property
+    def friction_stiffness(self) -> float:
+        """Slope of the frictional moment where bending turns around [N m]; 0 without hysteresis."""
+        if self.bending_hysteresis == 0.0:
+            return 0.0
+        initial = self.bending_rigidity_initial
+        return (STEEPER - 1.0) * self.bending_rigidity if initial is None else initial - self.bending_rigidity
+
+    @property
+    def friction_elements(self) -> tuple[tuple[float, float], ...]:
+        """Stiffness [N m] and yield curvature [1/m] of each element of the friction of bending."""
+        total = self.friction_stiffness
+        if total == 0.0:
+            return ()
+        unit = self.bending_hysteresis / total
+        return tuple((part * total, curvature * unit) for part, curvature in FRICTION_ELEMENTS)
 
     @property
     def directional_air(self) -> bool:

@@ -23,6 +23,8 @@ UNITS = {
     "bending_rigidity": "N m",
     "bending_rigidity_weft": "N m",
     "bending_rigidity_bias": "N m",
+    "bending_hysteresis": "N",
+    "bending_rigidity_initial": "N m",
     "thickness": "m",
     "friction_table": "-",
     "friction_cloth": "-",

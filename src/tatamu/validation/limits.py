@@ -32,6 +32,9 @@ NATIVE = {
     # orthotropy
     "off-axis stiffness": 0.03,
     "off-axis chord": 1.0,  # degrees
+    # hysteresis
+    "residual curvature": 0.3,  # 1/m
+    "frictional chord": 1.0,  # degrees
     # contact
     "threshold": 0.2,  # degrees
     "creep": 1e-4,  # m/s

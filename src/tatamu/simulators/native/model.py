@@ -58,6 +58,8 @@ class Model:
     """Largest angular frequency of the membrane at rest [1/s]."""
     bending_frequency: float
     """Largest angular frequency of bending at rest [1/s]."""
+    rest_measures: np.ndarray
+    """g of the unstrained shape by place of the hinges' bands [-]."""
     lengths: np.ndarray
     """Of the edges at rest [m], shape (e,)."""
 
@@ -120,8 +122,12 @@ def _build(cloth: Cloth, material: Material, options: Options) -> Model:
     K = curvature.stiffness(curved, curvature.rigidities(material))
     gradient, g0 = hinge_gradients(rest, topology.hinges)
     stiffness = hinge_stiffness(K, curved.hinges, len(topology.hinges))
+    steepest = stiffness
+    if material.friction_stiffness:
+        turning = curvature.rigidities(material) + material.friction_stiffness * np.diag([1.0, 1.0, 2.0])
+        steepest = hinge_stiffness(curvature.stiffness(curved, turning), curved.hinges, len(topology.hinges))
     hinges = bands(slot[turned_hinges(topology.hinges, slot)], count)
-    folding = bending.in_bands(hinges, K, curved.hinges, stiffness @ g0)
+    folding = bending.in_bands(hinges, curved, K, stiffness @ g0, material)
 
     return Model(
         slot=slot,
@@ -131,7 +137,8 @@ def _build(cloth: Cloth, material: Material, options: Options) -> Model:
         elastic=ElasticModel(stretching, folding),
         mesh=_contact_mesh(topology, mass, material, float(np.sqrt(L2.max())), options.contact),
         membrane_frequency=membrane_frequency(rest, faces, S, mass),
-        bending_frequency=bending_frequency(gradient, stiffness, mass),
+        bending_frequency=bending_frequency(gradient, steepest, mass),
+        rest_measures=hinges.spread(g0),
         lengths=edge_lengths(rest, topology.edges),
     )
 

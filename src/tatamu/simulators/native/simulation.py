@@ -12,7 +12,7 @@ from tatamu.simulators.native.contact.projection import Positions
 from tatamu.simulators.native.contact.state import initial_state
 from tatamu.simulators.native.contact.table import TablePlane
 from tatamu.simulators.native.contact.untangle import untangle
-from tatamu.simulators.native.elastic import bending
+from tatamu.simulators.native.elastic import bending, hysteresis
 from tatamu.simulators.native.grippers import Grippers
 from tatamu.simulators.native.memory.bands import BLOCK
 from tatamu.simulators.native.model import Model, model_of, steps_per_frame, substeps
@@ -200,6 +200,7 @@ def _plane(scene: Scene) -> TablePlane:
 def _state(scene: Scene, model: Model, air: Air) -> State:
     count = len(scene.cloth.vertices)
     elastic = model.elastic.bending
+    measures = np.concatenate([model.rest_measures, model.rest_measures[elastic.coupling_copies]])
     X = np.zeros((3, model.width))
     X[:, model.slot] = scene.cloth.vertices.T
     inverse_mass = np.zeros(model.slots)
@@ -220,6 +221,11 @@ def _state(scene: Scene, model: Model, air: Air) -> State:
             predicted=np.array(scene.cloth.vertices, order="C"),
         ),
         triangle_forces=np.zeros(9 * BLOCK, dtype=np.float32),
-        hinges=bending.scratch(elastic.hinges, len(elastic.rest_moment), len(elastic.coupling_copies)),
+        hinges=bending.scratch(
+            elastic.hinges,
+            len(elastic.rest_moment),
+            len(elastic.coupling_copies),
+            slip=hysteresis.unslipped(elastic.friction, measures, elastic.couplings),
+        ),
         surface=surface_of(model.slots, count, air),
     )
