@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -39,7 +41,7 @@ class Rubbing(Elastic):
         """Work that bending takes along a path of shapes [J], by the mean force of each step."""
         total = 0.0
         force = self.force(shapes[0])
-        for before, after in zip(shapes[:-1], shapes[1:], strict=True):
+        for before, after in pairwise(shapes):
             then = self.force(after)
             total -= 0.5 * float(((force + then) * (after - before)).sum())
             force = then
@@ -72,16 +74,16 @@ def test_the_moment_of_a_cylinder_follows_the_loop(mesh: object) -> None:
 
 def test_every_closed_cycle_takes_work() -> None:
     rng = np.random.default_rng(7)
-    for size in (1e-5, 1e-3, 5e-3):
+    for size in (1e-5, 1e-3, 2e-2):
         sheet = Rubbing(irregular())
         corners = [wavy(sheet, size * float(rng.uniform(-1, 1)), float(rng.uniform(0, 6))) for _ in range(4)]
         corners.append(corners[0])
-        path = [a + u * (b - a) for a, b in zip(corners[:-1], corners[1:], strict=True) for u in np.linspace(0, 1, 40)]
+        path = [a + u * (b - a) for a, b in pairwise(corners) for u in np.linspace(0, 1, 40)]
         elastic = Elastic(irregular())
         taken = [sheet.work(path) for _ in range(3)]  # the first cycle begins unbent
         scale = max(elastic.bending_energy(corner) for corner in corners)
         assert all(work > -1e-3 * scale for work in taken)
-        if size == 5e-3:
+        if size == 2e-2:
             assert min(taken) > 0.05 * scale
 
 

@@ -107,6 +107,6 @@ def test_the_loop_has_the_width_2HB_and_the_slopes_that_the_material_states() ->
     moment = frictional_strip.loop(rough, path.tolist())
     assert_allclose(moment[1] / path[1], 5e-5, rtol=1e-6)
     down, up = moment[2501 + 2500], moment[7502 + 2500]  # both at no curvature
-    assert_allclose(down - up, 2 * 3e-4, rtol=1e-6)
+    assert_allclose(up - down, 2 * 3e-4, rtol=1e-6)
     assert_allclose((moment[2500] - moment[2400]) / 10, 1e-5, rtol=1e-6)
     assert_allclose(frictional_strip.residual_curvature(rough, 250.0), 3e-4 / 1e-5, rtol=1e-6)

@@ -124,14 +124,15 @@ def _equilibrium(
         moment = joints.moment(curvature)
         stiffness = joints.slope(curvature) / lengths
         out = moment - np.append(moment[1:], 0.0) - torque * np.cos(angles)
-        if np.abs(out).max() < 1e-9 * torque[0]:
+        if np.abs(out).max() < 1e-7 * torque[0]:
             return angles
         diagonal = stiffness + np.append(stiffness[1:], 0.0) + torque * np.maximum(np.sin(angles), 0.0)
         beside = np.append(0.0, -stiffness[1:])
         change = solveh_banded(np.vstack([beside, diagonal]), -out)
         part = 1.0
         least = energy(angles)
-        while energy(angles + part * change) > least + 1e-4 * part * float(out @ change) and part > 1e-6:
+        enough = 1e-13 * abs(least)  # energies are not known better
+        while energy(angles + part * change) > least + 1e-4 * part * float(out @ change) + enough and part > 1e-6:
             part *= 0.5
         angles = angles + part * change
     raise SimulationError("the frictional strip found no equilibrium")

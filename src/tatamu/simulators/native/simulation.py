@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from tatamu.errors import SimulationError
-from tatamu.scene import Scene
+from tatamu.material import Material
+from tatamu.scene import Cloth, Scene
 from tatamu.simulators.native.air import Air, air_of, surface_of
 from tatamu.simulators.native.contact import broad_phase
 from tatamu.simulators.native.contact.projection import Positions
@@ -19,9 +20,12 @@ from tatamu.simulators.native.model import Model, model_of, steps_per_frame, sub
 from tatamu.simulators.native.options import Options, StepOptions
 from tatamu.simulators.native.step import advance
 from tatamu.simulators.native.system import Span, State, StepSizes, System
+from tatamu.topology import Topology, edge_lengths
 
 FRAMES_AT_ONCE = 8
 """Frames between two looks at what else goes on: compiled loops hear no interrupt."""
+LOCKED = 3000.0
+"""Cells whose Y h^2 / B is above this drape and fold too stiffly, which is said in a warning [-]."""
 THICK = 0.5
 """Cloth thicker than this part of its shortest edge is simulated with a warning."""
 
@@ -113,9 +117,17 @@ class Simulation:
 
     def warnings(self) -> list[str]:
         """Lines that a user should read with this rollout."""
+        lines = []
         if self.model.thickness > THICK * self.model.shortest:
-            return ["the cloth is thicker than half its shortest edge: neighbouring triangles may push each other"]
-        return []
+            lines.append("the cloth is thicker than half its shortest edge: neighbouring triangles may push each other")
+        ratio = locking(self.scene.cloth, self.scene.material)
+        if LOCKED < ratio < np.inf:
+            finer = 1e3 * float(self.model.lengths.mean()) * np.sqrt(LOCKED / ratio)
+            lines.append(
+                f"the cells are coarse for cloth that is so stiff to stretch and so limp: Y h^2 / B is {ratio:.2g}, "
+                f"above {LOCKED:g} it drapes too stiffly; take cells of {finer:.2g} mm, or a smaller stretch_stiffness"
+            )
+        return lines
 
     def _work_grippers(self) -> None:
         """Open, then close grippers that are due: one may take at once what another lets go."""
@@ -175,6 +187,14 @@ class Simulation:
                 f"the scene needs {work:.2g} steps of a vertex, the limit is {limits.most_work:g} (hours); stiff, "
                 "light or finely meshed cloth takes small steps: give a coarser mesh or a shorter duration"
             )
+
+
+def locking(cloth: Cloth, material: Material) -> float:
+    """How much harder it is to stretch a cell than to bend it, Y h^2 / B [-], h the mean edge; infinite without B."""
+    edge = float(edge_lengths(cloth.rest, Topology(cloth.faces).edges).mean())
+    stiffness = max(material.stretch_stiffness, material.weft_stiffness)
+    rigidity = min(material.bending_rigidity, material.weft_rigidity)
+    return stiffness * edge * edge / rigidity if rigidity > 0.0 else np.inf
 
 
 def _step_sizes(model: Model, outer_step: float, options: StepOptions) -> StepSizes:

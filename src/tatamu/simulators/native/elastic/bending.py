@@ -65,7 +65,7 @@ class HingeMeasures(NamedTuple):
     moment: np.ndarray
     """Moment at each hinge [N m]."""
     slip: Slip
-    """What the friction of bending remembers: no scratch, but the state of cloth with hysteresis."""
+    """Memory of the friction of bending: no scratch, but the state of cloth with hysteresis."""
 
 
 def scratch(
@@ -206,10 +206,11 @@ def _moments(bending: Bending, measures: HingeMeasures) -> None:
     for i in range(copies.shape[0]):
         g[count + i] = g[copies[i]]
     moment[:] = 0.0
-    for r in range(table.shape[0]):
-        _add_moments_of_band(g, bending.K, table[r, 0], table[r, 1], table[r, 2], table[r, 3], table[r, 4], moment)
     if bending.friction.area.shape[0]:
         hysteresis.add_moments(g, bending.friction, measures.slip, table, moment)
+    else:
+        for r in range(table.shape[0]):
+            _add_moments_of_band(g, bending.K, table[r, 0], table[r, 1], table[r, 2], table[r, 3], table[r, 4], moment)
     for i in range(copies.shape[0]):
         moment[copies[i]] += moment[count + i]
     for h in range(count):

@@ -2,7 +2,7 @@
 
     k   = Q g                                curvatures (k_uu, k_vv, k_uv) of a triangle, see `curvature`
     q_j = k - p_j,  |q_j| <= y_j             elastic part of element j, p_j its plastic part
-    m   = sum_j s_j E q_j                    frictional moments, E = diag(1, 1, 2), |q|^2 = q' E q
+    m   = D k + sum_j s_j E q_j              elastic and frictional moments, E = diag(1, 1, 2), |q|^2 = q' E q
 
 Prandtl's elements side by side (Prandtl 1928; as a yarn model Zhou and Ghosh 1998): each follows the curvature with the
 stiffness s_j until its elastic part reaches the yield curvature y_j, and slips beyond: p_j moves along q_j, just far
@@ -19,7 +19,7 @@ import numpy as np
 
 from tatamu.material import Material
 from tatamu.simulators.native.compiled import kernel
-from tatamu.simulators.native.elastic.curvature import CurvatureMaps
+from tatamu.simulators.native.elastic.curvature import CurvatureMaps, rigidities
 from tatamu.simulators.native.memory.bands import Bands
 
 COMPONENTS = 3
@@ -37,22 +37,24 @@ class Friction(NamedTuple):
     """s_j [N m], shape (elements,)."""
     limit: np.ndarray
     """y_j [1/m], shape (elements,)."""
+    rigidity: np.ndarray
+    """Elastic rigidities, half of that of twist [N m], shape (3,)."""
 
 
 class Slip(NamedTuple):
-    """What the friction of bending remembers, and scratch."""
+    """Memory of the friction of bending, and scratch."""
 
     plastic: np.ndarray
     """p_j: three components of each element in turn [1/m], shape (3 elements, places)."""
     curvature: np.ndarray
     """Scratch: k [1/m], shape (3, places)."""
     moment: np.ndarray
-    """Scratch: sum of s_j q_j [N], shape (3, places)."""
+    """Scratch: elastic and frictional moments, half of that of twist [N], shape (3, places)."""
 
 
 def none(real: type = np.float32) -> Friction:
     """The friction of cloth that has none."""
-    return Friction(*(np.zeros(shape, dtype=real) for shape in ((9, 0), (0,), (0,), (0,))))
+    return Friction(*(np.zeros(shape, dtype=real) for shape in ((9, 0), (0,), (0,), (0,), (3,))))
 
 
 def in_bands(couplings: Bands, curved: CurvatureMaps, material: Material, real: type = np.float32) -> Friction:
@@ -69,7 +71,8 @@ def in_bands(couplings: Bands, curved: CurvatureMaps, material: Material, real: 
         return none(real)
     stiffness, limit = np.array(elements, dtype=real).T.copy()
     Q: np.ndarray = couplings.spread(curved.Q.reshape(len(curved.Q), 9).T).astype(real)
-    return Friction(Q, couplings.spread(curved.area).astype(real), stiffness, limit)
+    rigidity = (np.diag(rigidities(material)) * [1.0, 1.0, 0.5]).astype(real)
+    return Friction(Q, couplings.spread(curved.area).astype(real), stiffness, limit, rigidity)
 
 
 def unslipped(friction: Friction, g0: np.ndarray, triangles: np.ndarray) -> Slip:
@@ -156,7 +159,9 @@ def _add_moments_of_band(
 
 @kernel
 def add_moments(g: np.ndarray, friction: Friction, slip: Slip, triangles: np.ndarray, moment: np.ndarray) -> None:
-    """Let all elements slip, and add their moments to those of the hinges, which resist the measures g.
+    """Let all elements slip, and add elastic and frictional moments, which resist the measures g, to the hinges.
+
+    The elastic ones come out as K_T g, for which no K_T has to be read.
 
     Args:
         g: Measures of the hinges by place [-], copies included.
@@ -166,7 +171,12 @@ def add_moments(g: np.ndarray, friction: Friction, slip: Slip, triangles: np.nda
         moment: Of the hinges by place [N m], copies included.
     """
     _curvatures(g, friction.Q, triangles, slip.curvature)
-    slip.moment[:] = 0.0
+    for k in range(3):
+        bent = slip.curvature[k]
+        resisting = slip.moment[k]
+        rigidity = friction.rigidity[k]
+        for i in range(bent.shape[0]):
+            resisting[i] = rigidity * bent[i]
     for j in range(friction.stiffness.shape[0]):
         plastic = slip.plastic[3 * j : 3 * j + 3]
         _slide(plastic, slip.curvature, slip.moment, friction.stiffness[j], friction.limit[j])
