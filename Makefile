@@ -7,7 +7,7 @@ DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 
 .PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
-        calibration folds robots foreign statics tangle parallel own-garments golden help
+        calibration folds robots foreign statics tangle parallel own-garments golden cluster real-cloth help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1: /'
@@ -59,6 +59,9 @@ calibration: $(DEV)  ## the proofs of docs/notes/calibration.md: hidden material
 validate: $(DEV)  ## every textbook check: docs/notes/validation.md, and a page in runs/validation; minutes
 	$(BIN)/python benchmarks/textbook.py --out runs/validation --write-docs
 
+real-cloth: $(DEV)  ## the tables of docs/notes/real-cloth.md: published measurements of real cloth in the folder DATA; an hour
+	$(BIN)/python benchmarks/real_cloth.py --data $(DATA) --out runs/real-cloth --write-docs
+
 robots: $(DEV)  ## the table of docs/notes/robots.md: an hour, most of it MuJoCo's
 	for case in trousers-leg-0.28 towel-half-0.50 tshirt-half-0.40; do \
 	  $(BIN)/python benchmarks/robots.py --out runs/robots --rehearse native,mujoco --only $$case; done
@@ -83,6 +86,9 @@ statics: $(READY)  ## the table of docs/notes/native.md: bending on every layout
 bench: $(DEV) $(NEWTON)  ## native, Blender, MuJoCo and Newton side by side: docs/notes/benchmarks.md; hours
 	$(BIN)/tatamu install blender
 	$(BIN)/python benchmarks/speed.py --out runs/speed --write-docs
+
+cluster: $(DEV)  ## 200 studies while workers, PostgreSQL and client are killed; overhead; 1,000 workers: docs/notes/cluster.md; half an hour
+	$(BIN)/python -m benchmarks.cluster --write-docs
 
 abuse: $(READY)  ## ten thousand random scenes: each a rollout or a clear error
 	$(BIN)/python -m benchmarks.abuse --out runs/abuse.json --write-docs

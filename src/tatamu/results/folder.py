@@ -16,8 +16,9 @@ import numpy as np
 from tatamu.errors import InputError
 from tatamu.files import read_json, validated, write_json
 from tatamu.results.manipulation import ManipulationDescription
+from tatamu.results.margins import MarginsResult
 from tatamu.results.plan import PlanResult
-from tatamu.results.result import Result
+from tatamu.results.result import Result, SharedStudyRecord
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 
@@ -27,6 +28,9 @@ SCENE = "scene.json"
 ROLLOUT = "rollout.npz"
 REPORT = "report.html"
 STUDY = "study.db"
+SHARED_STUDY = "study.json"
+MARGINS = "margins"
+"""The folder of its margins."""
 
 LEARNED = (RESULT, MANIPULATION, SCENE, ROLLOUT, REPORT)
 """Everything that a study leaves beside its database."""
@@ -75,6 +79,31 @@ class ResultFolder:
         """The Optuna study: `study.db`."""
         return self.path / STUDY
 
+    @property
+    def margins_folder(self) -> Path:
+        """Where its margins are: `margins`."""
+        return self.path / MARGINS
+
+    @property
+    def margins_file(self) -> Path:
+        """How much it stands before it fails: `margins/margins.json`."""
+        return self.margins_folder / "margins.json"
+
+    @property
+    def margins(self) -> MarginsResult | None:
+        """Its margins; None where nobody measured them.
+
+        Raises:
+            InputError: The file cannot be read, or a field is wrong; the message names both.
+        """
+        if not self.margins_file.exists():
+            return None
+        return validated(MarginsResult, read_json(self.margins_file), self.margins_file)
+
+    def write_margins(self, margins: MarginsResult, out: Path) -> None:
+        """Write `margins.json` into a folder."""
+        write_json(out / self.margins_file.name, margins.model_dump())
+
     def step(self, number: int) -> ResultFolder:
         """A step of a plan, the first being 0."""
         return ResultFolder(self.path / step_name(number))
@@ -90,9 +119,29 @@ class ResultFolder:
         return os.path.exists(self.path / step_name(0))
 
     @property
+    def shared_study_file(self) -> Path:
+        """Where the study is that is in a shared database: `study.json`."""
+        return self.path / SHARED_STUDY
+
+    @property
+    def shared_study(self) -> SharedStudyRecord | None:
+        """Where the study is that is in a shared database; None: it is none, or was not begun.
+
+        Raises:
+            InputError: The file cannot be read, or a field is wrong; the message names both.
+        """
+        if not os.path.exists(self.shared_study_file):
+            return None
+        return validated(SharedStudyRecord, read_json(self.shared_study_file), self.shared_study_file)
+
+    def write_shared_study(self, record: SharedStudyRecord) -> None:
+        """Write `study.json`."""
+        write_json(self.shared_study_file, record.model_dump())
+
+    @property
     def begun(self) -> bool:
         """Whether a study, or a plan of several steps, was begun here."""
-        return os.path.exists(self.study_file) or self.holds_plan
+        return os.path.exists(self.study_file) or os.path.exists(self.shared_study_file) or self.holds_plan
 
     @property
     def complete(self) -> bool:

@@ -71,7 +71,7 @@ def in_bands(couplings: Bands, curved: CurvatureMaps, material: Material, real: 
         return none(real)
     stiffness, limit = np.array(elements, dtype=real).T.copy()
     Q: np.ndarray = couplings.spread(curved.Q.reshape(len(curved.Q), 9).T).astype(real)
-    rigidity = (np.diag(rigidities(material)) * [1.0, 1.0, 0.5]).astype(real)
+    rigidity: np.ndarray = (np.diag(rigidities(material)) * [1.0, 1.0, 0.5]).astype(real)
     return Friction(Q, couplings.spread(curved.area).astype(real), stiffness, limit, rigidity)
 
 
