@@ -1,6 +1,6 @@
 """Membrane locking: how much too stiffly a sheet drapes whose cells are coarse for how hard it is to stretch.
 
-    python benchmarks/locking.py        the table of docs/theory/bending.md; a few minutes on one core
+    python benchmarks/locking.py [--write-docs]        the table of docs/notes/native.md; a few minutes on one core
 
 A flat triangle cannot bend: cells that a sheet with curvature in two directions lies on must stretch, and they resist
 that the more, the larger Y h^2 / B. A square sheet is held in its middle and drapes; what its border sinks is compared
@@ -9,8 +9,10 @@ with the same sheet, of the same Y, on cells of a quarter of a bending length.
 
 from __future__ import annotations
 
+import argparse
+
 import numpy as np
-import tables
+from tables import markdown, publish
 
 from tatamu import Scene, simulate
 from tatamu.material import Material
@@ -62,8 +64,14 @@ def rows() -> list[dict[str, str]]:
 
 
 def main() -> None:
-    """Measure and publish."""
-    tables.publish("locking", tables.markdown(rows()))
+    """Measure, print, and put the table into its page."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--write-docs", action="store_true")
+    wanted = parser.parse_args().write_docs
+    table = markdown(rows())
+    print(table)
+    if wanted:
+        publish("locking", table)
 
 
 if __name__ == "__main__":
