@@ -7,7 +7,7 @@ DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 
 .PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
-        calibration folds robots foreign statics tangle parallel own-garments golden cluster real-cloth help
+        calibration folds robots foreign statics locking tangle parallel own-garments golden cluster real-cloth help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1: /'
@@ -79,6 +79,9 @@ golden: $(DEV)  ## what this tree makes of many commands, to be compared with an
 
 tangle: $(READY)  ## 1,200 folds of limp cloth: in how many anything passes through; a quarter of an hour
 	$(BIN)/python benchmarks/tangle.py --write-docs
+
+locking: $(READY)  ## the table of docs/notes/native.md: cells that are too coarse for stiff, limp cloth
+	$(BIN)/python benchmarks/locking.py --write-docs
 
 statics: $(READY)  ## the table of docs/notes/native.md: bending on every layout of a mesh
 	$(BIN)/python benchmarks/statics.py --write-docs

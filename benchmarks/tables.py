@@ -34,6 +34,7 @@ PLACES = {
     "real: motion": NOTES / "real-cloth.md",
     "real: towel": NOTES / "real-cloth.md",
     "statics": NOTES / "native.md",
+    "locking": NOTES / "native.md",
     "towel": NOTES / "benchmarks.md",
     "shirt": NOTES / "benchmarks.md",
     "growth": NOTES / "benchmarks.md",
