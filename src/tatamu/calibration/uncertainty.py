@@ -75,7 +75,7 @@ class Sensitivity:
 def contributions(
     readings: Readings, elastic: Sequence[Sensitivity], later: Sequence[LaterTest], searched: Mapping[str, float]
 ) -> Changes:
-    """Change of the logarithm of each of `PARAMETERS`, shape (5,), with one standard uncertainty of each reading.
+    """Change of the logarithm of each of `PARAMETERS`, shape (k,), with one standard uncertainty of each reading.
 
     Args:
         readings: By name.
