@@ -187,9 +187,9 @@ def _contributions(
         for group in telling.values()
         for target, weight in zip(group, weights(group), strict=True)
     ]
-    searched = {fit.parameter: fit.resolution for fit in fits if fit.resolution is not None}
-    later = [test for test in tests if isinstance(test, LaterTest)]
-    made = contributions(readings, sensitivities, later, searched)
+    by_test = {fit.test: fit for fit in fits}
+    later = [(test, by_test[test.name]) for test in tests if isinstance(test, LaterTest)]
+    made = contributions(readings, sensitivities, later)
     for parameter, group in telling.items():
         alone = [elastic.matches[target.test.name].parameter for target in group]
         apart = disagreement(alone, [target.spread for target in group])

@@ -169,13 +169,14 @@ Let it fade, if you like: with $swing.                                       [fa
         # the drag that was assumed gives way to the one that was found
         return material.model_copy(update={self.parameter: found.parameter, "air_drag": 0.0}), fit
 
-    def propagate(self, changes: Changes, readings: Readings) -> None:
+    def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
         """See `LaterTest.propagate`; of q_n = (rho + m_a) (1 / to - 1 / aside) / 2 n, the masses in equal parts."""
         density, air = (PLACE[name] for name in ("areal_density", "air_added_mass"))
         for change in changes.values():
             change[PLACE[self.parameter]] += 0.5 * (change[density] + change[air])
         measured = readings["count"]
-        changes["count"][PLACE[self.parameter]] -= measured.uncertainty / measured.value
+        by_count = 1.0 / fit.slope if fit.slope else -1.0 / measured.value
+        changes["count"][PLACE[self.parameter]] += by_count * measured.uncertainty
 
     def sentence(self, fit: Fit) -> str:
         """See `CalibrationTest.sentence`."""

@@ -222,11 +222,11 @@ Swing it, if you like: for cloth that hands move fast.                       [sw
         )
         return material.model_copy(update={self.parameter: found.parameter}), fit
 
-    def propagate(self, changes: Changes, readings: Readings) -> None:
-        """See `LaterTest.propagate`; the plate's formula: m_a + rho goes with rho T^2."""
+    def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
+        """See `LaterTest.propagate`; the period depends on m_a / rho."""
         density = PLACE["areal_density"]
-        own = changes["ten_swings"]
-        own[PLACE[self.parameter]] = self.per_time(readings) * readings["ten_swings"].uncertainty
+        by_time = 1.0 / fit.slope if fit.slope else self.per_time(readings)
+        changes["ten_swings"][PLACE[self.parameter]] = by_time * readings["ten_swings"].uncertainty
         for change in changes.values():
             change[PLACE[self.parameter]] += change[density]
 
