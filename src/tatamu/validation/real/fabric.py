@@ -63,3 +63,8 @@ class Fabric:
                 "bending_rigidity_bias": 0.25 * (WARP + WEFT + TWIST) * self.bending,
             }
         )
+
+    @property
+    def frictional(self) -> Material:
+        """The same weave with the hysteresis of bending that was measured."""
+        return self.woven.model_copy(update={"bending_hysteresis": 0.5 * self.hysteresis})
