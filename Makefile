@@ -54,6 +54,7 @@ calibration: $(DEV)  ## the proofs of docs/notes/calibration.md: hidden material
 	$(BIN)/python benchmarks/calibration.py drawings
 	$(BIN)/python benchmarks/calibration.py pinch --write-docs
 	$(BIN)/python benchmarks/calibration.py recovery --write-docs
+	$(BIN)/python benchmarks/readings.py --out runs/readings --write-docs
 	$(BIN)/python benchmarks/cloths.py --write-docs
 
 validate: $(DEV)  ## every textbook check: docs/notes/validation.md, and a page in runs/validation; minutes

@@ -26,6 +26,7 @@ PLACES = {
     "own garments, fine": NOTES / "own-garments.md",
     "calibration: pinch": NOTES / "calibration.md",
     "calibration: recovery": NOTES / "calibration.md",
+    "calibration: readings": NOTES / "calibration.md",
     "calibration: cloths": NOTES / "calibration.md",
     "results": NOTES / "validation.md",
     "tangle": NOTES / "validation.md",
