@@ -159,7 +159,7 @@ def _outer_step(system: System, hands: Hands, number: int) -> bool:
     total = sizes.kicks * sizes.substeps_per_kick
     farthest = system.limits.farthest
     _lead(state, hands, number, sizes.outer_step)
-    if system.air.directional:
+    if system.air.directional and number % surroundings.EVERY == 0:
         surroundings.meet(
             state.V,
             state.surface,
@@ -168,7 +168,7 @@ def _outer_step(system: System, hands: Hands, number: int) -> bool:
             system.mesh.faces,
             state.slot,
             state.free,
-            sizes.outer_step,
+            surroundings.EVERY * sizes.outer_step,
         )
     counters.outer_step += 1
     per_round = (total + counters.rounds - 1) // counters.rounds
