@@ -12,6 +12,7 @@ import numpy as np
 from optuna.samplers import BaseSampler, RandomSampler, TPESampler
 
 from tatamu.errors import InputError
+from tatamu.learning.cma_es import EvolutionSampler
 from tatamu.learning.gp_sampler import GaussianProcessSampler, KnownPart
 
 
@@ -27,7 +28,16 @@ def _random(seed: int, known: KnownPart) -> BaseSampler:
     return RandomSampler(seed=seed)
 
 
-SAMPLERS: dict[str, Callable[[int, KnownPart], BaseSampler]] = {"gp": _gp, "tpe": _tpe, "random": _random}
+def _cmaes(seed: int, known: KnownPart) -> BaseSampler:
+    return EvolutionSampler(seed)
+
+
+SAMPLERS: dict[str, Callable[[int, KnownPart], BaseSampler]] = {
+    "gp": _gp,
+    "tpe": _tpe,
+    "cmaes": _cmaes,
+    "random": _random,
+}
 """Name of each sampler and its maker, from a seed and the known part of the objective."""
 
 

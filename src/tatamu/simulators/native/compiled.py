@@ -12,6 +12,7 @@ from numba import njit
 kernel = njit(cache=True, error_model="numpy")
 """A compiled function; the compiler inlines it where it finds that worth while."""
 inlined = njit(cache=True, error_model="numpy", inline="always")
-"""One that is always inlined, as loops that call it are then computed several numbers at a time."""
+"""One that is always inlined: where loops that call it are then computed several numbers at a time, and where it takes
+many records and is called in one place, as it would otherwise be compiled for itself and once more there."""
 unlocked = njit(cache=True, error_model="numpy", nogil=True)
 """One that lets other threads of Python run meanwhile: the outermost loop."""
