@@ -14,6 +14,7 @@ from optuna.samplers import BaseSampler, RandomSampler, TPESampler
 from tatamu.errors import InputError
 from tatamu.learning.cma_es import EvolutionSampler
 from tatamu.learning.gp_sampler import GaussianProcessSampler, KnownPart
+from tatamu.learning.lm_sampler import LevenbergMarquardtSampler
 
 
 def _gp(seed: int, known: KnownPart) -> BaseSampler:
@@ -32,10 +33,15 @@ def _cmaes(seed: int, known: KnownPart) -> BaseSampler:
     return EvolutionSampler(seed)
 
 
+def _lm(seed: int, known: KnownPart) -> BaseSampler:
+    return LevenbergMarquardtSampler(known)
+
+
 SAMPLERS: dict[str, Callable[[int, KnownPart], BaseSampler]] = {
     "gp": _gp,
     "tpe": _tpe,
     "cmaes": _cmaes,
+    "lm": _lm,
     "random": _random,
 }
 """Name of each sampler and its maker, from a seed and the known part of the objective."""
