@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import json
+import multiprocessing
 import os
+import pickle
 import shutil
 import signal
 import sqlite3
 import subprocess
 import sys
 import time
+from collections.abc import Callable
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -24,6 +28,7 @@ from tatamu import InputError, Rollout, Scene, TatamuError, simulate
 from tatamu.folding.manipulation import Manipulation, trajectory_lengths
 from tatamu.folding.task import Outcome, Reach, Task, make_task
 from tatamu.learning import learn
+from tatamu.learning.evaluation import evaluate
 from tatamu.learning.space import search_space
 from tatamu.learning.study import Identity, OptunaStudy
 from tatamu.results import ResultFolder, describe_task
@@ -155,7 +160,7 @@ def test_a_failed_trial_is_a_finite_penalty_that_the_search_keeps(
         return honest(self, manipulation)
 
     monkeypatch.setattr(Task, "evaluate", sometimes)
-    learn(task(), tmp_path, trials=3, baselines=False)
+    learn(task(), tmp_path, trials=3, baselines=False, parallel=1)
     trials = json.loads((tmp_path / "result.json").read_text())["trials"]
     assert [t["state"] for t in trials] == ["complete", "failed", "complete"]
     assert trials[1]["error"] == "blew up"
@@ -275,6 +280,10 @@ def test_a_folder_that_is_a_file_is_refused(tmp_path: Path) -> None:
     assert (tmp_path / "file").read_text() == "mine"
 
 
+def processes() -> Executor:
+    return ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn"))
+
+
 class Low:
     """A robot that reaches no higher than P1 at 8 cm; and that remembers what it was asked."""
 
@@ -311,12 +320,43 @@ def test_a_study_for_a_robot_is_not_one_for_any(learned: Path) -> None:
         learn(task(reach=Reach("low", Low())), learned, trials=6)
 
 
-def test_parallel_trials_do_not_depend_on_which_ends_first(tmp_path: Path) -> None:
-    """Stopped and gone on with, a study of two trials at a time proposes what it would have proposed at once."""
+@pytest.mark.parametrize("reach", [None, "low"])
+@pytest.mark.parametrize("elsewhere", [lambda: ThreadPoolExecutor(1), lambda: ThreadPoolExecutor(7), processes])
+def test_a_study_is_the_same_wherever_its_trials_run(
+    tmp_path: Path, elsewhere: Callable[[], Executor], reach: str | None
+) -> None:
+    def asked() -> Task:
+        return task(reach=Reach(reach, Low()) if reach else None)
+
+    learn(asked(), tmp_path / "here", trials=7)
+    with elsewhere() as executor:
+        learn(asked(), tmp_path / "there", trials=7, executor=executor)
+    assert timeless(tmp_path / "here") == timeless(tmp_path / "there")
+
+
+def test_a_study_that_stops_and_goes_on_proposes_what_it_would_have(tmp_path: Path) -> None:
     learn(task(), tmp_path / "once", trials=6, parallel=2, baselines=False)
     for trials in (3, 6):
-        learn(task(), tmp_path / "twice", trials=trials, parallel=2, baselines=False)
+        learn(task(), tmp_path / "twice", trials=trials, baselines=False, parallel=2)
     assert timeless(tmp_path / "once") == timeless(tmp_path / "twice")
+
+
+def test_a_study_that_was_begun_one_by_one_goes_on_so(tmp_path: Path) -> None:
+    learn(task(), tmp_path / "once", trials=6, parallel=1, baselines=False)
+    learn(task(), tmp_path / "twice", trials=3, parallel=1, baselines=False)
+    learn(task(), tmp_path / "twice", trials=6, baselines=False)
+    assert timeless(tmp_path / "once") == timeless(tmp_path / "twice")
+
+
+def test_what_an_executor_is_given_can_be_pickled() -> None:
+    one = task(reach=Reach("low", Low()))
+    manipulation = one.manipulation(dict.fromkeys(("x1", "z1", "x2", "z2", "g1", "g2"), 0))
+    here = pickle.loads(pickle.dumps(evaluate))(*pickle.loads(pickle.dumps((one, manipulation))))
+    outcome = pickle.loads(pickle.dumps(here)).outcome
+    again = one.evaluate(manipulation)
+    assert outcome.objective == again.objective
+    assert outcome.rollout and again.rollout
+    assert outcome.rollout.positions.tobytes() == again.rollout.positions.tobytes()
 
 
 def test_a_study_simulates_each_trial_once(tmp_path: Path, simulated: list[Scene]) -> None:
@@ -327,7 +367,7 @@ def test_a_study_simulates_each_trial_once(tmp_path: Path, simulated: list[Scene
     assert len(simulated) == 12
 
 
-@pytest.mark.parametrize(("parallel", "simulator"), [(0, "native"), (17, "native"), (2, "blender")])
+@pytest.mark.parametrize(("parallel", "simulator"), [(0, "native"), (17, "mujoco")])
 def test_wrong_parallel_is_refused(tmp_path: Path, parallel: int, simulator: str) -> None:
     with pytest.raises(InputError, match="parallel"):
         learn(task(simulator=simulator), tmp_path / "study", trials=2, parallel=parallel)

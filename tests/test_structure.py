@@ -11,7 +11,7 @@ SOURCE = Path(tatamu.__file__).parent
 ORDER = [
     ["errors"],
     ["files", "records", "curves"],
-    ["topology", "heavy_strip", "zbuffer", "meshing"],
+    ["topology", "heavy_strip", "plate_in_air", "zbuffer", "meshing"],
     ["material"],
     ["presets"],
     ["scene", "rollout", "crossings"],

@@ -54,8 +54,9 @@ def learn(
     trials: Annotated[int, typer.Option(help="Trials of the study in the end.")] = 50,
     seed: Annotated[int, typer.Option(help="Seed of the search.")] = 0,
     parallel: Annotated[
-        int, typer.Option(help="Trials at a time, one per core; each then knows a little less of the others.")
-    ] = 1,
+        int | None,
+        typer.Option(help="Trials pending at a time, on any number of cores; default: 4. With 1 each knows all."),
+    ] = None,
     robot: Annotated[
         str | None,
         typer.Option(help="Only folds within reach of hironx, nextage, or a .toml that describes a robot."),
@@ -69,7 +70,7 @@ def learn(
 
     `tatamu learn towel --size 0.30x0.50 --trials 20 --seed 1 --out runs/small`
 
-    `tatamu learn towel --parallel 2 --out runs/quick`
+    `tatamu learn towel --parallel 1 --out runs/one-by-one`
 
     `tatamu learn tshirt --fold shop --out runs/shop`
 

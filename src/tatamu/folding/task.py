@@ -44,6 +44,10 @@ class Outcome:
         return self.score is None
 
 
+def _none(manipulation: Manipulation) -> None:
+    """No refusal; a lambda could not be pickled."""
+
+
 @dataclass(frozen=True)
 class Reach:
     """The manipulations that a robot can do."""
@@ -54,7 +58,7 @@ class Reach:
     """The file that describes it; empty for a robot that comes with tatamu."""
     quality: Callable[[Manipulation], float]
     """How well the robot does a manipulation on Bezier curves: negative where it cannot."""
-    refusal: Callable[[Manipulation], str | None] = lambda _: None
+    refusal: Callable[[Manipulation], str | None] = _none
     """Why the robot cannot do a manipulation, None where it can; asking changes no later answer of `quality`."""
 
 
@@ -87,7 +91,7 @@ class Task:
     title: str = ""
     """The fold in a few words."""
     reach: Reach | None = None
-    """Manipulations beyond it fail without being simulated."""
+    """Manipulations beyond it are `refused`, and need no simulation."""
     asked: Asked | None = None
     """The names and options that the task was made from; None: made by hand."""
 
@@ -100,9 +104,6 @@ class Task:
     def evaluate(self, manipulation: Manipulation) -> Outcome:
         """Simulate and score; what goes wrong in the simulation is an outcome, not an exception."""
         length = manipulation.trajectory_length
-        short = self.out_of_reach(manipulation)
-        if short > 0.0 and self.reach:
-            return Outcome(None, self.penalty(length) + short, f"out of reach of {self.reach.robot}", None)
         try:
             rollout = simulate(scene_of(self.fold, manipulation), self.simulator)
         except SimulationError as error:
@@ -113,11 +114,15 @@ class Task:
         reached = score(self.fold, length, final)
         return Outcome(reached, reached.objective, None, rollout)
 
-    def out_of_reach(self, manipulation: Manipulation) -> float:
-        """By how much the robot fails to do it; 0 where it can, and for polylines, which are there to compare with."""
+    def refused(self, manipulation: Manipulation) -> Outcome | None:
+        """The outcome of what the robot cannot do; None where it can, and for polylines, which only compare."""
         if self.reach is None or manipulation.control_points is None:
-            return 0.0
-        return max(0.0, -self.reach.quality(manipulation))
+            return None
+        short = -self.reach.quality(manipulation)
+        if short <= 0.0:
+            return None
+        penalty = self.penalty(manipulation.trajectory_length) + short
+        return Outcome(None, penalty, f"out of reach of {self.reach.robot}", None)
 
     def penalty(self, trajectory_length: float) -> float:
         """Objective of a failed trial: twice as far from the target as a cloth that nobody touched."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 import shutil
 import warnings
 from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any
@@ -19,8 +20,9 @@ from tatamu.errors import InputError
 from tatamu.folding.advice import UncarriedWarning, advice
 from tatamu.folding.fold import Fold, ideal_folds
 from tatamu.folding.task import Job, Task, digest
-from tatamu.learning.learn import Progress, check_parallel, check_search, learn, locked
+from tatamu.learning.learn import check_parallel, check_search, learn, locked, pending_trials
 from tatamu.learning.reachable import check_reach
+from tatamu.learning.runner import Progress
 from tatamu.learning.space import Grasps, carried_over
 from tatamu.learning.study import held_identity
 from tatamu.learning.whole import write_whole
@@ -45,7 +47,8 @@ def learn_job(
     sampler: str = "gp",
     grasps: Grasps = "integer",
     baselines: bool = True,
-    parallel: int = 1,
+    parallel: int | None = None,
+    executor: Executor | None = None,
     reporting: Reporting = _silent,
 ) -> Path:
     """Learn every step of a job, or go on where it stopped.
@@ -62,7 +65,8 @@ def learn_job(
         sampler: Name of the sampler.
         grasps: Search grasps as whole numbers, or as real numbers that are floored, as in the paper.
         baselines: Also score the fixed trajectories.
-        parallel: How many trials run at a time (`learn`).
+        parallel: How many trials are pending at a time (`learn`).
+        executor: Where trials run; None: threads on every processor.
         reporting: Draws the progress of a step.
 
     Returns:
@@ -73,7 +77,7 @@ def learn_job(
         TatamuError: Every trial of a step failed.
     """
     check_search(trials, seed, sampler)
-    check_parallel(parallel, job.simulator, job.reach is not None)
+    check_parallel(parallel, job.simulator)
     count = len(job.plan.steps)
     results = ResultFolder(folder)
     options: dict[str, Any] = {
@@ -82,6 +86,7 @@ def learn_job(
         "grasps": grasps,
         "baselines": baselines,
         "parallel": parallel,
+        "executor": executor,
     }
     _refuse_other(results, count)
     if not results.begun:
@@ -91,6 +96,7 @@ def learn_job(
     if count == 1:
         return _learn(job.task(0), folder, trials, reporting, options)
     with locked(results):
+        options["parallel"] = pending_trials(parallel, job.simulator, results.step(0))
         state: np.ndarray | None = None
         found: list[tuple[Fold, Parameters]] = []
         for number in range(count):

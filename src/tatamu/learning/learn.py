@@ -3,45 +3,32 @@
 from __future__ import annotations
 
 import os
-from collections import deque
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from functools import partial
 from pathlib import Path
-from time import perf_counter
-from typing import Any, NamedTuple
+from typing import Any
 
-import numpy as np
 from filelock import FileLock, Timeout
 
-from tatamu.errors import InputError, TatamuError
-from tatamu.folding.manipulation import Manipulation, scene_of, trajectory_lengths
-from tatamu.folding.score import vertex_distances
-from tatamu.folding.task import Outcome, Task
-from tatamu.learning.outcomes import attributes_of, best_number, result_of, scored_baselines
+from tatamu.errors import InputError
+from tatamu.folding.manipulation import trajectory_lengths
+from tatamu.folding.task import Task
+from tatamu.learning.evaluation import executor_of
+from tatamu.learning.runner import Progress, Runner
 from tatamu.learning.samplers import SAMPLERS
 from tatamu.learning.space import Grasps, search_space
-from tatamu.learning.study import Identity, OptunaStudy
-from tatamu.results import MOMENTS, ResultFolder, describe_manipulation, describe_task
+from tatamu.learning.study import Identity, OptunaStudy, held_identity
+from tatamu.results import ResultFolder, describe_task
 from tatamu.results.folder import LEARNED
 from tatamu.results.result import Parameters
 from tatamu.simulators import SIMULATORS, capabilities
 
+PENDING = 4
+"""Trials at a time unless somebody asks for another number, where the simulator runs several: the same number on any
+machine, as the study depends on it."""
 MOST_PARALLEL = 16
 """Trials at a time at most: more would know too little of one another."""
-
-
-@dataclass(frozen=True)
-class Progress:
-    """Progress of a study; given to the caller after every trial."""
-
-    done: int
-    trials: int
-    best: float | None
-    """Least objective so far."""
-    best_distance: float | None
-    """Mean vertex distance of that trial [m]."""
 
 
 def learn(
@@ -53,8 +40,9 @@ def learn(
     sampler: str = "gp",
     grasps: Grasps = "integer",
     baselines: bool = True,
-    parallel: int = 1,
+    parallel: int | None = None,
     first: Sequence[Parameters] = (),
+    executor: Executor | None = None,
     progress: Callable[[Progress], None] = lambda _: None,
 ) -> Path:
     """Learn a task, or go on where it stopped; the folder then holds everything.
@@ -67,9 +55,11 @@ def learn(
         sampler: Name of the sampler.
         grasps: Search grasps as whole numbers, or as real numbers that are floored, as in the paper.
         baselines: Also score the fixed trajectories.
-        parallel: How many trials run at a time, in threads. Each is proposed knowing all before it but the last
-            `parallel` - 1, whether these have ended or not, so that the study does not depend on how fast they are.
+        parallel: How many trials are pending at a time. Each is proposed knowing all before it but the last `parallel`
+            - 1, whether these have ended or not, so that the study depends on this number, but not on how many
+            processors there are. None: as the study began with, or else `PENDING` where the simulator can.
         first: Parameters to begin the search with, as many as there are trials for.
+        executor: Where trials run; None: threads on every processor.
         progress: Called when the study is opened and after every trial.
 
     Returns:
@@ -80,7 +70,7 @@ def learn(
         TatamuError: Every trial failed.
     """
     check_search(trials, seed, sampler)
-    check_parallel(parallel, task.simulator, task.reach is not None)
+    check_parallel(parallel, task.simulator)
     results = ResultFolder(folder)
     with locked(results):
         identity = Identity(
@@ -88,7 +78,7 @@ def learn(
             sampler=sampler,
             grasps=grasps,
             seed=seed,
-            parallel=parallel,
+            parallel=pending_trials(parallel, task.simulator, results),
             first=[dict(parameters) for parameters in first],
         )
         lengths = partial(trajectory_lengths, task.fold)
@@ -99,13 +89,12 @@ def learn(
         if done == trials and results.complete and not (baselines and study.baselines is None):
             return results.report_file
         results.report_file.unlink(missing_ok=True)  # written last: it says that the other files are this study's
-        runner = _Runner(task, study)
-        progress(runner.progress(trials))
-        for _ in runner.run(trials, parallel):
+        with executor_of(executor, identity.parallel) as workers:
+            runner = Runner(task, study, workers)
             progress(runner.progress(trials))
-        if baselines and study.baselines is None:
-            study.baselines = scored_baselines(task, parallel)
-        return runner.write(results)
+            for _ in runner.run(trials, baselines):
+                progress(runner.progress(trials))
+            return runner.write(results)
 
 
 def check_search(trials: int, seed: int, sampler: str) -> None:
@@ -118,15 +107,25 @@ def check_search(trials: int, seed: int, sampler: str) -> None:
         raise InputError(f"sampler: must be one of {', '.join(SAMPLERS)}, given {sampler!r}")
 
 
-def check_parallel(parallel: int, simulator: str, reaches: bool) -> None:
-    """Refuse to run more trials at a time than a simulator, or a robot's reach, can."""
+def check_parallel(parallel: int | None, simulator: str) -> None:
+    """Refuse to run more trials at a time than a simulator can."""
+    if parallel is None:
+        return
     if not 1 <= parallel <= MOST_PARALLEL:
         raise InputError(f"parallel: must be from 1 to {MOST_PARALLEL}, given {parallel}")
     if parallel > 1 and not capabilities(simulator).parallel:
         able = ", ".join(name for name in SIMULATORS if capabilities(name).parallel)
         raise InputError(f"parallel: only {able} runs several trials at a time, given {parallel} with {simulator}")
-    if parallel > 1 and reaches:
-        raise InputError(f"parallel: folds within a robot's reach are tried one at a time, given {parallel}")
+
+
+def pending_trials(parallel: int | None, simulator: str, folder: ResultFolder) -> int:
+    """How many trials are pending at a time: the number given, that of the study in the folder, or the usual one."""
+    if parallel is not None:
+        return parallel
+    held = held_identity(folder.study_file)
+    if held is not None:
+        return held.parallel
+    return PENDING if capabilities(simulator).parallel else 1
 
 
 def locked(folder: ResultFolder) -> Any:
@@ -147,106 +146,3 @@ def locked(folder: ResultFolder) -> Any:
         raise InputError(f"{path}: another run is learning here") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
-
-
-class _Proposal(NamedTuple):
-    """A trial that is running."""
-
-    parameters: Parameters
-    manipulation: Manipulation
-
-
-class _Runner:
-    """Trials of one study; the outcomes that the folder keeps are remembered, others are forgotten."""
-
-    def __init__(self, task: Task, study: OptunaStudy) -> None:
-        self.task, self.study = task, study
-        self._kept: dict[int, Outcome] = {}
-        for trial in study.trials:  # a reach that learns from what it is asked knows what it would know without a pause
-            task.out_of_reach(task.manipulation(trial.params))
-
-    def run(self, trials: int, parallel: int) -> Iterator[None]:
-        """Run trials until there are `trials` of them; yields after each, in order."""
-        pending: deque[tuple[_Proposal, Future[tuple[Outcome, float]]]] = deque()
-        begin = len(self.study.trials)
-        with ThreadPoolExecutor(parallel) as pool:
-            for number in range(begin, trials):
-                if len(pending) == parallel:
-                    self._finish(*pending.popleft())
-                    yield
-                parameters = self.study.ask([p.parameters for p, _ in pending], max(0, number - parallel + 1))
-                proposal = _Proposal(parameters, self.task.manipulation(parameters))
-                pending.append((proposal, pool.submit(self._evaluate, proposal.manipulation)))
-            while pending:
-                self._finish(*pending.popleft())
-                yield
-
-    def _evaluate(self, manipulation: Manipulation) -> tuple[Outcome, float]:
-        """The outcome of a manipulation, and how long it took [s]."""
-        started = perf_counter()
-        return self.task.evaluate(manipulation), perf_counter() - started
-
-    def _finish(self, proposal: _Proposal, future: Future[tuple[Outcome, float]]) -> None:
-        """Record a trial when it has ended."""
-        outcome, seconds = future.result()
-        attributes = attributes_of(outcome, proposal.manipulation.trajectory_length, seconds)
-        self.study.tell(proposal.parameters, outcome.objective, attributes)
-        trials = self.study.trials
-        self._kept[len(trials) - 1] = outcome
-        needed = {*self._shown().values(), best_number(trials)}
-        self._kept = {number: kept for number, kept in self._kept.items() if number in needed}
-
-    def progress(self, trials: int) -> Progress:
-        """How far the study is."""
-        done = self.study.trials
-        best = best_number(done)
-        return Progress(
-            done=len(done),
-            trials=trials,
-            best=None if best is None else done[best].value,
-            best_distance=None if best is None else done[best].user_attrs["mean_vertex_distance"],
-        )
-
-    def write(self, folder: ResultFolder) -> Path:
-        """Write the folder and its report."""
-        from tatamu.report import write_report
-
-        trials = self.study.trials
-        best = best_number(trials)
-        outcome = None if best is None else self._outcome(best)
-        folder.write_result(result_of(self.study.identity, self.task.asked, trials, self.study.baselines, outcome))
-        if best is None or outcome is None:
-            raise TatamuError(
-                f"{folder.path}: all {len(trials)} trials failed; the last said: {trials[-1].user_attrs['error']}"
-            )
-        assert outcome.rollout is not None, "the best trial is complete"
-        fold = self.task.fold
-        manipulation = self.task.manipulation(trials[best].params)
-        folder.write_best(
-            describe_manipulation(fold, manipulation),
-            scene_of(fold, manipulation),
-            outcome.rollout,
-            fold.target,
-            {name: self._errors(number) for name, number in self._shown().items()},
-        )
-        return write_report(folder.path)
-
-    def _shown(self) -> dict[str, int]:
-        """Trials whose errors the folder keeps: the best of those that `MOMENTS` names."""
-        trials = self.study.trials
-        counts = {name: count for name, (count, _) in MOMENTS.items() if count <= len(trials)}
-        numbers = {name: best_number(trials, count) for name, count in counts.items()}
-        return {name: number for name, number in numbers.items() if number is not None}
-
-    def _errors(self, number: int) -> np.ndarray:
-        """e_i of a complete trial, Eq. (12) [m], shape (n,)."""
-        rollout = self._outcome(number).rollout
-        assert rollout is not None, "the trial is complete"
-        return vertex_distances(self.task.fold.target, rollout.positions[-1])
-
-    def _outcome(self, number: int) -> Outcome:
-        """The outcome of a finished trial, simulated again if it was before this run; the same to the last bit."""
-        if number not in self._kept:
-            parameters = self.study.trials[number].params
-            self._kept[number] = self.task.evaluate(self.task.manipulation(parameters))
-        return self._kept[number]

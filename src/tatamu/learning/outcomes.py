@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
-from functools import partial
 from typing import Any
 
 from optuna.trial import FrozenTrial
@@ -12,8 +10,9 @@ from optuna.trial import FrozenTrial
 from tatamu import __version__
 from tatamu.crossings import crossings_over_time
 from tatamu.folding.baselines import BASELINES
+from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.score import Score
-from tatamu.folding.task import Asked, Outcome, Task
+from tatamu.folding.task import Asked, Outcome
 from tatamu.learning.study import Identity
 from tatamu.results import Baseline, Crossings, Result, Trial
 from tatamu.rollout import Rollout
@@ -44,16 +43,9 @@ def best_number(trials: Sequence[FrozenTrial], count: int | None = None) -> int 
     return min(complete, key=lambda t: (t.value, t.number)).number if complete else None
 
 
-def scored_baselines(task: Task, parallel: int = 1) -> list[Baseline]:
-    """Score the fixed trajectories on this task, `parallel` of them at a time."""
-    with ThreadPoolExecutor(parallel) as pool:
-        return list(pool.map(partial(_baseline, task), BASELINES))
-
-
-def _baseline(task: Task, name: str) -> Baseline:
-    title, make = BASELINES[name]
-    manipulation = make(task.fold)
-    outcome = task.evaluate(manipulation)
+def baseline_of(name: str, manipulation: Manipulation, outcome: Outcome) -> Baseline:
+    """The record of a fixed trajectory, by its name."""
+    title, _ = BASELINES[name]
     attributes = attributes_of(outcome, manipulation.trajectory_length, 0.0)
     attributes["seconds"] = outcome.rollout.info["wall_seconds"] if outcome.rollout else 0.0
     path = manipulation.paths[0][:: max(1, len(manipulation.paths[0]) // 100)]

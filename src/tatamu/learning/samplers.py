@@ -45,6 +45,8 @@ SAMPLERS: dict[str, Callable[[int, KnownPart], BaseSampler]] = {
     "random": _random,
 }
 """Name of each sampler and its maker, from a seed and the known part of the objective."""
+OVER_ERRORS = frozenset({"lm"})
+"""Those that need the errors e_i of finished trials, `lm_sampler.ERRORS`, beside their objective."""
 
 
 def make_sampler(name: str, seed: int, number: int, known: KnownPart) -> BaseSampler:

@@ -12,6 +12,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, ClassVar
 
+import numpy as np
 import optuna
 from optuna.distributions import BaseDistribution
 from optuna.trial import FrozenTrial, TrialState, create_trial
@@ -21,7 +22,8 @@ from threadpoolctl import threadpool_limits
 
 from tatamu.errors import InputError
 from tatamu.learning.gp_sampler import KnownPart
-from tatamu.learning.samplers import make_sampler
+from tatamu.learning.lm_sampler import ERRORS, packed
+from tatamu.learning.samplers import OVER_ERRORS, make_sampler
 from tatamu.records import OpenRecord
 from tatamu.results.result import Baseline, Parameters, TaskDescription
 
@@ -50,7 +52,7 @@ class Identity(OpenRecord):
     grasps: str = "integer"
     seed: int
     parallel: int = 1
-    """How many trials run at a time."""
+    """How many trials are pending at a time."""
     first: list[Parameters] = Field(default_factory=list)
     """Parameters of the first trials, where they shall not be the sampler's."""
 
@@ -86,6 +88,7 @@ class OptunaStudy:
                 self._begin(plain)
             elif held != plain:
                 raise InputError(f"{path}: holds another study ({_difference(held, plain)}); give another folder")
+            self._trials = self._study.get_trials(deepcopy=False)
 
     def _begin(self, identity: dict[str, Any]) -> None:
         if self._study.trials:
@@ -94,9 +97,8 @@ class OptunaStudy:
 
     @property
     def trials(self) -> list[FrozenTrial]:
-        """Finished trials in order."""
-        with self._readable():
-            return self._study.get_trials(deepcopy=False)
+        """Finished trials in order; those of the file were read once, as nobody else may write it meanwhile."""
+        return self._trials
 
     def ask(self, pending: Sequence[Parameters], known: int) -> Parameters:
         """Parameters of the next trial.
@@ -121,18 +123,35 @@ class OptunaStudy:
         with threadpool_limits(1):  # the matrices are small: threads that wait for one another cost ten times the work
             return dict(scratch.ask(self.space).params)
 
-    def tell(self, parameters: Parameters, objective: float, attributes: dict[str, Any]) -> None:
-        """Record a finished trial."""
+    @property
+    def wants_errors(self) -> bool:
+        """Whether the sampler needs the errors e_i of trials beside their objective."""
+        return self.identity.sampler in OVER_ERRORS
+
+    def tell(
+        self, parameters: Parameters, objective: float, attributes: dict[str, Any], errors: np.ndarray | None = None
+    ) -> None:
+        """Record a finished trial.
+
+        Args:
+            parameters: Of the trial.
+            objective: C of Eq. (10).
+            attributes: What else is kept.
+            errors: e_i of Eq. (12) [m], shape (n,), where the study wants them; None of a failed trial.
+        """
         trial = create_trial(
             state=TrialState.COMPLETE,
             value=objective,
             params=parameters,
             distributions=self.space,
             user_attrs=attributes,
+            system_attrs={} if errors is None else {ERRORS: packed(errors)},
         )
         trial.datetime_start = trial.datetime_complete = datetime.now()
         with self._readable():
             self._study.add_trial(trial)
+        trial.number = len(self._trials)
+        self._trials.append(trial)
 
     @property
     def baselines(self) -> list[Baseline] | None:

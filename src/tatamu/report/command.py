@@ -31,8 +31,7 @@ def learn(fold: LearnedFold) -> str:
         words += ["--spacing", repr(asked.spacing)]
     if task.robot:
         words += ["--robot", task.robot]
-    if result.parallel != 1:
-        words += ["--parallel", str(result.parallel)]
+    words += ["--parallel", str(result.parallel)]
     if not result.baselines:
         words += ["--no-baselines"]
     return shlex.join(words)

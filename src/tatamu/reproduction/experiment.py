@@ -121,6 +121,7 @@ def _studies(
                 sampler=choices.sampler,
                 grasps="continuous",
                 baselines=False,
+                parallel=1,  # as the paper: each trial knows all before it
                 progress=show_progress,
             )
             yield Study(garment, seed, read_fold(where))

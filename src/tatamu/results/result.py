@@ -168,7 +168,7 @@ class Result(OpenRecord):
     grasps: str = "integer"
     seed: int
     parallel: int = 1
-    """How many trials ran at a time."""
+    """How many trials were pending at a time."""
     first: list[Parameters] = Field(default_factory=list)
     """Parameters of the first trials, where they are not the sampler's."""
     asked: Asked | None = None

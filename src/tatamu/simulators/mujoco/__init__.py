@@ -20,7 +20,7 @@ from tatamu.topology import Topology, edge_lengths
 
 LONGEST_STEP = 2e-3
 """Longest time step [s]."""
-CAPABILITIES = Capabilities(sound_cell=0.37, usable_cell=0.45)
+CAPABILITIES = Capabilities(parallel=True, sound_cell=0.37, usable_cell=0.45)
 """Bending is quadratic: on large cells a fold collapses into a flat crease. Up to 0.37 bending lengths it has the loop
 that it should have, and a rollout on larger ones warns. A rehearsal compares two folds on the same mesh, and takes
 cells up to 0.45 rather than four times as many vertices (docs/theory/robot-planning.md)."""
@@ -114,6 +114,7 @@ class Run:
         ]
         if self.scene.material.compression < 1.0:
             found.append("mujoco: cloth resists compression as it does tension")
+        found += [f"mujoco: {line}" for line in CAPABILITIES.lacking(self.scene.material)]
         return found + self._coarse()
 
     def _coarse(self) -> list[str]:
