@@ -326,24 +326,27 @@ class Studies:
 
 
 def run(out: Path, seeds: int, pair_seeds: int) -> None:
-    """Run what is not there, what matters most first, seed by seed."""
-    settings = [Setting(name, out / "rollouts") for name in GARMENTS]
+    """Run what is not there, what matters most first, seed by seed: the towel's, as its folds are the quickest."""
+    settings = {name: Setting(name, out / "rollouts") for name in GARMENTS}
     studies = Studies(out)
-    few = min(3, seeds)
-    for names, trials, first, last in (
-        (tuple(METHODS), FEW, 0, few),
-        (CORE, FEW, few, seeds),
-        (tuple(METHODS), FEW, few, seeds),
-        (PAIR, FEW, seeds, pair_seeds),
-        (tuple(METHODS), MANY, 0, seeds),
+    towel, all_garments, all_methods = ("towel",), tuple(GARMENTS), tuple(METHODS)
+    few = min(2, seeds)
+    for garments, names, trials, first, last in (
+        (all_garments, all_methods, FEW, 0, few),
+        (towel, CORE, FEW, few, seeds),
+        (towel, all_methods, FEW, few, seeds),
+        (all_garments, CORE, FEW, few, seeds),
+        (all_garments, all_methods, FEW, few, seeds),
+        (all_garments, PAIR, FEW, seeds, pair_seeds),
+        (all_garments, all_methods, MANY, 0, seeds),
     ):
         for seed in range(first, last):
-            for setting in settings:
+            for garment in garments:
                 for name in names:
                     method = METHODS[name]
                     if method.possible and seed < (method.seeds or last) and trials <= method.trials:
-                        studies.run(name, setting, seed, trials)
-            print(f"{', '.join(names)}: {trials} trials, seed {seed}: done", flush=True)
+                        studies.run(name, settings[garment], seed, trials)
+            print(f"{', '.join(garments)}: {', '.join(names)}, {trials} trials, seed {seed}: done", flush=True)
 
 
 def main() -> None:

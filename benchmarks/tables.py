@@ -29,6 +29,10 @@ PLACES = {
     "calibration: cloths": NOTES / "calibration.md",
     "results": NOTES / "validation.md",
     "tangle": NOTES / "validation.md",
+    "real: drape": NOTES / "real-cloth.md",
+    "real: leeds": NOTES / "real-cloth.md",
+    "real: motion": NOTES / "real-cloth.md",
+    "real: towel": NOTES / "real-cloth.md",
     "statics": NOTES / "native.md",
     "towel": NOTES / "benchmarks.md",
     "shirt": NOTES / "benchmarks.md",
@@ -51,6 +55,7 @@ PLACES = {
     "cloth": NOTES / "reproduction.md",
     "time": NOTES / "reproduction.md",
     "garments within reach": NOTES / "robots.md",
+    "margins: meshes": NOTES / "margins.md",
 }
 """The page of each table, by the name of its marks."""
 
