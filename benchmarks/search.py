@@ -19,6 +19,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from math import log
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,8 @@ import optuna
 from optuna.samplers import BaseSampler, GPSampler, RandomSampler, TPESampler
 from optuna.trial import FrozenTrial, create_trial
 from scipy.stats import qmc
+from search_chart import draw
+from tables import IMAGES, markdown, publish
 from threadpoolctl import threadpool_limits
 
 from tatamu.curves import sampled_bezier
@@ -349,6 +352,104 @@ def run(out: Path, seeds: int, pair_seeds: int) -> None:
             print(f"{', '.join(garments)}: {', '.join(names)}, {trials} trials, seed {seed}: done", flush=True)
 
 
+def table(studies: Studies, garment: str, seeds: int) -> list[dict[str, str]]:
+    """A row for each method: median and worst of all seeds that are there."""
+    rows = []
+    for name, method in METHODS.items():
+        counts = {count: studies.courses(garment, name, count, seeds) for count in COUNTS}
+        if not counts[1]:
+            continue
+        row = {"search": method.title, "seeds": _seeds(counts)}
+        for count, courses in counts.items():
+            row[f"C {count}"] = _spread([course.best(count)[0] for course in courses], ".3f")
+        for count in (10, 50, 134):
+            row[f"mm {count}"] = _spread([1e3 * course.best(count)[1] for course in counts[count]], ".1f")
+        rows.append(row)
+    return rows
+
+
+def _seeds(counts: Mapping[int, Sequence[Course]]) -> str:
+    first, last = len(counts[FEW]), len(counts[MANY])
+    return str(first) if last in (0, first) else f"{first}, {last} to {MANY}"
+
+
+def _spread(values: Sequence[float], digits: str) -> str:
+    """Median and worst."""
+    if not values:
+        return "-"
+    if len(values) == 1:
+        return format(values[0], digits)
+    return f"{median(values):{digits}}, {max(values):{digits}}"
+
+
+def pair_table(studies: Studies, seeds: int) -> list[dict[str, str]]:
+    """Ours and Optuna's GPSampler over the seeds that both have."""
+    rows = []
+    for garment in GARMENTS:
+        both = [
+            (ours, theirs)
+            for seed in range(seeds)
+            for ours, theirs in [tuple(studies.course(garment, name, seed) for name in PAIR)]
+            if ours is not None and theirs is not None
+        ]
+        if not both:
+            continue
+        row = {"garment": garment, "seeds": str(len(both))}
+        for count in (10, 25, 50):
+            for title, place in (("gp", 0), ("GPSampler", 1)):
+                row[f"{title} {count}"] = _spread([pair[place].best(count)[0] for pair in both], ".4f")
+        rows.append(row)
+    return rows
+
+
+def answers(studies: Studies, seeds: int) -> list[dict[str, str]]:
+    """After how many trials ours has, in the median, what others have after `FEW`."""
+    rows = []
+    for garment in GARMENTS:
+        ours = studies.courses(garment, "gp", FEW, seeds)
+        row = {"garment": garment}
+        for name, wanted in (("random", 10), ("plain", 25)):
+            others = studies.courses(garment, name, FEW, seeds)
+            if ours and others:
+                bar = median(course.best(FEW)[0] for course in others)
+                reached = (n for n in range(1, FEW + 1) if median(course.best(n)[0] for course in ours) <= bar)
+                trials = next(reached, None)
+                row[f"C of {name} after {FEW}"] = f"{bar:.3f}"
+                row[f"ours has it after (wanted: {wanted})"] = "not in 50" if trials is None else str(trials)
+        rows.append(row)
+    return [row for row in rows if len(row) > 1]
+
+
+def show(out: Path, seeds: int, pair_seeds: int, write: bool) -> None:
+    """Print all tables; into the docs if they are to be written."""
+    studies = Studies(out)
+    texts = {f"search: {garment}": table(studies, garment, seeds) for garment in GARMENTS}
+    texts["search: answers"] = answers(studies, seeds)
+    texts["search: pair"] = pair_table(studies, pair_seeds)
+    for name, rows in texts.items():
+        if not rows:
+            continue
+        print(f"\n{name}\n\n{markdown(rows)}")
+        if write:
+            publish(name, markdown(rows))
+    if write:
+        draw(courses_of(studies, seeds), IMAGES / "search.svg")
+
+
+def courses_of(studies: Studies, seeds: int) -> dict[str, dict[str, list[list[float]]]]:
+    """Least objectives so far of every study, by garment and title, for the chart."""
+    return {
+        garment: {
+            method.title: [
+                np.minimum.accumulate(course.objectives).tolist()
+                for course in studies.courses(garment, name, FEW, seeds)
+            ]
+            for name, method in METHODS.items()
+        }
+        for garment in GARMENTS
+    }
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, required=True)
@@ -360,6 +461,7 @@ def main() -> None:
     if not given.show:
         with threadpool_limits(1):
             run(given.out, given.seeds, given.pair_seeds)
+    show(given.out, given.seeds, given.pair_seeds, given.write_docs)
 
 
 if __name__ == "__main__":
