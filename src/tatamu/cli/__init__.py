@@ -26,6 +26,7 @@ from tatamu.cli import (  # noqa: F401
     reproduce,
     show,
     simulate,
+    sweep,
     validate,
 )
 from tatamu.cli.app import app

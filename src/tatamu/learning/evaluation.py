@@ -12,6 +12,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from time import perf_counter
 
+import numpy as np
+
+from tatamu.errors import WorkerKilledError
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.task import Outcome, Task
 from tatamu.simulators.many import processors
@@ -25,21 +28,47 @@ class Evaluation:
     seconds: float
 
 
-def evaluate(task: Task, manipulation: Manipulation) -> Evaluation:
-    """Simulate and score one manipulation; the same to the last bit wherever it runs, but for the time."""
+def evaluate(task: Task, manipulation: Manipulation, below: float = np.inf) -> Evaluation:
+    """Simulate and score one manipulation; the same to the last bit wherever it runs, but for the time.
+
+    Args:
+        task: What is folded.
+        manipulation: How.
+        below: The rollout comes with the outcome where the objective is less than this: others are not kept, and would
+            only be carried from machine to machine.
+    """
     started = perf_counter()
     outcome = task.evaluate(manipulation)
+    if not outcome.objective < below:
+        outcome = replace(outcome, rollout=None)
     return Evaluation(outcome, perf_counter() - started)
 
 
-def submitted(executor: Executor, task: Task, manipulation: Manipulation) -> Future[Evaluation]:
+def submitted(executor: Executor, task: Task, manipulation: Manipulation, below: float = np.inf) -> Future[Evaluation]:
     """Hand a trial to an executor; one that the task's robot cannot do has ended at once."""
     refused = task.refused(manipulation)
     if refused is None:
-        return executor.submit(evaluate, replace(task, reach=None), manipulation)
-    ended: Future[Evaluation] = Future()
-    ended.set_result(Evaluation(refused, 0.0))
-    return ended
+        plain = task if task.reach is None else replace(task, reach=None)
+        return executor.submit(evaluate, plain, manipulation, below)
+    at_once: Future[Evaluation] = Future()
+    at_once.set_result(Evaluation(refused, 0.0))
+    return at_once
+
+
+def ended(task: Task, manipulation: Manipulation, future: Future[Evaluation], which: str) -> Evaluation:
+    """Wait for a trial; one that ended the processes it ran in has failed.
+
+    Args:
+        task: What is folded.
+        manipulation: How.
+        future: Of the trial.
+        which: Its seed and number, for the error.
+    """
+    try:
+        return future.result()
+    except WorkerKilledError as error:
+        penalty = task.penalty(manipulation.trajectory_length)
+        return Evaluation(Outcome(None, penalty, f"{error} ({which})", None), 0.0)
 
 
 @contextmanager

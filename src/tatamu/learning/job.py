@@ -20,7 +20,9 @@ from tatamu.errors import InputError
 from tatamu.folding.advice import UncarriedWarning, advice
 from tatamu.folding.fold import Fold, ideal_folds
 from tatamu.folding.task import Job, Task, digest
+from tatamu.learning.database import SharedDatabase
 from tatamu.learning.learn import check_parallel, check_search, learn, locked, pending_trials
+from tatamu.learning.place import existing_place
 from tatamu.learning.reachable import check_reach
 from tatamu.learning.runner import Progress
 from tatamu.learning.space import Grasps, carried_over
@@ -49,6 +51,7 @@ def learn_job(
     baselines: bool = True,
     parallel: int | None = None,
     executor: Executor | None = None,
+    database: SharedDatabase | None = None,
     reporting: Reporting = _silent,
 ) -> Path:
     """Learn every step of a job, or go on where it stopped.
@@ -67,6 +70,7 @@ def learn_job(
         baselines: Also score the fixed trajectories.
         parallel: How many trials are pending at a time (`learn`).
         executor: Where trials run; None: threads on every processor.
+        database: Holds the studies; None: the file `study.db` of each folder.
         reporting: Draws the progress of a step.
 
     Returns:
@@ -87,6 +91,7 @@ def learn_job(
         "baselines": baselines,
         "parallel": parallel,
         "executor": executor,
+        "database": database,
     }
     _refuse_other(results, count)
     if not results.begun:
@@ -96,13 +101,13 @@ def learn_job(
     if count == 1:
         return _learn(job.task(0), folder, trials, reporting, options)
     with locked(results):
-        options["parallel"] = pending_trials(parallel, job.simulator, results.step(0))
+        options["parallel"] = pending_trials(parallel, job.simulator, results.step(0), database)
         state: np.ndarray | None = None
         found: list[tuple[Fold, Parameters]] = []
         for number in range(count):
             task = job.task(number, state)
             own = results.step(number)
-            _forget_if_outdated(task, own)
+            _forget_if_outdated(task, own, database)
             first = [carried_over(parameters, fold, task.fold, grasps) for fold, parameters in found]
             _learn(task, own.path, trials, reporting, {**options, "first": first})
             found.append((task.fold, own.result.best_trial.parameters))
@@ -120,15 +125,15 @@ def _refuse_other(folder: ResultFolder, count: int) -> None:
     """Refuse to mix one-step studies and plans in one folder."""
     if count == 1 and folder.holds_plan:
         raise InputError(f"{folder.path}: holds a plan of several steps; give another folder")
-    if count > 1 and folder.study_file.exists():
+    if count > 1 and (folder.study_file.exists() or folder.shared_study_file.exists()):
         raise InputError(f"{folder.path}: holds the study of a single fold; give another folder")
 
 
-def _forget_if_outdated(task: Task, folder: ResultFolder) -> None:
+def _forget_if_outdated(task: Task, folder: ResultFolder, database: SharedDatabase | None) -> None:
     """Remove the study of a step that began from a state that the step before it no longer leaves.
 
     It happens when a plan goes on with more trials: a better first fold makes the second another task.
     """
-    held = held_identity(folder.study_file)
+    held = held_identity(existing_place(folder, database))
     if held is not None and task.step[0] > 1 and held.task.start != digest(task.fold.start):
         shutil.rmtree(folder.path)

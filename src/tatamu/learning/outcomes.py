@@ -13,6 +13,7 @@ from tatamu.folding.baselines import BASELINES
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.score import Score
 from tatamu.folding.task import Asked, Outcome
+from tatamu.learning.evaluation import Evaluation
 from tatamu.learning.study import Identity
 from tatamu.results import Baseline, Crossings, Result, Trial
 from tatamu.rollout import Rollout
@@ -43,11 +44,11 @@ def best_number(trials: Sequence[FrozenTrial], count: int | None = None) -> int 
     return min(complete, key=lambda t: (t.value, t.number)).number if complete else None
 
 
-def baseline_of(name: str, manipulation: Manipulation, outcome: Outcome) -> Baseline:
+def baseline_of(name: str, manipulation: Manipulation, evaluation: Evaluation) -> Baseline:
     """The record of a fixed trajectory, by its name."""
     title, _ = BASELINES[name]
-    attributes = attributes_of(outcome, manipulation.trajectory_length, 0.0)
-    attributes["seconds"] = outcome.rollout.info["wall_seconds"] if outcome.rollout else 0.0
+    outcome = evaluation.outcome
+    attributes = attributes_of(outcome, manipulation.trajectory_length, evaluation.seconds)
     path = manipulation.paths[0][:: max(1, len(manipulation.paths[0]) // 100)]
     return Baseline(name=name, title=title, objective=outcome.objective, path=path, **attributes)
 

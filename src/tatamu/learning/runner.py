@@ -15,7 +15,7 @@ from tatamu.folding.baselines import BASELINES
 from tatamu.folding.manipulation import Manipulation, scene_of
 from tatamu.folding.score import vertex_distances
 from tatamu.folding.task import Outcome, Task
-from tatamu.learning.evaluation import Evaluation, submitted
+from tatamu.learning.evaluation import Evaluation, ended, submitted
 from tatamu.learning.outcomes import attributes_of, baseline_of, best_number, result_of
 from tatamu.learning.study import OptunaStudy
 from tatamu.results import MOMENTS, ResultFolder, describe_manipulation
@@ -70,27 +70,36 @@ class Runner:
                     self._finish(*running.popleft())
                     yield
                 parameters = self.study.ask([p for p, _ in running], max(0, number - pending + 1))
-                running.append((parameters, self._begin(self.task.manipulation(parameters))))
+                running.append((parameters, self._begin(self.task.manipulation(parameters), self._best())))
             if baselines and self.study.baselines is None:
-                others |= {name: self._begin(make(self.task.fold)) for name, (_, make) in BASELINES.items()}
+                others |= {name: self._begin(make(self.task.fold), -np.inf) for name, (_, make) in BASELINES.items()}
             while running:
                 self._finish(*running.popleft())
                 yield
             if others:
                 self.study.baselines = [
-                    baseline_of(name, each.manipulation, each.evaluation.result().outcome)
+                    baseline_of(name, each.manipulation, self._ended(each, f"baseline {name}"))
                     for name, each in others.items()
                 ]
         finally:
             for each in [*(begun for _, begun in running), *others.values()]:
                 each.evaluation.cancel()  # of a run that was interrupted; what has ended stays ended
 
-    def _begin(self, manipulation: Manipulation) -> Pending:
-        return Pending(manipulation, submitted(self._executor, self.task, manipulation))
+    def _begin(self, manipulation: Manipulation, below: float = np.inf) -> Pending:
+        return Pending(manipulation, submitted(self._executor, self.task, manipulation, below))
+
+    def _ended(self, begun: Pending, which: str) -> Evaluation:
+        return ended(self.task, begun.manipulation, begun.evaluation, f"seed {self.study.identity.seed}, {which}")
+
+    def _best(self) -> float:
+        """The least objective so far: only a trial with a lesser one may be kept."""
+        trials = self.study.trials
+        best = best_number(trials)
+        return np.inf if best is None else float(trials[best].values[0])
 
     def _finish(self, parameters: Parameters, begun: Pending) -> None:
         """Record a trial when it has ended."""
-        evaluation = begun.evaluation.result()
+        evaluation = self._ended(begun, f"trial {len(self.study.trials)}")
         outcome = evaluation.outcome
         attributes = attributes_of(outcome, begun.manipulation.trajectory_length, evaluation.seconds)
         errors = None if outcome.failed or not self.study.wants_errors else self._errors_of(outcome)
@@ -155,5 +164,5 @@ class Runner:
         """The outcome of a finished trial, simulated again if it was before this run; the same to the last bit."""
         if number not in self._kept:
             manipulation = self.task.manipulation(self.study.trials[number].params)
-            self._kept[number] = self._begin(manipulation).evaluation.result().outcome
+            self._kept[number] = self._ended(self._begin(manipulation), f"trial {number}").outcome
         return self._kept[number]

@@ -9,7 +9,16 @@ from tatamu.results.manipulation import ArmPath, GraspPoint, ManipulationDescrip
 from tatamu.results.margins import AloneMargin, MarginsResult
 from tatamu.results.plan import FromFlat, PlanDescription, PlanResult, StepResult, describe_plan
 from tatamu.results.rebuilt import RebuiltFold, rebuild
-from tatamu.results.result import Baseline, Crossings, Result, Scores, TaskDescription, Trial, describe_task
+from tatamu.results.result import (
+    Baseline,
+    Crossings,
+    Result,
+    Scores,
+    SharedStudyRecord,
+    TaskDescription,
+    Trial,
+    describe_task,
+)
 
 __all__ = [
     "MOMENTS",
@@ -28,6 +37,7 @@ __all__ = [
     "Result",
     "ResultFolder",
     "Scores",
+    "SharedStudyRecord",
     "StepResult",
     "TaskDescription",
     "Trial",

@@ -146,6 +146,16 @@ def _digest(task: Task) -> str:
     return digest(fold.start.round(6) + 0.0, fold.garment.faces, fold.left, fold.right, np.array([ratio, *robot]))
 
 
+class SharedStudyRecord(OpenRecord):
+    """The file `study.json`: where the study of a folder is that is in a shared database."""
+
+    version: Literal[1]
+    storage: str
+    """`postgresql://USER@HOST/DB`, never with a password."""
+    name: str
+    """Of the study there."""
+
+
 class Crossings(OpenRecord):
     """How many edges pass through triangles."""
 
