@@ -20,7 +20,7 @@ def draw(courses: dict[str, dict[str, list[list[float]]]], path: Path) -> None:
     import matplotlib
 
     matplotlib.use("svg")
-    matplotlib.rcParams["svg.hashsalt"] = "tatamu"  # the same drawing, the same bytes
+    matplotlib.rcParams.update({"svg.hashsalt": "tatamu", "svg.fonttype": "none"})  # the same bytes; text as text
     from matplotlib import pyplot
 
     figure, panels = pyplot.subplots(1, len(courses), figsize=(WIDTH, HEIGHT), layout="constrained")
@@ -31,10 +31,11 @@ def draw(courses: dict[str, dict[str, list[list[float]]]], path: Path) -> None:
                 count = min(map(len, studies))
                 middle = np.median([study[:count] for study in studies], axis=0)
                 style = {"color": f"C{number}", "linewidth": 2.4 if number == 0 else 1.2}
-                (handles[title],) = panel.step(np.arange(1, count + 1), middle, where="post", **style)
+                (handles[title.replace("`", "")],) = panel.step(np.arange(1, count + 1), middle, where="post", **style)
         low = min((min(study) for studies in searches.values() for study in studies), default=0.0)
         panel.set(xscale="log", xlabel="simulations", title=garment, ylim=(0.98 * low, 1.35 * low))
         panel.set_xticks([1, 5, 10, 25, 50, 134], labels=["1", "5", "10", "25", "50", "134"])
+        panel.minorticks_off()
         panel.grid(alpha=0.3)
     panels[0].set_ylabel("least C so far, median over seeds")
     figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, frameon=False, fontsize=8)
