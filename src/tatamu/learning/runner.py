@@ -92,7 +92,9 @@ class Runner:
         return ended(self.task, begun.manipulation, begun.evaluation, f"seed {self.study.identity.seed}, {which}")
 
     def _best(self) -> float:
-        """The least objective so far: only a trial with a lesser one may be kept."""
+        """The least objective so far: only a trial with a lesser one may be kept; if errors are wanted, of every one."""
+        if self.study.wants_errors:
+            return np.inf
         trials = self.study.trials
         best = best_number(trials)
         return np.inf if best is None else float(trials[best].values[0])
