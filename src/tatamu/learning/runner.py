@@ -92,7 +92,7 @@ class Runner:
         return ended(self.task, begun.manipulation, begun.evaluation, f"seed {self.study.identity.seed}, {which}")
 
     def _best(self) -> float:
-        """The least objective so far: only a trial with a lesser one may be kept; if errors are wanted, of every one."""
+        """The least objective so far: only a trial with a lesser one may be kept; infinite where errors are wanted of all."""
         if self.study.wants_errors:
             return np.inf
         trials = self.study.trials
