@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import subprocess
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 import tatamu.simulators.native
-from tatamu.simulators.native import precompile
+from tatamu.simulators.native import compiled, precompile
 from tatamu.simulators.native.memory.kernel_cache import NATIVE, forget_stale_kernels
 from tatamu.simulators.native.precompile import (
     Unsearched,
@@ -92,3 +93,21 @@ def test_a_second_process_that_fails_is_made_up_for_here(monkeypatch: pytest.Mon
     with compiling_beside(str(tmp_path)):
         pass
     assert [process.returncode for process in begun] == [1]
+
+
+def test_what_is_told_of_compiling_counts_what_is_on_disk_and_only_where_this_process_compiles(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    load_kernels()
+    total = len(compiled._KERNELS)
+    monkeypatch.setattr(compiled, "_KERNELS", [fake(each, misses=1) for each in compiled._KERNELS])
+    assert compiled.compilation()[1] == total
+    assert compiled.compilation()[0] > 0.9 * total, "all but those that untangle layers, which two triangles do not"
+    monkeypatch.setattr(compiled, "_KERNELS", [fake(each, misses=0) for each in compiled._KERNELS])
+    assert compiled.compilation() == (0, total)
+
+
+def fake(kernel: Any, misses: int) -> Any:
+    """A kernel that says that it was not on disk so many times."""
+    stats = SimpleNamespace(cache_path=kernel.stats.cache_path, cache_misses={"signature": misses} if misses else {})
+    return SimpleNamespace(py_func=kernel.py_func, __name__=kernel.__name__, stats=stats)

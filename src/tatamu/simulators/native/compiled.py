@@ -45,7 +45,7 @@ def compilation() -> tuple[int, int]:
     if not any(each.stats.cache_misses for each in _KERNELS):
         return 0, len(_KERNELS)
     folders = {each.stats.cache_path for each in _KERNELS}
-    kept = {file.name.partition("-")[0] for folder in folders for file in Path(folder).glob("*.nbi")}
+    kept = {file.name.partition("-")[0] for folder in folders if folder for file in Path(folder).glob("*.nbi")}
     return sum(_name(each) in kept for each in _KERNELS), len(_KERNELS)
 
 
