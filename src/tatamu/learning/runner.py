@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -21,10 +22,13 @@ from tatamu.learning.study import OptunaStudy
 from tatamu.results import MOMENTS, ResultFolder, describe_manipulation
 from tatamu.results.result import Parameters
 
+Stage = Literal["trials", "baselines", "report"]
+"""Stages of a study: its trials, then the fixed trajectories, then its files and the page."""
+
 
 @dataclass(frozen=True)
 class Progress:
-    """Progress of a study; given to the caller after every trial."""
+    """Progress of a study; given to the caller after every trial and when a stage begins."""
 
     done: int
     trials: int
@@ -32,6 +36,7 @@ class Progress:
     """Least objective so far."""
     best_distance: float | None
     """Mean vertex distance of that trial [m]."""
+    stage: Stage = "trials"
 
 
 @dataclass(frozen=True)
@@ -54,8 +59,10 @@ class Runner:
         for trial in study.trials:
             task.refused(task.manipulation(trial.params))
 
-    def run(self, trials: int, baselines: bool) -> Iterator[None]:
-        """Run trials until there are `trials` of them, and the fixed trajectories; yields after each trial, in order.
+    def run(self, trials: int, baselines: bool) -> Iterator[Stage]:
+        """Run trials until there are `trials` of them, and the fixed trajectories.
+
+        Yields the stage after each trial, in order, and once more when only the fixed trajectories are left.
 
         Args:
             trials: How many there shall be in the end.
@@ -68,15 +75,16 @@ class Runner:
             for number in range(len(self.study.trials), trials):
                 if len(running) == pending:
                     self._finish(*running.popleft())
-                    yield
+                    yield "trials"
                 parameters = self.study.ask([p for p, _ in running], max(0, number - pending + 1))
                 running.append((parameters, self._begin(self.task.manipulation(parameters), self._best())))
             if baselines and self.study.baselines is None:
                 others |= {name: self._begin(make(self.task.fold), -np.inf) for name, (_, make) in BASELINES.items()}
             while running:
                 self._finish(*running.popleft())
-                yield
+                yield "trials"
             if others:
+                yield "baselines"
                 self.study.baselines = [
                     baseline_of(name, each.manipulation, self._ended(each, f"baseline {name}"))
                     for name, each in others.items()
@@ -92,7 +100,9 @@ class Runner:
         return ended(self.task, begun.manipulation, begun.evaluation, f"seed {self.study.identity.seed}, {which}")
 
     def _best(self) -> float:
-        """The least objective so far: only a trial with a lesser one may be kept."""
+        """The least objective so far: only a trial with less may be kept. Infinite where all errors are wanted."""
+        if self.study.wants_errors:
+            return np.inf
         trials = self.study.trials
         best = best_number(trials)
         return np.inf if best is None else float(trials[best].values[0])
@@ -102,13 +112,19 @@ class Runner:
         evaluation = self._ended(begun, f"trial {len(self.study.trials)}")
         outcome = evaluation.outcome
         attributes = attributes_of(outcome, begun.manipulation.trajectory_length, evaluation.seconds)
-        self.study.tell(parameters, outcome.objective, attributes)
+        errors = None if outcome.failed or not self.study.wants_errors else self._errors_of(outcome)
+        self.study.tell(parameters, outcome.objective, attributes, errors)
         trials = self.study.trials
         self._kept[len(trials) - 1] = outcome
         needed = {*self._shown().values(), best_number(trials)}
         self._kept = {number: kept for number, kept in self._kept.items() if number in needed}
 
-    def progress(self, trials: int) -> Progress:
+    @property
+    def succeeded(self) -> bool:
+        """Whether any trial so far is complete."""
+        return best_number(self.study.trials) is not None
+
+    def progress(self, trials: int, stage: Stage = "trials") -> Progress:
         """How far the study is."""
         done = self.study.trials
         best = best_number(done)
@@ -117,6 +133,7 @@ class Runner:
             trials=trials,
             best=None if best is None else done[best].value,
             best_distance=None if best is None else done[best].user_attrs["mean_vertex_distance"],
+            stage=stage,
         )
 
     def write(self, folder: ResultFolder) -> Path:
@@ -151,10 +168,13 @@ class Runner:
         return {name: number for name, number in numbers.items() if number is not None}
 
     def _errors(self, number: int) -> np.ndarray:
-        """e_i of a complete trial, Eq. (12) [m], shape (n,)."""
-        rollout = self._outcome(number).rollout
-        assert rollout is not None, "the trial is complete"
-        return vertex_distances(self.task.fold.target, rollout.positions[-1])
+        """e_i of a complete trial [m], shape (n,)."""
+        return self._errors_of(self._outcome(number))
+
+    def _errors_of(self, outcome: Outcome) -> np.ndarray:
+        """e_i of Eq. (12) of an outcome that is complete [m], shape (n,)."""
+        assert outcome.rollout is not None, "the trial is complete"
+        return vertex_distances(self.task.fold.target, outcome.rollout.positions[-1])
 
     def _outcome(self, number: int) -> Outcome:
         """The outcome of a finished trial, simulated again if it was before this run; the same to the last bit."""
