@@ -7,7 +7,7 @@ DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 
 .PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
-        calibration folds robots foreign statics tangle parallel own-garments golden help
+        calibration folds robots foreign statics tangle parallel own-garments golden real-cloth help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1: /'
@@ -58,6 +58,9 @@ calibration: $(DEV)  ## the proofs of docs/notes/calibration.md: hidden material
 
 validate: $(DEV)  ## every textbook check: docs/notes/validation.md, and a page in runs/validation; minutes
 	$(BIN)/python benchmarks/textbook.py --out runs/validation --write-docs
+
+real-cloth: $(DEV)  ## the tables of docs/notes/real-cloth.md: published measurements of real cloth in the folder DATA; an hour
+	$(BIN)/python benchmarks/real_cloth.py --data $(DATA) --out runs/real-cloth --write-docs
 
 robots: $(DEV)  ## the table of docs/notes/robots.md: an hour, most of it MuJoCo's
 	for case in trousers-leg-0.28 towel-half-0.50 tshirt-half-0.40; do \

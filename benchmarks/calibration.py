@@ -22,10 +22,11 @@ from scipy.stats import binom
 from tables import IMAGES, publish
 
 from tatamu.calibration import Calibration, calibrate
-from tatamu.calibration.drawing import hanging, looped, pushed, sagging, sliding
+from tatamu.calibration.drawing import hanging, looped, over_plate, pushed, sagging, sliding
 from tatamu.calibration.elongation import Elongation, Grasp
 from tatamu.calibration.friction import Slope
 from tatamu.calibration.loop import Loop
+from tatamu.calibration.plate import Plate
 from tatamu.calibration.push import Push
 from tatamu.calibration.sag import Sag
 from tatamu.files import write_json, write_text
@@ -191,6 +192,8 @@ def drawings() -> None:
     push = Push(0.4, 0.06, 0.01)
     wrinkled = terry.model_copy(update={"compression": 0.12, "stretch_stiffness": 60.0})
     write_text(IMAGES / "measure-push.svg", pushed(push, simulate(push.scene(wrinkled)).positions[-1]))
+    plate = Plate(0.15, 0.09, 0.6)
+    write_text(IMAGES / "measure-plate.svg", over_plate(plate, simulate(plate.scene(terry)).positions[-1]))
     write_text(IMAGES / "measure-slide.svg", sliding(Slope(float(np.arctan(terry.friction_table)))))
 
 

@@ -15,6 +15,7 @@ ORDER = [
     ["compiled", "options"],
     ["geometry", "memory"],
     ["elastic", "contact"],
+    ["air"],
     ["model"],
     ["system"],
     ["step", "grippers"],

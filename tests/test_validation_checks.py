@@ -15,6 +15,7 @@ from tatamu.scene import Scene
 from tatamu.validation.check import Case
 from tatamu.validation.checks import (
     CHECKS,
+    air,
     bending,
     determinism,
     friction,
@@ -27,6 +28,7 @@ from tatamu.validation.checks import (
 )
 from tatamu.validation.findings import Findings, Row
 from tatamu.validation.manipulations import half_fold_target
+from tatamu.validation.plate import falling, hanging
 from tatamu.validation.references import catenary, hang_displacement, shear_sag
 from tatamu.validation.report import run
 from tatamu.validation.subject import Subject
@@ -60,6 +62,22 @@ def opens(scene: Scene, time: float, factor: float = 1.0) -> np.ndarray:
     curvature, rate = 8.0, 30.0
     speed = np.sqrt(0.8 * factor * scene.material.bending_rigidity * curvature**2 / scene.material.areal_density)
     return scene.cloth.vertices + np.array([0, 0, speed / rate * np.sin(rate * time)])
+
+
+def falls_in_air(scene: Scene, time: float, faster: float = 1.0) -> np.ndarray:
+    start = scene.cloth.vertices
+    tilt = float(np.arctan2(start[0, 2] - start[-1, 2], start[-1, 0] - start[0, 0]))
+    across, along = falling(scene.material, tilt, scene.gravity)
+    normal = np.array([np.sin(tilt), 0.0, np.cos(tilt)])
+    slope = np.array([np.cos(tilt), 0.0, -np.sin(tilt)])
+    return start - faster * across.distance(time) * normal + faster * along.distance(time) * slope
+
+
+def swings_in_air(scene: Scene, time: float, slower: float = 1.0, drag: float = 1.0) -> np.ndarray:
+    rest = scene.cloth.rest
+    dragged = scene.material.model_copy(update={"air_drag_normal": drag * scene.material.air_drag_normal})
+    angles = hanging(dragged, air.LENGTH, air.ANGLE, np.array([0.0, max(time / slower, 1e-9)]), scene.gravity)
+    return np.column_stack([np.sin(angles[-1]) * rest[:, 0], rest[:, 1], -np.cos(angles[-1]) * rest[:, 0]])
 
 
 def hangs(scene: Scene, factor: float = 1.0) -> np.ndarray:
@@ -150,6 +168,21 @@ PAIRS: dict[str, tuple[Question, Motion, Motion]] = {
         partial(stretch.hang, fabric="woven", layout="irregular"),
         still(hangs),
         still(partial(hangs, factor=1.02)),
+    ),
+    "air-fall": (
+        partial(air.fall, tilt=0.5),
+        falls_in_air,
+        partial(falls_in_air, faster=1.003),
+    ),
+    "air-swing": (
+        partial(air.swing, air=air.SWINGS["added mass, linear and quadratic drag"]),
+        swings_in_air,
+        partial(swings_in_air, slower=1.01),
+    ),
+    "air-swing that decays": (
+        partial(air.swing, air=air.SWINGS["added mass, linear drag"]),
+        swings_in_air,
+        partial(swings_in_air, drag=1.05),
     ),
     "shear": (partial(stretch.shear, layout="staggered"), still(shears), still(partial(shears, factor=1.03))),
     "pull": (partial(stretch.pull, layout="staggered"), still(pulls), still(partial(pulls, factor=1.1))),

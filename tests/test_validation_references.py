@@ -6,7 +6,7 @@ import numpy as np
 from numpy.testing import assert_allclose
 
 from tatamu.material import Material
-from tatamu.validation import references
+from tatamu.validation import plate, references
 
 
 def test_catenary_has_the_span_and_the_length() -> None:
@@ -30,3 +30,28 @@ def test_incline_sticks_below_and_slides_above_its_threshold() -> None:
     assert references.incline_acceleration(threshold - 1e-6, 0.5, 9.81) == 0.0
     assert references.incline_acceleration(threshold + 1e-3, 0.5, 9.81) > 0.0
     assert_allclose(references.incline_acceleration(np.pi / 2, 0.5, 9.81), 9.81)
+
+
+def test_a_pushed_mass_goes_as_far_as_its_equation_of_motion_says() -> None:
+    for linear, quadratic in ((0.3, 0.9), (0.4, 0.0), (0.0, 1.2)):
+        pushed = plate.Pushed(mass=0.28, force=1.9, linear=linear, quadratic=quadratic)
+        speed = distance = 0.0
+        step = 1e-5
+        for _ in range(60_000):
+            speed += step * (1.9 - linear * speed - quadratic * speed**2) / 0.28
+            distance += step * speed
+        assert_allclose(pushed.distance(0.6), distance, rtol=1e-4)
+        assert_allclose(pushed.distance(1e3) - pushed.distance(999.0), pushed.terminal_speed, rtol=1e-6)
+
+
+def test_a_hanging_plate_swings_with_its_small_period_and_decays_by_its_drag() -> None:
+    fabric = Material(
+        areal_density=0.2, stretch_stiffness=100.0, bending_rigidity=1e-5, air_added_mass=0.08, air_drag_normal=0.1
+    )
+    times = np.linspace(0, 5, 2001)
+    swing = plate.swing_of(times, plate.hanging(fabric, 0.3, 0.01, times, 9.81))
+    assert_allclose(swing.period, plate.small_swing_period(fabric, 0.3, 9.81), rtol=2e-3)
+    assert_allclose(swing.decrement, 0.1 * swing.period / (2 * 0.28), rtol=1e-3)
+    wide = fabric.model_copy(update={"air_drag_normal": 0.0, "air_drag_quadratic": 0.5})
+    decay = plate.swing_of(times, 0.3 * plate.hanging(wide, 0.3, 0.05, times, 9.81))
+    assert_allclose(decay.decrement[0], 0.5 * decay.excursion[0] / 0.28, rtol=0.02)

@@ -25,6 +25,18 @@ THICKNESS = (1e-5, 0.05)
 """Least and greatest thickness of cloth [m]."""
 
 
+DIRECTIONAL_AIR = (
+    "air_drag_normal",
+    "air_drag_tangential",
+    "air_drag_quadratic",
+    "air_drag_quadratic_tangential",
+    "air_added_mass",
+)
+"""Fields of what air does beyond `air_drag`."""
+UNSAID = ("blender", "compression", *DIRECTIONAL_AIR)
+"""Fields that are written only where they differ from their defaults."""
+
+
 class Material(BaseModel):
     """The properties of a fabric that simulators use; isotropic, without memory of past deformation."""
 
@@ -48,19 +60,35 @@ class Material(BaseModel):
     friction_cloth: Friction = 0.5
     """Coulomb coefficient of cloth on cloth, static = kinetic [-]."""
     air_drag: Number = Field(0.0, ge=0.0, le=1e3)
-    """Drag force per area per velocity [N s/m^3]."""
+    """Drag force per area per velocity, the same in every direction [N s/m^3]."""
+    air_drag_normal: Number = Field(0.0, ge=0.0, le=1e3)
+    """Further drag along the surface's normal, per area per velocity along it [N s/m^3]."""
+    air_drag_tangential: Number = Field(0.0, ge=0.0, le=1e3)
+    """Further drag along the surface, per area per velocity along it [N s/m^3]."""
+    air_drag_quadratic: Number = Field(0.0, ge=0.0, le=1e3)
+    """Drag along the normal, per area per square of the velocity along it [kg/m^3]; half the density of air times the
+    drag coefficient of a plate across the flow."""
+    air_drag_quadratic_tangential: Number = Field(0.0, ge=0.0, le=1e3)
+    """Drag along the surface, per area per square of the velocity along it [kg/m^3]."""
+    air_added_mass: Number = Field(0.0, ge=0.0, le=20.0)
+    """Mass of air per area that moves with the surface along its normal [kg/m^2]; it weighs nothing."""
 
     blender: dict[str, bool | int | float | str] | None = None
     """Blender's own numbers by their property names, used as they are by that simulator alone; it checks them."""
 
     @model_serializer(mode="wrap")
     def _plain(self, standard: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Plain data, without a `blender` table and compression where they have their defaults."""
+        """Plain data, without the fields of `UNSAID` that have their defaults."""
         plain: dict[str, Any] = standard(self)
-        for name, usual in (("blender", None), ("compression", 1.0)):
-            if getattr(self, name) == usual:
+        for name in UNSAID:
+            if getattr(self, name) == type(self).model_fields[name].default:
                 plain.pop(name, None)  # it may have been excluded already
         return plain
+
+    @property
+    def directional_air(self) -> bool:
+        """Whether air acts otherwise along the normal than along the surface, or by the square of a velocity."""
+        return any(getattr(self, name) > 0.0 for name in DIRECTIONAL_AIR)
 
     @property
     def bending_length(self) -> float:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from tatamu.calibration.elongation import Elongation
     from tatamu.calibration.friction import Slope
     from tatamu.calibration.loop import Loop
+    from tatamu.calibration.plate import Plate
     from tatamu.calibration.push import Push
     from tatamu.calibration.sag import Sag
 
@@ -136,4 +137,18 @@ def pushed(test: Push, end: np.ndarray) -> str:
             drawing.dimension(np.array([start, -0.4 * low]), np.array([now, -0.4 * low]), "")
         drawing.label((0.5 * (start + now), -0.9 * low), name, "reading")
     drawing.dimension(np.array([0.0, 1.8 * high]), np.array([test.length, 1.8 * high]), "length")
+    return drawing.svg()
+
+
+def over_plate(test: Plate, shape: np.ndarray) -> str:
+    """The disc on its plate, positions [m] of shape (n, 3), from above."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 181)
+    circle = np.column_stack([np.cos(turn), np.sin(turn)])
+    drawing = Drawing.around(np.array([[-1.05, -1.25], [1.05, 1.05]]) * test.disc, 300.0, 260.0)
+    drawing.line(test.disc * circle, "muted", 1.0, dash=DASH)
+    drawing.line(test.outlines(shape)[0].curve, CLOTH, 2.5, fill="cloth")
+    drawing.line(test.plate * circle, "muted", 1.5, fill="grip")
+    drawing.dimension(np.array([-test.plate, 0.0]), np.array([test.plate, 0.0]), "plate")
+    low = -1.15 * test.disc
+    drawing.dimension(np.array([-test.disc, low]), np.array([test.disc, low]), "disc")
     return drawing.svg()

@@ -18,6 +18,8 @@ class Errors(Record):
     """[kg]"""
     H_s: Error = 0.005
     """[m]"""
+    drape: Error = 0.03
+    """Of a drape coefficient [-]: folds fall differently each time."""
 
 
 class TestEntry(Record):

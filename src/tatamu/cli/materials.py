@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tatamu.cli.app import app
+from tatamu.material import UNSAID
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -22,6 +23,11 @@ UNITS = {
     "friction_table": "-",
     "friction_cloth": "-",
     "air_drag": "N s/m³",
+    "air_drag_normal": "N s/m³",
+    "air_drag_tangential": "N s/m³",
+    "air_drag_quadratic": "kg/m³",
+    "air_drag_quadratic_tangential": "kg/m³",
+    "air_added_mass": "kg/m²",
 }
 
 
@@ -74,6 +80,8 @@ def described(preset: Preset) -> str:
     """Everything known of one preset, one field per line."""
     lines = [f"{preset.name}: {preset.preset.title}. A preset: somebody else's cloth.", preset.preset.note]
     for name, unit in UNITS.items():
+        if name in UNSAID and name not in preset.material.model_fields_set:
+            continue
         low, high = preset.spread.get(name, (None, None))
         span = "" if low is None else f", {low:g} to {high:g}"
         source = preset.source.get(name)

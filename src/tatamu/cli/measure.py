@@ -19,8 +19,17 @@ def measure(
     out: Annotated[Path, typer.Option(metavar="FILE.toml", help="Where the template goes.")] = Path(
         "measurements.toml"
     ),
+    drape: Annotated[
+        Path | None, typer.Option(metavar="PHOTO", help="Read a photo of a disc over a plate, from above.")
+    ] = None,
+    disc: Annotated[float | None, typer.Option(help="With --drape: diameter of the cloth in metres.")] = None,
+    plate: Annotated[float | None, typer.Option(help="With --drape: diameter of the plate in metres.")] = None,
+    ruler: Annotated[
+        str | None,
+        typer.Option(metavar="'X,Y X,Y LENGTH'", help="With --drape: two pixels, and the metres between them."),
+    ] = None,
 ) -> None:
-    """Say how to measure a garment, or write the file that the readings go into.
+    """Say how to measure a garment, write the file that the readings go into, or read a photo of a drape.
 
     Examples:
     `tatamu measure`
@@ -28,7 +37,12 @@ def measure(
     `tatamu measure --template towel`
 
     `tatamu measure --template tshirt --out my-shirt.toml`
+
+    `tatamu measure --drape drape.jpg --disc 0.30 --plate 0.18 --ruler '120,900 1120,900 0.30'`
     """
+    if drape is not None:
+        _read_drape(drape, disc, plate, ruler)
+        return
     from tatamu.calibration.guide import instructions
     from tatamu.calibration.guide import template as text
     from tatamu.files import write_text
@@ -41,3 +55,27 @@ def measure(
         raise InputError(f"{out}: is there already; remove it, or give another name with --out")
     write_text(out, content)
     print(f"{out}: fill in the readings, then `tatamu calibrate {out} --out MATERIAL.toml`; `tatamu measure` says how")
+
+
+def _read_drape(photo: Path, disc: float | None, plate: float | None, ruler: str | None) -> None:
+    import numpy as np
+
+    from tatamu.cli.outline import to_metres
+    from tatamu.garments.photo import find_outline, straightened
+    from tatamu.instruments.outline import PlanOutline, centroid
+
+    if disc is None or plate is None or ruler is None:
+        raise InputError("drape: needs --disc, --plate and --ruler as well")
+    if not 0.0 < plate < disc < np.inf:
+        raise InputError(f"plate: must be above zero and smaller than disc ({disc:g} m), given {plate:g} m")
+    found = find_outline(photo)
+    curve = straightened(found.outline, to_metres(found, None, ruler, None))
+    outline = PlanOutline.of_curve(curve, centroid(curve))
+    coefficient = outline.drape_coefficient(0.5 * disc, 0.5 * plate)
+    if not 0.0 < coefficient < 1.0:
+        raise InputError(
+            f"drape: the outline covers {1e4 * outline.area:.0f} cm², which is not between plate and disc: are disc, "
+            "plate and ruler in metres, and is all that stands out from the table the cloth?"
+        )
+    print(f"drape_coefficient = [{coefficient:.3f}]")
+    print(f"nodes = [{outline.nodes}]")

@@ -54,7 +54,7 @@ def outline(
     picture = out.with_name(f"{out.stem}-on-photo.jpg")
     check_targets([out, picture], [photo])
     found = find_outline(photo)
-    curve = straightened(found.outline, _to_metres(found, width, ruler, sheet))
+    curve = straightened(found.outline, to_metres(found, width, ruler, sheet))
     across, along = np.ptp(curve, axis=0)
     try:
         check_size((across, along))
@@ -67,7 +67,7 @@ def outline(
     print(f"look at: {picture}, the outline on top of the photo")
 
 
-def _to_metres(photo: Photo, width: float | None, ruler: str | None, sheet: str | None) -> np.ndarray:
+def to_metres(photo: Photo, width: float | None, ruler: str | None, sheet: str | None) -> np.ndarray:
     """The matrix from pixels to metres, shape (3, 3)."""
     from tatamu.garments.photo import homography
 

@@ -84,6 +84,15 @@ def timing(fold: LearnedFold) -> Facts:
     ]
 
 
+_AIR = (
+    ("air_drag_normal", "N s/m³"),
+    ("air_drag_tangential", "N s/m³"),
+    ("air_drag_quadratic", "kg/m³"),
+    ("air_drag_quadratic_tangential", "kg/m³"),
+    ("air_added_mass", "kg/m²"),
+)
+
+
 def material(fold: LearnedFold) -> Facts:
     """The cloth's material in SI units."""
     cloth = fold.result.task.material
@@ -98,6 +107,11 @@ def material(fold: LearnedFold) -> Facts:
         ("friction on table", f"{cloth.friction_table:.3g}"),
         ("friction on cloth", f"{cloth.friction_cloth:.3g}"),
         *([("air drag", f"{cloth.air_drag:.3g} N s/m³")] if cloth.air_drag else []),
+        *(
+            (name.replace("_", " "), f"{getattr(cloth, name):.3g} {unit}")
+            for name, unit in _AIR
+            if getattr(cloth, name)
+        ),
     ]
 
 

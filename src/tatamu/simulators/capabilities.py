@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from tatamu.material import DIRECTIONAL_AIR, Material
+
 
 @dataclass(frozen=True)
 class Capabilities:
@@ -16,6 +18,9 @@ class Capabilities:
     """Whether folds on a coarser mesh are ranked nearly as on the default one, so that a search may begin there."""
     compression: bool = False
     """Whether cloth may resist compression less than tension (`Material.compression`); else it resists both alike."""
+    directional_air: bool = False
+    """Whether air may drag by direction and by the square of a velocity, and be carried (`Material.air_added_mass` and
+    its like); else only `Material.air_drag` acts."""
     sound_cell: float | None = None
     """Mean edge of the largest cells, in bending lengths, whose folds have the right shape; None: not limited."""
     usable_cell: float | None = None
@@ -25,3 +30,11 @@ class Capabilities:
     """Largest Coulomb coefficient between cloth and table; larger ones are cut to it. None: not limited."""
     friction_cloth: float | None = None
     """Largest Coulomb coefficient between layers of cloth; larger ones are cut to it. None: not limited."""
+
+    def lacking(self, material: Material) -> list[str]:
+        """A line for each property of a material that is beyond the simulator, for the user to read."""
+        lines = []
+        if material.directional_air and not self.directional_air:
+            given = [name for name in DIRECTIONAL_AIR if getattr(material, name) > 0.0]
+            lines.append(f"air acts by air_drag alone, without {', '.join(given)}")
+        return lines

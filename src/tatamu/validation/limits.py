@@ -13,6 +13,11 @@ NATIVE = {
     "momentum": 1e-6,  # of sum m |v|
     "angular momentum": 1e-2,  # of sum m |x| |v|; its reading by differences of frames is good to about this
     "energy": 1e-3,  # of the energy turned over: never up but for the reading by differences of frames
+    # air
+    "air speed": 1e-3,
+    "air path": 2e-3,
+    "swing period": 5e-3,
+    "swing decrement": 0.01,  # of an excursion lost in a swing
     # stretch
     "hang strain": 0.01,
     "hang profile": 0.01,  # of the end's displacement

@@ -41,13 +41,14 @@ def simulate(scene: Scene) -> Rollout:
     answer, numbers, version = WORKERS.run(recipe.request)
     positions = _positions(scene, recipe.in_scene(numbers.reshape(-1, len(scene.cloth.vertices), 3)))
     wall = answer["wall_seconds"]
+    lacking = [] if scene.material.blender else CAPABILITIES.lacking(scene.material)
     info = {
         "simulator": "blender",
         "version": version,
         "wall_seconds": wall,
         "setup_seconds": time.perf_counter() - begin - wall,
         "steps": recipe.steps,
-        "warnings": recipe.warnings,
+        "warnings": [*recipe.warnings, *(f"blender: {line}" for line in lacking)],
     }
     return Rollout(np.arange(scene.frames) / scene.frame_rate, positions, scene.cloth.faces, info)
 

@@ -114,6 +114,7 @@ class Run:
         ]
         if self.scene.material.compression < 1.0:
             found.append("mujoco: cloth resists compression as it does tension")
+        found += [f"mujoco: {line}" for line in CAPABILITIES.lacking(self.scene.material)]
         return found + self._coarse()
 
     def _coarse(self) -> list[str]:

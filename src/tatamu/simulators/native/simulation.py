@@ -6,6 +6,7 @@ import numpy as np
 
 from tatamu.errors import SimulationError
 from tatamu.scene import Scene
+from tatamu.simulators.native.air import Air, air_of, surface_of
 from tatamu.simulators.native.contact import broad_phase
 from tatamu.simulators.native.contact.projection import Positions
 from tatamu.simulators.native.contact.state import initial_state
@@ -17,7 +18,7 @@ from tatamu.simulators.native.memory.bands import BLOCK
 from tatamu.simulators.native.model import Model, model_of, steps_per_frame, substeps
 from tatamu.simulators.native.options import Options, StepOptions
 from tatamu.simulators.native.step import advance
-from tatamu.simulators.native.system import Air, Span, State, StepSizes, System
+from tatamu.simulators.native.system import Span, State, StepSizes, System
 
 FRAMES_AT_ONCE = 8
 """Frames between two looks at what else goes on: compiled loops hear no interrupt."""
@@ -46,7 +47,8 @@ class Simulation:
         self.number = 0
         self._refuse()
         self.mesh = self.model.mesh._replace(inverse_mass=self.model.mesh.inverse_mass.copy())
-        self.state = _state(scene, self.model)
+        air = air_of(scene.gravity, scene.material)
+        self.state = _state(scene, self.model, air)
         self.contact = initial_state(self.mesh, self.options.contact.pairs_per_edge)
         compiled = self.options.contact._replace(restored=np.array(self.options.contact.restored))
         self.system = System(
@@ -54,7 +56,7 @@ class Simulation:
             elastic=self.model.elastic,
             mesh=self.mesh,
             contact=self.contact,
-            air=Air(scene.gravity, scene.material.air_drag / scene.material.areal_density),
+            air=air,
             plane=_plane(scene),
             sizes=self.sizes,
             options=compiled,
@@ -195,7 +197,7 @@ def _plane(scene: Scene) -> TablePlane:
     )
 
 
-def _state(scene: Scene, model: Model) -> State:
+def _state(scene: Scene, model: Model, air: Air) -> State:
     count = len(scene.cloth.vertices)
     elastic = model.elastic.bending
     X = np.zeros((3, model.width))
@@ -213,8 +215,11 @@ def _state(scene: Scene, model: Model) -> State:
         free=free,
         slot=model.slot,
         positions=Positions(
-            x=np.array(scene.cloth.vertices, order="C"), start=np.empty((count, 3)), predicted=np.empty((count, 3))
+            x=np.array(scene.cloth.vertices, order="C"),
+            start=np.empty((count, 3)),
+            predicted=np.array(scene.cloth.vertices, order="C"),
         ),
         triangle_forces=np.zeros(9 * BLOCK, dtype=np.float32),
         hinges=bending.scratch(elastic.hinges, len(elastic.rest_moment), len(elastic.coupling_copies)),
+        surface=surface_of(model.slots, count, air),
     )

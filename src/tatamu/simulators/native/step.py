@@ -13,11 +13,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from tatamu.simulators.native import air as surroundings
+from tatamu.simulators.native.air import Air
 from tatamu.simulators.native.compiled import kernel, unlocked
 from tatamu.simulators.native.contact import gauss_seidel
 from tatamu.simulators.native.elastic import bending, membrane
 from tatamu.simulators.native.model import ElasticModel
-from tatamu.simulators.native.system import Air, Hands, Span, State, System
+from tatamu.simulators.native.system import Hands, Span, State, System
 
 
 @kernel
@@ -52,13 +54,15 @@ def _look_ahead(Y: np.ndarray, X: np.ndarray, V: np.ndarray, ahead: float) -> No
 
 
 @kernel
-def _kick_by_bending(state: State, elastic: ElasticModel, kick: float) -> None:
+def _kick_by_bending(state: State, elastic: ElasticModel, air: Air, kick: float) -> None:
     """Change the velocities by a bending step's impulse."""
     slots = state.V.shape[1]
     _look_ahead(state.Y, state.X, state.V, 0.0)
     copy_out(state.Y, elastic.bending.copies, slots)
     bending.add_force(state.Y, state.F, elastic.bending, state.hinges)
     _add_back(state.F, elastic.bending.copies, slots)
+    if air.directional:
+        surroundings.resist(state.V, state.F, state.inverse_mass, state.surface, kick, 0.0, 0.0)
     for k in range(3):
         v = state.V[k]
         f = state.F[k, :slots]
@@ -96,6 +100,9 @@ def _substep(state: State, elastic: ElasticModel, air: Air, h: float, damping: f
     copy_out(state.Y, elastic.membrane.copies, slots)
     membrane.add_force(state.Y, state.F, elastic.membrane, state.triangle_forces)
     _add_back(state.F, elastic.membrane.copies, slots)
+    if air.directional:
+        slower = -h * air.drag / (1.0 + h * air.drag)
+        surroundings.resist(state.V, state.F, state.inverse_mass, state.surface, h, h * air.gravity, slower)
     _kick_and_drift(state, air, h, damping)
 
 
@@ -152,6 +159,17 @@ def _outer_step(system: System, hands: Hands, number: int) -> bool:
     total = sizes.kicks * sizes.substeps_per_kick
     farthest = system.limits.farthest
     _lead(state, hands, number, sizes.outer_step)
+    if system.air.directional:
+        surroundings.meet(
+            state.V,
+            state.surface,
+            system.air,
+            positions,
+            system.mesh.faces,
+            state.slot,
+            state.free,
+            sizes.outer_step,
+        )
     counters.outer_step += 1
     per_round = (total + counters.rounds - 1) // counters.rounds
     longest = 0.0
@@ -162,7 +180,7 @@ def _outer_step(system: System, hands: Hands, number: int) -> bool:
         for substep in range(done, until):
             kicked = substep % sizes.substeps_per_kick == 0
             if kicked:
-                _kick_by_bending(state, system.elastic, sizes.kick)
+                _kick_by_bending(state, system.elastic, system.air, sizes.kick)
             if kicked or substep == done:  # bending or contact came after the last look ahead
                 _look_ahead(state.Y, state.X, state.V, sizes.damping)
             _substep(state, system.elastic, system.air, sizes.substep, sizes.damping)

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tatamu.simulators.native.air import Air, AirSurface
 from tatamu.simulators.native.contact.projection import Positions
 from tatamu.simulators.native.contact.state import ContactMesh, ContactState
 from tatamu.simulators.native.contact.table import TablePlane
@@ -37,6 +38,8 @@ class State(NamedTuple):
     """Scratch: forces of a block of triangles on their corners [N], single, shape (9 BLOCK,)."""
     hinges: HingeMeasures
     """Scratch, single."""
+    surface: AirSurface
+    """The surface as air meets it."""
 
 
 class Hands(NamedTuple):
@@ -50,15 +53,6 @@ class Hands(NamedTuple):
     """Which gripper holds each, shape (k,)."""
     path: np.ndarray
     """Displacements of the grippers at the beginning of each outer step [m], shape (grippers, outer steps + 1, 3)."""
-
-
-class Air(NamedTuple):
-    """Forces that act on all of the cloth alike."""
-
-    gravity: float
-    """[m/s^2]."""
-    drag: float
-    """Linear drag per areal density [1/s]."""
 
 
 class StepSizes(NamedTuple):

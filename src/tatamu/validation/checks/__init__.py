@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from tatamu.validation.check import Check
 from tatamu.validation.checks import (
+    air,
     bending,
     determinism,
     friction,
@@ -15,7 +16,7 @@ from tatamu.validation.checks import (
     tangle,
 )
 
-FAMILIES = (motion, stretch, bending, friction, stack, tangle, refinement, symmetry, determinism)
+FAMILIES = (motion, air, stretch, bending, friction, stack, tangle, refinement, symmetry, determinism)
 
 CHECKS: dict[str, Check] = {check.name: check for family in FAMILIES for check in family.CHECKS}
 """Name to check."""

@@ -1,0 +1,274 @@
+"""Plate: how much of its shadow a disc of the cloth keeps over a round plate; what bending it has.
+
+Not in the paper. A disc hangs over a smaller plate, in folds, and is seen from above. The drape coefficient
+
+    DC = (A_outline - A_plate) / (A_disc - A_plate)
+
+is matched as a length, the radius of the circle with the outline's area. It grows with the bending length l_b over the
+overhang a: about as DC / (1 - DC) = (l_b / a / 0.255)^2.95, by simulations of discs of 1.7 and 2 plates with 300 N/m,
+where the search begins. Where folds begin is chance: two discs are simulated side by side and their mean is taken.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Annotated, Any, Self
+
+import numpy as np
+from pydantic import BeforeValidator, Field, model_validator
+
+from tatamu.calibration.drawing import over_plate
+from tatamu.calibration.entry import Errors, TestEntry
+from tatamu.calibration.fit import Fit
+from tatamu.calibration.quantity import Length
+from tatamu.calibration.readings import Reading, uncertainty
+from tatamu.calibration.target import Target, textbook_spread
+from tatamu.calibration.test import ElasticTest, Readings, Specimen
+from tatamu.garments import Garment
+from tatamu.instruments.drapemeter import Drapemeter
+from tatamu.instruments.outline import PlanOutline
+from tatamu.material import GRAVITY, Material
+from tatamu.rollout import Rollout
+from tatamu.scene import Cloth, Gripper, Scene
+
+if TYPE_CHECKING:
+    from tatamu.calibration.result import Calibration
+
+HALF, POWER = 0.2545, 2.95
+"""Bending length over overhang at DC = 1/2, and the power by which DC / (1 - DC) grows with it."""
+DISCS = 2
+"""Simulated side by side."""
+APART = 2.6
+"""Distance of their middles in radii."""
+CELL = 0.45
+"""Edge length of the mesh in bending lengths by the formula above."""
+FINEST, COARSEST = 0.06, 0.2
+"""Range of the edge length in overhangs."""
+ANGLES = 180
+"""Of an outline."""
+SETTLING = 4.0
+"""From the rise of the plate to the reading [s]."""
+LIMPEST, STIFFEST = 0.08, 0.93
+"""A coefficient outside these only says that the cloth is far limper, or far stiffer."""
+FOLDS = 2
+"""Read and simulated nodes that differ by more than this say something of the cloth."""
+
+
+def _coefficients(value: Any) -> tuple[float, ...]:
+    given = value if isinstance(value, list | tuple) else [value]
+    if not given:
+        raise ValueError("must hold at least one reading, given none")
+    for each in given:
+        if isinstance(each, bool) or not isinstance(each, int | float) or not 0.0 < each < 1.0:
+            hint = (
+                f": if that was in per cent, write {each / 100:g}" if isinstance(each, int | float) and each > 1 else ""
+            )
+            raise ValueError(f"must be between 0 and 1, given {each!r}{hint}")
+    return tuple(float(each) for each in given)
+
+
+Coefficients = Annotated[tuple[float, ...], BeforeValidator(_coefficients)]
+
+
+class PlateReadings(TestEntry):
+    """A disc of the cloth over a plate, from above."""
+
+    disc: Length
+    """Diameter of the cloth [m]."""
+    plate: Length
+    """Diameter of the plate [m]."""
+    drape_coefficient: Coefficients
+    """DC [-]."""
+    nodes: tuple[Annotated[int, Field(ge=0, le=60)], ...] = ()
+    """Folds of the hem; compared, not matched."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if not 1.3 <= self.disc / self.plate <= 2.5:
+            raise ValueError(
+                f"disc ({self.disc:g} m) must be 1.3 to 2.5 times plate ({self.plate:g} m), given "
+                f"{self.disc / self.plate:.2f}: diameters, not radii"
+            )
+        return self
+
+    def readings(self, errors: Errors) -> dict[str, Reading]:
+        """See `TestEntry.readings`."""
+        ring = 0.25 * (self.disc**2 - self.plate**2)
+        mean = float(np.mean(self.drape_coefficient))
+        radius = float(np.sqrt(0.25 * self.plate**2 + mean * ring))
+        error = uncertainty(self.drape_coefficient, errors.drape) * ring / (2.0 * radius)
+        return {"hem": Reading(radius, error, len(self.drape_coefficient))}
+
+
+@dataclass(frozen=True)
+class Plate(ElasticTest):
+    """The test of a disc over a plate."""
+
+    disc: float
+    """Radius of the cloth [m]."""
+    plate: float
+    """Radius of the plate [m]."""
+    coefficient: float
+    """The measured one: the mesh is made for it."""
+    folds: float | None = None
+    """Nodes that were counted, in the mean."""
+    spacing: float | None = None
+    """Edge length of the mesh [m]; None: a part of the bending length."""
+    seed: int = 0
+    """Of the discs' unevenness."""
+
+    name = "plate"
+    title = "Plate: bending rigidity B"
+    parameter = "bending_rigidity"
+    entry = PlateReadings
+    read = "mean radius of the hem"
+    words = MappingProxyType({"hem": "the drape coefficient"})
+    reads = MappingProxyType({"hem": 1.0})
+    instructions = """\
+Drape it, if you like: a disc of the same cloth, as a napkin.       [plate] disc, plate, drape_coefficient, nodes
+   Centre it on a round plate of half to two thirds its diameter that stands on a can; press it flat on the plate, lift
+   the plate off the table with it, let it come to rest. Photograph it straight from above, with a ruler at the height
+   of the plate beside it. `tatamu measure --drape PHOTO ..` reads coefficient and nodes. Turn the disc over and repeat:
+   folds fall differently each time.
+"""
+
+    @classmethod
+    def of(cls, entry: PlateReadings, specimen: Specimen) -> Self:
+        """See `CalibrationTest.of`."""
+        folds = float(np.mean(entry.nodes)) if entry.nodes else None
+        mean = float(np.mean(entry.drape_coefficient))
+        return cls(0.5 * entry.disc, 0.5 * entry.plate, mean, folds, specimen.spacing)
+
+    @classmethod
+    def template(cls, garment: Garment) -> str:
+        """See `CalibrationTest.template`."""
+        return """\
+# [plate]                # optional: a disc of the cloth over a round plate, from above; tells B too
+# disc = 0.30            # diameter of the cloth
+# plate = 0.18           # diameter of the plate
+# drape_coefficient = [] # between 0 and 1: `tatamu measure --drape PHOTO ..` reads it
+# nodes = []             # folds of the hem
+"""
+
+    @property
+    def overhang(self) -> float:
+        """The cloth beyond the plate's rim, a [m]."""
+        return self.disc - self.plate
+
+    @cached_property
+    def discs(self) -> list[Drapemeter]:
+        """The simulated discs."""
+        cell = CELL * self.overhang * length_share(self.coefficient)
+        edge = self.spacing or float(np.clip(cell, FINEST * self.overhang, COARSEST * self.overhang))
+        return [Drapemeter(self.disc, self.plate, edge, DISCS * self.seed + number) for number in range(DISCS)]
+
+    def scene(self, material: Material) -> Scene:
+        """Both discs rise side by side, and settle."""
+        scenes = [disc.scene(material) for disc in self.discs]
+        aside = [np.array([number * APART * self.disc, 0.0, 0.0]) for number in range(DISCS)]
+        vertices, rest = (
+            np.concatenate([getattr(scene.cloth, kind) + shift for scene, shift in zip(scenes, aside, strict=True)])
+            for kind in ("vertices", "rest")
+        )
+        grippers = [
+            Gripper(vertices=[start + v for v in hand.vertices], times=hand.times, displacements=hand.displacements)
+            for scene, start in zip(scenes, self._starts, strict=False)
+            for hand in scene.grippers
+        ]
+        faces = [scene.cloth.faces + start for scene, start in zip(scenes, self._starts, strict=False)]
+        first = scenes[0]
+        return first.model_copy(
+            update={
+                "cloth": Cloth(vertices=vertices, faces=np.concatenate(faces), rest_vertices=rest),
+                "grippers": grippers,
+                "duration": first.grippers[0].times[-1] + SETTLING,
+                "frame_rate": 4.0,
+            }
+        )
+
+    @cached_property
+    def _starts(self) -> list[int]:
+        """Number of the first vertex of each disc, and of all."""
+        return [0, *np.cumsum([len(disc.mesh[0]) for disc in self.discs]).tolist()]
+
+    def outlines(self, positions: np.ndarray) -> list[PlanOutline]:
+        """The outline of each disc, from positions [m], shape (n, 3)."""
+        return [
+            PlanOutline.of(
+                positions[self._starts[number] : self._starts[number + 1]],
+                disc.mesh[1],
+                np.array([number * APART * self.disc, 0.0]),
+                ANGLES,
+            )
+            for number, disc in enumerate(self.discs)
+        ]
+
+    def reading(self, rollout: Rollout, frame: int = -1) -> float:
+        """The radius of the circle with the outlines' mean area [m]."""
+        areas = [outline.area for outline in self.outlines(rollout.positions[frame])]
+        return float(np.sqrt(np.mean(areas) / np.pi))
+
+    def coefficient_of(self, radius: float) -> float:
+        """The drape coefficient of a mean radius of the hem [m]."""
+        return (radius**2 - self.plate**2) / (self.disc**2 - self.plate**2)
+
+    def guess(self, radius: float, density: float) -> float:
+        """Bending rigidity by the formula above [N m]."""
+        return density * GRAVITY * (self.overhang * length_share(self.coefficient_of(radius))) ** 3
+
+    def target(self, readings: Readings) -> Target:
+        """See `ElasticTest.target`."""
+        hem = readings["hem"]
+        low, high = (self.coefficient_of(hem.value + sign * hem.uncertainty) for sign in (-1.0, 1.0))
+        return Target(
+            test=self,
+            parameter=self.parameter,
+            measured=hem.value,
+            uncertainty=hem.uncertainty,
+            bound="at most" if low < LIMPEST else "at least" if high > STIFFEST else None,
+            guess=self.guess,
+            straight=lambda radius: float(np.log(length_share(self.coefficient_of(radius)))),
+            rising=True,
+            spread=textbook_spread(self.guess, hem),
+        )
+
+    def sentence(self, fit: Fit) -> str:
+        """See `CalibrationTest.sentence`."""
+        measured, simulated = (100.0 * self.coefficient_of(radius) for radius in (fit.measured, fit.simulated))
+        error = 100.0 * fit.uncertainty * 2.0 * fit.measured / (self.disc**2 - self.plate**2)
+        return f"Drape coefficient measured: {measured:.1f} ± {error:.1f} %; simulated: {simulated:.1f} %."
+
+    def advice(self, calibration: Calibration, fit: Fit) -> list[str]:
+        """See `CalibrationTest.advice`."""
+        if fit.bound is None:
+            return []
+        side, other = ("limp", "smaller") if fit.bound == "at most" else ("stiff", "larger")
+        return [
+            f"plate: the cloth is too {side} for this plate to tell B, which is {fit.bound} "
+            f"{1e6 * calibration.material.bending_rigidity:.2g} µN m; a disc with {other} overhang would tell."
+        ]
+
+    def remark(self, calibration: Calibration, fit: Fit) -> list[str]:
+        """Folds that were counted tell whether the cloth drapes like the simulated one."""
+        shape = calibration.shapes.get(self.name)
+        if shape is None or self.folds is None:
+            return []
+        simulated = float(np.mean([outline.nodes for outline in self.outlines(shape)]))
+        if abs(simulated - self.folds) <= FOLDS:
+            return []
+        return [
+            f"plate: {self.folds:g} folds were counted, the simulated cloth has {simulated:g}: warp and weft may "
+            "differ in bending, or the cloth may shear more easily than is assumed."
+        ]
+
+    def drawing(self, shape: np.ndarray | None) -> str:
+        """See `CalibrationTest.drawing`."""
+        return "" if shape is None else over_plate(self, shape)
+
+
+def length_share(coefficient: float) -> float:
+    """Bending length over overhang, by the formula above."""
+    inside = float(np.clip(coefficient, 0.01, 0.99))
+    return float(HALF * (inside / (1.0 - inside)) ** (1.0 / POWER))

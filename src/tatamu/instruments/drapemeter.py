@@ -1,0 +1,113 @@
+"""The drapemeter: a disc of cloth over a round plate.
+
+As in the instrument, the specimen lies flat, its middle on a plate level with a table, and the plate rises. What lies
+on the plate does not move on it: the scene holds it, and holds half a row beyond the rim as well, so that the cloth
+leaves the plate level. The mesh is a ring of concentric rows. A flat disc has no reason to buckle: small, seeded
+unevenness takes the place of the fabric's own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from tatamu.curves import minimum_jerk
+from tatamu.instruments.outline import PlanOutline
+from tatamu.material import GRAVITY, Material
+from tatamu.meshing import ROW, delaunay
+from tatamu.rollout import Rollout
+from tatamu.scene import Cloth, Gripper, Scene, Table
+
+RISE = 0.1
+"""How far the plate rises [m]; more than the cloth hangs down."""
+RISING = 2.0
+"""How long it takes [s]."""
+SETTLING = 2.0
+"""From then to the reading [s]."""
+FINENESS = 0.35
+"""Spacing of the mesh in bending lengths."""
+UNEVENNESS = 0.02
+"""Of the flat cloth's height, standard deviation in spacings of the mesh."""
+KNOTS = 21
+
+
+@dataclass(frozen=True)
+class Drapemeter:
+    """A specimen on its plate; both are round."""
+
+    specimen: float
+    """Radius of the cloth [m]."""
+    plate: float
+    """Radius of the plate [m]."""
+    spacing: float
+    """Edge length of the mesh [m]."""
+    seed: int = 0
+    """Of the unevenness, and of where the rows begin."""
+
+    @classmethod
+    def fine_enough(cls, specimen: float, plate: float, material: Material, seed: int = 0) -> Drapemeter:
+        """With a mesh that the fabric can bend on."""
+        spacing = min(FINENESS * material.bending_length, 0.2 * (specimen - plate))
+        return cls(specimen, plate, spacing, seed)
+
+    @property
+    def rows(self) -> int:
+        """Free rows of the mesh."""
+        return max(4, round((self.specimen - self.plate) / (self.spacing * ROW)))
+
+    @property
+    def row(self) -> float:
+        """Distance of the rows [m]."""
+        return (self.specimen - self.plate) / (self.rows + 0.5)
+
+    @cached_property
+    def mesh(self) -> tuple[np.ndarray, np.ndarray]:
+        """Points of the ring [m], shape (n, 2), the first rows being held, and its triangles."""
+        random = np.random.default_rng(self.seed)
+        radii = self.plate + self.row * (np.arange(-1, self.rows + 1) + 0.5)
+        rings = [_ring(radius, self.spacing, random.uniform()) for radius in radii]
+        points = np.concatenate(rings)
+        faces = delaunay(points)
+        middle = np.hypot(*points[faces].mean(axis=1).T)
+        return points, faces[middle > radii[0]]
+
+    @cached_property
+    def held(self) -> np.ndarray:
+        """Vertices on the plate, and those half a row beyond its rim."""
+        return np.flatnonzero(np.hypot(*self.mesh[0].T) < self.plate + self.row)
+
+    def scene(self, material: Material) -> Scene:
+        """The plate rises from a table without friction, in air that damps critically."""
+        points, faces = self.mesh
+        random = np.random.default_rng([self.seed, 1])
+        height = UNEVENNESS * self.spacing * np.abs(random.standard_normal(len(points)))
+        height[self.held] = 0.0
+        flat = np.column_stack([points, 0.5 * material.thickness + height])
+        u = np.linspace(0.0, 1.0, KNOTS)
+        path = np.outer(minimum_jerk(u), [0.0, 0.0, RISE])
+        return Scene(
+            cloth=Cloth(vertices=flat, faces=faces, rest_vertices=np.column_stack([points, np.zeros(len(points))])),
+            material=material.model_copy(update={"friction_table": 0.0, "air_drag": self.damping(material)}),
+            table=Table(),
+            grippers=[Gripper(vertices=self.held.tolist(), times=(RISING * u).tolist(), displacements=path)],
+            duration=RISING + SETTLING,
+            frame_rate=10.0,
+        )
+
+    def damping(self, material: Material) -> float:
+        """Air drag that damps the swing of the overhang critically [N s/m^3]: how it comes to rest does not matter."""
+        free = self.specimen - self.plate
+        return float(2.0 * material.areal_density * np.sqrt(1.5 * GRAVITY / free))
+
+    def outline(self, rollout: Rollout, frame: int = -1) -> PlanOutline:
+        """The outline from above, the plate's axis at the origin."""
+        return PlanOutline.of(rollout.positions[frame], rollout.faces, np.zeros(2))
+
+
+def _ring(radius: float, spacing: float, turn: float) -> np.ndarray:
+    """Even points on a circle [m], shape (k, 2), turned by a part of their spacing."""
+    count = max(6, round(2.0 * np.pi * radius / spacing))
+    angles = 2.0 * np.pi * (np.arange(count) + turn) / count
+    return radius * np.column_stack([np.cos(angles), np.sin(angles)])

@@ -1,0 +1,77 @@
+"""Periods and decrements of a signal that swings freely about a rest.
+
+A swing that decays a little each time is read from its zero crossings and from the extremes a_k between them:
+
+    T = distance of two crossings in the same direction,    delta = 2 ln((a_k + a_(k+1)) / (a_(k+1) + a_(k+2)))
+
+A rest that is a little off does not matter so.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class FreeSwing:
+    """One period: from a zero crossing to the next but one."""
+
+    start: float
+    """[s]"""
+    period: float
+    """T [s]."""
+    amplitude: float
+    """Peak to peak, of its two extremes [m]."""
+    decrement: float
+    """delta [-]; not a number where there is no next extreme."""
+
+    @property
+    def end(self) -> float:
+        """When the period is over [s]."""
+        return self.start + self.period
+
+
+def swings(times: np.ndarray, signal: np.ndarray, least: float) -> list[FreeSwing]:
+    """All periods of a signal [m] about 0 whose extremes are at least this far out [m].
+
+    Args:
+        times: Increasing [s], shape (k,).
+        signal: Shape (k,).
+        least: Smaller extremes are noise.
+    """
+    crossings = _crossings(times, signal)
+    extremes = [_extreme(times, signal, start, end) for start, end in pairwise(crossings)]
+    found = []
+    for k, (first, second) in enumerate(pairwise(extremes)):
+        if min(first, second) < least:
+            continue
+        third = extremes[k + 2] if k + 2 < len(extremes) else 0.0
+        decrement = 2.0 * np.log((first + second) / (second + third)) if third >= least else np.nan
+        found.append(FreeSwing(crossings[k], crossings[k + 2] - crossings[k], first + second, float(decrement)))
+    return found
+
+
+def _crossings(times: np.ndarray, signal: np.ndarray) -> list[float]:
+    """When the signal passes 0 [s], by lines between samples."""
+    change = np.flatnonzero(np.sign(signal[:-1]) * np.sign(signal[1:]) < 0)
+    part = signal[change] / (signal[change] - signal[change + 1])
+    return list(times[change] + part * (times[change + 1] - times[change]))
+
+
+def _extreme(times: np.ndarray, signal: np.ndarray, start: float, end: float) -> float:
+    """Size of the extreme between two crossings [m], by a parabola through the three samples about it."""
+    inside = np.flatnonzero((times > start) & (times < end))
+    if not len(inside):
+        return 0.0
+    top = int(inside[np.abs(signal[inside]).argmax()])
+    if not 0 < top < len(signal) - 1:
+        return float(abs(signal[top]))
+    near = slice(top - 1, top + 2)
+    a, b, c = np.polyfit(times[near] - times[top], np.abs(signal[near]), 2)
+    if not a < 0.0:
+        return float(abs(signal[top]))
+    highest = c - b * b / (4.0 * a)
+    return float(min(max(highest, abs(signal[top])), 1.3 * abs(signal[top])))

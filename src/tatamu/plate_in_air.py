@@ -1,0 +1,86 @@
+"""The air that a thin plate carries and is held by, predicted from its size.
+
+None of this is measured on cloth: it is potential flow and the measured drag of rigid plates, to choose a material's
+`air_*` fields by where no swing of the cloth was timed. docs/theory/air.md derives and compares.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+AIR_DENSITY = 1.2
+"""Density of air at 20 degrees Celsius [kg/m^3]."""
+AIR_VISCOSITY = 1.5e-5
+"""Kinematic viscosity of air at 20 degrees Celsius [m^2/s]."""
+
+_ASPECT = np.array([1.0, 1.25, 1.59, 2.0, 2.5, 3.17, 4.0, 5.0, 6.25, 8.0, 10.0])
+_COEFFICIENT = np.array([0.579, 0.642, 0.704, 0.757, 0.801, 0.840, 0.872, 0.897, 0.917, 0.934, 0.947])
+STEADY_DRAG = 1.17
+"""Drag coefficient of a square plate across a steady flow (Hoerner, Fluid-Dynamic Drag, 1965, section 3)."""
+
+
+def disc_added_mass(radius: float, density: float = AIR_DENSITY) -> float:
+    """Added mass per area of a thin disc that moves along its axis [kg/m^2].
+
+    The disc carries 8/3 density radius^3 (Lamb, Hydrodynamics, article 102); divided by its area that is
+    8 / (3 pi) density radius.
+
+    Args:
+        radius: Of the disc [m].
+        density: Of the air [kg/m^3].
+    """
+    return 8.0 / (3.0 * np.pi) * density * radius
+
+
+def rectangle_added_mass(length: float, width: float, density: float = AIR_DENSITY) -> float:
+    """Added mass per area of a thin rectangle that moves along its normal [kg/m^2].
+
+    A rectangle with sides a <= b carries C pi/4 density a^2 b, the infinite strip's mass times a coefficient C of b / a
+    that is tabulated (DNV-RP-C205, Environmental Conditions and Environmental Loads, table D-2, rectangular plates).
+    Per area that is C pi/4 density a.
+
+    Args:
+        length: One side [m].
+        width: The other side [m].
+        density: Of the air [kg/m^3].
+    """
+    short = min(length, width)
+    aspect = max(length, width) / short
+    part = np.interp(1.0 / aspect, 1.0 / _ASPECT[::-1], _COEFFICIENT[::-1])
+    if aspect > _ASPECT[-1]:  # towards 1 of the strip
+        part = 1.0 - (1.0 - _COEFFICIENT[-1]) * _ASPECT[-1] / aspect
+    return float(part * np.pi / 4.0 * density * short)
+
+
+def steady_drag(density: float = AIR_DENSITY) -> float:
+    """Drag per area and square of the speed of a square plate across a steady flow [kg/m^3]: half of density C_D."""
+    return 0.5 * density * STEADY_DRAG
+
+
+def swinging_drag(amplitude: float, width: float, density: float = AIR_DENSITY) -> float:
+    """Drag per area and square of the speed of a plate that swings along its normal [kg/m^3].
+
+    To and fro over less than its width, a plate drags more than in a steady flow, as it meets its own vortices:
+    C_D = 8 KC^(-1/3), with the Keulegan-Carpenter number KC = 2 pi amplitude / width (Graham 1980, J. Fluid Mech. 97,
+    331 to 346; between KC 1 and 30). It is never taken below that of the steady flow.
+
+    Args:
+        amplitude: Of the swing, half of peak to peak [m].
+        width: Of the plate, across the edges that shed vortices [m].
+        density: Of the air [kg/m^3].
+    """
+    number = 2.0 * np.pi * amplitude / width
+    return 0.5 * density * max(8.0 * number ** (-1.0 / 3.0), STEADY_DRAG)
+
+
+def skin_drag(frequency: float, density: float = AIR_DENSITY, viscosity: float = AIR_VISCOSITY) -> float:
+    """Linear drag along both faces of a plate that swings in its own plane [N s/m^3].
+
+    Stokes's second problem: each face is dragged by density sqrt(viscosity omega / 2) times its velocity.
+
+    Args:
+        frequency: Swings per second [1/s].
+        density: Of the air [kg/m^3].
+        viscosity: Kinematic, of the air [m^2/s].
+    """
+    return float(2.0 * density * np.sqrt(viscosity * np.pi * frequency))

@@ -1,0 +1,130 @@
+"""Rigid plates in air, solved from first principles: one that falls without turning, one that hangs and swings.
+
+Symbols: rho areal density and m_a added mass [kg/m^2], c linear [N s/m^3] and q quadratic drag [kg/m^3].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.signal import find_peaks
+
+from tatamu.material import Material
+
+
+@dataclass(frozen=True)
+class Pushed:
+    """A mass per area that a constant force pushes against drag: M dv/dt = f - c v - q v^2, from rest."""
+
+    mass: float
+    """M [kg/m^2]."""
+    force: float
+    """f [N/m^2], not negative."""
+    linear: float
+    """c [N s/m^3]."""
+    quadratic: float
+    """q [kg/m^3]."""
+
+    @property
+    def terminal_speed(self) -> float:
+        """Positive root of f = c v + q v^2 [m/s]; infinite without drag."""
+        root = np.sqrt(self.linear**2 + 4.0 * self.quadratic * self.force)
+        return 2.0 * self.force / (self.linear + root) if root > 0.0 else np.inf
+
+    def distance(self, time: float) -> float:
+        """How far it went after a time [s] from rest [m], for drag that is not zero.
+
+        With the roots v1 and -v2 of the right side and beta = (c + 2 q v1) / M the speed is
+        v1 (1 - e) / (1 + v1 / v2 e), e = exp(-beta t), whose integral is v1 t - (v1 / beta) (1 + 1 / r) ln(..).
+        """
+        fast = self.terminal_speed
+        rate = (self.linear + 2.0 * self.quadratic * fast) / self.mass
+        ratio = self.quadratic * fast / (self.linear + self.quadratic * fast)  # v1 / v2
+        gone = 1.0 - np.exp(-rate * time)
+        if ratio < 1e-9:
+            return float(fast * (time - gone / rate))
+        lost = (1.0 + 1.0 / ratio) * np.log((1.0 + ratio) / (1.0 + ratio * (1.0 - gone)))
+        return float(fast * (time - lost / rate))
+
+
+def falling(material: Material, tilt: float, gravity: float) -> tuple[Pushed, Pushed]:
+    """A plate that falls at a tilt [rad] against the horizontal: what moves it along its normal and along itself.
+
+    Every part of it has the same velocity and normal, so nothing turns it.
+    """
+    weight = material.areal_density * gravity
+    linear = material.air_drag
+    across = Pushed(
+        material.areal_density + material.air_added_mass,
+        weight * np.cos(tilt),
+        linear + material.air_drag_normal,
+        material.air_drag_quadratic,
+    )
+    along = Pushed(
+        material.areal_density,
+        weight * np.sin(tilt),
+        linear + material.air_drag_tangential,
+        material.air_drag_quadratic_tangential,
+    )
+    return across, along
+
+
+def small_swing_period(material: Material, length: float, gravity: float) -> float:
+    """Period of small swings without drag of a plate hung by its upper edge [s]: 2 pi sqrt(2 L M / (3 g rho))."""
+    heavier = 1.0 + material.air_added_mass / material.areal_density
+    return float(2.0 * np.pi * np.sqrt(2.0 * length * heavier / (3.0 * gravity)))
+
+
+def hanging(material: Material, length: float, angle: float, times: np.ndarray, gravity: float) -> np.ndarray:
+    """Angles of a plate hung by its upper edge and let go at `angle` [rad], shape (k,), at times [s], shape (k,).
+
+    Per width, with every velocity along the normal:
+    M L^3 / 3 a'' = -rho g L^2 / 2 sin(a) - c L^3 / 3 a' - q L^4 / 4 |a'| a'.
+    """
+    inertia = (material.areal_density + material.air_added_mass) * length**3 / 3
+    weight = material.areal_density * gravity * length**2 / 2
+    linear = (material.air_drag + material.air_drag_normal) * length**3 / 3
+    quadratic = material.air_drag_quadratic * length**4 / 4
+
+    def rate(_: float, state: np.ndarray) -> list[float]:
+        turned, speed = state
+        return [speed, (-weight * np.sin(turned) - linear * speed - quadratic * abs(speed) * speed) / inertia]
+
+    span = (0.0, float(times[-1]))
+    return np.asarray(solve_ivp(rate, span, [angle, 0.0], t_eval=times, rtol=1e-9, atol=1e-11).y[0])
+
+
+@dataclass(frozen=True)
+class Swing:
+    """Period and decay of a swing."""
+
+    period: float
+    """Mean time between turning points on one side [s]."""
+    decrement: np.ndarray
+    """Logarithm of each excursion over the next one on the same side [-]."""
+    excursion: np.ndarray
+    """Peak to peak about that time, in the unit of the signal."""
+
+
+def swing_of(times: np.ndarray, signal: np.ndarray) -> Swing:
+    """The swing in a signal, shape (k,), at even times [s], shape (k,), by its turning points.
+
+    The signal swings about zero, through which it passes four times at least; what is before the first is left out.
+    """
+    begin = int(np.argmax(signal * signal[0] < 0.0))
+    turns, values = _turning_points(times[begin:], signal[begin:])
+    spread = np.abs(np.diff(values))
+    return Swing(
+        period=2.0 * float(np.mean(np.diff(turns))),
+        decrement=2.0 * np.log(spread[:-1] / spread[1:]),
+        excursion=np.sqrt(spread[:-1] * spread[1:]),
+    )
+
+
+def _turning_points(times: np.ndarray, signal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    found = np.sort(np.concatenate([find_peaks(signal)[0], find_peaks(-signal)[0]]))
+    before, at, after = (signal[found + k] for k in (-1, 0, 1))
+    shift = 0.5 * (before - after) / (before - 2.0 * at + after)
+    return times[found] + shift * (times[1] - times[0]), at - 0.25 * (before - after) * shift

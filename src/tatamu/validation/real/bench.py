@@ -1,0 +1,97 @@
+"""Where scenes of real cloth are simulated: each once, its reading kept in a folder.
+
+The name of a kept reading is a digest of the scene, of what was read from it, and of the simulator's own source: what
+was computed by another version is computed again. A killed run goes on where it was.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import tatamu
+from tatamu.errors import SimulationError
+from tatamu.files import read_json, write_json
+from tatamu.rollout import Rollout
+from tatamu.scene import Scene
+from tatamu.simulators import simulate
+
+PARTS = ("simulators", "scene.py", "material.py")
+"""Parts of the package on which a rollout depends."""
+Values = dict[str, Any]
+"""Plain data; `failed` holds the message of a simulation that gave up."""
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A scene to simulate, and what to read from the rollout."""
+
+    label: str
+    scene: Scene
+    what: str
+    """Name of the reading, of which the kept value's name depends."""
+    read: Callable[[Rollout], Values]
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A simulator, and the folder where readings are kept."""
+
+    simulator: str
+    folder: Path
+    seeds: int = 3
+    """How often a drape is repeated, each time with other unevenness."""
+    tick: Callable[[str], None] = lambda label: None
+    """Called after each reading."""
+
+    @property
+    def version(self) -> str:
+        """A digest of the source that decides a rollout."""
+        return _source()
+
+    def measure(self, experiments: Sequence[Experiment]) -> list[Values]:
+        """The readings in the order of the experiments, several at a time."""
+        with ThreadPoolExecutor(max(1, min(len(experiments), _cores()))) as pool:
+            return list(pool.map(self._one, experiments))
+
+    def _one(self, experiment: Experiment) -> Values:
+        kept = self.folder / f"{self._key(experiment)}.json"
+        if not kept.exists():
+            write_json(kept, self._simulated(experiment))
+        self.tick(experiment.label)
+        values: Values = read_json(kept)
+        return values
+
+    def _simulated(self, experiment: Experiment) -> Values:
+        try:
+            return experiment.read(simulate(experiment.scene, self.simulator))
+        except SimulationError as error:
+            return {"failed": str(error)}
+
+    def _key(self, experiment: Experiment) -> str:
+        known = [self.simulator, experiment.what, self.version, experiment.scene.model_dump_json()]
+        return hashlib.sha256(json.dumps(known).encode()).hexdigest()[:24]
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@cache
+def _source() -> str:
+    """Digest of the source that decides a rollout."""
+    root = Path(tatamu.__file__).parent
+    files = [
+        path for part in PARTS for path in ([root / part] if part.endswith(".py") else (root / part).rglob("*.py"))
+    ]
+    digest = hashlib.sha256()
+    for path in sorted(files):
+        digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
+    return digest.hexdigest()

@@ -1,0 +1,69 @@
+"""Tables of measurements as CSV files: comment lines, a line of names, rows; wrong ones are refused in one line."""
+
+from __future__ import annotations
+
+import csv
+import gzip
+import io
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tatamu.errors import InputError
+from tatamu.files import read_text
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Rows of one file, as text."""
+
+    path: Path
+    rows: list[dict[str, str]]
+
+    @classmethod
+    def load(cls, path: Path, needed: Sequence[str]) -> Columns:
+        """Read a file, .csv or .csv.gz, with at least these columns.
+
+        Raises:
+            InputError: It cannot be read, has no rows or lacks a column.
+        """
+        text = _unpacked(path) if path.suffix == ".gz" else read_text(path)
+        lines = [line for line in text.splitlines() if line and not line.startswith("#")]
+        reader = csv.DictReader(lines)
+        missing = [name for name in needed if name not in (reader.fieldnames or ())]
+        if missing:
+            raise InputError(
+                f"{path}: must have the column {missing[0]}, given {', '.join(reader.fieldnames or ())[:80]}"
+            )
+        rows = list(reader)
+        if not rows:
+            raise InputError(f"{path}: must hold at least one row, given none")
+        return cls(path, rows)
+
+    def number(self, row: int, column: str) -> float:
+        """One finite number.
+
+        Raises:
+            InputError: It is none.
+        """
+        text = self.rows[row].get(column) or ""
+        try:
+            value = float(text)
+        except ValueError:
+            value = np.nan
+        if not np.isfinite(value):
+            raise InputError(f"{self.path}: row {row + 1}: {column}: must be a finite number, given {text!r}")
+        return value
+
+
+def _unpacked(path: Path) -> str:
+    try:
+        with gzip.open(path) as file:
+            return io.TextIOWrapper(file, encoding="utf-8").read()
+    except (EOFError, zlib.error, UnicodeDecodeError, gzip.BadGzipFile) as error:
+        raise InputError(f"{path}: cannot be read ({error})") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None

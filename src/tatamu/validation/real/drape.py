@@ -1,0 +1,110 @@
+"""A drape that is simulated several times, each with other unevenness."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tatamu.instruments.drapemeter import Drapemeter
+from tatamu.instruments.outline import PlanOutline
+from tatamu.presentation.drawing import Drawing
+from tatamu.rollout import Rollout
+from tatamu.validation.real.bench import Experiment, Values
+from tatamu.validation.real.fabric import Fabric
+from tatamu.validation.real.section import Sketch
+
+EARLIER = 5
+"""Frames from the reading back to where it is seen whether the cloth still moves: half a second."""
+TURN = np.linspace(0.0, 2.0 * np.pi, 181)
+
+
+@dataclass(frozen=True)
+class Size:
+    """A drapemeter by its radii [m]."""
+
+    specimen: float
+    plate: float
+
+    @property
+    def name(self) -> str:
+        """The diameters in millimetres."""
+        return f"{2e3 * self.specimen:.0f}/{2e3 * self.plate:.0f} mm"
+
+    @property
+    def ring(self) -> float:
+        """Area of the cloth beyond the plate [m^2]."""
+        return float(np.pi * (self.specimen**2 - self.plate**2))
+
+    def coefficient(self, outline: PlanOutline) -> float:
+        """The drape coefficient [%]."""
+        return 100.0 * outline.drape_coefficient(self.specimen, self.plate)
+
+
+@dataclass(frozen=True)
+class Draped:
+    """Repeats of one simulated drape; those in which the simulator gave up are left out."""
+
+    size: Size
+    outlines: Sequence[PlanOutline]
+    moving: float
+    """Largest change of a drape coefficient over the last half second [points]."""
+    failures: Sequence[str] = ()
+
+    @classmethod
+    def of(cls, values: Sequence[Values], size: Size) -> Draped:
+        """The drape of some readings."""
+        good = [each for each in values if "failed" not in each]
+        moved = [abs(each["area"] - each["area_before"]) / size.ring for each in good]
+        outlines = [PlanOutline(np.array(each["radii"])) for each in good]
+        failures = [str(each["failed"]) for each in values if "failed" in each]
+        return cls(size, outlines, 100.0 * max(moved, default=0.0), failures)
+
+    @property
+    def coefficients(self) -> np.ndarray:
+        """Drape coefficients [%], shape (repeats,)."""
+        return np.array([self.size.coefficient(outline) for outline in self.outlines])
+
+    @property
+    def mean(self) -> float:
+        """Mean drape coefficient [%]; not a number where every repeat failed."""
+        return float(self.coefficients.mean()) if self.outlines else float("nan")
+
+    @property
+    def nodes(self) -> float:
+        """Mean number of nodes."""
+        return float(np.mean([outline.nodes for outline in self.outlines])) if self.outlines else float("nan")
+
+    @property
+    def counted(self) -> str:
+        """The nodes of each repeat."""
+        return ", ".join(str(outline.nodes) for outline in self.outlines) or "none came to an end"
+
+
+def experiments(fabric: Fabric, size: Size, seeds: int) -> list[Experiment]:
+    """Repeats of one drape, with seeds from 0."""
+    plates = [Drapemeter.fine_enough(size.specimen, size.plate, fabric.material, seed) for seed in range(seeds)]
+    return [_experiment(plate, fabric, size) for plate in plates]
+
+
+def _experiment(plate: Drapemeter, fabric: Fabric, size: Size) -> Experiment:
+    def read(rollout: Rollout) -> Values:
+        last = plate.outline(rollout)
+        earlier = plate.outline(rollout, -1 - EARLIER)
+        radii = [round(float(radius), 6) for radius in last.radii]
+        return {"radii": radii, "area": last.area, "area_before": earlier.area}
+
+    return Experiment(f"{fabric.name}, {size.name}", plate.scene(fabric.material), "outline", read)
+
+
+def sketched(title: str, outlines: Sequence[PlanOutline], size: Size, note: str = "", colour: str = "plot") -> Sketch:
+    """Outlines from above over specimen and plate."""
+    circle = np.column_stack([np.cos(TURN), np.sin(TURN)])
+    drawing = Drawing.around(1.02 * size.specimen * circle, 210.0, 210.0, margin=6.0)
+    drawing.line(size.specimen * circle, "muted", 1.0, dash=4.0)
+    drawing.line(size.plate * circle, "muted", 1.0, fill="grip")
+    for number, outline in enumerate(outlines):
+        drawing.line(outline.curve, colour, 1.0 if number else 2.0)
+    drawing.words = f"{title}, from above. {note}"
+    return Sketch(title, drawing.svg(), note)

@@ -1,0 +1,59 @@
+"""A stiff plate that hangs from a moving bar, in air: the model with one degree of freedom that a cloth has to beat.
+
+    (1 + kappa) (L^2/3 phi'' + L/2 a) = - g L/2 sin(phi) - 1/L integral (c1 u + c2 |u| u) r dr,  u = v + r phi'
+
+per density and width: kappa added mass over density, c1 and c2 linear and quadratic drag over density, v and a velocity
+and acceleration of the bar across itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tatamu.material import GRAVITY
+from tatamu.validation.real.recording import STEP, Recording
+
+PIECES = 8
+"""In which the drag is summed over the plate's height."""
+
+
+@dataclass(frozen=True)
+class AirLaw:
+    """Effects of air, over the cloth's areal density."""
+
+    added_mass: float = 0.0
+    """kappa [-]"""
+    linear: float = 0.0
+    """c1 [1/s]"""
+    quadratic: float = 0.0
+    """c2 [1/m]"""
+
+
+def plate_swing(recording: Recording, air: AirLaw, length: float) -> np.ndarray:
+    """Swing of the plate's lower edge at the frames [m], shape (f,).
+
+    Args:
+        recording: Its path drives the plate.
+        air: What damps it.
+        length: L [m].
+    """
+    times, corners = recording.path
+    normal = recording.normal(times)
+    velocity = np.gradient(corners.mean(axis=1), STEP, axis=0)
+    ahead = (velocity * normal).sum(axis=1)
+    pushed = (np.gradient(velocity, STEP, axis=0) * normal).sum(axis=1)
+    radii = length * (np.arange(PIECES) + 0.5) / PIECES
+    inertia = (1.0 + air.added_mass) * length**2 / 3.0
+    angle = 0.0
+    rate = 0.0
+    angles = np.empty(len(times))
+    for k in range(len(times)):
+        angles[k] = angle
+        through = ahead[k] + radii * rate
+        drag = length / PIECES * float((air.linear * through + air.quadratic * np.abs(through) * through) @ radii)
+        torque = -0.5 * length * (GRAVITY * np.sin(angle) + (1.0 + air.added_mass) * pushed[k]) - drag / length
+        rate += STEP * torque / inertia
+        angle += STEP * rate
+    return np.interp(recording.clock, times, length * np.sin(angles))

@@ -1,0 +1,184 @@
+"""Recordings of a cloth in a robot's hands, by Luque et al. (Institut de Robotica i Informatica Industrial, Barcelona).
+
+A square cloth hangs by its upper edge from a bar in the robot's hand; a camera sees a grid of its nodes at about 10 Hz,
+the robot says where its tool is at 20 Hz. The camera lags by about 0.3 s, and each frame by some tens of milliseconds
+more or less: so the robot drives, and each frame has a clock of its own, that on which its two upper corners are where
+the robot has them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+from scipy.spatial.transform import Rotation, Slerp
+
+from tatamu.errors import InputError
+
+LAGS = np.arange(0.1, 0.6, 0.02)
+"""Lags of the camera that are tried [s]."""
+CLOCKS = np.arange(-0.15, 0.151, 0.01)
+"""Offsets of a frame's own clock [s]."""
+JITTER = 0.05
+"""Of these, standard deviation [s]."""
+CORNER_NOISE = 0.008
+"""Of a corner that the camera sees, standard deviation [m]."""
+OUTLIER = 0.04
+"""A node farther than this from the median of five frames is an outlier of the camera [m]."""
+SMOOTHING = 0.05
+"""Standard deviation of the Gaussian that smooths the robot's path [s]."""
+STEP = 0.01
+"""Of the smoothed path [s]."""
+BEFORE = 1.0
+"""The robot stands still for this long before its recording [s]."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One motion of the robot, and what the camera saw."""
+
+    name: str
+    times: np.ndarray
+    """Of the frames, on the camera's clock [s], shape (f,)."""
+    nodes: np.ndarray
+    """Positions [m], shape (f, n, n, 3): row 0 is the lower edge, the last the held one; not a number where lost."""
+    tool_times: np.ndarray
+    """Of the robot [s], shape (k,), increasing."""
+    tool_positions: np.ndarray
+    """[m], shape (k, 3)."""
+    tool_rotations: np.ndarray
+    """Quaternions (x, y, z, w), shape (k, 4)."""
+
+    @cached_property
+    def _turned(self) -> Slerp:
+        return Slerp(self.tool_times, Rotation.from_quat(self.tool_rotations))
+
+    def pose(self, times: np.ndarray) -> tuple[np.ndarray, Rotation]:
+        """Where the tool is and how it is turned at times [s]; before its first pose and after its last it stands."""
+        inside = np.clip(times, self.tool_times[0], self.tool_times[-1])
+        position = np.column_stack([np.interp(inside, self.tool_times, column) for column in self.tool_positions.T])
+        return position, self._turned(inside)
+
+    @cached_property
+    def grip(self) -> tuple[float, np.ndarray]:
+        """Lag of the camera [s], and both upper corners as the tool holds them [m], shape (2, 3)."""
+        corners = self.nodes[:, -1, [0, -1]]
+        seen = np.isfinite(corners).all(axis=(1, 2))
+        best = (np.inf, 0.0, np.zeros((2, 3)))
+        for lag in LAGS:
+            position, rotation = self.pose(self.times[seen] - lag)
+            inside = np.stack([rotation.inv().apply(corners[seen, k] - position) for k in (0, 1)], axis=1)
+            held = np.median(inside, axis=0)
+            off = float(np.minimum(np.linalg.norm(inside - held, axis=2), OUTLIER).mean())
+            if off < best[0]:
+                best = (off, float(lag), held)
+        return best[1], best[2]
+
+    @cached_property
+    def clock(self) -> np.ndarray:
+        """When each frame was taken, on the robot's clock [s], shape (f,)."""
+        lag, _ = self.grip
+        costs = []
+        for offset in CLOCKS:
+            off = np.linalg.norm(self.corners(self.times - lag + offset) - self.nodes[:, -1, [0, -1]], axis=2)
+            off = np.minimum(np.nan_to_num(off, nan=OUTLIER), OUTLIER)  # an outlier says nothing of the clock
+            costs.append((off**2).sum(axis=1) / CORNER_NOISE**2 + (offset / JITTER) ** 2)
+        return np.asarray(self.times - lag + CLOCKS[np.argmin(costs, axis=0)])
+
+    def corners(self, times: np.ndarray) -> np.ndarray:
+        """Both upper corners as the robot has them at times [s], [m], shape (k, 2, 3)."""
+        position, rotation = self.pose(times)
+        held = self.grip[1]
+        return np.stack([position + rotation.apply(held[k]) for k in (0, 1)], axis=1)
+
+    def normal(self, times: np.ndarray) -> np.ndarray:
+        """Level direction across the bar at times [s], shape (k, 3)."""
+        corners = self.corners(times)
+        along = corners[:, 1] - corners[:, 0]
+        across = np.column_stack([-along[:, 1], along[:, 0], np.zeros(len(along))])
+        return across / np.linalg.norm(across, axis=1)[:, None]
+
+    @cached_property
+    def path(self) -> tuple[np.ndarray, np.ndarray]:
+        """The bar's smoothed path: times [s], shape (k,), and both corners [m], shape (k, 2, 3)."""
+        times = np.arange(self.clock.min() - BEFORE, self.clock.max() + 2 * STEP, STEP)
+        return times, gaussian_filter1d(self.corners(times), SMOOTHING / STEP, axis=0, mode="nearest")
+
+    @cached_property
+    def good(self) -> np.ndarray:
+        """Nodes that the camera did not lose or misplace, shape (f, n, n)."""
+        from_bar = self.nodes - self.corners(self.clock).mean(axis=1)[:, None, None]
+        padded = np.pad(from_bar, ((2, 2), (0, 0), (0, 0), (0, 0)), mode="edge")
+        near = np.stack([padded[k : k + len(from_bar)] for k in range(5)])
+        usual = np.nanmedian(np.where(np.isfinite(near), near, np.nan), axis=0)
+        return np.asarray(np.linalg.norm(from_bar - usual, axis=3) <= OUTLIER)
+
+    def swing_of(self, nodes: np.ndarray) -> np.ndarray:
+        """How far the lower edge is ahead of the upper one, across the bar [m], shape (f,).
+
+        Args:
+            nodes: Positions at the frames [m], shape (f, n, n, 3).
+        """
+        apart = self._edge(nodes, 0) - self._edge(nodes, -1)
+        return np.asarray((apart * self.normal(self.clock)).sum(axis=1))
+
+    def _edge(self, nodes: np.ndarray, row: int) -> np.ndarray:
+        """Mean of the good nodes of a row [m], shape (f, 3); not a number where there are none."""
+        good = self.good[:, row, :, None]
+        count = np.where(good.any(axis=1), good.sum(axis=1), np.nan)
+        return np.asarray(np.where(good, nodes[:, row], 0.0).sum(axis=1) / count)
+
+    @cached_property
+    def swing(self) -> np.ndarray:
+        """The measured swing about its rest [m], shape (f,); not a number where the camera lost an edge."""
+        measured = self.swing_of(self.nodes)
+        return np.asarray(measured - np.nanmedian(measured))
+
+    @cached_property
+    def noise(self) -> float:
+        """RMS of the corners about where the robot has them [m]: the bar is known, what differs is the camera's."""
+        off = np.linalg.norm(self.corners(self.clock) - self.nodes[:, -1, [0, -1]], axis=2)
+        return float(np.sqrt(np.mean(off[self.good[:, -1, [0, -1]]] ** 2)))
+
+
+def load_recordings(path: Path, session: str, left_out: tuple[str, ...]) -> list[Recording]:
+    """The recordings of one session that have the robot's poses.
+
+    Raises:
+        InputError: The file cannot be read, or holds none.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files if name.startswith(session)}
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+    except (ValueError, EOFError, KeyError) as error:
+        raise InputError(f"{path}: is not an .npz file of numbers ({error})") from None
+    names = sorted({name.rsplit("__", 1)[0] for name in arrays if name.endswith("__tcp")})
+    wanted = [name for name in names if not any(word in name for word in left_out)]
+    if not wanted:
+        raise InputError(f"{path}: must hold recordings {session}__NAME__tcp, given none")
+    return [_recording(path, name, arrays) for name in wanted]
+
+
+def _recording(path: Path, name: str, arrays: dict[str, np.ndarray]) -> Recording:
+    for part, dimensions, last in (("t", 1, None), ("mesh", 4, 3), ("tcp", 2, 8)):
+        array = arrays.get(f"{name}__{part}")
+        if array is None or array.ndim != dimensions or (last and array.shape[-1] != last) or len(array) < 5:
+            raise InputError(
+                f"{path}: {name}__{part}: must have {dimensions} dimensions, given "
+                f"{'nothing' if array is None else array.shape}"
+            )
+    tool = arrays[f"{name}__tcp"].astype(float)
+    _, once = np.unique(tool[:, 0], return_index=True)
+    return Recording(
+        name.split("__")[1],
+        arrays[f"{name}__t"].astype(float),
+        arrays[f"{name}__mesh"].astype(float),
+        tool[once, 0],
+        tool[once, 1:4],
+        tool[once, 4:],
+    )

@@ -1,0 +1,178 @@
+"""Tests on real cloth: readings of known shapes and swings, fabricated measurements, files that are wrong."""
+
+from __future__ import annotations
+
+import gzip
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from tatamu.cli.app import app
+from tatamu.errors import InputError
+from tatamu.instruments.drapemeter import Drapemeter
+from tatamu.instruments.oscillation import swings
+from tatamu.instruments.outline import PlanOutline
+from tatamu.material import Material
+from tatamu.validation.real import bench as benches
+from tatamu.validation.real import notes
+from tatamu.validation.real.bench import Bench
+from tatamu.validation.real.leeds import Leeds
+from tatamu.validation.real.matsudaira import FILE, NUMBERS, Matsudaira
+from tatamu.validation.real.motion import START, fit
+from tatamu.validation.real.page import page
+from tatamu.validation.real.pendulum import AirLaw, plate_swing
+from tatamu.validation.real.recording import BEFORE, Recording, load_recordings
+from tatamu.validation.real.study import load, run
+
+ANGLES = 2.0 * np.pi * np.arange(360) / 360
+STIFF = "S,stiff,3.0,0.1,20.0,0.5,97.0,4"
+"""A fabric too stiff to drape much, which simulates in a second."""
+
+
+def waved(mean: float, folds: int, amplitude: float, ellipse: float = 0.0) -> PlanOutline:
+    return PlanOutline(mean + amplitude * np.cos(folds * ANGLES + 0.3) + ellipse * np.cos(2 * ANGLES))
+
+
+def write_fabrics(folder: Path, rows: str = STIFF) -> Path:
+    folder.mkdir(exist_ok=True)
+    (folder / FILE).write_text(f"# fabricated\nid,fabric,{','.join(NUMBERS)}\n{rows}\n")
+    return folder
+
+
+def test_an_outline_tells_what_it_was_made_of() -> None:
+    outline = waved(0.12, 7, 0.01, 0.004)
+    assert outline.nodes == 7
+    assert outline.amplitude == pytest.approx(0.01, rel=0.06)
+    assert outline.harmonic(2) == pytest.approx(0.004, rel=1e-6)
+    assert outline.wavelength == pytest.approx(2.0 * np.pi * 0.12 / 7)
+    assert waved(0.12, 7, 0.001).nodes == 0  # below the least prominence
+    assert waved(0.15, 0, 0.0).drape_coefficient(0.15, 0.09) == pytest.approx(1.0, abs=1e-3)
+    assert waved(0.09, 0, 0.0).drape_coefficient(0.15, 0.09) == pytest.approx(0.0, abs=1e-3)
+
+
+def test_an_outline_of_a_curve_is_that_of_its_radii() -> None:
+    outline = waved(0.12, 5, 0.02)
+    curve = outline.radii[:, None] * np.column_stack([np.cos(ANGLES), np.sin(ANGLES)]) + [0.3, -0.2]
+    assert PlanOutline.of_curve(curve, np.array([0.3, -0.2])).radii == pytest.approx(outline.radii, abs=1e-9)
+
+
+def test_an_outline_of_a_mesh_is_its_silhouette_even_where_the_hem_is_tucked_under() -> None:
+    points, faces = Drapemeter(0.1, 0.05, 0.01).mesh
+    radii = np.hypot(*points.T)
+    tucked = points * np.where(radii > 0.095, 0.8, 1.0)[:, None]
+    reach = PlanOutline.of(np.column_stack([tucked, 0.0 * radii]), faces, np.zeros(2)).radii
+    assert reach.min() > 0.08 and reach.max() < 0.0955
+
+
+def test_a_swing_tells_period_and_decrement_though_its_rest_is_off() -> None:
+    times = np.arange(0.0, 8.0, 0.1)
+    signal = 0.05 * np.exp(-0.4 / 1.1 * times) * np.cos(2.0 * np.pi * times / 1.1) + 0.0005
+    found = [each for each in swings(times, signal, 0.004) if np.isfinite(each.decrement)]
+    assert np.median([each.period for each in found]) == pytest.approx(1.1, rel=0.01)
+    assert np.median([each.decrement for each in found]) == pytest.approx(0.4, rel=0.1)
+    assert not swings(times, signal, 0.06)
+
+
+def recorded(air: AirLaw) -> Recording:
+    """A recording of the plate itself, whose bar is jerked across."""
+    tool_times = np.arange(0.0, 9.0, 0.05)
+    moved = 0.2 * np.clip((tool_times - 1.0) / 0.8, 0.0, 1.0)
+    tool = np.column_stack([moved, 0.0 * moved, 0.5 + 0.0 * moved])
+    still = np.tile([0.0, 0.0, 0.0, 1.0], (len(tool_times), 1))
+    times = np.arange(0.5, 9.0, 0.1)
+    top = np.stack([np.interp(times, tool_times, column) for column in tool.T], axis=1)
+    nodes = np.zeros((len(times), 3, 3, 3))
+    nodes[:] = top[:, None, None] + np.linspace(-0.15, 0.15, 3)[:, None] * [0.0, 1.0, 0.0]
+    recording = Recording("made", times + 0.3, nodes, tool_times, tool, still)
+    swung = plate_swing(recording, air, 0.3)
+    sign = -1.0  # across a bar along y is -x
+    nodes[:, 0, :, 0] += sign * swung[:, None]
+    nodes[:, 0, :, 2] -= 0.3
+    return Recording("made", times + 0.3, nodes, tool_times, tool, still)
+
+
+def test_air_is_recovered_from_a_recording_of_the_plate() -> None:
+    recording = recorded(AirLaw(0.5, 0.6, 4.0))
+    assert recording.grip[0] == pytest.approx(0.3, abs=0.021)
+    found = fit(
+        lambda air: [plate_swing(recording, air, 0.3)], [recording], lambda numbers: AirLaw(*numbers.tolist()), START
+    )
+    assert found.added_mass == pytest.approx(0.5, abs=0.1)
+    damped = found.linear + 0.05 * 6.0 * found.quadratic
+    assert damped == pytest.approx(0.6 + 0.05 * 6.0 * 4.0, rel=0.3)
+
+
+def test_a_plate_without_air_swings_like_a_physical_pendulum() -> None:
+    recording = recorded(AirLaw())
+    clock = recording.clock
+    after = clock > 2.2
+    period = np.median([each.period for each in swings(clock[after], recording.swing[after], 0.004)])
+    assert period == pytest.approx(2.0 * np.pi * np.sqrt(2.0 * 0.3 / (3.0 * 9.81)), rel=0.03)
+    assert recording.path[0][0] == pytest.approx(clock.min() - BEFORE)
+
+
+def test_a_disc_too_stiff_to_drape_keeps_its_area(tmp_path: Path) -> None:
+    section = Matsudaira().run(
+        Matsudaira().load(write_fabrics(tmp_path / "data")), Bench("native", tmp_path / "kept", seeds=1)
+    )
+    line = section.tables[0].lines[0]
+    assert float(line["254/127 mm"].split()[0]) > 80.0
+    assert "reached" in section.goal
+
+
+def test_what_was_simulated_is_not_simulated_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tests = load(write_fabrics(tmp_path / "data"), ["drape"])
+    ticks: list[str] = []
+    bench = Bench("native", tmp_path / "kept", seeds=1, tick=ticks.append)
+    first = run(tests, bench)
+    monkeypatch.setattr(benches, "simulate", None)
+    assert notes.data(run(tests, bench), "native") == notes.data(first, "native")
+    assert len(ticks) == 2 * 2
+    assert "stiff" in page(first, "native") and "stiff" in notes.page(first, "native")
+
+
+def test_another_scene_has_another_name(tmp_path: Path) -> None:
+    bench = Bench("native", tmp_path)
+    material = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-4)
+    keys = {
+        bench._key(benches.Experiment("", Drapemeter(0.1, 0.05, 0.01, seed).scene(material), what, lambda _: {}))
+        for seed in (0, 1)
+        for what in ("outline", "other")
+    }
+    assert len(keys) == 4
+
+
+WRONG = [
+    ("S,stiff,3.0,0.1,20.0,0.5,much,4", "row 1: drape_coefficient_percent: must be a finite number, given 'much'"),
+    ("", "must hold at least one row"),
+]
+
+
+@pytest.mark.parametrize(("rows", "said"), WRONG)
+def test_a_wrong_file_is_refused_in_one_line(rows: str, said: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=said):
+        load(write_fabrics(tmp_path / "data", rows), ["drape"])
+
+
+def test_missing_data_end_with_2_and_write_nothing(tmp_path: Path) -> None:
+    for data, only in ((tmp_path / "none", "drape"), (tmp_path, "drape"), (tmp_path, "motion"), (tmp_path, "nothing")):
+        arguments = ["validate", "--real", str(data), "--only", only, "--out", str(tmp_path / "out")]
+        assert isinstance(CliRunner().invoke(app, arguments).exception, InputError)
+    assert not (tmp_path / "out").exists()
+
+
+def test_outlines_and_recordings_that_are_none_are_refused(tmp_path: Path) -> None:
+    with gzip.open(tmp_path / "cusick_outlines.csv.gz", "wt") as file:
+        file.write("set,fabric\ncap,1\n")
+    with pytest.raises(InputError, match="must have the column r000"):
+        Leeds().load(tmp_path)
+    (tmp_path / "cusick_outlines.csv.gz").write_bytes(b"no gzip")
+    with pytest.raises(InputError, match="cannot be read"):
+        Leeds().load(tmp_path)
+    np.savez(tmp_path / "motion.npz", s__a__tcp=np.zeros((9, 8)), s__a__t=np.zeros(9))
+    with pytest.raises(InputError, match="s__a__mesh: must have 4 dimensions, given nothing"):
+        load_recordings(tmp_path / "motion.npz", "s", ())
+    with pytest.raises(InputError, match="must hold recordings"):
+        load_recordings(tmp_path / "motion.npz", "other", ())
