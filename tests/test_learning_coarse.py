@@ -64,10 +64,13 @@ def test_objectives_of_both_meshes_are_made_alike(two_meshes: ResultFolder) -> N
         assert trial.objective == pytest.approx(trial.trajectory_length + 0.01 * (trial.shape_distance or 0.0))
 
 
-def test_the_first_fine_trial_is_the_best_coarse_one(two_meshes: ResultFolder) -> None:
-    coarse = two_meshes.result.trials[: 7 - 3]  # the last three were running when it was proposed
-    best = min(coarse, key=lambda trial: trial.objective or np.inf)
-    assert two_meshes.result.trials[7].parameters == best.parameters
+def test_the_first_fine_trials_are_a_low_curve_and_the_best_coarse_one(two_meshes: ResultFolder) -> None:
+    trials = two_meshes.result.trials
+    low = two_meshes.result.first
+    assert [trial.parameters for trial in trials[:2]] == low[:2]
+    assert trials[7].parameters == low[2]
+    known = trials[: 8 - 3]  # the last three were running when it was proposed
+    assert trials[8].parameters == min(known, key=lambda trial: trial.objective or np.inf).parameters
 
 
 def test_a_search_on_two_meshes_goes_on_as_it_would_have(two_meshes: ResultFolder, tmp_path: Path) -> None:
@@ -128,7 +131,7 @@ def test_the_same_parameters_are_the_same_motion_on_both_meshes() -> None:
     fine = task.manipulation(PARAMETERS)
     coarse = on_coarser_mesh(task, fine, PARAMETERS)
     apart = [np.linalg.norm(a - b) for a, b in zip(fine.positions, coarse.positions, strict=True)]
-    assert max(apart) < 0.6 * task.coarser.fold.garment.spacing
+    assert max(apart) < 0.7 * task.coarser.fold.garment.spacing
     assert coarse.trajectory_length == pytest.approx(fine.trajectory_length, rel=0.02)
 
 

@@ -54,7 +54,8 @@ class Identity(OpenRecord):
     parallel: int = 1
     """How many trials are pending at a time."""
     first: list[Parameters] = Field(default_factory=list)
-    """Parameters of the first trials, where they shall not be the sampler's."""
+    """Parameters of the first trials, where they shall not be the sampler's; with `coarse`, the last of them are those of
+    the first trial on the task's own mesh."""
     coarse: float | None = None
     """Spacing of the coarser mesh that the search begins on [m]; None: all trials are on the task's own."""
 
@@ -127,15 +128,25 @@ class OptunaStudy:
         """
         finished = self.trials
         number = len(finished) + len(pending)
-        if number < len(self.identity.first):
-            return Proposal(dict(self.identity.first[number]), coarse)
         here = [trial for trial in finished[:known] if self.is_coarse(trial) == coarse]
         running = [trial.params for trial in finished[known:] if self.is_coarse(trial) == coarse]
         running += [proposal.parameters for proposal in pending if proposal.coarse == coarse]
+        first = self._first(number, coarse, len(here) + len(running))
+        if first is not None:
+            return Proposal(dict(first), coarse)
         elsewhere = [] if coarse else [trial for trial in finished[:known] if self.is_coarse(trial)]
         if elsewhere:
             return self._refine(number, elsewhere, here, running)
         return self._propose(number, here, running, coarse)
+
+    def _first(self, number: int, coarse: bool, on_this_mesh: int) -> Parameters | None:
+        """Parameters that the search shall begin with; on two meshes the last of them begin the trials on the finer."""
+        first = self.identity.first
+        if self.identity.coarse is None:
+            return first[number] if number < len(first) else None
+        if coarse:
+            return first[number] if number < len(first) - 1 else None
+        return first[-1] if first and not on_this_mesh else None
 
     def _propose(
         self, number: int, known: Sequence[FrozenTrial], running: Sequence[Parameters], coarse: bool
