@@ -55,6 +55,7 @@ PLACES = {
     "cloth": NOTES / "reproduction.md",
     "time": NOTES / "reproduction.md",
     "garments within reach": NOTES / "robots.md",
+    "margins: meshes": NOTES / "margins.md",
 }
 """The page of each table, by the name of its marks."""
 

@@ -56,6 +56,11 @@ def test_simulate_writes_a_rollout(tmp_path: Path) -> None:
         (["learn", "towel", "--out", "DIR", "--sampler", "x"], "sampler: must be one of"),
         (["learn", "towel", "--out", "DIR", "--simulator", "x"], "simulator: must be one of"),
         (["learn", "towel", "--out", "DIR", "--material", "none.toml"], "none.toml: cannot be read"),
+        (["margins", "nowhere"], "nowhere"),
+        (["margins", "DIR", "--iou", "2"], "--iou: must be from 0 to 1"),
+        (["margins", "DIR", "--distance", "-1"], "--distance: must be above 0"),
+        (["margins", "DIR", "--disturbances", "none"], "disturbances: must be default or a file"),
+        (["margins", "DIR", "--disturbances", "none.toml"], "none.toml: cannot be read"),
         (["fly"], "fly"),
     ],
 )

@@ -16,6 +16,7 @@ from tatamu.cli import (  # noqa: F401
     garments,
     install,
     learn,
+    margins,
     materials,
     measure,
     outline,

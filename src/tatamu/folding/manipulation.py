@@ -14,6 +14,7 @@ from tatamu import curves
 from tatamu.curves import Bezier
 from tatamu.folding.fold import Fold
 from tatamu.folding.pinch import pressed
+from tatamu.material import Material
 from tatamu.records import OpenRecord
 from tatamu.scene import Cloth, Gripper, Scene, Table
 
@@ -155,26 +156,57 @@ def _places(fold: Fold, grasps: tuple[int, ...]) -> tuple[np.ndarray, ...]:
     return tuple(fold.start[vertex] for vertex in grasps)
 
 
+@dataclass(frozen=True)
+class Carry:
+    """A hand that carries the vertices it holds."""
+
+    vertex: int
+    """The grasped vertex."""
+    times: np.ndarray
+    """Knots of the motion [s], shape (k,); the first is when the hand begins to move."""
+    displacements: np.ndarray
+    """From the grasp at each knot [m], shape (k, 3); the first is where the hand is as it has closed."""
+    opens: float
+    """When the hand opens [s]."""
+
+
+def carries_of(manipulation: Manipulation) -> list[Carry]:
+    """Both hands of a manipulation, left before right."""
+    times, displacements = manipulation.motion()
+    opens = manipulation.timing.opens
+    hands = zip(manipulation.grasps, displacements, strict=True)
+    return [Carry(vertex, times, moved, opens) for vertex, moved in hands]
+
+
 def scene_of(fold: Fold, manipulation: Manipulation) -> Scene:
     """The scene of one trial: the garment as it lies on the table, and the hands.
 
     A hand is one gripper, left before right, or several where its fingers press layers together.
     """
-    garment = fold.garment
-    timing = manipulation.timing
-    times, displacements = manipulation.motion()
+    return scene_with(fold, carries_of(manipulation), manipulation.timing.ends, fold.garment.material)
+
+
+def scene_with(fold: Fold, carries: Sequence[Carry], ends: float, material: Material) -> Scene:
+    """The scene of hands that carry the garment about in other manners than a manipulation says.
+
+    Args:
+        fold: The fold.
+        carries: What each hand does.
+        ends: When the scene ends [s].
+        material: Of the cloth; of another thickness it lies as much higher.
+    """
     grippers = [
-        Gripper(vertices=held, closes=timing.closes, opens=timing.opens, times=knots, displacements=path)
-        for vertex, moved in zip(manipulation.grasps, displacements, strict=True)
-        for held, down in _held(fold, vertex)
-        for knots, path in [_after_closing(times, moved, down)]
+        Gripper(vertices=held, closes=0.0, opens=carry.opens, times=knots, displacements=path)
+        for carry in carries
+        for held, down in _held(fold, carry.vertex)
+        for knots, path in [_after_closing(carry, down)]
     ]
     return Scene(
-        cloth=_cloth(fold),
-        material=garment.material,
+        cloth=_cloth(fold, material.thickness / fold.garment.material.thickness),
+        material=material,
         table=Table(),
         grippers=grippers,
-        duration=timing.ends,
+        duration=ends,
         frame_rate=FRAME_RATE,
     )
 
@@ -186,18 +218,22 @@ def _held(fold: Fold, vertex: int) -> list[tuple[list[int], float]]:
     return [(patch[down == each].tolist(), float(each)) for each in np.unique(down)[::-1]]
 
 
-def _after_closing(times: np.ndarray, moved: np.ndarray, down: float) -> tuple[list[float], np.ndarray]:
+def _after_closing(carry: Carry, down: float) -> tuple[list[float], np.ndarray]:
     """Knots [s] and displacements [m] of what the fingers press `down` while they close, and then carry along."""
-    if not down:
-        return times.tolist(), moved
-    shift = np.array([0.0, 0.0, down])
+    pressed_down = np.array([0.0, 0.0, down])
+    shift = pressed_down + carry.displacements[0]
+    if not shift.any():
+        return carry.times.tolist(), carry.displacements
     closing = curves.minimum_jerk(np.linspace(0.0, 1.0, len(_CLOSING)))[:-1, None] * shift
-    return [*_CLOSING[:-1], *times.tolist()], np.concatenate([closing, moved + shift])
+    moved = carry.displacements + pressed_down
+    return [*_CLOSING[:-1], *carry.times.tolist()], np.concatenate([closing, moved])
 
 
-def _cloth(fold: Fold) -> Cloth:
+def _cloth(fold: Fold, thicker: float) -> Cloth:
     """The cloth before the fold; once it was folded, its unstrained shape is still the flat one."""
     garment = fold.garment
     flat = garment.vertices if garment.rest is None else garment.rest
     rest = garment.rest if fold.start is garment.vertices else flat
-    return Cloth(vertices=fold.start, faces=garment.faces, rest_vertices=rest, seams=garment.seams)
+    start = fold.start if thicker == 1.0 else fold.start * [1.0, 1.0, thicker]
+    unstrained = fold.start if rest is None and start is not fold.start else rest
+    return Cloth(vertices=start, faces=garment.faces, rest_vertices=unstrained, seams=garment.seams)

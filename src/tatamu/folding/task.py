@@ -19,6 +19,7 @@ from tatamu.garments import Garment, make_garment
 from tatamu.material import Material
 from tatamu.records import OpenRecord
 from tatamu.rollout import Rollout
+from tatamu.scene import Scene
 from tatamu.simulators import named, simulate
 
 TABLE_MARGIN = 0.5
@@ -111,14 +112,23 @@ class Task:
     def evaluate(self, manipulation: Manipulation) -> Outcome:
         """Simulate and score; what goes wrong in the simulation is an outcome, not an exception."""
         length = manipulation.trajectory_length
+        return self.outcome(scene_of(self.fold, manipulation), length)
+
+    def outcome(self, scene: Scene, trajectory_length: float) -> Outcome:
+        """Simulate and score a scene of this fold; what goes wrong in the simulation is no exception.
+
+        Args:
+            scene: The scene.
+            trajectory_length: l_x of the manipulation that it is of [m].
+        """
         try:
-            rollout = simulate(scene_of(self.fold, manipulation), self.simulator)
+            rollout = simulate(scene, self.simulator)
         except SimulationError as error:
-            return Outcome(None, self.penalty(length), str(error), None)
+            return Outcome(None, self.penalty(trajectory_length), str(error), None)
         final = rollout.positions[-1]
         if self._left_table(final):
-            return Outcome(None, self.penalty(length), "the cloth left the table", rollout)
-        reached = score(self.fold, length, final)
+            return Outcome(None, self.penalty(trajectory_length), "the cloth left the table", rollout)
+        reached = score(self.fold, trajectory_length, final)
         return Outcome(reached, reached.objective, None, rollout)
 
     def refused(self, manipulation: Manipulation) -> Outcome | None:

@@ -54,7 +54,7 @@ class Identity(OpenRecord):
     parallel: int = 1
     """How many trials are pending at a time."""
     first: list[Parameters] = Field(default_factory=list)
-    """Parameters of the first trials, where they shall not be the sampler's; with `coarse`, the last of them are those of
+    """Parameters of the first trials, where they shall not be the sampler's; with `coarse`, the last of them are of
     the first trial on the task's own mesh."""
     coarse: float | None = None
     """Spacing of the coarser mesh that the search begins on [m]; None: all trials are on the task's own."""

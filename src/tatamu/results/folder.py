@@ -16,6 +16,7 @@ import numpy as np
 from tatamu.errors import InputError
 from tatamu.files import read_json, validated, write_json
 from tatamu.results.manipulation import ManipulationDescription
+from tatamu.results.margins import MarginsResult
 from tatamu.results.plan import PlanResult
 from tatamu.results.result import Result
 from tatamu.rollout import Rollout
@@ -27,6 +28,8 @@ SCENE = "scene.json"
 ROLLOUT = "rollout.npz"
 REPORT = "report.html"
 STUDY = "study.db"
+MARGINS = "margins"
+"""The folder of its margins."""
 
 COARSE_FINAL = "coarse_final"
 """Optional array of rollout.npz: the cloth after the best manipulation on the coarser mesh [m], shape (c, 3)."""
@@ -77,6 +80,31 @@ class ResultFolder:
     def study_file(self) -> Path:
         """The Optuna study: `study.db`."""
         return self.path / STUDY
+
+    @property
+    def margins_folder(self) -> Path:
+        """Where its margins are: `margins`."""
+        return self.path / MARGINS
+
+    @property
+    def margins_file(self) -> Path:
+        """How much it stands before it fails: `margins/margins.json`."""
+        return self.margins_folder / "margins.json"
+
+    @property
+    def margins(self) -> MarginsResult | None:
+        """Its margins; None where nobody measured them.
+
+        Raises:
+            InputError: The file cannot be read, or a field is wrong; the message names both.
+        """
+        if not self.margins_file.exists():
+            return None
+        return validated(MarginsResult, read_json(self.margins_file), self.margins_file)
+
+    def write_margins(self, margins: MarginsResult, out: Path) -> None:
+        """Write `margins.json` into a folder."""
+        write_json(out / self.margins_file.name, margins.model_dump())
 
     def step(self, number: int) -> ResultFolder:
         """A step of a plan, the first being 0."""

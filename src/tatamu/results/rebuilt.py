@@ -46,6 +46,14 @@ class RebuiltFold:
         assert length is not None, "the best trial is complete"
         return score(self.task.fold, length, outcome)
 
+    def on_spacing(self, spacing: float) -> Task:
+        """The task of the same fold of the flat garment on a mesh of another spacing [m].
+
+        Raises:
+            InputError: The garment cannot have it.
+        """
+        return _task(self.fold.result.task, self.fold.result.asked, self.fold.start, spacing)
+
 
 def rebuild(path: Path) -> RebuiltFold:
     """Read the folder of a learned fold and build its task again.
@@ -65,7 +73,7 @@ def rebuild(path: Path) -> RebuiltFold:
     return RebuiltFold(fold, task)
 
 
-def _task(description: TaskDescription, asked: Asked | None, start: np.ndarray) -> Task:
+def _task(description: TaskDescription, asked: Asked | None, start: np.ndarray, spacing: float | None = None) -> Task:
     """The task of a description, of cloth that lies as it lay; files are looked for where they were."""
     named = asked or description
     hands = asked.hands if asked else 1 if description.hands == 1 else None
@@ -74,7 +82,7 @@ def _task(description: TaskDescription, asked: Asked | None, start: np.ndarray) 
         size=(named.size[0], named.size[1]) if named.size else None,
         fold=named.fold,
         material=description.material,
-        spacing=named.spacing,
+        spacing=spacing or named.spacing,
         scale=asked.scale if asked else None,
         simulator=description.simulator,
         hands=hands,

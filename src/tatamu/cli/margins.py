@@ -1,0 +1,119 @@
+"""`tatamu margins`: how much a learned fold stands before it fails."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+
+from tatamu.cli.app import app
+from tatamu.errors import InputError
+
+if TYPE_CHECKING:
+    from tatamu.disturbances import Disturbances, Limits
+    from tatamu.results import ResultFolder
+
+
+@app.command()
+def margins(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a learned fold, or of a plan.")],
+    disturbances: Annotated[
+        str | None,
+        typer.Option(
+            metavar="default|FILE.toml",
+            help="What is not known, and how far it may be off; default: as the fold was learned, or the usual.",
+        ),
+    ] = None,
+    draws: Annotated[int, typer.Option(help="Draws in which everything is off at once.")] = 200,
+    seed: Annotated[int, typer.Option(help="Seed of the draws.")] = 0,
+    simulator: Annotated[
+        str | None, typer.Option(help="Ask this one: native, blender or mujoco; default: where it was learned.")
+    ] = None,
+    distance: Annotated[
+        float, typer.Option(help="The fold fails beyond this mean vertex distance, in metres.")
+    ] = 0.0125,
+    iou: Annotated[float, typer.Option(help="The fold fails below this overlap of the views from above.")] = 0.80,
+    fine: Annotated[
+        bool, typer.Option("--fine", help="On the fold's own mesh, even where a coarser one does.")
+    ] = False,
+    out: Annotated[
+        Path | None, typer.Option(metavar="OUT", help="Where it goes; default: DIR/margins, DIR/margins-SIMULATOR.")
+    ] = None,
+) -> None:
+    """Measure how far hands, grasps, cloth and table may be off before a learned fold fails.
+
+    Each disturbance alone in both directions, then all of them at once in many draws.
+
+    Examples:
+    `tatamu margins runs/towel`
+
+    `tatamu margins runs/towel --disturbances my-robot.toml --draws 500 --seed 1`
+
+    `tatamu margins runs/towel --simulator mujoco --draws 50`
+
+    `tatamu margins runs/towel --distance 0.005`
+
+    Every simulation is kept: run the same command again to go on where it stopped.
+    """
+    from tatamu.disturbances import Limits
+    from tatamu.results import ResultFolder
+
+    if not 0.0 < distance <= 1.0:
+        raise InputError(f"--distance: must be above 0 and at most 1 m, given {distance:g}")
+    if not 0.0 <= iou <= 1.0:
+        raise InputError(f"--iou: must be from 0 to 1, given {iou:g}")
+    limits = Limits(distance, iou)
+    results = ResultFolder(folder)
+    steps = results.learned_steps() if results.holds_plan else [results]
+    if not steps:
+        raise InputError(f"{folder}: holds a plan of which no step is learned yet")
+    if out is not None and len(steps) > 1:
+        raise InputError("--out: is for a single fold; give the folder of a step")
+    for step in steps:
+        _one(step, _disturbances(step, disturbances), out, draws, seed, simulator, limits, fine)
+
+
+def _disturbances(folder: ResultFolder, given: str | None) -> Disturbances:
+    from tatamu.disturbances import load_disturbances
+
+    found = load_disturbances(given or "default")
+    if found is None:
+        raise InputError("disturbances: must be default or a file .toml, given 'none', in which every fold holds")
+    return found
+
+
+def _one(
+    folder: ResultFolder,
+    disturbances: Disturbances,
+    out: Path | None,
+    draws: int,
+    seed: int,
+    simulator: str | None,
+    limits: Limits,
+    fine: bool,
+) -> None:
+    from tatamu.margins import measure
+    from tatamu.margins.page import write_page
+    from tatamu.margins.terminal import reporting, summary, table
+
+    target = out or (folder.margins_folder if simulator is None else folder.path / f"margins-{simulator}")
+    console = Console()
+    with reporting(console, f"margins of {folder.path.name}") as progress:
+        measured = measure(
+            folder.path,
+            disturbances,
+            out=target,
+            draws=draws,
+            seed=seed,
+            limits=limits,
+            simulator=simulator,
+            fine=fine,
+            progress=progress,
+        )
+    folder.write_margins(measured.result, target)
+    page = write_page(measured, target)
+    console.print(table(measured.result))
+    print(summary(measured.result))
+    print(f"margins: {page}")

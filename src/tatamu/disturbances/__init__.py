@@ -1,0 +1,30 @@
+"""Disturbances: what is not known of hands, grasps, cloth and table, and worlds drawn from it.
+
+A world turns a fold and a manipulation into a scene; it knows no simulator.
+"""
+
+from tatamu.disturbances.description import Disturbances, load_disturbances, read_disturbances, with_calibrated
+from tatamu.disturbances.disturbed import disturbed_scene
+from tatamu.disturbances.verdict import Limits, Share, Verdict, judge, share_of
+from tatamu.disturbances.world import CALM, CHANNELS, Channel, Stream, World, deviations, drawn, spread
+
+__all__ = [
+    "CALM",
+    "CHANNELS",
+    "Channel",
+    "Disturbances",
+    "Limits",
+    "Share",
+    "Stream",
+    "Verdict",
+    "World",
+    "deviations",
+    "disturbed_scene",
+    "drawn",
+    "judge",
+    "load_disturbances",
+    "read_disturbances",
+    "share_of",
+    "spread",
+    "with_calibrated",
+]

@@ -1,0 +1,206 @@
+"""The file of disturbances: how far hands, grasps, cloth, table and material may be from what the simulation takes.
+
+docs/reference/disturbances.md explains every field. Numbers are standard deviations.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from tatamu.errors import InputError
+from tatamu.files import read_toml, validated
+from tatamu.material import DIRECTIONAL_AIR, Material, Number
+from tatamu.records import Record
+
+DEFAULT = "default"
+NONE = "none"
+OWN = Path(__file__).parent
+"""Where `default.toml` is."""
+
+Length = Annotated[Number, Field(ge=0.0, le=0.5)]
+"""A standard deviation of a place [m]."""
+Angle = Annotated[Number, Field(ge=0.0, le=1.0)]
+"""A standard deviation of an angle [rad]."""
+Time = Annotated[Number, Field(ge=0.0, le=2.0)]
+"""A standard deviation of a time [s]."""
+Relative = Annotated[Number, Field(ge=0.0, le=2.0)]
+"""A standard deviation of a logarithm."""
+ThreeLengths = Annotated[list[Length], Field(min_length=3, max_length=3)]
+"""Along the fold, across it, up [m]."""
+TwoLengths = Annotated[list[Length], Field(min_length=2, max_length=2)]
+"""Along the fold, across it [m]."""
+
+FIELDS = (
+    "areal_density",
+    "stretch_stiffness",
+    "poisson_ratio",
+    "compression",
+    "bending_rigidity",
+    "thickness",
+    "friction_table",
+    "friction_cloth",
+    "air_drag",
+    *DIRECTIONAL_AIR,
+)
+"""Fields of a material that may be disturbed, in the order in which they are drawn."""
+LEAST_EIGENVALUE = -0.01
+"""Of a correlation matrix whose entries were rounded to three digits."""
+
+
+class HandErrors(Record):
+    """Errors of the hands, constant through one fold."""
+
+    offset: ThreeLengths = Field(default_factory=lambda: [0.0] * 3)
+    """Of both hands alike: along the fold, across, up [m]."""
+    difference: ThreeLengths = Field(default_factory=lambda: [0.0] * 3)
+    """Of the left hand against the right, half each: along the fold, across, up [m]."""
+    yaw: Angle = 0.0
+    """Of the pair about the middle between the hands [rad]."""
+    opening_delay: Time = 0.0
+    """Of the opening of one hand after the other [s]."""
+    speed: Relative = 0.0
+    """Of the speed of both hands."""
+
+
+class GraspErrors(Record):
+    """Errors of the place where a hand takes the edge, each hand for itself; it is laid down where it was to be."""
+
+    along: Length = 0.0
+    """Along the edge [m]."""
+    into: Length = 0.0
+    """Into the cloth [m]."""
+
+
+class PlaceErrors(Record):
+    """Errors of the place where the cloth is thought to lie."""
+
+    place: TwoLengths = Field(default_factory=lambda: [0.0] * 2)
+    """Along the fold, across it [m]."""
+    yaw: Angle = 0.0
+    """About the middle of the cloth [rad]."""
+
+
+class TableErrors(Record):
+    """Errors of the table."""
+
+    height: Length = 0.0
+    """Of its top [m]."""
+
+
+class Correlation(Record):
+    """Correlations of the logarithms of a material's fields, as a calibrated material has them."""
+
+    parameters: list[str]
+    matrix: list[list[Annotated[Number, Field(ge=-1.0, le=1.0)]]]
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        count = len(self.parameters)
+        if unknown := [name for name in self.parameters if name not in FIELDS]:
+            raise ValueError(f"parameters must be of {', '.join(FIELDS)}, given {unknown[0]!r}")
+        if len(set(self.parameters)) < count:
+            raise ValueError("parameters must differ")
+        if [len(row) for row in self.matrix] != [count] * count:
+            raise ValueError(f"matrix must have {count} rows of {count} numbers, as many as parameters")
+        matrix = np.array(self.matrix).reshape(count, count)
+        if count and (np.abs(matrix - matrix.T).max() > 1e-6 or np.abs(np.diag(matrix) - 1.0).max() > 1e-6):
+            raise ValueError("matrix must be symmetric with ones on its diagonal")
+        if count and np.linalg.eigvalsh(matrix)[0] < LEAST_EIGENVALUE:
+            raise ValueError("matrix is no correlation matrix: it has a negative eigenvalue")
+        return self
+
+
+class Disturbances(Record):
+    """All that is not known of hands, cloth and table; what is left out is known exactly."""
+
+    hands: HandErrors = HandErrors()
+    grasp: GraspErrors = GraspErrors()
+    cloth: PlaceErrors = PlaceErrors()
+    table: TableErrors = TableErrors()
+    material: dict[str, Relative] = Field(default_factory=dict)
+    """Relative deviations by field."""
+    correlation: Correlation | None = None
+    """Of the fields of `material`; None: independent."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if unknown := [name for name in self.material if name not in FIELDS]:
+            raise ValueError(f"material.{unknown[0]} must be one of {', '.join(FIELDS)}")
+        given = self.correlation.parameters if self.correlation else []
+        if missing := [name for name in given if name not in self.material]:
+            raise ValueError(f"correlation.parameters: {missing[0]} has no deviation in [material]")
+        return self
+
+    def describe(self) -> dict[str, Any]:
+        """Plain data, as `result.json` and `margins.json` hold it: only what is not known exactly."""
+        return self.model_dump(exclude_defaults=True)
+
+
+def load_disturbances(name: str) -> Disturbances | None:
+    """The disturbances of a file, the default ones, or none.
+
+    Args:
+        name: `default`, `none` or a TOML file.
+
+    Raises:
+        InputError: The file cannot be read, or a field is wrong; the message names both.
+    """
+    if name == NONE:
+        return None
+    if name != DEFAULT and not name.endswith(".toml"):
+        raise InputError(f"disturbances: must be default, none or a file .toml, given {name!r}")
+    return read_disturbances(OWN / "default.toml" if name == DEFAULT else Path(name))
+
+
+def read_disturbances(path: Path) -> Disturbances:
+    """The disturbances of a file.
+
+    Raises:
+        InputError: The file cannot be read, or a field is wrong; the message names both.
+    """
+    value = read_toml(path)
+    value.pop("source", None)
+    return validated(Disturbances, value, path)
+
+
+def with_calibrated(disturbances: Disturbances, path: Path, material: Material) -> Disturbances:
+    """Disturbances in which a calibrated material's own uncertainties take the place of the usual ones.
+
+    Args:
+        disturbances: The usual ones.
+        path: The file of the material.
+        material: The material in it.
+
+    Raises:
+        InputError: Its [uncertainty] or [correlation] is wrong.
+    """
+    value = read_toml(path) if path.is_file() else {}
+    uncertainty = value.get("uncertainty")
+    if uncertainty is None:
+        return disturbances
+    relative = {name: _relative(path, name, given, material) for name, given in _table(path, uncertainty)}
+    own = {name: deviation for name, deviation in disturbances.material.items() if name not in relative}
+    plain = disturbances.model_dump()
+    plain["material"] = {**own, **relative}
+    plain["correlation"] = value.get("correlation")
+    return validated(Disturbances, plain, path)
+
+
+def _table(path: Path, value: Any) -> list[tuple[str, Any]]:
+    if not isinstance(value, dict):
+        raise InputError(f"{path}: uncertainty: must be a table [uncertainty], given {value!r}")
+    return list(value.items())
+
+
+def _relative(path: Path, name: str, given: Any, material: Material) -> float:
+    """A standard uncertainty over the value [-]."""
+    if name not in FIELDS:
+        raise InputError(f"{path}: uncertainty.{name}: must be one of {', '.join(FIELDS)}")
+    if isinstance(given, bool) or not isinstance(given, int | float) or not 0.0 <= given < np.inf:
+        raise InputError(f"{path}: uncertainty.{name}: must be a number of 0 or more, given {given!r}")
+    value = float(getattr(material, name))
+    return float(given) / value if value else 0.0

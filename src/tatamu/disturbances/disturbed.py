@@ -1,0 +1,157 @@
+"""The scene of a manipulation in a world that is not as it was thought to be.
+
+Everything is said in the frame of the cloth: a table that is higher is a pair of hands that are lower, and cloth that
+lies elsewhere is hands that come elsewhere. So outcomes are compared with the same target in all worlds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydantic import ValidationError
+
+from tatamu import curves
+from tatamu.disturbances.description import FIELDS
+from tatamu.disturbances.world import World
+from tatamu.errors import SimulationError
+from tatamu.folding.fold import PINCH, Fold
+from tatamu.folding.manipulation import SETTLE, Carry, Manipulation, carries_of, scene_of, scene_with
+from tatamu.material import Material
+from tatamu.scene import Scene
+
+SIDES = (("left", 1.0), ("right", -1.0))
+"""Names of the hands, and which part of the difference between them is theirs."""
+
+
+def disturbed_scene(fold: Fold, manipulation: Manipulation, world: World) -> Scene:
+    """The scene of a manipulation in a world; where nothing is off it is that of `scene_of`.
+
+    Raises:
+        SimulationError: The hands would grasp the same place.
+    """
+    if world.calm:
+        return scene_of(fold, manipulation)
+    carries = [_carry(fold, manipulation, world, number) for number in range(len(manipulation.grasps))]
+    held = [carry for carry in carries if carry is not None]
+    slower = manipulation.timing.opens + manipulation.move_seconds * (1.0 / world.factor("hands.speed") - 1.0)
+    ends = max([slower, *(carry.opens for carry in held)]) + SETTLE
+    try:
+        return scene_with(fold, held, ends, _material(fold.garment.material, world))
+    except ValidationError:
+        raise SimulationError("both hands grasp the same place") from None
+
+
+def _material(usual: Material, world: World) -> Material:
+    """A material whose fields are off, within what a material may be."""
+    changed = {name: getattr(usual, name) * world.factor(f"material.{name}") for name in FIELDS}
+    bounds = {name: _bounds(name) for name in FIELDS}
+    return usual.model_copy(update={name: float(np.clip(value, *bounds[name])) for name, value in changed.items()})
+
+
+def _bounds(name: str) -> tuple[float, float]:
+    """Least and greatest value of a field of a material."""
+    limits = Material.model_fields[name].metadata
+    least = next(limit.ge for limit in limits if hasattr(limit, "ge"))
+    return float(least), float(next(limit.le for limit in limits if hasattr(limit, "le")))
+
+
+@dataclass(frozen=True)
+class _Grasp:
+    """Where a hand takes the cloth, seen from above; along the fold and across it [m]."""
+
+    vertex: int
+    """The nearest vertex, which stands for the place."""
+    slip: np.ndarray
+    """From the place where the hand was to take the cloth to where it takes it, shape (2,)."""
+    rest: float
+    """From that place to the vertex, along the fold."""
+    misses: bool
+    """Whether the fingers close beside the cloth."""
+
+
+def _carry(fold: Fold, manipulation: Manipulation, world: World, number: int) -> Carry | None:
+    """The doings of a hand; None where it misses the cloth."""
+    usual = carries_of(manipulation)[number]
+    grasp = _grasp(fold, usual.vertex, world, number)
+    if grasp.misses:
+        return None
+    speed = world.factor("hands.speed")
+    times = usual.times[0] + (usual.times - usual.times[0]) / speed
+    share = curves.minimum_jerk(np.linspace(0.0, 1.0, len(times)))[:, None]
+    back = grasp.slip + np.array([2.0 * grasp.rest, 0.0])
+    off = _off(fold, manipulation, world, number) - _in_scene(fold, np.array([*back, 0.0]))
+    moved = _turned(usual.displacements, -world["cloth.yaw"]) + np.hstack([share, share, np.ones_like(share)]) * off
+    floor = np.minimum(_floor(fold, grasp.vertex), usual.displacements[:, 2])
+    moved[:, 2] = np.maximum(moved[:, 2], floor)
+    opens = usual.opens + float(times[-1] - usual.times[-1]) + _delay(world, number)
+    return Carry(grasp.vertex, times, moved, opens)
+
+
+def _delay(world: World, number: int) -> float:
+    """By how much a hand opens late [s]: the left one where the delay is positive, else the right one."""
+    return max(0.0, SIDES[number][1] * world["hands.opening_delay"])
+
+
+def _off(fold: Fold, manipulation: Manipulation, world: World, number: int) -> np.ndarray:
+    """By how much a hand is off [m], shape (3,).
+
+    A hand takes the cloth where it finds it, so what it is off sideways shows as it carries and lays it down.
+    """
+    error = world.vector("hands.offset") - [0.0, 0.0, world["table.height"]]
+    if len(manipulation.grasps) > 1:
+        part = SIDES[number][1]
+        middle = np.mean(manipulation.positions, axis=0)
+        arm = (manipulation.positions[number] - middle)[:2]
+        turned = _turned(np.array([[*arm, 0.0]]), world["hands.yaw"])[0] - [*arm, 0.0]
+        return _in_scene(fold, error + 0.5 * part * world.vector("hands.difference")) + turned
+    return _in_scene(fold, error)
+
+
+def _grasp(fold: Fold, vertex: int, world: World, number: int) -> _Grasp:
+    """Where a hand takes the cloth that was to take it at a vertex."""
+    side = SIDES[number][0]
+    place = fold.start[vertex, :2]
+    wrong = np.array([world[f"grasp.into.{side}"], world[f"grasp.along.{side}"]])
+    middle = 0.5 * (fold.start[:, :2].min(axis=0) + fold.start[:, :2].max(axis=0))
+    seen = np.array([[*(place - middle), 0.0]])
+    turned = _turned(seen, -world["cloth.yaw"])[0, :2] + middle - place
+    lies = _in_scene(fold, np.array([world["cloth.place.along"], world["cloth.place.across"], 0.0]))[:2]
+    held = place + _in_scene(fold, np.array([*wrong, 0.0]))[:2] + turned - lies
+    into = float((held - place) @ fold.normal)
+    chosen = _nearest(fold, vertex, held)
+    rest = float((fold.start[chosen, :2] - held) @ fold.normal)
+    return _Grasp(chosen, wrong, rest, into < -PINCH)
+
+
+def _nearest(fold: Fold, vertex: int, place: np.ndarray) -> int:
+    """The vertex of the moving side that stands for a place; the one that was chosen if none is nearer."""
+    across, _ = fold.crease.split(fold.start)
+    level = np.abs(fold.start[:, 2] - fold.start[vertex, 2]) < 0.5 * fold.garment.material.thickness
+    near = np.flatnonzero((across < 0) & level)
+    distance = np.linalg.norm(fold.start[near, :2] - place, axis=1)
+    best = int(near[distance.argmin()])
+    own = float(np.linalg.norm(fold.start[vertex, :2] - place))
+    return vertex if own <= distance.min() + 1e-9 else best
+
+
+def _floor(fold: Fold, vertex: int) -> float:
+    """The least displacement upwards of a hand [m]: one that is too low meets the table, and goes no lower.
+
+    Cloth is no obstacle to it: the hand bears down on what lies below it, and drags it along.
+    """
+    return 0.5 * fold.garment.material.thickness - float(fold.start[fold.patch(vertex), 2].min())
+
+
+def _in_scene(fold: Fold, vector: np.ndarray) -> np.ndarray:
+    """A vector along the fold, across it and up, in the scene, shape (3,)."""
+    along, across, up = vector
+    return np.array([*(along * fold.normal + across * fold.crease.along), up])
+
+
+def _turned(vectors: np.ndarray, angle: float) -> np.ndarray:
+    """Vectors of shape (k, 3), turned about the vertical [rad]."""
+    if not angle:
+        return vectors
+    cos, sin = np.cos(angle), np.sin(angle)
+    return vectors @ np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])

@@ -1,0 +1,63 @@
+"""Simulations that are kept, so that margins go on where they were interrupted, and ask nothing twice."""
+
+from __future__ import annotations
+
+import json
+from hashlib import sha256
+from pathlib import Path
+
+from tatamu.disturbances import Verdict, World
+from tatamu.errors import InputError
+
+
+class Memory:
+    """Verdicts by subject and world, one line each in a file."""
+
+    def __init__(self, path: Path) -> None:
+        """Read what is there; a line that was cut off is passed over.
+
+        Raises:
+            InputError: The file cannot be read.
+        """
+        self._path = path
+        self._known: dict[str, Verdict] = {}
+        try:
+            lines = path.read_text().splitlines() if path.exists() else []
+        except (OSError, UnicodeDecodeError) as error:
+            raise InputError(f"{path}: cannot be read ({error})") from None
+        for line in lines:
+            try:
+                value = json.loads(line)
+                key = value.pop("key")
+                self._known[key] = Verdict(**value)
+            except (ValueError, TypeError, KeyError, AttributeError):
+                continue
+        self.fresh = 0
+        """How many were added."""
+
+    @staticmethod
+    def key(subject: str, world: World) -> str:
+        """The name of a simulation."""
+        values = sorted((name, value.hex()) for name, value in world.values.items() if value)
+        return sha256(json.dumps([subject, values]).encode()).hexdigest()[:24]
+
+    def get(self, key: str) -> Verdict | None:
+        """The verdict of a simulation; None where it was not made."""
+        return self._known.get(key)
+
+    def keep(self, key: str, verdict: Verdict) -> None:
+        """Keep a verdict at once."""
+        self._known[key] = verdict
+        self.fresh += 1
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        with self._path.open("a") as file:
+            file.write(("" if self._ends_well() else "\n") + json.dumps({"key": key, **verdict.as_dict()}) + "\n")
+
+    def _ends_well(self) -> bool:
+        """Whether the file ends with a whole line."""
+        with self._path.open("rb") as file:
+            file.seek(0, 2)
+            if not file.tell():
+                return True
+            file.seek(-1, 2)
+            return file.read(1) == b"\n"

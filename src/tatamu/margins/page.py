@@ -1,0 +1,246 @@
+"""The page of margins: how far each disturbance may go, how all of them together end, and the worst draws replayed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tatamu.disturbances import World
+from tatamu.disturbances.disturbed import disturbed_scene
+from tatamu.errors import SimulationError
+from tatamu.files import write_text
+from tatamu.margins.measurement import Draw, Measured, distance
+from tatamu.margins.words import TITLES, amount, reach
+from tatamu.presentation.chart import Chart, Plot, axis, line, traces
+from tatamu.presentation.page import render
+from tatamu.presentation.replay import HAND_COLOURS, HandTrack, replay_data
+from tatamu.report.errormap import largest
+from tatamu.report.headline import title
+from tatamu.results import AloneMargin, MarginsResult
+from tatamu.rollout import Rollout
+from tatamu.scene import Gripper, Scene
+from tatamu.simulators import simulate
+
+REPLAYED = 3
+"""How many of the worst draws the page replays."""
+NAMED = 3
+"""How many disturbances are named as the chief ones of a draw."""
+SURE = 0.95
+"""A fold is called sure if the interval of its share lies above this."""
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """A draw that the page replays."""
+
+    draw: Draw
+    scene: Scene
+    rollout: Rollout
+
+
+def write_page(measured: Measured, out: Path) -> Path:
+    """Write `margins.html` and return its path."""
+    path = out / "margins.html"
+    write_text(path, page(measured))
+    return path
+
+
+def page(measured: Measured) -> str:
+    """The whole page; the same margins give the same bytes."""
+    result = measured.result
+    shown = _replayed(measured)
+    return render(
+        "margins/page.html",
+        charts={"alone": [Chart("Each alone", _tornado(result), kind="tall")], "joint": [_histogram(measured)]},
+        replay=_replay(measured, shown) if shown else None,
+        events=_events(shown),
+        title=title(measured.learned.fold),
+        result=result,
+        tone="near-perfect" if result.joint.interval[0] >= SURE else "fair" if result.joint.share >= 0.8 else "failed",
+        rows=[
+            (TITLES.get(m.name, m.name), amount(m.deviation, m.unit).lstrip("+"), *reach(m)) for m in _sorted(result)
+        ],
+        worst=[_described(measured, draw) for draw in measured.draws[: 2 * REPLAYED]],
+        fold=measured.learned.fold,
+    )
+
+
+def sureness(margin: AloneMargin) -> float:
+    """How many standard deviations a disturbance may go in its worse direction; infinite where it never fails."""
+    return min(_deviations(margin, end) for end in (margin.low, margin.high))
+
+
+def _deviations(margin: AloneMargin, end: float | None) -> float:
+    if end is None:
+        return np.inf
+    value = np.log1p(end) if margin.unit == "1" else end
+    return float(abs(value) / margin.deviation)
+
+
+def _sorted(result: MarginsResult) -> list[AloneMargin]:
+    return sorted(result.alone, key=sureness)
+
+
+def _tornado(result: MarginsResult) -> Plot:
+    """Bars from the lowest to the highest value at which the fold holds, in standard deviations."""
+    rows = _sorted(result)[::-1]
+    most = 1.0 + max((_tried(margin) for margin in rows), default=1.0)
+    names = [TITLES.get(margin.name, margin.name) for margin in rows]
+    data = [_bars(rows, names, sign, most) for sign in (-1.0, 1.0)]
+    bounds = [line("x", at, colour="@line") for at in (-2.0, 2.0)]
+    return traces(
+        data,
+        barmode="overlay",
+        bargap=0.25,
+        margin={"l": 220, "r": 20, "t": 10, "b": 44},
+        xaxis=axis("standard deviations; pale: nothing failed as far as it was tried", range=[-most, most]),
+        yaxis={"automargin": True, "ticks": ""},
+        shapes=[*bounds, line("x", 0.0, dash="solid")],
+    )
+
+
+def _tried(margin: AloneMargin) -> float:
+    value = np.log1p(margin.tried[1]) if margin.unit == "1" else margin.tried[1]
+    return float(value / margin.deviation)
+
+
+def _bars(rows: Sequence[AloneMargin], names: list[str], sign: float, most: float) -> dict[str, Any]:
+    ends = [margin.low if sign < 0 else margin.high for margin in rows]
+    lengths = [min(_deviations(margin, end), most) for margin, end in zip(rows, ends, strict=True)]
+    place = 0 if sign < 0 else 1
+    return {
+        "type": "bar",
+        "orientation": "h",
+        "y": names,
+        "x": [round(sign * length, 3) for length in lengths],
+        "text": [reach(margin)[place] for margin in rows],
+        "textposition": "inside",
+        "insidetextanchor": "end",
+        "textfont": {"size": 11},
+        "constraintext": "none",
+        "marker": {"color": ["@line" if end is None else "@plot" for end in ends]},
+        "hovertemplate": "%{y}: holds to %{text}<extra></extra>",
+    }
+
+
+def _histogram(measured: Measured) -> Chart:
+    distances = [1e3 * distance(measured.subject, draw.verdict) for draw in measured.draws]
+    limit = 1e3 * measured.result.limits.mean_vertex_distance
+    width = max(0.5, round(limit / 12.0, 1))
+    beyond = min(max(distances), 6.0 * limit)
+    bins = {"start": 0.0, "end": beyond + width, "size": width}
+    shown = [round(min(value, beyond), 3) for value in distances]
+    plot = traces(
+        [{"type": "histogram", "x": shown, "xbins": bins, "marker": {"color": "@plot"}}],
+        xaxis=axis("mean vertex distance [mm]", range=[0.0, max(beyond, 1.2 * limit) + width]),
+        yaxis=axis("draws"),
+        bargap=0.06,
+        shapes=[line("x", limit, colour="@failed", dash="dash")],
+    )
+    return Chart("All at once", plot, caption=f"{len(distances)} draws; dashed: the limit.")
+
+
+def _described(measured: Measured, draw: Draw) -> tuple[int, str, str]:
+    """Number of a draw, how it ended, and what was off most."""
+    known = {margin.name: margin for margin in measured.result.alone}
+    ranked = sorted(known.values(), key=lambda margin: -abs(draw.world[margin.name]) / margin.deviation)
+    chief = [
+        f"{TITLES.get(margin.name, margin.name)}: {amount(_value(margin, draw.world), margin.unit)}"
+        for margin in ranked[:NAMED]
+    ]
+    away = draw.verdict.mean_vertex_distance
+    end = draw.verdict.error or f"{1e3 * (away or 0.0):.1f} mm, IoU {draw.verdict.mask_iou:.2f}"
+    return draw.number, end, "; ".join(chief)
+
+
+def _value(margin: AloneMargin, world: World) -> float:
+    value = world[margin.name]
+    return float(np.expm1(value)) if margin.unit == "1" else value
+
+
+def _replayed(measured: Measured) -> list[Replayed]:
+    """The worst draws that can be simulated, simulated again."""
+    subject = measured.subject
+    found: list[Replayed] = []
+    for draw in measured.draws:
+        if len(found) == REPLAYED:
+            break
+        if draw.verdict.error is not None:
+            continue
+        try:
+            scene = disturbed_scene(subject.task.fold, subject.manipulation, draw.world)
+            found.append(Replayed(draw, scene, simulate(scene, subject.task.simulator)))
+        except SimulationError:
+            continue
+    return found
+
+
+def _replay(measured: Measured, shown: Sequence[Replayed]) -> dict[str, Any]:
+    """The data of the viewer: the worst draws one after another."""
+    goal = measured.subject.task.fold.target
+    scale = largest(np.linalg.norm(shown[0].rollout.positions[-1] - goal, axis=1))
+    return replay_data(_joined(measured, shown), shown[0].scene, _hands(shown), scale)
+
+
+def _joined(measured: Measured, shown: Sequence[Replayed]) -> Rollout:
+    """The worst draws one after another."""
+    starts = _starts(shown)
+    times = [each.rollout.times + start for each, start in zip(shown, starts, strict=True)]
+    positions = np.concatenate([each.rollout.positions for each in shown])
+    target = {"target": measured.subject.task.fold.target}
+    return Rollout(np.concatenate(times), positions, shown[0].rollout.faces, shown[0].rollout.info, target)
+
+
+def _starts(shown: Sequence[Replayed]) -> list[float]:
+    """When each draw begins [s]; a frame lies between two."""
+    lengths = [each.rollout.times[-1] + 1.0 / each.scene.frame_rate for each in shown]
+    return [0.0, *np.cumsum(lengths)[:-1].tolist()]
+
+
+def _hands(shown: Sequence[Replayed]) -> list[HandTrack]:
+    """Both hands through all draws; one that missed the cloth is where the other is."""
+    tracks = []
+    starts = _starts(shown)
+    for number, colour in enumerate(HAND_COLOURS):
+        paths = []
+        holds: list[tuple[float, float | None]] = []
+        for each, start in zip(shown, starts, strict=True):
+            grippers = _leading(each.scene)
+            if not grippers:
+                paths.append(each.rollout.positions[:, 0])
+                continue
+            gripper = grippers[min(number, len(grippers) - 1)]
+            grasp = each.scene.cloth.vertices[gripper.vertices].mean(axis=0)
+            paths.append(grasp + gripper.path(each.rollout.times))
+            holds.append((start + gripper.closes, None if gripper.opens is None else start + gripper.opens))
+        tracks.append(HandTrack(colour, np.concatenate(paths), holds))
+    return tracks
+
+
+def _leading(scene: Scene) -> list[Gripper]:
+    """The first gripper of each hand: those of one hand open at one time and move alike."""
+    found: list[Gripper] = []
+    for gripper in scene.grippers:
+        alike = found and np.allclose(
+            found[-1].path(np.array(gripper.times[-1:])), gripper.displacements[-1:], atol=0.03
+        )
+        if not alike or abs(_middle(scene, found[-1]) - _middle(scene, gripper)) > 0.03:
+            found.append(gripper)
+    return found
+
+
+def _middle(scene: Scene, gripper: Gripper) -> float:
+    return float(scene.cloth.vertices[gripper.vertices, 1].mean())
+
+
+def _events(shown: Sequence[Replayed]) -> list[tuple[float, str]]:
+    """Marks under the time slider, at parts of the whole time: where each draw begins."""
+    if not shown:
+        return []
+    starts = _starts(shown)
+    end = starts[-1] + float(shown[-1].rollout.times[-1])
+    return [(start / end, f"draw {each.draw.number}") for each, start in zip(shown, starts, strict=True)]

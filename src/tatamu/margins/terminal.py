@@ -1,0 +1,64 @@
+"""Margins on a terminal: a table of what each disturbance alone may be, and how sure the fold is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from tatamu.margins.page import sureness
+from tatamu.margins.words import TITLES, amount, reach
+from tatamu.results import MarginsResult
+
+EVERY = 50
+"""Simulations per printed line where there is no terminal."""
+
+
+def table(margins: MarginsResult) -> Table:
+    """A table of how far each disturbance alone may go, those that the fold stands least first."""
+    out = Table(title="Alone, the fold holds from .. to", title_justify="left", title_style="bold")
+    out.add_column("disturbance", ratio=1)
+    for name in ("σ", "from", "to"):
+        out.add_column(name, justify="right", no_wrap=True)
+    for margin in sorted(margins.alone, key=sureness):
+        low, high = reach(margin)
+        sigma = amount(margin.deviation, margin.unit).lstrip("+")
+        out.add_row(TITLES.get(margin.name, margin.name), sigma, low, high)
+    return out
+
+
+def summary(margins: MarginsResult) -> str:
+    """How sure the fold is, and on what mesh that was found, in two lines."""
+    spread = margins.joint.mean_vertex_distance
+    mesh = margins.mesh
+    checked = (
+        f"; of the {mesh.checked} draws nearest to the limit {mesh.same} end alike on the fold's own mesh"
+        if mesh.coarser
+        else ""
+    )
+    return (
+        f"{margins.headline}: mean distance {1e3 * spread.median:.1f} mm in the median, {1e3 * spread.q90:.1f} mm at "
+        f"90 %, {1e3 * spread.worst:.1f} mm at worst\n"
+        f"{margins.simulations} simulations in {margins.simulator} on a mesh of {1e3 * mesh.spacing:.3g} mm, "
+        f"{mesh.vertices} vertices{checked}"
+    )
+
+
+@contextmanager
+def reporting(console: Console, title: str) -> Iterator[Callable[[int, int], None]]:
+    """A callback that draws a progress bar, or prints a line every so often where there is no terminal."""
+    if not console.is_terminal:
+        yield lambda done, total: _line(console, title, done, total)
+        return
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        line = bar.add_task(title, total=None)
+        yield lambda done, total: bar.update(line, completed=done, total=total)
+
+
+def _line(console: Console, title: str, done: int, total: int) -> None:
+    if done % EVERY == 0:
+        console.print(f"{title}: {done} of {total} simulations", soft_wrap=True, markup=False)

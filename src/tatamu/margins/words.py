@@ -1,0 +1,58 @@
+"""Disturbances and margins in words, for the terminal and the page."""
+
+from __future__ import annotations
+
+from tatamu.results import AloneMargin
+
+TITLES = {
+    "hands.offset.along": "both hands too far along the fold",
+    "hands.offset.across": "both hands too far to the left",
+    "hands.offset.up": "both hands too high",
+    "hands.difference.along": "left hand farther along than the right",
+    "hands.difference.across": "hands too far apart",
+    "hands.difference.up": "left hand higher than the right",
+    "hands.yaw": "pair of hands turned",
+    "hands.opening_delay": "left hand opens after the right",
+    "hands.speed": "hands too fast",
+    "grasp.along.left": "left grasp too far along the edge",
+    "grasp.along.right": "right grasp too far along the edge",
+    "grasp.into.left": "left grasp too far in",
+    "grasp.into.right": "right grasp too far in",
+    "cloth.place.along": "cloth too far along the fold",
+    "cloth.place.across": "cloth too far to the left",
+    "cloth.yaw": "cloth turned",
+    "table.height": "table too high",
+    "material.areal_density": "cloth heavier",
+    "material.stretch_stiffness": "stiffer to stretch",
+    "material.poisson_ratio": "greater Poisson ratio",
+    "material.compression": "stiffer to compress",
+    "material.bending_rigidity": "stiffer to bend",
+    "material.thickness": "thicker",
+    "material.friction_table": "more friction on the table",
+    "material.friction_cloth": "more friction on cloth",
+    "material.air_drag": "more air drag",
+    "material.air_drag_normal": "more air drag along the normal",
+    "material.air_drag_tangential": "more air drag along the surface",
+    "material.air_drag_quadratic": "more quadratic air drag along the normal",
+    "material.air_drag_quadratic_tangential": "more quadratic air drag along the surface",
+    "material.air_added_mass": "more air carried along",
+}
+"""The meaning of a positive value of each disturbance."""
+SHOWN = {"m": (1e3, "mm"), "rad": (180.0 / 3.141592653589793, "°"), "s": (1e3, "ms"), "1": (100.0, "%")}
+"""From a file's unit to the one that people read, and its name."""
+
+
+def amount(value: float, unit: str) -> str:
+    """A value with its sign and unit."""
+    scale, name = SHOWN[unit]
+    space = "" if name == "°" else " "
+    return f"{scale * value:+.3g}".replace("-", "−") + space + name
+
+
+def reach(margin: AloneMargin) -> tuple[str, str]:
+    """How far a disturbance may go below and above zero, in words."""
+    return _side(margin.low, margin.tried[0], margin.unit), _side(margin.high, margin.tried[1], margin.unit)
+
+
+def _side(end: float | None, tried: float, unit: str) -> str:
+    return f"beyond {amount(tried, unit)}" if end is None else amount(end, unit)

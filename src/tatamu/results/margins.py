@@ -1,0 +1,95 @@
+"""The models of `margins/margins.json`: how much a learned fold stands before it fails."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from tatamu.records import OpenRecord
+
+
+class HoldLimits(OpenRecord):
+    """The measures that the fold had to keep in order to hold."""
+
+    mean_vertex_distance: float
+    """At most [m]."""
+    mask_iou: float
+    """At least."""
+
+
+class AloneMargin(OpenRecord):
+    """How far one disturbance may go while everything else is as it should be."""
+
+    name: str
+    unit: str
+    """m, rad or s; 1 for a relative change."""
+    low: float | None
+    """Farthest below zero at which the fold still held; None: nothing failed as far as it was tried."""
+    high: float | None
+    """Farthest above zero."""
+    deviation: float
+    """Its standard deviation, in the same unit; of a relative change that of the logarithm."""
+    tried: tuple[float, float]
+    """How far it was tried at most."""
+
+
+class Spread(OpenRecord):
+    """Mean vertex distances of all draws [m]; a simulation that failed counts as twice that of untouched cloth."""
+
+    median: float
+    q90: float
+    worst: float
+
+
+class JointMargin(OpenRecord):
+    """Everything off at once."""
+
+    draws: int
+    held: int
+    share: float
+    interval: tuple[float, float]
+    """Of Clopper and Pearson, at 95 %."""
+    mean_vertex_distance: Spread
+
+
+class MeshUsed(OpenRecord):
+    """The mesh that was simulated."""
+
+    spacing: float
+    """[m]."""
+    vertices: int
+    coarser: bool
+    """Than the one that the fold was learned on."""
+    checked: int = 0
+    """How many draws, those nearest to the limit, were also simulated on the fold's own mesh."""
+    same: int = 0
+    """In how many of these both meshes agree whether the fold holds."""
+    apart: float = 0.0
+    """Largest difference of the mean vertex distance in these [m]."""
+
+
+class MarginsResult(OpenRecord):
+    """The margins of one learned fold."""
+
+    version: Literal[1] = 1
+    tatamu: str = ""
+    """The version that wrote it."""
+    simulator: str
+    seed: int
+    limits: HoldLimits
+    undisturbed: float | None
+    """Mean vertex distance where nothing is off [m]; None: the simulation failed."""
+    alone: list[AloneMargin]
+    joint: JointMargin
+    mesh: MeshUsed
+    simulations: Annotated[int, Field(ge=0)]
+    """How many there were."""
+    disturbances: dict[str, Any]
+    """As used."""
+
+    @property
+    def headline(self) -> str:
+        """How sure the fold is: "holds in 98 % of 200 (95 to 99)"."""
+        low, high = self.joint.interval
+        return f"holds in {100 * self.joint.share:.0f} % of {self.joint.draws} ({100 * low:.0f} to {100 * high:.0f})"

@@ -1,0 +1,281 @@
+"""Disturbances: files that are wrong are refused, worlds are reproducible, and scenes differ as the world says."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tatamu import InputError
+from tatamu.disturbances import (
+    CALM,
+    CHANNELS,
+    Disturbances,
+    Limits,
+    Share,
+    Stream,
+    Verdict,
+    World,
+    deviations,
+    disturbed_scene,
+    drawn,
+    judge,
+    load_disturbances,
+    share_of,
+    spread,
+    with_calibrated,
+)
+from tatamu.disturbances.description import FIELDS, OWN
+from tatamu.folding.manipulation import Manipulation, scene_of
+from tatamu.folding.task import Task, make_task
+from tatamu.margins.words import TITLES
+from tatamu.material import Material
+from tatamu.scene import Scene
+
+LOW = {"x1": 0.02, "z1": 0.15, "x2": 0.3, "z2": 0.01, "g1": 0, "g2": 0}
+MATRIX = "[correlation]\nparameters = ['bending_rigidity', 'friction_table']\nmatrix = "
+BOTH = "[material]\nbending_rigidity = 0.2\nfriction_table = 0.1\n"
+
+
+@pytest.fixture(scope="module")
+def task() -> Task:
+    return make_task("towel", spacing=0.04, size=(0.24, 0.5))
+
+
+@pytest.fixture(scope="module")
+def low(task: Task) -> Manipulation:
+    return task.manipulation(LOW)
+
+
+def default() -> Disturbances:
+    found = load_disturbances("default")
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize(
+    ("text", "field"),
+    [
+        ("[hands]\noffset = [0.005, 0.005]", "hands.offset"),
+        ("[hands]\noffset = [0.005, -0.001, 0.0]", "hands.offset.1"),
+        ("[hands]\nyaw = -0.1", "hands.yaw"),
+        ("[hands]\nspeed = 'fast'", "hands.speed"),
+        ("[hands]\ntwist = 0.1", "hands.twist"),
+        ("[table]\nheight = nan", "table.height"),
+        ("[material]\ncolour = 0.1", "material.colour"),
+        ("[material]\nbending_rigidity = -0.2", "material.bending_rigidity"),
+        ("wind = 1", "wind"),
+        (BOTH + MATRIX + "[[1.0, 0.5], [0.4, 1.0]]", "symmetric"),
+        (BOTH + MATRIX + "[[2.0, 0.5], [0.5, 1.0]]", "correlation.matrix"),
+        (BOTH + MATRIX + "[[1.0, 0.5]]", "matrix must have 2 rows"),
+        (MATRIX + "[[1.0, 0.5], [0.5, 1.0]]", "has no deviation"),
+        (
+            "[material]\nbending_rigidity = 0.1\nfriction_table = 0.1\nareal_density = 0.1\n[correlation]\n"
+            "parameters = ['bending_rigidity', 'friction_table', 'areal_density']\n"
+            "matrix = [[1.0, 0.9, -0.9], [0.9, 1.0, 0.9], [-0.9, 0.9, 1.0]]",
+            "negative eigenvalue",
+        ),
+    ],
+)
+def test_a_wrong_field_is_one_line_that_names_it(tmp_path: Path, text: str, field: str) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(text)
+    with pytest.raises(InputError) as caught:
+        load_disturbances(str(file))
+    assert field in str(caught.value) and "mine.toml" in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_what_is_neither_default_nor_none_nor_a_file_is_refused() -> None:
+    with pytest.raises(InputError, match="default, none or a file"):
+        load_disturbances("some")
+    assert load_disturbances("none") is None
+
+
+def test_every_default_has_a_source() -> None:
+    file = tomllib.loads((OWN / "default.toml").read_text())
+    given = {f"{table}.{name}" for table, values in file.items() if table != "source" for name in values}
+    assert given == set(file["source"])
+
+
+def test_every_number_of_a_material_may_be_off_and_everything_has_words() -> None:
+    assert set(FIELDS) == set(Material.model_fields) - {"blender"}
+    assert set(TITLES) == {channel.name for channel in CHANNELS}
+
+
+def test_worlds_are_the_same_again_and_do_not_depend_on_how_many_there_are() -> None:
+    for make in (drawn, spread):
+        few, many = make(default(), 4, 7, Stream.LEARNING), make(default(), 9, 7, Stream.LEARNING)
+        assert few == many[:4]
+        assert make(default(), 4, 8, Stream.LEARNING) != few
+        assert make(default(), 4, 7, Stream.JUDGING) != few
+
+
+def test_what_one_world_draws_of_one_thing_does_not_depend_on_the_others() -> None:
+    alone = drawn(Disturbances.model_validate({"table": {"height": 0.002}}), 5, 0, Stream.MARGINS)
+    among = drawn(default(), 5, 0, Stream.MARGINS)
+    assert [world["table.height"] for world in alone] == [world["table.height"] for world in among]
+
+
+def test_deviations_and_correlations_are_those_of_the_file() -> None:
+    plain = {
+        **default().model_dump(exclude_defaults=True),
+        "correlation": {
+            "parameters": ["bending_rigidity", "friction_table"],
+            "matrix": [[1.0, -0.8], [-0.8, 1.0]],
+        },
+    }
+    disturbances = Disturbances.model_validate(plain)
+    worlds = drawn(disturbances, 3000, 1, Stream.MARGINS)
+    for name, deviation in deviations(disturbances).items():
+        values = np.array([world[name] for world in worlds])
+        assert values.std() == pytest.approx(deviation, rel=0.06)
+        assert abs(values.mean()) < 0.08 * deviation
+    both = np.array([[w["material.bending_rigidity"], w["material.friction_table"]] for w in worlds])
+    assert np.corrcoef(both.T)[0, 1] == pytest.approx(-0.8, abs=0.03)
+
+
+def test_few_spread_worlds_have_the_mean_and_the_deviation_of_many() -> None:
+    worlds = spread(default(), 16, 0, Stream.LEARNING)
+    for name, deviation in deviations(default()).items():
+        values = np.array([world[name] for world in worlds])
+        assert abs(values.mean()) < 0.2 * deviation
+        assert values.std() == pytest.approx(deviation, rel=0.3)
+
+
+def test_a_calibrated_material_brings_its_own(tmp_path: Path) -> None:
+    file = tmp_path / "cloth.toml"
+    file.write_text(
+        "[material]\nareal_density = 0.2\nstretch_stiffness = 100.0\nbending_rigidity = 2e-5\n"
+        "[uncertainty]\nbending_rigidity = 1e-6\nareal_density = 0.004\n"
+        "[correlation]\nparameters = ['areal_density', 'bending_rigidity']\nmatrix = [[1.0, 0.5], [0.5, 1.0]]\n"
+    )
+    material = Material(areal_density=0.2, stretch_stiffness=100.0, bending_rigidity=2e-5)
+    own = with_calibrated(default(), file, material)
+    assert own.material["bending_rigidity"] == pytest.approx(0.05)
+    assert own.material["areal_density"] == pytest.approx(0.02)
+    assert own.material["friction_table"] == default().material["friction_table"]
+    assert own.correlation is not None
+    file.write_text(file.read_text().replace("1e-6", "-1e-6"))
+    with pytest.raises(InputError, match=r"uncertainty\.bending_rigidity"):
+        with_calibrated(default(), file, material)
+
+
+def test_where_nothing_is_off_the_scene_is_the_usual_one(task: Task, low: Manipulation) -> None:
+    usual = scene_of(task.fold, low)
+    assert disturbed_scene(task.fold, low, CALM).model_dump_json() == usual.model_dump_json()
+    tiny = World({channel.name: 1e-300 for channel in CHANNELS})
+    near = disturbed_scene(task.fold, low, tiny)
+    assert not tiny.calm and near.duration == usual.duration and near.material == usual.material
+    times = np.arange(near.frames) / near.frame_rate
+    for one, other in zip(near.grippers, usual.grippers, strict=True):
+        assert one.vertices == other.vertices and one.opens == other.opens
+        assert one.path(times) == pytest.approx(other.path(times), abs=1e-12)
+
+
+def ends(scene: Scene) -> np.ndarray:
+    """Where the hands lay the cloth down [m], shape (h, 3)."""
+    return np.array([gripper.displacements[-1] for gripper in scene.grippers])
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "moved"),
+    [
+        ("hands.offset.along", 0.005, [[0.005, 0, 0]] * 2),
+        ("hands.offset.across", 0.005, [[0, 0.005, 0]] * 2),
+        ("hands.offset.up", 0.003, [[0, 0, 0.003]] * 2),
+        ("hands.difference.along", 0.004, [[0.002, 0, 0], [-0.002, 0, 0]]),
+        ("hands.difference.up", 0.004, [[0, 0, 0.002], [0, 0, -0.002]]),
+        ("table.height", -0.002, [[0, 0, 0.002]] * 2),
+        ("grasp.along.left", 0.005, [[0, -0.005, 0], [0, 0, 0]]),
+        ("grasp.into.right", 0.005, [[0, 0, 0], [0.005, 0, 0]]),
+        ("cloth.place.along", 0.004, [[-0.008, 0, 0]] * 2),
+        ("cloth.place.across", 0.004, [[0, 0, 0]] * 2),
+    ],
+)
+def test_each_disturbance_moves_the_release_as_it_should(
+    task: Task, low: Manipulation, name: str, value: float, moved: list[list[float]]
+) -> None:
+    usual = ends(scene_of(task.fold, low))
+    assert ends(disturbed_scene(task.fold, low, World({name: value}))) - usual == pytest.approx(
+        np.array(moved), abs=1e-9
+    )
+
+
+def test_hands_turn_as_a_pair_about_the_middle_between_them(task: Task, low: Manipulation) -> None:
+    shift = ends(disturbed_scene(task.fold, low, World({"hands.yaw": 0.1}))) - ends(scene_of(task.fold, low))
+    apart = low.positions[0][1] - low.positions[1][1]
+    assert shift[:, 0] == pytest.approx(np.array([-1, 1]) * np.sin(0.1) * apart / 2)
+    assert shift.sum(axis=0) == pytest.approx(0.0)
+
+
+def test_hands_follow_their_path_faster_and_open_one_after_the_other(task: Task, low: Manipulation) -> None:
+    usual = scene_of(task.fold, low)
+    fast = disturbed_scene(task.fold, low, World({"hands.speed": np.log(2.0)}))
+    seconds = usual.grippers[0].times[-1] - usual.grippers[0].times[0]
+    assert fast.grippers[0].times[-1] - fast.grippers[0].times[0] == pytest.approx(seconds / 2)
+    assert fast.duration == pytest.approx(usual.duration - seconds / 2)
+    for delay, late in ((0.1, 0), (-0.1, 1)):
+        scene = disturbed_scene(task.fold, low, World({"hands.opening_delay": delay}))
+        opened = [gripper.opens for gripper in scene.grippers]
+        assert opened[late] - opened[1 - late] == pytest.approx(0.1)  # type: ignore[operator]
+        assert scene.duration == pytest.approx(usual.duration + 0.1)
+
+
+def test_a_hand_that_is_too_low_meets_the_table(task: Task, low: Manipulation) -> None:
+    scene = disturbed_scene(task.fold, low, World({"hands.offset.up": -0.02}))
+    half = 0.5 * task.fold.garment.material.thickness
+    for gripper in scene.grippers:
+        heights = scene.cloth.vertices[gripper.vertices, 2].min() + gripper.displacements[:, 2]
+        assert heights.min() == pytest.approx(half)
+
+
+def test_a_grasp_a_cell_farther_along_holds_the_next_vertex(task: Task, low: Manipulation) -> None:
+    scene = disturbed_scene(task.fold, low, World({"grasp.along.left": -0.04}))
+    held = scene.cloth.vertices[scene.grippers[0].vertices, 1].mean()
+    usual = scene_of(task.fold, low)
+    assert held < usual.cloth.vertices[usual.grippers[0].vertices, 1].mean() - 0.02
+
+
+def test_fingers_that_close_beside_the_cloth_hold_nothing(task: Task, low: Manipulation) -> None:
+    scene = disturbed_scene(task.fold, low, World({"grasp.into.left": -0.012}))
+    assert len(scene.grippers) == 1
+
+
+def test_the_material_is_off_within_what_a_material_may_be(task: Task, low: Manipulation) -> None:
+    usual = task.fold.garment.material
+    values = {f"material.{name}": 0.1 for name in FIELDS} | {"material.friction_table": 9.0}
+    scene = disturbed_scene(task.fold, low, World(values))
+    assert scene.material.bending_rigidity == pytest.approx(usual.bending_rigidity * np.exp(0.1))
+    assert scene.material.friction_table == 10.0
+    assert scene.material.compression == 1.0
+    thicker = scene.material.thickness / usual.thickness
+    assert scene.cloth.vertices[:, 2] == pytest.approx(task.fold.start[:, 2] * thicker)
+    assert Material.model_validate(scene.material.model_dump()) == scene.material
+
+
+def test_hands_that_would_grasp_one_place_fail_and_end_nothing(task: Task, low: Manipulation) -> None:
+    verdict = judge(task, low, World({"grasp.along.left": -0.1, "grasp.along.right": 0.1}))
+    assert verdict.error == "both hands grasp the same place" and not verdict.holds(Limits())
+
+
+def test_a_share_counts_failures_and_has_the_interval_of_clopper_and_pearson() -> None:
+    good, far, failed = Verdict(0.005, 0.9), Verdict(0.02, 0.9), Verdict(None, None, "tore")
+    apart = Verdict(0.005, 0.7)
+    share = share_of([good, far, failed, apart], Limits())
+    assert (share.draws, share.held) == (4, 1)
+    low, high = Share(200, 196).interval
+    assert (low, high) == pytest.approx((0.9496, 0.9945), abs=1e-4)
+    assert str(Share(200, 196)) == "holds in 98 % of 200 (95 to 99)"
+
+
+def test_a_low_fold_suffers_where_hands_are_low_and_a_high_one_does_not(task: Task, low: Manipulation) -> None:
+    high = task.manipulation({**LOW, "z1": 0.2, "x2": 0.4, "z2": 0.2})
+    below = World({"hands.offset.up": -0.006})
+    worse = []
+    for manipulation in (low, high):
+        calm, lowered = (judge(task, manipulation, world).mean_vertex_distance for world in (CALM, below))
+        assert calm is not None and lowered is not None
+        worse.append(lowered - calm)
+    assert worse[0] > 0.010 and abs(worse[1]) < 0.003

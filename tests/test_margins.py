@@ -1,0 +1,153 @@
+"""Margins: found by halving, kept, gone on with, and written as the contract says."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tatamu import InputError
+from tatamu.disturbances import Disturbances, Limits, Verdict, World, load_disturbances
+from tatamu.folding.task import make_task
+from tatamu.learning import learn
+from tatamu.margins import Measured, measure
+from tatamu.margins.page import page, sureness
+from tatamu.margins.terminal import summary
+from tatamu.results import ResultFolder
+from tests.test_cli import tatamu
+
+UP = Disturbances.model_validate({"hands": {"offset": [0.0, 0.0, 0.003], "yaw": 0.01}})
+ONE = Disturbances.model_validate({"hands": {"yaw": 0.01}})
+
+
+@pytest.fixture(scope="module")
+def learned(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("margins")
+    learn(make_task("towel", spacing=0.04, size=(0.24, 0.5)), folder, trials=4, baselines=False)
+    return folder
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[World]:
+    """Worlds that were simulated, by a simulator in which a fold ends as far away as its hands are off upwards."""
+    worlds: list[World] = []
+
+    def known(task: Any, manipulation: Any, world: World) -> Verdict:
+        worlds.append(world)
+        up = world["hands.offset.up"]
+        return Verdict(None, None, "tore") if up > 0.02 else Verdict(2.0 * abs(up), 0.9)
+
+    monkeypatch.setattr("tatamu.margins.measurement.judge", known)
+    monkeypatch.setattr("tatamu.margins.subject.judge", known)
+    return worlds
+
+
+def run(folder: Path, out: Path, **options: Any) -> Measured:
+    return measure(folder, UP, out=out, **{"draws": 30, **options})
+
+
+def test_margins_are_where_the_fold_fails(learned: Path, asked: list[World], tmp_path: Path) -> None:
+    result = run(learned, tmp_path).result
+    by_name = {margin.name: margin for margin in result.alone}
+    assert set(by_name) == {"hands.offset.up", "hands.yaw"}
+    up = by_name["hands.offset.up"]
+    assert up.low is not None and up.high is not None
+    assert -0.00625 <= up.low <= -0.00625 + 0.00225 and 0.00625 - 0.00225 <= up.high <= 0.00625
+    assert (by_name["hands.yaw"].low, by_name["hands.yaw"].high) == (None, None)
+    assert by_name["hands.yaw"].tried == pytest.approx((-0.08, 0.08))
+    assert sureness(by_name["hands.yaw"]) > sureness(up)
+
+
+def test_the_share_is_that_of_the_draws(learned: Path, asked: list[World], tmp_path: Path) -> None:
+    joint = run(learned, tmp_path, draws=200).result.joint
+    worlds = asked[-200:] if len(asked) < 200 else [world for world in asked if len(world.values) == 2]
+    held = sum(2.0 * abs(world["hands.offset.up"]) <= 0.0125 for world in worlds)
+    assert joint.held == held and joint.draws == 200 and joint.share == held / 200
+    assert joint.interval[0] < joint.share < joint.interval[1]
+    assert 0.9 < joint.share < 1.0
+    spread = joint.mean_vertex_distance
+    assert spread.median < spread.q90 < spread.worst
+
+
+def test_what_failed_in_the_simulator_counts(learned: Path, asked: list[World], tmp_path: Path) -> None:
+    wild = Disturbances.model_validate({"hands": {"offset": [0.0, 0.0, 0.02]}})
+    measured = measure(learned, wild, out=tmp_path, draws=20)
+    joint = measured.result.joint
+    assert joint.draws == 20 and joint.held < 12
+    assert joint.mean_vertex_distance.worst > 0.1  # twice what untouched cloth has
+    assert measured.draws[0].verdict.error == "tore"
+
+
+def test_nothing_is_simulated_twice_and_a_torn_line_costs_one_simulation(
+    learned: Path, asked: list[World], tmp_path: Path
+) -> None:
+    first = run(learned, tmp_path).result
+    count = len(asked)
+    assert run(learned, tmp_path).result == first and len(asked) == count
+    kept = tmp_path / "simulated.jsonl"
+    kept.write_bytes(kept.read_bytes()[:-20])
+    assert run(learned, tmp_path).result == first and len(asked) == count + 1
+    tighter = run(learned, tmp_path, limits=Limits(mean_vertex_distance=0.002)).result
+    assert len(asked) < count + 20 and tighter.joint.held < first.joint.held
+
+
+def test_margins_do_not_depend_on_how_many_workers_there_are(learned: Path, tmp_path: Path) -> None:
+    results = []
+    for workers in (1, 3):
+        with ThreadPoolExecutor(workers) as pool:
+            out = tmp_path / str(workers)
+            results.append(measure(learned, ONE, out=out, draws=3, executor=pool).result)
+    assert results[0] == results[1]
+
+
+def test_a_killed_run_goes_on(learned: Path, tmp_path: Path) -> None:
+    code = (
+        "import os, sys; from pathlib import Path\n"
+        "from tests.test_margins import ONE; from tatamu.margins import measure\n"
+        "measure(Path(sys.argv[1]), ONE, out=Path(sys.argv[2]), draws=4, "
+        "progress=lambda done, total: os._exit(9) if done == 4 else None)"
+    )
+    ended = subprocess.run([sys.executable, "-c", code, learned, tmp_path / "killed"], check=False)
+    assert ended.returncode == 9
+    assert len((tmp_path / "killed" / "simulated.jsonl").read_text().splitlines()) == 4
+    killed, whole = (measure(learned, ONE, out=tmp_path / name, draws=4) for name in ("killed", "whole"))
+    assert killed.result == whole.result
+
+
+def test_the_page_and_the_summary_say_how_sure_the_fold_is(learned: Path, tmp_path: Path) -> None:
+    measured = measure(learned, ONE, out=tmp_path, draws=5)
+    assert measured.result.headline in page(measured) and "pair of hands turned" in page(measured)
+    assert page(measured) == page(measured)
+    assert summary(measured.result).startswith(measured.result.headline)
+
+
+def test_the_file_is_what_the_contract_says(learned: Path, tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text("[table]\nheight = 0.002\n")
+    ended = tatamu("margins", str(learned), "--draws", "3", "--disturbances", str(tmp_path / "mine.toml"))
+    assert ended.returncode == 0, ended.stderr
+    data = json.loads((learned / "margins" / "margins.json").read_text())
+    assert {"limits", "alone", "joint", "seed"} <= set(data)
+    assert set(data["joint"]) == {"draws", "held", "share", "interval", "mean_vertex_distance"}
+    assert set(data["joint"]["mean_vertex_distance"]) == {"median", "q90", "worst"}
+    assert {"name", "unit", "low", "high"} <= set(data["alone"][0])
+    assert ResultFolder(learned).margins is not None
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [({"draws": 0}, "draws"), ({"seed": -1}, "seed"), ({"simulator": "none"}, "simulator")],
+)
+def test_wrong_options_are_refused(learned: Path, tmp_path: Path, options: dict[str, Any], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        run(learned, tmp_path, **options)
+
+
+def test_disturbances_without_any_are_refused(learned: Path, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="deviation"):
+        measure(learned, Disturbances(), out=tmp_path)
+    assert load_disturbances("none") is None
