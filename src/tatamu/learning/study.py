@@ -60,7 +60,7 @@ class Identity(OpenRecord):
     """Spacing of the coarser mesh that the search begins on [m]; None: all trials are on the task's own."""
 
 
-class Proposal(NamedTuple):
+class ProposedTrial(NamedTuple):
     """The next trial."""
 
     parameters: Parameters
@@ -118,7 +118,7 @@ class OptunaStudy:
         coarse = self.identity.coarse
         return coarse is not None and bool(trial.user_attrs.get("spacing") == coarse)
 
-    def ask(self, pending: Sequence[Proposal], known: int, coarse: bool = False) -> Proposal:
+    def ask(self, pending: Sequence[ProposedTrial], known: int, coarse: bool = False) -> ProposedTrial:
         """The next trial.
 
         Args:
@@ -133,7 +133,7 @@ class OptunaStudy:
         running += [proposal.parameters for proposal in pending if proposal.coarse == coarse]
         first = self._first(number, coarse, len(here) + len(running))
         if first is not None:
-            return Proposal(dict(first), coarse)
+            return ProposedTrial(dict(first), coarse)
         elsewhere = [] if coarse else [trial for trial in finished[:known] if self.is_coarse(trial)]
         if elsewhere:
             return self._refine(number, elsewhere, here, running)
@@ -150,7 +150,7 @@ class OptunaStudy:
 
     def _propose(
         self, number: int, known: Sequence[FrozenTrial], running: Sequence[Parameters], coarse: bool
-    ) -> Proposal:
+    ) -> ProposedTrial:
         sampler = make_sampler(self.identity.sampler, self.identity.seed, number, self._known_part)
         scratch = optuna.create_study(sampler=sampler, direction="minimize")
         scratch.add_trials(known)
@@ -158,7 +158,7 @@ class OptunaStudy:
             scratch.add_trial(create_trial(state=TrialState.RUNNING, params=parameters, distributions=self.space))
         with threadpool_limits(1):  # the matrices are small: threads that wait for one another cost ten times the work
             parameters = dict(scratch.ask(self.space).params)
-        return Proposal(parameters, coarse, getattr(sampler, "expected_gain", None))
+        return ProposedTrial(parameters, coarse, getattr(sampler, "expected_gain", None))
 
     def _refine(
         self,
@@ -166,13 +166,13 @@ class OptunaStudy:
         coarse: Sequence[FrozenTrial],
         fine: Sequence[FrozenTrial],
         running: Sequence[Parameters],
-    ) -> Proposal:
+    ) -> ProposedTrial:
         random = np.random.default_rng([self.identity.seed, number])
         with threadpool_limits(1):
             parameters, gain = refining_proposal(
                 self.space, self._known_part, _known(coarse), _known(fine), running, random
             )
-        return Proposal(parameters, False, gain)
+        return ProposedTrial(parameters, False, gain)
 
     def tell(self, parameters: Parameters, objective: float, attributes: dict[str, Any]) -> None:
         """Record a finished trial."""
