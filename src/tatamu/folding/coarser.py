@@ -82,6 +82,13 @@ def as_on_finer_mesh(task: Task, manipulation: Manipulation, coarse: Manipulatio
     return replace(found, objective=objective, score=score)
 
 
+def objective_on_coarser_mesh(task: Task, manipulation: Manipulation, coarse: Manipulation, objective: float) -> float:
+    """The objective on the coarser mesh that is this one in the numbers of the finer: `as_on_finer_mesh` backwards."""
+    assert task.coarser is not None, "the task has a coarser mesh"
+    larger = len(task.fold.start) / len(task.coarser.fold.start)
+    return coarse.trajectory_length + (objective - manipulation.trajectory_length) / larger
+
+
 def _nearest(point: np.ndarray, points: np.ndarray, candidates: np.ndarray) -> int:
     """The candidate vertex that lies nearest to a point, seen from above."""
     return int(candidates[np.linalg.norm(points[candidates, :2] - point[:2], axis=1).argmin()])

@@ -12,7 +12,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from time import perf_counter
 
-from tatamu.folding.coarser import as_on_finer_mesh, on_coarser_mesh
+import numpy as np
+
+from tatamu.errors import WorkerKilledError
+from tatamu.folding.coarser import as_on_finer_mesh, objective_on_coarser_mesh, on_coarser_mesh
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.task import Outcome, Task
 from tatamu.results.result import Parameters
@@ -27,10 +30,19 @@ class Evaluation:
     seconds: float
 
 
-def evaluate(task: Task, manipulation: Manipulation) -> Evaluation:
-    """Simulate and score one manipulation; the same to the last bit wherever it runs, but for the time."""
+def evaluate(task: Task, manipulation: Manipulation, below: float = np.inf) -> Evaluation:
+    """Simulate and score one manipulation; the same to the last bit wherever it runs, but for the time.
+
+    Args:
+        task: What is folded.
+        manipulation: How.
+        below: The rollout comes with the outcome where the objective is less than this: others are not kept, and would
+            only be carried from machine to machine.
+    """
     started = perf_counter()
     outcome = task.evaluate(manipulation)
+    if not outcome.objective < below:
+        outcome = replace(outcome, rollout=None)
     return Evaluation(outcome, perf_counter() - started)
 
 
@@ -44,17 +56,28 @@ class Pending:
     """The manipulation on the task's coarser mesh, where it runs there."""
     evaluation: Future[Evaluation]
 
-    @property
-    def ended(self) -> Evaluation:
-        """The evaluation once it has ended, in the numbers of the task's own mesh."""
-        ended = self.evaluation.result()
+    def ended(self, which: str) -> Evaluation:
+        """Wait for a trial, in the numbers of the task's own mesh; one that ended the processes it ran in has failed.
+
+        Args:
+            which: Its seed and number, for the error.
+        """
+        try:
+            ended = self.evaluation.result()
+        except WorkerKilledError as error:
+            penalty = self.task.penalty(self.manipulation.trajectory_length)
+            return Evaluation(Outcome(None, penalty, f"{error} ({which})", None), 0.0)
         if self.coarse is None:
             return ended
         return replace(ended, outcome=as_on_finer_mesh(self.task, self.manipulation, self.coarse, ended.outcome))
 
 
 def submitted(
-    executor: Executor, task: Task, manipulation: Manipulation, on_coarser: Parameters | None = None
+    executor: Executor,
+    task: Task,
+    manipulation: Manipulation,
+    below: float = np.inf,
+    on_coarser: Parameters | None = None,
 ) -> Pending:
     """Hand a trial to an executor; one that the task's robot cannot do has ended at once.
 
@@ -62,17 +85,19 @@ def submitted(
         executor: Where it runs.
         task: The fold.
         manipulation: What the hands do.
+        below: The rollout comes with the outcome where the objective is less than this (`evaluate`).
         on_coarser: The parameters of the manipulation, if it is to run on the task's coarser mesh.
     """
     refused = task.refused(manipulation)
     if refused is not None:
-        ended: Future[Evaluation] = Future()
-        ended.set_result(Evaluation(refused, 0.0))
-        return Pending(task, manipulation, None, ended)
+        at_once: Future[Evaluation] = Future()
+        at_once.set_result(Evaluation(refused, 0.0))
+        return Pending(task, manipulation, None, at_once)
     if task.coarser is None or on_coarser is None:
-        return Pending(task, manipulation, None, executor.submit(evaluate, _alone(task), manipulation))
+        return Pending(task, manipulation, None, executor.submit(evaluate, _alone(task), manipulation, below))
     coarse = on_coarser_mesh(task, manipulation, on_coarser)
-    return Pending(task, manipulation, coarse, executor.submit(evaluate, _alone(task.coarser), coarse))
+    there = objective_on_coarser_mesh(task, manipulation, coarse, below)
+    return Pending(task, manipulation, coarse, executor.submit(evaluate, _alone(task.coarser), coarse, there))
 
 
 def _alone(task: Task) -> Task:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from tatamu.folding.interpolation import interpolated
 from tatamu.folding.manipulation import scene_of
 from tatamu.folding.score import vertex_distances
 from tatamu.folding.task import Outcome, Task
-from tatamu.learning.evaluation import Pending, submitted
+from tatamu.learning.evaluation import Evaluation, Pending, submitted
 from tatamu.learning.outcomes import attributes_of, baseline_of, best_number, result_of
 from tatamu.learning.schedule import Schedule, ScheduledTrial
 from tatamu.learning.study import OptunaStudy, ProposedTrial
@@ -24,10 +25,13 @@ from tatamu.results import MOMENTS, ResultFolder, describe_manipulation
 from tatamu.results.folder import COARSE_FINAL
 from tatamu.results.result import Parameters
 
+Stage = Literal["trials", "baselines", "report"]
+"""Stages of a study: its trials, then the fixed trajectories, then its files and the page."""
+
 
 @dataclass(frozen=True)
 class Progress:
-    """Progress of a study; given to the caller after every trial."""
+    """Progress of a study; given to the caller after every trial and when a stage begins."""
 
     done: int
     trials: int
@@ -35,6 +39,7 @@ class Progress:
     """Least objective so far."""
     best_distance: float | None
     """Mean vertex distance of that trial [m]."""
+    stage: Stage = "trials"
 
 
 class Runner:
@@ -51,8 +56,10 @@ class Runner:
         """Whether no trial is left to run."""
         return schedule.coarse_next(self._planned([])) is None
 
-    def run(self, schedule: Schedule, baselines: bool) -> Iterator[None]:
-        """Run the trials that are left, and the fixed trajectories; yields after each trial, in order.
+    def run(self, schedule: Schedule, baselines: bool) -> Iterator[Stage]:
+        """Run the trials that are left, and the fixed trajectories.
+
+        Yields the stage after each trial, in order, and once more when only the fixed trajectories are left.
 
         Args:
             schedule: How many trials there shall be, and on which mesh.
@@ -66,19 +73,21 @@ class Runner:
             while (coarse := schedule.coarse_next(self._planned([each for each, _ in running]))) is not None:
                 if len(running) == pending:
                     self._finish(*running.popleft())
-                    yield
+                    yield "trials"
                 known = max(0, len(self.study.trials) + len(running) - pending + 1)
                 proposal = self.study.ask([each for each, _ in running], known, coarse)
-                running.append((proposal, self._begin(proposal.parameters, coarse)))
+                running.append((proposal, self._begin(proposal.parameters, coarse, self._least(coarse))))
             if baselines and self.study.baselines is None:
                 made = {name: make(self.task.fold) for name, (_, make) in BASELINES.items()}
-                others |= {name: submitted(self._executor, self.task, each) for name, each in made.items()}
+                others |= {name: submitted(self._executor, self.task, each, -np.inf) for name, each in made.items()}
             while running:
                 self._finish(*running.popleft())
-                yield
+                yield "trials"
             if others:
+                yield "baselines"
                 self.study.baselines = [
-                    baseline_of(name, each.manipulation, each.ended.outcome) for name, each in others.items()
+                    baseline_of(name, each.manipulation, self._ended(each, f"baseline {name}"))
+                    for name, each in others.items()
                 ]
         finally:
             for each in [*(begun for _, begun in running), *others.values()]:
@@ -96,17 +105,26 @@ class Runner:
         finished = list(map(ScheduledTrial, meshes, gains))
         return finished + [ScheduledTrial(proposal.coarse, proposal.gain) for proposal in running]
 
-    def _begin(self, parameters: Parameters, coarse: bool) -> Pending:
+    def _begin(self, parameters: Parameters, coarse: bool, below: float = np.inf) -> Pending:
         manipulation = self.task.manipulation(parameters)
-        return submitted(self._executor, self.task, manipulation, parameters if coarse else None)
+        return submitted(self._executor, self.task, manipulation, below, parameters if coarse else None)
+
+    def _ended(self, begun: Pending, which: str) -> Evaluation:
+        return begun.ended(f"seed {self.study.identity.seed}, {which}")
+
+    def _least(self, coarse: bool) -> float:
+        """The least objective so far on one of the meshes: only a trial with a lesser one may be kept."""
+        here = [trial for trial in self.study.trials if self.study.is_coarse(trial) == coarse]
+        return min((float(t.values[0]) for t in here if t.user_attrs["state"] == "complete"), default=np.inf)
 
     def _finish(self, proposal: ProposedTrial, begun: Pending) -> None:
         """Record a trial when it has ended."""
-        outcome = begun.ended.outcome
+        evaluation = self._ended(begun, f"trial {len(self.study.trials)}")
+        outcome = evaluation.outcome
         attributes = attributes_of(
             outcome,
             begun.manipulation.trajectory_length,
-            begun.ended.seconds,
+            evaluation.seconds,
             spacing=self._spacing(proposal.coarse),
             expected_gain=proposal.gain,
         )
@@ -123,7 +141,13 @@ class Runner:
     def _best(self, count: int | None = None) -> int | None:
         return best_number(self.study.trials, count, self.study.identity.coarse)
 
-    def progress(self, trials: int) -> Progress:
+    @property
+    def succeeded(self) -> bool:
+        """Whether any trial so far on the task's own mesh is complete."""
+        best = self._best()
+        return best is not None and not self.study.is_coarse(self.study.trials[best])
+
+    def progress(self, trials: int, stage: Stage = "trials") -> Progress:
         """How far the study is."""
         done = self.study.trials
         best = self._best()
@@ -132,6 +156,7 @@ class Runner:
             trials=trials,
             best=None if best is None else done[best].value,
             best_distance=None if best is None else done[best].user_attrs["mean_vertex_distance"],
+            stage=stage,
         )
 
     def write(self, folder: ResultFolder, until_gain: float | None) -> Path:
@@ -145,8 +170,8 @@ class Runner:
 
         trials = self.study.trials
         best = self._best()
-        if best is not None and self.study.is_coarse(trials[best]):
-            best = None  # nothing on the task's own mesh did not fail
+        if not self.succeeded:
+            best = None
         outcome = None if best is None else self._outcome(best)
         baselines = self.study.baselines
         result = result_of(self.study.identity, self.task.asked, trials, baselines, best, outcome)
@@ -172,7 +197,8 @@ class Runner:
         number, count = self.task.step
         if self.task.coarser is None or number == count:
             return {}
-        rollout = self._begin(self.study.trials[best].params, coarse=True).ended.outcome.rollout
+        begun = self._begin(self.study.trials[best].params, coarse=True)
+        rollout = self._ended(begun, f"trial {best} on the coarser mesh").outcome.rollout
         return {} if rollout is None else {COARSE_FINAL: rollout.positions[-1]}
 
     def _shown(self) -> dict[str, int]:
@@ -195,5 +221,6 @@ class Runner:
         """The outcome of a finished trial, simulated again if it was before this run; the same to the last bit."""
         if number not in self._kept:
             trial = self.study.trials[number]
-            self._kept[number] = self._begin(trial.params, self.study.is_coarse(trial)).ended.outcome
+            begun = self._begin(trial.params, self.study.is_coarse(trial))
+            self._kept[number] = self._ended(begun, f"trial {number}").outcome
         return self._kept[number]

@@ -153,6 +153,16 @@ def _digest(task: Task) -> str:
     return digest(fold.start.round(6) + 0.0, fold.garment.faces, fold.left, fold.right, np.array([ratio, *robot]))
 
 
+class SharedStudyRecord(OpenRecord):
+    """The file `study.json`: where the study of a folder is that is in a shared database."""
+
+    version: Literal[1]
+    storage: str
+    """`postgresql://USER@HOST/DB`, never with a password."""
+    name: str
+    """Of the study there."""
+
+
 class Crossings(OpenRecord):
     """How many edges pass through triangles."""
 
@@ -165,7 +175,7 @@ class Crossings(OpenRecord):
 class Result(OpenRecord):
     """The study: its task, its search, its trials."""
 
-    UNSAID: ClassVar[frozenset[str]] = frozenset({"parallel", "first", "coarse", "until_gain"})
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"parallel", "first", "coarse", "until_gain", "bounds"})
 
     version: Literal[1]
     tatamu: str = ""
@@ -182,6 +192,8 @@ class Result(OpenRecord):
     """Spacing of the coarser mesh that the search began on [m]; None: all trials are on the task's own."""
     until_gain: float | None = None
     """The search ended by itself when less than this part of the best objective was expected; None: it did not."""
+    bounds: dict[str, list[float]] = Field(default_factory=dict)
+    """Least and greatest value that the search could choose, by parameter; empty where a version did not write it."""
     asked: Asked | None = None
     """None in folders of versions that did not write it."""
     wall_seconds: float | None = None
