@@ -18,7 +18,7 @@ PLACES = {
     "learning: short": README,
     "speed: short": README,
     "learning: long": NOTES / "learning.md",
-    "learning: parallel": NOTES / "learning.md",
+    "times": NOTES / "learning.md",
     "search: towel": NOTES / "search.md",
     "search: T-shirt": NOTES / "search.md",
     "search: trousers": NOTES / "search.md",

@@ -11,7 +11,7 @@ import typer
 
 from tatamu.cli.app import Interrupted, app
 from tatamu.cli.cluster import SchedulerOption, StorageOption
-from tatamu.cli.learning import LearnOptions
+from tatamu.cli.learning import LearnOptions, counted
 
 
 @app.command()
@@ -48,11 +48,24 @@ def learn(
     grasps: Annotated[
         str, typer.Option(help="Search grasps as integer, or continuous and floored as in the paper.")
     ] = "integer",
-    trials: Annotated[int, typer.Option(help="Trials of the study in the end.")] = 50,
+    trials: Annotated[
+        str,
+        typer.Option(
+            metavar="N|auto",
+            help="Trials of the study in the end; auto: until less than 0.1 % is expected to be gained.",
+        ),
+    ] = "50",
     seed: Annotated[int, typer.Option(help="Seed of the search.")] = 0,
     parallel: Annotated[
         int | None,
         typer.Option(help="Trials pending at a time, on any number of cores; default: 4. With 1 each knows all."),
+    ] = None,
+    coarse: Annotated[
+        bool | None,
+        typer.Option(
+            help="Search on a coarser mesh first, and end on the default one (default, where there is one).",
+            show_default=False,
+        ),
     ] = None,
     robot: Annotated[
         str | None,
@@ -69,7 +82,7 @@ def learn(
 
     `tatamu learn towel --size 0.30x0.50 --trials 20 --seed 1 --out runs/small`
 
-    `tatamu learn towel --parallel 1 --out runs/one-by-one`
+    `tatamu learn towel --trials auto --out runs/quick`
 
     `tatamu learn tshirt --fold shop --out runs/shop`
 
@@ -95,9 +108,10 @@ def learn(
         simulator=simulator,
         sampler=sampler,
         grasps=grasps,
-        trials=trials,
+        trials=counted(trials),
         seed=seed,
         parallel=parallel,
+        coarse=coarse,
         robot=robot,
         baselines=baselines,
     )
@@ -127,7 +141,7 @@ def learn(
         with (
             shared_database(storage) as database,
             executor_at(scheduler) as executor,
-            LearningDisplay(job, trials, fixed, prepares=executor is None) as display,
+            LearningDisplay(job, options.most_trials, fixed, prepares=executor is None) as display,
         ):
             report = options.learn(job, out, display.reporting, executor, database)
     except KeyboardInterrupt:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from concurrent.futures import Executor
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import ConfigDict, Field
 
@@ -36,11 +36,19 @@ class LearnOptions(Record):
     simulator: str = "native"
     sampler: str = "gp"
     grasps: str = "integer"
-    trials: Whole = 50
+    trials: Whole | Literal["auto"] = 50
     seed: Whole = 0
     parallel: Whole | None = None
+    coarse: YesNo | None = None
     robot: str | None = None
     baselines: YesNo = True
+
+    @property
+    def most_trials(self) -> int:
+        """How many trials a study may have in the end."""
+        from tatamu.learning.schedule import Schedule
+
+        return Schedule(self.trials, 1).most
 
     def job(self) -> Job:
         """The garment and the plan that folds it.
@@ -81,10 +89,21 @@ class LearnOptions(Record):
             grasps=self.grasps,  # type: ignore[arg-type]
             baselines=self.baselines,
             parallel=self.parallel,
+            coarse=self.coarse,
             executor=executor,
             database=database,
             reporting=reporting,
         )
+
+
+def counted(trials: str) -> int | Literal["auto"]:
+    """A number of trials, or auto."""
+    if trials == "auto":
+        return "auto"
+    try:
+        return int(trials)
+    except ValueError:
+        raise InputError(f"trials: must be a whole number or auto, given {trials!r}") from None
 
 
 def _reach(robot: str | None) -> Reach | None:

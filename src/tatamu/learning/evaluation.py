@@ -15,8 +15,10 @@ from time import perf_counter
 import numpy as np
 
 from tatamu.errors import WorkerKilledError
+from tatamu.folding.coarser import as_on_finer_mesh, objective_on_coarser_mesh, on_coarser_mesh
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.task import Outcome, Task
+from tatamu.results.result import Parameters
 from tatamu.simulators.many import processors
 
 
@@ -44,31 +46,63 @@ def evaluate(task: Task, manipulation: Manipulation, below: float = np.inf) -> E
     return Evaluation(outcome, perf_counter() - started)
 
 
-def submitted(executor: Executor, task: Task, manipulation: Manipulation, below: float = np.inf) -> Future[Evaluation]:
-    """Hand a trial to an executor; one that the task's robot cannot do has ended at once."""
-    refused = task.refused(manipulation)
-    if refused is None:
-        plain = task if task.reach is None else replace(task, reach=None)
-        return executor.submit(evaluate, plain, manipulation, below)
-    at_once: Future[Evaluation] = Future()
-    at_once.set_result(Evaluation(refused, 0.0))
-    return at_once
+@dataclass(frozen=True)
+class Pending:
+    """A trial that is being evaluated."""
+
+    task: Task
+    manipulation: Manipulation
+    coarse: Manipulation | None
+    """The manipulation on the task's coarser mesh, where it runs there."""
+    evaluation: Future[Evaluation]
+
+    def ended(self, which: str) -> Evaluation:
+        """Wait for a trial, in the numbers of the task's own mesh; one that ended the processes it ran in has failed.
+
+        Args:
+            which: Its seed and number, for the error.
+        """
+        try:
+            ended = self.evaluation.result()
+        except WorkerKilledError as error:
+            penalty = self.task.penalty(self.manipulation.trajectory_length)
+            return Evaluation(Outcome(None, penalty, f"{error} ({which})", None), 0.0)
+        if self.coarse is None:
+            return ended
+        return replace(ended, outcome=as_on_finer_mesh(self.task, self.manipulation, self.coarse, ended.outcome))
 
 
-def ended(task: Task, manipulation: Manipulation, future: Future[Evaluation], which: str) -> Evaluation:
-    """Wait for a trial; one that ended the processes it ran in has failed.
+def submitted(
+    executor: Executor,
+    task: Task,
+    manipulation: Manipulation,
+    below: float = np.inf,
+    on_coarser: Parameters | None = None,
+) -> Pending:
+    """Hand a trial to an executor; one that the task's robot cannot do has ended at once.
 
     Args:
-        task: What is folded.
-        manipulation: How.
-        future: Of the trial.
-        which: Its seed and number, for the error.
+        executor: Where it runs.
+        task: The fold.
+        manipulation: What the hands do.
+        below: The rollout comes with the outcome where the objective is less than this (`evaluate`).
+        on_coarser: The parameters of the manipulation, if it is to run on the task's coarser mesh.
     """
-    try:
-        return future.result()
-    except WorkerKilledError as error:
-        penalty = task.penalty(manipulation.trajectory_length)
-        return Evaluation(Outcome(None, penalty, f"{error} ({which})", None), 0.0)
+    refused = task.refused(manipulation)
+    if refused is not None:
+        at_once: Future[Evaluation] = Future()
+        at_once.set_result(Evaluation(refused, 0.0))
+        return Pending(task, manipulation, None, at_once)
+    if task.coarser is None or on_coarser is None:
+        return Pending(task, manipulation, None, executor.submit(evaluate, _alone(task), manipulation, below))
+    coarse = on_coarser_mesh(task, manipulation, on_coarser)
+    there = objective_on_coarser_mesh(task, manipulation, coarse, below)
+    return Pending(task, manipulation, coarse, executor.submit(evaluate, _alone(task.coarser), coarse, there))
+
+
+def _alone(task: Task) -> Task:
+    """The task without what an evaluation has no use for."""
+    return replace(task, reach=None, coarser=None)
 
 
 @contextmanager

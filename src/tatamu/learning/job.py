@@ -18,19 +18,22 @@ import numpy as np
 
 from tatamu.errors import InputError
 from tatamu.folding.advice import UncarriedWarning, advice
+from tatamu.folding.coarser import with_coarser
 from tatamu.folding.fold import Fold, ideal_folds
 from tatamu.folding.task import Job, Task, digest
 from tatamu.garments.garmentfile import files_of
 from tatamu.learning.database import SharedDatabase
 from tatamu.learning.learn import check_parallel, check_search, learn, locked, pending_trials
-from tatamu.learning.place import existing_place
+from tatamu.learning.place import StudyPlace, existing_place
 from tatamu.learning.reachable import check_reach
 from tatamu.learning.runner import Progress
-from tatamu.learning.space import Grasps, carried_over
+from tatamu.learning.schedule import Schedule, Trials
+from tatamu.learning.space import Grasps, carried_over, low_curves
 from tatamu.learning.study import held_identity
 from tatamu.learning.whole import write_whole
 from tatamu.material import is_preset
 from tatamu.results import ResultFolder, Sources, keep_inputs
+from tatamu.results.folder import COARSE_FINAL
 from tatamu.results.result import Parameters
 
 Reporting = Callable[[Task, int], AbstractContextManager[Callable[[Progress], None]]]
@@ -46,12 +49,13 @@ def learn_job(
     job: Job,
     folder: Path,
     *,
-    trials: int = 50,
+    trials: Trials = 50,
     seed: int = 0,
     sampler: str = "gp",
     grasps: Grasps = "integer",
     baselines: bool = True,
     parallel: int | None = None,
+    coarse: bool | None = None,
     executor: Executor | None = None,
     database: SharedDatabase | None = None,
     reporting: Reporting = _silent,
@@ -65,12 +69,14 @@ def learn_job(
     Args:
         job: The garment and the plan that folds it.
         folder: Where it goes; made if it is not there.
-        trials: How many trials each step shall have in the end.
+        trials: How many trials each step shall have in the end, or "auto" (`learn`).
         seed: Of the search of every step.
         sampler: Name of the sampler.
         grasps: Search grasps as whole numbers, or as real numbers that are floored, as in the paper.
         baselines: Also score the fixed trajectories.
         parallel: How many trials are pending at a time (`learn`).
+        coarse: Search on a coarser mesh first, where the job has one (`with_coarser`). None: as the study began, or
+            else yes.
         executor: Where trials run; None: threads on every processor.
         database: Holds the studies; None: the file `study.db` of each folder.
         reporting: Draws the progress of a step.
@@ -103,17 +109,22 @@ def learn_job(
         warnings.warn(line, UncarriedWarning, stacklevel=2)
     opened = _keeping(job, folder, reporting)
     if count == 1:
-        return _learn(job.task(0), folder, trials, opened, options)
+        place = existing_place(results, database)
+        task = _with_meshes(job, coarse, place).task(0)
+        return _learn(task, folder, trials, opened, {**options, "first": _first(task, place, sampler)})
     with locked(results):
         options["parallel"] = pending_trials(parallel, job.simulator, results.step(0), database)
+        job = _with_meshes(job, coarse, existing_place(results.step(0), database))
         ideals = [fold.target for fold in ideal_folds(job.garment, job.plan, job.hands)]
         state: np.ndarray | None = None
+        coarse_state: np.ndarray | None = None
         found: list[tuple[Fold, Parameters]] = []
         for number in range(count):
-            task = job.task(number, state)
+            task = job.task(number, state, coarse_state)
             own = results.step(number)
             _forget_if_outdated(task, own, database)
             first = [carried_over(parameters, fold, task.fold, grasps) for fold, parameters in found]
+            first = first or _first(task, existing_place(own, database), sampler)
             try:
                 _learn(task, own.path, trials, opened, {**options, "first": first})
             except KeyboardInterrupt:
@@ -123,11 +134,12 @@ def learn_job(
                 raise
             found.append((task.fold, own.result.best_trial.parameters))
             state = own.rollout.positions[-1]
+            coarse_state = own.rollout.extra.get(COARSE_FINAL)
         return write_whole(job, results, ideals)
 
 
-def _learn(task: Task, folder: Path, trials: int, reporting: Reporting, options: dict[str, Any]) -> Path:
-    with reporting(task, trials) as progress:
+def _learn(task: Task, folder: Path, trials: Trials, reporting: Reporting, options: dict[str, Any]) -> Path:
+    with reporting(task, Schedule(trials, 1).most) as progress:
         return learn(task, folder, trials=trials, progress=progress, **options)
 
 
@@ -169,6 +181,21 @@ def _sources(job: Job) -> dict[str, Sources]:
     if job.reach and job.reach.files:
         found["robot"] = Sources(job.reach.files)
     return found
+
+
+def _with_meshes(job: Job, coarse: bool | None, place: StudyPlace | None) -> Job:
+    """The job with the meshes that its search is to use."""
+    held = held_identity(place) if coarse is None else None
+    wanted = coarse if coarse is not None else held is None or held.coarse is not None
+    return with_coarser(job) if wanted else job
+
+
+def _first(task: Task, place: StudyPlace | None, sampler: str) -> list[Parameters]:
+    """Parameters that the search of a first step begins with: those that the study began with, or else low curves."""
+    held = held_identity(place)
+    if held is not None:
+        return held.first
+    return low_curves(task.fold) if sampler == "gp" else []
 
 
 def _refuse_other(folder: ResultFolder, count: int) -> None:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
-from concurrent.futures import Executor, Future
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -13,13 +13,16 @@ import numpy as np
 
 from tatamu.errors import TatamuError
 from tatamu.folding.baselines import BASELINES
-from tatamu.folding.manipulation import Manipulation, scene_of
+from tatamu.folding.interpolation import interpolated
+from tatamu.folding.manipulation import scene_of
 from tatamu.folding.score import vertex_distances
 from tatamu.folding.task import Outcome, Task
-from tatamu.learning.evaluation import Evaluation, ended, submitted
+from tatamu.learning.evaluation import Evaluation, Pending, submitted
 from tatamu.learning.outcomes import attributes_of, baseline_of, best_number, result_of
-from tatamu.learning.study import OptunaStudy
+from tatamu.learning.schedule import Schedule, ScheduledTrial
+from tatamu.learning.study import OptunaStudy, ProposedTrial
 from tatamu.results import MOMENTS, ResultFolder, describe_manipulation
+from tatamu.results.folder import COARSE_FINAL
 from tatamu.results.result import Parameters
 
 Stage = Literal["trials", "baselines", "report"]
@@ -39,47 +42,44 @@ class Progress:
     stage: Stage = "trials"
 
 
-@dataclass(frozen=True)
-class Pending:
-    """A manipulation that is being evaluated."""
-
-    manipulation: Manipulation
-    evaluation: Future[Evaluation]
-
-
 class Runner:
     """Trials of one study; the outcomes that the folder keeps are remembered, others are forgotten."""
 
     def __init__(self, task: Task, study: OptunaStudy, executor: Executor) -> None:
-        """Make a runner, and ask the task's robot again what it was asked before: it may have learned from it."""
+        """Make a runner of the trials that the study does not have yet."""
         self.task = task
         self.study = study
         self._executor = executor
         self._kept: dict[int, Outcome] = {}
-        for trial in study.trials:
-            task.refused(task.manipulation(trial.params))
 
-    def run(self, trials: int, baselines: bool) -> Iterator[Stage]:
-        """Run trials until there are `trials` of them, and the fixed trajectories.
+    def is_over(self, schedule: Schedule) -> bool:
+        """Whether no trial is left to run."""
+        return schedule.coarse_next(self._planned([])) is None
+
+    def run(self, schedule: Schedule, baselines: bool) -> Iterator[Stage]:
+        """Run the trials that are left, and the fixed trajectories.
 
         Yields the stage after each trial, in order, and once more when only the fixed trajectories are left.
 
         Args:
-            trials: How many there shall be in the end.
+            schedule: How many trials there shall be, and on which mesh.
             baselines: Also score the fixed trajectories, if they were not before.
         """
-        running: deque[tuple[Parameters, Pending]] = deque()
+        self._remind_robot()
+        running: deque[tuple[ProposedTrial, Pending]] = deque()
         others: dict[str, Pending] = {}
         pending = self.study.identity.parallel
         try:
-            for number in range(len(self.study.trials), trials):
+            while (coarse := schedule.coarse_next(self._planned([each for each, _ in running]))) is not None:
                 if len(running) == pending:
                     self._finish(*running.popleft())
                     yield "trials"
-                parameters = self.study.ask([p for p, _ in running], max(0, number - pending + 1))
-                running.append((parameters, self._begin(self.task.manipulation(parameters), self._best())))
+                known = max(0, len(self.study.trials) + len(running) - pending + 1)
+                proposal = self.study.ask([each for each, _ in running], known, coarse)
+                running.append((proposal, self._begin(proposal.parameters, coarse, self._least(coarse))))
             if baselines and self.study.baselines is None:
-                others |= {name: self._begin(make(self.task.fold), -np.inf) for name, (_, make) in BASELINES.items()}
+                made = {name: make(self.task.fold) for name, (_, make) in BASELINES.items()}
+                others |= {name: submitted(self._executor, self.task, each, -np.inf) for name, each in made.items()}
             while running:
                 self._finish(*running.popleft())
                 yield "trials"
@@ -93,41 +93,67 @@ class Runner:
             for each in [*(begun for _, begun in running), *others.values()]:
                 each.evaluation.cancel()  # of a run that was interrupted; what has ended stays ended
 
-    def _begin(self, manipulation: Manipulation, below: float = np.inf) -> Pending:
-        return Pending(manipulation, submitted(self._executor, self.task, manipulation, below))
+    def _remind_robot(self) -> None:
+        """Ask the task's robot again what it was asked before a pause: it may have learned from it."""
+        for trial in self.study.trials:
+            self.task.refused(self.task.manipulation(trial.params))
+
+    def _planned(self, running: Sequence[ProposedTrial]) -> list[ScheduledTrial]:
+        """The trials so far as a schedule sees them, those that are running at the end."""
+        meshes = [self.study.is_coarse(trial) for trial in self.study.trials]
+        gains = [trial.user_attrs.get("expected_gain") for trial in self.study.trials]
+        finished = list(map(ScheduledTrial, meshes, gains))
+        return finished + [ScheduledTrial(proposal.coarse, proposal.gain) for proposal in running]
+
+    def _begin(self, parameters: Parameters, coarse: bool, below: float = np.inf) -> Pending:
+        manipulation = self.task.manipulation(parameters)
+        return submitted(self._executor, self.task, manipulation, below, parameters if coarse else None)
 
     def _ended(self, begun: Pending, which: str) -> Evaluation:
-        return ended(self.task, begun.manipulation, begun.evaluation, f"seed {self.study.identity.seed}, {which}")
+        return begun.ended(f"seed {self.study.identity.seed}, {which}")
 
-    def _best(self) -> float:
-        """The least objective so far: only a trial with less may be kept. Infinite where all errors are wanted."""
+    def _least(self, coarse: bool) -> float:
+        """The least objective so far on one of the meshes: only a trial with less is kept; infinite if all are."""
         if self.study.wants_errors:
             return np.inf
-        trials = self.study.trials
-        best = best_number(trials)
-        return np.inf if best is None else float(trials[best].values[0])
+        here = [trial for trial in self.study.trials if self.study.is_coarse(trial) == coarse]
+        return min((float(t.values[0]) for t in here if t.user_attrs["state"] == "complete"), default=np.inf)
 
-    def _finish(self, parameters: Parameters, begun: Pending) -> None:
+    def _finish(self, proposal: ProposedTrial, begun: Pending) -> None:
         """Record a trial when it has ended."""
         evaluation = self._ended(begun, f"trial {len(self.study.trials)}")
         outcome = evaluation.outcome
-        attributes = attributes_of(outcome, begun.manipulation.trajectory_length, evaluation.seconds)
-        errors = None if outcome.failed or not self.study.wants_errors else self._errors_of(outcome)
-        self.study.tell(parameters, outcome.objective, attributes, errors)
-        trials = self.study.trials
-        self._kept[len(trials) - 1] = outcome
-        needed = {*self._shown().values(), best_number(trials)}
+        attributes = attributes_of(
+            outcome,
+            begun.manipulation.trajectory_length,
+            evaluation.seconds,
+            spacing=self._spacing(proposal.coarse),
+            expected_gain=proposal.gain,
+        )
+        errors = None if outcome.failed or not self.study.wants_errors else self._errors_of(outcome, proposal.coarse)
+        self.study.tell(proposal.parameters, outcome.objective, attributes, errors)
+        self._kept[len(self.study.trials) - 1] = outcome
+        needed = {*self._shown().values(), self._best()}
         self._kept = {number: kept for number, kept in self._kept.items() if number in needed}
+
+    def _spacing(self, coarse: bool) -> float | None:
+        """Of the mesh of a trial [m]; None in a study of one mesh."""
+        held = self.study.identity.coarse
+        return held if coarse or held is None else self.task.fold.garment.spacing
+
+    def _best(self, count: int | None = None) -> int | None:
+        return best_number(self.study.trials, count, self.study.identity.coarse)
 
     @property
     def succeeded(self) -> bool:
-        """Whether any trial so far is complete."""
-        return best_number(self.study.trials) is not None
+        """Whether any trial so far on the task's own mesh is complete."""
+        best = self._best()
+        return best is not None and not self.study.is_coarse(self.study.trials[best])
 
     def progress(self, trials: int, stage: Stage = "trials") -> Progress:
         """How far the study is."""
         done = self.study.trials
-        best = best_number(done)
+        best = self._best()
         return Progress(
             done=len(done),
             trials=trials,
@@ -136,14 +162,23 @@ class Runner:
             stage=stage,
         )
 
-    def write(self, folder: ResultFolder) -> Path:
-        """Write the folder and its report."""
+    def write(self, folder: ResultFolder, until_gain: float | None) -> Path:
+        """Write the folder and its report.
+
+        Args:
+            folder: Where they go.
+            until_gain: The expected gain at which the search ended by itself; None: it did not.
+        """
         from tatamu.report import write_report
 
         trials = self.study.trials
-        best = best_number(trials)
+        best = self._best()
+        if not self.succeeded:
+            best = None
         outcome = None if best is None else self._outcome(best)
-        folder.write_result(result_of(self.study.identity, self.task.asked, trials, self.study.baselines, outcome))
+        baselines = self.study.baselines
+        result = result_of(self.study.identity, self.task.asked, trials, baselines, best, outcome)
+        folder.write_result(result.model_copy(update={"until_gain": until_gain}))
         if best is None or outcome is None:
             raise TatamuError(
                 f"{folder.path}: all {len(trials)} trials failed; the last said: {trials[-1].user_attrs['error']}"
@@ -156,29 +191,42 @@ class Runner:
             scene_of(fold, manipulation),
             outcome.rollout,
             fold.target,
-            {name: self._errors(number) for name, number in self._shown().items()},
+            {name: self._errors(number) for name, number in self._shown().items()} | self._left_for_next_step(best),
         )
         return write_report(folder.path)
 
+    def _left_for_next_step(self, best: int) -> dict[str, np.ndarray]:
+        """The cloth after the best manipulation on the coarser mesh, where the next step's search is to begin."""
+        number, count = self.task.step
+        if self.task.coarser is None or number == count:
+            return {}
+        begun = self._begin(self.study.trials[best].params, coarse=True)
+        rollout = self._ended(begun, f"trial {best} on the coarser mesh").outcome.rollout
+        return {} if rollout is None else {COARSE_FINAL: rollout.positions[-1]}
+
     def _shown(self) -> dict[str, int]:
         """Trials whose errors the folder keeps: the best of those that `MOMENTS` names."""
-        trials = self.study.trials
-        counts = {name: count for name, (count, _) in MOMENTS.items() if count <= len(trials)}
-        numbers = {name: best_number(trials, count) for name, count in counts.items()}
+        counts = {name: count for name, (count, _) in MOMENTS.items() if count <= len(self.study.trials)}
+        numbers = {name: self._best(count) for name, count in counts.items()}
         return {name: number for name, number in numbers.items() if number is not None}
 
     def _errors(self, number: int) -> np.ndarray:
         """e_i of a complete trial [m], shape (n,)."""
-        return self._errors_of(self._outcome(number))
+        return self._errors_of(self._outcome(number), self.study.is_coarse(self.study.trials[number]))
 
-    def _errors_of(self, outcome: Outcome) -> np.ndarray:
-        """e_i of Eq. (12) of an outcome that is complete [m], shape (n,)."""
+    def _errors_of(self, outcome: Outcome, coarse: bool) -> np.ndarray:
+        """e_i of Eq. (12) of an outcome that is complete [m], shape (n,); on the coarser mesh between its vertices."""
         assert outcome.rollout is not None, "the trial is complete"
-        return vertex_distances(self.task.fold.target, outcome.rollout.positions[-1])
+        final = outcome.rollout.positions[-1]
+        fold = self.task.fold
+        if coarse and self.task.coarser is not None:
+            final = interpolated(self.task.coarser.fold.garment, final, fold.garment)
+        return vertex_distances(fold.target, final)
 
     def _outcome(self, number: int) -> Outcome:
         """The outcome of a finished trial, simulated again if it was before this run; the same to the last bit."""
         if number not in self._kept:
-            manipulation = self.task.manipulation(self.study.trials[number].params)
-            self._kept[number] = self._ended(self._begin(manipulation), f"trial {number}").outcome
+            trial = self.study.trials[number]
+            begun = self._begin(trial.params, self.study.is_coarse(trial))
+            self._kept[number] = self._ended(begun, f"trial {number}").outcome
         return self._kept[number]

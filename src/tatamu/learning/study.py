@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from datetime import datetime
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import optuna
@@ -21,6 +21,7 @@ from tatamu.errors import InputError, UnavailableError
 from tatamu.learning.gp_sampler import KnownPart
 from tatamu.learning.lm_sampler import ERRORS, packed
 from tatamu.learning.place import StudyPlace
+from tatamu.learning.refining import Known, refining_proposal
 from tatamu.learning.samplers import OVER_ERRORS, make_sampler
 from tatamu.records import OpenRecord
 from tatamu.results.result import Baseline, Parameters, TaskDescription
@@ -33,7 +34,7 @@ optuna.logging.set_verbosity(optuna.logging.ERROR)
 class Identity(OpenRecord):
     """The task of a study and its search: what a study must have begun with in order to be gone on with."""
 
-    UNSAID: ClassVar[frozenset[str]] = frozenset({"parallel", "first"})
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"parallel", "first", "coarse"})
 
     task: TaskDescription
     sampler: str
@@ -42,7 +43,20 @@ class Identity(OpenRecord):
     parallel: int = 1
     """How many trials are pending at a time."""
     first: list[Parameters] = Field(default_factory=list)
-    """Parameters of the first trials, where they shall not be the sampler's."""
+    """Parameters of the first trials, where they shall not be the sampler's; with `coarse`, the last of them are of
+    the first trial on the task's own mesh."""
+    coarse: float | None = None
+    """Spacing of the coarser mesh that the search begins on [m]; None: all trials are on the task's own."""
+
+
+class ProposedTrial(NamedTuple):
+    """The next trial."""
+
+    parameters: Parameters
+    coarse: bool = False
+    """Whether it runs on the coarser mesh."""
+    gain: float | None = None
+    """Expected improvement, as a part of the best objective that it knows; None: the sampler does not say."""
 
 
 class OptunaStudy:
@@ -90,28 +104,66 @@ class OptunaStudy:
         """Finished trials in order; those of the file were read once, as nobody else may write it meanwhile."""
         return self._trials
 
-    def ask(self, pending: Sequence[Parameters], known: int) -> Parameters:
-        """Parameters of the next trial.
+    def is_coarse(self, trial: FrozenTrial) -> bool:
+        """Whether a finished trial ran on the coarser mesh."""
+        coarse = self.identity.coarse
+        return coarse is not None and bool(trial.user_attrs.get("spacing") == coarse)
+
+    def ask(self, pending: Sequence[ProposedTrial], known: int, coarse: bool = False) -> ProposedTrial:
+        """The next trial.
 
         Args:
-            pending: Parameters of trials before it that are still running.
+            pending: Trials before it that are still running.
             known: How many finished trials it may know the objective of. The others count as running.
+            coarse: Whether it runs on the coarser mesh. On the finer one, trials of the coarser one are known too.
         """
         finished = self.trials
         number = len(finished) + len(pending)
-        if number < len(self.identity.first):
-            return dict(self.identity.first[number])
-        running = [*(trial.params for trial in finished[known:]), *pending]
-        return self._propose(number, finished[:known], running)
+        here = [trial for trial in finished[:known] if self.is_coarse(trial) == coarse]
+        running = [trial.params for trial in finished[known:] if self.is_coarse(trial) == coarse]
+        running += [proposal.parameters for proposal in pending if proposal.coarse == coarse]
+        first = self._first(number, coarse, len(here) + len(running))
+        if first is not None:
+            return ProposedTrial(dict(first), coarse)
+        elsewhere = [] if coarse else [trial for trial in finished[:known] if self.is_coarse(trial)]
+        if elsewhere:
+            return self._refine(number, elsewhere, here, running)
+        return self._propose(number, here, running, coarse)
 
-    def _propose(self, number: int, known: Sequence[FrozenTrial], running: Sequence[Parameters]) -> Parameters:
+    def _first(self, number: int, coarse: bool, on_this_mesh: int) -> Parameters | None:
+        """Parameters that the search shall begin with; on two meshes the last of them begin the trials on the finer."""
+        first = self.identity.first
+        if self.identity.coarse is None:
+            return first[number] if number < len(first) else None
+        if coarse:
+            return first[number] if number < len(first) - 1 else None
+        return first[-1] if first and not on_this_mesh else None
+
+    def _propose(
+        self, number: int, known: Sequence[FrozenTrial], running: Sequence[Parameters], coarse: bool
+    ) -> ProposedTrial:
         sampler = make_sampler(self.identity.sampler, self.identity.seed, number, self._known_part)
         scratch = optuna.create_study(sampler=sampler, direction="minimize")
         scratch.add_trials(known)
         for parameters in running:
             scratch.add_trial(create_trial(state=TrialState.RUNNING, params=parameters, distributions=self.space))
         with threadpool_limits(1):  # the matrices are small: threads that wait for one another cost ten times the work
-            return dict(scratch.ask(self.space).params)
+            parameters = dict(scratch.ask(self.space).params)
+        return ProposedTrial(parameters, coarse, getattr(sampler, "expected_gain", None))
+
+    def _refine(
+        self,
+        number: int,
+        coarse: Sequence[FrozenTrial],
+        fine: Sequence[FrozenTrial],
+        running: Sequence[Parameters],
+    ) -> ProposedTrial:
+        random = np.random.default_rng([self.identity.seed, number])
+        with threadpool_limits(1):
+            parameters, gain = refining_proposal(
+                self.space, self._known_part, _known(coarse), _known(fine), running, random
+            )
+        return ProposedTrial(parameters, False, gain)
 
     @property
     def wants_errors(self) -> bool:
@@ -160,6 +212,10 @@ class OptunaStudy:
     def baselines(self, value: Sequence[Baseline]) -> None:
         plain = [baseline.model_dump() for baseline in value]
         self._place.run(lambda: self._study.set_user_attr("baselines", plain))
+
+
+def _known(trials: Sequence[FrozenTrial]) -> Known:
+    return Known([trial.params for trial in trials], np.array([trial.value for trial in trials]))
 
 
 def held_identity(place: StudyPlace | None) -> Identity | None:
