@@ -7,7 +7,7 @@ DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 
 .PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
-        calibration folds robots foreign statics tangle parallel own-garments golden cluster real-cloth help
+        calibration folds robots foreign statics locking tangle parallel own-garments golden cluster real-cloth search help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1: /'
@@ -35,6 +35,9 @@ format: $(DEV)
 
 learning: $(READY)  ## the figures of docs/notes/learning.md: five seeds, against random search and baselines
 	$(BIN)/python benchmarks/learning.py --out runs/learning --write-docs
+
+search: $(DEV)  ## the tables of docs/notes/search.md: the search against its alternatives; hours; `pip install torch` for one row
+	$(BIN)/python benchmarks/search.py --out runs/search --write-docs
 
 parallel: $(READY)  ## how long learning takes with 1 to 3 trials at a time; ten minutes
 	$(BIN)/python benchmarks/parallel.py --write-docs
@@ -80,6 +83,9 @@ golden: $(DEV)  ## what this tree makes of many commands, to be compared with an
 
 tangle: $(READY)  ## 1,200 folds of limp cloth: in how many anything passes through; a quarter of an hour
 	$(BIN)/python benchmarks/tangle.py --write-docs
+
+locking: $(READY)  ## the table of docs/notes/native.md: cells that are too coarse for stiff, limp cloth
+	$(BIN)/python benchmarks/locking.py --write-docs
 
 statics: $(READY)  ## the table of docs/notes/native.md: bending on every layout of a mesh
 	$(BIN)/python benchmarks/statics.py --write-docs
