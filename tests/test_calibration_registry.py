@@ -30,12 +30,14 @@ MEASURED: dict[str, dict[str, Any]] = {
     "plate": {"disc": 0.3, "plate": 0.18, "drape_coefficient": 0.6, "nodes": [7]},
     "swing": {"edge": "bottom", "aside": 0.1, "ten_swings": 13.0},
     "fading": {"edge": "bottom", "aside": 0.1, "to": 0.025, "count": [3.0]},
+    "bias": {"edge": "bottom", "end": "start", "L1": 0.64, "L2": 0.632},
     "push": {"length": 0.6, "pushed": 0.05, "moved": 0.02},
 }
 """A reading of each test; a new test adds its own."""
 ALLOWED = {
     "sag": {"loop"},
     "push": {"elongation", "friction"},
+    "bias": {"elongation"},
     "fading": {"swing"},
     "drawing": {"sag", "plate"},
 }
