@@ -52,7 +52,9 @@ def check(
 
     With `--all` every simulation is kept: run the same command again to go on where it stopped.
     """
+    from tatamu.cli.progress import prepare
     from tatamu.results import rebuild
+    from tatamu.simulators import require
 
     if everything == (simulator is not None):
         raise InputError("check: give either --simulator or --all")
@@ -64,9 +66,12 @@ def check(
         raise InputError(f"--random: must be from 0 to 1000, given {count}")
     if seed < 0:
         raise InputError(f"--seed: must be 0 or more, given {seed}")
+    names = [simulator] if simulator else [name.strip() for name in simulators.split(",") if name.strip()]
+    require(*names)
     learned = rebuild(folder)
+    for name in names if scheduler is None else ():
+        prepare(name)
     if simulator is None:
-        names = [name.strip() for name in simulators.split(",") if name.strip()]
         return _all(learned, names, out or folder / "check-all", count, seed, halve, scheduler)
     return _one(learned, simulator, out or folder / f"check-{simulator}", material, halve)
 

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from tatamu.cli.app import app
+from tatamu.cli.app import Interrupted, app
 from tatamu.cli.cluster import SchedulerOption, StorageOption
 from tatamu.cli.learning import LearnOptions
 
@@ -101,19 +101,37 @@ def learn(
         robot=robot,
         baselines=baselines,
     )
-    job = options.job()
+    from tatamu.cli.progress import LearningDisplay, starting
+
+    with starting(f"laying out {garment}"):
+        from tatamu.simulators import require
+
+        require(simulator)
+        job = options.job()
+        from tatamu.cli.verdict import conclusion, kept, spoken
+        from tatamu.cluster import executor_at
+        from tatamu.folding.advice import UncarriedWarning, advice
+        from tatamu.folding.baselines import BASELINES
+        from tatamu.learning.database import shared_database  # last, as it takes seconds to import
+
+        said = advice(job.garment, job.plan, job.hands)
     if job.garment.own:
         print(job.garment.statement)
         for note in job.garment.notes:
             print(f"note: {note}")
-    from tatamu.cli.progress import reporting
-    from tatamu.cluster import executor_at
-    from tatamu.folding.advice import UncarriedWarning, advice
-    from tatamu.learning.database import shared_database  # last, as it takes seconds to import
-
-    for line in advice(job.garment, job.plan, job.hands):
+    for line in said:
         print(f"warning: {line}", file=sys.stderr)
     warnings.simplefilter("ignore", UncarriedWarning)  # said already
-    with shared_database(storage) as database, executor_at(scheduler) as executor:
-        report = options.learn(job, out, reporting, executor, database)
+    fixed = len(BASELINES) if baselines else 0
+    try:
+        with (
+            shared_database(storage) as database,
+            executor_at(scheduler) as executor,
+            LearningDisplay(job, trials, fixed, prepares=executor is None) as display,
+        ):
+            report = options.learn(job, out, display.reporting, executor, database)
+    except KeyboardInterrupt:
+        raise Interrupted(kept(out)) from None
+    for line in spoken(conclusion(out)):
+        print(line)
     print(f"report: {report}")

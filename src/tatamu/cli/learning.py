@@ -49,7 +49,6 @@ class LearnOptions(Record):
             InputError: An option is wrong.
         """
         from tatamu.folding.task import make_job
-        from tatamu.material import load_material
 
         if self.grasps not in ("integer", "continuous"):
             raise InputError(f"grasps: must be integer or continuous, given {self.grasps!r}")
@@ -60,7 +59,7 @@ class LearnOptions(Record):
             size=None if self.size is None else parse_size(self.size),
             scale=self.scale,
             fold=self.fold,
-            material=load_material(Path(self.material)) if self.material else None,
+            material=Path(self.material) if self.material else None,
             spacing=self.spacing,
             simulator=self.simulator,
             hands=self.hands,
@@ -94,8 +93,10 @@ def _reach(robot: str | None) -> Reach | None:
         return None
     from tatamu.folding.task import Reach
     from tatamu.robots import ReachConstraint, load
+    from tatamu.robots.description import files_of
 
     loaded = load(robot)
     constraint = ReachConstraint(loaded)
-    description = Path(robot).read_bytes() if robot.endswith(".toml") else b""
-    return Reach(loaded.name, constraint, constraint.refusal, description=description)
+    files = files_of(Path(robot)) if robot.endswith(".toml") else []
+    description = files[0].read_bytes() if files else b""
+    return Reach(loaded.name, constraint, constraint.refusal, description=description, files=tuple(files))

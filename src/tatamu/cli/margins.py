@@ -100,10 +100,16 @@ def _one(
     fine: bool,
     executor: Executor | None,
 ) -> None:
+    from tatamu.cli.progress import prepare
     from tatamu.margins import measure
     from tatamu.margins.page import write_page
     from tatamu.margins.terminal import reporting, summary, table
+    from tatamu.simulators import require
 
+    asked = simulator or folder.result.task.simulator
+    require(asked)
+    if executor is None:
+        prepare(asked)
     target = out or (folder.margins_folder if simulator is None else folder.path / f"margins-{simulator}")
     console = Console()
     with reporting(console, f"margins of {folder.path.name}") as progress:

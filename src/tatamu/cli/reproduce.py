@@ -49,9 +49,11 @@ def reproduce(
 
     Run the same command again to go on with what was interrupted.
     """
+    from tatamu.cli.progress import prepare
     from tatamu.cluster import executor_at
     from tatamu.reproduction.experiment import Choices, run
     from tatamu.reproduction.page import save
+    from tatamu.simulators import require
 
     choices = Choices(
         simulator=simulator,
@@ -63,6 +65,9 @@ def reproduce(
         folds=_pairs("--fold", fold),
         materials=_pairs("--material", material),
     )
+    require(simulator)
+    if scheduler is None:
+        prepare(simulator)
     console = Console()
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     done: dict[tuple[str, int], int] = {}

@@ -35,6 +35,10 @@ def validate(
 
     Example: `tatamu validate --real ~/realcloth --only drape --out runs/real-cloth`
     """
+    from tatamu.cli.progress import prepare
+    from tatamu.simulators import require
+
+    require(simulator)
     if real is not None:
         if scheduler is not None:
             raise InputError("--scheduler: is for the checks, not for --real")
@@ -47,6 +51,8 @@ def validate(
     from tatamu.validation.report import chosen
     from tatamu.validation.terminal import console, display, summary
 
+    if scheduler is None:
+        prepare(simulator)
     subject, names = Subject.named(simulator), only or []
     total = sum(len(cases) for _, cases in chosen(names, quick))
     screen = console()

@@ -20,6 +20,7 @@ from tatamu.errors import InputError
 from tatamu.folding.advice import UncarriedWarning, advice
 from tatamu.folding.fold import Fold, ideal_folds
 from tatamu.folding.task import Job, Task, digest
+from tatamu.garments.garmentfile import files_of
 from tatamu.learning.database import SharedDatabase
 from tatamu.learning.learn import check_parallel, check_search, learn, locked, pending_trials
 from tatamu.learning.place import existing_place
@@ -28,7 +29,8 @@ from tatamu.learning.runner import Progress
 from tatamu.learning.space import Grasps, carried_over
 from tatamu.learning.study import held_identity
 from tatamu.learning.whole import write_whole
-from tatamu.results import ResultFolder
+from tatamu.material import is_preset
+from tatamu.results import ResultFolder, Sources, keep_inputs
 from tatamu.results.result import Parameters
 
 Reporting = Callable[[Task, int], AbstractContextManager[Callable[[Progress], None]]]
@@ -79,6 +81,7 @@ def learn_job(
     Raises:
         InputError: An argument is out of range, or the folder cannot be used.
         TatamuError: Every trial of a step failed.
+        KeyboardInterrupt: The user ended it; what is finished is then written with its reports.
     """
     check_search(trials, seed, sampler)
     check_parallel(parallel, job.simulator)
@@ -98,10 +101,12 @@ def learn_job(
         check_reach(job)
     for line in advice(job.garment, job.plan, job.hands):
         warnings.warn(line, UncarriedWarning, stacklevel=2)
+    opened = _keeping(job, folder, reporting)
     if count == 1:
-        return _learn(job.task(0), folder, trials, reporting, options)
+        return _learn(job.task(0), folder, trials, opened, options)
     with locked(results):
         options["parallel"] = pending_trials(parallel, job.simulator, results.step(0), database)
+        ideals = [fold.target for fold in ideal_folds(job.garment, job.plan, job.hands)]
         state: np.ndarray | None = None
         found: list[tuple[Fold, Parameters]] = []
         for number in range(count):
@@ -109,16 +114,61 @@ def learn_job(
             own = results.step(number)
             _forget_if_outdated(task, own, database)
             first = [carried_over(parameters, fold, task.fold, grasps) for fold, parameters in found]
-            _learn(task, own.path, trials, reporting, {**options, "first": first})
+            try:
+                _learn(task, own.path, trials, opened, {**options, "first": first})
+            except KeyboardInterrupt:
+                written = number + own.complete
+                if written:
+                    write_whole(job, results, ideals[:written])
+                raise
             found.append((task.fold, own.result.best_trial.parameters))
             state = own.rollout.positions[-1]
-        ideals = [fold.target for fold in ideal_folds(job.garment, job.plan, job.hands)]
         return write_whole(job, results, ideals)
 
 
 def _learn(task: Task, folder: Path, trials: int, reporting: Reporting, options: dict[str, Any]) -> Path:
     with reporting(task, trials) as progress:
         return learn(task, folder, trials=trials, progress=progress, **options)
+
+
+def _keeping(job: Job, folder: Path, reporting: Reporting) -> Reporting:
+    """The same reporting, that first keeps the files that the job was made from.
+
+    The first progress is reported once the folder is known to be this job's.
+    """
+    sources = _sources(job)
+
+    @contextmanager
+    def kept(task: Task, trials: int) -> Iterator[Callable[[Progress], None]]:
+        with reporting(task, trials) as progress:
+
+            def report(now: Progress) -> None:
+                if sources:
+                    keep_inputs(folder, sources)
+                    sources.clear()
+                progress(now)
+
+            yield report
+
+    return kept
+
+
+def _sources(job: Job) -> dict[str, Sources]:
+    """The user's files that a job was made from, and the plan that was found for a garment of the user's."""
+    asked = job.asked
+    if asked is None:
+        return {}
+    found = {}
+    if job.garment.own:
+        found["garment"] = Sources(files_of(Path(asked.garment)))
+        found["fold"] = Sources(text=job.plan.to_toml(), name=f"{job.plan.name}.toml")
+    if asked.fold.endswith(".toml"):
+        found["fold"] = Sources([Path(asked.fold)])
+    if asked.material and not is_preset(Path(asked.material)):
+        found["material"] = Sources([Path(asked.material)])
+    if job.reach and job.reach.files:
+        found["robot"] = Sources(job.reach.files)
+    return found
 
 
 def _refuse_other(folder: ResultFolder, count: int) -> None:

@@ -64,7 +64,7 @@ def learn(
         first: Parameters to begin the search with, as many as there are trials for.
         executor: Where trials run; None: threads on every processor.
         database: Holds the study; None: the file `study.db` of the folder.
-        progress: Called when the study is opened and after every trial.
+        progress: Called when the study is opened, after every trial, and when another stage begins.
 
     Returns:
         The report.
@@ -73,6 +73,7 @@ def learn(
         InputError: An argument is out of range, or the folder cannot be used.
         UnavailableError: Workers, the database or the disk fail; what was finished is kept.
         TatamuError: Every trial failed.
+        KeyboardInterrupt: The user ended it; what is finished is then written with a report, as far as there is any.
     """
     check_search(trials, seed, sampler)
     check_parallel(parallel, task.simulator)
@@ -110,10 +111,17 @@ def _gone_on(
     results.report_file.unlink(missing_ok=True)  # written last: it says that the other files are this study's
     with executor_of(executor, study.identity.parallel) as workers:
         runner = Runner(task, study, workers)
-        progress(runner.progress(trials))
-        for _ in runner.run(trials, baselines):
+        try:
             progress(runner.progress(trials))
-        return runner.write(results)
+            for stage in runner.run(trials, baselines):
+                progress(runner.progress(trials, stage))
+            progress(runner.progress(trials, "report"))
+            return runner.write(results)
+        except KeyboardInterrupt:
+            if runner.succeeded:
+                progress(runner.progress(trials, "report"))
+                runner.write(results)
+            raise
 
 
 def check_search(trials: int, seed: int, sampler: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from optuna.distributions import FloatDistribution, IntDistribution
 from optuna.trial import FrozenTrial
 
 from tatamu import __version__
@@ -85,6 +86,7 @@ def result_of(
         seed=identity.seed,
         parallel=identity.parallel,
         first=identity.first,
+        bounds=_bounds(trials[0]),
         asked=asked,
         wall_seconds=round(sum(record.seconds or 0.0 for record in records), 3),
         best=best_number(trials),
@@ -92,3 +94,9 @@ def result_of(
         trials=records,
         baselines=list(baselines or []),
     )
+
+
+def _bounds(trial: FrozenTrial) -> dict[str, list[float]]:
+    """Least and greatest value of each parameter that the search could choose."""
+    numbers = (FloatDistribution, IntDistribution)
+    return {name: [each.low, each.high] for name, each in trial.distributions.items() if isinstance(each, numbers)}

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -21,10 +22,13 @@ from tatamu.learning.study import OptunaStudy
 from tatamu.results import MOMENTS, ResultFolder, describe_manipulation
 from tatamu.results.result import Parameters
 
+Stage = Literal["trials", "baselines", "report"]
+"""Stages of a study: its trials, then the fixed trajectories, then its files and the page."""
+
 
 @dataclass(frozen=True)
 class Progress:
-    """Progress of a study; given to the caller after every trial."""
+    """Progress of a study; given to the caller after every trial and when a stage begins."""
 
     done: int
     trials: int
@@ -32,6 +36,7 @@ class Progress:
     """Least objective so far."""
     best_distance: float | None
     """Mean vertex distance of that trial [m]."""
+    stage: Stage = "trials"
 
 
 @dataclass(frozen=True)
@@ -54,8 +59,10 @@ class Runner:
         for trial in study.trials:
             task.refused(task.manipulation(trial.params))
 
-    def run(self, trials: int, baselines: bool) -> Iterator[None]:
-        """Run trials until there are `trials` of them, and the fixed trajectories; yields after each trial, in order.
+    def run(self, trials: int, baselines: bool) -> Iterator[Stage]:
+        """Run trials until there are `trials` of them, and the fixed trajectories.
+
+        Yields the stage after each trial, in order, and once more when only the fixed trajectories are left.
 
         Args:
             trials: How many there shall be in the end.
@@ -68,15 +75,16 @@ class Runner:
             for number in range(len(self.study.trials), trials):
                 if len(running) == pending:
                     self._finish(*running.popleft())
-                    yield
+                    yield "trials"
                 parameters = self.study.ask([p for p, _ in running], max(0, number - pending + 1))
                 running.append((parameters, self._begin(self.task.manipulation(parameters), self._best())))
             if baselines and self.study.baselines is None:
                 others |= {name: self._begin(make(self.task.fold), -np.inf) for name, (_, make) in BASELINES.items()}
             while running:
                 self._finish(*running.popleft())
-                yield
+                yield "trials"
             if others:
+                yield "baselines"
                 self.study.baselines = [
                     baseline_of(name, each.manipulation, self._ended(each, f"baseline {name}"))
                     for name, each in others.items()
@@ -108,7 +116,12 @@ class Runner:
         needed = {*self._shown().values(), best_number(trials)}
         self._kept = {number: kept for number, kept in self._kept.items() if number in needed}
 
-    def progress(self, trials: int) -> Progress:
+    @property
+    def succeeded(self) -> bool:
+        """Whether any trial so far is complete."""
+        return best_number(self.study.trials) is not None
+
+    def progress(self, trials: int, stage: Stage = "trials") -> Progress:
         """How far the study is."""
         done = self.study.trials
         best = best_number(done)
@@ -117,6 +130,7 @@ class Runner:
             trials=trials,
             best=None if best is None else done[best].value,
             best_distance=None if best is None else done[best].user_attrs["mean_vertex_distance"],
+            stage=stage,
         )
 
     def write(self, folder: ResultFolder) -> Path:

@@ -4,6 +4,7 @@ Everybody who needs a learned fold takes it from here; nobody else opens its fil
 """
 
 from tatamu.results.folder import ResultFolder
+from tatamu.results.inputs import Sources, keep_inputs, kept_input
 from tatamu.results.learned import MOMENTS, LearnedFold, read_fold
 from tatamu.results.manipulation import ArmPath, GraspPoint, ManipulationDescription, ViaPoints, describe_manipulation
 from tatamu.results.margins import AloneMargin, MarginsResult
@@ -38,6 +39,7 @@ __all__ = [
     "ResultFolder",
     "Scores",
     "SharedStudyRecord",
+    "Sources",
     "StepResult",
     "TaskDescription",
     "Trial",
@@ -45,6 +47,8 @@ __all__ = [
     "describe_manipulation",
     "describe_plan",
     "describe_task",
+    "keep_inputs",
+    "kept_input",
     "read_fold",
     "rebuild",
 ]

@@ -168,7 +168,7 @@ class Crossings(OpenRecord):
 class Result(OpenRecord):
     """The study: its task, its search, its trials."""
 
-    UNSAID: ClassVar[frozenset[str]] = frozenset({"parallel", "first"})
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"parallel", "first", "bounds"})
 
     version: Literal[1]
     tatamu: str = ""
@@ -181,6 +181,8 @@ class Result(OpenRecord):
     """How many trials were pending at a time."""
     first: list[Parameters] = Field(default_factory=list)
     """Parameters of the first trials, where they are not the sampler's."""
+    bounds: dict[str, list[float]] = Field(default_factory=dict)
+    """Least and greatest value that the search could choose, by parameter; empty where a version did not write it."""
     asked: Asked | None = None
     """None in folders of versions that did not write it."""
     wall_seconds: float | None = None
