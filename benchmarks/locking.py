@@ -1,4 +1,4 @@
-"""Membrane locking: how much too stiffly a sheet drapes whose cells are coarse for how hard it is to stretch.
+"""Membrane locking: whether a small sheet drapes too stiffly whose cells are coarse for how hard it is to stretch.
 
     python benchmarks/locking.py [--write-docs]        the table of docs/notes/native.md; a few minutes on one core
 
