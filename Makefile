@@ -7,7 +7,7 @@ DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 
 .PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
-        calibration folds robots foreign statics locking tangle parallel own-garments golden cluster real-cloth help
+        calibration folds robots foreign statics locking tangle parallel own-garments golden cluster real-cloth search help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1: /'
@@ -36,6 +36,9 @@ format: $(DEV)
 learning: $(READY)  ## the figures of docs/notes/learning.md: five seeds, against random search and baselines
 	$(BIN)/python benchmarks/learning.py --out runs/learning --write-docs
 
+search: $(DEV)  ## the tables of docs/notes/search.md: the search against its alternatives; hours; `pip install torch` for one row
+	$(BIN)/python benchmarks/search.py --out runs/search --write-docs
+
 parallel: $(READY)  ## how long learning takes with 1 to 3 trials at a time; ten minutes
 	$(BIN)/python benchmarks/parallel.py --write-docs
 
@@ -54,6 +57,7 @@ calibration: $(DEV)  ## the proofs of docs/notes/calibration.md: hidden material
 	$(BIN)/python benchmarks/calibration.py drawings
 	$(BIN)/python benchmarks/calibration.py pinch --write-docs
 	$(BIN)/python benchmarks/calibration.py recovery --write-docs
+	$(BIN)/python benchmarks/readings.py --out runs/readings --write-docs
 	$(BIN)/python benchmarks/cloths.py --write-docs
 
 validate: $(DEV)  ## every textbook check: docs/notes/validation.md, and a page in runs/validation; minutes

@@ -100,7 +100,9 @@ class Runner:
         return ended(self.task, begun.manipulation, begun.evaluation, f"seed {self.study.identity.seed}, {which}")
 
     def _best(self) -> float:
-        """The least objective so far: only a trial with a lesser one may be kept."""
+        """The least objective so far: only a trial with less may be kept. Infinite where all errors are wanted."""
+        if self.study.wants_errors:
+            return np.inf
         trials = self.study.trials
         best = best_number(trials)
         return np.inf if best is None else float(trials[best].values[0])
@@ -110,7 +112,8 @@ class Runner:
         evaluation = self._ended(begun, f"trial {len(self.study.trials)}")
         outcome = evaluation.outcome
         attributes = attributes_of(outcome, begun.manipulation.trajectory_length, evaluation.seconds)
-        self.study.tell(parameters, outcome.objective, attributes)
+        errors = None if outcome.failed or not self.study.wants_errors else self._errors_of(outcome)
+        self.study.tell(parameters, outcome.objective, attributes, errors)
         trials = self.study.trials
         self._kept[len(trials) - 1] = outcome
         needed = {*self._shown().values(), best_number(trials)}
@@ -165,10 +168,13 @@ class Runner:
         return {name: number for name, number in numbers.items() if number is not None}
 
     def _errors(self, number: int) -> np.ndarray:
-        """e_i of a complete trial, Eq. (12) [m], shape (n,)."""
-        rollout = self._outcome(number).rollout
-        assert rollout is not None, "the trial is complete"
-        return vertex_distances(self.task.fold.target, rollout.positions[-1])
+        """e_i of a complete trial [m], shape (n,)."""
+        return self._errors_of(self._outcome(number))
+
+    def _errors_of(self, outcome: Outcome) -> np.ndarray:
+        """e_i of Eq. (12) of an outcome that is complete [m], shape (n,)."""
+        assert outcome.rollout is not None, "the trial is complete"
+        return vertex_distances(self.task.fold.target, outcome.rollout.positions[-1])
 
     def _outcome(self, number: int) -> Outcome:
         """The outcome of a finished trial, simulated again if it was before this run; the same to the last bit."""

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from datetime import datetime
 from typing import Any, ClassVar
 
+import numpy as np
 import optuna
 from optuna.distributions import BaseDistribution
 from optuna.trial import FrozenTrial, TrialState, create_trial
@@ -18,8 +19,9 @@ from threadpoolctl import threadpool_limits
 
 from tatamu.errors import InputError, UnavailableError
 from tatamu.learning.gp_sampler import KnownPart
+from tatamu.learning.lm_sampler import ERRORS, packed
 from tatamu.learning.place import StudyPlace
-from tatamu.learning.samplers import make_sampler
+from tatamu.learning.samplers import OVER_ERRORS, make_sampler
 from tatamu.records import OpenRecord
 from tatamu.results.result import Baseline, Parameters, TaskDescription
 
@@ -111,14 +113,29 @@ class OptunaStudy:
         with threadpool_limits(1):  # the matrices are small: threads that wait for one another cost ten times the work
             return dict(scratch.ask(self.space).params)
 
-    def tell(self, parameters: Parameters, objective: float, attributes: dict[str, Any]) -> None:
-        """Record a finished trial."""
+    @property
+    def wants_errors(self) -> bool:
+        """Whether the sampler needs the errors e_i of trials beside their objective."""
+        return self.identity.sampler in OVER_ERRORS
+
+    def tell(
+        self, parameters: Parameters, objective: float, attributes: dict[str, Any], errors: np.ndarray | None = None
+    ) -> None:
+        """Record a finished trial.
+
+        Args:
+            parameters: Of the trial.
+            objective: C of Eq. (10).
+            attributes: What else is kept.
+            errors: e_i of Eq. (12) [m], shape (n,), where the study wants them; None of a failed trial.
+        """
         trial = create_trial(
             state=TrialState.COMPLETE,
             value=objective,
             params=parameters,
             distributions=self.space,
             user_attrs=attributes,
+            system_attrs={} if errors is None else {ERRORS: packed(errors)},
         )
         trial.datetime_start = trial.datetime_complete = datetime.now()
         self._place.run(lambda: self._add(trial), self._is_added)
