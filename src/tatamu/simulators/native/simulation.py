@@ -125,7 +125,7 @@ class Simulation:
             finer = 1e3 * float(self.model.lengths.mean()) * np.sqrt(LOCKED / ratio)
             lines.append(
                 f"the cells are coarse for cloth that is so stiff to stretch and so limp: Y h^2 / B is {ratio:.2g}, "
-                f"above {LOCKED:g} it may drape too stiffly; take cells of {finer:.2g} mm, or a smaller stretch_stiffness"
+                f"above {LOCKED:g} it may drape too stiffly; take cells of {finer:.2g} mm, or less stretch_stiffness"
             )
         return lines
 
