@@ -123,3 +123,12 @@ def test_a_material_with_a_slope_below_its_rigidity_is_refused() -> None:
 def test_only_native_knows_hysteresis_and_the_others_say_so() -> None:
     assert capabilities("native").lacking(ROUGH) == []
     assert capabilities("mujoco").lacking(ROUGH) == ["bending springs back, without bending_hysteresis"]
+
+
+def test_cells_that_lock_are_warned_of_with_the_spacing_that_would_not() -> None:
+    cloth, _ = rolled(0.1, 0.04, 0.01, 0.1)
+    limp = Material(areal_density=0.1, stretch_stiffness=1000.0, bending_rigidity=1e-6)
+    lines = simulate(Scene(cloth=cloth, material=limp, duration=0.02)).info["warnings"]
+    assert any("Y h^2 / B" in line for line in lines)
+    plain = limp.model_copy(update={"bending_rigidity": 1e-4})
+    assert simulate(Scene(cloth=cloth, material=plain, duration=0.02)).info["warnings"] == []

@@ -57,7 +57,9 @@ class Model:
     membrane_frequency: float
     """Largest angular frequency of the membrane at rest [1/s]."""
     bending_frequency: float
-    """Largest angular frequency of bending at rest [1/s]."""
+    """Largest angular frequency of bending at rest [1/s], without friction."""
+    sticking_frequency: float
+    """The same while all friction of bending sticks [1/s]; 0 where there is none."""
     rest_measures: np.ndarray
     """g of the unstrained shape by place of the hinges' bands [-]."""
     lengths: np.ndarray
@@ -122,10 +124,8 @@ def _build(cloth: Cloth, material: Material, options: Options) -> Model:
     K = curvature.stiffness(curved, curvature.rigidities(material))
     gradient, g0 = hinge_gradients(rest, topology.hinges)
     stiffness = hinge_stiffness(K, curved.hinges, len(topology.hinges))
-    steepest = stiffness
-    if material.friction_stiffness:
-        turning = curvature.rigidities(material) + material.friction_stiffness * np.diag([1.0, 1.0, 2.0])
-        steepest = hinge_stiffness(curvature.stiffness(curved, turning), curved.hinges, len(topology.hinges))
+    turning = curvature.rigidities(material) + material.friction_stiffness * np.diag([1.0, 1.0, 2.0])
+    sticking = hinge_stiffness(curvature.stiffness(curved, turning), curved.hinges, len(topology.hinges))
     hinges = bands(slot[turned_hinges(topology.hinges, slot)], count)
     folding = bending.in_bands(hinges, curved, K, stiffness @ g0, material)
 
@@ -137,7 +137,8 @@ def _build(cloth: Cloth, material: Material, options: Options) -> Model:
         elastic=ElasticModel(stretching, folding),
         mesh=_contact_mesh(topology, mass, material, float(np.sqrt(L2.max())), options.contact),
         membrane_frequency=membrane_frequency(rest, faces, S, mass),
-        bending_frequency=bending_frequency(gradient, steepest, mass),
+        bending_frequency=bending_frequency(gradient, stiffness, mass),
+        sticking_frequency=bending_frequency(gradient, sticking, mass) if material.friction_stiffness else 0.0,
         rest_measures=hinges.spread(g0),
         lengths=edge_lengths(rest, topology.edges),
     )
@@ -201,5 +202,6 @@ def steps_per_frame(frame_rate: float, outer_step: float) -> int:
 def substeps(model: Model, step: float, options: StepOptions) -> tuple[int, int]:
     """Bending steps per outer step of that length [s], and membrane steps per bending step."""
     bends = max(1, ceil(step / (options.bending_phase / model.bending_frequency)))
+    bends = max(bends, ceil(step * model.sticking_frequency / options.sticking_phase))
     stretches = max(1, ceil(step / bends / (options.membrane_phase / model.membrane_frequency)))
     return bends, stretches

@@ -27,6 +27,9 @@ class StepOptions(NamedTuple):
     """Largest h omega of the membrane's steps [-]; 2 is the limit of stability, the rest is room for large strains."""
     bending_phase: float = 1.0
     """Largest h omega of the bending steps [-]; as above, for large angles."""
+    sticking_phase: float = 1.5
+    """Largest h omega of the bending steps while all friction of bending sticks [-]; where that is too much it slips,
+    which takes energy, so that it needs less room."""
     membrane_damping: float = 5e-5
     """Time constant tau_d of the membrane's Kelvin-Voigt damping [s]."""
     damping_part: float = 0.3
@@ -148,6 +151,7 @@ _POSITIVE = {
     "step.outer_step",
     "step.membrane_phase",
     "step.bending_phase",
+    "step.sticking_phase",
     "contact.edge_gap",
     "contact.sweeps_of_many",
 }

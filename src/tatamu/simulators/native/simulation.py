@@ -25,7 +25,7 @@ from tatamu.topology import Topology, edge_lengths
 FRAMES_AT_ONCE = 8
 """Frames between two looks at what else goes on: compiled loops hear no interrupt."""
 LOCKED = 3000.0
-"""Cells whose Y h^2 / B is above this drape and fold too stiffly, which is said in a warning [-]."""
+"""Cells whose Y h^2 / B is above this may drape too stiffly, which is said in a warning [-]."""
 THICK = 0.5
 """Cloth thicker than this part of its shortest edge is simulated with a warning."""
 
@@ -125,7 +125,7 @@ class Simulation:
             finer = 1e3 * float(self.model.lengths.mean()) * np.sqrt(LOCKED / ratio)
             lines.append(
                 f"the cells are coarse for cloth that is so stiff to stretch and so limp: Y h^2 / B is {ratio:.2g}, "
-                f"above {LOCKED:g} it drapes too stiffly; take cells of {finer:.2g} mm, or a smaller stretch_stiffness"
+                f"above {LOCKED:g} it may drape too stiffly; take cells of {finer:.2g} mm, or less stretch_stiffness"
             )
         return lines
 
