@@ -174,7 +174,7 @@ def test_the_search_sees_even_where_the_best_is_far_from_ideal(tmp_path: Path) -
     space = {"x": FloatDistribution(0.0, 1.0)}
     study = OptunaStudy(tmp_path / "study.db", identity, space, lambda at: np.full_like(at["x"], 0.4))
     for number in range(12):
-        parameters = study.ask([], number)
+        parameters = study.ask([], number).parameters
         study.tell(parameters, 1.0 + 2.0 * (parameters["x"] - 0.3) ** 2, {})
     assert min(abs(trial.params["x"] - 0.3) for trial in study.trials) < 0.02
 

@@ -15,6 +15,7 @@ from tatamu.errors import InputError
 
 if TYPE_CHECKING:
     from tatamu.folding.task import Reach
+    from tatamu.learning.schedule import Trials
 
 
 @app.command()
@@ -51,11 +52,24 @@ def learn(
     grasps: Annotated[
         str, typer.Option(help="Search grasps as integer, or continuous and floored as in the paper.")
     ] = "integer",
-    trials: Annotated[int, typer.Option(help="Trials of the study in the end.")] = 50,
+    trials: Annotated[
+        str,
+        typer.Option(
+            metavar="N|auto",
+            help="Trials of the study in the end; auto: until less than 0.1 % is expected to be gained.",
+        ),
+    ] = "50",
     seed: Annotated[int, typer.Option(help="Seed of the search.")] = 0,
     parallel: Annotated[
         int | None,
         typer.Option(help="Trials pending at a time, on any number of cores; default: 4. With 1 each knows all."),
+    ] = None,
+    coarse: Annotated[
+        bool | None,
+        typer.Option(
+            help="Search on a coarser mesh first, and end on the default one (default, where there is one).",
+            show_default=False,
+        ),
     ] = None,
     robot: Annotated[
         str | None,
@@ -70,7 +84,7 @@ def learn(
 
     `tatamu learn towel --size 0.30x0.50 --trials 20 --seed 1 --out runs/small`
 
-    `tatamu learn towel --parallel 1 --out runs/one-by-one`
+    `tatamu learn towel --trials auto --out runs/quick`
 
     `tatamu learn tshirt --fold shop --out runs/shop`
 
@@ -115,15 +129,26 @@ def learn(
     report = learn_job(
         job,
         out,
-        trials=trials,
+        trials=_trials(trials),
         seed=seed,
         sampler=sampler,
         grasps=grasps,  # type: ignore[arg-type]
         baselines=baselines,
         parallel=parallel,
+        coarse=coarse,
         reporting=reporting,
     )
     print(f"report: {report}")
+
+
+def _trials(given: str) -> Trials:
+    """A number of trials, or auto."""
+    if given == "auto":
+        return "auto"
+    try:
+        return int(given)
+    except ValueError:
+        raise InputError(f"trials: must be a whole number or auto, given {given!r}") from None
 
 
 def _reach(robot: str | None) -> Reach | None:

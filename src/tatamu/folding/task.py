@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from tatamu.errors import SimulationError
+from tatamu.errors import InputError, SimulationError
 from tatamu.folding.fold import Fold, fold_of, ideal_folds
 from tatamu.folding.manipulation import Manipulation, bezier_manipulation, scene_of
 from tatamu.folding.plan import Plan
@@ -79,6 +79,11 @@ class Asked(OpenRecord):
 
     UNSAID: ClassVar[frozenset[str]] = frozenset({"scale"})
 
+    @property
+    def size_pair(self) -> tuple[float, float] | None:
+        """Width and length [m]; None: the garment's own."""
+        return None if self.size is None else (self.size[0], self.size[1])
+
 
 @dataclass(frozen=True)
 class Task:
@@ -95,6 +100,8 @@ class Task:
     """Manipulations beyond it are `refused`, and need no simulation."""
     asked: Asked | None = None
     """The names and options that the task was made from; None: made by hand."""
+    coarser: Task | None = None
+    """The same fold on a coarser mesh, where a search may begin; None: there is none."""
 
     def manipulation(self, parameters: dict[str, float]) -> Manipulation:
         """The manipulation of x = (x1, z1, x2, z2, g1, g2), Eq. (9); continuous grasps are floored."""
@@ -159,13 +166,31 @@ class Job:
     """The manipulations that the robot of the job can do; None: no robot is asked."""
     asked: Asked | None = None
     """The names and options that the job was made from; None: made by hand."""
+    coarser: Job | None = None
+    """The same job on a coarser mesh, where a search may begin; None: there is none."""
 
-    def task(self, number: int, state: np.ndarray | None = None) -> Task:
-        """The task of a step, the first being 0, of the cloth as it lies [m], shape (n, 3); None: flat."""
+    def task(self, number: int, state: np.ndarray | None = None, coarse_state: np.ndarray | None = None) -> Task:
+        """The task of a step.
+
+        Args:
+            number: Of the step, the first being 0.
+            state: The cloth as it lies [m], shape (n, 3); None: flat.
+            coarse_state: The same on the coarser mesh [m], shape (c, 3); a later step is not searched there without it.
+        """
         step = self.plan.steps[number]
         fold = fold_of(self.garment, self.plan, step, state, self.hands)
         place = (number + 1, len(self.plan.steps))
-        return Task(fold, self.plan.name, self.simulator, place, step.title, self.reach, self.asked)
+        coarser = self._coarser_task(number, coarse_state)
+        return Task(fold, self.plan.name, self.simulator, place, step.title, self.reach, self.asked, coarser)
+
+    def _coarser_task(self, number: int, state: np.ndarray | None) -> Task | None:
+        """The same step on the coarser mesh; None where there is none, or where the hands find no place on it."""
+        if self.coarser is None or (number > 0 and state is None):
+            return None
+        try:
+            return self.coarser.task(number, state)
+        except InputError:
+            return None
 
 
 def make_job(

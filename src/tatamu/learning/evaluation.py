@@ -12,8 +12,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from time import perf_counter
 
+from tatamu.folding.coarser import as_on_finer_mesh, on_coarser_mesh
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.task import Outcome, Task
+from tatamu.results.result import Parameters
 from tatamu.simulators.many import processors
 
 
@@ -32,14 +34,50 @@ def evaluate(task: Task, manipulation: Manipulation) -> Evaluation:
     return Evaluation(outcome, perf_counter() - started)
 
 
-def submitted(executor: Executor, task: Task, manipulation: Manipulation) -> Future[Evaluation]:
-    """Hand a trial to an executor; one that the task's robot cannot do has ended at once."""
+@dataclass(frozen=True)
+class Pending:
+    """A trial that is being evaluated."""
+
+    task: Task
+    manipulation: Manipulation
+    coarse: Manipulation | None
+    """The manipulation on the task's coarser mesh, where it runs there."""
+    evaluation: Future[Evaluation]
+
+    @property
+    def ended(self) -> Evaluation:
+        """What came out, waited for; in the numbers of the task's own mesh."""
+        ended = self.evaluation.result()
+        if self.coarse is None:
+            return ended
+        return replace(ended, outcome=as_on_finer_mesh(self.task, self.manipulation, self.coarse, ended.outcome))
+
+
+def submitted(
+    executor: Executor, task: Task, manipulation: Manipulation, on_coarser: Parameters | None = None
+) -> Pending:
+    """Hand a trial to an executor; one that the task's robot cannot do has ended at once.
+
+    Args:
+        executor: Where it runs.
+        task: The fold.
+        manipulation: What the hands do.
+        on_coarser: The parameters of the manipulation, if it is to run on the task's coarser mesh.
+    """
     refused = task.refused(manipulation)
-    if refused is None:
-        return executor.submit(evaluate, replace(task, reach=None), manipulation)
-    ended: Future[Evaluation] = Future()
-    ended.set_result(Evaluation(refused, 0.0))
-    return ended
+    if refused is not None:
+        ended: Future[Evaluation] = Future()
+        ended.set_result(Evaluation(refused, 0.0))
+        return Pending(task, manipulation, None, ended)
+    if task.coarser is None or on_coarser is None:
+        return Pending(task, manipulation, None, executor.submit(evaluate, _alone(task), manipulation))
+    coarse = on_coarser_mesh(task, manipulation, on_coarser)
+    return Pending(task, manipulation, coarse, executor.submit(evaluate, _alone(task.coarser), coarse))
+
+
+def _alone(task: Task) -> Task:
+    """The task without what an evaluation has no use for."""
+    return replace(task, reach=None, coarser=None)
 
 
 @contextmanager

@@ -61,6 +61,8 @@ class GaussianProcessSampler(BaseSampler):
         self._known = known
         self._space = IntersectionSearchSpace()
         self._independent = RandomSampler(seed=seed)
+        self.expected_gain: float | None = None
+        """Expected improvement of the last proposal, as a part of the best objective; None: it was random."""
 
     def infer_relative_search_space(self, study: Study, trial: FrozenTrial) -> dict[str, BaseDistribution]:
         """The parameters that all finished trials have."""
@@ -80,7 +82,9 @@ class GaussianProcessSampler(BaseSampler):
         objectives = np.array([other.values[0] for other in finished])
         acquisition = self._acquisition(cube, points, objectives, cube.points(pending))
         best = points[np.argsort(objectives, kind="stable")[:BEST_TRIALS]]
-        return cube.parameters(_maximised(acquisition, cube, best, self._random))
+        point, height = maximised(acquisition, cube, best, self._random)
+        self.expected_gain = float(np.exp(height) / objectives.min())
+        return cube.parameters(point)
 
     def sample_independent(
         self, study: Study, trial: FrozenTrial, param_name: str, param_distribution: BaseDistribution
@@ -95,10 +99,11 @@ class GaussianProcessSampler(BaseSampler):
         known = self._known
         best = float(objectives.min())
         if known is None:
-            process, centre, spread = _standardised_fit(points, objectives, pending)
-            return lambda at: log_expected_improvement((best - centre) / spread, *process.predict(at))
+            process, centre, spread = standardised_fit(points, objectives, pending)
+            least = (best - centre) / spread
+            return lambda at: np.log(spread) + log_expected_improvement(least, *process.predict(at))
         unknown = np.maximum(objectives - known(cube.values(points)), LEAST_UNKNOWN)
-        process, centre, spread = _standardised_fit(points, np.log(unknown), pending)
+        process, centre, spread = standardised_fit(points, np.log(unknown), pending)
 
         def improvement(at: np.ndarray) -> np.ndarray:
             mean, deviation = process.predict(at)
@@ -109,12 +114,19 @@ class GaussianProcessSampler(BaseSampler):
         return improvement
 
 
-def _standardised_fit(
-    points: np.ndarray, values: np.ndarray, pending: np.ndarray
+def standardised_fit(
+    points: np.ndarray, values: np.ndarray, pending: np.ndarray, least: float = LEAST_DEVIATION
 ) -> tuple[GaussianProcess, float, float]:
-    """The process of standardised values that expects its own mean at pending points; centre and spread."""
+    """The process of standardised values that expects its own mean at pending points; centre and spread.
+
+    Args:
+        points: Where the values were observed, in the unit cube, shape (n, d).
+        values: What was observed, shape (n,).
+        pending: Where trials are still running, shape (p, d).
+        least: Least spread; nearly equal values are not blown up to unit variance.
+    """
     centre = float(values.mean())
-    spread = max(float(values.std()), LEAST_DEVIATION)
+    spread = max(float(values.std()), least)
     return GaussianProcess.fit(points, (values - centre) / spread).believing(pending), centre, spread
 
 
@@ -165,10 +177,10 @@ class UnitCube:
         }
 
 
-def _maximised(
+def maximised(
     acquisition: Callable[[np.ndarray], np.ndarray], cube: UnitCube, best: np.ndarray, random: np.random.Generator
-) -> np.ndarray:
-    """The point of largest acquisition that is found, shape (d,).
+) -> tuple[np.ndarray, float]:
+    """The point of largest acquisition that is found, shape (d,), and the acquisition there.
 
     Scattered points first, and points around the best trials, shape (b, d); then ever narrower clouds around the
     highest. Gradients would gain little: one look at a thousand points takes a millisecond.
@@ -189,4 +201,5 @@ def _maximised(
         points = np.concatenate([points[top], cloud])
         heights = np.concatenate([heights[top], acquisition(cloud)])
         spread *= NARROWING
-    return points[int(np.argmax(heights))]
+    highest = int(np.argmax(heights))
+    return points[highest], float(heights[highest])

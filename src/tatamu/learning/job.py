@@ -18,15 +18,18 @@ import numpy as np
 
 from tatamu.errors import InputError
 from tatamu.folding.advice import UncarriedWarning, advice
+from tatamu.folding.coarser import with_coarser
 from tatamu.folding.fold import Fold, ideal_folds
 from tatamu.folding.task import Job, Task, digest
 from tatamu.learning.learn import check_parallel, check_search, learn, locked, pending_trials
 from tatamu.learning.reachable import check_reach
 from tatamu.learning.runner import Progress
+from tatamu.learning.schedule import Schedule, Trials
 from tatamu.learning.space import Grasps, carried_over
 from tatamu.learning.study import held_identity
 from tatamu.learning.whole import write_whole
 from tatamu.results import ResultFolder
+from tatamu.results.folder import COARSE_FINAL
 from tatamu.results.result import Parameters
 
 Reporting = Callable[[Task, int], AbstractContextManager[Callable[[Progress], None]]]
@@ -42,12 +45,13 @@ def learn_job(
     job: Job,
     folder: Path,
     *,
-    trials: int = 50,
+    trials: Trials = 50,
     seed: int = 0,
     sampler: str = "gp",
     grasps: Grasps = "integer",
     baselines: bool = True,
     parallel: int | None = None,
+    coarse: bool | None = None,
     executor: Executor | None = None,
     reporting: Reporting = _silent,
 ) -> Path:
@@ -60,12 +64,14 @@ def learn_job(
     Args:
         job: The garment and the plan that folds it.
         folder: Where it goes; made if it is not there.
-        trials: How many trials each step shall have in the end.
+        trials: How many trials each step shall have in the end, or "auto" (`learn`).
         seed: Of the search of every step.
         sampler: Name of the sampler.
         grasps: Search grasps as whole numbers, or as real numbers that are floored, as in the paper.
         baselines: Also score the fixed trajectories.
         parallel: How many trials are pending at a time (`learn`).
+        coarse: Search on a coarser mesh first, where the job has one (`with_coarser`). None: as the study began, or
+            else yes.
         executor: Where trials run; None: threads on every processor.
         reporting: Draws the progress of a step.
 
@@ -94,26 +100,37 @@ def learn_job(
     for line in advice(job.garment, job.plan, job.hands):
         warnings.warn(line, UncarriedWarning, stacklevel=2)
     if count == 1:
+        job = _with_meshes(job, coarse, results)
         return _learn(job.task(0), folder, trials, reporting, options)
     with locked(results):
         options["parallel"] = pending_trials(parallel, job.simulator, results.step(0))
+        job = _with_meshes(job, coarse, results.step(0))
         state: np.ndarray | None = None
+        coarse_state: np.ndarray | None = None
         found: list[tuple[Fold, Parameters]] = []
         for number in range(count):
-            task = job.task(number, state)
+            task = job.task(number, state, coarse_state)
             own = results.step(number)
             _forget_if_outdated(task, own)
             first = [carried_over(parameters, fold, task.fold, grasps) for fold, parameters in found]
             _learn(task, own.path, trials, reporting, {**options, "first": first})
             found.append((task.fold, own.result.best_trial.parameters))
             state = own.rollout.positions[-1]
+            coarse_state = own.rollout.extra.get(COARSE_FINAL)
         ideals = [fold.target for fold in ideal_folds(job.garment, job.plan, job.hands)]
         return write_whole(job, results, ideals)
 
 
-def _learn(task: Task, folder: Path, trials: int, reporting: Reporting, options: dict[str, Any]) -> Path:
-    with reporting(task, trials) as progress:
+def _learn(task: Task, folder: Path, trials: Trials, reporting: Reporting, options: dict[str, Any]) -> Path:
+    with reporting(task, Schedule(trials, 1).most) as progress:
         return learn(task, folder, trials=trials, progress=progress, **options)
+
+
+def _with_meshes(job: Job, coarse: bool | None, folder: ResultFolder) -> Job:
+    """The job with the meshes that its search is to use."""
+    held = held_identity(folder.study_file) if coarse is None else None
+    wanted = coarse if coarse is not None else held is None or held.coarse is not None
+    return with_coarser(job) if wanted else job
 
 
 def _refuse_other(folder: ResultFolder, count: int) -> None:

@@ -20,8 +20,15 @@ from tatamu.rollout import Rollout
 MEASURES = tuple(name for name in Score.__dataclass_fields__ if name != "objective")
 
 
-def attributes_of(outcome: Outcome, trajectory_length: float, seconds: float) -> dict[str, Any]:
-    """The attributes of a trial that are kept beside its parameters and its objective."""
+def attributes_of(outcome: Outcome, trajectory_length: float, seconds: float, **more: float | None) -> dict[str, Any]:
+    """The attributes of a trial that are kept beside its parameters and its objective.
+
+    Args:
+        outcome: Of the trial.
+        trajectory_length: l_x [m].
+        seconds: How long it took [s].
+        more: Further fields of a trial in `result.json`, unless they are None.
+    """
     measures = outcome.score.as_dict() if outcome.score else dict.fromkeys(MEASURES)
     return {
         "state": "failed" if outcome.failed else "complete",
@@ -29,6 +36,7 @@ def attributes_of(outcome: Outcome, trajectory_length: float, seconds: float) ->
         **{name: measures[name] for name in MEASURES},
         "trajectory_length": trajectory_length,
         "seconds": round(seconds, 3),
+        **{name: value for name, value in more.items() if value is not None},
     }
 
 
@@ -37,10 +45,17 @@ def trial_of(trial: FrozenTrial) -> Trial:
     return Trial(number=trial.number, parameters=trial.params, objective=trial.value, **trial.user_attrs)
 
 
-def best_number(trials: Sequence[FrozenTrial], count: int | None = None) -> int | None:
-    """Number of the complete trial of least objective among the first `count`; None if all failed."""
+def best_number(trials: Sequence[FrozenTrial], count: int | None = None, coarse: float | None = None) -> int | None:
+    """Number of the complete trial of least objective among the first `count`; None if all failed.
+
+    Args:
+        trials: Finished trials in order.
+        count: How many of them count; None: all.
+        coarse: Spacing of the coarser mesh [m]: its trials count only where no other is complete. None: there is none.
+    """
     complete = [t for t in trials[:count] if t.user_attrs["state"] == "complete"]
-    return min(complete, key=lambda t: (t.value, t.number)).number if complete else None
+    fine = [t for t in complete if coarse is None or t.user_attrs.get("spacing") != coarse]
+    return min(fine or complete, key=lambda t: (t.value, t.number)).number if complete else None
 
 
 def baseline_of(name: str, manipulation: Manipulation, outcome: Outcome) -> Baseline:
@@ -63,7 +78,8 @@ def result_of(
     asked: Asked | None,
     trials: Sequence[FrozenTrial],
     baselines: Sequence[Baseline] | None,
-    best: Outcome | None,
+    best: int | None,
+    outcome: Outcome | None,
 ) -> Result:
     """The result of a study.
 
@@ -72,7 +88,8 @@ def result_of(
         asked: What the task was made from.
         trials: The finished trials in order.
         baselines: The fixed trajectories, if they were scored.
-        best: Outcome of the best trial; None if all failed.
+        best: Number of the best trial; None if all failed.
+        outcome: Of the best trial.
     """
     records = [trial_of(trial) for trial in trials]
     return Result(
@@ -84,10 +101,11 @@ def result_of(
         seed=identity.seed,
         parallel=identity.parallel,
         first=identity.first,
+        coarse=identity.coarse,
         asked=asked,
         wall_seconds=round(sum(record.seconds or 0.0 for record in records), 3),
-        best=best_number(trials),
-        crossings=crossings_of(best.rollout) if best and best.rollout else None,
+        best=best,
+        crossings=crossings_of(outcome.rollout) if outcome and outcome.rollout else None,
         trials=records,
         baselines=list(baselines or []),
     )

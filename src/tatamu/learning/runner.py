@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
-from concurrent.futures import Executor, Future
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,13 +12,16 @@ import numpy as np
 
 from tatamu.errors import TatamuError
 from tatamu.folding.baselines import BASELINES
-from tatamu.folding.manipulation import Manipulation, scene_of
+from tatamu.folding.interpolation import interpolated
+from tatamu.folding.manipulation import scene_of
 from tatamu.folding.score import vertex_distances
 from tatamu.folding.task import Outcome, Task
-from tatamu.learning.evaluation import Evaluation, submitted
+from tatamu.learning.evaluation import Pending, submitted
 from tatamu.learning.outcomes import attributes_of, baseline_of, best_number, result_of
-from tatamu.learning.study import OptunaStudy
+from tatamu.learning.schedule import Planned, Schedule
+from tatamu.learning.study import OptunaStudy, Proposal
 from tatamu.results import MOMENTS, ResultFolder, describe_manipulation
+from tatamu.results.folder import COARSE_FINAL
 from tatamu.results.result import Parameters
 
 
@@ -34,75 +37,96 @@ class Progress:
     """Mean vertex distance of that trial [m]."""
 
 
-@dataclass(frozen=True)
-class Pending:
-    """A manipulation that is being evaluated."""
-
-    manipulation: Manipulation
-    evaluation: Future[Evaluation]
-
-
 class Runner:
     """Trials of one study; the outcomes that the folder keeps are remembered, others are forgotten."""
 
     def __init__(self, task: Task, study: OptunaStudy, executor: Executor) -> None:
-        """Make a runner, and ask the task's robot again what it was asked before: it may have learned from it."""
+        """Make a runner of the trials that the study does not have yet."""
         self.task = task
         self.study = study
         self._executor = executor
         self._kept: dict[int, Outcome] = {}
-        for trial in study.trials:
-            task.refused(task.manipulation(trial.params))
 
-    def run(self, trials: int, baselines: bool) -> Iterator[None]:
-        """Run trials until there are `trials` of them, and the fixed trajectories; yields after each trial, in order.
+    def is_over(self, schedule: Schedule) -> bool:
+        """Whether no trial is left to run."""
+        return schedule.coarse_next(self._planned([])) is None
+
+    def run(self, schedule: Schedule, baselines: bool) -> Iterator[None]:
+        """Run the trials that are left, and the fixed trajectories; yields after each trial, in order.
 
         Args:
-            trials: How many there shall be in the end.
+            schedule: How many trials there shall be, and on which mesh.
             baselines: Also score the fixed trajectories, if they were not before.
         """
-        running: deque[tuple[Parameters, Pending]] = deque()
+        self._remind_robot()
+        running: deque[tuple[Proposal, Pending]] = deque()
         others: dict[str, Pending] = {}
         pending = self.study.identity.parallel
         try:
-            for number in range(len(self.study.trials), trials):
+            while (coarse := schedule.coarse_next(self._planned([each for each, _ in running]))) is not None:
                 if len(running) == pending:
                     self._finish(*running.popleft())
                     yield
-                parameters = self.study.ask([p for p, _ in running], max(0, number - pending + 1))
-                running.append((parameters, self._begin(self.task.manipulation(parameters))))
+                known = max(0, len(self.study.trials) + len(running) - pending + 1)
+                proposal = self.study.ask([each for each, _ in running], known, coarse)
+                running.append((proposal, self._begin(proposal.parameters, coarse)))
             if baselines and self.study.baselines is None:
-                others |= {name: self._begin(make(self.task.fold)) for name, (_, make) in BASELINES.items()}
+                made = {name: make(self.task.fold) for name, (_, make) in BASELINES.items()}
+                others |= {name: submitted(self._executor, self.task, each) for name, each in made.items()}
             while running:
                 self._finish(*running.popleft())
                 yield
             if others:
                 self.study.baselines = [
-                    baseline_of(name, each.manipulation, each.evaluation.result().outcome)
-                    for name, each in others.items()
+                    baseline_of(name, each.manipulation, each.ended.outcome) for name, each in others.items()
                 ]
         finally:
             for each in [*(begun for _, begun in running), *others.values()]:
                 each.evaluation.cancel()  # of a run that was interrupted; what has ended stays ended
 
-    def _begin(self, manipulation: Manipulation) -> Pending:
-        return Pending(manipulation, submitted(self._executor, self.task, manipulation))
+    def _remind_robot(self) -> None:
+        """Ask the task's robot again what it was asked before a pause: it may have learned from it."""
+        for trial in self.study.trials:
+            self.task.refused(self.task.manipulation(trial.params))
 
-    def _finish(self, parameters: Parameters, begun: Pending) -> None:
+    def _planned(self, running: Sequence[Proposal]) -> list[Planned]:
+        """The trials so far as a schedule sees them, those that are running at the end."""
+        finished = [
+            Planned(self.study.is_coarse(trial), trial.user_attrs.get("expected_gain")) for trial in self.study.trials
+        ]
+        return finished + [Planned(proposal.coarse, proposal.gain) for proposal in running]
+
+    def _begin(self, parameters: Parameters, coarse: bool) -> Pending:
+        manipulation = self.task.manipulation(parameters)
+        return submitted(self._executor, self.task, manipulation, parameters if coarse else None)
+
+    def _finish(self, proposal: Proposal, begun: Pending) -> None:
         """Record a trial when it has ended."""
-        evaluation = begun.evaluation.result()
-        outcome = evaluation.outcome
-        attributes = attributes_of(outcome, begun.manipulation.trajectory_length, evaluation.seconds)
-        self.study.tell(parameters, outcome.objective, attributes)
-        trials = self.study.trials
-        self._kept[len(trials) - 1] = outcome
-        needed = {*self._shown().values(), best_number(trials)}
+        outcome = begun.ended.outcome
+        attributes = attributes_of(
+            outcome,
+            begun.manipulation.trajectory_length,
+            begun.ended.seconds,
+            spacing=self._spacing(proposal.coarse),
+            expected_gain=proposal.gain,
+        )
+        self.study.tell(proposal.parameters, outcome.objective, attributes)
+        self._kept[len(self.study.trials) - 1] = outcome
+        needed = {*self._shown().values(), self._best()}
         self._kept = {number: kept for number, kept in self._kept.items() if number in needed}
+
+    def _spacing(self, coarse: bool) -> float | None:
+        """Of the mesh of a trial [m]; None in a study of one mesh."""
+        held = self.study.identity.coarse
+        return held if coarse or held is None else self.task.fold.garment.spacing
+
+    def _best(self, count: int | None = None) -> int | None:
+        return best_number(self.study.trials, count, self.study.identity.coarse)
 
     def progress(self, trials: int) -> Progress:
         """How far the study is."""
         done = self.study.trials
-        best = best_number(done)
+        best = self._best()
         return Progress(
             done=len(done),
             trials=trials,
@@ -110,14 +134,23 @@ class Runner:
             best_distance=None if best is None else done[best].user_attrs["mean_vertex_distance"],
         )
 
-    def write(self, folder: ResultFolder) -> Path:
-        """Write the folder and its report."""
+    def write(self, folder: ResultFolder, until_gain: float | None) -> Path:
+        """Write the folder and its report.
+
+        Args:
+            folder: Where they go.
+            until_gain: The expected gain at which the search ended by itself; None: it did not.
+        """
         from tatamu.report import write_report
 
         trials = self.study.trials
-        best = best_number(trials)
+        best = self._best()
+        if best is not None and self.study.is_coarse(trials[best]):
+            best = None  # nothing on the task's own mesh did not fail
         outcome = None if best is None else self._outcome(best)
-        folder.write_result(result_of(self.study.identity, self.task.asked, trials, self.study.baselines, outcome))
+        baselines = self.study.baselines
+        result = result_of(self.study.identity, self.task.asked, trials, baselines, best, outcome)
+        folder.write_result(result.model_copy(update={"until_gain": until_gain}))
         if best is None or outcome is None:
             raise TatamuError(
                 f"{folder.path}: all {len(trials)} trials failed; the last said: {trials[-1].user_attrs['error']}"
@@ -130,26 +163,37 @@ class Runner:
             scene_of(fold, manipulation),
             outcome.rollout,
             fold.target,
-            {name: self._errors(number) for name, number in self._shown().items()},
+            {name: self._errors(number) for name, number in self._shown().items()} | self._left_for_next_step(best),
         )
         return write_report(folder.path)
 
+    def _left_for_next_step(self, best: int) -> dict[str, np.ndarray]:
+        """The cloth after the best manipulation on the coarser mesh, where the next step's search is to begin."""
+        number, count = self.task.step
+        if self.task.coarser is None or number == count:
+            return {}
+        rollout = self._begin(self.study.trials[best].params, coarse=True).ended.outcome.rollout
+        return {} if rollout is None else {COARSE_FINAL: rollout.positions[-1]}
+
     def _shown(self) -> dict[str, int]:
         """Trials whose errors the folder keeps: the best of those that `MOMENTS` names."""
-        trials = self.study.trials
-        counts = {name: count for name, (count, _) in MOMENTS.items() if count <= len(trials)}
-        numbers = {name: best_number(trials, count) for name, count in counts.items()}
+        counts = {name: count for name, (count, _) in MOMENTS.items() if count <= len(self.study.trials)}
+        numbers = {name: self._best(count) for name, count in counts.items()}
         return {name: number for name, number in numbers.items() if number is not None}
 
     def _errors(self, number: int) -> np.ndarray:
-        """e_i of a complete trial, Eq. (12) [m], shape (n,)."""
+        """e_i of a complete trial, Eq. (12) [m], shape (n,); of one on the coarser mesh, in between its vertices."""
         rollout = self._outcome(number).rollout
         assert rollout is not None, "the trial is complete"
-        return vertex_distances(self.task.fold.target, rollout.positions[-1])
+        final = rollout.positions[-1]
+        fold = self.task.fold
+        if self.study.is_coarse(self.study.trials[number]) and self.task.coarser is not None:
+            final = interpolated(self.task.coarser.fold.garment, final, fold.garment)
+        return vertex_distances(fold.target, final)
 
     def _outcome(self, number: int) -> Outcome:
         """The outcome of a finished trial, simulated again if it was before this run; the same to the last bit."""
         if number not in self._kept:
-            manipulation = self.task.manipulation(self.study.trials[number].params)
-            self._kept[number] = self._begin(manipulation).evaluation.result().outcome
+            trial = self.study.trials[number]
+            self._kept[number] = self._begin(trial.params, self.study.is_coarse(trial)).ended.outcome
         return self._kept[number]

@@ -10,8 +10,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
+import numpy as np
 import optuna
 from optuna.distributions import BaseDistribution
 from optuna.trial import FrozenTrial, TrialState, create_trial
@@ -21,6 +22,7 @@ from threadpoolctl import threadpool_limits
 
 from tatamu.errors import InputError
 from tatamu.learning.gp_sampler import KnownPart
+from tatamu.learning.refining import Known, refining_proposal
 from tatamu.learning.samplers import make_sampler
 from tatamu.records import OpenRecord
 from tatamu.results.result import Baseline, Parameters, TaskDescription
@@ -43,7 +45,7 @@ optuna.logging.set_verbosity(optuna.logging.ERROR)
 class Identity(OpenRecord):
     """The task of a study and its search: what a study must have begun with in order to be gone on with."""
 
-    UNSAID: ClassVar[frozenset[str]] = frozenset({"parallel", "first"})
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"parallel", "first", "coarse"})
 
     task: TaskDescription
     sampler: str
@@ -53,6 +55,18 @@ class Identity(OpenRecord):
     """How many trials are pending at a time."""
     first: list[Parameters] = Field(default_factory=list)
     """Parameters of the first trials, where they shall not be the sampler's."""
+    coarse: float | None = None
+    """Spacing of the coarser mesh that the search begins on [m]; None: all trials are on the task's own."""
+
+
+class Proposal(NamedTuple):
+    """The next trial."""
+
+    parameters: Parameters
+    coarse: bool = False
+    """Whether it runs on the coarser mesh."""
+    gain: float | None = None
+    """Expected improvement, as a part of the best objective that it knows; None: the sampler does not say."""
 
 
 class OptunaStudy:
@@ -98,28 +112,56 @@ class OptunaStudy:
         """Finished trials in order; those of the file were read once, as nobody else may write it meanwhile."""
         return self._trials
 
-    def ask(self, pending: Sequence[Parameters], known: int) -> Parameters:
-        """Parameters of the next trial.
+    def is_coarse(self, trial: FrozenTrial) -> bool:
+        """Whether a finished trial ran on the coarser mesh."""
+        coarse = self.identity.coarse
+        return coarse is not None and bool(trial.user_attrs.get("spacing") == coarse)
+
+    def ask(self, pending: Sequence[Proposal], known: int, coarse: bool = False) -> Proposal:
+        """The next trial.
 
         Args:
-            pending: Parameters of trials before it that are still running.
+            pending: Trials before it that are still running.
             known: How many finished trials it may know the objective of. The others count as running.
+            coarse: Whether it runs on the coarser mesh. On the finer one, trials of the coarser one are known too.
         """
         finished = self.trials
         number = len(finished) + len(pending)
         if number < len(self.identity.first):
-            return dict(self.identity.first[number])
-        running = [*(trial.params for trial in finished[known:]), *pending]
-        return self._propose(number, finished[:known], running)
+            return Proposal(dict(self.identity.first[number]), coarse)
+        here = [trial for trial in finished[:known] if self.is_coarse(trial) == coarse]
+        running = [trial.params for trial in finished[known:] if self.is_coarse(trial) == coarse]
+        running += [proposal.parameters for proposal in pending if proposal.coarse == coarse]
+        elsewhere = [] if coarse else [trial for trial in finished[:known] if self.is_coarse(trial)]
+        if elsewhere:
+            return self._refine(number, elsewhere, here, running)
+        return self._propose(number, here, running, coarse)
 
-    def _propose(self, number: int, known: Sequence[FrozenTrial], running: Sequence[Parameters]) -> Parameters:
+    def _propose(
+        self, number: int, known: Sequence[FrozenTrial], running: Sequence[Parameters], coarse: bool
+    ) -> Proposal:
         sampler = make_sampler(self.identity.sampler, self.identity.seed, number, self._known_part)
         scratch = optuna.create_study(sampler=sampler, direction="minimize")
         scratch.add_trials(known)
         for parameters in running:
             scratch.add_trial(create_trial(state=TrialState.RUNNING, params=parameters, distributions=self.space))
         with threadpool_limits(1):  # the matrices are small: threads that wait for one another cost ten times the work
-            return dict(scratch.ask(self.space).params)
+            parameters = dict(scratch.ask(self.space).params)
+        return Proposal(parameters, coarse, getattr(sampler, "expected_gain", None))
+
+    def _refine(
+        self,
+        number: int,
+        coarse: Sequence[FrozenTrial],
+        fine: Sequence[FrozenTrial],
+        running: Sequence[Parameters],
+    ) -> Proposal:
+        random = np.random.default_rng([self.identity.seed, number])
+        with threadpool_limits(1):
+            parameters, gain = refining_proposal(
+                self.space, self._known_part, _known(coarse), _known(fine), running, random
+            )
+        return Proposal(parameters, False, gain)
 
     def tell(self, parameters: Parameters, objective: float, attributes: dict[str, Any]) -> None:
         """Record a finished trial."""
@@ -160,6 +202,10 @@ class OptunaStudy:
             raise InputError(
                 f"{self._path}: is not a readable Optuna study ({reason}); remove it or give another folder"
             ) from None
+
+
+def _known(trials: Sequence[FrozenTrial]) -> Known:
+    return Known([trial.params for trial in trials], np.array([trial.value for trial in trials]))
 
 
 def held_identity(path: Path) -> Identity | None:

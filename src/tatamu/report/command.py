@@ -22,7 +22,8 @@ def learn(fold: LearnedFold) -> str:
     if asked.scale:
         words += ["--scale", repr(asked.scale)]
     words += ["--fold", asked.fold, "--simulator", task.simulator, "--sampler", result.sampler]
-    words += ["--trials", str(len(result.trials)), "--seed", str(result.seed)]
+    trials = str(len(result.trials)) if result.until_gain is None else "auto"
+    words += ["--trials", trials, "--seed", str(result.seed)]
     if asked.hands:
         words += ["--hands", str(asked.hands)]
     if result.grasps != "integer":
@@ -32,6 +33,8 @@ def learn(fold: LearnedFold) -> str:
     if task.robot:
         words += ["--robot", task.robot]
     words += ["--parallel", str(result.parallel)]
+    if result.coarse is None and not asked.spacing:
+        words += ["--no-coarse"]
     if not result.baselines:
         words += ["--no-baselines"]
     return shlex.join(words)

@@ -13,25 +13,17 @@ from tatamu.results import Result, Trial
 
 
 def objective(result: Result) -> Plot:
-    """Objective of each trial and best so far."""
+    """Objective of each trial and the best so far on its mesh."""
     done = [trial for trial in result.trials if trial.state == "complete" and trial.objective is not None]
-    numbers = [trial.number for trial in done]
     values = [float(trial.objective) for trial in done if trial.objective is not None]
-    best = np.minimum.accumulate(values).tolist()
     top = max(values) + 0.08 * (max(values) - min(values) or 1.0)
-    steps = {
-        "x": [*numbers, result.trials[-1].number],
-        "y": [*best, best[-1]],
-        "mode": "lines",
-        "line": {"color": "@plot", "width": 2.5, "shape": "hv"},
-        "hovertemplate": "best so far %{y:.4f}<extra></extra>",
-    }
+    least = result.best_trial.objective or min(values)
     return traces(
         [
-            _dots(numbers, values, "C = %{y:.4f}"),
-            steps,
+            *_both(result, done, values, "C = %{y:.4f}"),
+            *(_steps(result, coarse) for coarse in (True, False) if result.coarse is not None or not coarse),
             _failed(result.trials, top),
-            _star(result.best_trial.number, min(values), "C = %{y:.4f}"),
+            _star(result.best_trial.number, least, "C = %{y:.4f}"),
         ],
         xaxis=_trials(result),
         yaxis=axis("objective C"),
@@ -39,10 +31,29 @@ def objective(result: Result) -> Plot:
     )
 
 
+def is_coarse(result: Result, trial: Trial) -> bool:
+    """Whether a trial ran on the coarser mesh."""
+    return result.coarse is not None and trial.spacing == result.coarse
+
+
+def _steps(result: Result, coarse: bool) -> dict[str, Any]:
+    """Best so far on one of the meshes, up to its last trial."""
+    here = [trial for trial in result.trials if is_coarse(result, trial) == coarse]
+    done = [trial for trial in here if trial.state == "complete" and trial.objective is not None]
+    best = np.minimum.accumulate([float(trial.objective or 0.0) for trial in done]).tolist()
+    numbers = [trial.number for trial in done]
+    return {
+        "x": [*numbers, *(trial.number for trial in here[-1:] if numbers)],
+        "y": [*best, *best[-1:]],
+        "mode": "lines",
+        "line": {"color": "@muted" if coarse else "@plot", "width": 2.5, "shape": "hv"},
+        "hovertemplate": "best so far %{y:.4f}<extra></extra>",
+    }
+
+
 def distance(result: Result) -> Plot:
     """Mean vertex distance of each trial against the field's thresholds."""
     done = [trial for trial in result.trials if trial.mean_vertex_distance is not None]
-    numbers = [trial.number for trial in done]
     values = [1e3 * max(trial.mean_vertex_distance or 0.0, 1e-5) for trial in done]
     low = min([*values, 1.0]) / 1.4
     high = max([*values, 30.0]) * 1.4
@@ -57,7 +68,7 @@ def distance(result: Result) -> Plot:
     ]
     return traces(
         [
-            _dots(numbers, values, "%{y:.2f} mm"),
+            *_both(result, done, values, "%{y:.2f} mm"),
             _failed(result.trials, high / 1.15),
             _star(result.best_trial.number, max(best, 0.01), "%{y:.2f} mm"),
         ],
@@ -80,13 +91,30 @@ def _trials(result: Result) -> dict[str, Any]:
     return axis("trial", range=[-0.03 * last - 0.5, last * 1.03 + 0.5], showgrid=False)
 
 
-def _dots(numbers: list[int], values: list[float], text: str) -> dict[str, Any]:
+def _both(result: Result, trials: list[Trial], values: list[float], text: str) -> list[dict[str, Any]]:
+    """Dots of the trials on the task's own mesh, and hollow ones of those on the coarser mesh."""
+    plots = []
+    for coarse in (True, False):
+        here = [(t.number, value) for t, value in zip(trials, values, strict=True) if is_coarse(result, t) == coarse]
+        if here:
+            plots.append(_dots(here, text, result.coarse if coarse else None))
+    return plots
+
+
+def _dots(places: list[tuple[int, float]], text: str, spacing: float | None) -> dict[str, Any]:
+    """Dots at trial numbers and values; hollow ones on a coarser mesh of that spacing [m]."""
+    mesh = "" if spacing is None else f"<br>on the coarser mesh, {1e3 * spacing:.0f} mm"
     return {
-        "x": numbers,
-        "y": values,
+        "x": [number for number, _ in places],
+        "y": [value for _, value in places],
         "mode": "markers",
-        "marker": {"size": 6.5, "color": "@plot", "opacity": 0.5},
-        "hovertemplate": f"trial %{{x}}<br>{text}<extra></extra>",
+        "marker": {
+            "symbol": "circle" if spacing is None else "circle-open",
+            "size": 6.5,
+            "color": "@plot" if spacing is None else "@muted",
+            "opacity": 0.5 if spacing is None else 0.8,
+        },
+        "hovertemplate": f"trial %{{x}}<br>{text}{mesh}<extra></extra>",
     }
 
 

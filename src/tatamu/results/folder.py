@@ -31,6 +31,9 @@ STUDY = "study.db"
 MARGINS = "margins"
 """The folder of its margins."""
 
+COARSE_FINAL = "coarse_final"
+"""Optional array of rollout.npz: the cloth after the best manipulation on the coarser mesh [m], shape (c, 3)."""
+
 LEARNED = (RESULT, MANIPULATION, SCENE, ROLLOUT, REPORT)
 """Everything that a study leaves beside its database."""
 STEP = "step-"
@@ -198,7 +201,7 @@ class ResultFolder:
         scene: Scene,
         rollout: Rollout,
         target: np.ndarray,
-        errors: Mapping[str, np.ndarray],
+        more: Mapping[str, np.ndarray],
     ) -> None:
         """Write `manipulation.json`, `scene.json` and `rollout.npz` of the best trial.
 
@@ -207,11 +210,11 @@ class ResultFolder:
             scene: The best trial as a scene.
             rollout: Its rollout.
             target: The wanted shape [m], shape (n, 3).
-            errors: e_i of earlier trials [m] by the names of `MOMENTS`, each shape (n,).
+            more: Further arrays by name: e_i of earlier trials (`MOMENTS`) [m], shape (n,), and `COARSE_FINAL`.
         """
         write_json(self.manipulation_file, manipulation.model_dump())
         scene.save(self.scene_file)
-        self.write_rollout(rollout, {"target": target, **errors})
+        self.write_rollout(rollout, {"target": target, **more})
         self._forget("manipulation", "scene")
 
     def write_rollout(self, rollout: Rollout, extra: Mapping[str, np.ndarray]) -> None:

@@ -52,6 +52,13 @@ class _TrialHead(OpenRecord):
 class Trial(Scores, _TrialHead):
     """One trial of the study."""
 
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"spacing", "expected_gain"})
+
+    spacing: float | None = None
+    """Of the mesh that it ran on [m]; None: the task's. On a coarser mesh D is multiplied by the vertices' ratio."""
+    expected_gain: float | None = None
+    """Improvement that was expected of it, as a part of the best objective; None: the sampler did not say."""
+
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.state == "complete" and (self.objective is None or self.mean_vertex_distance is None):
@@ -158,7 +165,7 @@ class Crossings(OpenRecord):
 class Result(OpenRecord):
     """The study: its task, its search, its trials."""
 
-    UNSAID: ClassVar[frozenset[str]] = frozenset({"parallel", "first"})
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"parallel", "first", "coarse", "until_gain"})
 
     version: Literal[1]
     tatamu: str = ""
@@ -171,12 +178,16 @@ class Result(OpenRecord):
     """How many trials were pending at a time."""
     first: list[Parameters] = Field(default_factory=list)
     """Parameters of the first trials, where they are not the sampler's."""
+    coarse: float | None = None
+    """Spacing of the coarser mesh that the search began on [m]; None: all trials are on the task's own."""
+    until_gain: float | None = None
+    """The search ended by itself when less than this part of the best objective was expected; None: it did not."""
     asked: Asked | None = None
     """None in folders of versions that did not write it."""
     wall_seconds: float | None = None
     """Sum of the trials' seconds [s]."""
     best: Index | None
-    """Number of the complete trial of least objective; None: all failed."""
+    """Number of the complete trial of least objective on the task's own mesh; None: all failed."""
     crossings: Crossings | None = None
     """Of the best trial; None: all failed."""
     trials: Annotated[list[Trial], Field(min_length=1)]

@@ -14,6 +14,8 @@ class Capabilities:
     parallel: bool = False
     """Whether `simulate` may be called in several threads of one process at a time, and then gives the same positions
     whatever runs beside it."""
+    coarse_search: bool = False
+    """Whether folds on a coarser mesh are ranked nearly as on the default one, so that a search may begin there."""
     compression: bool = False
     """Whether cloth may resist compression less than tension (`Material.compression`); else it resists both alike."""
     directional_air: bool = False

@@ -1,0 +1,87 @@
+"""The same job on a coarser mesh, where trials take a part of the time: what carries over, and what to multiply.
+
+A manipulation keeps its parameters: hands move along the same curves, from the nearest vertices. A sum over vertices,
+as D of Eq. (11) is, grows with their number; on the finer mesh it would be larger in proportion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from tatamu.errors import InputError
+from tatamu.folding.fold import ideal_folds
+from tatamu.folding.manipulation import Manipulation, bezier_manipulation
+from tatamu.folding.task import Job, Outcome, Task
+from tatamu.garments import make_garment
+from tatamu.simulators import capabilities
+
+COARSER = {1: 2.0, 2: 1.4}
+"""Spacing of the coarser mesh over that of the finer one, by the garment's layers (docs/notes/learning.md)."""
+FEWEST = 250
+"""A coarser mesh has at least this many vertices; smaller folds take no time to speak of."""
+
+
+def with_coarser(job: Job) -> Job:
+    """The job with its coarser mesh, where it has one.
+
+    It has none where the user chose the spacing, where the simulator folds differently on coarser cells, where the mesh
+    is small already, and where the garment cannot be meshed or grasped with larger cells.
+    """
+    asked = job.asked
+    if asked is None or asked.spacing is not None or not capabilities(job.simulator).coarse_search:
+        return job
+    garment = job.garment
+    spacing = COARSER[garment.layers] * garment.spacing
+    try:
+        coarse = make_garment(asked.garment, asked.size_pair, garment.material, spacing, asked.scale)
+        ideal_folds(coarse, job.plan, job.hands)
+    except InputError:
+        return job
+    if not FEWEST <= len(coarse.vertices) < len(garment.vertices):
+        return job
+    return replace(job, coarser=replace(job, garment=coarse))
+
+
+def on_coarser_mesh(task: Task, manipulation: Manipulation, parameters: Mapping[str, float]) -> Manipulation:
+    """The manipulation of the same parameters on the coarser mesh of a task."""
+    coarse = task.coarser
+    assert coarse is not None, "the task has a coarser mesh"
+    grasps = tuple(
+        _nearest(task.fold.start[vertex], coarse.fold.start, candidates)
+        for vertex, candidates in zip(manipulation.grasps, (coarse.fold.left, coarse.fold.right), strict=False)
+    )
+    larger = coarse.fold.span / task.fold.span
+    inner = (larger * parameters[name] for name in ("x1", "z1", "x2", "z2"))
+    return bezier_manipulation(coarse.fold, grasps, *inner)
+
+
+def as_on_finer_mesh(task: Task, manipulation: Manipulation, coarse: Manipulation, found: Outcome) -> Outcome:
+    """The outcome on the coarser mesh in the numbers of the finer one: l_x is the finer one's, D grows with vertices.
+
+    Args:
+        task: On the finer mesh.
+        manipulation: On the finer mesh.
+        coarse: The manipulation on the coarser mesh.
+        found: The outcome there.
+    """
+    assert task.coarser is not None, "the task has a coarser mesh"
+    larger = len(task.fold.start) / len(task.coarser.fold.start)
+    length = manipulation.trajectory_length
+    objective = length + larger * (found.objective - coarse.trajectory_length)
+    if found.score is None:
+        return replace(found, objective=objective)
+    score = replace(
+        found.score,
+        objective=objective,
+        trajectory_length=length,
+        shape_distance=larger * found.score.shape_distance,
+    )
+    return replace(found, objective=objective, score=score)
+
+
+def _nearest(point: np.ndarray, points: np.ndarray, candidates: np.ndarray) -> int:
+    """The candidate vertex that lies nearest to a point, seen from above."""
+    return int(candidates[np.linalg.norm(points[candidates, :2] - point[:2], axis=1).argmin()])

@@ -1,0 +1,56 @@
+"""A state of a garment on one mesh, at the vertices of another mesh of the same garment."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from tatamu.garments import Garment
+
+CANDIDATES = 12
+"""Triangles whose centres are nearest to a point, among which the one around it is looked for."""
+
+
+def interpolated(garment: Garment, state: np.ndarray, other: Garment) -> np.ndarray:
+    """A state of a garment at the vertices of another mesh of it [m], shape (m, 3).
+
+    Every vertex is looked for on the flat garment, in its own layer.
+
+    Args:
+        garment: On one mesh.
+        state: Of it [m], shape (n, 3).
+        other: The same garment on the other mesh.
+    """
+    found = np.empty((len(other.vertices), 3))
+    for up in (False, True):
+        faces = garment.faces[_face_up(garment) == up]
+        vertices = np.unique(other.faces[_face_up(other) == up])
+        if len(vertices):
+            found[vertices] = _in_triangles(garment.vertices[:, :2], faces, other.vertices[vertices, :2], state)
+    return found
+
+
+def _in_triangles(flat: np.ndarray, faces: np.ndarray, points: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Values (n, 3) of a flat mesh (n, 2) at points (p, 2), shape (p, 3); beside the mesh those nearby."""
+    corners = flat[faces]
+    count = min(CANDIDATES, len(faces))
+    _, near = cKDTree(corners.mean(axis=1)).query(points, count)
+    near = near.reshape(len(points), count)
+    a, b, c = (corners[near, k] for k in range(3))
+    to_a, to_b, to_c = (corner - points[:, None] for corner in (a, b, c))
+    weights = np.stack([_cross(to_b, to_c), _cross(to_c, to_a)]) / _cross(b - a, c - a)
+    shares = np.stack([*weights, 1.0 - weights.sum(axis=0)], axis=2)
+    chosen = shares.min(axis=2).argmax(axis=1)
+    row = np.arange(len(points))
+    inside = np.maximum(shares[row, chosen], 0.0)
+    inside /= inside.sum(axis=1, keepdims=True)
+    return np.einsum("pk,pkx->px", inside, values[faces[near[row, chosen]]])
+
+
+def _face_up(garment: Garment) -> np.ndarray:
+    a, b, c = (garment.vertices[garment.faces[:, k], :2] for k in range(3))
+    return _cross(b - a, c - a) > 0
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
