@@ -15,7 +15,9 @@ from tatamu.errors import InputError
 
 if TYPE_CHECKING:
     from tatamu.folding.task import Reach
+    from tatamu.learning import Expectation
     from tatamu.learning.schedule import Trials
+    from tatamu.material import Material
 
 
 @app.command()
@@ -71,6 +73,16 @@ def learn(
             show_default=False,
         ),
     ] = None,
+    disturbances: Annotated[
+        str | None,
+        typer.Option(
+            metavar="default|none|FILE.toml",
+            help="What is not known of hands, cloth and table, and the fold is to stand; none: the paper's C.",
+        ),
+    ] = None,
+    quantile: Annotated[
+        float | None, typer.Option(help="Minimise this quantile of the objective, such as 0.9, instead of its mean.")
+    ] = None,
     robot: Annotated[
         str | None,
         typer.Option(help="Only folds within reach of hironx, nextage, or a .toml that describes a robot."),
@@ -85,6 +97,8 @@ def learn(
     `tatamu learn towel --size 0.30x0.50 --trials 20 --seed 1 --out runs/small`
 
     `tatamu learn towel --trials auto --out runs/quick`
+
+    `tatamu learn towel --disturbances none --out runs/paper`
 
     `tatamu learn tshirt --fold shop --out runs/shop`
 
@@ -136,9 +150,43 @@ def learn(
         baselines=baselines,
         parallel=parallel,
         coarse=coarse,
+        expectation=_expectation(out, disturbances, quantile, material, job.garment.material),
         reporting=reporting,
     )
+    _say_how_sure(out)
     print(f"report: {report}")
+
+
+def _say_how_sure(folder: Path) -> None:
+    """Print in how many worlds each learned fold holds, where that is known."""
+    from tatamu.results import ResultFolder
+
+    results = ResultFolder(folder)
+    steps = results.learned_steps() if results.holds_plan else [results]
+    for step in steps:
+        if step.result.judged is not None:
+            name = f"{step.path.name}: " if results.holds_plan else ""
+            print(f"{name}{step.result.judged.headline}; `tatamu margins {folder}` asks more")
+
+
+def _expectation(
+    folder: Path, given: str | None, quantile: float | None, file: Path | None, material: Material
+) -> Expectation | None:
+    """What the study is to expect: as it began, or as given, a calibrated material with its own uncertainties."""
+    from tatamu.disturbances import load_disturbances, with_calibrated
+    from tatamu.learning import Expectation, as_begun
+
+    begun, held = as_begun(folder)
+    if begun and given is None and quantile is None:
+        return held
+    chosen = load_disturbances(given or "default")
+    if chosen is None:
+        if quantile is not None:
+            raise InputError(
+                "quantile: is of the objective in disturbed worlds; with --disturbances none there are none"
+            )
+        return None
+    return Expectation(chosen if file is None else with_calibrated(chosen, file, material), quantile)
 
 
 def _trials(given: str) -> Trials:

@@ -16,11 +16,13 @@ from typing import Any
 
 import numpy as np
 
+from tatamu.disturbances import Disturbances
 from tatamu.errors import InputError
 from tatamu.folding.advice import UncarriedWarning, advice
 from tatamu.folding.coarser import with_coarser
 from tatamu.folding.fold import Fold, ideal_folds
 from tatamu.folding.task import Job, Task, digest
+from tatamu.learning.expectation import Expectation
 from tatamu.learning.learn import check_parallel, check_search, learn, locked, pending_trials
 from tatamu.learning.reachable import check_reach
 from tatamu.learning.runner import Progress
@@ -52,6 +54,7 @@ def learn_job(
     baselines: bool = True,
     parallel: int | None = None,
     coarse: bool | None = None,
+    expectation: Expectation | None = None,
     executor: Executor | None = None,
     reporting: Reporting = _silent,
 ) -> Path:
@@ -72,6 +75,7 @@ def learn_job(
         parallel: How many trials are pending at a time (`learn`).
         coarse: Search on a coarser mesh first, where the job has one (`with_coarser`). None: as the study began, or
             else yes.
+        expectation: What is not known, so that the objective is an expectation over it; None: it is C of Eq. (10).
         executor: Where trials run; None: threads on every processor.
         reporting: Draws the progress of a step.
 
@@ -92,6 +96,7 @@ def learn_job(
         "grasps": grasps,
         "baselines": baselines,
         "parallel": parallel,
+        "expectation": expectation,
         "executor": executor,
     }
     _refuse_other(results, count)
@@ -149,3 +154,14 @@ def _forget_if_outdated(task: Task, folder: ResultFolder) -> None:
     held = held_identity(folder.study_file)
     if held is not None and task.step[0] > 1 and held.task.start != digest(task.fold.start):
         shutil.rmtree(folder.path)
+
+
+def as_begun(folder: Path) -> tuple[bool, Expectation | None]:
+    """Whether a study was begun in a folder, and what it takes not to be known."""
+    results = ResultFolder(folder)
+    held = held_identity((results.step(0) if results.holds_plan else results).study_file)
+    if held is None:
+        return False, None
+    if held.disturbances is None or held.worlds is None:
+        return True, None
+    return True, Expectation(Disturbances.model_validate(held.disturbances), held.quantile, held.worlds)

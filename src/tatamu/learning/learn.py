@@ -15,6 +15,7 @@ from tatamu.errors import InputError
 from tatamu.folding.manipulation import trajectory_lengths
 from tatamu.folding.task import Task
 from tatamu.learning.evaluation import executor_of
+from tatamu.learning.expectation import Expectation
 from tatamu.learning.runner import Progress, Runner
 from tatamu.learning.samplers import SAMPLERS
 from tatamu.learning.schedule import GAIN, Schedule, Trials
@@ -43,6 +44,7 @@ def learn(
     baselines: bool = True,
     parallel: int | None = None,
     first: Sequence[Parameters] = (),
+    expectation: Expectation | None = None,
     executor: Executor | None = None,
     progress: Callable[[Progress], None] = lambda _: None,
 ) -> Path:
@@ -61,6 +63,8 @@ def learn(
             - 1, whether these have ended or not, so that the study depends on this number, but not on how many
             processors there are. None: as the study began with, or else `PENDING` where the simulator can.
         first: Parameters to begin the search with, as many as there are trials for.
+        expectation: What is not known of hands, cloth and table, so that the objective is an expectation over it; None:
+            it is C of Eq. (10), where nothing is off.
         executor: Where trials run; None: threads on every processor.
         progress: Called when the study is opened and after every trial.
 
@@ -83,6 +87,9 @@ def learn(
             parallel=pending_trials(parallel, task.simulator, results),
             first=[dict(parameters) for parameters in first],
             coarse=task.coarser.fold.garment.spacing if task.coarser else None,
+            disturbances=expectation.disturbances.describe() if expectation else None,
+            worlds=expectation.worlds if expectation else None,
+            quantile=expectation.quantile if expectation else None,
         )
         lengths = partial(trajectory_lengths, task.fold)
         study = OptunaStudy(results.study_file, identity, search_space(task.fold, grasps), lengths)
@@ -91,7 +98,7 @@ def learn(
         if done > schedule.most:
             raise InputError(f"trials: {folder} has {done} trials already, given {trials}; give {done} or more")
         with executor_of(executor, identity.parallel) as workers:
-            runner = Runner(task, study, workers)
+            runner = Runner(task, study, workers, expectation)
             if runner.is_over(schedule) and results.complete and not (baselines and study.baselines is None):
                 return results.report_file
             results.report_file.unlink(missing_ok=True)  # written last: it says that the other files are this study's

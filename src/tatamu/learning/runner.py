@@ -5,24 +5,32 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from optuna.trial import FrozenTrial
 
+from tatamu.disturbances import Limits, Stream, drawn, judge
 from tatamu.errors import TatamuError
 from tatamu.folding.baselines import BASELINES
+from tatamu.folding.coarser import on_coarser_mesh
 from tatamu.folding.interpolation import interpolated
 from tatamu.folding.manipulation import scene_of
 from tatamu.folding.score import vertex_distances
 from tatamu.folding.task import Outcome, Task
 from tatamu.learning.evaluation import Pending, submitted
+from tatamu.learning.expectation import Demand, Expectation, Standing
 from tatamu.learning.outcomes import attributes_of, baseline_of, best_number, result_of
 from tatamu.learning.schedule import Planned, Schedule
 from tatamu.learning.study import OptunaStudy, Proposal
-from tatamu.results import MOMENTS, ResultFolder, describe_manipulation
+from tatamu.results import MOMENTS, JointMargin, ResultFolder, describe_manipulation
 from tatamu.results.folder import COARSE_FINAL
+from tatamu.results.joint import joint_margin
 from tatamu.results.result import Parameters
+
+JUDGED = 48
+"""Worlds in which the best fold is judged in the end."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +40,7 @@ class Progress:
     done: int
     trials: int
     best: float | None
-    """Least objective so far."""
+    """Least objective so far, or least expected objective."""
     best_distance: float | None
     """Mean vertex distance of that trial [m]."""
 
@@ -40,11 +48,22 @@ class Progress:
 class Runner:
     """Trials of one study; the outcomes that the folder keeps are remembered, others are forgotten."""
 
-    def __init__(self, task: Task, study: OptunaStudy, executor: Executor) -> None:
-        """Make a runner of the trials that the study does not have yet."""
+    def __init__(
+        self, task: Task, study: OptunaStudy, executor: Executor, expectation: Expectation | None = None
+    ) -> None:
+        """Make a runner of the trials that the study does not have yet.
+
+        Args:
+            task: The fold.
+            study: Its study.
+            executor: Where trials run.
+            expectation: What is not known, and is to be expected; None: the objective is C of Eq. (10).
+        """
         self.task = task
         self.study = study
         self._executor = executor
+        self._expectation = expectation
+        self._worlds = expectation.drawn(study.identity.seed) if expectation else ()
         self._kept: dict[int, Outcome] = {}
 
     def is_over(self, schedule: Schedule) -> bool:
@@ -69,7 +88,8 @@ class Runner:
                     yield
                 known = max(0, len(self.study.trials) + len(running) - pending + 1)
                 proposal = self.study.ask([each for each, _ in running], known, coarse)
-                running.append((proposal, self._begin(proposal.parameters, coarse)))
+                demand = self._demand(self.study.trials[:known], coarse)
+                running.append((proposal, self._begin(proposal.parameters, coarse, demand)))
             if baselines and self.study.baselines is None:
                 made = {name: make(self.task.fold) for name, (_, make) in BASELINES.items()}
                 others |= {name: submitted(self._executor, self.task, each) for name, each in made.items()}
@@ -96,21 +116,41 @@ class Runner:
         ]
         return finished + [Planned(proposal.coarse, proposal.gain) for proposal in running]
 
-    def _begin(self, parameters: Parameters, coarse: bool) -> Pending:
+    def _begin(self, parameters: Parameters, coarse: bool, demand: Demand | None = None) -> Pending:
         manipulation = self.task.manipulation(parameters)
-        return submitted(self._executor, self.task, manipulation, parameters if coarse else None)
+        return submitted(self._executor, self.task, manipulation, parameters, coarse=coarse, demand=demand)
+
+    def _demand(self, known: Sequence[FrozenTrial], coarse: bool) -> Demand | None:
+        """The worlds of the next trial, and the best that it has to beat: of its mesh, among the trials known."""
+        if self._expectation is None:
+            return None
+        whole = [
+            trial
+            for trial in known
+            if self.study.is_coarse(trial) == coarse and trial.user_attrs["worlds"] == 1 + len(self._worlds)
+        ]
+        best = min(whole, key=lambda trial: (trial.value, trial.number), default=None)
+        if best is None:
+            return Demand(self._expectation, self._worlds)
+        gap = max(0.0, best.value - best.user_attrs["objective"])
+        return Demand(self._expectation, self._worlds, Standing(best.value, gap))
 
     def _finish(self, proposal: Proposal, begun: Pending) -> None:
         """Record a trial when it has ended."""
-        outcome = begun.ended.outcome
+        ended = begun.ended
+        outcome = ended.outcome
+        found = ended.expected
         attributes = attributes_of(
             outcome,
             begun.manipulation.trajectory_length,
-            begun.ended.seconds,
+            ended.seconds,
             spacing=self._spacing(proposal.coarse),
             expected_gain=proposal.gain,
+            objective=outcome.objective if found else None,
+            worlds=found.worlds if found else None,
+            expected_objective=found.objective if found else None,
         )
-        self.study.tell(proposal.parameters, outcome.objective, attributes)
+        self.study.tell(proposal.parameters, found.objective if found else outcome.objective, attributes)
         self._kept[len(self.study.trials) - 1] = outcome
         needed = {*self._shown().values(), self._best()}
         self._kept = {number: kept for number, kept in self._kept.items() if number in needed}
@@ -149,7 +189,8 @@ class Runner:
             best = None  # nothing on the task's own mesh did not fail
         outcome = None if best is None else self._outcome(best)
         baselines = self.study.baselines
-        result = result_of(self.study.identity, self.task.asked, trials, baselines, best, outcome)
+        judged = None if best is None else self._judged(trials[best].params)
+        result = result_of(self.study.identity, self.task.asked, trials, baselines, best, outcome, judged)
         folder.write_result(result.model_copy(update={"until_gain": until_gain}))
         if best is None or outcome is None:
             raise TatamuError(
@@ -166,6 +207,19 @@ class Runner:
             {name: self._errors(number) for name, number in self._shown().items()} | self._left_for_next_step(best),
         )
         return write_report(folder.path)
+
+    def _judged(self, parameters: Parameters) -> JointMargin | None:
+        """How sure a fold is, in worlds in which it was not learned; on the coarser mesh, where there is one."""
+        if self._expectation is None:
+            return None
+        task = replace(self.task, reach=None, coarser=None)
+        manipulation = self.task.manipulation(parameters)
+        if self.task.coarser is not None:
+            manipulation = on_coarser_mesh(self.task, manipulation, parameters)
+            task = replace(self.task.coarser, reach=None, coarser=None)
+        worlds = drawn(self._expectation.disturbances, JUDGED, self.study.identity.seed, Stream.JUDGING)
+        verdicts = [self._executor.submit(judge, task, manipulation, world) for world in worlds]
+        return joint_margin(task, [verdict.result() for verdict in verdicts], Limits())
 
     def _left_for_next_step(self, best: int) -> dict[str, np.ndarray]:
         """The cloth after the best manipulation on the coarser mesh, where the next step's search is to begin."""

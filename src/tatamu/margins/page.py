@@ -13,7 +13,7 @@ from tatamu.disturbances import World
 from tatamu.disturbances.disturbed import disturbed_scene
 from tatamu.errors import SimulationError
 from tatamu.files import write_text
-from tatamu.margins.measurement import Draw, Measured, distance
+from tatamu.margins.measurement import Draw, Measured
 from tatamu.margins.words import TITLES, amount, reach
 from tatamu.presentation.chart import Chart, Plot, axis, line, traces
 from tatamu.presentation.page import render
@@ -21,6 +21,7 @@ from tatamu.presentation.replay import HAND_COLOURS, HandTrack, replay_data
 from tatamu.report.errormap import largest
 from tatamu.report.headline import title
 from tatamu.results import AloneMargin, MarginsResult
+from tatamu.results.joint import distance
 from tatamu.rollout import Rollout
 from tatamu.scene import Gripper, Scene
 from tatamu.simulators import simulate
@@ -128,7 +129,7 @@ def _bars(rows: Sequence[AloneMargin], names: list[str], sign: float, most: floa
 
 
 def _histogram(measured: Measured) -> Chart:
-    distances = [1e3 * distance(measured.subject, draw.verdict) for draw in measured.draws]
+    distances = [1e3 * distance(measured.subject.task, draw.verdict) for draw in measured.draws]
     limit = 1e3 * measured.result.limits.mean_vertex_distance
     width = max(0.5, round(limit / 12.0, 1))
     beyond = min(max(distances), 6.0 * limit)

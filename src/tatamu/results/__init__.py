@@ -6,7 +6,7 @@ Everybody who needs a learned fold takes it from here; nobody else opens its fil
 from tatamu.results.folder import ResultFolder
 from tatamu.results.learned import MOMENTS, LearnedFold, read_fold
 from tatamu.results.manipulation import ArmPath, GraspPoint, ManipulationDescription, ViaPoints, describe_manipulation
-from tatamu.results.margins import AloneMargin, MarginsResult
+from tatamu.results.margins import AloneMargin, JointMargin, MarginsResult
 from tatamu.results.plan import FromFlat, PlanDescription, PlanResult, StepResult, describe_plan
 from tatamu.results.rebuilt import RebuiltFold, rebuild
 from tatamu.results.result import Baseline, Crossings, Result, Scores, TaskDescription, Trial, describe_task
@@ -19,6 +19,7 @@ __all__ = [
     "Crossings",
     "FromFlat",
     "GraspPoint",
+    "JointMargin",
     "LearnedFold",
     "ManipulationDescription",
     "MarginsResult",

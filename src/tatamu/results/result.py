@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 from tatamu.folding.task import Asked, Task, digest
 from tatamu.material import Material
 from tatamu.records import OpenRecord
+from tatamu.results.margins import JointMargin
 from tatamu.scene import Index, Points
 
 Parameters = dict[str, int | float]
@@ -52,12 +53,16 @@ class _TrialHead(OpenRecord):
 class Trial(Scores, _TrialHead):
     """One trial of the study."""
 
-    UNSAID: ClassVar[frozenset[str]] = frozenset({"spacing", "expected_gain"})
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"spacing", "expected_gain", "worlds", "expected_objective"})
 
     spacing: float | None = None
     """Of the mesh that it ran on [m]; None: the task's. On a coarser mesh D is multiplied by the vertices' ratio."""
     expected_gain: float | None = None
     """Improvement that was expected of it, as a part of the best objective; None: the sampler did not say."""
+    worlds: int | None = None
+    """In how many worlds it was simulated, the undisturbed one among them; None: nothing was taken to be off."""
+    expected_objective: float | None = None
+    """l_x + alpha E[D] over them, or a quantile; an estimate where the trial could not win."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -165,7 +170,9 @@ class Crossings(OpenRecord):
 class Result(OpenRecord):
     """The study: its task, its search, its trials."""
 
-    UNSAID: ClassVar[frozenset[str]] = frozenset({"parallel", "first", "coarse", "until_gain"})
+    UNSAID: ClassVar[frozenset[str]] = frozenset(
+        {"parallel", "first", "coarse", "until_gain", "disturbances", "worlds", "quantile", "judged"}
+    )
 
     version: Literal[1]
     tatamu: str = ""
@@ -182,12 +189,21 @@ class Result(OpenRecord):
     """Spacing of the coarser mesh that the search began on [m]; None: all trials are on the task's own."""
     until_gain: float | None = None
     """The search ended by itself when less than this part of the best objective was expected; None: it did not."""
+    disturbances: dict[str, Any] | None = None
+    """What was taken not to be known; None: the objective is C of Eq. (10), where nothing is off."""
+    worlds: int | None = None
+    """Disturbed worlds of a trial that may have won."""
+    quantile: float | None = None
+    """The quantile of the objective that was minimised; None: its mean."""
+    judged: JointMargin | None = None
+    """How sure the best fold is, in worlds in which it was not learned; None: nobody asked."""
     asked: Asked | None = None
     """None in folders of versions that did not write it."""
     wall_seconds: float | None = None
     """Sum of the trials' seconds [s]."""
     best: Index | None
-    """Number of the complete trial of least objective on the task's own mesh; None: all failed."""
+    """Number of the complete trial of least objective on the task's own mesh, of least expected objective where
+    something is taken to be off; None: all failed."""
     crossings: Crossings | None = None
     """Of the best trial; None: all failed."""
     trials: Annotated[list[Trial], Field(min_length=1)]
@@ -201,6 +217,13 @@ class Result(OpenRecord):
 
     def _complete(self) -> list[Trial]:
         return [trial for trial in self.trials if trial.number == self.best and trial.state == "complete"]
+
+    @property
+    def least_objective(self) -> Trial | None:
+        """The complete trial of least C on the task's own mesh, the paper's best; None: all failed there."""
+        complete = [trial for trial in self.trials if trial.state == "complete"]
+        here = [trial for trial in complete if self.coarse is None or trial.spacing != self.coarse]
+        return min(here, key=lambda trial: (trial.objective or 0.0, trial.number), default=None)
 
     @property
     def best_trial(self) -> Trial:
