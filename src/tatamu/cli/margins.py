@@ -76,8 +76,11 @@ def margins(
 
 
 def _disturbances(folder: ResultFolder, given: str | None) -> Disturbances:
-    from tatamu.disturbances import load_disturbances
+    from tatamu.disturbances import Disturbances, load_disturbances
 
+    used = folder.result.disturbances
+    if given is None and used is not None:
+        return Disturbances.model_validate(used)
     found = load_disturbances(given or "default")
     if found is None:
         raise InputError("disturbances: must be default or a file .toml, given 'none', in which every fold holds")
@@ -97,6 +100,7 @@ def _one(
     from tatamu.margins import measure
     from tatamu.margins.page import write_page
     from tatamu.margins.terminal import reporting, summary, table
+    from tatamu.report import write_report
 
     target = out or (folder.margins_folder if simulator is None else folder.path / f"margins-{simulator}")
     console = Console()
@@ -114,6 +118,8 @@ def _one(
         )
     folder.write_margins(measured.result, target)
     page = write_page(measured, target)
+    if target == folder.margins_folder:
+        write_report(folder.path)  # its headline says how sure the fold is
     console.print(table(measured.result))
     print(summary(measured.result))
     print(f"margins: {page}")

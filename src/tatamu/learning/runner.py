@@ -132,8 +132,9 @@ class Runner:
         best = min(whole, key=lambda trial: (trial.value, trial.number), default=None)
         if best is None:
             return Demand(self._expectation, self._worlds)
-        gap = max(0.0, best.value - best.user_attrs["objective"])
-        return Demand(self._expectation, self._worlds, Standing(best.value, gap))
+        least = float(best.user_attrs["expected_objective"])
+        gap = max(0.0, least - best.user_attrs["objective"])
+        return Demand(self._expectation, self._worlds, Standing(least, gap))
 
     def _finish(self, proposal: Proposal, begun: Pending) -> None:
         """Record a trial when it has ended."""

@@ -30,8 +30,6 @@ REPLAYED = 3
 """How many of the worst draws the page replays."""
 NAMED = 3
 """How many disturbances are named as the chief ones of a draw."""
-SURE = 0.95
-"""A fold is called sure if the interval of its share lies above this."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +59,7 @@ def page(measured: Measured) -> str:
         events=_events(shown),
         title=title(measured.learned.fold),
         result=result,
-        tone="near-perfect" if result.joint.interval[0] >= SURE else "fair" if result.joint.share >= 0.8 else "failed",
+        tone=result.joint.tone,
         rows=[
             (TITLES.get(m.name, m.name), amount(m.deviation, m.unit).lstrip("+"), *reach(m)) for m in _sorted(result)
         ],
