@@ -32,7 +32,7 @@ class Evaluation:
 
 
 @dataclass(frozen=True)
-class Model:
+class Surrogate:
     """A manipulation on a coarser mesh that says what disturbances add to the objective on the finer one."""
 
     task: Task
@@ -42,7 +42,7 @@ class Model:
 
 
 def evaluate(
-    task: Task, manipulation: Manipulation, demand: Demand | None = None, model: Model | None = None
+    task: Task, manipulation: Manipulation, demand: Demand | None = None, model: Surrogate | None = None
 ) -> Evaluation:
     """Simulate and score one manipulation; the same to the last bit wherever it runs, but for the time.
 
@@ -59,7 +59,7 @@ def evaluate(
 
 
 def _expected(
-    task: Task, manipulation: Manipulation, outcome: Outcome, demand: Demand, model: Model | None
+    task: Task, manipulation: Manipulation, outcome: Outcome, demand: Demand, model: Surrogate | None
 ) -> Expected:
     """The expected objective: on a coarser mesh, disturbances add to the objective what they add on the task's own."""
     own = outcome.objective
@@ -131,7 +131,7 @@ def submitted(
     if coarse:
         meant = _on_coarser_mesh(task, manipulation, there, demand)
         return Pending(task, manipulation, there, executor.submit(evaluate, coarser, there, meant))
-    model = None if demand is None else Model(coarser, there, larger_on_finer_mesh(task))
+    model = None if demand is None else Surrogate(coarser, there, larger_on_finer_mesh(task))
     return Pending(task, manipulation, None, executor.submit(evaluate, _alone(task), manipulation, demand, model))
 
 
