@@ -7,7 +7,7 @@ DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 
 .PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
-        calibration folds robots foreign statics tangle parallel own-garments golden real-cloth help
+        calibration folds robots foreign statics tangle times own-garments golden real-cloth help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1: /'
@@ -36,8 +36,8 @@ format: $(DEV)
 learning: $(READY)  ## the figures of docs/notes/learning.md: five seeds, against random search and baselines
 	$(BIN)/python benchmarks/learning.py --out runs/learning --write-docs
 
-parallel: $(READY)  ## how long learning takes with 1 to 3 trials at a time; ten minutes
-	$(BIN)/python benchmarks/parallel.py --write-docs
+times: $(READY)  ## how long whole commands take: the table of docs/notes/learning.md; minutes, `--cases shop` longer
+	$(BIN)/python benchmarks/times.py --out runs/times --write-docs
 
 folds: $(READY)  ## the figures of docs/notes/folds.md: T-shirt, trousers and towel in all their folds; hours
 	$(BIN)/python benchmarks/folds.py --out runs/folds --write-docs

@@ -1,5 +1,7 @@
 """Figures of README and docs/notes/learning.md: five seeds of the default towel, random search, fixed trajectories.
 
+Trials one by one, all on the default mesh: what the sampler is worth without help.
+
     python benchmarks/learning.py --out runs/learning [--seeds 5] [--trials 50] [--write-docs]
 
 Prints a table and writes `table.json`; a study that is there already is not run again. With `--write-docs` the tables
@@ -40,7 +42,7 @@ SHORT = ("search", "C", "mean distance [mm]", "mask IoU", "E_f [%]")
 
 def study(task: Task, folder: Path, sampler: str, seed: int, trials: int) -> tuple[dict[str, Any], list[Any]]:
     """Run one study, or read it: its best trial, and its baselines."""
-    learn(task, folder, trials=trials, seed=seed, sampler=sampler)
+    learn(task, folder, trials=trials, seed=seed, sampler=sampler, parallel=1)
     result = ResultFolder(folder).result
     failed = sum(trial.state == "failed" for trial in result.trials)
     row = {**result.best_trial.model_dump(), "seconds": result.wall_seconds, "failed": failed}

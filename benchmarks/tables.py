@@ -18,7 +18,7 @@ PLACES = {
     "learning: short": README,
     "speed: short": README,
     "learning: long": NOTES / "learning.md",
-    "learning: parallel": NOTES / "learning.md",
+    "times": NOTES / "learning.md",
     "targets": NOTES / "folds.md",
     "folds": NOTES / "folds.md",
     "foreign": NOTES / "garments.md",

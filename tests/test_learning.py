@@ -26,8 +26,8 @@ from optuna.distributions import FloatDistribution
 
 from tatamu import InputError, Rollout, Scene, TatamuError, simulate
 from tatamu.folding.manipulation import Manipulation, trajectory_lengths
-from tatamu.folding.task import Outcome, Reach, Task, make_task
-from tatamu.learning import learn
+from tatamu.folding.task import Outcome, Reach, Task, make_job, make_task
+from tatamu.learning import learn, learn_job
 from tatamu.learning.evaluation import evaluate
 from tatamu.learning.space import search_space
 from tatamu.learning.study import Identity, OptunaStudy
@@ -113,17 +113,19 @@ def test_more_trials_go_on_where_the_study_stopped(learned: Path, tmp_path: Path
     assert timeless(tmp_path) == timeless(learned)
 
 
-def test_a_run_that_is_killed_goes_on_to_the_same_result(learned: Path, tmp_path: Path) -> None:
-    arguments = ["towel", "--size", "0.24x0.5", "--spacing", "0.04", "--trials", "6", "--out", str(tmp_path)]
+def test_a_run_that_is_killed_goes_on_to_the_same_result(tmp_path: Path) -> None:
+    learn_job(make_job("towel", **COARSE), tmp_path / "once", trials=6)
+    folder = tmp_path / "twice"
+    arguments = ["towel", "--size", "0.24x0.5", "--spacing", "0.04", "--trials", "6", "--out", str(folder)]
     command = [sys.executable, "-c", "from tatamu.cli import main; main()", "learn", *arguments]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
-    while process.poll() is None and _told(tmp_path) < 1:
+    while process.poll() is None and _told(folder) < 1:
         time.sleep(0.02)
     os.kill(process.pid, signal.SIGKILL)
     process.wait()
-    assert 1 <= _told(tmp_path) < 6, "the run was killed in its middle"
+    assert 1 <= _told(folder) < 6, "the run was killed in its middle"
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-    assert timeless(tmp_path) == timeless(learned)
+    assert timeless(folder) == timeless(tmp_path / "once")
 
 
 def _told(folder: Path) -> int:

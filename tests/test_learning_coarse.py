@@ -19,7 +19,7 @@ from tatamu.folding.task import Job, Outcome, make_job
 from tatamu.garments import make_garment
 from tatamu.learning import learn_job
 from tatamu.learning.refining import Known, refining_proposal
-from tatamu.learning.schedule import GAIN, MOST, MOST_FINE, Planned, Schedule
+from tatamu.learning.schedule import GAIN, MOST, MOST_FINE, Schedule, ScheduledTrial
 from tatamu.learning.space import search_space
 from tatamu.results import ResultFolder
 
@@ -64,10 +64,13 @@ def test_objectives_of_both_meshes_are_made_alike(two_meshes: ResultFolder) -> N
         assert trial.objective == pytest.approx(trial.trajectory_length + 0.01 * (trial.shape_distance or 0.0))
 
 
-def test_the_first_fine_trial_is_the_best_coarse_one(two_meshes: ResultFolder) -> None:
-    coarse = two_meshes.result.trials[: 7 - 3]  # the last three were running when it was proposed
-    best = min(coarse, key=lambda trial: trial.objective or np.inf)
-    assert two_meshes.result.trials[7].parameters == best.parameters
+def test_the_first_fine_trials_are_a_low_curve_and_the_best_coarse_one(two_meshes: ResultFolder) -> None:
+    trials = two_meshes.result.trials
+    low = two_meshes.result.first
+    assert [trial.parameters for trial in trials[:2]] == low[:2]
+    assert trials[7].parameters == low[2]
+    known = trials[: 8 - 3]  # the last three were running when it was proposed
+    assert trials[8].parameters == min(known, key=lambda trial: trial.objective or np.inf).parameters
 
 
 def test_a_search_on_two_meshes_goes_on_as_it_would_have(two_meshes: ResultFolder, tmp_path: Path) -> None:
@@ -128,7 +131,7 @@ def test_the_same_parameters_are_the_same_motion_on_both_meshes() -> None:
     fine = task.manipulation(PARAMETERS)
     coarse = on_coarser_mesh(task, fine, PARAMETERS)
     apart = [np.linalg.norm(a - b) for a, b in zip(fine.positions, coarse.positions, strict=True)]
-    assert max(apart) < 0.6 * task.coarser.fold.garment.spacing
+    assert max(apart) < 0.7 * task.coarser.fold.garment.spacing
     assert coarse.trajectory_length == pytest.approx(fine.trajectory_length, rel=0.02)
 
 
@@ -165,7 +168,7 @@ def test_a_later_step_is_searched_on_the_coarser_mesh_from_where_it_was_left_the
 
 
 def test_fine_trials_follow_what_the_meshes_differ_by() -> None:
-    """The coarse mesh is misled on one side; after a few fine trials the search leaves that side."""
+    """The coarse mesh knows little of x1; the fine one wants it large, which a few trials near the middle tell."""
     space = search_space(job().task(0).fold, "integer")
     rows = np.random.default_rng(0).random((40, 4))
     names = ("x1", "z1", "x2", "z2")
@@ -173,29 +176,31 @@ def test_fine_trials_follow_what_the_meshes_differ_by() -> None:
         {**{n: float(v * space[n].high) for n, v in zip(names, row, strict=True)}, "g1": 0, "g2": 0} for row in rows
     ]
 
-    def unknown(parameters: dict[str, Any], fine: bool) -> float:
-        share = parameters["x1"] / space["x1"].high
-        return 0.1 * (0.2 + share) * (10.0 if fine and share < 0.5 else 1.0)
+    def share(parameters: dict[str, Any]) -> float:
+        return float(parameters["x1"] / space["x1"].high)
+
+    def objective(parameters: dict[str, Any], fine: bool) -> float:
+        beside = abs(share(parameters) - 0.4)
+        return 1.0 + 0.1 * (1.0 + 0.05 * beside) * (np.exp(-4.0 * share(parameters)) if fine else 1.0)
 
     def known_part(values: Any) -> np.ndarray:
-        return np.full(np.shape(values["x1"]), 1.0)
+        return np.ones(np.shape(values["x1"]))
 
-    finished = Known(coarse, np.array([1.0 + unknown(each, False) for each in coarse]))
+    finished = Known(coarse, np.array([objective(each, False) for each in coarse]))
     fine: list[dict[str, Any]] = []
-    for number in range(9):
-        values = Known(fine, np.array([1.0 + unknown(each, True) for each in fine]))
+    for number in range(8):
+        values = Known(fine, np.array([objective(each, True) for each in fine]))
         proposed, _ = refining_proposal(space, known_part, finished, values, [], np.random.default_rng(number))
         fine.append(proposed)
-    shares = [each["x1"] / space["x1"].high for each in fine]
-    assert shares[0] < 0.1  # the best coarse one
-    assert min(1.0 + unknown(each, True) for each in fine) < 1.085
+    assert max(abs(share(each) - 0.4) for each in fine[:3]) < 0.2  # the best coarse ones
+    assert max(share(each) for each in fine) > 0.9
 
 
 def test_a_schedule_of_a_number_of_trials() -> None:
     def planned(trials: Any, meshes: int) -> list[bool]:
-        before: list[Planned] = []
+        before: list[ScheduledTrial] = []
         while (coarse := Schedule(trials, meshes).coarse_next(before)) is not None:
-            before.append(Planned(coarse, 1.0))
+            before.append(ScheduledTrial(coarse, 1.0))
         return [each.coarse for each in before]
 
     assert planned(50, 2) == [True] * 40 + [False] * 10
@@ -207,18 +212,18 @@ def test_a_schedule_of_a_number_of_trials() -> None:
 
 
 def test_a_search_ends_when_little_is_expected_three_times_in_a_row() -> None:
-    little = Planned(False, 0.9 * GAIN)
-    much = Planned(False, 1.1 * GAIN)
+    little = ScheduledTrial(False, 0.9 * GAIN)
+    much = ScheduledTrial(False, 1.1 * GAIN)
     schedule = Schedule("auto", 1)
     assert schedule.coarse_next([much, little, little, little]) is None
     assert schedule.coarse_next([little, little, much, little, little]) is False
-    assert schedule.coarse_next([Planned(False, None), little, little]) is False
-    coarse = Planned(True, 0.9 * GAIN)
+    assert schedule.coarse_next([ScheduledTrial(False, None), little, little]) is False
+    coarse = ScheduledTrial(True, 0.9 * GAIN)
     assert Schedule("auto", 2).coarse_next([coarse] * 3) is False
     assert Schedule("auto", 2).coarse_next([coarse, coarse, replace_gain(coarse)]) is True
 
 
-def replace_gain(planned: Planned) -> Planned:
+def replace_gain(planned: ScheduledTrial) -> ScheduledTrial:
     return planned._replace(gain=2.0 * GAIN)
 
 

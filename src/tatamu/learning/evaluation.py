@@ -88,7 +88,7 @@ class Pending:
 
     @property
     def ended(self) -> Evaluation:
-        """What came out, waited for; in the numbers of the task's own mesh."""
+        """The evaluation once it has ended, in the numbers of the task's own mesh."""
         ended = self.evaluation.result()
         if self.coarse is None:
             return ended

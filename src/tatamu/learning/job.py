@@ -27,7 +27,7 @@ from tatamu.learning.learn import check_parallel, check_search, learn, locked, p
 from tatamu.learning.reachable import check_reach
 from tatamu.learning.runner import Progress
 from tatamu.learning.schedule import Schedule, Trials
-from tatamu.learning.space import Grasps, carried_over
+from tatamu.learning.space import Grasps, carried_over, low_curves
 from tatamu.learning.study import held_identity
 from tatamu.learning.whole import write_whole
 from tatamu.results import ResultFolder
@@ -105,8 +105,8 @@ def learn_job(
     for line in advice(job.garment, job.plan, job.hands):
         warnings.warn(line, UncarriedWarning, stacklevel=2)
     if count == 1:
-        job = _with_meshes(job, coarse, results)
-        return _learn(job.task(0), folder, trials, reporting, options)
+        task = _with_meshes(job, coarse, results).task(0)
+        return _learn(task, folder, trials, reporting, {**options, "first": _first(task, results, sampler)})
     with locked(results):
         options["parallel"] = pending_trials(parallel, job.simulator, results.step(0))
         job = _with_meshes(job, coarse, results.step(0))
@@ -118,6 +118,7 @@ def learn_job(
             own = results.step(number)
             _forget_if_outdated(task, own)
             first = [carried_over(parameters, fold, task.fold, grasps) for fold, parameters in found]
+            first = first or _first(task, own, sampler)
             _learn(task, own.path, trials, reporting, {**options, "first": first})
             found.append((task.fold, own.result.best_trial.parameters))
             state = own.rollout.positions[-1]
@@ -136,6 +137,14 @@ def _with_meshes(job: Job, coarse: bool | None, folder: ResultFolder) -> Job:
     held = held_identity(folder.study_file) if coarse is None else None
     wanted = coarse if coarse is not None else held is None or held.coarse is not None
     return with_coarser(job) if wanted else job
+
+
+def _first(task: Task, folder: ResultFolder, sampler: str) -> list[Parameters]:
+    """Parameters that the search of a first step begins with: those that the study began with, or else low curves."""
+    held = held_identity(folder.study_file)
+    if held is not None:
+        return held.first
+    return low_curves(task.fold) if sampler == "gp" else []
 
 
 def _refuse_other(folder: ResultFolder, count: int) -> None:

@@ -22,8 +22,8 @@ from tatamu.folding.task import Outcome, Task
 from tatamu.learning.evaluation import Pending, submitted
 from tatamu.learning.expectation import Demand, Expectation, Standing
 from tatamu.learning.outcomes import attributes_of, baseline_of, best_number, result_of
-from tatamu.learning.schedule import Planned, Schedule
-from tatamu.learning.study import OptunaStudy, Proposal
+from tatamu.learning.schedule import Schedule, ScheduledTrial
+from tatamu.learning.study import OptunaStudy, ProposedTrial
 from tatamu.results import MOMENTS, JointMargin, ResultFolder, describe_manipulation
 from tatamu.results.folder import COARSE_FINAL
 from tatamu.results.joint import joint_margin
@@ -78,7 +78,7 @@ class Runner:
             baselines: Also score the fixed trajectories, if they were not before.
         """
         self._remind_robot()
-        running: deque[tuple[Proposal, Pending]] = deque()
+        running: deque[tuple[ProposedTrial, Pending]] = deque()
         others: dict[str, Pending] = {}
         pending = self.study.identity.parallel
         try:
@@ -109,12 +109,12 @@ class Runner:
         for trial in self.study.trials:
             self.task.refused(self.task.manipulation(trial.params))
 
-    def _planned(self, running: Sequence[Proposal]) -> list[Planned]:
+    def _planned(self, running: Sequence[ProposedTrial]) -> list[ScheduledTrial]:
         """The trials so far as a schedule sees them, those that are running at the end."""
-        finished = [
-            Planned(self.study.is_coarse(trial), trial.user_attrs.get("expected_gain")) for trial in self.study.trials
-        ]
-        return finished + [Planned(proposal.coarse, proposal.gain) for proposal in running]
+        meshes = [self.study.is_coarse(trial) for trial in self.study.trials]
+        gains = [trial.user_attrs.get("expected_gain") for trial in self.study.trials]
+        finished = list(map(ScheduledTrial, meshes, gains))
+        return finished + [ScheduledTrial(proposal.coarse, proposal.gain) for proposal in running]
 
     def _begin(self, parameters: Parameters, coarse: bool, demand: Demand | None = None) -> Pending:
         manipulation = self.task.manipulation(parameters)
@@ -136,7 +136,7 @@ class Runner:
         gap = max(0.0, least - best.user_attrs["objective"])
         return Demand(self._expectation, self._worlds, Standing(least, gap))
 
-    def _finish(self, proposal: Proposal, begun: Pending) -> None:
+    def _finish(self, proposal: ProposedTrial, begun: Pending) -> None:
         """Record a trial when it has ended."""
         ended = begun.ended
         outcome = ended.outcome

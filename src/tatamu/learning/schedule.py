@@ -20,8 +20,8 @@ MOST, MOST_FINE = 100, 20
 """Trials at most of a search that ends by itself, and those of them on the task's own mesh after a coarser one."""
 
 
-class Planned(NamedTuple):
-    """What a schedule looks at of a trial that has been proposed."""
+class ScheduledTrial(NamedTuple):
+    """A trial that has been proposed, as a schedule sees it."""
 
     coarse: bool
     """Whether it runs on the coarser mesh."""
@@ -42,7 +42,7 @@ class Schedule:
         """How many trials there may be in the end."""
         return MOST if self.trials == "auto" else self.trials
 
-    def coarse_next(self, before: Sequence[Planned]) -> bool | None:
+    def coarse_next(self, before: Sequence[ScheduledTrial]) -> bool | None:
         """Whether the next trial runs on the coarser mesh; None: there is no next one.
 
         Args:
@@ -55,7 +55,7 @@ class Schedule:
         fine = max(LEAST_FINE, math.ceil(FINE_SHARE * self.trials))
         return self.meshes == 2 and self.trials >= 2 * fine and len(before) < self.trials - fine
 
-    def _auto(self, before: Sequence[Planned]) -> bool | None:
+    def _auto(self, before: Sequence[ScheduledTrial]) -> bool | None:
         fine = [each.gain for each in before if not each.coarse]
         if self.meshes == 1:
             return None if _converged(fine) else False

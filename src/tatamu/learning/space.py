@@ -14,6 +14,8 @@ Bounds = FloatDistribution | IntDistribution
 
 HIGHEST = 0.75
 """P1 and P2 lie at most this part of the span over the grasp."""
+LOW = ((0.2, 0.33), (0.1, 0.33), (0.06, 1.0))
+"""Of low curves: height of P1 over the grasp and how far P2 is ahead of it, in parts of the span."""
 
 
 def search_space(fold: Fold, grasps: Grasps) -> dict[str, Bounds]:
@@ -27,6 +29,18 @@ def search_space(fold: Fold, grasps: Grasps) -> dict[str, Bounds]:
     count = fold.candidates
     grasp = IntDistribution(0, count - 1) if grasps == "integer" else FloatDistribution(0.0, float(count))
     return {"x1": ahead, "z1": up, "x2": ahead, "z2": up, "g1": grasp, "g2": grasp}
+
+
+def low_curves(fold: Fold) -> list[Parameters]:
+    """Parameters to begin a search with: at the corners, up a little and low over what lies still, at several heights.
+
+    The shortest paths to a good fold are of this kind on every garment that was tried; how low, depends on the cloth,
+    and coarse meshes are crushed by the last.
+    """
+    return [
+        {"x1": 0.0, "z1": height * fold.span, "x2": ahead * fold.span, "z2": 0.0, "g1": 0, "g2": 0}
+        for height, ahead in LOW
+    ]
 
 
 def carried_over(parameters: Parameters, before: Fold, fold: Fold, grasps: Grasps) -> Parameters:

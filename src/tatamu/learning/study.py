@@ -54,7 +54,8 @@ class Identity(OpenRecord):
     parallel: int = 1
     """How many trials are pending at a time."""
     first: list[Parameters] = Field(default_factory=list)
-    """Parameters of the first trials, where they shall not be the sampler's."""
+    """Parameters of the first trials, where they shall not be the sampler's; with `coarse`, the last of them are of
+    the first trial on the task's own mesh."""
     coarse: float | None = None
     """Spacing of the coarser mesh that the search begins on [m]; None: all trials are on the task's own."""
     disturbances: dict[str, Any] | None = None
@@ -65,7 +66,7 @@ class Identity(OpenRecord):
     """The quantile of the objective that is minimised; None: its mean."""
 
 
-class Proposal(NamedTuple):
+class ProposedTrial(NamedTuple):
     """The next trial."""
 
     parameters: Parameters
@@ -123,7 +124,7 @@ class OptunaStudy:
         coarse = self.identity.coarse
         return coarse is not None and bool(trial.user_attrs.get("spacing") == coarse)
 
-    def ask(self, pending: Sequence[Proposal], known: int, coarse: bool = False) -> Proposal:
+    def ask(self, pending: Sequence[ProposedTrial], known: int, coarse: bool = False) -> ProposedTrial:
         """The next trial.
 
         Args:
@@ -133,19 +134,29 @@ class OptunaStudy:
         """
         finished = self.trials
         number = len(finished) + len(pending)
-        if number < len(self.identity.first):
-            return Proposal(dict(self.identity.first[number]), coarse)
         here = [trial for trial in finished[:known] if self.is_coarse(trial) == coarse]
         running = [trial.params for trial in finished[known:] if self.is_coarse(trial) == coarse]
         running += [proposal.parameters for proposal in pending if proposal.coarse == coarse]
+        first = self._first(number, coarse, len(here) + len(running))
+        if first is not None:
+            return ProposedTrial(dict(first), coarse)
         elsewhere = [] if coarse else [trial for trial in finished[:known] if self.is_coarse(trial)]
         if elsewhere:
             return self._refine(number, elsewhere, here, running)
         return self._propose(number, here, running, coarse)
 
+    def _first(self, number: int, coarse: bool, on_this_mesh: int) -> Parameters | None:
+        """Parameters that the search shall begin with; on two meshes the last of them begin the trials on the finer."""
+        first = self.identity.first
+        if self.identity.coarse is None:
+            return first[number] if number < len(first) else None
+        if coarse:
+            return first[number] if number < len(first) - 1 else None
+        return first[-1] if first and not on_this_mesh else None
+
     def _propose(
         self, number: int, known: Sequence[FrozenTrial], running: Sequence[Parameters], coarse: bool
-    ) -> Proposal:
+    ) -> ProposedTrial:
         sampler = make_sampler(self.identity.sampler, self.identity.seed, number, self._known_part)
         scratch = optuna.create_study(sampler=sampler, direction="minimize")
         scratch.add_trials(known)
@@ -153,7 +164,7 @@ class OptunaStudy:
             scratch.add_trial(create_trial(state=TrialState.RUNNING, params=parameters, distributions=self.space))
         with threadpool_limits(1):  # the matrices are small: threads that wait for one another cost ten times the work
             parameters = dict(scratch.ask(self.space).params)
-        return Proposal(parameters, coarse, getattr(sampler, "expected_gain", None))
+        return ProposedTrial(parameters, coarse, getattr(sampler, "expected_gain", None))
 
     def _refine(
         self,
@@ -161,13 +172,13 @@ class OptunaStudy:
         coarse: Sequence[FrozenTrial],
         fine: Sequence[FrozenTrial],
         running: Sequence[Parameters],
-    ) -> Proposal:
+    ) -> ProposedTrial:
         random = np.random.default_rng([self.identity.seed, number])
         with threadpool_limits(1):
             parameters, gain = refining_proposal(
                 self.space, self._known_part, _known(coarse), _known(fine), running, random
             )
-        return Proposal(parameters, False, gain)
+        return ProposedTrial(parameters, False, gain)
 
     def tell(self, parameters: Parameters, objective: float, attributes: dict[str, Any]) -> None:
         """Record a finished trial."""

@@ -1,0 +1,146 @@
+"""How long whole commands take, as ratios to one rollout of the same run: the table "times" of docs/notes/learning.md.
+
+    python benchmarks/times.py --out runs/times [--cases towel,tshirt,trousers,shop] [--seeds 1] [--one-mesh]
+                               [--write-docs]
+
+Every command is a process of its own, one after the other, with compiled kernels there; its report and its three fixed
+trajectories are part of it. The reference is one fold of the default towel on its default mesh, simulated before and
+after every command, alone in a process: its mean is what a command is compared with, so that a busy or a slow machine
+changes both. Processor seconds count those of all threads; with two processors to itself a command takes about half.
+What was measured is kept in the folder and not run again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import subprocess
+import sys
+from pathlib import Path
+from shutil import rmtree
+from statistics import median
+from time import perf_counter
+from typing import NamedTuple
+
+from tables import markdown, publish
+
+from tatamu.files import read_json, write_json
+from tatamu.folding.baselines import triangle
+from tatamu.folding.task import make_task
+from tatamu.results import PlanResult, Result, ResultFolder
+from tatamu.simulators.many import processors
+
+CASES = {
+    "towel": ["towel"],
+    "tshirt": ["tshirt"],
+    "trousers": ["trousers", "--fold", "leg"],
+    "shop": ["tshirt", "--fold", "shop", "--trials", "60"],
+}
+"""Arguments of `tatamu learn`."""
+COMMAND = [sys.executable, "-c", "from tatamu.cli import main; main()"]
+
+
+class Used(NamedTuple):
+    """What a process took [s]."""
+
+    wall: float
+    processor: float
+
+
+class Measured(NamedTuple):
+    """One command, and the reference rollout beside it."""
+
+    command: Used
+    reference: Used
+    folder: ResultFolder
+
+    @property
+    def found(self) -> Result | PlanResult:
+        """What the command found."""
+        return self.folder.plan_result if self.folder.holds_plan else self.folder.result
+
+
+def timed(words: list[str]) -> Used:
+    """Run a command to its end."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    begin = perf_counter()
+    subprocess.run(words, check=True, stdout=subprocess.DEVNULL)
+    wall = perf_counter() - begin
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return Used(wall, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+
+
+def reference() -> Used:
+    """One fold of the default towel, alone."""
+    task = make_task("towel")
+    begin = resource.getrusage(resource.RUSAGE_THREAD)
+    outcome = task.evaluate(triangle(task.fold))
+    end = resource.getrusage(resource.RUSAGE_THREAD)
+    assert outcome.rollout is not None, "the fold is a plain one"
+    return Used(outcome.rollout.info["wall_seconds"], end.ru_utime + end.ru_stime - begin.ru_utime - begin.ru_stime)
+
+
+def measured(words: list[str], seed: int, out: Path) -> Measured:
+    """Run one command in an empty folder, between two reference rollouts; one that was measured is not run again."""
+    folder = out / "-".join([*(word.strip("-") for word in words), str(seed)])
+    kept = folder / "times.json"
+    if not kept.exists():
+        rmtree(folder, ignore_errors=True)
+        around = [reference()]
+        used = timed([*COMMAND, *words, "--seed", str(seed), "--out", str(folder)])
+        around.append(reference())
+        mean = [sum(each) / 2 for each in zip(*around, strict=True)]
+        write_json(kept, {"command": used, "reference": mean})
+    times = read_json(kept)
+    return Measured(Used(*times["command"]), Used(*times["reference"]), ResultFolder(folder))
+
+
+def row(words: list[str], runs: list[Measured]) -> dict[str, object]:
+    """A row of the table: medians over seeds, the worst fold."""
+    worst = max((run.found for run in runs), key=_objective)
+    if isinstance(worst, PlanResult):
+        fold = f"IoU from flat {worst.final.mask_iou:.3f}"
+    else:
+        fold = f"C {worst.best_trial.objective:.4f}, {1e3 * (worst.best_trial.mean_vertex_distance or 0.0):.1f} mm"
+    return {
+        "command": f"`{' '.join(['tatamu', *words])}`",
+        "seeds": len(runs),
+        "seconds": f"{median(run.command.wall for run in runs):.0f}",
+        "reference rollouts": f"{median(run.command.wall / run.reference.wall for run in runs):.0f}",
+        "processor seconds": f"{median(run.command.processor for run in runs):.0f}",
+        "of the reference's": f"{median(run.command.processor / run.reference.processor for run in runs):.0f}",
+        "worst fold": fold,
+    }
+
+
+def _objective(found: Result | PlanResult) -> float:
+    if isinstance(found, PlanResult):
+        return -found.final.mask_iou
+    return found.best_trial.objective or 0.0
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--cases", default="towel,tshirt,trousers", help=f"of {', '.join(CASES)}")
+    parser.add_argument("--seeds", type=int, default=1)
+    parser.add_argument("--one-mesh", action="store_true", help="also with --no-coarse")
+    parser.add_argument("--write-docs", action="store_true")
+    options = parser.parse_args()
+    reference()  # loads the kernels
+    rows = []
+    for case in options.cases.split(","):
+        for more in ([], ["--no-coarse"])[: 1 + options.one_mesh]:
+            words = ["learn", *CASES[case], *more]
+            rows.append(row(words, [measured(words, seed, options.out) for seed in range(options.seeds)]))
+            print(rows[-1], flush=True)
+    one = reference()
+    table = markdown(rows)
+    print(table)
+    if options.write_docs:
+        note = f"{processors()} processors; the reference rollout took {one.processor:.2f} processor seconds."
+        publish("times", f"{table}\n\n{note}")
+
+
+if __name__ == "__main__":
+    main()
