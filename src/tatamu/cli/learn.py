@@ -172,7 +172,7 @@ def _say_how_sure(folder: Path) -> None:
 def _expectation(
     folder: Path, given: str | None, quantile: float | None, file: Path | None, material: Material
 ) -> Expectation | None:
-    """What the study is to expect: as it began, or as given, a calibrated material with its own uncertainties."""
+    """The expectation of the study: as it began, or as given, a calibrated material with its own uncertainties."""
     from tatamu.disturbances import load_disturbances, with_calibrated
     from tatamu.learning import Expectation, as_begun
 

@@ -26,7 +26,7 @@ BLOCK = 4
 
 @dataclass(frozen=True)
 class Expectation:
-    """What a study minimises, where not everything is known."""
+    """The objective of a study where not everything is known."""
 
     disturbances: Disturbances
     quantile: float | None = None

@@ -59,7 +59,7 @@ class Identity(OpenRecord):
     coarse: float | None = None
     """Spacing of the coarser mesh that the search begins on [m]; None: all trials are on the task's own."""
     disturbances: dict[str, Any] | None = None
-    """What is not known; None: the objective is C of Eq. (10), where nothing is off."""
+    """All that is not known; None: the objective is C of Eq. (10), where nothing is off."""
     worlds: int | None = None
     """Disturbed worlds of a trial that may win."""
     quantile: float | None = None

@@ -32,7 +32,7 @@ def objective(result: Result) -> Plot:
 
 
 def _minimised(trial: Trial) -> float:
-    """What the search minimised: C, or its expectation."""
+    """The value that the search minimised: C, or its expectation."""
     return float((trial.expected_objective if trial.worlds is not None else trial.objective) or 0.0)
 
 

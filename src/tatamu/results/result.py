@@ -190,7 +190,7 @@ class Result(OpenRecord):
     until_gain: float | None = None
     """The search ended by itself when less than this part of the best objective was expected; None: it did not."""
     disturbances: dict[str, Any] | None = None
-    """What was taken not to be known; None: the objective is C of Eq. (10), where nothing is off."""
+    """All that was taken not to be known; None: the objective is C of Eq. (10), where nothing is off."""
     worlds: int | None = None
     """Disturbed worlds of a trial that may have won."""
     quantile: float | None = None
