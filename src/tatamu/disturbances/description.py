@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 
 from tatamu.errors import InputError
 from tatamu.files import read_toml, validated
+from tatamu.folding.fingers import Fingers
 from tatamu.material import DIRECTIONAL_AIR, Material, Number
 from tatamu.records import Record
 
@@ -125,6 +126,8 @@ class Disturbances(Record):
     """Relative deviations by field."""
     correlation: Correlation | None = None
     """Of the fields of `material`; None: independent."""
+    fingers: Fingers = Fingers()
+    """Of the hands; not drawn."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

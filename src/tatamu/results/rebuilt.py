@@ -86,6 +86,7 @@ def _task(description: TaskDescription, asked: Asked | None, start: np.ndarray, 
         scale=asked.scale if asked else None,
         simulator=description.simulator,
         hands=hands,
+        fingers=description.fingers,
     )
     number = description.step[0] - 1 if description.step else 0
     return job.task(number, start if number else None)

@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from tatamu.folding.fingers import Fingers
 from tatamu.folding.task import Asked, Task, digest
 from tatamu.material import Material
 from tatamu.records import OpenRecord
@@ -96,7 +97,7 @@ class Baseline(Scores, _BaselineHead):
 class TaskDescription(OpenRecord):
     """The task of a study: two tasks are the same when their descriptions are."""
 
-    UNSAID: ClassVar[frozenset[str]] = frozenset({"hands", "robot", "step", "start"})
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"hands", "robot", "step", "start", "fingers"})
 
     garment: str
     size: list[float] | None = None
@@ -116,6 +117,8 @@ class TaskDescription(OpenRecord):
     """M: how many grasps there are to choose from."""
     hands: int = 2
     """How many hands fold."""
+    fingers: Fingers | None = None
+    """Of the hands; None: without thickness."""
     robot: str | None = None
     """The robot within whose reach the fold was learned."""
     step: tuple[int, int] | None = None
@@ -143,6 +146,7 @@ def describe_task(task: Task) -> TaskDescription:
         translation=fold.translation(int(fold.left[0])).tolist(),
         candidates=fold.candidates,
         hands=fold.hands,
+        fingers=fold.fingers if fold.fingers != Fingers() else None,
         robot=task.reach.robot if task.reach else None,
         step=task.step if several else None,
         start=digest(fold.start) if several else None,
