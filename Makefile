@@ -7,7 +7,7 @@ DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 
 .PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
-        calibration folds robots foreign statics tangle times own-garments golden real-cloth help
+        calibration folds robots foreign statics tangle times own-garments golden cluster real-cloth help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1: /'
@@ -86,6 +86,9 @@ statics: $(READY)  ## the table of docs/notes/native.md: bending on every layout
 bench: $(DEV) $(NEWTON)  ## native, Blender, MuJoCo and Newton side by side: docs/notes/benchmarks.md; hours
 	$(BIN)/tatamu install blender
 	$(BIN)/python benchmarks/speed.py --out runs/speed --write-docs
+
+cluster: $(DEV)  ## 200 studies while workers, PostgreSQL and client are killed; overhead; 1,000 workers: docs/notes/cluster.md; half an hour
+	$(BIN)/python -m benchmarks.cluster --write-docs
 
 abuse: $(READY)  ## ten thousand random scenes: each a rollout or a clear error
 	$(BIN)/python -m benchmarks.abuse --out runs/abuse.json --write-docs

@@ -54,6 +54,11 @@ PLACES = {
     "answers": NOTES / "reproduction.md",
     "cloth": NOTES / "reproduction.md",
     "time": NOTES / "reproduction.md",
+    "cluster: storm": NOTES / "cluster.md",
+    "cluster: overhead": NOTES / "cluster.md",
+    "cluster: busy": NOTES / "cluster.md",
+    "cluster: constants": NOTES / "cluster.md",
+    "cluster: thousand": NOTES / "cluster.md",
     "garments within reach": NOTES / "robots.md",
     "margins: meshes": NOTES / "margins.md",
 }

@@ -20,6 +20,18 @@ FAILS_AT: list[int] = []
 """Numbers of the calls that end in an error."""
 
 
+def require() -> None:
+    pass
+
+
+def prepare() -> None:
+    native.prepare()
+
+
+def compilation() -> tuple[int, int]:
+    return native.compilation()
+
+
 def simulate(scene: Scene) -> Rollout:
     CALLS.append(scene)
     if len(CALLS) - 1 in FAILS_AT:

@@ -41,8 +41,8 @@ def clearance(task: Task, manipulation: Manipulation) -> float:
 
 
 def test_hands_without_fingers_are_as_they_were() -> None:
-    bare = make_task("towel", **SMALL)  # type: ignore[arg-type]
-    thin = make_task("towel", fingers=Fingers(), **SMALL)  # type: ignore[arg-type]
+    bare = make_task("towel", **SMALL)
+    thin = make_task("towel", fingers=Fingers(), **SMALL)
     scenes = [scene_of(each.fold, each.manipulation(LOW)).model_dump_json() for each in (bare, thin)]
     assert scenes[0] == scenes[1]
     assert search_space(bare.fold, "integer")["z1"].low == 0.0

@@ -29,11 +29,12 @@ from tatamu.folding.manipulation import Manipulation, trajectory_lengths
 from tatamu.folding.task import Outcome, Reach, Task, make_job, make_task
 from tatamu.learning import learn, learn_job
 from tatamu.learning.evaluation import evaluate
+from tatamu.learning.place import FilePlace
 from tatamu.learning.space import search_space
 from tatamu.learning.study import Identity, OptunaStudy
 from tatamu.results import ResultFolder, describe_task
 
-COARSE = {"spacing": 0.04, "size": (0.24, 0.5)}
+COARSE: dict[str, Any] = {"spacing": 0.04, "size": (0.24, 0.5)}
 
 
 def task(**changes: Any) -> Task:
@@ -174,7 +175,7 @@ def test_the_search_sees_even_where_the_best_is_far_from_ideal(tmp_path: Path) -
     """As the last step of a plan may be, which cannot mend what the steps before it left."""
     identity = Identity(task=describe_task(task()), sampler="gp", seed=0)
     space = {"x": FloatDistribution(0.0, 1.0)}
-    study = OptunaStudy(tmp_path / "study.db", identity, space, lambda at: np.full_like(at["x"], 0.4))
+    study = OptunaStudy(FilePlace(tmp_path / "study.db"), identity, space, lambda at: np.full_like(at["x"], 0.4))
     for number in range(12):
         parameters = study.ask([], number).parameters
         study.tell(parameters, 1.0 + 2.0 * (parameters["x"] - 0.3) ** 2, {})

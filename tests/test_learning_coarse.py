@@ -36,8 +36,8 @@ def job(fold: str = "half", **changes: Any) -> Job:
     return make_job("towel", **{"fold": fold, "size": SIZE, **changes})
 
 
-def learned(folder: Path, trials: Any = 12, fold: str = "half", **options: Any) -> ResultFolder:
-    learn_job(job(fold), folder, trials=trials, baselines=False, **options)
+def learned(folder: Path, trials: Any = 12, asked: Job | None = None, **options: Any) -> ResultFolder:
+    learn_job(asked or job(), folder, trials=trials, baselines=False, **options)
     return ResultFolder(folder)
 
 
@@ -156,11 +156,12 @@ def test_a_state_in_between_the_vertices_is_that_of_its_layer(name: str) -> None
 
 
 def test_a_later_step_is_searched_on_the_coarser_mesh_from_where_it_was_left_there(tmp_path: Path) -> None:
-    folder = learned(tmp_path, 11, "quarters", sampler="random")
+    asked = job("quarters", size=(0.26, 0.26))
+    folder = learned(tmp_path, 11, asked, sampler="random")
     first, second = folder.step(0), folder.step(1)
     left = first.rollout.extra["coarse_final"]
     assert second.result.coarse == first.result.coarse is not None
-    plan = with_coarser(job("quarters"))
+    plan = with_coarser(asked)
     assert plan.coarser is not None and left.shape == plan.coarser.garment.vertices.shape
     ideal = ideal_folds(plan.coarser.garment, plan.plan)[0].target
     assert np.linalg.norm(left - ideal, axis=1).mean() < 0.1

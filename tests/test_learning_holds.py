@@ -104,9 +104,9 @@ def test_worlds_are_simulated_on_the_coarser_mesh_in_the_numbers_of_the_finer_on
     calm = Demand(usual(), (CALM,) * 4)
     with ThreadPoolExecutor(2) as pool:
         manipulation = own.manipulation(X)
-        fine = submitted(pool, own, manipulation, X, demand=demand).ended
-        still = submitted(pool, own, manipulation, X, demand=calm).ended
-        alone = submitted(pool, own, manipulation, demand=demand).ended
+        fine = submitted(pool, own, manipulation, np.inf, X, demand=demand).ended("")
+        still = submitted(pool, own, manipulation, np.inf, X, demand=calm).ended("")
+        alone = submitted(pool, own, manipulation, demand=demand).ended("")
     assert fine.expected is not None and still.expected is not None and alone.expected is not None
     assert still.expected.objective == pytest.approx(still.outcome.objective)
     added = fine.expected.objective - fine.outcome.objective

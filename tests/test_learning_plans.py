@@ -130,11 +130,11 @@ def test_a_plan_stopped_anywhere_ends_the_same(learned: Path, tmp_path: Path, mo
 
     def killed(self: Task, manipulation: Any) -> Any:
         if next(calls) == 3:
-            raise KeyboardInterrupt
+            raise SystemExit
         return honest(self, manipulation)
 
     monkeypatch.setattr(Task, "evaluate", killed)
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(SystemExit):
         learn_job(job(), tmp_path, trials=2, **SEARCH)
     assert (tmp_path / "step-2" / "study.db").exists()
     assert not (tmp_path / "result.json").exists()

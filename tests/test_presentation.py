@@ -17,8 +17,14 @@ from tatamu.presentation.chart import log_axis
 from tatamu.presentation.drawing import FROM_ABOVE, Drawing
 from tatamu.presentation.image import png
 from tatamu.presentation.page import script
-from tatamu.presentation.palette import COLOURS, css
+from tatamu.presentation.palette import BACK, COLOURS, FRONT, REAR, SIDES, css, rgb
+from tatamu.presentation.raster import View
+from tatamu.presentation.replay import replay_data
+from tatamu.presentation.shading import cloth, see, shade
 from tatamu.presentation.shapes import Box, Dot, Label, Picture, Segments
+from tatamu.rollout import Rollout
+from tatamu.scene import Cloth
+from tests.scenes import scene
 
 SOURCE = Path(tatamu.__file__).parent
 SVG = "{http://www.w3.org/2000/svg}"
@@ -47,7 +53,7 @@ def test_every_colour_that_is_named_is_in_the_palette() -> None:
 
 def test_day_and_night_differ_in_contrast_not_in_meaning() -> None:
     assert "prefers-color-scheme: dark" in css()
-    for name in ("front", "back", "target", "left", "right", "scale-0", "scale-4"):
+    for name in ("front", "rear", "back", "target", "left", "right", "scale-0", "scale-4"):
         assert len(set(COLOURS[name])) == 1, f"{name} means the same by day and by night"
     for light, dark in (COLOURS["ink"], COLOURS["paper"]):
         assert abs(int(light[1:3], 16) - int(dark[1:3], 16)) > 150
@@ -108,3 +114,40 @@ def test_a_short_logarithmic_axis_has_numbers_on_it() -> None:
     short = log_axis("x", 3.5, 6.5)
     assert {"4", "5", "6"} <= set(short["ticktext"])
     assert "ticktext" not in log_axis("x", 1.0, 5000.0)
+
+
+BACK_AND_FRONT = np.array([[0, 3, 1], [0, 1, 2]])
+"""A triangle that faces down below one that faces up, joined by a seam."""
+PLACES = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.1, -0.001]])
+
+
+def replayed(faces: np.ndarray) -> dict[str, object]:
+    places = PLACES[: faces.max() + 1]
+    sheet = scene(cloth=Cloth(vertices=places, faces=faces), grippers=[])
+    positions = np.repeat(places[None], 2, axis=0)
+    return replay_data(Rollout(np.array([0.0, 1.0]), positions, faces, {}, {"target": places}), sheet, [], 0.01)
+
+
+def test_front_and_back_of_a_garment_are_told_apart_in_the_replay() -> None:
+    two = replayed(BACK_AND_FRONT)
+    assert (two["upper"], two["layers"]) == (1, 2)
+    one = replayed(BACK_AND_FRONT[1:])
+    assert (one["upper"], one["layers"]) == (1, 1)
+    names = dict(SIDES[2])
+    assert names == {"front": "outside of the front", "rear": "outside of the back", "back": "inside"}
+    assert dict(SIDES[1]) == {"front": "side up at the start", "back": "other side"}
+
+
+@pytest.mark.parametrize(
+    ("lower", "turned", "colour"),
+    [(False, False, FRONT), (False, True, BACK), (True, False, BACK), (True, True, REAR)],
+)
+def test_each_side_of_each_layer_has_its_colour_from_above(lower: bool, turned: bool, colour: str) -> None:
+    """A back faces down as it lies, so that it shows its inside from above, and its outside when it is turned."""
+    faces = BACK_AND_FRONT[:1] if lower else BACK_AND_FRONT[1:]
+    mesh = cloth(PLACES * ([1, -1, -1] if turned else [1, 1, 1]), faces, lower=np.array([lower]))
+    view = View(np.zeros(3), np.eye(3), 1000.0, (240, 240))
+    visible, _ = see(view, mesh)
+    light = shade(view, mesh, visible).mean(axis=0)
+    wanted = rgb(colour)
+    assert light / light.sum() == pytest.approx(wanted / wanted.sum(), abs=1e-6)

@@ -17,13 +17,15 @@ import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 
+from tatamu.folding.advice import choices
 from tatamu.garments import make_garment
 from tatamu.report import write_report
+from tatamu.report.candidates import page as candidates_page
 from tatamu.report.garment import page as garment_page
 from tatamu.rollout import Rollout
 from tatamu.validation import validate
 from tatamu.validation.page import page as validation_page
-from tests.fabricated import write_fold
+from tests.fabricated import changed, rewritten, write_fold
 from tests.fakes import subject
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
@@ -185,6 +187,25 @@ def test_the_cloth_has_two_colours(tab: Opener, report: Path) -> None:
     assert near(folded, back) > 0.03 and near(folded, back) > 3 * near(flat, back)
 
 
+def test_the_back_of_a_garment_has_a_colour_of_its_own(tab: Opener, tmp_path: Path) -> None:
+    """Cloth whose triangles face down as it lies: a back, that shows its inside, and turned its outside."""
+    folder = write_fold(tmp_path, spacing=0.05, frames=47)
+    changed(folder / "scene.json", lambda value: [face.reverse() for face in value["cloth"]["faces"]])
+    rewritten(folder, lambda arrays: arrays.update(faces=np.ascontiguousarray(arrays["faces"][:, ::-1])))
+    browser = tab()
+    browser.open(write_report(folder), "#t=0")
+    browser.run("document.querySelector('[data-show=target]').click()")
+    inside, outside = (250, 195, 125), (185, 215, 250)
+    browser.slide(0.0)
+    flat = browser.pixels()
+    browser.slide(4.6)
+    folded = browser.pixels()
+    assert near(flat, inside, 40) > 0.05 and near(flat, inside, 40) > 5 * near(folded, inside, 40)
+    assert near(folded, outside, 25) > 0.03 and near(folded, outside, 25) > 3 * near(flat, outside, 25)
+    assert "outside of the back" in browser.run("document.querySelector('.legend').textContent")
+    assert browser.complaints == []
+
+
 def test_every_switch_and_view_changes_the_picture(tab: Opener, report: Path) -> None:
     browser = tab()
     browser.open(report, "#t=1.6")
@@ -321,3 +342,61 @@ def test_other_pages_fit_a_phone_and_follow_day_and_night(
         )
     )
     assert ink - ground > 300 if scheme == "dark" else ground - ink > 300, "words stand out from the ground"
+
+
+BEYOND = """(() => {
+  const scrolls = (e) => e !== document.documentElement
+    && (getComputedStyle(e).overflowX !== "visible" || scrolls(e.parentElement));
+  const all = [...document.querySelectorAll("body *")];
+  const far = all.filter((e) => e.getBoundingClientRect().right > innerWidth + 1 && !scrolls(e.parentElement));
+  return [document.documentElement.scrollWidth > innerWidth, ...far.map((e) => e.outerHTML.slice(0, 80))];
+})()"""
+"""Whether the page is wider than the window, and what stands out of it where nothing scrolls."""
+PAPER = """(() => getComputedStyle(document.body).backgroundColor.match(/\\d+/g).map(Number))()"""
+TEXTS = """(() => [...document.querySelectorAll("p, td, th, li, h1, h2, code, dt, dd, figcaption")]
+  .filter((e) => e.textContent.trim())
+  .map((e) => getComputedStyle(e).color.match(/\\d+/g).slice(0, 3).map(Number)))()"""
+
+
+@pytest.fixture(scope="module")
+def every_page(report: Path, pages: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """A page of each kind that is quickly made."""
+    hoodie = make_garment("examples/garments/hoodie.toml", spacing=0.05)
+    plans = tmp_path_factory.mktemp("plans") / "plans.html"
+    plans.write_text(candidates_page(hoodie, choices(hoodie)[:2]))
+    return {"report": report, "plans": plans, **pages}
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("name", ["report", "garment", "plans", "validation"])
+def test_a_page_fits_a_phone_and_follows_day_and_night(
+    tab: Opener, every_page: dict[str, Path], name: str, scheme: str
+) -> None:
+    browser = tab(390, 844, color_scheme=scheme, reduced_motion="reduce")
+    browser.open(every_page[name])
+    assert browser.run(BEYOND) == [False]
+    paper = np.mean(browser.run(PAPER)[:3])
+    texts = np.mean(browser.run(TEXTS), axis=1)
+    assert paper > 200 if scheme == "light" else paper < 50
+    assert (np.abs(texts - paper) > 60).all(), "some text is hardly seen"
+
+
+@pytest.mark.parametrize("width", [360, 390, 900])
+def test_names_of_events_do_not_touch(tab: Opener, tmp_path: Path, width: int) -> None:
+    folder = write_fold(tmp_path, spacing=0.08, frames=24)
+    changed(folder / "manipulation.json", lambda value: value["timing"].update(arrives=3.3))  # soon before it opens
+    browser = tab(width, 844, reduced_motion="reduce")
+    browser.open(write_report(folder))
+    boxes = "[...document.querySelectorAll('.events span')].map(e => e.getBoundingClientRect().toJSON())"
+    places = browser.run(boxes)
+    assert len(places) == 3
+    for one, other in pairwise(sorted(places, key=lambda place: float(place["left"]))):
+        apart = other["left"] - one["right"]
+        assert apart > 4 or min(one["bottom"], other["bottom"]) <= max(one["top"], other["top"]) + 0.5
+
+
+def test_words_in_a_drawing_can_be_read_on_a_phone(tab: Opener, pages: dict[str, Path]) -> None:
+    browser = tab(390, 844)
+    browser.open(pages["garment"])
+    heights = browser.run("[...document.querySelectorAll('svg text')].map(e => e.getBoundingClientRect().height)")
+    assert min(heights) > 8

@@ -19,6 +19,7 @@ ORDER = [
     ["presentation"],
     ["instruments"],
     ["simulators"],
+    ["cluster"],
     ["garments"],
     ["calibration"],
     ["folding"],
@@ -29,6 +30,7 @@ ORDER = [
     ["validation"],
     ["crosscheck", "margins"],
     ["robots"],
+    ["sweep"],
     ["reproduction"],
     ["cli"],
 ]

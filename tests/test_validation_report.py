@@ -131,3 +131,11 @@ def test_native_passes_quick_checks(name: str) -> None:
 def test_native_passes_whole_checks(name: str) -> None:
     report = validate(Subject.named("native"), [name])
     assert [row for row in report.rows if row.passed is False] == []
+
+
+def test_the_page_explains_a_distance_that_is_not_judged() -> None:
+    report = validate(subject(falls), ["symmetry"])
+    assert "draws of one fold" in page(report)
+    rows = [row for case in report.results[0].cases for row in case.rows]
+    assert [row.passed for row in rows] == [True, None] * 4
+    assert all("not judged" in row.note for row in rows[1::2])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import tomllib
@@ -13,9 +14,12 @@ from typing import Any, TypeVar
 import numpy as np
 from pydantic import BaseModel, ValidationError
 
-from tatamu.errors import InputError
+from tatamu.errors import InputError, UnavailableError
 
 Model = TypeVar("Model", bound=BaseModel)
+
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EIO)
+"""Errors of a disk that takes nothing more, whatever is written."""
 
 
 def check_targets(targets: Sequence[Path], sources: Sequence[Path] = ()) -> None:
@@ -42,7 +46,8 @@ def replacing(path: Path) -> Iterator[Path]:
         yield temporary
         os.replace(temporary, path)
     except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
+        kind = UnavailableError if error.errno in FULL else InputError
+        raise kind(f"{path}: cannot be written ({error.strerror or error})") from None
     finally:
         with suppress(OSError):  # where nothing could be written, nothing is to be removed
             temporary.unlink()

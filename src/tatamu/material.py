@@ -101,13 +101,18 @@ def preset_names() -> list[str]:
     return sorted(path.stem for path in PRESETS.glob("*.toml"))
 
 
+def is_preset(path: Path) -> bool:
+    """Whether this names a preset, and no file."""
+    return not path.exists() and path.name == str(path) and (PRESETS / f"{path}.toml").is_file()
+
+
 def load_material(path: Path) -> Material:
     """Read a material from the `[material]` table of a TOML file, or from the preset of that name.
 
     Raises:
         InputError: The file cannot be read, or a field is wrong; the message names both.
     """
-    if not path.exists() and path.name == str(path) and (PRESETS / f"{path}.toml").is_file():
+    if is_preset(path):
         path = PRESETS / f"{path}.toml"
     elif not path.suffix and not path.exists():
         raise InputError(f"material: must be a file .toml or one of {', '.join(preset_names())}, given {str(path)!r}")

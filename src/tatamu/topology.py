@@ -8,6 +8,12 @@ from functools import cached_property
 import numpy as np
 
 
+def facing_down(flat: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Whether the normal of each triangle (m, 3) of a flat shape (n, 3) points down, as those of a lower layer do."""
+    a, b, c = (flat[faces[:, k], :2] for k in range(3))
+    return np.asarray((b - a)[:, 0] * (c - a)[:, 1] < (b - a)[:, 1] * (c - a)[:, 0])
+
+
 @dataclass(frozen=True)
 class Topology:
     """Who touches whom in a triangle mesh."""

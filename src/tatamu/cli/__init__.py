@@ -26,9 +26,10 @@ from tatamu.cli import (  # noqa: F401
     reproduce,
     show,
     simulate,
+    sweep,
     validate,
 )
-from tatamu.cli.app import app
+from tatamu.cli.app import Interrupted, app
 from tatamu.errors import InputError, TatamuError
 
 UNWRITABLE = (errno.ENOSPC, errno.EIO, errno.EPIPE)
@@ -49,6 +50,8 @@ def main() -> None:
         _stop(str(error), 2)
     except TatamuError as error:
         _stop(str(error), 1)
+    except Interrupted as error:
+        _stop(str(error), INTERRUPTED)
     except typer.Abort:
         _stop("aborted", INTERRUPTED)
     except KeyboardInterrupt:

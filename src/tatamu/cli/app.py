@@ -8,6 +8,11 @@ import typer
 
 from tatamu import __version__
 
+
+class Interrupted(Exception):
+    """Ctrl-C ended a command; the text says what is kept and how to go on."""
+
+
 app = typer.Typer(
     name="tatamu",
     help="Learn in simulation how a dual-arm robot folds cloth.",

@@ -38,7 +38,9 @@ def calibrate(
     from tatamu.calibration import calibrate as run
     from tatamu.calibration.page import page, shown
     from tatamu.calibration.parameters import PARAMETERS, SYMBOLS
+    from tatamu.cli.progress import prepare
     from tatamu.files import check_targets, write_text
+    from tatamu.simulators import require
 
     if spacing is not None and not 1e-3 <= spacing <= 0.1:
         raise InputError(f"spacing: must be from 0.001 to 0.1 m, given {spacing:g} m")
@@ -46,7 +48,9 @@ def calibrate(
         raise InputError(f"--out: must end with .toml, given {out}")
     picture = out.with_suffix(".html")
     check_targets([out, picture], [measurements])
+    require(simulator)
     given = load_measurements(measurements)
+    prepare(simulator)
     with progress() as tick:
         found = run(given, simulator, spacing, tick)
     drawn = page(found)
@@ -71,7 +75,7 @@ def progress() -> Iterator[Callable[[str], None]]:
     def line() -> str:
         return ", ".join(f"{name} {count}" for name, count in counts.items())
 
-    with console.status("the first run compiles the simulator") as status:
+    with console.status("simulating") as status:
 
         def tick(what: str) -> None:
             counts[what] = counts.get(what, 0) + 1

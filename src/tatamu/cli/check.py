@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from tatamu.cli.app import app
+from tatamu.cli.cluster import SchedulerOption
 from tatamu.errors import InputError
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ def check(
     out: Annotated[
         Path | None, typer.Option(metavar="OUT", help="Where it goes; default: DIR/check-SIMULATOR or DIR/check-all.")
     ] = None,
+    scheduler: SchedulerOption = None,
 ) -> int:
     """Simulate a learned fold again in another simulator: does it hold there?
 
@@ -50,20 +52,27 @@ def check(
 
     With `--all` every simulation is kept: run the same command again to go on where it stopped.
     """
+    from tatamu.cli.progress import prepare
     from tatamu.results import rebuild
+    from tatamu.simulators import require
 
     if everything == (simulator is not None):
         raise InputError("check: give either --simulator or --all")
     if everything and material is not None:
         raise InputError("--material: is for one --simulator, not for --all")
+    if not everything and scheduler is not None:
+        raise InputError("--scheduler: is for --all")
     if not 0 <= count <= 1000:
         raise InputError(f"--random: must be from 0 to 1000, given {count}")
     if seed < 0:
         raise InputError(f"--seed: must be 0 or more, given {seed}")
+    names = [simulator] if simulator else [name.strip() for name in simulators.split(",") if name.strip()]
+    require(*names)
     learned = rebuild(folder)
+    for name in names if scheduler is None else ():
+        prepare(name)
     if simulator is None:
-        names = [name.strip() for name in simulators.split(",") if name.strip()]
-        return _all(learned, names, out or folder / "check-all", count, seed, halve)
+        return _all(learned, names, out or folder / "check-all", count, seed, halve, scheduler)
     return _one(learned, simulator, out or folder / f"check-{simulator}", material, halve)
 
 
@@ -91,14 +100,17 @@ def _words(score: Score) -> str:
     return f"{distance:.1f} mm from the target, IoU {score.mask_iou:.3f}, C = {score.objective:.4f}"
 
 
-def _all(learned: RebuiltFold, names: list[str], out: Path, count: int, seed: int, halve: bool) -> int:
+def _all(
+    learned: RebuiltFold, names: list[str], out: Path, count: int, seed: int, halve: bool, scheduler: str | None
+) -> int:
+    from tatamu.cluster import executor_at
     from tatamu.crosscheck.agreement import compare
     from tatamu.crosscheck.matrix import save, terminal
     from tatamu.folding.baselines import BASELINES
 
     console = Console()
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True) as bar:
+    with executor_at(scheduler) as executor, Progress(*columns, console=console, transient=True) as bar:
         line = bar.add_task("", total=len(names) * (1 + len(BASELINES) + count))
         begun = iter([0])
 
@@ -107,7 +119,9 @@ def _all(learned: RebuiltFold, names: list[str], out: Path, count: int, seed: in
             if not console.is_terminal:
                 console.print(f"{manipulation} in {simulator}")
 
-        agreement = compare(learned, names, out, count=count, seed=seed, halved=halve, progress=before)
+        agreement = compare(
+            learned, names, out, count=count, seed=seed, halved=halve, progress=before, executor=executor
+        )
     page = save(agreement, out)
     console.print(terminal(agreement))
     print(f"the learned fold {'holds' if agreement.holds else 'does not hold'} in all of them: {page}")

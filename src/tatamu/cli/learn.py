@@ -5,19 +5,13 @@ from __future__ import annotations
 import sys
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from tatamu.cli.app import app
-from tatamu.cli.size import parse_size
-from tatamu.errors import InputError
-
-if TYPE_CHECKING:
-    from tatamu.folding.task import Reach
-    from tatamu.learning import Expectation
-    from tatamu.learning.schedule import Trials
-    from tatamu.material import Material
+from tatamu.cli.app import Interrupted, app
+from tatamu.cli.cluster import SchedulerOption, StorageOption
+from tatamu.cli.learning import LearnOptions, counted
 
 
 @app.command()
@@ -88,6 +82,8 @@ def learn(
         typer.Option(help="Only folds within reach of hironx, nextage, or a .toml that describes a robot."),
     ] = None,
     baselines: Annotated[bool, typer.Option(help="Also score three fixed trajectories.")] = True,
+    scheduler: SchedulerOption = None,
+    storage: StorageOption = None,
 ) -> None:
     """Learn to fold a garment: search grasps and hand trajectories in the simulator.
 
@@ -108,105 +104,64 @@ def learn(
 
     `tatamu learn towel --size 0.30x0.36 --robot hironx --out runs/hand-towel`
 
+    `tatamu learn towel --scheduler tcp://10.0.0.5:8786 --storage postgresql://lab@db/folds --out runs/towel`
+
     A fold in several steps learns each in turn, in DIR/step-1, DIR/step-2 .., with `--trials` each.
     Run the same command again to go on with a study that was interrupted, or with more `--trials`.
     """
-    from tatamu.folding.task import make_job
-    from tatamu.material import load_material
-
-    if grasps not in ("integer", "continuous"):
-        raise InputError(f"grasps: must be integer or continuous, given {grasps!r}")
-    if hands not in (None, 1, 2):
-        raise InputError(f"hands: must be 1 or 2, given {hands}")
-    job = make_job(
-        garment,
-        size=None if size is None else parse_size(size),
+    options = LearnOptions(
+        garment=garment,
+        size=size,
         scale=scale,
         fold=fold,
-        material=load_material(material) if material else None,
+        hands=hands,
+        material=None if material is None else str(material),
         spacing=spacing,
         simulator=simulator,
-        hands=hands,
-        reach=_reach(robot),
+        sampler=sampler,
+        grasps=grasps,
+        trials=counted(trials),
+        seed=seed,
+        parallel=parallel,
+        coarse=coarse,
+        disturbances=disturbances,
+        quantile=quantile,
+        robot=robot,
+        baselines=baselines,
     )
+    from tatamu.cli.progress import LearningDisplay, starting
+
+    with starting(f"laying out {garment}"):
+        from tatamu.simulators import require
+
+        require(simulator)
+        job = options.job(out)
+        from tatamu.cli.verdict import conclusion, how_sure, kept, spoken
+        from tatamu.cluster import executor_at
+        from tatamu.folding.advice import UncarriedWarning, advice
+        from tatamu.folding.baselines import BASELINES
+        from tatamu.learning.database import shared_database  # last, as it takes seconds to import
+
+        said = advice(job.garment, job.plan, job.hands)
     if job.garment.own:
         print(job.garment.statement)
         for note in job.garment.notes:
             print(f"note: {note}")
-    from tatamu.cli.progress import reporting
-    from tatamu.folding.advice import UncarriedWarning, advice
-    from tatamu.learning import learn_job  # last, as it takes seconds to import
-
-    for line in advice(job.garment, job.plan, job.hands):
+    for line in said:
         print(f"warning: {line}", file=sys.stderr)
     warnings.simplefilter("ignore", UncarriedWarning)  # said already
-    report = learn_job(
-        job,
-        out,
-        trials=_trials(trials),
-        seed=seed,
-        sampler=sampler,
-        grasps=grasps,  # type: ignore[arg-type]
-        baselines=baselines,
-        parallel=parallel,
-        coarse=coarse,
-        expectation=_expectation(out, disturbances, quantile, material, job.garment.material),
-        reporting=reporting,
-    )
-    _say_how_sure(out)
-    print(f"report: {report}")
-
-
-def _say_how_sure(folder: Path) -> None:
-    """Print in how many worlds each learned fold holds, where that is known."""
-    from tatamu.results import ResultFolder
-
-    results = ResultFolder(folder)
-    steps = results.learned_steps() if results.holds_plan else [results]
-    for step in steps:
-        if step.result.judged is not None:
-            name = f"{step.path.name}: " if results.holds_plan else ""
-            print(f"{name}{step.result.judged.headline}; `tatamu margins {folder}` asks more")
-
-
-def _expectation(
-    folder: Path, given: str | None, quantile: float | None, file: Path | None, material: Material
-) -> Expectation | None:
-    """The expectation of the study: as it began, or as given, a calibrated material with its own uncertainties."""
-    from tatamu.disturbances import load_disturbances, with_calibrated
-    from tatamu.learning import Expectation, as_begun
-
-    begun, held = as_begun(folder)
-    if begun and given is None and quantile is None:
-        return held
-    chosen = load_disturbances(given or "default")
-    if chosen is None:
-        if quantile is not None:
-            raise InputError(
-                "quantile: is of the objective in disturbed worlds; with --disturbances none there are none"
-            )
-        return None
-    return Expectation(chosen if file is None else with_calibrated(chosen, file, material), quantile)
-
-
-def _trials(given: str) -> Trials:
-    """A number of trials, or auto."""
-    if given == "auto":
-        return "auto"
+    fixed = len(BASELINES) if baselines else 0
     try:
-        return int(given)
-    except ValueError:
-        raise InputError(f"trials: must be a whole number or auto, given {given!r}") from None
-
-
-def _reach(robot: str | None) -> Reach | None:
-    """The reach constraint of the robot of that name."""
-    if robot is None:
-        return None
-    from tatamu.folding.task import Reach
-    from tatamu.robots import ReachConstraint, load
-
-    loaded = load(robot)
-    constraint = ReachConstraint(loaded)
-    description = Path(robot).read_bytes() if robot.endswith(".toml") else b""
-    return Reach(loaded.name, constraint, constraint.refusal, description=description)
+        with (
+            shared_database(storage) as database,
+            executor_at(scheduler) as executor,
+            LearningDisplay(job, options.most_trials, fixed, prepares=executor is None) as display,
+        ):
+            report = options.learn(job, out, display.reporting, executor, database)
+    except KeyboardInterrupt:
+        raise Interrupted(kept(out)) from None
+    for line in how_sure(out):
+        print(line)
+    for line in spoken(conclusion(out)):
+        print(line)
+    print(f"report: {report}")

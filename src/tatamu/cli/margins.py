@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import Executor
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,6 +10,7 @@ import typer
 from rich.console import Console
 
 from tatamu.cli.app import app
+from tatamu.cli.cluster import SchedulerOption
 from tatamu.errors import InputError
 
 if TYPE_CHECKING:
@@ -41,6 +43,7 @@ def margins(
     out: Annotated[
         Path | None, typer.Option(metavar="OUT", help="Where it goes; default: DIR/margins, DIR/margins-SIMULATOR.")
     ] = None,
+    scheduler: SchedulerOption = None,
 ) -> None:
     """Measure how far hands, grasps, cloth and table may be off before a learned fold fails.
 
@@ -57,6 +60,7 @@ def margins(
 
     Every simulation is kept: run the same command again to go on where it stopped.
     """
+    from tatamu.cluster import executor_at
     from tatamu.disturbances import Limits
     from tatamu.results import ResultFolder
 
@@ -71,8 +75,9 @@ def margins(
         raise InputError(f"{folder}: holds a plan of which no step is learned yet")
     if out is not None and len(steps) > 1:
         raise InputError("--out: is for a single fold; give the folder of a step")
-    for step in steps:
-        _one(step, _disturbances(step, disturbances), out, draws, seed, simulator, limits, fine)
+    with executor_at(scheduler) as executor:
+        for step in steps:
+            _one(step, _disturbances(step, disturbances), out, draws, seed, simulator, limits, fine, executor)
 
 
 def _disturbances(folder: ResultFolder, given: str | None) -> Disturbances:
@@ -96,12 +101,19 @@ def _one(
     simulator: str | None,
     limits: Limits,
     fine: bool,
+    executor: Executor | None,
 ) -> None:
+    from tatamu.cli.progress import prepare
     from tatamu.margins import measure
     from tatamu.margins.page import write_page
     from tatamu.margins.terminal import reporting, summary, table
     from tatamu.report import write_report
+    from tatamu.simulators import require
 
+    asked = simulator or folder.result.task.simulator
+    require(asked)
+    if executor is None:
+        prepare(asked)
     target = out or (folder.margins_folder if simulator is None else folder.path / f"margins-{simulator}")
     console = Console()
     with reporting(console, f"margins of {folder.path.name}") as progress:
@@ -114,6 +126,7 @@ def _one(
             limits=limits,
             simulator=simulator,
             fine=fine,
+            executor=executor,
             progress=progress,
         )
     folder.write_margins(measured.result, target)

@@ -15,7 +15,13 @@ from tatamu.errors import InputError
 def plan(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a learned fold.")],
     out: Annotated[Path, typer.Option(metavar="PLAN", help="The folder that the plan goes to.")],
-    robot: Annotated[str, typer.Option(help="hironx, nextage, or a .toml that describes a robot.")] = "hironx",
+    robot: Annotated[
+        str | None,
+        typer.Option(
+            help="hironx, nextage, or a .toml that describes a robot; default: that for which the fold was learned, "
+            "else hironx."
+        ),
+    ] = None,
     table_height: Annotated[
         float | None,
         typer.Option(help="Height of the table top in the robot's base frame [m]; else searched."),
@@ -41,14 +47,35 @@ def plan(
     """
     from tatamu.robots import check_out, load, plan_fold, save
     from tatamu.robots.checks import in_words
+    from tatamu.robots.plan import NoPlacement
 
     check_out(out)
-    result = plan_fold(folder, load(robot, wrist_offset, fingertip), _place(place), _height(table_height))
+    learned_for = _robot_of(folder)
+    chosen = robot or learned_for or "hironx"
+    loaded = load(chosen, wrist_offset, fingertip)
+    try:
+        result = plan_fold(folder, loaded, _place(place), _height(table_height))
+    except NoPlacement as error:
+        if learned_for is not None and load(learned_for).name == loaded.name:
+            raise
+        remedy = f"`tatamu learn .. --robot {chosen}` searches only folds within its reach"
+        raise NoPlacement(f"{error}; {remedy}") from None
     save(result, out)
     print(f"{out}: {result.motion.times[-1]:.1f} s; the fold lies at {result.task.placement}")
     for name, check in result.checks.items():
         value, unit, limit = in_words(check.value, check.limit, check.unit, check.ok)
         print(f"  {name.replace('_', ' '):28} {value:>10} {unit:8} ({limit})")
+
+
+def _robot_of(folder: Path) -> str | None:
+    """Name or file of the robot within whose reach a fold was learned; None: of none."""
+    from tatamu.results import ResultFolder, kept_input
+
+    results = ResultFolder(folder)
+    if not results.result_file.exists() or results.holds_plan:
+        return None
+    kept = kept_input(folder, "robot")
+    return str(kept) if kept else results.result.task.robot
 
 
 def _height(value: float | None) -> float | None:

@@ -1,64 +1,290 @@
-"""Progress of a study on the terminal."""
+"""Progress of learning on the console: a bar on a terminal, elsewhere a line every few seconds."""
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass
+from threading import Event, Thread, current_thread, main_thread
+from time import monotonic
+from typing import TYPE_CHECKING, Self
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 from rich.progress import Progress as Bar
 
-from tatamu.folding.task import Task
-
 if TYPE_CHECKING:
+    from tatamu.folding.task import Job, Task
     from tatamu.learning import Progress
 
-EVERY = 10
-"""Trials per printed line where there is no terminal."""
+LINE_EVERY = 5.0
+"""Seconds between lines where there is no terminal."""
+BAR_EVERY = 0.2
+"""Seconds between two looks at how far the work is, on a terminal."""
+STEADY = 4
+"""Trials after which their pace is known: the first ones begin together."""
+WRITING = 3.0
+"""Seconds that a folder and its page take, about: of what is not measured as it goes, all that is long."""
 
 
 @contextmanager
-def reporting(task: Task, trials: int) -> Iterator[Callable[[Progress], None]]:
-    """A callback that draws a progress bar, or prints a line every few trials where there is no terminal."""
+def starting(text: str) -> Iterator[None]:
+    """Say at once what begins, before anything that takes time is imported."""
     console = Console()
-    garment = task.fold.garment
-    number, count = task.step
-    if number == 1:
-        console.print(
-            f"{garment.name} {garment.size[0]:g} x {garment.size[1]:g} m, {len(garment.vertices)} vertices, "
-            f"fold {task.fold_name}, simulator {task.simulator}. The first run compiles it: about a minute.",
-            soft_wrap=True,
-            markup=False,
-        )
-    if count > 1:
-        console.print(f"step {number} of {count}{': ' if task.title else ''}{task.title}", soft_wrap=True, markup=False)
     if not console.is_terminal:
-        yield lambda p: _line(console, p)
-        return
-    columns = (
-        TextColumn("trial"),
-        MofNCompleteColumn(),
-        BarColumn(),
-        TextColumn("{task.fields[best]}"),
-        TimeRemainingColumn(elapsed_when_finished=True),
-    )
-    with Bar(*columns, console=console) as bar:
-        line = bar.add_task("trials", total=trials, best="")
-
-        def update(progress: Progress) -> None:
-            bar.update(line, completed=progress.done, best=_best(progress))
-
-        yield update
+        print(text, flush=True)
+    with console.status(text) if console.is_terminal else nullcontext():
+        yield
 
 
-def _line(console: Console, progress: Progress) -> None:
-    if progress.done and (progress.done % EVERY == 0 or progress.done == progress.trials):
-        console.print(f"trial {progress.done}/{progress.trials}: {_best(progress)}")
+@contextmanager
+def ticking(every: float, look: Callable[[], None]) -> Iterator[None]:
+    """Call something every few seconds [s] meanwhile, in a thread of its own."""
+    stopped = Event()
+
+    def tick() -> None:
+        while not stopped.wait(every):
+            look()
+
+    thread = Thread(target=tick, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        stopped.set()
+        thread.join()
 
 
-def _best(progress: Progress) -> str:
+def prepare(simulator: str, console: Console | None = None) -> None:
+    """Compile a simulator, or load it; where it compiles, that is said, and how far it is.
+
+    Raises:
+        InputError: There is none of that name.
+    """
+    from tatamu.simulators import named
+
+    chosen = named(simulator)
+    console = console or Console(stderr=True)
+    began = monotonic()
+    with console.status("preparing the simulator") if console.is_terminal else nullcontext() as status:
+
+        def look() -> None:
+            done, total = chosen.compilation()
+            text = f"{compiling(done, total, monotonic() - began)} ({done}/{total})"
+            if status:
+                status.update(text if done else "preparing the simulator")
+            elif done:
+                console.print(text, soft_wrap=True, markup=False, highlight=False)
+
+        with ticking(BAR_EVERY if console.is_terminal else LINE_EVERY, look):
+            chosen.prepare()
+
+
+def compiling(done: int, total: int, seconds: float) -> str:
+    """The words for a simulator of which so much was compiled in that time [s]."""
+    left = duration(seconds * (total - done) / max(done, 1))
+    return f"compiling the simulator, once on this machine, about {left} left"
+
+
+def duration(seconds: float) -> str:
+    """A time as people say it: 8 s, 1 min 10 s, 2 h 5 min."""
+    whole = max(round(seconds), 1)
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60} min {whole % 60} s"
+    return f"{whole // 3600} h {whole % 3600 // 60} min"
+
+
+@dataclass(frozen=True)
+class Workload:
+    """How much there is to do, in rollouts; each step has its trials and then the fixed trajectories."""
+
+    steps: int
+    trials: int
+    baselines: int
+
+    def seconds(self, step: int, pace: float, rollouts: int) -> float:
+        """How long all takes from a place in a step on [s].
+
+        Args:
+            step: Number of the step, the first being 1.
+            pace: Seconds for each rollout.
+            rollouts: How many are left in this step.
+        """
+        later = self.steps - step
+        pages = later + 1 + (self.steps > 1)
+        return pace * (rollouts + later * (self.trials + self.baselines)) + WRITING * pages
+
+    def __str__(self) -> str:
+        words = [f"{self.trials} trials{' in each of ' + str(self.steps) + ' steps' if self.steps > 1 else ''}"]
+        words += [f"{self.baselines} fixed trajectories"] * bool(self.baselines)
+        return ", ".join([*words, "and the report"])
+
+
+class LearningDisplay:
+    """How a job is going: entered before it is learned, left when it ends; `reporting` is called for every step."""
+
+    def __init__(
+        self, job: Job, trials: int, baselines: int, console: Console | None = None, *, prepares: bool = True
+    ) -> None:
+        """Begin nothing yet.
+
+        Args:
+            job: Will be learned.
+            trials: Of each step.
+            baselines: How many fixed trajectories are folded after the trials of each step.
+            console: Where it is shown.
+            prepares: Whether this process simulates, and so compiles the simulator where it must.
+        """
+        from tatamu.simulators import named
+
+        self._simulator = named(job.simulator)
+        self._console = console or Console()
+        self.work = Workload(len(job.plan.steps), trials, baselines)
+        self._lines: Callable[[], tuple[str, int, int]] = lambda: ("preparing", 0, trials)
+        self._prepared = not prepares
+        self._ends = 0.0
+        self._ending = False
+        self._before = signal.getsignal(signal.SIGINT)
+        self._bar = self._make_bar() if self._console.is_terminal else None
+        self._ticking = ticking(BAR_EVERY if self._bar else LINE_EVERY, self._look)
+        self.say(
+            f"{job.garment.name} {job.garment.size[0]:g} x {job.garment.size[1]:g} m, {len(job.garment.vertices)} "
+            f"vertices, fold {job.plan.name}, simulator {job.simulator}: {self.work}"
+        )
+
+    def _make_bar(self) -> Bar:
+        columns = (BarColumn(20), MofNCompleteColumn(), TextColumn("{task.description}", markup=False))
+        bar = Bar(*columns, console=self._console, transient=True)
+        bar.add_task("preparing", total=self.work.trials)
+        return bar
+
+    def __enter__(self) -> Self:
+        if self._bar:
+            self._bar.start()
+        self._ticking.__enter__()
+        if current_thread() is main_thread():
+            self._before = signal.signal(signal.SIGINT, self._interrupt)
+        return self
+
+    def _interrupt(self, number: int, frame: object) -> None:
+        """Ctrl-C: the next one is no longer heard here."""
+        signal.signal(signal.SIGINT, self._before)
+        self._ending = True
+        self.say("interrupted: trials under way end, then what is finished is written; Ctrl-C again ends at once")
+        raise KeyboardInterrupt
+
+    def __exit__(self, *_: object) -> None:
+        if current_thread() is main_thread():
+            signal.signal(signal.SIGINT, self._before)
+        self._ticking.__exit__(None, None, None)
+        if self._bar:
+            self._bar.stop()
+
+    @contextmanager
+    def reporting(self, task: Task, trials: int) -> Iterator[Callable[[Progress], None]]:
+        """The callback of a step, which shows its progress."""
+        number, count = task.step
+        if count > 1:
+            self.say(f"step {number} of {count}{': ' if task.title else ''}{task.title}")
+        step = _Step(self, number)
+        yield step.show
+        step.end()
+        self.now("writing the report of the whole" if number == count else "preparing the next step", trials, trials)
+
+    def prepare(self) -> None:
+        """Compile the simulator, or load it, once; how far it is can be seen meanwhile."""
+        if not self._prepared:
+            began = monotonic()
+            self._lines = lambda: self._compiling(began)
+            self._simulator.prepare()
+            self._prepared = True
+
+    def forecast(self, step: int, pace: float, rollouts: int, known: bool) -> None:
+        """Work out when all will have ended; it is said when it is first known.
+
+        Args:
+            step: Number of the step, the first being 1.
+            pace: Seconds for each rollout.
+            rollouts: How many are left in this step.
+            known: Whether that pace is known well enough to be said.
+        """
+        left = self.work.seconds(step, pace, rollouts)
+        if not known:
+            return
+        if not self._ends:
+            self.say(f"about {duration(left)} to go, a trial every {pace:.1f} s")
+        self._ends = monotonic() + left
+
+    def now(self, text: str, done: int, total: int) -> None:
+        """Show from now on this text, with the time that is left where it is known."""
+        self._lines = lambda: (text + self._left(), done, total)
+        if self._bar:
+            self._look()
+
+    def say(self, text: str) -> None:
+        """Print a line that stays."""
+        self._console.print(text, soft_wrap=True, markup=False, highlight=False)
+
+    def _compiling(self, began: float) -> tuple[str, int, int]:
+        done, total = self._simulator.compilation()
+        if not done:
+            return "preparing", 0, 1
+        return compiling(done, total, monotonic() - began), done, total
+
+    def _left(self) -> str:
+        known = self._ends and not self._ending
+        return f", about {duration(self._ends - monotonic())} left" if known else ""
+
+    def _look(self) -> None:
+        text, done, total = self._lines()
+        if self._bar:
+            self._bar.update(self._bar.task_ids[0], description=text, completed=done, total=total, refresh=True)
+        else:
+            self.say(f"{done}/{total} {text}")
+
+
+class _Step:
+    """One step under way."""
+
+    def __init__(self, display: LearningDisplay, number: int) -> None:
+        self._display = display
+        self._number = number
+        self._began: float | None = None
+        self._pace = 0.0
+        self._first = 0
+        self._latest: Progress | None = None
+
+    def show(self, progress: Progress) -> None:
+        """Show how far it is; before the first trial the simulator is made ready."""
+        display = self._display
+        self._latest = progress
+        if self._began is None:
+            if progress.done < progress.trials:
+                display.prepare()
+            self._began = monotonic()
+            self._first = progress.done
+        made = progress.done - self._first
+        if progress.stage == "trials" and made:
+            self._pace = (monotonic() - self._began) / made
+        if self._pace:
+            baselines = display.work.baselines
+            left = {"trials": progress.trials - progress.done + baselines, "baselines": baselines, "report": 0}
+            known = made >= min(STEADY, progress.trials - self._first)
+            display.forecast(self._number, self._pace, left[progress.stage], known)
+        words = {"trials": "trials", "baselines": "fixed trajectories", "report": "writing the report"}
+        display.now(f"{words[progress.stage]}: {best(progress)}", progress.done, progress.trials)
+
+    def end(self) -> None:
+        """Leave a line that stays."""
+        if self._latest is not None:
+            self._display.say(f"trial {self._latest.done}/{self._latest.trials}: {best(self._latest)}")
+
+
+def best(progress: Progress) -> str:
+    """The best trial so far, in words."""
     if progress.best is None or progress.best_distance is None:
         return "no fold yet" if progress.done else "preparing"
     return f"best C = {progress.best:.4f}, {1000 * progress.best_distance:.1f} mm from the target"

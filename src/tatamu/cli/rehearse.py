@@ -41,10 +41,10 @@ def rehearse(
     from tatamu.robots.refold import refold
     from tatamu.robots.rehearsal import rehearse as rehearsed
     from tatamu.robots.report import save, summary
-    from tatamu.simulators import named
+    from tatamu.simulators import require
 
     if simulator != "none":
-        named(simulator)
+        require(simulator)
     console = Console()
     with console.status("the robot moves"):
         result = rehearsed(Planned.load(plan))

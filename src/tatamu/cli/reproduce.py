@@ -11,6 +11,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemaini
 from rich.progress import Progress as Bar
 
 from tatamu.cli.app import app
+from tatamu.cli.cluster import SchedulerOption, at_a_time
 from tatamu.cli.size import parse_size
 from tatamu.errors import InputError
 
@@ -37,6 +38,7 @@ def reproduce(
     material: Annotated[
         list[str] | None, typer.Option(metavar="GARMENT=MATERIAL", help="Preset or file; default: the paper's numbers.")
     ] = None,
+    scheduler: SchedulerOption = None,
 ) -> None:
     """Run the paper's experiment again (section VI) and compare what it claims with what comes out.
 
@@ -47,8 +49,11 @@ def reproduce(
 
     Run the same command again to go on with what was interrupted.
     """
+    from tatamu.cli.progress import prepare
+    from tatamu.cluster import executor_at
     from tatamu.reproduction.experiment import Choices, run
     from tatamu.reproduction.page import save
+    from tatamu.simulators import require
 
     choices = Choices(
         simulator=simulator,
@@ -60,18 +65,22 @@ def reproduce(
         folds=_pairs("--fold", fold),
         materials=_pairs("--material", material),
     )
+    require(simulator)
+    if scheduler is None:
+        prepare(simulator)
     console = Console()
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Bar(*columns, console=console, transient=True) as bar:
+    done: dict[tuple[str, int], int] = {}
+    with executor_at(scheduler) as executor, Bar(*columns, console=console, transient=True) as bar:
         line = bar.add_task("", total=len(choices.garments) * seeds * trials)
 
         def show_progress(garment: str, seed: int, now: Progress) -> None:
-            before = trials * (seed * len(choices.garments) + choices.garments.index(garment))
-            bar.update(line, description=f"{garment}, seed {seed}", completed=before + now.done)
+            done[garment, seed] = now.done
+            bar.update(line, description=f"{garment}, seed {seed}", completed=sum(done.values()))
             if not console.is_terminal and now.done in (0, trials):
                 console.print(f"{garment}, seed {seed}: {now.done}/{trials} trials")
 
-        studies = run(choices, out, show_progress)
+        studies = run(choices, out, show_progress, executor, at_a_time(executor, pending=1))
     print(f"page: {save(choices, studies, out)}")
 
 

@@ -20,12 +20,17 @@ def simulate(
 
     Example: `tatamu simulate runs/towel/scene.json --out again.npz`
     """
+    from tatamu.cli.progress import prepare
     from tatamu.files import check_targets
     from tatamu.scene import Scene
+    from tatamu.simulators import require
     from tatamu.simulators import simulate as run
 
     check_targets([out], [scene])
-    rollout = run(Scene.load(scene), simulator=simulator)
+    require(simulator)
+    loaded = Scene.load(scene)
+    prepare(simulator)
+    rollout = run(loaded, simulator=simulator)
     rollout.save(out)
     info = rollout.info
     print(f"{out}: {len(rollout.times)} frames by {info['simulator']} in {info['wall_seconds']:.2f} s")

@@ -8,6 +8,8 @@ from typing import Annotated
 import typer
 
 from tatamu.cli.app import app
+from tatamu.cli.cluster import SchedulerOption
+from tatamu.errors import InputError
 
 
 @app.command()
@@ -22,6 +24,7 @@ def validate(
         Path | None, typer.Option(metavar="DATA", help="Predict measurements of real cloth from this folder instead.")
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Leave out long cases: under a minute.")] = False,
+    scheduler: SchedulerOption = None,
 ) -> None:
     """Compare a simulator with what is known of cloth.
 
@@ -32,20 +35,29 @@ def validate(
 
     Example: `tatamu validate --real ~/realcloth --only drape --out runs/real-cloth`
     """
+    from tatamu.cli.progress import prepare
+    from tatamu.simulators import require
+
+    require(simulator)
     if real is not None:
+        if scheduler is not None:
+            raise InputError("--scheduler: is for the checks, not for --real")
         _real(real, simulator, out or Path("runs/real-cloth"), only or [], quick)
         return
+    from tatamu.cluster import executor_at
     from tatamu.files import write_json, write_text
     from tatamu.validation import Subject
     from tatamu.validation import validate as run
     from tatamu.validation.report import chosen
     from tatamu.validation.terminal import console, display, summary
 
+    if scheduler is None:
+        prepare(simulator)
     subject, names = Subject.named(simulator), only or []
     total = sum(len(cases) for _, cases in chosen(names, quick))
     screen = console()
-    with display(screen, total) as shown:
-        report = run(subject, names, quick, shown.before, shown.after)
+    with executor_at(scheduler) as executor, display(screen, total) as shown:
+        report = run(subject, names, quick, shown.before, shown.after, executor)
     screen.print(summary(report))
     if out is not None:
         from tatamu.validation.page import page

@@ -6,7 +6,9 @@ Every simulation is kept, so that a comparison that was interrupted goes on wher
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future
 from dataclasses import dataclass
+from functools import cached_property
 from hashlib import sha256
 from itertools import combinations
 from pathlib import Path
@@ -18,7 +20,7 @@ from scipy.stats import spearmanr
 
 from tatamu import __version__
 from tatamu.crosscheck.check import asked, meets
-from tatamu.errors import InputError, SimulationError
+from tatamu.errors import InputError, SimulationError, WorkerKilledError
 from tatamu.folding.baselines import BASELINES
 from tatamu.folding.manipulation import Manipulation, scene_of
 from tatamu.folding.score import Score, score
@@ -189,6 +191,7 @@ def compare(
     seed: int = 0,
     halved: bool = False,
     progress: Callable[[str, str], None] = lambda manipulation, simulator: None,
+    executor: Executor | None = None,
 ) -> Agreement:
     """Simulate a set of manipulations in several simulators.
 
@@ -199,7 +202,8 @@ def compare(
         count: How many random manipulations there are.
         seed: Of the random manipulations.
         halved: On a mesh of half the spacing.
-        progress: Called before each simulation.
+        progress: Called before each simulation, or before waiting for it.
+        executor: Where simulations run, all at a time; None: here, one by one.
 
     Raises:
         InputError: There is no such simulator, one cannot run here, or the folder cannot be used.
@@ -209,31 +213,74 @@ def compare(
     if len(simulators) < 2 or len(set(simulators)) < len(simulators):
         raise InputError(f"--simulators: must be two or more different ones, given {', '.join(simulators) or 'none'}")
     made = manipulations(learned, count, seed)
+    faces = learned.fold.faces
+    runs = [
+        _Run(simulator, name, asked(scene, None, halved), folder / "rollouts" / simulator / f"{name}.npz", faces)
+        for simulator in simulators
+        for name, (scene, _) in made.items()
+    ]
+    begun = [None if executor is None or run.kept else executor.submit(ends, *run.arguments) for run in runs]
     entries = {}
-    for simulator in simulators:
-        for name, (scene, length) in made.items():
-            progress(name, simulator)
-            kept = folder / "rollouts" / simulator / f"{name}.npz"
-            rollout = _kept(asked(scene, None, halved), simulator, kept, learned.fold.faces)
-            entries[name, simulator] = _entry(learned, name, simulator, length, rollout)
+    for run, future in zip(runs, begun, strict=True):
+        progress(run.name, run.simulator)
+        rollout = run.rollout(future)
+        entries[run.name, run.simulator] = _entry(learned, run.name, run.simulator, made[run.name][1], rollout)
     return Agreement(learned, simulators, list(made), entries)
 
 
-def _kept(scene: Scene, simulator: str, path: Path, faces: np.ndarray) -> Rollout:
-    """The start and the end of a simulation: from its file if that holds this scene, else simulated and written."""
-    digest = sha256(scene.model_dump_json().encode()).hexdigest()
-    if path.exists():
-        rollout = Rollout.load(path)
-        if rollout.info.get("scene") == digest:
-            return rollout
+@dataclass(frozen=True)
+class _Run:
+    """One manipulation in one simulator, and the file that keeps its start and its end."""
+
+    simulator: str
+    name: str
+    scene: Scene
+    path: Path
+    faces: np.ndarray
+
+    @property
+    def arguments(self) -> tuple[Scene, str, np.ndarray]:
+        """Of `ends`."""
+        return self.scene, self.simulator, self.faces
+
+    @cached_property
+    def digest(self) -> str:
+        """Of the scene."""
+        return sha256(self.scene.model_dump_json().encode()).hexdigest()
+
+    @cached_property
+    def kept(self) -> Rollout | None:
+        """The rollout that the file holds, if it is of this scene."""
+        if not self.path.exists():
+            return None
+        rollout = Rollout.load(self.path)
+        return rollout if rollout.info.get("scene") == self.digest else None
+
+    def rollout(self, future: Future[Rollout] | None) -> Rollout:
+        """The start and the end: from the file, or simulated and written."""
+        if self.kept is not None:
+            return self.kept
+        try:
+            found = ends(*self.arguments) if future is None else future.result()
+        except WorkerKilledError as error:
+            found = _without_end(self.scene, self.simulator, self.faces, error)
+        named_scene = Rollout(found.times, found.positions, found.faces, {**found.info, "scene": self.digest})
+        named_scene.save(self.path)
+        return named_scene
+
+
+def ends(scene: Scene, simulator: str, faces: np.ndarray) -> Rollout:
+    """The start and the end of a simulation, on the mesh of those faces; of one that fails the start and the error."""
     try:
         rollout = on_coarse_mesh(named(simulator).simulate(scene), faces)
     except SimulationError as error:
-        start = scene.cloth.vertices[None, : faces.max() + 1]
-        rollout = Rollout(np.zeros(1), start, faces, {"simulator": simulator, "error": str(error)})
-    ends = Rollout(rollout.times[[0, -1]], rollout.positions[[0, -1]], faces, {**rollout.info, "scene": digest})
-    ends.save(path)
-    return ends
+        return _without_end(scene, simulator, faces, error)
+    return Rollout(rollout.times[[0, -1]], rollout.positions[[0, -1]], faces, rollout.info)
+
+
+def _without_end(scene: Scene, simulator: str, faces: np.ndarray, error: SimulationError) -> Rollout:
+    start = scene.cloth.vertices[: faces.max() + 1]
+    return Rollout(np.zeros(2), np.stack([start, start]), faces, {"simulator": simulator, "error": str(error)})
 
 
 def _entry(learned: RebuiltFold, name: str, simulator: str, length: float, rollout: Rollout) -> Entry:

@@ -11,15 +11,12 @@ from tatamu import __version__
 from tatamu.errors import SimulationError
 from tatamu.folding.score import Score
 from tatamu.material import Material
-from tatamu.report.verdict import MEASURES
+from tatamu.report.verdict import succeeds
 from tatamu.results import RebuiltFold, Scores
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 from tatamu.simulators import named
 from tatamu.subdivision import on_coarse_mesh, subdivided
-
-DECISIVE = ("mean_vertex_distance", "mask_iou")
-"""Measures with a threshold of success in the literature; a fold holds where it meets these."""
 
 
 @dataclass(frozen=True)
@@ -74,8 +71,7 @@ class Opinion:
 
 def meets(score: Score) -> bool:
     """Whether a score meets the thresholds of success."""
-    scores = Scores.model_validate(score.as_dict())
-    return all(measure.passes(scores) for measure in MEASURES if measure.key in DECISIVE)
+    return succeeds(Scores.model_validate(score.as_dict()))
 
 
 def check(learned: RebuiltFold, simulator: str, material: Material | None = None, halved: bool = False) -> Opinion:

@@ -81,6 +81,12 @@ def as_on_finer_mesh(task: Task, manipulation: Manipulation, coarse: Manipulatio
     return replace(found, objective=objective, score=score)
 
 
+def objective_on_coarser_mesh(task: Task, manipulation: Manipulation, coarse: Manipulation, objective: float) -> float:
+    """The objective on the coarser mesh that is this one in the numbers of the finer: `as_on_finer_mesh` backwards."""
+    larger = larger_on_finer_mesh(task)
+    return coarse.trajectory_length + (objective - manipulation.trajectory_length) / larger
+
+
 def larger_on_finer_mesh(task: Task) -> float:
     """D on a task's own mesh over D on its coarser one: a sum over vertices grows with their number."""
     assert task.coarser is not None, "the task has a coarser mesh"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -17,7 +18,7 @@ from tatamu.folding.plan import Plan
 from tatamu.folding.plans import make_plan
 from tatamu.folding.score import ALPHA, Score, score, shape_distance, vertex_distances
 from tatamu.garments import Garment, make_garment
-from tatamu.material import Material
+from tatamu.material import Material, load_material
 from tatamu.records import OpenRecord
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
@@ -58,6 +59,8 @@ class Reach:
     """Its name."""
     description: bytes = field(default=b"", kw_only=True)
     """The file that describes it; empty for a robot that comes with tatamu."""
+    files: tuple[Path, ...] = field(default=(), kw_only=True)
+    """That file and those that it names."""
     quality: Callable[[Manipulation], float]
     """How well the robot does a manipulation on Bezier curves: negative where it cannot."""
     refusal: Callable[[Manipulation], str | None] = _none
@@ -77,8 +80,12 @@ class Asked(OpenRecord):
     """Metres per unit of the garment's file; None: as the file says."""
     hands: int | None = None
     """How many hands fold; None: as the plan says."""
+    material: str | None = None
+    """Name or file of the cloth's material; None: the garment's own."""
+    robot: str | None = None
+    """Name or file of the robot within whose reach it is folded; None: no robot is asked."""
 
-    UNSAID: ClassVar[frozenset[str]] = frozenset({"scale"})
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"scale", "material", "robot"})
 
     @property
     def size_pair(self) -> tuple[float, float] | None:
@@ -201,7 +208,7 @@ def make_job(
     *,
     size: tuple[float, float] | None = None,
     fold: str = "half",
-    material: Material | None = None,
+    material: Material | Path | None = None,
     spacing: float | None = None,
     scale: float | None = None,
     simulator: str = "native",
@@ -215,7 +222,7 @@ def make_job(
         garment: Name of a garment, or its file.
         size: Width and length [m]; None: the garment's own.
         fold: Name of a fold plan, or its file.
-        material: Of the cloth; None: the garment's own.
+        material: Of the cloth, or its file or preset; None: the garment's own.
         spacing: Distance between vertices [m]; None: the garment's own.
         scale: Metres per unit of the garment's file; None: as the file says.
         simulator: Name of the simulator.
@@ -227,9 +234,19 @@ def make_job(
         InputError: One of the names is unknown, or the garment cannot be made or folded so.
     """
     named(simulator)
-    made = make_garment(garment, size, material, spacing, scale)
+    given = load_material(material) if isinstance(material, Path) else material
+    made = make_garment(garment, size, given, spacing, scale)
     sides = list(size) if size else None
-    asked = Asked(garment=garment, fold=fold, size=sides, spacing=spacing, scale=scale, hands=hands)
+    asked = Asked(
+        garment=garment,
+        fold=fold,
+        size=sides,
+        spacing=spacing,
+        scale=scale,
+        hands=hands,
+        material=str(material) if isinstance(material, Path) else None,
+        robot=str(reach.files[0]) if reach and reach.files else None,
+    )
     job = Job(made, make_plan(fold, made), simulator, hands, reach, asked, fingers or Fingers())
     ideal_folds(made, job.plan, hands)  # refuse now what a later step could not fold
     return job

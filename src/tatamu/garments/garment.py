@@ -8,6 +8,7 @@ import numpy as np
 
 from tatamu.material import Material
 from tatamu.scene import Cloth
+from tatamu.topology import facing_down
 
 
 @dataclass(frozen=True)
@@ -47,9 +48,7 @@ class Garment:
     @property
     def layers(self) -> int:
         """How many layers lie on each other: two if some triangles face down."""
-        a, b, c = (self.vertices[self.faces[:, k], :2] for k in range(3))
-        down = (b - a)[:, 0] * (c - a)[:, 1] < (b - a)[:, 1] * (c - a)[:, 0]
-        return 2 if down.any() else 1
+        return 2 if facing_down(self.vertices, self.faces).any() else 1
 
     @property
     def statement(self) -> str:

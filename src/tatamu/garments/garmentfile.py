@@ -48,6 +48,17 @@ def load_garment(
         raise InputError(text if text.startswith(str(source)) else f"{source}: {text}") from None
 
 
+def files_of(path: Path) -> list[Path]:
+    """The files that a garment is made from: this one, and the outline or mesh that it names.
+
+    Raises:
+        InputError: The file is no garment file.
+    """
+    given, _ = _read(path)
+    source = path.parent / str(given.outline or given.mesh)
+    return [path] if path.suffix.lower() != ".toml" else [path, source]
+
+
 def _read(path: Path) -> tuple[GarmentFile, Material]:
     """The description in a TOML file, or that of a bare outline or mesh; and the fabric."""
     kind = path.suffix.lower()

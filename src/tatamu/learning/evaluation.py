@@ -12,7 +12,15 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from time import perf_counter
 
-from tatamu.folding.coarser import as_on_finer_mesh, larger_on_finer_mesh, on_coarser_mesh
+import numpy as np
+
+from tatamu.errors import WorkerKilledError
+from tatamu.folding.coarser import (
+    as_on_finer_mesh,
+    larger_on_finer_mesh,
+    objective_on_coarser_mesh,
+    on_coarser_mesh,
+)
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.task import Outcome, Task
 from tatamu.learning.expectation import Demand, Expected, Standing, expected
@@ -30,6 +38,11 @@ class Evaluation:
     expected: Expected | None = None
     """Over worlds in which something is off; None: nobody asked."""
 
+    @property
+    def objective(self) -> float:
+        """The value that the search minimises: C, or its expectation."""
+        return self.outcome.objective if self.expected is None else self.expected.objective
+
 
 @dataclass(frozen=True)
 class Surrogate:
@@ -42,38 +55,46 @@ class Surrogate:
 
 
 def evaluate(
-    task: Task, manipulation: Manipulation, demand: Demand | None = None, model: Surrogate | None = None
+    task: Task,
+    manipulation: Manipulation,
+    below: float = np.inf,
+    demand: Demand | None = None,
+    surrogate: Surrogate | None = None,
 ) -> Evaluation:
     """Simulate and score one manipulation; the same to the last bit wherever it runs, but for the time.
 
     Args:
-        task: The fold.
-        manipulation: What the hands do.
+        task: What is folded.
+        manipulation: How.
+        below: The rollout comes with the outcome where the objective, or the expected one, is less than this: others
+            are not kept, and would only be carried from machine to machine.
         demand: Worlds in which it is simulated too; None: in none.
-        model: The same on a coarser mesh, where those worlds are simulated; None: on the task's own.
+        surrogate: The same on a coarser mesh, where those worlds are simulated; None: on the task's own.
     """
     started = perf_counter()
     outcome = task.evaluate(manipulation)
-    found = None if demand is None else _expected(task, manipulation, outcome, demand, model)
+    found = None if demand is None else _expected(task, manipulation, outcome, demand, surrogate)
+    if not (outcome.objective if found is None else found.objective) < below:
+        outcome = replace(outcome, rollout=None)
     return Evaluation(outcome, perf_counter() - started, found)
 
 
 def _expected(
-    task: Task, manipulation: Manipulation, outcome: Outcome, demand: Demand, model: Surrogate | None
+    task: Task, manipulation: Manipulation, outcome: Outcome, demand: Demand, surrogate: Surrogate | None
 ) -> Expected:
     """The expected objective: on a coarser mesh, disturbances add to the objective what they add on the task's own."""
     own = outcome.objective
     standing = demand.standing
-    if model is None or outcome.failed or (standing and own >= standing.expected):
+    if surrogate is None or outcome.failed or (standing and own >= standing.expected):
         return expected(task, manipulation, outcome, demand)
-    calm = model.task.evaluate(model.manipulation)
+    calm = surrogate.task.evaluate(surrogate.manipulation)
     if calm.failed:
         return expected(task, manipulation, outcome, demand)
     there = None
     if standing is not None:
-        there = Standing(calm.objective + (standing.expected - own) / model.larger, standing.gap / model.larger)
-    found = expected(model.task, model.manipulation, calm, replace(demand, standing=there))
-    return replace(found, objective=own + model.larger * (found.objective - calm.objective))
+        there = Standing(calm.objective + (standing.expected - own) / surrogate.larger, standing.gap / surrogate.larger)
+    found = expected(surrogate.task, surrogate.manipulation, calm, replace(demand, standing=there))
+    return replace(found, objective=own + surrogate.larger * (found.objective - calm.objective))
 
 
 @dataclass(frozen=True)
@@ -85,11 +106,21 @@ class Pending:
     coarse: Manipulation | None
     """The manipulation on the task's coarser mesh, where it runs there."""
     evaluation: Future[Evaluation]
+    disturbed: bool = False
+    """Whether it is simulated in disturbed worlds too."""
 
-    @property
-    def ended(self) -> Evaluation:
-        """The evaluation once it has ended, in the numbers of the task's own mesh."""
-        ended = self.evaluation.result()
+    def ended(self, which: str) -> Evaluation:
+        """Wait for a trial, in the numbers of the task's own mesh; one that ended the processes it ran in has failed.
+
+        Args:
+            which: Its seed and number, for the error.
+        """
+        try:
+            ended = self.evaluation.result()
+        except WorkerKilledError as error:
+            penalty = self.task.penalty(self.manipulation.trajectory_length)
+            found = Expected(penalty, 0) if self.disturbed else None
+            return Evaluation(Outcome(None, penalty, f"{error} ({which})", None), 0.0, found)
         if self.coarse is None:
             return ended
         outcome = as_on_finer_mesh(self.task, self.manipulation, self.coarse, ended.outcome)
@@ -104,6 +135,7 @@ def submitted(
     executor: Executor,
     task: Task,
     manipulation: Manipulation,
+    below: float = np.inf,
     parameters: Parameters | None = None,
     *,
     coarse: bool = False,
@@ -115,33 +147,39 @@ def submitted(
         executor: Where it runs.
         task: The fold.
         manipulation: What the hands do.
+        below: The rollout is wanted where the objective is less than this.
         parameters: Of the manipulation; None: it has none, and runs on the task's own mesh alone.
         coarse: Whether it is to run on the task's coarser mesh.
         demand: Worlds in which it is simulated too; where the task has a coarser mesh, there.
     """
     refused = task.refused(manipulation)
+    disturbed = demand is not None
     if refused is not None:
-        ended: Future[Evaluation] = Future()
-        ended.set_result(Evaluation(refused, 0.0, None if demand is None else Expected(refused.objective, 0)))
-        return Pending(task, manipulation, None, ended)
-    if task.coarser is None or parameters is None:
-        return Pending(task, manipulation, None, executor.submit(evaluate, _alone(task), manipulation, demand))
+        at_once: Future[Evaluation] = Future()
+        at_once.set_result(Evaluation(refused, 0.0, Expected(refused.objective, 0) if disturbed else None))
+        return Pending(task, manipulation, None, at_once, disturbed)
+    if task.coarser is None or parameters is None or not (coarse or disturbed):
+        future = executor.submit(evaluate, _alone(task), manipulation, below, demand)
+        return Pending(task, manipulation, None, future, disturbed)
     there = on_coarser_mesh(task, manipulation, parameters)
     coarser = _alone(task.coarser)
     if coarse:
+        beaten = objective_on_coarser_mesh(task, manipulation, there, below)
         meant = _on_coarser_mesh(task, manipulation, there, demand)
-        return Pending(task, manipulation, there, executor.submit(evaluate, coarser, there, meant))
-    model = None if demand is None else Surrogate(coarser, there, larger_on_finer_mesh(task))
-    return Pending(task, manipulation, None, executor.submit(evaluate, _alone(task), manipulation, demand, model))
+        future = executor.submit(evaluate, coarser, there, beaten, meant)
+        return Pending(task, manipulation, there, future, disturbed)
+    surrogate = Surrogate(coarser, there, larger_on_finer_mesh(task))
+    future = executor.submit(evaluate, _alone(task), manipulation, below, demand, surrogate)
+    return Pending(task, manipulation, None, future, disturbed)
 
 
 def _on_coarser_mesh(task: Task, fine: Manipulation, there: Manipulation, demand: Demand | None) -> Demand | None:
     """A demand in the numbers of the coarser mesh."""
     if demand is None or demand.standing is None:
         return demand
-    larger = larger_on_finer_mesh(task)
-    beaten = there.trajectory_length + (demand.standing.expected - fine.trajectory_length) / larger
-    return replace(demand, standing=Standing(beaten, demand.standing.gap / larger))
+    beaten = objective_on_coarser_mesh(task, fine, there, demand.standing.expected)
+    gap = demand.standing.gap / larger_on_finer_mesh(task)
+    return replace(demand, standing=Standing(beaten, gap))
 
 
 def _alone(task: Task) -> Task:

@@ -14,8 +14,10 @@ from filelock import FileLock, Timeout
 from tatamu.errors import InputError
 from tatamu.folding.manipulation import trajectory_lengths
 from tatamu.folding.task import Task
+from tatamu.learning.database import SharedDatabase
 from tatamu.learning.evaluation import executor_of
 from tatamu.learning.expectation import Expectation
+from tatamu.learning.place import existing_place, held_place
 from tatamu.learning.runner import Progress, Runner
 from tatamu.learning.samplers import SAMPLERS
 from tatamu.learning.schedule import GAIN, Schedule, Trials
@@ -46,6 +48,7 @@ def learn(
     first: Sequence[Parameters] = (),
     expectation: Expectation | None = None,
     executor: Executor | None = None,
+    database: SharedDatabase | None = None,
     progress: Callable[[Progress], None] = lambda _: None,
 ) -> Path:
     """Learn a task, or go on where it stopped; the folder then holds everything.
@@ -66,14 +69,17 @@ def learn(
         expectation: What is not known of hands, cloth and table, so that the objective is an expectation over it; None:
             it is C of Eq. (10), where nothing is off.
         executor: Where trials run; None: threads on every processor.
-        progress: Called when the study is opened and after every trial.
+        database: Holds the study; None: the file `study.db` of the folder.
+        progress: Called when the study is opened, after every trial, and when another stage begins.
 
     Returns:
         The report.
 
     Raises:
         InputError: An argument is out of range, or the folder cannot be used.
+        UnavailableError: Workers, the database or the disk fail; what was finished is kept.
         TatamuError: Every trial failed.
+        KeyboardInterrupt: The user ended it; what is finished is then written with a report, as far as there is any.
     """
     check_search(trials, seed, sampler)
     check_parallel(parallel, task.simulator)
@@ -84,28 +90,52 @@ def learn(
             sampler=sampler,
             grasps=grasps,
             seed=seed,
-            parallel=pending_trials(parallel, task.simulator, results),
+            parallel=pending_trials(parallel, task.simulator, results, database),
             first=[dict(parameters) for parameters in first],
             coarse=task.coarser.fold.garment.spacing if task.coarser else None,
             disturbances=expectation.disturbances.describe() if expectation else None,
             worlds=expectation.worlds if expectation else None,
             quantile=expectation.quantile if expectation else None,
         )
-        lengths = partial(trajectory_lengths, task.fold)
-        study = OptunaStudy(results.study_file, identity, search_space(task.fold, grasps), lengths)
-        done = len(study.trials)
-        schedule = Schedule(trials, 1 if identity.coarse is None else 2)
-        if done > schedule.most:
-            raise InputError(f"trials: {folder} has {done} trials already, given {trials}; give {done} or more")
-        with executor_of(executor, identity.parallel) as workers:
-            runner = Runner(task, study, workers, expectation)
-            if runner.is_over(schedule) and results.complete and not (baselines and study.baselines is None):
-                return results.report_file
-            results.report_file.unlink(missing_ok=True)  # written last: it says that the other files are this study's
-            progress(runner.progress(schedule.most))
-            for _ in runner.run(schedule, baselines):
-                progress(runner.progress(schedule.most))
-            return runner.write(results, GAIN if trials == "auto" else None)
+        with held_place(results, database, identity.model_dump()) as place:
+            lengths = partial(trajectory_lengths, task.fold)
+            study = OptunaStudy(place, identity, search_space(task.fold, grasps), lengths)
+            return _gone_on(task, study, results, trials, baselines, expectation, executor, progress)
+
+
+def _gone_on(
+    task: Task,
+    study: OptunaStudy,
+    results: ResultFolder,
+    trials: Trials,
+    baselines: bool,
+    expectation: Expectation | None,
+    executor: Executor | None,
+    progress: Callable[[Progress], None],
+) -> Path:
+    """Run the trials that a study lacks, and write its folder; arguments and errors are those of `learn`."""
+    done = len(study.trials)
+    schedule = Schedule(trials, 1 if study.identity.coarse is None else 2)
+    most = schedule.most
+    if done > most:
+        raise InputError(f"trials: {results.path} has {done} trials already, given {trials}; give {done} or more")
+    with executor_of(executor, study.identity.parallel) as workers:
+        runner = Runner(task, study, workers, expectation)
+        if runner.is_over(schedule) and results.complete and not (baselines and study.baselines is None):
+            return results.report_file
+        results.report_file.unlink(missing_ok=True)  # written last: it says that the other files are this study's
+        until_gain = GAIN if trials == "auto" else None
+        try:
+            progress(runner.progress(most))
+            for stage in runner.run(schedule, baselines):
+                progress(runner.progress(most, stage))
+            progress(runner.progress(most, "report"))
+            return runner.write(results, until_gain)
+        except KeyboardInterrupt:
+            if runner.succeeded:
+                progress(runner.progress(most, "report"))
+                runner.write(results, until_gain)
+            raise
 
 
 def check_search(trials: Trials, seed: int, sampler: str) -> None:
@@ -132,13 +162,20 @@ def check_parallel(parallel: int | None, simulator: str) -> None:
         raise InputError(f"parallel: only {able} runs several trials at a time, given {parallel} with {simulator}")
 
 
-def pending_trials(parallel: int | None, simulator: str, folder: ResultFolder) -> int:
+def pending_trials(
+    parallel: int | None, simulator: str, folder: ResultFolder, database: SharedDatabase | None = None
+) -> int:
     """How many trials are pending at a time: the number given, that of the study in the folder, or the usual one."""
     if parallel is not None:
         return parallel
-    held = held_identity(folder.study_file)
+    held = held_identity(existing_place(folder, database))
     if held is not None:
         return held.parallel
+    return pending_at_first(simulator)
+
+
+def pending_at_first(simulator: str) -> int:
+    """How many trials are pending in a study that begins, unless somebody asks for another number."""
     return PENDING if capabilities(simulator).parallel else 1
 
 

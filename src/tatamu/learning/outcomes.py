@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from optuna.distributions import FloatDistribution, IntDistribution
 from optuna.trial import FrozenTrial
 
 from tatamu import __version__
@@ -13,6 +14,7 @@ from tatamu.folding.baselines import BASELINES
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.score import Score
 from tatamu.folding.task import Asked, Outcome
+from tatamu.learning.evaluation import Evaluation
 from tatamu.learning.study import Identity
 from tatamu.results import Baseline, Crossings, JointMargin, Result, Trial
 from tatamu.rollout import Rollout
@@ -58,11 +60,11 @@ def best_number(trials: Sequence[FrozenTrial], count: int | None = None, coarse:
     return min(fine or complete, key=lambda t: (t.value, t.number)).number if complete else None
 
 
-def baseline_of(name: str, manipulation: Manipulation, outcome: Outcome) -> Baseline:
+def baseline_of(name: str, manipulation: Manipulation, evaluation: Evaluation) -> Baseline:
     """The record of a fixed trajectory, by its name."""
     title, _ = BASELINES[name]
-    attributes = attributes_of(outcome, manipulation.trajectory_length, 0.0)
-    attributes["seconds"] = outcome.rollout.info["wall_seconds"] if outcome.rollout else 0.0
+    outcome = evaluation.outcome
+    attributes = attributes_of(outcome, manipulation.trajectory_length, evaluation.seconds)
     path = manipulation.paths[0][:: max(1, len(manipulation.paths[0]) // 100)]
     return Baseline(name=name, title=title, objective=outcome.objective, path=path, **attributes)
 
@@ -104,14 +106,21 @@ def result_of(
         parallel=identity.parallel,
         first=identity.first,
         coarse=identity.coarse,
+        bounds=_bounds(trials[0]),
         disturbances=identity.disturbances,
         worlds=identity.worlds,
         quantile=identity.quantile,
+        judged=judged,
         asked=asked,
         wall_seconds=round(sum(record.seconds or 0.0 for record in records), 3),
         best=best,
-        judged=judged,
         crossings=crossings_of(outcome.rollout) if outcome and outcome.rollout else None,
         trials=records,
         baselines=list(baselines or []),
     )
+
+
+def _bounds(trial: FrozenTrial) -> dict[str, list[float]]:
+    """Least and greatest value of each parameter that the search could choose."""
+    numbers = (FloatDistribution, IntDistribution)
+    return {name: [each.low, each.high] for name, each in trial.distributions.items() if isinstance(each, numbers)}

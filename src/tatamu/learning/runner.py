@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from optuna.trial import FrozenTrial
@@ -19,7 +20,7 @@ from tatamu.folding.interpolation import interpolated
 from tatamu.folding.manipulation import scene_of
 from tatamu.folding.score import vertex_distances
 from tatamu.folding.task import Outcome, Task
-from tatamu.learning.evaluation import Pending, submitted
+from tatamu.learning.evaluation import Evaluation, Pending, submitted
 from tatamu.learning.expectation import Demand, Expectation, Standing
 from tatamu.learning.outcomes import attributes_of, baseline_of, best_number, result_of
 from tatamu.learning.schedule import Schedule, ScheduledTrial
@@ -29,20 +30,25 @@ from tatamu.results.folder import COARSE_FINAL
 from tatamu.results.joint import joint_margin
 from tatamu.results.result import Parameters
 
+Stage = Literal["trials", "baselines", "report"]
+"""Stages of a study: its trials, then the fixed trajectories, then its files and the page."""
+
+
 JUDGED = 48
 """Worlds in which the best fold is judged in the end."""
 
 
 @dataclass(frozen=True)
 class Progress:
-    """Progress of a study; given to the caller after every trial."""
+    """Progress of a study; given to the caller after every trial and when a stage begins."""
 
     done: int
     trials: int
     best: float | None
-    """Least objective so far, or least expected objective."""
+    """Least objective so far."""
     best_distance: float | None
     """Mean vertex distance of that trial [m]."""
+    stage: Stage = "trials"
 
 
 class Runner:
@@ -70,8 +76,10 @@ class Runner:
         """Whether no trial is left to run."""
         return schedule.coarse_next(self._planned([])) is None
 
-    def run(self, schedule: Schedule, baselines: bool) -> Iterator[None]:
-        """Run the trials that are left, and the fixed trajectories; yields after each trial, in order.
+    def run(self, schedule: Schedule, baselines: bool) -> Iterator[Stage]:
+        """Run the trials that are left, and the fixed trajectories.
+
+        Yields the stage after each trial, in order, and once more when only the fixed trajectories are left.
 
         Args:
             schedule: How many trials there shall be, and on which mesh.
@@ -85,20 +93,22 @@ class Runner:
             while (coarse := schedule.coarse_next(self._planned([each for each, _ in running]))) is not None:
                 if len(running) == pending:
                     self._finish(*running.popleft())
-                    yield
+                    yield "trials"
                 known = max(0, len(self.study.trials) + len(running) - pending + 1)
                 proposal = self.study.ask([each for each, _ in running], known, coarse)
                 demand = self._demand(self.study.trials[:known], coarse)
-                running.append((proposal, self._begin(proposal.parameters, coarse, demand)))
+                running.append((proposal, self._begin(proposal.parameters, coarse, self._least(coarse), demand)))
             if baselines and self.study.baselines is None:
                 made = {name: make(self.task.fold) for name, (_, make) in BASELINES.items()}
-                others |= {name: submitted(self._executor, self.task, each) for name, each in made.items()}
+                others |= {name: submitted(self._executor, self.task, each, -np.inf) for name, each in made.items()}
             while running:
                 self._finish(*running.popleft())
-                yield
+                yield "trials"
             if others:
+                yield "baselines"
                 self.study.baselines = [
-                    baseline_of(name, each.manipulation, each.ended.outcome) for name, each in others.items()
+                    baseline_of(name, each.manipulation, self._ended(each, f"baseline {name}"))
+                    for name, each in others.items()
                 ]
         finally:
             for each in [*(begun for _, begun in running), *others.values()]:
@@ -116,9 +126,11 @@ class Runner:
         finished = list(map(ScheduledTrial, meshes, gains))
         return finished + [ScheduledTrial(proposal.coarse, proposal.gain) for proposal in running]
 
-    def _begin(self, parameters: Parameters, coarse: bool, demand: Demand | None = None) -> Pending:
+    def _begin(
+        self, parameters: Parameters, coarse: bool, below: float = np.inf, demand: Demand | None = None
+    ) -> Pending:
         manipulation = self.task.manipulation(parameters)
-        return submitted(self._executor, self.task, manipulation, parameters, coarse=coarse, demand=demand)
+        return submitted(self._executor, self.task, manipulation, below, parameters, coarse=coarse, demand=demand)
 
     def _demand(self, known: Sequence[FrozenTrial], coarse: bool) -> Demand | None:
         """The worlds of the next trial, and the best that it has to beat: of its mesh, among the trials known."""
@@ -136,22 +148,30 @@ class Runner:
         gap = max(0.0, least - best.user_attrs["objective"])
         return Demand(self._expectation, self._worlds, Standing(least, gap))
 
+    def _ended(self, begun: Pending, which: str) -> Evaluation:
+        return begun.ended(f"seed {self.study.identity.seed}, {which}")
+
+    def _least(self, coarse: bool) -> float:
+        """The least objective so far on one of the meshes: only a trial with a lesser one may be kept."""
+        here = [trial for trial in self.study.trials if self.study.is_coarse(trial) == coarse]
+        return min((float(t.values[0]) for t in here if t.user_attrs["state"] == "complete"), default=np.inf)
+
     def _finish(self, proposal: ProposedTrial, begun: Pending) -> None:
         """Record a trial when it has ended."""
-        ended = begun.ended
-        outcome = ended.outcome
-        found = ended.expected
+        evaluation = self._ended(begun, f"trial {len(self.study.trials)}")
+        outcome = evaluation.outcome
+        found = evaluation.expected
         attributes = attributes_of(
             outcome,
             begun.manipulation.trajectory_length,
-            ended.seconds,
+            evaluation.seconds,
             spacing=self._spacing(proposal.coarse),
             expected_gain=proposal.gain,
             objective=outcome.objective if found else None,
             worlds=found.worlds if found else None,
             expected_objective=found.objective if found else None,
         )
-        self.study.tell(proposal.parameters, found.objective if found else outcome.objective, attributes)
+        self.study.tell(proposal.parameters, evaluation.objective, attributes)
         self._kept[len(self.study.trials) - 1] = outcome
         needed = {*self._shown().values(), self._best()}
         self._kept = {number: kept for number, kept in self._kept.items() if number in needed}
@@ -164,7 +184,13 @@ class Runner:
     def _best(self, count: int | None = None) -> int | None:
         return best_number(self.study.trials, count, self.study.identity.coarse)
 
-    def progress(self, trials: int) -> Progress:
+    @property
+    def succeeded(self) -> bool:
+        """Whether any trial so far on the task's own mesh is complete."""
+        best = self._best()
+        return best is not None and not self.study.is_coarse(self.study.trials[best])
+
+    def progress(self, trials: int, stage: Stage = "trials") -> Progress:
         """How far the study is."""
         done = self.study.trials
         best = self._best()
@@ -173,6 +199,7 @@ class Runner:
             trials=trials,
             best=None if best is None else done[best].value,
             best_distance=None if best is None else done[best].user_attrs["mean_vertex_distance"],
+            stage=stage,
         )
 
     def write(self, folder: ResultFolder, until_gain: float | None) -> Path:
@@ -186,8 +213,8 @@ class Runner:
 
         trials = self.study.trials
         best = self._best()
-        if best is not None and self.study.is_coarse(trials[best]):
-            best = None  # nothing on the task's own mesh did not fail
+        if not self.succeeded:
+            best = None
         outcome = None if best is None else self._outcome(best)
         baselines = self.study.baselines
         judged = None if best is None else self._judged(trials[best].params)
@@ -227,7 +254,8 @@ class Runner:
         number, count = self.task.step
         if self.task.coarser is None or number == count:
             return {}
-        rollout = self._begin(self.study.trials[best].params, coarse=True).ended.outcome.rollout
+        begun = self._begin(self.study.trials[best].params, coarse=True)
+        rollout = self._ended(begun, f"trial {best} on the coarser mesh").outcome.rollout
         return {} if rollout is None else {COARSE_FINAL: rollout.positions[-1]}
 
     def _shown(self) -> dict[str, int]:
@@ -250,5 +278,6 @@ class Runner:
         """The outcome of a finished trial, simulated again if it was before this run; the same to the last bit."""
         if number not in self._kept:
             trial = self.study.trials[number]
-            self._kept[number] = self._begin(trial.params, self.study.is_coarse(trial)).ended.outcome
+            begun = self._begin(trial.params, self.study.is_coarse(trial))
+            self._kept[number] = self._ended(begun, f"trial {number}").outcome
         return self._kept[number]

@@ -6,10 +6,8 @@ Only finished trials are written, each in one transaction, so that a killed run 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from datetime import datetime
-from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -17,28 +15,18 @@ import optuna
 from optuna.distributions import BaseDistribution
 from optuna.trial import FrozenTrial, TrialState, create_trial
 from pydantic import Field, ValidationError
-from sqlalchemy.exc import SQLAlchemyError
 from threadpoolctl import threadpool_limits
 
-from tatamu.errors import InputError
+from tatamu.errors import InputError, UnavailableError
 from tatamu.learning.gp_sampler import KnownPart
+from tatamu.learning.place import StudyPlace
 from tatamu.learning.refining import Known, refining_proposal
 from tatamu.learning.samplers import make_sampler
 from tatamu.records import OpenRecord
 from tatamu.results.result import Baseline, Parameters, TaskDescription
 
-NAME = "tatamu"
 KEY = "tatamu"
 """User attribute of the study that says which task it belongs to."""
-PASSING = {
-    "is full": "the disk is full",
-    "is locked": "another program holds it",
-    "already exists": "another program is making it at this moment",
-    "readonly": "cannot be written",
-    "disk I/O error": "cannot be read or written now",
-}
-"""Messages of a database that is not damaged, and their meaning."""
-
 optuna.logging.set_verbosity(optuna.logging.ERROR)
 
 
@@ -80,12 +68,12 @@ class OptunaStudy:
     """The finished trials of one task, and the sampler that proposes the next."""
 
     def __init__(
-        self, path: Path, identity: Identity, space: Mapping[str, BaseDistribution], known_part: KnownPart
+        self, place: StudyPlace, identity: Identity, space: Mapping[str, BaseDistribution], known_part: KnownPart
     ) -> None:
-        """Open the study at `path`, or begin one.
+        """Open the study at a place, or begin one.
 
         Args:
-            path: The database file.
+            place: A database, and the name there.
             identity: Must be the one that the study began with.
             space: Bounds of the search.
             known_part: The part of the objective that is known before a trial runs: l_x of Eq. (10).
@@ -96,23 +84,25 @@ class OptunaStudy:
         self.identity = identity
         self.space = dict(space)
         self._known_part = known_part
-        self._path = path
+        self._place = place
         plain = json.loads(json.dumps(identity.model_dump()))
-        with self._readable():
-            self._study = optuna.create_study(
-                storage=f"sqlite:///{path}", study_name=NAME, direction="minimize", load_if_exists=True
-            )
-            held = self._study.user_attrs.get(KEY)
-            if held is None:
-                self._begin(plain)
-            elif held != plain:
-                raise InputError(f"{path}: holds another study ({_difference(held, plain)}); give another folder")
-            self._trials = self._study.get_trials(deepcopy=False)
+        self._study = place.run(self._opened)
+        held = place.run(lambda: self._study.user_attrs.get(KEY))
+        if held is None:
+            self._begin(plain)
+        elif held != plain:
+            raise InputError(f"{place.label}: holds another study ({_difference(held, plain)}); give another folder")
+        self._trials = place.run(lambda: self._study.get_trials(deepcopy=False))
+
+    def _opened(self) -> optuna.Study:
+        return optuna.create_study(
+            storage=self._place.storage, study_name=self._place.name, direction="minimize", load_if_exists=True
+        )
 
     def _begin(self, identity: dict[str, Any]) -> None:
-        if self._study.trials:
-            raise InputError(f"{self._path}: holds a study that is not tatamu's; give another folder")
-        self._study.set_user_attr(KEY, identity)
+        if self._place.run(lambda: self._study.trials):
+            raise InputError(f"{self._place.label}: holds a study that is not tatamu's; give another folder")
+        self._place.run(lambda: self._study.set_user_attr(KEY, identity))
 
     @property
     def trials(self) -> list[FrozenTrial]:
@@ -190,49 +180,44 @@ class OptunaStudy:
             user_attrs=attributes,
         )
         trial.datetime_start = trial.datetime_complete = datetime.now()
-        with self._readable():
-            self._study.add_trial(trial)
+        self._place.run(lambda: self._add(trial), self._is_added)
         trial.number = len(self._trials)
         self._trials.append(trial)
+
+    def _add(self, trial: FrozenTrial) -> bool:
+        self._study.add_trial(trial)
+        return True
+
+    def _is_added(self) -> bool | None:
+        """Whether the database has a trial more than is known here: its answer was lost, not the trial."""
+        return len(self._study.get_trials(deepcopy=False)) > len(self._trials) or None
 
     @property
     def baselines(self) -> list[Baseline] | None:
         """Scores of the fixed trajectories, once they are known."""
-        with self._readable():
-            held = self._study.user_attrs.get("baselines")
+        held = self._place.run(lambda: self._study.user_attrs.get("baselines"))
         return None if held is None else [Baseline.model_validate(baseline) for baseline in held]
 
     @baselines.setter
     def baselines(self, value: Sequence[Baseline]) -> None:
-        with self._readable():
-            self._study.set_user_attr("baselines", [baseline.model_dump() for baseline in value])
-
-    @contextmanager
-    def _readable(self) -> Iterator[None]:
-        try:
-            yield
-        except (SQLAlchemyError, optuna.exceptions.OptunaError, KeyError, AssertionError) as error:
-            reason = " ".join(str(error).split("[SQL")[0].split())[:120]
-            passing = [text for word, text in PASSING.items() if word in reason]
-            if passing:
-                raise InputError(f"{self._path}: {passing[0]}; what was finished is kept, try again then") from None
-            raise InputError(
-                f"{self._path}: is not a readable Optuna study ({reason}); remove it or give another folder"
-            ) from None
+        plain = [baseline.model_dump() for baseline in value]
+        self._place.run(lambda: self._study.set_user_attr("baselines", plain))
 
 
 def _known(trials: Sequence[FrozenTrial]) -> Known:
     return Known([trial.params for trial in trials], np.array([trial.value for trial in trials]))
 
 
-def held_identity(path: Path) -> Identity | None:
-    """The task and the search of the study at `path`; None if there is none, or none that can be read."""
-    if not path.exists():
+def held_identity(place: StudyPlace | None) -> Identity | None:
+    """The task and the search of the study at a place; None if there is none, or none that can be read."""
+    if place is None:
         return None
     try:
-        study = optuna.load_study(study_name=NAME, storage=f"sqlite:///{path}")
-        return Identity.model_validate(study.user_attrs.get(KEY))
-    except (SQLAlchemyError, optuna.exceptions.OptunaError, KeyError, AssertionError, ValidationError):
+        study = place.run(lambda: optuna.load_study(study_name=place.name, storage=place.storage))
+        return Identity.model_validate(place.run(lambda: study.user_attrs.get(KEY)))
+    except UnavailableError:
+        raise
+    except (InputError, ValidationError):
         return None
 
 

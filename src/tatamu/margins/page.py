@@ -54,7 +54,7 @@ def page(measured: Measured) -> str:
     shown = _replayed(measured)
     return render(
         "margins/page.html",
-        charts={"alone": [Chart("Each alone", _tornado(result), kind="tall")], "joint": [_histogram(measured)]},
+        charts={"alone": [Chart("Each alone", _tornado(result), kind="tall broad")], "joint": [_histogram(measured)]},
         replay=_replay(measured, shown) if shown else None,
         events=_events(shown),
         title=title(measured.learned.fold),

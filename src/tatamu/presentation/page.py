@@ -46,6 +46,7 @@ def render(
         "chart_data": inline(plots) if plots else None,
         "plotly": plotly() if plots else None,
         "replay_data": inline(replay) if replay else None,
+        "sides": palette.SIDES[replay["layers"]] if replay else (),
         "has_robot": bool(replay and "robot" in replay),
         "script": script("replay_page.js" if replay else "plain_page.js"),
     }

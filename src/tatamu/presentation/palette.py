@@ -5,9 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 FRONT = "#3f66b0"
-"""The side of the cloth that faces up before the fold."""
+"""The side of the cloth that faces up before the fold; of two layers, the outside of the upper one."""
+REAR = "#a9cbf0"
+"""Of two layers, the outside of the lower one."""
 BACK = "#f0b774"
-"""The other side."""
+"""The other side; of two layers, the inside of both."""
+SIDES = {
+    1: (("front", "side up at the start"), ("back", "other side")),
+    2: (("front", "outside of the front"), ("rear", "outside of the back"), ("back", "inside")),
+}
+"""Colours and names of the sides of cloth, by its layers."""
 TARGET = "#9a78f2"
 LEFT = "#d64a57"
 """The left hand."""
@@ -48,6 +55,7 @@ COLOURS = {
     "series-6": ("#c2255c", "#f0709b"),
     "series-7": ("#5c940d", "#94cc3a"),
     "front": (FRONT, FRONT),
+    "rear": (REAR, REAR),
     "back": (BACK, BACK),
     "target": (TARGET, TARGET),
     "left": (LEFT, LEFT),

@@ -10,6 +10,7 @@ import numpy as np
 from tatamu.presentation.packing import motion, packed
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
+from tatamu.topology import facing_down
 
 FRAMES = 150
 """Most frames of a replay; the viewer moves in straight lines between them."""
@@ -49,8 +50,11 @@ def replay_data(
     """
     kept = frames(len(rollout.times), len(rollout.positions[0]))
     table = scene.table
+    lower = facing_down(scene.cloth.rest, rollout.faces)
     return {
-        **_packed(rollout.positions[kept], rollout.extra["target"], rollout.faces),
+        **_packed(rollout.positions[kept], rollout.extra["target"], rollout.faces[np.argsort(lower, kind="stable")]),
+        "upper": int((~lower).sum()),
+        "layers": 2 if lower.any() else 1,
         "times": _rounded(rollout.times[kept], 5),
         "largest": largest,
         "hands": [{"colour": hand.colour, "path": _rounded(hand.path[kept], 5), "holds": hand.holds} for hand in hands],

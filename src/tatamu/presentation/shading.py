@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from tatamu.presentation.palette import BACK, FRONT, rgb
+from tatamu.presentation.palette import BACK, FRONT, REAR, rgb
 from tatamu.presentation.raster import View, Visible, rasterise, vertex_normals
 
 SUN = np.array([-0.35, -0.30, 0.89]) / np.linalg.norm([-0.35, -0.30, 0.89])
@@ -23,16 +23,20 @@ class PaintedMesh:
     faces: np.ndarray
     """Shape (m, 3)."""
     front: np.ndarray
-    """Linear light, shape (3,)."""
+    """Linear light of each triangle, shape (m, 3)."""
     back: np.ndarray
     """Linear light, shape (3,)."""
     flat: np.ndarray | None = None
     """Places on the flat cloth [m], shape (n, 2), where lines are drawn every 5 cm; None: no lines."""
 
 
-def cloth(points: np.ndarray, faces: np.ndarray, start: np.ndarray | None = None) -> PaintedMesh:
-    """The cloth in its two colours, with the lines of its flat `start` (n, 3)."""
-    return PaintedMesh(points, faces, rgb(FRONT), rgb(BACK), None if start is None else start[:, :2])
+def cloth(
+    points: np.ndarray, faces: np.ndarray, start: np.ndarray | None = None, lower: np.ndarray | None = None
+) -> PaintedMesh:
+    """The cloth in its colours, with the lines of its flat `start` (n, 3); a `lower` triangle (m,) is of the back."""
+    back = np.zeros(len(faces), dtype=bool) if lower is None else lower
+    outside = np.where(back[:, None], rgb(REAR), rgb(FRONT))
+    return PaintedMesh(points, faces, outside, rgb(BACK), None if start is None else start[:, :2])
 
 
 def see(view: View, mesh: PaintedMesh) -> tuple[Visible, np.ndarray]:
@@ -49,9 +53,10 @@ def shade(view: View, mesh: PaintedMesh, visible: Visible, sunlit: np.ndarray | 
     normals = visible.sample(vertex_normals(mesh.points, mesh.faces), mesh.faces)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
     eye = view.towards_eye(visible.sample(mesh.points, mesh.faces))
-    facing = _facing(view, mesh)[visible.covered[0]]
+    triangle = visible.covered[0]
+    facing = _facing(view, mesh)[triangle]
     normals = np.where((np.einsum("pk,pk->p", normals, eye) > 0)[:, None], normals, -normals)
-    colour = np.where(facing[:, None], mesh.front, mesh.back)
+    colour = np.where(facing[:, None], mesh.front[triangle], mesh.back)
     if mesh.flat is not None:
         colour = colour * (1.0 - 0.13 * _threads(visible.sample(mesh.flat, mesh.faces)))[:, None]
     sky = 0.44 + 0.16 * normals[:, 2]

@@ -9,6 +9,7 @@ from tatamu.files import write_text
 from tatamu.presentation.chart import Chart
 from tatamu.presentation.page import Charts, render
 from tatamu.report import command, errormap, headline, histogram, paths, search, tables, topview
+from tatamu.report.conclusion import of_fold
 from tatamu.report.replay import replay
 from tatamu.report.verdict import MEASURES, SUCCESS
 from tatamu.results import LearnedFold, ResultFolder, read_fold
@@ -51,6 +52,7 @@ def page(fold: LearnedFold) -> str:
         material=tables.material(fold),
         task=tables.task(fold),
         warnings=tables.warnings(fold),
+        conclusion=of_fold(fold.result),
         learn_command=command.learn(fold),
         simulate_command=command.simulate(fold),
     )

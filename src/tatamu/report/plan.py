@@ -10,6 +10,7 @@ from tatamu.files import write_text
 from tatamu.presentation.page import render
 from tatamu.presentation.replay import HAND_COLOURS, HandTrack, replay_data
 from tatamu.report import command, topview
+from tatamu.report.conclusion import of_plan
 from tatamu.report.errormap import largest
 from tatamu.report.headline import spelled
 from tatamu.report.replay import hands
@@ -43,16 +44,24 @@ def page(folder: Path, result: PlanResult, folds: list[LearnedFold], rollout: Ro
     return render(
         "report/plan.html",
         replay=replay_data(rollout, folds[0].scene, _hands(folds, rollout), scale),
-        title=f"{spelled(plan.garment)}, {plan.fold} in {len(folds)} folds",
+        title=f"{spelled(plan.garment)}, {plan.fold}{_count(folds)}",
         verdict=grade(final.mean_vertex_distance),
         events=_events(rollout),
         result=result,
         final=final,
+        conclusion=of_plan(result, [fold.result for fold in folds]),
         trials=sum(step.trials for step in result.steps),
         views=views,
         whole=topview.beside(folds[-1], target),
         learn_command=command.learn(folds[0]),
     )
+
+
+def _count(folds: list[LearnedFold]) -> str:
+    """How many folds there are; of a plan that was interrupted, how many of them are learned."""
+    step = folds[0].result.task.step
+    count = step[1] if step else len(folds)
+    return f" in {count} folds" if count == len(folds) else f", the first {len(folds)} of {count} folds"
 
 
 def _events(rollout: Rollout) -> list[tuple[float, str]]:

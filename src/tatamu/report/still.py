@@ -42,8 +42,8 @@ def render(fold: LearnedFold, hands: tuple[str, ...] = (LEFT, RIGHT), *, flying:
         flying: Whether the cloth is also drawn as it was when a hand was highest.
     """
     paths = [fold.hand(arm) for arm in fold.manipulation.arms]
-    body = cloth(fold.final, fold.faces, fold.start)
-    flight = cloth(fold.rollout.positions[_highest(paths[0])], fold.faces, fold.start)
+    body = cloth(fold.final, fold.faces, fold.start, fold.lower)
+    flight = cloth(fold.rollout.positions[_highest(paths[0])], fold.faces, fold.start, fold.lower)
     view = _eye(np.vstack([fold.final, flight.points, *paths]))
     sun = _Sun([body], np.vstack([fold.final, *paths]))
     image = _table(view, sun, _height(fold))
@@ -52,7 +52,7 @@ def render(fold: LearnedFold, hands: tuple[str, ...] = (LEFT, RIGHT), *, flying:
     for colour, path in zip(hands, paths, strict=False):
         light = rgb(colour)
         points, faces = tube(path, 0.0035)
-        _paint(image, depth, view, PaintedMesh(points, faces, light, light), None, 1.0)
+        _paint(image, depth, view, PaintedMesh(points, faces, np.tile(light, (len(faces), 1)), light), None, 1.0)
     if flying:
         _paint(image, depth, view, flight, None, 0.42)
     return image

@@ -54,7 +54,7 @@ def extent(*shapes: np.ndarray, margin: float = 0.03) -> Extent:
 def draw(fold: LearnedFold, points: np.ndarray, area: Extent) -> tuple[np.ndarray, np.ndarray]:
     """The cloth (n, 3) from above, FINER than it will be: linear light (h, w, 4), and where it is (h, w)."""
     view = area.view(WIDE * FINER)
-    mesh = cloth(points, fold.faces, fold.start)
+    mesh = cloth(points, fold.faces, fold.start, fold.lower)
     visible, depth = see(view, mesh)
     image = np.zeros((*view.shape, 4))
     lower = occlusion(depth, float(points[:, 2].min()), 0.004 * view.scale, 0.002)

@@ -147,3 +147,11 @@ MEASURES = (
         source="the paper, Eq. (10)",
     ),
 )
+
+DECISIVE = ("mean_vertex_distance", "mask_iou")
+"""Measures with a threshold of success in the literature; a fold succeeds where it meets these."""
+
+
+def succeeds(scores: Scores) -> bool:
+    """Whether a fold meets the thresholds of success."""
+    return all(bool(measure.passes(scores)) for measure in MEASURES if measure.key in DECISIVE)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -87,6 +88,8 @@ def run(
     choices: Choices,
     folder: Path,
     progress: Callable[[str, int, Progress], None] = lambda garment, seed, progress: None,
+    executor: Executor | None = None,
+    at_a_time: int = 1,
 ) -> list[Study]:
     """Run all studies, or go on where they stopped.
 
@@ -94,34 +97,40 @@ def run(
         choices: Garments, seeds, trials and all that the paper leaves open.
         folder: Each study has a folder GARMENT/seed-N in it.
         progress: Called with garment and seed for every trial.
+        executor: Where trials run; None: here.
+        at_a_time: How many studies run at a time: as in the paper, each trial of a study knows all before it.
 
     Raises:
         InputError: A choice is wrong, or the folder holds studies of other choices.
         TatamuError: Every trial of a study failed.
     """
-    return list(_studies(choices, {garment: choices.task(garment) for garment in choices.garments}, folder, progress))
+    tasks = {garment: choices.task(garment) for garment in choices.garments}
+    wanted = [(garment, seed) for seed in range(choices.seeds) for garment in tasks]  # every garment early
 
+    def study(garment: str, seed: int) -> Study:
+        where = folder / garment / f"seed-{seed}"
+        learn(
+            tasks[garment],
+            where,
+            trials=choices.trials,
+            seed=seed,
+            sampler=choices.sampler,
+            grasps="continuous",
+            baselines=False,
+            parallel=1,  # as the paper: each trial knows all before it
+            executor=executor,
+            progress=lambda now: progress(garment, seed, now),
+        )
+        return Study(garment, seed, read_fold(where))
 
-def _studies(
-    choices: Choices, tasks: dict[str, Task], folder: Path, progress: Callable[[str, int, Progress], None]
-) -> Iterator[Study]:
-    """Garments and seeds, seed by seed, so that every garment has a result early."""
-    for seed in range(choices.seeds):
-        for garment, task in tasks.items():
-
-            def show_progress(now: Progress, garment: str = garment, seed: int = seed) -> None:
-                progress(garment, seed, now)
-
-            where = folder / garment / f"seed-{seed}"
-            learn(
-                task,
-                where,
-                trials=choices.trials,
-                seed=seed,
-                sampler=choices.sampler,
-                grasps="continuous",
-                baselines=False,
-                parallel=1,  # as the paper: each trial knows all before it
-                progress=show_progress,
-            )
-            yield Study(garment, seed, read_fold(where))
+    if at_a_time == 1:
+        return [study(garment, seed) for garment, seed in wanted]
+    with ThreadPoolExecutor(at_a_time) as pool:
+        futures = [pool.submit(study, garment, seed) for garment, seed in wanted]
+        try:
+            return [future.result() for future in futures]
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            if executor is not None:
+                executor.shutdown(wait=False, cancel_futures=True)  # those who wait for trials hear of it
+            raise

@@ -18,7 +18,7 @@ from tatamu.files import read_json, validated, write_json
 from tatamu.results.manipulation import ManipulationDescription
 from tatamu.results.margins import MarginsResult
 from tatamu.results.plan import PlanResult
-from tatamu.results.result import Result
+from tatamu.results.result import Result, SharedStudyRecord
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 
@@ -28,6 +28,7 @@ SCENE = "scene.json"
 ROLLOUT = "rollout.npz"
 REPORT = "report.html"
 STUDY = "study.db"
+SHARED_STUDY = "study.json"
 MARGINS = "margins"
 """The folder of its margins."""
 
@@ -121,9 +122,29 @@ class ResultFolder:
         return os.path.exists(self.path / step_name(0))
 
     @property
+    def shared_study_file(self) -> Path:
+        """Where the study is that is in a shared database: `study.json`."""
+        return self.path / SHARED_STUDY
+
+    @property
+    def shared_study(self) -> SharedStudyRecord | None:
+        """Where the study is that is in a shared database; None: it is none, or was not begun.
+
+        Raises:
+            InputError: The file cannot be read, or a field is wrong; the message names both.
+        """
+        if not os.path.exists(self.shared_study_file):
+            return None
+        return validated(SharedStudyRecord, read_json(self.shared_study_file), self.shared_study_file)
+
+    def write_shared_study(self, record: SharedStudyRecord) -> None:
+        """Write `study.json`."""
+        write_json(self.shared_study_file, record.model_dump())
+
+    @property
     def begun(self) -> bool:
         """Whether a study, or a plan of several steps, was begun here."""
-        return os.path.exists(self.study_file) or self.holds_plan
+        return os.path.exists(self.study_file) or os.path.exists(self.shared_study_file) or self.holds_plan
 
     @property
     def complete(self) -> bool:

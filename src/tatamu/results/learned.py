@@ -14,6 +14,7 @@ from tatamu.results.manipulation import ArmPath, ManipulationDescription
 from tatamu.results.result import Result
 from tatamu.rollout import Rollout
 from tatamu.scene import Gripper, Scene
+from tatamu.topology import facing_down
 
 MOMENTS = {
     "error_first": (1, "First trial"),
@@ -52,6 +53,11 @@ class LearnedFold:
     def faces(self) -> np.ndarray:
         """Triangles, shape (m, 3)."""
         return self.rollout.faces
+
+    @property
+    def lower(self) -> np.ndarray:
+        """Which triangles are of the lower layer, shape (m,): the back of a garment of two layers."""
+        return facing_down(self.scene.cloth.rest, self.faces)
 
     @property
     def errors(self) -> np.ndarray:

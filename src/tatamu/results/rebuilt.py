@@ -11,6 +11,7 @@ from tatamu.errors import InputError
 from tatamu.folding.score import Score, score
 from tatamu.folding.task import Asked, Task, make_job
 from tatamu.results.folder import ResultFolder
+from tatamu.results.inputs import kept_input
 from tatamu.results.learned import LearnedFold, read_fold
 from tatamu.results.result import TaskDescription
 
@@ -52,7 +53,7 @@ class RebuiltFold:
         Raises:
             InputError: The garment cannot have it.
         """
-        return _task(self.fold.result.task, self.fold.result.asked, self.fold.start, spacing)
+        return _task(self.fold, spacing)
 
 
 def rebuild(path: Path) -> RebuiltFold:
@@ -66,21 +67,23 @@ def rebuild(path: Path) -> RebuiltFold:
     if folder.holds_plan:
         raise InputError(f"{path}: holds a plan of several steps; name one of them, such as {folder.step(0).path}")
     fold = read_fold(path)
-    task = _task(fold.result.task, fold.result.asked, fold.start)
+    task = _task(fold)
     target = task.fold.target
     if target.shape != fold.target.shape or not np.abs(target - fold.target).max() < SAME:
         raise InputError(f"{path}: its task makes another target today than when it was learned; learn it again")
     return RebuiltFold(fold, task)
 
 
-def _task(description: TaskDescription, asked: Asked | None, start: np.ndarray, spacing: float | None = None) -> Task:
-    """The task of a description, of cloth that lies as it lay; files are looked for where they were."""
-    named = asked or description
+def _task(fold: LearnedFold, spacing: float | None = None) -> Task:
+    """The task of a fold, of cloth that lies as it lay; files that were not kept are looked for where they were."""
+    description = fold.result.task
+    asked = fold.result.asked
+    named: Asked | TaskDescription = asked or description
     hands = asked.hands if asked else 1 if description.hands == 1 else None
     job = make_job(
-        named.garment,
+        str(kept_input(fold.folder, "garment") or named.garment),
         size=(named.size[0], named.size[1]) if named.size else None,
-        fold=named.fold,
+        fold=str(kept_input(fold.folder, "fold") or named.fold),
         material=description.material,
         spacing=spacing or named.spacing,
         scale=asked.scale if asked else None,
@@ -89,4 +92,4 @@ def _task(description: TaskDescription, asked: Asked | None, start: np.ndarray, 
         fingers=description.fingers,
     )
     number = description.step[0] - 1 if description.step else 0
-    return job.task(number, start if number else None)
+    return job.task(number, fold.start if number else None)

@@ -162,6 +162,16 @@ def _digest(task: Task) -> str:
     return digest(fold.start.round(6) + 0.0, fold.garment.faces, fold.left, fold.right, np.array([ratio, *robot]))
 
 
+class SharedStudyRecord(OpenRecord):
+    """The file `study.json`: where the study of a folder is that is in a shared database."""
+
+    version: Literal[1]
+    storage: str
+    """`postgresql://USER@HOST/DB`, never with a password."""
+    name: str
+    """Of the study there."""
+
+
 class Crossings(OpenRecord):
     """How many edges pass through triangles."""
 
@@ -175,7 +185,7 @@ class Result(OpenRecord):
     """The study: its task, its search, its trials."""
 
     UNSAID: ClassVar[frozenset[str]] = frozenset(
-        {"parallel", "first", "coarse", "until_gain", "disturbances", "worlds", "quantile", "judged"}
+        {"parallel", "first", "coarse", "until_gain", "bounds", "disturbances", "worlds", "quantile", "judged"}
     )
 
     version: Literal[1]
@@ -193,6 +203,8 @@ class Result(OpenRecord):
     """Spacing of the coarser mesh that the search began on [m]; None: all trials are on the task's own."""
     until_gain: float | None = None
     """The search ended by itself when less than this part of the best objective was expected; None: it did not."""
+    bounds: dict[str, list[float]] = Field(default_factory=dict)
+    """Least and greatest value that the search could choose, by parameter; empty where a version did not write it."""
     disturbances: dict[str, Any] | None = None
     """All that was taken not to be known; None: the objective is C of Eq. (10), where nothing is off."""
     worlds: int | None = None

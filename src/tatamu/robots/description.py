@@ -129,6 +129,24 @@ def described(path: Path) -> Robot:
     return robot
 
 
+def files_of(path: Path) -> list[Path]:
+    """The files that a robot is made from: its description, the models that this names, and their meshes.
+
+    Raises:
+        InputError: The description or a model cannot be read.
+    """
+    description = validated(Description, read_toml(path), path)
+    parts = (description, description.larm, description.rarm)
+    models = dict.fromkeys(part.model for part in parts if part.model is not None)
+    found = [path]
+    for model in models:
+        spec = _read(path, model)
+        file = path.parent / model
+        meshes = (file.parent / spec.meshdir / mesh.file for mesh in spec.meshes)
+        found += [file, *(mesh for mesh in dict.fromkeys(meshes) if mesh.is_file())]
+    return found
+
+
 def _arm(name: str, arm: ArmDescription, prefix: str) -> Arm:
     speed = np.array(arm.speed)
     return Arm(

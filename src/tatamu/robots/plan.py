@@ -28,6 +28,10 @@ CANDIDATES = 12
 """Placements that are worked out in full before the fold is refused."""
 
 
+class NoPlacement(InputError):
+    """The robot can do the fold nowhere before it."""
+
+
 @dataclass(frozen=True)
 class RobotPlan:
     """A motion that passed all checks."""
@@ -61,7 +65,8 @@ def plan_fold(
         pace: How careful the motion is.
 
     Raises:
-        InputError: The folder is no learned fold, or no placement lets the robot do it; the message says why.
+        NoPlacement: No placement lets the robot do it; the message says why.
+        InputError: The folder is no learned fold, or the place that is given does not let the robot do it.
     """
     hands = HandMotion.load(folder)
     refusals: list[Refused] = []
@@ -79,8 +84,9 @@ def plan_fold(
             except Untimed as error:
                 refusals.append(Refused(str(error), 1.0))
     best = max(refusals, key=lambda refusal: refusal.progress)
-    scope = "refused" if place is not None else "no placement before the robot lets both arms do the fold"
-    raise InputError(f"{folder}: {scope}: {best}")
+    if place is not None:
+        raise InputError(f"{folder}: refused: {best}")
+    raise NoPlacement(f"{folder}: no placement before the robot lets both arms do the fold: {best}")
 
 
 def _candidates(

@@ -25,6 +25,22 @@ class Simulator(Protocol):
     CAPABILITIES: Capabilities
     """The simulator's own statement of what it can; callers ask for it instead of comparing names."""
 
+    def require(self) -> None:
+        """Find what it needs beside tatamu, such as another program.
+
+        Raises:
+            InputError: It is not installed.
+        """
+        ...
+
+    def prepare(self) -> None:
+        """Do now what the first rollout would wait for, such as compiling."""
+        ...
+
+    def compilation(self) -> tuple[int, int]:
+        """How many of its functions this process has compiled, not read from disk, and of how many; 0 of 0: none."""
+        ...
+
     def simulate(self, scene: Scene) -> Rollout:
         """Run one scene.
 
@@ -56,6 +72,16 @@ def capabilities(name: str) -> Capabilities:
         InputError: There is none of that name.
     """
     return named(name).CAPABILITIES
+
+
+def require(*names: str) -> None:
+    """Refuse simulators that do not run here, before any work is done for them.
+
+    Raises:
+        InputError: There is none of that name, or what it needs is not installed.
+    """
+    for name in names:
+        named(name).require()
 
 
 def simulate(scene: Scene, simulator: str = "native") -> Rollout:

@@ -30,3 +30,5 @@ class Check:
     """Where the right answer comes from, one line."""
     cases: tuple[Case, ...]
     figures: dict[str, Figure] = field(default_factory=dict)
+    remark: str = ""
+    """To know before a figure is misread, for the page."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Executor, Future
 from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from tatamu import __version__
-from tatamu.errors import InputError, SimulationError
+from tatamu.errors import InputError, SimulationError, WorkerKilledError
 from tatamu.validation.check import Case, Check
 from tatamu.validation.checks import CHECKS
 from tatamu.validation.findings import Curve, Row
@@ -115,6 +116,7 @@ def validate(
     quick: bool = False,
     before: Callable[[Check, Case], None] = lambda check, case: None,
     after: Callable[[CheckResult], None] = lambda result: None,
+    executor: Executor | None = None,
 ) -> Report:
     """Run checks on a simulator.
 
@@ -124,16 +126,43 @@ def validate(
         quick: Leave out the long cases.
         before: Called before each case.
         after: Called after each check.
+        executor: Where cases run, all at a time; None: here, one by one.
     """
+    pairs = chosen(names, quick)
+    begun = _begun(pairs, subject, executor)
     results = []
-    for check, cases in chosen(names, quick):
+    for check, cases in pairs:
         done = []
         for case in cases:
             before(check, case)
-            done.append(run(case, subject))
+            done.append(next(begun))
         results.append(CheckResult(check, done))
         after(results[-1])
     return Report(subject.name, results)
+
+
+def _begun(
+    pairs: Sequence[tuple[Check, Sequence[Case]]], subject: Subject, executor: Executor | None
+) -> Iterator[CaseResult]:
+    """The results of cases in their order; those of an executor are all begun at once."""
+    cases = [(check, case) for check, cases in pairs for case in cases]
+    if executor is None:
+        return (run(case, subject) for _, case in cases)
+    futures = [executor.submit(run_named, check.name, case.label, subject.name) for check, case in cases]
+    return (_ended(future, case) for future, (_, case) in zip(futures, cases, strict=True))
+
+
+def _ended(future: Future[CaseResult], case: Case) -> CaseResult:
+    try:
+        return future.result()
+    except WorkerKilledError as error:
+        return CaseResult(case.label, [_did_not_end(error)])
+
+
+def run_named(check: str, label: str, simulator: str) -> CaseResult:
+    """Run one case of a simulator, all by their names: it can be called in another process."""
+    case = next(case for case in CHECKS[check].cases if case.label == label)
+    return run(case, Subject.named(simulator))
 
 
 def run(case: Case, subject: Subject) -> CaseResult:
@@ -144,6 +173,10 @@ def run(case: Case, subject: Subject) -> CaseResult:
         for finding in case.run(subject):
             (result.rows if isinstance(finding, Row) else result.curves).append(finding)  # type: ignore[arg-type]
     except SimulationError as error:
-        result.rows.append(Row("ran to the end", None, np.nan, np.nan, 0.0, "-", str(error)))
+        result.rows.append(_did_not_end(error))
     result.seconds = perf_counter() - started
     return result
+
+
+def _did_not_end(error: SimulationError) -> Row:
+    return Row("ran to the end", None, np.nan, np.nan, 0.0, "-", str(error))

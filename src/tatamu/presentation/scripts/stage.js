@@ -109,7 +109,7 @@ export class Stage {
     const all = { u_place: [0, 0, 0, 1], u_back: 0, ...uniforms };
     for (const [key, value] of Object.entries(all)) this.set(gl.getUniformLocation(program, key), value);
     gl.bindVertexArray(mesh.array);
-    gl.drawElements(mode, mesh.count, gl.UNSIGNED_INT, 0);
+    gl.drawElements(mode, mesh.count, gl.UNSIGNED_INT, 4 * (mesh.first ?? 0));
   }
 
   set(where, value) {

@@ -62,7 +62,7 @@ export class Viewer {
       const code = style.getPropertyValue(`--${name}`).trim();
       return [1, 3, 5].map((at) => parseInt(code.slice(at, at + 2), 16) / 255);
     };
-    const names = ["front", "back", "target", "left", "right", "table", "table-line", "robot"];
+    const names = ["front", "rear", "back", "target", "left", "right", "table", "table-line", "robot"];
     this.colours = Object.fromEntries(names.map((name) => [name, colour(name)]));
     this.scale = [0, 1, 2, 3, 4].map((stop) => colour(`scale-${stop}`));
     this.request();
@@ -136,10 +136,17 @@ export class Viewer {
     });
   }
 
+  /* The front of a garment, then its back: their outsides differ in colour. */
   drawCloth(common) {
-    this.stage.draw("cloth", this.cloth, {
+    const front = 3 * this.settings.upper;
+    this.drawPanel(common, this.colours.front, 0, front);
+    if (front < this.cloth.count) this.drawPanel(common, this.colours.rear, front, this.cloth.count - front);
+  }
+
+  drawPanel(common, outside, first, count) {
+    this.stage.draw("cloth", { ...this.cloth, first, count }, {
       ...common,
-      u_front: this.colours.front,
+      u_front: outside,
       u_behind: this.colours.back,
       ...Object.fromEntries(this.scale.map((stop, k) => [`u_scale[${k}]`, stop])),
       u_largest: this.settings.largest,

@@ -14,6 +14,7 @@ import numpy as np
 from tatamu.errors import SimulationError
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
+from tatamu.simulators.blender import discovery
 from tatamu.simulators.blender.mapping import MOST_FRICTION, SELF_FRICTION, TABLE_FRICTION
 from tatamu.simulators.blender.process import WORKERS
 from tatamu.simulators.blender.recipe import written
@@ -27,6 +28,24 @@ CAPABILITIES = Capabilities(
     friction_cloth=MOST_FRICTION / SELF_FRICTION,
 )
 """Blender folds on any cells; its numbers for friction end early. Each rollout is a process with threads of its own."""
+
+
+def require() -> None:
+    """Find Blender.
+
+    Raises:
+        InputError: There is none.
+    """
+    discovery.command()
+
+
+def prepare() -> None:
+    """Nothing: Blender is started with the first scene."""
+
+
+def compilation() -> tuple[int, int]:
+    """Nothing is compiled."""
+    return 0, 0
 
 
 def simulate(scene: Scene) -> Rollout:

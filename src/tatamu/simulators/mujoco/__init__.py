@@ -26,6 +26,24 @@ that it should have, and a rollout on larger ones warns. A rehearsal compares tw
 cells up to 0.45 rather than four times as many vertices (docs/theory/robot-planning.md)."""
 
 
+def require() -> None:
+    """Find MuJoCo.
+
+    Raises:
+        InputError: It is not installed, or too old.
+    """
+    engine()
+
+
+def prepare() -> None:
+    """Nothing: MuJoCo is imported with the first scene."""
+
+
+def compilation() -> tuple[int, int]:
+    """Nothing is compiled."""
+    return 0, 0
+
+
 def simulate(scene: Scene) -> Rollout:
     """Run one scene in MuJoCo.
 

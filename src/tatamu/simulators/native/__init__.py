@@ -5,6 +5,7 @@ from tatamu.simulators.native.memory.kernel_cache import forget_stale_kernels
 forget_stale_kernels()  # before any kernel is loaded
 
 from tatamu.simulators.capabilities import Capabilities  # noqa: E402
+from tatamu.simulators.native.compiled import compilation  # noqa: E402
 from tatamu.simulators.native.options import (  # noqa: E402
     ContactOptions,
     ElasticOptions,
@@ -13,10 +14,20 @@ from tatamu.simulators.native.options import (  # noqa: E402
     StepOptions,
     UntangleOptions,
 )
-from tatamu.simulators.native.simulator import simulate, simulate_many  # noqa: E402
+from tatamu.simulators.native.simulator import load_kernels, simulate, simulate_many  # noqa: E402
 
 CAPABILITIES = Capabilities(parallel=True, coarse_search=True, compression=True, directional_air=True)
 """A rollout runs on one core and holds no lock; the discrete bending is right on cells that other simulators crease."""
+
+
+def require() -> None:
+    """Find what it needs: nothing beside tatamu."""
+
+
+def prepare() -> None:
+    """Compile the kernels, or read them from disk."""
+    load_kernels()
+
 
 __all__ = [
     "CAPABILITIES",
@@ -26,6 +37,9 @@ __all__ = [
     "Options",
     "StepOptions",
     "UntangleOptions",
+    "compilation",
+    "prepare",
+    "require",
     "simulate",
     "simulate_many",
 ]

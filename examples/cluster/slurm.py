@@ -1,0 +1,40 @@
+"""A Dask scheduler and workers as Slurm jobs, by dask-jobqueue.
+
+    python -m pip install dask-jobqueue 'tatamu[cluster]'
+    python slurm.py 200        # on a login node, in a terminal that stays (tmux)
+    tatamu sweep sweep.toml --scheduler tcp://THIS-NODE:8786 --out runs/sweep
+
+A job is 16 processes of one thread each: `native` uses one core, and a worker that dies takes one trial with it.
+"""
+
+from __future__ import annotations
+
+import socket
+import sys
+from threading import Event
+
+import dask
+from dask_jobqueue import SLURMCluster
+
+dask.config.set({"distributed.scheduler.allowed-failures": 2})  # the third worker that a trial kills is its last
+
+
+def main() -> None:
+    """Keep so many workers until the program is ended; jobs that end are replaced."""
+    wanted = int(sys.argv[1])
+    with SLURMCluster(
+        cores=16,
+        processes=16,
+        memory="32GB",
+        walltime="12:00:00",
+        job_script_prologue=["source $HOME/tatamu/.venv/bin/activate"],
+        worker_extra_args=["--lifetime", "11h", "--lifetime-stagger", "30m"],
+        scheduler_options={"port": 8786},
+    ) as cluster:
+        cluster.adapt(minimum_jobs=1, maximum_jobs=-(-wanted // 16))
+        print(f"tatamu .. --scheduler tcp://{socket.gethostname()}:8786", flush=True)
+        Event().wait()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,159 @@
+"""The options of `tatamu learn` as a record, which the tasks of a sweep have too, and what is learned from them."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import ConfigDict, Field
+
+from tatamu.cli.size import parse_size
+from tatamu.errors import InputError
+from tatamu.records import Record
+
+if TYPE_CHECKING:
+    from tatamu.folding.task import Job, Reach
+    from tatamu.learning import Expectation
+    from tatamu.learning.database import SharedDatabase
+    from tatamu.learning.job import Reporting
+
+Whole = Annotated[int, Field(strict=True)]
+YesNo = Annotated[bool, Field(strict=True)]
+
+
+class LearnOptions(Record):
+    """The garment, the fold and the search as a user gives them; names and defaults are those of `tatamu learn`."""
+
+    model_config = ConfigDict(allow_inf_nan=True)  # what makes garments says what is wrong with such numbers
+
+    garment: str
+    size: str | None = None
+    scale: float | None = None
+    fold: str = "half"
+    hands: Whole | None = None
+    material: str | None = None
+    spacing: float | None = None
+    simulator: str = "native"
+    sampler: str = "gp"
+    grasps: str = "integer"
+    trials: Whole | Literal["auto"] = 50
+    seed: Whole = 0
+    parallel: Whole | None = None
+    coarse: YesNo | None = None
+    disturbances: str | None = None
+    quantile: float | None = None
+    robot: str | None = None
+    baselines: YesNo = True
+
+    @property
+    def most_trials(self) -> int:
+        """How many trials a study may have in the end."""
+        from tatamu.learning.schedule import Schedule
+
+        return Schedule(self.trials, 1).most
+
+    def expectation(self, out: Path | None = None) -> Expectation | None:
+        """What the study is to expect: as it began in the folder `out`, or as given; not yet for a calibrated material.
+
+        Raises:
+            InputError: An option is wrong.
+        """
+        from tatamu.disturbances import load_disturbances
+        from tatamu.learning import Expectation, as_begun
+
+        begun, held = as_begun(out) if out is not None else (False, None)
+        if begun and self.disturbances is None and self.quantile is None:
+            return held
+        chosen = load_disturbances(self.disturbances or "default")
+        if chosen is None and self.quantile is not None:
+            raise InputError("quantile: is of the objective in disturbed worlds, and --disturbances none has none")
+        return None if chosen is None else Expectation(chosen, self.quantile)
+
+    def job(self, out: Path | None = None) -> Job:
+        """The garment and the plan that folds it, of a study that may have begun in the folder `out`.
+
+        Raises:
+            InputError: An option is wrong.
+        """
+        from tatamu.folding.task import make_job
+
+        if self.grasps not in ("integer", "continuous"):
+            raise InputError(f"grasps: must be integer or continuous, given {self.grasps!r}")
+        if self.hands not in (None, 1, 2):
+            raise InputError(f"hands: must be 1 or 2, given {self.hands}")
+        expected = self.expectation(out)
+        return make_job(
+            self.garment,
+            size=None if self.size is None else parse_size(self.size),
+            scale=self.scale,
+            fold=self.fold,
+            material=Path(self.material) if self.material else None,
+            spacing=self.spacing,
+            simulator=self.simulator,
+            hands=self.hands,
+            reach=_reach(self.robot),
+            fingers=expected.disturbances.fingers if expected else None,
+        )
+
+    def learn(
+        self, job: Job, out: Path, reporting: Reporting, executor: Executor | None, database: SharedDatabase | None
+    ) -> Path:
+        """Learn a job; returns the report. Errors are those of `learn_job`."""
+        from tatamu.learning import learn_job
+
+        return learn_job(
+            job,
+            out,
+            trials=self.trials,
+            seed=self.seed,
+            sampler=self.sampler,
+            grasps=self.grasps,  # type: ignore[arg-type]
+            baselines=self.baselines,
+            parallel=self.parallel,
+            coarse=self.coarse,
+            expectation=self._calibrated(job, out),
+            executor=executor,
+            database=database,
+            reporting=reporting,
+        )
+
+    def _calibrated(self, job: Job, out: Path) -> Expectation | None:
+        """The expectation, with a calibrated material's own uncertainties; one that began has them already."""
+        from tatamu.disturbances import with_calibrated
+        from tatamu.learning import as_begun
+
+        expected = self.expectation(out)
+        asked = self.disturbances is not None or self.quantile is not None or not as_begun(out)[0]
+        if expected is None or self.material is None or not asked:
+            return expected
+        return replace(
+            expected,
+            disturbances=with_calibrated(expected.disturbances, Path(self.material), job.garment.material),
+        )
+
+
+def counted(trials: str) -> int | Literal["auto"]:
+    """A number of trials, or auto."""
+    if trials == "auto":
+        return "auto"
+    try:
+        return int(trials)
+    except ValueError:
+        raise InputError(f"trials: must be a whole number or auto, given {trials!r}") from None
+
+
+def _reach(robot: str | None) -> Reach | None:
+    """The reach constraint of the robot of that name."""
+    if robot is None:
+        return None
+    from tatamu.folding.task import Reach
+    from tatamu.robots import ReachConstraint, load
+    from tatamu.robots.description import files_of
+
+    loaded = load(robot)
+    constraint = ReachConstraint(loaded)
+    files = files_of(Path(robot)) if robot.endswith(".toml") else []
+    description = files[0].read_bytes() if files else b""
+    return Reach(loaded.name, constraint, constraint.refusal, description=description, files=tuple(files))

@@ -1,0 +1,146 @@
+"""`tatamu sweep`: many learned folds from one file."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.live import Live
+
+from tatamu.cli.app import app
+from tatamu.cli.cluster import MOST_AT_A_TIME, SchedulerOption, StorageOption
+from tatamu.cli.cluster import at_a_time as most_at_a_time
+from tatamu.cli.learning import LearnOptions
+from tatamu.errors import InputError
+
+if TYPE_CHECKING:
+    from tatamu.folding.task import Task
+    from tatamu.learning import Progress
+    from tatamu.learning.database import SharedDatabase
+    from tatamu.sweep import SweepTask, TaskRecord
+
+
+@app.command()
+def sweep(
+    file: Annotated[Path, typer.Argument(metavar="SWEEP.toml", help="The tasks: a grid, or one by one.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="A result folder each, and what compares them.")],
+    at_a_time: Annotated[
+        int | None, typer.Option(help="Tasks at a time; default: 1, or enough to keep the workers of --scheduler busy.")
+    ] = None,
+    scheduler: SchedulerOption = None,
+    storage: StorageOption = None,
+) -> int:
+    """Learn many folds: a grid of garments, sizes, materials, seeds .., or a list.
+
+    Exits with 0 if every task is complete, with 1 if some failed: `sweep.json` and the page say why.
+
+    Examples:
+    `tatamu sweep examples/sweep.toml --out runs/sweep`
+
+    `tatamu sweep examples/sweep.toml --scheduler local:4 --out runs/sweep`
+
+    `tatamu sweep examples/sweep.toml --scheduler tcp://lab:8786 --storage postgresql://lab@db/folds --out runs/sweep`
+
+    Run the same command again to go on where it stopped; failed tasks are tried again.
+    """
+    from tatamu.sweep.description import read_sweep
+    from tatamu.sweep.table import check_parquet
+
+    if at_a_time is not None and not 1 <= at_a_time <= MOST_AT_A_TIME:
+        raise InputError(f"--at-a-time: must be from 1 to {MOST_AT_A_TIME}, given {at_a_time}")
+    tasks = read_sweep(file, LearnOptions)
+    check_parquet()
+    _check(file, tasks)
+    from tatamu.cluster import executor_at
+    from tatamu.learning.database import shared_database
+
+    warnings.simplefilter("ignore")  # of single folds: their reports say them
+    with shared_database(storage) as database, executor_at(scheduler) as executor:
+        return _run(tasks, out, at_a_time or most_at_a_time(executor, _pending(tasks)), executor, database)
+
+
+def _check(file: Path, tasks: Sequence[SweepTask]) -> None:
+    """Refuse a sweep of which a task cannot be, before any is begun."""
+    from tatamu.learning.learn import check_parallel, check_search
+
+    made: set[str] = set()
+    for task in tasks:
+        options = LearnOptions(**task.options)
+        same = options.model_copy(update={"seed": 0, "trials": 1, "sampler": "gp", "parallel": None})
+        try:
+            check_search(options.trials, options.seed, options.sampler)
+            if same.model_dump_json() not in made:
+                made.add(same.model_dump_json())
+                options.job()
+            check_parallel(options.parallel, options.simulator)
+        except InputError as error:
+            raise InputError(f"{file}: task {task.name}: {error}") from None
+
+
+def _pending(tasks: Sequence[SweepTask]) -> int:
+    """The least number of pending trials that a task has."""
+    from tatamu.learning.learn import pending_at_first
+
+    options = [LearnOptions(**task.options) for task in tasks]
+    return min(each.parallel or pending_at_first(each.simulator) for each in options)
+
+
+def _run(
+    tasks: Sequence[SweepTask],
+    out: Path,
+    at_a_time: int,
+    executor: Executor | None,
+    database: SharedDatabase | None,
+) -> int:
+    from tatamu.sweep import SweepFolder, run_sweep
+    from tatamu.sweep.table import counts, write_results
+
+    folder = SweepFolder(out)
+    console = Console()
+
+    def learned(options: dict[str, Any], path: Path, progress: Callable[[Any], None]) -> None:
+        asked = LearnOptions(**options)
+        asked.learn(asked.job(), path, _reporting(progress), executor, database)
+
+    with _display(console, tasks) as show:
+        records = run_sweep(tasks, folder, learned, at_a_time=at_a_time, show=show)
+    page = write_results(folder, records)
+    console.print(counts(records), soft_wrap=True)
+    print(f"page: {page}")
+    return 1 if any(record.state == "failed" for record in records) else 0
+
+
+def _reporting(progress: Callable[[Any], None]) -> Any:
+    """Progress of a study, in words, to `progress`."""
+
+    @contextmanager
+    def reporting(task: Task, trials: int) -> Iterator[Callable[[Progress], None]]:
+        step = f"step {task.step[0]} of {task.step[1]}, " if task.step[1] > 1 else ""
+        yield lambda now: progress(f"{step}trial {now.done}/{trials}")
+
+    return reporting
+
+
+@contextmanager
+def _display(console: Console, tasks: Sequence[SweepTask]) -> Iterator[Callable[[TaskRecord, Any], None]]:
+    """A table that lives on a terminal; elsewhere a line for each task that ends."""
+    from tatamu.sweep import TaskRecord
+    from tatamu.sweep.table import LiveTable, said
+
+    if not console.is_terminal:
+
+        def print_line(record: TaskRecord, progress: Any) -> None:
+            if record.state in ("complete", "failed"):
+                console.print(f"{record.name}: {record.state}, {said(record)}", soft_wrap=True, markup=False)
+
+        yield print_line
+        return
+    table = LiveTable([TaskRecord(name=task.name, options=task.options) for task in tasks])
+    with Live(table, console=console, refresh_per_second=4):
+        yield table.update

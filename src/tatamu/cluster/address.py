@@ -1,0 +1,40 @@
+"""Addresses of schedulers: `tcp://HOST:PORT`, `tls://HOST:PORT`, or `local:N` for N worker processes of one's own."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from tatamu.errors import InputError
+
+MOST_LOCAL = 1024
+"""Worker processes of one's own at most."""
+
+
+@dataclass(frozen=True)
+class SchedulerAddress:
+    """Where work goes."""
+
+    text: str
+    """As it was given."""
+    local: int | None
+    """How many worker processes to start on this machine; None: the scheduler runs elsewhere."""
+
+
+def parse_address(text: str) -> SchedulerAddress:
+    """Read an address.
+
+    Raises:
+        InputError: It is none.
+    """
+    if found := re.fullmatch(r"local:([0-9]{1,6})", text):
+        count = int(found[1])
+        if not 1 <= count <= MOST_LOCAL:
+            raise InputError(f"--scheduler: local:N takes from 1 to {MOST_LOCAL} workers, given {text!r}")
+        return SchedulerAddress(text, count)
+    if found := re.fullmatch(r"(?:tcp|tls)://(?:\[[0-9a-fA-F:.%]+\]|[\w.-]+):([0-9]{1,5})", text):
+        if 1 <= int(found[1]) <= 65535:
+            return SchedulerAddress(text, None)
+    raise InputError(
+        f"--scheduler: must be tcp://HOST:PORT, tls://HOST:PORT, or local:N for N processes here, given {text!r}"
+    )

@@ -1,0 +1,135 @@
+"""Connections to schedulers: one that runs elsewhere, or worker processes of one's own that end with the program."""
+
+from __future__ import annotations
+
+import logging
+import sys
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from tatamu.cluster.address import SchedulerAddress, parse_address
+from tatamu.errors import InputError, UnavailableError
+
+if TYPE_CHECKING:
+    import distributed
+
+    from tatamu.cluster.executor import DaskExecutor
+
+CONNECT_SECONDS = 5.0
+"""How long a scheduler may take to answer."""
+KILLED_WORKERS = 3
+"""A call that has killed so many workers is given up, where the scheduler is ours."""
+QUIET = {name: "critical" for name in ("distributed", "distributed.client", "distributed.nanny", "distributed.worker")}
+SETTINGS: dict[str, Any] = {
+    "logging": {**QUIET, "distributed.scheduler": "critical", "bokeh": "critical", "tornado": "critical"},
+    "distributed.scheduler.allowed-failures": KILLED_WORKERS - 1,
+    "distributed.comm.retry.count": 2,
+    "distributed.deploy.lost-worker-timeout": "1 day",  # else a worker that dies twice in 15 s is never started again
+}
+
+
+@contextmanager
+def executor_at(address: str | None) -> Iterator[Executor | None]:
+    """The workers of a scheduler as an executor while the block runs; None where no address is given.
+
+    Args:
+        address: `tcp://HOST:PORT`, `tls://HOST:PORT` or `local:N`.
+
+    Raises:
+        InputError: The address is none, Dask is not installed, or versions differ.
+        UnavailableError: There is no scheduler.
+    """
+    if address is None:
+        yield None
+        return
+    with connected(address) as executor:
+        yield executor
+
+
+@contextmanager
+def connected(address: str) -> Iterator[DaskExecutor]:
+    """The workers of a scheduler as an executor while the block runs; errors are those of `executor_at`."""
+    parsed = parse_address(address)
+    _configure()
+    from tatamu.cluster.executor import DaskExecutor
+
+    with _client(parsed) as client:
+        refuse_other_versions(client, address)
+        executor = DaskExecutor(client, address)
+        try:
+            yield executor
+        finally:
+            executor.shutdown(wait=False, cancel_futures=True)
+
+
+def _configure() -> None:
+    """Import Dask, silent, with the settings above."""
+    try:
+        import dask
+    except ImportError:
+        raise InputError("--scheduler: needs Dask; python -m pip install 'tatamu[cluster]'") from None
+    dask.config.set(SETTINGS)
+    try:
+        import distributed  # noqa: F401
+    except ImportError:
+        raise InputError("--scheduler: needs Dask; python -m pip install 'tatamu[cluster]'") from None
+
+
+@contextmanager
+def _client(address: SchedulerAddress) -> Iterator[distributed.Client]:
+    import distributed
+
+    if address.local is None:
+        with _opened(address.text, address.text) as client:
+            yield client
+        return
+    with distributed.LocalCluster(
+        n_workers=address.local,
+        threads_per_worker=1,
+        processes=True,
+        dashboard_address="127.0.0.1:0",
+        host="127.0.0.1",
+        silence_logs=logging.CRITICAL,
+        memory_limit=0,
+    ) as cluster:
+        with _opened(cluster, address.text) as client:
+            yield client
+
+
+@contextmanager
+def _opened(to: Any, name: str) -> Iterator[distributed.Client]:
+    import distributed
+
+    try:
+        client = distributed.Client(to, timeout=CONNECT_SECONDS, set_as_default=False, name="tatamu")
+    except (OSError, TimeoutError, ValueError) as error:
+        reason = " ".join(str(error).split())[:160]
+        raise UnavailableError(f"--scheduler: {name} does not answer ({reason or type(error).__name__})") from None
+    try:
+        yield client
+    finally:
+        client.close(timeout=5)
+
+
+def refuse_other_versions(client: distributed.Client, name: str) -> None:
+    """Compare versions of all workers with those here; say in one line if processors differ.
+
+    Raises:
+        InputError: A version differs.
+    """
+    from tatamu.cluster.call import identify
+    from tatamu.cluster.versions import difference, processor
+
+    kinds = {processor()}
+    for worker, found in client.run(identify, on_error="return").items():
+        if isinstance(found, BaseException):
+            raise InputError(f"--scheduler: {name}: worker {worker} cannot run tatamu ({found})")
+        there, kind = found
+        if differing := difference(there):
+            raise InputError(f"--scheduler: {name}: worker {worker} has {differing}; make them equal")
+        kinds.add(kind)
+    if len(kinds) > 1:
+        text = f"warning: {name}: different processors ({', '.join(sorted(kinds))}): last digits may depend on them"
+        print(text, file=sys.stderr)

@@ -1,0 +1,62 @@
+"""Versions that must be equal everywhere for results to be: of Python, of tatamu to the last byte, of what computes."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Mapping
+from functools import cache
+from hashlib import sha256
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import tatamu
+
+COMPUTING = ("numpy", "numba", "scipy")
+"""Packages beside tatamu whose versions results may depend on."""
+
+Versions = Mapping[str, str]
+
+
+@cache
+def versions() -> Versions:
+    """The versions here, by name."""
+    found = {"Python": platform.python_version(), "tatamu": f"{tatamu.__version__} ({source_digest()})"}
+    return found | {name: _version(name) for name in COMPUTING}
+
+
+def difference(there: Versions) -> str | None:
+    """The first version that differs, in words; None where all are equal."""
+    for name, here in versions().items():
+        if there.get(name) != here:
+            return f"{name} {there.get(name, 'missing')} there, {here} here"
+    return None
+
+
+@cache
+def source_digest() -> str:
+    """A short name of tatamu's own code that differs when a byte of it does."""
+    root = Path(tatamu.__file__).parent
+    digest = sha256()
+    for file in sorted(root.rglob("*.py")):
+        digest.update(file.relative_to(root).as_posix().encode())
+        digest.update(file.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+@cache
+def processor() -> str:
+    """The kind of processor, as the compiler of `native` sees it: equal ones give equal bytes."""
+    try:
+        from llvmlite.binding import get_host_cpu_features, get_host_cpu_name
+
+        features = get_host_cpu_features().flatten()
+        return f"{get_host_cpu_name()} {sha256(features.encode()).hexdigest()[:6]}"
+    except (ImportError, RuntimeError):
+        return platform.processor() or platform.machine()
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "missing"

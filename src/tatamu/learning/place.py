@@ -1,0 +1,172 @@
+"""Where a study is kept: in the file `study.db` of its folder, or in a shared database that `study.json` names."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, Protocol, TypeVar
+
+import optuna
+from optuna.storages import BaseStorage
+from sqlalchemy.exc import SQLAlchemyError
+
+from tatamu.errors import InputError, UnavailableError
+from tatamu.learning.database import SharedDatabase
+from tatamu.results import ResultFolder, SharedStudyRecord
+
+Value = TypeVar("Value")
+
+NAME = "tatamu"
+"""Of the only study in a file."""
+PASSING = {
+    "is full": "the disk is full",
+    "is locked": "another program holds it",
+    "already exists": "another program is making it at this moment",
+    "readonly": "cannot be written",
+    "disk I/O error": "cannot be read or written now",
+}
+"""Messages of a database that is not damaged, and their meaning."""
+
+
+def _nothing() -> None:
+    return None
+
+
+class StudyPlace(Protocol):
+    """A database and the name of a study in it."""
+
+    name: str
+    label: str
+    """For messages."""
+
+    @property
+    def storage(self) -> str | BaseStorage:
+        """For Optuna."""
+        ...
+
+    def run(self, operation: Callable[[], Value], done: Callable[[], Value | None] = _nothing) -> Value:
+        """Do an operation that reads, or that writes in one transaction.
+
+        Args:
+            operation: It.
+            done: Its result, if a try whose answer was lost did it; else None.
+
+        Raises:
+            InputError: The database cannot be used.
+        """
+        ...
+
+
+class FilePlace:
+    """The study of a folder, in a file of SQLite."""
+
+    name = NAME
+
+    def __init__(self, path: Path) -> None:
+        self.label = str(path)
+        self.storage = f"sqlite:///{path}"
+
+    def run(self, operation: Callable[[], Value], done: Callable[[], Value | None] = _nothing) -> Value:
+        """Do an operation, once."""
+        try:
+            return operation()
+        except (SQLAlchemyError, optuna.exceptions.OptunaError, KeyError, AssertionError) as error:
+            reason = " ".join(str(error).split("[SQL")[0].split())[:120]
+            passing = [text for word, text in PASSING.items() if word in reason]
+            if passing:
+                text = f"{self.label}: {passing[0]}; what was finished is kept, try again then"
+                raise UnavailableError(text) from None
+            raise InputError(
+                f"{self.label}: is not a readable Optuna study ({reason}); remove it or give another folder"
+            ) from None
+
+
+class SharedPlace:
+    """A study in a shared database."""
+
+    def __init__(self, database: SharedDatabase, name: str) -> None:
+        self.name = name
+        self.label = f"{database.address}: {name}"
+        self._database = database
+
+    @property
+    def storage(self) -> BaseStorage:
+        """For Optuna."""
+        return self._database.storage
+
+    def run(self, operation: Callable[[], Value], done: Callable[[], Value | None] = _nothing) -> Value:
+        """Do an operation, again where the connection was lost."""
+        try:
+            return self._database.run(operation, done)
+        except (optuna.exceptions.OptunaError, KeyError, AssertionError) as error:
+            raise InputError(f"{self.label}: is not a readable Optuna study ({' '.join(str(error).split())})") from None
+
+
+@contextmanager
+def held_place(folder: ResultFolder, database: SharedDatabase | None, identity: dict[str, Any]) -> Iterator[StudyPlace]:
+    """The place of a study, which nobody else may use while the block runs.
+
+    Args:
+        folder: Of the study.
+        database: A shared one, or None: the folder's own file.
+        identity: Of the study, from which its name in a shared database is made.
+
+    Raises:
+        InputError: The study of this folder is elsewhere.
+        UnavailableError: The database does not answer, or another client holds the study.
+    """
+    kept = shared_study(folder, database)
+    if database is None:
+        yield FilePlace(folder.study_file)
+        return
+    name = kept or _name(folder, identity)
+    database.hold(name)
+    try:
+        if kept is None:
+            folder.write_shared_study(SharedStudyRecord(version=1, storage=database.address, name=name))
+        yield SharedPlace(database, name)
+    finally:
+        database.release(name)
+
+
+def existing_place(folder: ResultFolder, database: SharedDatabase | None) -> StudyPlace | None:
+    """The place of the study that a folder has, to be read; None if it has none.
+
+    Raises:
+        InputError: The study of this folder is elsewhere.
+    """
+    kept = shared_study(folder, database)
+    if database is not None:
+        return SharedPlace(database, kept) if kept else None
+    return FilePlace(folder.study_file) if folder.study_file.exists() else None
+
+
+def shared_study(folder: ResultFolder, database: SharedDatabase | None) -> str | None:
+    """The name of a folder's study in the shared database; None if it has none there.
+
+    Raises:
+        InputError: The folder has a study elsewhere.
+    """
+    kept = folder.shared_study
+    if database is None:
+        if kept is not None:
+            raise InputError(f"{folder.path}: its study is in {kept.storage}; give --storage, or another folder")
+        return None
+    if kept is None and folder.study_file.exists():
+        raise InputError(f"{folder.path}: its study is in study.db; leave --storage out, or give another folder")
+    if kept is not None and kept.storage != database.address:
+        raise InputError(f"{folder.path}: its study is in {kept.storage}, given {database.address}")
+    return kept.name if kept else None
+
+
+def _name(folder: ResultFolder, identity: dict[str, Any]) -> str:
+    """A name that this folder and this task have alone, on every machine that has the folder under this path."""
+    task = identity["task"]
+    apart = {name: value for name, value in identity.items() if name != "parallel"}
+    whole = json.dumps([str(folder.path.absolute()), apart], sort_keys=True)
+    words = re.sub(r"[^\w.]+", "-", f"{task['garment']}-{task['fold']}")
+    return f"{words}-seed-{identity['seed']}-{sha256(whole.encode()).hexdigest()[:12]}"

@@ -1,0 +1,150 @@
+"""The conclusion of a study in words: whether the fold succeeds, what to know of it, what to do where it does not."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from tatamu.report.verdict import OVERLAP, SUCCESS, grade, succeeds
+from tatamu.results import FromFlat, PlanResult, Result, Scores
+
+LATE = 0.6
+"""The best of a search that still gets better came after this part of its trials."""
+EDGE = 0.01
+"""A value lies on a bound when it is nearer to it than this part of the range."""
+MEANING = {
+    "x1": "P1 ahead of the grasp",
+    "z1": "P1 above the grasp",
+    "x2": "P2 ahead of the grasp",
+    "z2": "P2 above the grasp",
+    "g1": "left grasp, from the corner inwards",
+    "g2": "right grasp, from the corner inwards",
+}
+"""Meaning of each parameter of Eq. (9), in a few words."""
+
+
+@dataclass(frozen=True)
+class Conclusion:
+    """The verdict on a fold, or on a plan of several."""
+
+    succeeded: bool
+    measures: list[str]
+    """The figures that the verdict rests on, each with its threshold; further ones may follow."""
+    notes: list[str] = field(default_factory=list)
+    """Lines to know before the verdict is believed."""
+    advice: list[str] = field(default_factory=list)
+    """Things to do; empty where the fold succeeded."""
+    steps: list[tuple[str, Conclusion]] = field(default_factory=list)
+    """Of a plan: the name of each step and the verdict on it."""
+
+    @property
+    def text(self) -> str:
+        """The verdict in one line."""
+        return f"{'succeeded' if self.succeeded else 'failed'}: {', '.join(self.measures)}"
+
+
+def of_fold(result: Result) -> Conclusion:
+    """The verdict on a single fold, or on a step of a plan."""
+    best = result.best_trial
+    succeeded = succeeds(best)
+    return Conclusion(
+        succeeded,
+        _measures(best, "from the target"),
+        notes=on_bounds(result),
+        advice=[] if succeeded else _about_search(result),
+    )
+
+
+def of_plan(plan: PlanResult, results: Sequence[Result]) -> Conclusion:
+    """The verdict on a plan of several steps.
+
+    Args:
+        plan: The whole.
+        results: The study of each step.
+    """
+    steps = [of_fold(result) for result in results]
+    names = [f"step {n}, {step.title or 'fold'}" for n, step in enumerate(plan.steps, start=1)]
+    succeeded = succeeds(_scores(plan.final))
+    return Conclusion(
+        succeeded,
+        _measures(_scores(plan.final), "from where ideal folds of the flat garment would lay it"),
+        notes=[f"{name}: {note}" for name, step in zip(names, steps, strict=True) for note in step.notes],
+        advice=[] if succeeded else _about_steps(plan, steps, names),
+        steps=list(zip(names, steps, strict=True)),
+    )
+
+
+def on_bounds(result: Result) -> list[str]:
+    """A note where the best trial lies on a bound of the search; a grasp at the corner is none, as cloth ends there."""
+    chosen = result.best_trial.parameters
+    found = []
+    for name, (low, high) in result.bounds.items():
+        if name == "g2" and result.task.hands == 1:
+            continue
+        whole = name.startswith("g")
+        value = float(int(chosen[name])) if whole else float(chosen[name])
+        last = (result.task.candidates or 0) - 1 if whole else high
+        near = EDGE * (high - low)
+        if value > last - near or (not whole and value < low + near):
+            unit = f" of 0 to {last:g}" if whole else f" m of {low:g} to {high:.3g} m"
+            found.append(f"{name} ({MEANING.get(name, name)}) is {value:.3g}{unit}")
+    if not found:
+        return []
+    return [f"the best trial lies on a bound of the search: {'; '.join(found)}; a better fold may lie beyond"]
+
+
+def _measures(scores: Scores, apart: str) -> list[str]:
+    distance = scores.mean_vertex_distance or 0.0
+    return [
+        f"{grade(distance)}, {1e3 * distance:.1f} mm {apart} on average (success below {1e3 * SUCCESS:g} mm)",
+        f"mask IoU {scores.mask_iou or 0.0:.3f} (success from {OVERLAP:.2f})",
+    ]
+
+
+def _scores(whole: FromFlat) -> Scores:
+    return Scores(mean_vertex_distance=whole.mean_vertex_distance, mask_iou=whole.mask_iou)
+
+
+def _about_search(result: Result) -> list[str]:
+    """Things to do after a search that found no fold that succeeds, from its own trials."""
+    trials = result.trials
+    best = result.best_trial
+    failed = [trial for trial in trials if trial.state == "failed"]
+    lines = []
+    if 2 * len(failed) > len(trials):
+        lines.append(f"{len(failed)} of {len(trials)} trials came to nothing; the last said: {failed[-1].error}")
+    other = next((trial for trial in trials if succeeds(trial)), None)
+    if other is not None:
+        lines.append(
+            f"trial {other.number} succeeds ({1e3 * (other.mean_vertex_distance or 0.0):.1f} mm) by a longer path: "
+            "on a coarse mesh C weighs the distance less; try a finer one (--spacing)"
+        )
+    lines += [
+        f"the fixed trajectory {each.label!r} succeeds: {1e3 * (each.mean_vertex_distance or 0.0):.1f} mm"
+        for each in result.baselines
+        if succeeds(each)
+    ][:1]
+    more = f"more trials: the same command with --trials {2 * len(trials)} goes on from here"
+    if best.number >= LATE * len(trials):
+        lines.append(f"{more}; the best came late, as trial {best.number} of {len(trials)}, so they are likely to help")
+    else:
+        lines.append(f"{more}; but the best came early, as trial {best.number} of {len(trials)}")
+        lines.append("another fold or other grasps: `tatamu plans` draws those that carry the whole garment")
+    return lines
+
+
+def _about_steps(plan: PlanResult, steps: Sequence[Conclusion], names: Sequence[str]) -> list[str]:
+    """Which step to look at."""
+    failing = [number for number, step in enumerate(steps) if not step.succeeded]
+    if failing:
+        first = failing[0]  # those after it begin from what it left
+        page = f"{plan.steps[first].folder}/report.html"
+        return [f"look at {names[first]}, the first to fail by itself: {page}", *steps[first].advice]
+    away = [step.whole.mean_vertex_distance for step in plan.steps]
+    growth = [later - before for before, later in zip([0.0, *away], away, strict=False)]
+    most = max(range(len(growth)), key=growth.__getitem__)
+    return [
+        f"every step succeeds by itself, but errors add up, most in {names[most]} (+{1e3 * growth[most]:.1f} mm): "
+        f"{plan.steps[most].folder}/report.html",
+        f"more trials: the same command with --trials {2 * max(step.trials for step in plan.steps)} goes on from here",
+    ]

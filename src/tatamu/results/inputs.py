@@ -1,0 +1,79 @@
+"""Copies of the user's files that a fold was learned from, in its folder: garment, plan, material, robot.
+
+So the folder can be moved, and the files can be changed, without its losing what it was made of.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from tatamu.errors import InputError
+from tatamu.files import read_json, replacing, write_json, write_text
+
+INPUTS = "inputs"
+INDEX = "files.json"
+"""The file that names the copy of each kind."""
+
+
+@dataclass(frozen=True)
+class Sources:
+    """The files that make one input, the one that names the others first; or its text, where there was no file."""
+
+    files: Sequence[Path] = ()
+    text: str = ""
+    name: str = field(default="", kw_only=True)
+    """File name of the text."""
+
+
+def keep_inputs(folder: Path, sources: Mapping[str, Sources]) -> None:
+    """Copy the sources of a learned fold into its folder, each kind to `inputs/KIND`.
+
+    Files keep their places relative to one another, so that one that names another by a relative path still does.
+
+    Raises:
+        InputError: One cannot be read, or the folder cannot be written.
+    """
+    kept = {kind: _keep(folder / INPUTS / kind, source) for kind, source in sources.items()}
+    if kept:
+        write_json(folder / INPUTS / INDEX, {kind: f"{kind}/{place}" for kind, place in kept.items()})
+
+
+def _keep(folder: Path, source: Sources) -> str:
+    """Copy one input; the place of its first file in the folder."""
+    if not source.files:
+        write_text(folder / source.name, source.text)
+        return source.name
+    paths = [Path(os.path.abspath(path)) for path in source.files]
+    base = os.path.commonpath([path.parent for path in paths])
+    places = [path.relative_to(base) for path in paths]
+    for path, place in zip(paths, places, strict=True):
+        with replacing(folder / place) as temporary:
+            temporary.write_bytes(_content(path))
+    return places[0].as_posix()
+
+
+def _content(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+
+
+def kept_input(folder: Path, kind: str) -> Path | None:
+    """The copy of an input of a learned fold; None where none was kept. A step of a plan has those of the plan.
+
+    Raises:
+        InputError: The index is no index.
+    """
+    for place in (folder, Path(os.path.abspath(folder)).parent):
+        index = place / INPUTS / INDEX
+        if index.exists():
+            named = read_json(index)
+            if not isinstance(named, dict) or not isinstance(named.get(kind, ""), str):
+                raise InputError(f"{index}: must name a file for each kind, given {json.dumps(named)[:60]}")
+            return place / INPUTS / named[kind] if kind in named else None
+    return None

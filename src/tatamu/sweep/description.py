@@ -1,0 +1,106 @@
+"""The sweep file: options that all tasks share, a grid of which every combination is a task, and single tasks.
+
+docs/reference/sweep-file.md describes it.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from hashlib import sha256
+from itertools import product
+from math import prod
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, Field
+
+from tatamu.errors import InputError
+from tatamu.files import read_toml, validated
+from tatamu.records import Record
+
+MOST_TASKS = 100_000
+"""Tasks of a sweep at most."""
+GROWING = frozenset({"trials"})
+"""Options that a task may change and remain itself: it goes on where it stopped."""
+NAME = re.compile(r"[A-Za-z0-9][\w.-]{0,99}")
+
+Options = dict[str, Any]
+
+
+class SweepFile(Record):
+    """A sweep file as it is written; the options are those of `tatamu learn`, by their long names."""
+
+    version: Literal[1] = 1
+    all: Options = Field(default_factory=dict)
+    """Options of every task."""
+    grid: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field(default_factory=dict)
+    """Options with several values each; every combination is a task."""
+    task: list[Options] = Field(default_factory=list)
+    """Single tasks; `name` names the folder."""
+
+
+@dataclass(frozen=True)
+class SweepTask:
+    """One study of a sweep."""
+
+    name: str
+    """Of its folder: what it is, and a short digest of its options."""
+    options: Options
+    """Those that were given, by name."""
+
+
+def read_sweep(path: Path, model: type[BaseModel]) -> list[SweepTask]:
+    """Read a sweep file.
+
+    Args:
+        path: The file.
+        model: The options of a task.
+
+    Raises:
+        InputError: The file cannot be read, or a field is wrong.
+    """
+    file = validated(SweepFile, read_toml(path), path)
+    count = prod(len(values) for values in file.grid.values()) if file.grid else 0
+    if not 1 <= count + len(file.task) <= MOST_TASKS:
+        raise InputError(
+            f"{path}: must describe 1 to {MOST_TASKS} tasks, in [grid] or as [[task]], given {count + len(file.task)}"
+        )
+    tasks = [_task(path, where, options, model) for where, options in _all_options(file)]
+    seen: dict[str, str] = {}
+    for (where, _), task in zip(_all_options(file), tasks, strict=True):
+        if task.name in seen:
+            raise InputError(f"{path}: {where} is the same as {seen[task.name]}: give each task a name of its own")
+        seen[task.name] = where
+    return tasks
+
+
+def _all_options(file: SweepFile) -> Iterator[tuple[str, Options]]:
+    """Where each task stands in the file, and its options."""
+    for number, values in enumerate(product(*file.grid.values()) if file.grid else ()):
+        yield f"grid[{number}]", {**file.all, **dict(zip(file.grid, values, strict=True))}
+    for number, options in enumerate(file.task):
+        yield f"task[{number}]", {**file.all, **options}
+
+
+def _task(path: Path, where: str, options: Options, model: type[BaseModel]) -> SweepTask:
+    own = dict(options)
+    name = own.pop("name", None)
+    if name is not None and not (isinstance(name, str) and NAME.fullmatch(name)):
+        raise InputError(
+            f"{path}: {where}.name: must be letters, digits, '.', '_' and '-', at most 100, given {str(name)[:60]!r}"
+        )
+    made = validated(model, own, f"{path}: {where}")
+    given = made.model_dump(mode="json", exclude_unset=True)
+    return SweepTask(name or _name(made, given), given)
+
+
+def _name(made: BaseModel, given: Options) -> str:
+    """Garment, fold, seed, and a digest of all options that make the task another one."""
+    kept = {name: value for name, value in sorted(given.items()) if name not in GROWING}
+    digest = sha256(json.dumps(kept, sort_keys=True).encode()).hexdigest()[:6]
+    words = [Path(str(getattr(made, name, ""))).stem for name in ("garment", "fold")]
+    plain = [re.sub(r"[^A-Za-z0-9_]+", "-", word).strip("-")[:30] for word in words]
+    return "-".join([*filter(None, plain), f"seed-{getattr(made, 'seed', 0)}", digest])

@@ -1,0 +1,157 @@
+"""Running the tasks of a sweep, several at a time; each is recorded when it ends, whether it failed or not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from pathlib import Path
+from threading import Event, RLock
+from typing import Any
+
+from filelock import FileLock, Timeout
+
+from tatamu.errors import InputError, TatamuError, UnavailableError
+from tatamu.sweep.description import SweepTask
+from tatamu.sweep.records import SweepFolder, TaskRecord, completed, holds_task
+
+Learned = Callable[[dict[str, Any], Path, Callable[[Any], None]], None]
+"""Learns a task: its options, its folder, and a function to call with the progress of its trials."""
+Shown = Callable[[TaskRecord, Any], None]
+"""Is called with a task whenever something changes, and with the progress of its trials, if it is that."""
+
+
+class _StoppedError(Exception):
+    """The sweep ends before this task is done."""
+
+
+def run_sweep(
+    tasks: Sequence[SweepTask],
+    folder: SweepFolder,
+    learned: Learned,
+    *,
+    trials: int = 50,
+    at_a_time: int = 1,
+    show: Shown = lambda record, progress: None,
+) -> list[TaskRecord]:
+    """Learn every task, or go on where an earlier run stopped.
+
+    A task that fails is recorded with its error and tried again by the next run; the others go on.
+
+    Args:
+        tasks: What is to be learned.
+        folder: Where everything goes; made if it is not there.
+        learned: Learns one of them.
+        trials: Of a task that does not say how many.
+        at_a_time: How many tasks run at a time, in threads.
+        show: Draws the progress.
+
+    Returns:
+        A record of each task, in their order.
+
+    Raises:
+        InputError: The folder cannot be used.
+        UnavailableError: A scheduler, a database or a disk does not answer; what was finished is kept.
+    """
+    try:
+        folder.path.mkdir(parents=True, exist_ok=True)
+        lock = FileLock(folder.path / ".sweep-lock").acquire(timeout=0)
+    except Timeout:
+        raise InputError(f"{folder.path}: another sweep is running here") from None
+    except OSError as error:
+        raise InputError(f"{folder.path}: cannot be written ({error.strerror or error})") from None
+    with lock:
+        before = {record.name: record for record in folder.read()}
+        state = _Sweep(folder, [_begun(task, before, folder, trials) for task in tasks], show)
+        state.write()
+        state.run(learned, at_a_time)
+        return state.records
+
+
+def _begun(task: SweepTask, before: dict[str, TaskRecord], folder: SweepFolder, trials: int) -> TaskRecord:
+    """The record of a task as this run finds it."""
+    known = before.get(task.name)
+    wanted = task.options.get("trials", trials)
+    if known is not None and holds_task(known, folder.of_task(task.name), wanted):
+        return known
+    return TaskRecord(name=task.name, options=task.options)
+
+
+@dataclass
+class _Sweep:
+    """A sweep under way."""
+
+    folder: SweepFolder
+    records: list[TaskRecord]
+    show: Shown
+
+    def __post_init__(self) -> None:
+        self._lock = RLock()
+        self._stop = Event()
+
+    def run(self, learned: Learned, at_a_time: int) -> None:
+        """Run what is not complete.
+
+        Raises:
+            UnavailableError: Of the first task that met one.
+        """
+        with ThreadPoolExecutor(at_a_time, thread_name_prefix="sweep") as pool:
+            numbers = [k for k, record in enumerate(self.records) if record.state != "complete"]
+            futures = [pool.submit(self._one, number, learned) for number in numbers]
+            try:
+                _first_error(futures)
+            except BaseException:
+                self._stop.set()
+                pool.shutdown(wait=False, cancel_futures=True)
+                raise
+
+    def write(self) -> None:
+        """Write `sweep.json`; a task that runs is written as one that waits."""
+        with self._lock:
+            waiting = {"state": "waiting"}
+            self.folder.write([r.model_copy(update=waiting) if r.state == "running" else r for r in self.records])
+
+    def _one(self, number: int, learned: Learned) -> None:
+        record = self.records[number]
+        self._change(number, record.model_copy(update={"state": "running"}))
+        path = self.folder.of_task(record.name)
+
+        def progress(now: Any) -> None:
+            if self._stop.is_set():
+                raise _StoppedError
+            self.show(self.records[number], now)
+
+        try:
+            progress(None)
+            learned(record.options, path, progress)
+            ended = completed(record, path)
+        except (_StoppedError, UnavailableError):
+            self._change(number, record)
+            raise
+        except Exception as error:
+            if self._stop.is_set():
+                self._change(number, record)
+                raise
+            ended = record.model_copy(update={"state": "failed", "error": _said(error)})
+        self._change(number, ended)
+        self.write()
+
+    def _change(self, number: int, record: TaskRecord) -> None:
+        with self._lock:
+            self.records[number] = record
+        self.show(record, None)
+
+
+def _first_error(futures: Sequence[Future[None]]) -> None:
+    """Wait for all, and raise the first error as soon as there is one."""
+    waiting = set(futures)
+    while waiting:
+        ended, waiting = wait(waiting, return_when="FIRST_COMPLETED")
+        for future in ended:
+            future.result()
+
+
+def _said(error: Exception) -> str:
+    """An error in one line."""
+    words = " ".join(str(error).split())
+    return words if isinstance(error, TatamuError) else f"{type(error).__name__}: {words}"

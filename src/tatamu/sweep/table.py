@@ -1,0 +1,140 @@
+"""The tasks of a sweep as rows: of `sweep.parquet`, and of the table on the terminal."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.table import Table
+
+from tatamu.errors import InputError
+from tatamu.files import replacing
+from tatamu.sweep.records import SweepFolder, TaskRecord
+
+MEASURES = (
+    "trials",
+    "failed_trials",
+    "objective",
+    "trajectory_length",
+    "mean_vertex_distance",
+    "mask_iou",
+    "area_error",
+    "crossings",
+    "seconds",
+)
+WHOLE = ("trials", "failed_trials", "crossings")
+"""Measures that are whole numbers."""
+SHOWN = 24
+"""Rows of the terminal's table at most."""
+
+
+def check_parquet() -> None:
+    """Refuse to begin where `sweep.parquet` could not be written.
+
+    Raises:
+        InputError: pyarrow is not installed.
+    """
+    if importlib.util.find_spec("pyarrow") is None:
+        raise InputError("sweep.parquet: needs pyarrow; python -m pip install 'tatamu[cluster]'")
+
+
+def write_parquet(records: Sequence[TaskRecord], path: Path) -> None:
+    """Write a row for each task: its name, its state, its options as `option.NAME`, its measures in SI units.
+
+    Raises:
+        InputError: The file cannot be written.
+    """
+    import pyarrow
+    import pyarrow.parquet
+
+    columns: dict[str, Any] = {
+        "name": pyarrow.array([record.name for record in records], pyarrow.string()),
+        "state": pyarrow.array([record.state for record in records], pyarrow.string()),
+        "error": pyarrow.array([record.error for record in records], pyarrow.string()),
+    }
+    for name in option_names(records):
+        columns[f"option.{name}"] = pyarrow.array(_plain([record.options.get(name) for record in records]))
+    for name in MEASURES:
+        kind = pyarrow.int64() if name in WHOLE else pyarrow.float64()
+        columns[name] = pyarrow.array([getattr(record, name) for record in records], kind)
+    with replacing(path) as temporary:
+        pyarrow.parquet.write_table(pyarrow.table(columns), temporary)
+
+
+def option_names(records: Sequence[TaskRecord]) -> list[str]:
+    """Options that some task gives, in the order of their first use."""
+    return list(dict.fromkeys(name for record in records for name in record.options))
+
+
+def varied(records: Sequence[TaskRecord]) -> list[str]:
+    """Options that differ between tasks."""
+    names = option_names(records)
+    return [name for name in names if len({json.dumps(record.options.get(name)) for record in records}) > 1]
+
+
+def _plain(values: list[Any]) -> list[Any]:
+    """Values of one type: as they are, or all as text."""
+    kinds = {type(value) for value in values if value is not None}
+    if len(kinds) <= 1 or kinds == {int, float}:
+        return [float(value) if kinds == {int, float} and value is not None else value for value in values]
+    return [None if value is None else str(value) for value in values]
+
+
+def counts(records: Sequence[TaskRecord]) -> str:
+    """How many tasks are in which state, in words."""
+    found = Counter(record.state for record in records)
+    words = [f"{found[state]} {state}" for state in ("complete", "running", "waiting", "failed") if found[state]]
+    return f"{len(records)} tasks: {', '.join(words)}"
+
+
+class LiveTable:
+    """The table on the terminal: what runs first, then what ended last."""
+
+    def __init__(self, records: Sequence[TaskRecord]) -> None:
+        self._records = {record.name: record for record in records}
+        self._progress: dict[str, str] = {}
+        self._latest: list[str] = []
+
+    def update(self, record: TaskRecord, progress: str | None) -> None:
+        """Take over a change of a task, or the words of its progress."""
+        if self._records.get(record.name, record).state != record.state or record.name not in self._latest:
+            self._latest = [record.name, *(name for name in self._latest if name != record.name)]
+        self._records[record.name] = record
+        if progress is not None:
+            self._progress[record.name] = progress
+
+    def __rich__(self) -> Table:
+        """The table as it is now."""
+        out = Table(title=counts(list(self._records.values())), title_justify="left")
+        for name in ("task", "state", "progress"):
+            out.add_column(name, overflow="fold")
+        recent = [self._records[name] for name in self._latest]
+        ordered = sorted(recent, key=lambda record: record.state != "running")
+        for record in ordered[:SHOWN]:
+            out.add_row(record.name, record.state, said(record) or self._progress.get(record.name, ""))
+        return out
+
+
+def said(record: TaskRecord) -> str:
+    """How a task ended, in a few words; nothing while it has not."""
+    if record.state == "failed":
+        return record.error or "failed"
+    if record.state != "complete":
+        return ""
+    distance = "no fold" if record.mean_vertex_distance is None else f"{1e3 * record.mean_vertex_distance:.1f} mm"
+    objective = "" if record.objective is None else f", C = {record.objective:.4f}"
+    return f"{distance} from the target{objective}"
+
+
+def write_results(folder: SweepFolder, records: Sequence[TaskRecord]) -> Path:
+    """Write `sweep.parquet` and the page; returns the page."""
+    from tatamu.files import write_text
+    from tatamu.sweep.page import page
+
+    write_parquet(records, folder.table_file)
+    write_text(folder.page_file, page(records))
+    return folder.page_file

@@ -1,0 +1,67 @@
+"""`tatamu plan`: which robot it takes, and what it proposes where no placement is found."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("mujoco", reason="no MuJoCo here: pip install 'tatamu[robot]'")
+
+from tatamu.cli import main
+from tatamu.results import Sources, keep_inputs
+from tatamu.robots.description import described, files_of
+from tatamu.robots.plan import NoPlacement
+from tests.fabricated import changed, write_fold
+from tests.robots.arms import pair
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Names of the robots that were planned for; no placement is ever found."""
+    names: list[str] = []
+
+    def refused(folder: Path, robot: Any, *_: object) -> None:
+        names.append(robot.name)
+        raise NoPlacement(f"{folder}: no placement")
+
+    monkeypatch.setattr("tatamu.robots.plan_fold", refused)
+    return names
+
+
+def said(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    monkeypatch.setattr("sys.argv", ["tatamu", "plan", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 2
+    return capsys.readouterr().err
+
+
+def test_where_there_is_no_placement_learning_within_reach_is_proposed(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], asked: list[str]
+) -> None:
+    where = [str(folder), "--out", str(tmp_path / "plan")]
+    remedy = "`tatamu learn .. --robot {}` searches only folds within its reach"
+    assert remedy.format("hironx") in said(monkeypatch, capsys, *where)
+    assert remedy.format("nextage") in said(monkeypatch, capsys, *where, "--robot", "nextage")
+    changed(folder / "result.json", lambda value: value["task"].update(robot="nextage"))
+    assert "tatamu learn" not in said(monkeypatch, capsys, *where)  # it was done already
+    assert asked == ["hironx", "nextage", "nextage"]
+
+
+def test_a_robot_of_ones_own_goes_with_the_fold(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], asked: list[str]
+) -> None:
+    (tmp_path / "own").mkdir()
+    description = pair(tmp_path / "own")
+    files = files_of(description)
+    assert {file.name for file in files} == {"pair.toml", "arm.urdf", "arm.xml"}
+    folder = write_fold(tmp_path / "towel", spacing=0.08, frames=24)
+    changed(folder / "result.json", lambda value: value["task"].update(robot="pair"))
+    keep_inputs(folder, {"robot": Sources(files)})
+    shutil.rmtree(tmp_path / "own")
+    assert described(folder / "inputs" / "robot" / "pair.toml").name == "pair"
+    said(monkeypatch, capsys, str(folder), "--out", str(tmp_path / "plan"))
+    assert asked == ["pair"]

@@ -1,0 +1,369 @@
+"""What `tatamu learn` says: at once, while it works, at the end, and when it is interrupted."""
+
+from __future__ import annotations
+
+import io
+import json
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from rich.console import Console
+
+from tatamu.cli import main
+from tatamu.cli.progress import LearningDisplay, Workload, duration, prepare
+from tatamu.cli.verdict import conclusion, kept, spoken
+from tatamu.errors import InputError
+from tatamu.folding.task import Job, make_job
+from tatamu.learning import Progress, learn_job
+from tatamu.results import ResultFolder
+from tests.fabricated import changed, write_fold
+from tests.scenes import scene
+
+EXAMPLE = Path(__file__).parent.parent / "examples" / "measurements-towel.toml"
+COARSE: dict[str, Any] = {"spacing": 0.04, "size": (0.24, 0.5)}
+SEARCH: dict[str, Any] = {"sampler": "random", "baselines": False}
+
+
+def run(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
+    """The exit code of a command."""
+    monkeypatch.setattr("sys.argv", ["tatamu", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    return int(ended.value.code or 0)
+
+
+def timeless(folder: Path) -> list[Any]:
+    """All results of a folder, without their times."""
+
+    def strip(value: Any) -> Any:
+        if isinstance(value, dict):
+            return {k: strip(v) for k, v in value.items() if k not in ("seconds", "wall_seconds")}
+        return [strip(v) for v in value] if isinstance(value, list) else value
+
+    return [strip(json.loads(file.read_text())) for file in sorted(folder.rglob("result.json"))]
+
+
+def test_something_is_said_before_anything_heavy_is_imported(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    monkeypatch.setitem(sys.modules, "tatamu.folding.task", None)  # its import then fails
+    monkeypatch.setattr("sys.argv", ["tatamu", "learn", "towel", "--out", str(tmp_path / "out")])
+    with pytest.raises(ImportError):
+        main()
+    assert capsys.readouterr().out == "laying out towel\n"
+
+
+def test_the_end_says_the_verdict_and_the_note_and_exits_with_0(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path, small_pictures: None
+) -> None:
+    options = ["--size", "0.24x0.5", "--spacing", "0.04", "--sampler", "random", "--no-baselines", "--trials", "2"]
+    assert run(monkeypatch, "learn", "towel", *options, "--out", str(tmp_path)) == 0
+    said = capsys.readouterr().out.splitlines()
+    assert said[-1] == f"report: {tmp_path / 'report.html'}"
+    verdicts = [line for line in said if line.startswith(("succeeded: ", "failed: "))]
+    assert len(verdicts) == 1 and "success below 12.5 mm" in verdicts[0] and "success from 0.80" in verdicts[0]
+    best = ResultFolder(tmp_path).result.best_trial
+    assert best.mean_vertex_distance and f"{1e3 * best.mean_vertex_distance:.1f} mm" in verdicts[0]
+    assert any("to go, a trial every" in line for line in said)
+
+
+@pytest.mark.parametrize(("size", "succeeded"), [(0.0018, True), (0.0124, True), (0.0126, False), (0.03, False)])
+def test_the_verdict_is_that_of_the_thresholds(tmp_path: Path, size: float, succeeded: bool) -> None:
+    said = conclusion(write_fold(tmp_path, spacing=0.08, size=size, frames=24))
+    assert said.succeeded == succeeded
+    assert said.text.startswith("succeeded: " if succeeded else "failed: ")
+    assert bool(said.advice) == (not succeeded)
+
+
+def test_a_fold_whose_outline_misses_fails_however_near_its_vertices_are(folder: Path) -> None:
+    best = json.loads((folder / "result.json").read_text())["best"]
+    changed(folder / "result.json", lambda value: value["trials"][best].update(mask_iou=0.79))
+    assert not conclusion(folder).succeeded
+
+
+def failed_with_best(folder: Path, number: int) -> list[str]:
+    """The advice on a search of 10 trials that failed, of which the best is that one."""
+
+    def change(value: dict[str, Any]) -> None:
+        value["trials"] = value["trials"][:10]
+        value["best"] = number
+        value["baselines"] = []
+        for trial in value["trials"]:
+            trial.update(state="complete", error=None, objective=2.0, mean_vertex_distance=0.03, mask_iou=0.7)
+        value["trials"][number]["objective"] = 1.0
+
+    changed(folder / "result.json", change)
+    return conclusion(folder).advice
+
+
+def test_a_search_that_still_got_better_shall_have_more_trials(folder: Path) -> None:
+    late = failed_with_best(folder, 9)
+    assert "--trials 20" in late[0] and "likely to help" in late[0]
+
+
+def test_a_search_that_no_longer_got_better_is_told_of_other_folds(folder: Path) -> None:
+    early = failed_with_best(folder, 2)
+    assert "best came early, as trial 2 of 10" in early[0] and "tatamu plans" in early[1]
+
+
+def test_another_trial_or_a_fixed_trajectory_that_succeeds_is_named(folder: Path) -> None:
+    baselines = json.loads((folder / "result.json").read_text())["baselines"]
+    failed_with_best(folder, 2)
+    changed(folder / "result.json", lambda value: value["trials"][5].update(mean_vertex_distance=0.004, mask_iou=0.9))
+    changed(folder / "result.json", lambda value: value.update(baselines=baselines))
+    advice = conclusion(folder).advice
+    assert "trial 5 succeeds (4.0 mm) by a longer path" in advice[0]
+    assert "Circular arc" in advice[1]
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "noted"),
+    [("z2", 0.001, True), ("z2", 0.02, False), ("x1", 0.799, True), ("g1", 26, True), ("g1", 0, False)],
+)
+def test_the_best_on_a_bound_is_noted(folder: Path, name: str, value: float, noted: bool) -> None:
+    bounds = {"x1": [0.0, 0.8], "z2": [0.0, 0.6], "g1": [0, 26]}
+    middle = {"x1": 0.4, "z2": 0.3, "g1": 10, name: value}
+    best = json.loads((folder / "result.json").read_text())["best"]
+    changed(folder / "result.json", lambda whole: whole["trials"][best]["parameters"].update(middle))
+    changed(folder / "result.json", lambda whole: whole.update(bounds=bounds))
+    said = list(spoken(conclusion(folder)))
+    assert [line.startswith("note: the best trial lies on a bound of the search: " + name) for line in said[1:]] == [
+        True
+    ] * noted
+
+
+@pytest.fixture(scope="module")
+def quarters() -> Job:
+    return make_job("towel", fold="quarters", **COARSE)
+
+
+def stopping_after(count: int) -> Callable[..., Any]:
+    """A `reporting` that is interrupted after so many trials, counted through all steps."""
+    made = iter(range(1000))
+
+    class Reporting:
+        def __init__(self, *_: object) -> None:
+            pass
+
+        def __enter__(self) -> Callable[[Progress], None]:
+            return self.show
+
+        def __exit__(self, *_: object) -> None:
+            pass
+
+        def show(self, progress: Progress) -> None:
+            if progress.stage == "trials" and progress.done and next(made) + 1 == count:
+                raise KeyboardInterrupt
+
+    return Reporting
+
+
+def test_an_interrupted_study_leaves_a_report_and_goes_on(tmp_path: Path, small_pictures: None) -> None:
+    towel = make_job("towel", **COARSE)
+    with pytest.raises(KeyboardInterrupt):
+        learn_job(towel, tmp_path / "cut", trials=5, reporting=stopping_after(3), **SEARCH)
+    assert (tmp_path / "cut" / "report.html").exists()
+    assert len(ResultFolder(tmp_path / "cut").result.trials) == 3
+    for folder in ("cut", "whole"):
+        learn_job(towel, tmp_path / folder, trials=5, **SEARCH)
+    assert timeless(tmp_path / "cut") == timeless(tmp_path / "whole")
+
+
+@pytest.mark.parametrize(("trials", "steps"), [(1, 1), (3, 2)])
+def test_an_interrupted_plan_leaves_a_report_of_its_finished_steps(
+    quarters: Job, tmp_path: Path, small_pictures: None, trials: int, steps: int
+) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        learn_job(quarters, tmp_path / "cut", trials=2, reporting=stopping_after(trials), **SEARCH)
+    assert len(ResultFolder(tmp_path / "cut").plan_result.steps) == steps
+    title = "in 2 folds" if steps == 2 else "the first 1 of 2 folds"
+    assert title in (tmp_path / "cut" / "report.html").read_text()
+    for folder in ("cut", "whole"):
+        learn_job(quarters, tmp_path / folder, trials=2, **SEARCH)
+    assert timeless(tmp_path / "cut") == timeless(tmp_path / "whole")
+
+
+def test_an_interrupted_command_says_how_to_go_on_and_exits_with_130(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("tatamu.learning.learn_job", interrupted)
+    write_fold(tmp_path, spacing=0.08, frames=24)
+    (tmp_path / "study.db").touch()
+    assert run(monkeypatch, "learn", "towel", "--out", str(tmp_path)) == 130
+    said = capsys.readouterr().err
+    assert said == f"tatamu: {kept(tmp_path)}\n"
+    assert "run the same command again to go on" in said and str(tmp_path) in said
+
+
+def test_the_work_that_is_left_counts_all_that_follows() -> None:
+    """Trials and trajectories of the steps to come, and the pages: one for each step, one for the whole."""
+    one, two = Workload(1, 50, 3), Workload(2, 50, 3)
+    page = one.seconds(1, 1.0, 0)
+    assert one.seconds(1, 2.0, 10) == pytest.approx(20.0 + page)
+    assert two.seconds(1, 2.0, 10) == pytest.approx(20.0 + 2.0 * 53 + 3 * page)
+    assert two.seconds(2, 2.0, 10) == pytest.approx(20.0 + 2 * page)
+
+
+@pytest.mark.parametrize(("seconds", "said"), [(0.2, "1 s"), (59.4, "59 s"), (70, "1 min 10 s"), (7500, "2 h 5 min")])
+def test_durations_are_words(seconds: float, said: str) -> None:
+    assert duration(seconds) == said
+
+
+class Watched:
+    """A display on a clock that the test sets, of a simulator that compiles so many functions."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, compiled: int = 0, terminal: bool = False) -> None:
+        self.time = 0.0
+        self.text = io.StringIO()
+        simulator = SimpleNamespace(prepare=self.prepare, compilation=lambda: (compiled, 80))
+        monkeypatch.setattr("tatamu.cli.progress.monotonic", lambda: self.time)
+        monkeypatch.setattr("tatamu.simulators.named", lambda name: simulator)
+        job = make_job("towel", **COARSE)
+        console = Console(file=self.text, force_terminal=terminal, width=200)
+        self.display = LearningDisplay(job, 10, 3, console)
+        self.task = job.task(0)
+
+    def prepare(self) -> None:
+        self.time += 10.0
+        self.display._look()
+
+    def show(self, *trials: int) -> list[str]:
+        """Lines after trials that took 2 s each, every line looked at."""
+        with self.display.reporting(self.task, 10) as report:
+            for done in trials:
+                report(Progress(done, 10, 1.0, 0.002))
+                self.display._look()
+                self.time += 2.0
+            report(Progress(10, 10, 1.0, 0.002, "baselines"))
+            self.display._look()
+            report(Progress(10, 10, 1.0, 0.002, "report"))
+            self.display._look()
+        return self.text.getvalue().splitlines()
+
+
+def test_time_left_is_said_from_the_first_trial_to_the_report(monkeypatch: pytest.MonkeyPatch) -> None:
+    lines = Watched(monkeypatch).show(0, 4, 5)
+    page = Workload(1, 10, 3).seconds(1, 1.0, 0)
+    left = duration(0.5 * (6 + 3) + page)
+    assert f"about {left} to go, a trial every 0.5 s" in lines
+    assert any(line.startswith("4/10 trials: ") and f"about {left} left" in line for line in lines)
+    assert any("fixed trajectories: " in line and " left" in line for line in lines)
+    assert any("writing the report: " in line and " left" in line for line in lines)
+
+
+def test_compiling_is_said_only_where_it_happens_and_moves(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert not any("compiling" in line for line in Watched(monkeypatch).show(0))
+    said = [line for line in Watched(monkeypatch, compiled=20).show(0) if "compiling" in line]
+    assert len(said) == 1 and said[0].startswith("20/80 ")
+    assert f"about {duration(30.0)} left" in said[0]
+
+
+def test_without_a_terminal_lines_come_by_themselves(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tatamu.cli.progress.LINE_EVERY", 0.01)
+    watched = Watched(monkeypatch)
+    with watched.display, watched.display.reporting(watched.task, 10) as report:
+        report(Progress(0, 10, None, None))
+        before = watched.text.getvalue().count("\n")
+        for _ in range(1000):
+            if watched.text.getvalue().count("\n") > before + 2:
+                return
+            time.sleep(0.01)
+    pytest.fail("no line came")
+
+
+def test_on_a_terminal_there_is_a_bar(monkeypatch: pytest.MonkeyPatch) -> None:
+    watched = Watched(monkeypatch, terminal=True)
+    with watched.display:
+        said = "\n".join(watched.show(0, 4))
+    assert "━" in said and "4/10" in said and "left" in said
+
+
+def test_a_folder_without_a_fold_has_no_verdict(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"result\.json: cannot be read"):
+        conclusion(tmp_path)
+
+
+COMMANDS = [
+    ["learn", "towel", "--out", "OUT", "--simulator", "blender"],
+    ["simulate", "SCENE", "--out", "OUT", "--simulator", "blender"],
+    ["reproduce", "--out", "OUT"],
+    ["validate", "--simulator", "blender", "--out", "OUT"],
+    ["calibrate", "MEASUREMENTS", "--out", "OUT.toml", "--simulator", "blender"],
+    ["check", "FOLDER", "--simulator", "blender", "--out", "OUT"],
+    ["check", "FOLDER", "--all", "--out", "OUT"],
+    ["margins", "FOLDER", "--simulator", "blender", "--out", "OUT"],
+    ["rehearse", "FOLDER", "--simulator", "blender"],
+]
+"""Commands that need Blender."""
+
+
+@pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
+def test_a_command_that_needs_blender_looks_for_it_before_it_begins(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path, words: list[str]
+) -> None:
+    monkeypatch.setattr("tatamu.simulators.blender.discovery.python_of", lambda _: tmp_path / "none")
+    monkeypatch.setattr("shutil.which", lambda *_: None)
+    monkeypatch.delenv("TATAMU_BLENDER", raising=False)
+    out = tmp_path / "out"
+    scene(duration=0.1).save(tmp_path / "scene.json")
+    places = {
+        "OUT": str(out),
+        "OUT.toml": str(out / "m.toml"),
+        "SCENE": str(tmp_path / "scene.json"),
+        "FOLDER": str(write_fold(tmp_path / "fold", spacing=0.08, frames=24)),
+        "MEASUREMENTS": str(EXAMPLE),
+    }
+    assert run(monkeypatch, *(places.get(word, word) for word in words)) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1 and said.startswith("tatamu: blender: no Blender found")
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("compiled", [0, 20])
+def test_a_simulator_that_compiles_says_so_and_one_that_loads_does_not(
+    monkeypatch: pytest.MonkeyPatch, compiled: int
+) -> None:
+    text = io.StringIO()
+    simulator = SimpleNamespace(prepare=lambda: time.sleep(0.2), compilation=lambda: (compiled, 80))
+    monkeypatch.setattr("tatamu.simulators.named", lambda name: simulator)
+    monkeypatch.setattr("tatamu.cli.progress.LINE_EVERY", 0.01)
+    prepare("native", Console(file=text))
+    assert ("compiling the simulator" in text.getvalue()) == bool(compiled)
+
+
+def test_the_first_step_that_fails_is_the_one_to_look_at(quarters: Job, tmp_path: Path, small_pictures: None) -> None:
+    learn_job(quarters, tmp_path, trials=1, **SEARCH)
+    for step in ("step-1", "step-2"):
+        changed(tmp_path / step / "result.json", lambda value: value["trials"][0].update(mean_vertex_distance=0.03))
+    changed(tmp_path / "result.json", lambda value: value["final"].update(mean_vertex_distance=0.05))
+    said = list(spoken(conclusion(tmp_path)))
+    assert said[0].startswith("step 1, in half across the length: failed: ")
+    assert said[2].startswith("in all: failed: ")
+    assert any(
+        line.startswith("to do 1: look at step 1, in half across") and "step-1/report.html" in line for line in said
+    )
+
+
+def test_errors_of_steps_that_succeed_are_seen_to_add_up(quarters: Job, tmp_path: Path, small_pictures: None) -> None:
+    learn_job(quarters, tmp_path, trials=1, **SEARCH)
+    for step in ("step-1", "step-2"):
+        changed(
+            tmp_path / step / "result.json",
+            lambda value: value["trials"][0].update(mean_vertex_distance=0.01, mask_iou=0.9),
+        )
+
+    def change(value: dict[str, Any]) -> None:
+        value["steps"][0]["whole"]["mean_vertex_distance"] = 0.004
+        value["steps"][1]["whole"]["mean_vertex_distance"] = value["final"]["mean_vertex_distance"] = 0.014
+
+    changed(tmp_path / "result.json", change)
+    advice = conclusion(tmp_path).advice
+    assert "most in step 2, in half along the length (+10.0 mm)" in advice[0] and "--trials 2" in advice[1]

@@ -1,0 +1,237 @@
+"""Work on other processes: the same results, whatever happens to the workers."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("distributed", reason="Dask is not installed")
+
+from tatamu.cluster import connected, executor_at
+from tatamu.cluster.address import parse_address
+from tatamu.cluster.arguments import unbound
+from tatamu.cluster.call import checked_call
+from tatamu.cluster.executor import DaskExecutor
+from tatamu.cluster.versions import difference, versions
+from tatamu.cluster.watch import Patience, Watch
+from tatamu.errors import InputError, UnavailableError, WorkerKilledError
+from tatamu.folding.task import Task, make_task
+from tatamu.learning import learn
+from tatamu.learning.evaluation import evaluate
+from tests.test_learning import COARSE, timeless
+
+
+@pytest.fixture(scope="module")
+def executor() -> Iterator[DaskExecutor]:
+    with connected("local:2") as found:
+        yield found
+
+
+def die_once(mark: Path) -> int:
+    if not mark.exists():
+        mark.touch()
+        os._exit(1)
+    return os.getpid()
+
+
+def die(mark: Path) -> None:
+    with mark.open("a") as file:
+        file.write("x")
+    os._exit(1)
+
+
+def hang_once(mark: Path) -> int:
+    if not mark.exists():
+        mark.touch()
+        os.kill(os.getpid(), signal.SIGSTOP)
+    return os.getpid()
+
+
+def nap(seconds: float) -> float:
+    time.sleep(seconds)
+    return seconds
+
+
+def loaded(array: np.ndarray, times: int) -> tuple[int, int]:
+    return os.getpid(), int(array[0]) * times
+
+
+@pytest.mark.parametrize(
+    "given", ["tcp:10.0.0.1", "local:0", "local:x", "http://a:1", "tcp://a:99999", "tcp://a b:1", ""]
+)
+def test_what_is_no_address_is_refused(given: str) -> None:
+    with pytest.raises(InputError, match="--scheduler"):
+        parse_address(given)
+
+
+def test_addresses_are_read() -> None:
+    assert parse_address("local:4").local == 4
+    assert parse_address("tcp://10.0.0.5:8786").local is None
+    assert parse_address("tls://[::1]:8786").text == "tls://[::1]:8786"
+
+
+def test_no_address_is_no_executor() -> None:
+    with executor_at(None) as found:
+        assert found is None
+
+
+def test_a_scheduler_that_is_not_there_is_refused_within_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tatamu.cluster.connection.CONNECT_SECONDS", 0.5)
+    begun = time.monotonic()
+    with pytest.raises(UnavailableError, match=r"tcp://127\.0\.0\.1:9 does not answer"):
+        with connected("tcp://127.0.0.1:9"):
+            pass
+    assert time.monotonic() - begun < 15
+
+
+def test_calls_come_back_with_results_and_errors(executor: DaskExecutor) -> None:
+    assert list(executor.map(divmod, range(4), [2] * 4)) == [divmod(k, 2) for k in range(4)]
+    with pytest.raises(ZeroDivisionError):
+        executor.submit(divmod, 1, 0).result()
+
+
+def test_large_arguments_go_over_once(executor: DaskExecutor) -> None:
+    array = np.full(100_000, 7.0)
+    twin = array.copy()
+    before = len(executor._shared._by_content)
+    results = [executor.submit(loaded, each, times).result() for each in (array, twin) for times in range(3)]
+    assert [product for _, product in results] == [0, 7, 14] * 2
+    assert len(executor._shared._by_content) - before == 1, "equal content is one argument"
+
+
+def test_shared_arguments_are_forgotten_with_their_object(executor: DaskExecutor) -> None:
+    array = np.full(100_000, 3.0)
+    executor.submit(loaded, array, 1).result()
+    assert id(array) in executor._shared._by_object
+    number = id(array)
+    del array
+    until = time.monotonic() + 10
+    while number in executor._shared._by_object and time.monotonic() < until:
+        time.sleep(0.05)
+    assert number not in executor._shared._by_object
+
+
+def test_what_is_bound_to_a_function_is_an_argument() -> None:
+    task = make_task("towel", **COARSE)
+    function, bound = unbound(task.evaluate)
+    assert function is Task.evaluate and bound == (task,)
+
+
+def test_a_call_whose_worker_dies_runs_elsewhere(executor: DaskExecutor, tmp_path: Path) -> None:
+    assert executor.submit(die_once, tmp_path / "mark").result(60) > 0
+
+
+def test_a_large_argument_outlives_its_workers(executor: DaskExecutor) -> None:
+    array = np.full(100_000, 5.0)
+    for times in (1, 2, 3):
+        pid, product = executor.submit(loaded, array, times).result(60)
+        assert product == 5 * times
+        os.kill(pid, signal.SIGKILL)
+
+
+def test_a_call_that_kills_three_workers_is_given_up(executor: DaskExecutor, tmp_path: Path) -> None:
+    with pytest.raises(WorkerKilledError, match="killed 3 workers"):
+        executor.submit(die, tmp_path / "deaths").result(120)
+    assert 1 <= len((tmp_path / "deaths").read_text()) <= 3, "one may have died before, of what was killed above"
+    assert executor.submit(nap, 0.0).result(60) == 0.0, "the others go on"
+
+
+def test_a_call_whose_worker_hangs_runs_elsewhere(tmp_path: Path) -> None:
+    import distributed
+
+    with connected("local:2") as found:
+        patient = DaskExecutor(found._client, "local:2", Watch(Patience(first=3.0, least=3.0)))
+        assert isinstance(found._client, distributed.Client)
+        assert patient.submit(hang_once, tmp_path / "mark").result(90) > 0
+        patient.shutdown()
+
+
+def test_how_long_a_call_may_take_follows_the_others() -> None:
+    patience = Patience(first=100.0, least=10.0, factor=5.0)
+    assert [patience.limit(longest) for longest in (None, 1.0, 4.0)] == [100.0, 10.0, 20.0]
+
+
+def test_other_versions_are_named() -> None:
+    assert difference(dict(versions())) is None
+    assert "numpy 1.0 there" in (difference({**versions(), "numpy": "1.0"}) or "")
+    assert "missing there" in (difference({}) or "")
+    with pytest.raises(UnavailableError, match="other versions"):
+        checked_call({**versions(), "tatamu": "0.0"}, nap, 0.0)
+
+
+def test_workers_of_other_versions_are_refused(executor: DaskExecutor, monkeypatch: pytest.MonkeyPatch) -> None:
+    from tatamu.cluster.connection import refuse_other_versions
+
+    monkeypatch.setattr("tatamu.cluster.versions.versions", lambda: {**versions(), "numpy": "1.26.4"})
+    with pytest.raises(InputError, match=r"worker tcp://.* has numpy .* there, 1\.26\.4 here; make them equal"):
+        refuse_other_versions(executor._client, "local:2")
+
+
+def test_calls_that_wait_can_be_cancelled(executor: DaskExecutor) -> None:
+    futures = [executor.submit(nap, 0.3) for _ in range(12)]
+    assert futures[-1].cancel()
+    assert [future.result() for future in futures[:-1]] == [0.3] * 11
+
+
+def test_a_study_on_workers_is_the_study_of_one_machine(executor: DaskExecutor, tmp_path: Path) -> None:
+    task = make_task("towel", **COARSE)
+    options: dict[str, Any] = {"trials": 4, "baselines": True}
+    learn(task, tmp_path / "here", **options)
+    learn(task, tmp_path / "there", executor=executor, **options)
+    assert timeless(tmp_path / "here") == timeless(tmp_path / "there")
+    for name in ("manipulation.json", "scene.json"):
+        assert (tmp_path / "here" / name).read_bytes() == (tmp_path / "there" / name).read_bytes()
+    here, there = (np.load(tmp_path / which / "rollout.npz") for which in ("here", "there"))
+    assert here["positions"].tobytes() == there["positions"].tobytes()
+
+
+def test_a_rollout_comes_only_where_it_may_be_kept() -> None:
+    task = make_task("towel", **COARSE)
+    manipulation = task.manipulation({"x1": 0.1, "z1": 0.1, "x2": 0.2, "z2": 0.1, "g1": 0, "g2": 0})
+    kept = evaluate(task, manipulation)
+    assert kept.outcome.rollout is not None
+    worse = evaluate(task, manipulation, kept.outcome.objective)
+    assert worse.outcome.rollout is None and worse.outcome.score == kept.outcome.score
+
+
+def test_a_trial_that_kills_its_workers_has_failed_with_its_seed(
+    executor: DaskExecutor, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    submit = executor.submit
+    deaths = iter([0])
+
+    def deadly(function: Any, /, *args: Any, **kwargs: Any) -> Any:
+        return submit(die, tmp_path / "deaths") if next(deaths, None) == 0 else submit(function, *args, **kwargs)
+
+    monkeypatch.setattr(executor, "submit", deadly)
+    task = make_task("towel", **COARSE)
+    learn(task, tmp_path / "study", trials=3, seed=7, baselines=False, executor=executor)
+    from tatamu.results import ResultFolder
+
+    trials = ResultFolder(tmp_path / "study").result.trials
+    assert [trial.state for trial in trials] == ["failed", "complete", "complete"]
+    assert "killed 3 workers" in (trials[0].error or "") and "seed 7, trial 0" in (trials[0].error or "")
+
+
+def test_the_command_line_says_in_one_line_that_there_is_no_scheduler(tmp_path: Path) -> None:
+    command = [
+        sys.executable,
+        "-c",
+        "from tatamu.cli import main; main()",
+        "learn",
+        "towel",
+        "--out",
+        str(tmp_path / "a"),
+    ]
+    done = subprocess.run([*command, "--scheduler", "tcp://127.0.0.1:9"], capture_output=True, text=True)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1 and "tcp://127.0.0.1:9" in done.stderr
+    assert not (tmp_path / "a").exists()

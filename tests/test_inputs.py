@@ -1,0 +1,124 @@
+"""A result folder holds all that it was made from: it can be moved, and so can the user's files."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tatamu.errors import InputError
+from tatamu.folding.task import make_job
+from tatamu.learning import learn_job
+from tatamu.material import load_material
+from tatamu.results import Sources, keep_inputs, kept_input, rebuild
+from tests.foreign import svg
+
+LOOP = '<path id="o" d="M50 20 L250 20 L290 380 L10 380 Z"/>'
+GARMENT = '[garment]\noutline = "../patterns/bag.svg"\n'
+PLAN = """[plan]
+name = "mine"
+[[step]]
+line = [[0.0, -0.5], [0.0, 0.5]]
+moves = "+x"
+[[step]]
+line = [[-0.15, -0.5], [-0.15, 0.5]]
+moves = "-x"
+"""
+SEARCH: dict[str, Any] = {"trials": 1, "sampler": "random", "baselines": False}
+
+
+@pytest.fixture
+def desk(tmp_path: Path) -> Path:
+    """A user's files: a garment that names its outline in another folder, a plan, a material."""
+    desk = tmp_path / "desk"
+    for name in ("garments", "patterns"):
+        (desk / name).mkdir(parents=True)
+    (desk / "garments" / "bag.toml").write_text(GARMENT)
+    (desk / "patterns" / "bag.svg").write_text(svg(LOOP))
+    (desk / "plan.toml").write_text(PLAN)
+    shutil.copy(Path(__file__).parent.parent / "src" / "tatamu" / "presets" / "cotton.toml", desk / "mine.toml")
+    return desk
+
+
+def learned(desk: Path, folder: Path, **changes: Any) -> Path:
+    options = {"fold": str(desk / "plan.toml"), "material": desk / "mine.toml", "spacing": 0.04, **changes}
+    learn_job(make_job(str(desk / "garments" / "bag.toml"), **options), folder, **SEARCH)
+    return folder
+
+
+def test_a_folder_and_the_users_files_can_be_moved(
+    desk: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small_pictures: None
+) -> None:
+    folder = learned(desk, tmp_path / "out")
+    before = [rebuild(folder / f"step-{number}").task for number in (1, 2)]
+    shutil.rmtree(desk)
+    shutil.move(folder, tmp_path / "elsewhere" / "moved")
+    monkeypatch.chdir(tmp_path / "elsewhere" / "moved" / "step-1")
+    again = [rebuild(Path(place)).task for place in (".", "../step-2")]
+    for one, other in zip(before, again, strict=True):
+        assert (one.fold.target == other.fold.target).all()
+        assert one.fold.garment.material == other.fold.garment.material
+
+
+def test_copies_are_the_files_to_the_byte_and_keep_their_places(
+    desk: Path, tmp_path: Path, small_pictures: None
+) -> None:
+    inputs = learned(desk, tmp_path / "out") / "inputs"
+    named = json.loads((inputs / "files.json").read_text())
+    assert named == {"garment": "garment/garments/bag.toml", "fold": "fold/plan.toml", "material": "material/mine.toml"}
+    assert (inputs / "garment" / "patterns" / "bag.svg").read_bytes() == (desk / "patterns" / "bag.svg").read_bytes()
+    assert (inputs / "fold" / "plan.toml").read_text() == PLAN
+    copy = load_material(inputs / "material" / "mine.toml")
+    assert copy == load_material(desk / "mine.toml")
+
+
+def test_the_plan_that_was_found_for_a_garment_is_kept(
+    desk: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small_pictures: None
+) -> None:
+    """Another version may propose another plan."""
+    folder = learned(desk, tmp_path / "out", fold="auto", material=None)
+    target = rebuild(folder).task.fold.target
+
+    def proposes_nothing(*_: object) -> None:
+        raise AssertionError("the plan was looked for again")
+
+    monkeypatch.setattr("tatamu.folding.plans.best_plan", proposes_nothing)
+    monkeypatch.setattr("tatamu.folding.plans.propose", proposes_nothing)
+    assert (rebuild(folder).task.fold.target == target).all()
+
+
+def test_a_garment_by_name_needs_no_copies(tmp_path: Path, small_pictures: None) -> None:
+    learn_job(make_job("towel", size=(0.24, 0.5), spacing=0.04, material=Path("denim")), tmp_path, **SEARCH)
+    assert not (tmp_path / "inputs").exists()
+
+
+def test_a_folder_of_another_study_keeps_its_own_files(desk: Path, tmp_path: Path, small_pictures: None) -> None:
+    folder = learned(desk, tmp_path / "out", fold="half")
+    before = (folder / "inputs" / "garment" / "patterns" / "bag.svg").read_bytes()
+    (desk / "patterns" / "bag.svg").write_text(svg(LOOP.replace("380", "360")))
+    with pytest.raises(InputError, match="holds another study"):
+        learned(desk, folder, fold="half")
+    assert (folder / "inputs" / "garment" / "patterns" / "bag.svg").read_bytes() == before
+
+
+def test_sources_that_cannot_be_read_are_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"none\.toml: cannot be read"):
+        keep_inputs(tmp_path, {"fold": Sources([tmp_path / "none.toml"])})
+
+
+@pytest.mark.parametrize("text", ["[]", '{"fold": 3}'])
+def test_a_wrong_index_is_named(tmp_path: Path, text: str) -> None:
+    (tmp_path / "inputs").mkdir()
+    (tmp_path / "inputs" / "files.json").write_text(text)
+    with pytest.raises(InputError, match=r"files\.json: must name a file for each kind"):
+        kept_input(tmp_path, "fold")
+
+
+def test_the_task_is_rebuilt_as_it_was(desk: Path, tmp_path: Path, small_pictures: None) -> None:
+    folder = learned(desk, tmp_path / "out", fold="half")
+    fold = rebuild(folder)
+    assert np.array_equal(fold.task.fold.start, fold.fold.start)
