@@ -26,7 +26,7 @@ LOW = {"x1": 0.3, "z1": 0.002, "x2": 0.4, "z2": 0.002, "g1": 0, "g2": 0}
 
 @pytest.fixture(scope="module")
 def task() -> Task:
-    return make_task("towel", fingers=THICK, **SMALL)  # type: ignore[arg-type]
+    return make_task("towel", fingers=THICK, **SMALL)
 
 
 def clearance(task: Task, manipulation: Manipulation) -> float:

@@ -11,7 +11,7 @@ import typer
 
 from tatamu.cli.app import Interrupted, app
 from tatamu.cli.cluster import SchedulerOption, StorageOption
-from tatamu.cli.learning import LearnOptions, counted
+from tatamu.cli.learning import LearnOptions, counted, share
 
 
 @app.command()
@@ -75,7 +75,8 @@ def learn(
         ),
     ] = None,
     quantile: Annotated[
-        float | None, typer.Option(help="Minimise this quantile of the objective, such as 0.9, instead of its mean.")
+        str | None,
+        typer.Option(metavar="Q|mean", help="Minimise this quantile of the objective, or its mean; default: 0.9."),
     ] = None,
     robot: Annotated[
         str | None,
@@ -125,7 +126,7 @@ def learn(
         parallel=parallel,
         coarse=coarse,
         disturbances=disturbances,
-        quantile=quantile,
+        quantile=share(quantile),
         robot=robot,
         baselines=baselines,
     )

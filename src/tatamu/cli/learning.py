@@ -23,6 +23,10 @@ Whole = Annotated[int, Field(strict=True)]
 YesNo = Annotated[bool, Field(strict=True)]
 
 
+QUANTILE = 0.9
+"""Of the objective, which is minimised unless somebody asks for another, or for the mean."""
+
+
 class LearnOptions(Record):
     """The garment, the fold and the search as a user gives them; names and defaults are those of `tatamu learn`."""
 
@@ -43,7 +47,7 @@ class LearnOptions(Record):
     parallel: Whole | None = None
     coarse: YesNo | None = None
     disturbances: str | None = None
-    quantile: float | None = None
+    quantile: float | Literal["mean"] | None = None
     robot: str | None = None
     baselines: YesNo = True
 
@@ -69,7 +73,10 @@ class LearnOptions(Record):
         chosen = load_disturbances(self.disturbances or "default")
         if chosen is None and self.quantile is not None:
             raise InputError("quantile: is of the objective in disturbed worlds, and --disturbances none has none")
-        return None if chosen is None else Expectation(chosen, self.quantile)
+        if chosen is None:
+            return None
+        usual = QUANTILE if self.quantile is None else self.quantile
+        return Expectation(chosen, None if usual == "mean" else usual)
 
     def job(self, out: Path | None = None) -> Job:
         """The garment and the plan that folds it, of a study that may have begun in the folder `out`.
@@ -132,6 +139,16 @@ class LearnOptions(Record):
             expected,
             disturbances=with_calibrated(expected.disturbances, Path(self.material), job.garment.material),
         )
+
+
+def share(quantile: str | None) -> float | Literal["mean"] | None:
+    """A quantile, or the mean; None: nothing was asked."""
+    if quantile is None or quantile == "mean":
+        return quantile  # type: ignore[return-value]
+    try:
+        return float(quantile)
+    except ValueError:
+        raise InputError(f"quantile: must be a number or mean, given {quantile!r}") from None
 
 
 def counted(trials: str) -> int | Literal["auto"]:
