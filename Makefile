@@ -7,7 +7,7 @@ DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 
 .PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
-        calibration folds robots foreign statics tangle times own-garments golden cluster real-cloth help
+        calibration folds robots foreign statics locking tangle times own-garments golden cluster real-cloth search help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1: /'
@@ -39,6 +39,9 @@ learning: $(READY)  ## the figures of docs/notes/learning.md: five seeds, agains
 times: $(READY)  ## how long whole commands take: the table of docs/notes/learning.md; minutes, `--cases shop` longer
 	$(BIN)/python benchmarks/times.py --out runs/times --write-docs
 
+search: $(DEV)  ## the tables of docs/notes/search.md: the search against its alternatives; hours; `pip install torch` for one row
+	$(BIN)/python benchmarks/search.py --out runs/search --write-docs
+
 folds: $(READY)  ## the figures of docs/notes/folds.md: T-shirt, trousers and towel in all their folds; hours
 	$(BIN)/python benchmarks/folds.py --out runs/folds --write-docs
 
@@ -54,6 +57,7 @@ calibration: $(DEV)  ## the proofs of docs/notes/calibration.md: hidden material
 	$(BIN)/python benchmarks/calibration.py drawings
 	$(BIN)/python benchmarks/calibration.py pinch --write-docs
 	$(BIN)/python benchmarks/calibration.py recovery --write-docs
+	$(BIN)/python benchmarks/readings.py --out runs/readings --write-docs
 	$(BIN)/python benchmarks/cloths.py --write-docs
 
 validate: $(DEV)  ## every textbook check: docs/notes/validation.md, and a page in runs/validation; minutes
@@ -79,6 +83,9 @@ golden: $(DEV)  ## what this tree makes of many commands, to be compared with an
 
 tangle: $(READY)  ## 1,200 folds of limp cloth: in how many anything passes through; a quarter of an hour
 	$(BIN)/python benchmarks/tangle.py --write-docs
+
+locking: $(READY)  ## the table of docs/notes/native.md: cells that are too coarse for stiff, limp cloth
+	$(BIN)/python benchmarks/locking.py --write-docs
 
 statics: $(READY)  ## the table of docs/notes/native.md: bending on every layout of a mesh
 	$(BIN)/python benchmarks/statics.py --write-docs

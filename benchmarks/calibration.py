@@ -22,13 +22,14 @@ from scipy.stats import binom
 from tables import IMAGES, publish
 
 from tatamu.calibration import Calibration, calibrate
-from tatamu.calibration.drawing import hanging, looped, over_plate, pushed, sagging, sliding
+from tatamu.calibration.drawing import hanging, looped, over_plate, pushed, sagging, sliding, swung
 from tatamu.calibration.elongation import Elongation, Grasp
 from tatamu.calibration.friction import Slope
 from tatamu.calibration.loop import Loop
 from tatamu.calibration.plate import Plate
 from tatamu.calibration.push import Push
 from tatamu.calibration.sag import Sag
+from tatamu.calibration.swing import Swinging
 from tatamu.files import write_json, write_text
 from tatamu.garments import make_garment
 from tatamu.material import GRAVITY, Material, load_material
@@ -194,6 +195,8 @@ def drawings() -> None:
     write_text(IMAGES / "measure-push.svg", pushed(push, simulate(push.scene(wrinkled)).positions[-1]))
     plate = Plate(0.15, 0.09, 0.6)
     write_text(IMAGES / "measure-plate.svg", over_plate(plate, simulate(plate.scene(terry)).positions[-1]))
+    swinging = Swinging(make_garment("towel"), "bottom", 0.2)
+    write_text(IMAGES / "measure-swing.svg", swung(swinging, swinging.scene(terry, 1.0).cloth.vertices))
     write_text(IMAGES / "measure-slide.svg", sliding(Slope(float(np.arctan(terry.friction_table)))))
 
 

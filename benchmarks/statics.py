@@ -36,7 +36,9 @@ def tip(layout: Layout, spacing: float, angle_sum_part: float = PARTS["Q"]) -> f
     plan, faces = mirrored(layout(LENGTH, WIDTH, spacing))
     rest, topology = raised(plan), Topology(faces)
     free = np.zeros(len(topology.hinges), dtype=bool)
-    K, at = curvature.constants(rest, topology, membrane.rest_frames(rest, faces), free, 1.0, angle_sum_part)
+    curved = curvature.maps(rest, topology, membrane.rest_frames(rest, faces), free, angle_sum_part)
+    K = curvature.stiffness(curved, np.diag([1.0, 1.0, 2.0]))
+    at = curved.hinges
     G = hinge_gradients(rest, topology.hinges)[0][:, 2::3]
     loose = np.abs(plan[:, 0]) > 1e-12  # all but the middle row, about which a load on both sides turns nothing
     turn = plan[loose, 0] / np.linalg.norm(plan[loose, 0])

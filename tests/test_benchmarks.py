@@ -99,6 +99,7 @@ def test_every_benchmark_publishes_under_names_that_have_a_place(modules: Any) -
     made = set(modules("speed").PARTS) | {f"calibration: {what}" for what in ("pinch", "recovery")}
     made |= {f"agreement: {part}" for part in modules("crosscheck").PARTS}
     made |= {f"agreement: {part}, each" for part in ("small", "towel")}
+    made |= {f"search: {part}" for part in (*modules("search").GARMENTS, "answers", "pair")}
     made |= {"checks", "fold", "cloth", "time", "run", "outcomes", "answers"}  # of `simulators` and `paper_numbers`
     assert named | made == places
 

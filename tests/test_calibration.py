@@ -139,7 +139,6 @@ def test_contributions_solve_what_they_say() -> None:
         {name: Reading(value, 1e-6 * value) for name, value in values.items()},
         [Sensitivity(Elongation, 1.0, slopes[0]), Sensitivity(Sag, 1.0, slopes[1])],
         later=[],
-        searched={},
     )
     for name, value in values.items():
         change = 1e-6 * value

@@ -14,7 +14,8 @@ from scipy.optimize import approx_fprime
 
 from tatamu.learning.expected_improvement import log_expected_improvement, log_expected_improvement_beyond
 from tatamu.learning.gaussian_process import GaussianProcess, _Posterior
-from tatamu.learning.gp_sampler import GaussianProcessSampler, KnownPart, UnitCube
+from tatamu.learning.gp_sampler import GaussianProcessSampler, KnownPart
+from tatamu.learning.unit_cube import UnitCube
 
 SPACE = {"x": FloatDistribution(-1.0, 3.0), "y": FloatDistribution(0.0, 0.5), "g": IntDistribution(0, 6)}
 

@@ -2,12 +2,24 @@
 
 from __future__ import annotations
 
+import subprocess
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 import tatamu.simulators.native
+from tatamu.simulators.native import compiled, precompile
 from tatamu.simulators.native.memory.kernel_cache import NATIVE, forget_stale_kernels
+from tatamu.simulators.native.precompile import (
+    Unsearched,
+    calls,
+    compile_but_search,
+    compiling_beside,
+    smallest_scene,
+)
+from tatamu.simulators.native.simulator import load_kernels
 
 
 @pytest.fixture
@@ -48,3 +60,54 @@ def test_kernels_are_forgotten_when_a_file_moves_to_another_room(folder: Path) -
 def test_the_folder_that_is_looked_at_is_that_of_the_simulator() -> None:
     assert Path(tatamu.simulators.native.__file__).parent == NATIVE
     assert {"contact", "elastic", "memory"} <= {file.parent.name for file in NATIVE.rglob("*.py")}
+
+
+def test_what_a_second_process_compiles_is_what_time_stepping_calls() -> None:
+    """Another signature would be compiled in vain, and would lie beside the one that is called."""
+    load_kernels()
+    compile_but_search()
+    for kernel, _ in calls(Unsearched(smallest_scene()).system):
+        assert not kernel.stats.cache_misses, f"{kernel.__name__} is not on disk for these types"
+        module = kernel.py_func.__module__.rpartition(".")[2]
+        assert len(list(Path(kernel.stats.cache_path or "").glob(f"{module}.{kernel.__name__}-*.nbc"))) == 1
+
+
+def test_there_is_no_second_process_where_kernels_are_on_disk(monkeypatch: pytest.MonkeyPatch) -> None:
+    load_kernels()
+    monkeypatch.setattr(subprocess, "Popen", None)
+    with compiling_beside():
+        pass
+
+
+def test_a_second_process_that_fails_is_made_up_for_here(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(precompile, "COMMAND", "raise SystemExit(1)")
+    monkeypatch.setattr(precompile, "processors", lambda: 2)
+    begun = []
+
+    class Noted(subprocess.Popen[bytes]):
+        def __init__(self, *arguments: Any, **options: Any) -> None:
+            super().__init__(*arguments, **options)
+            begun.append(self)
+
+    monkeypatch.setattr(subprocess, "Popen", Noted)
+    with compiling_beside(str(tmp_path)):
+        pass
+    assert [process.returncode for process in begun] == [1]
+
+
+def test_what_is_told_of_compiling_counts_what_is_on_disk_and_only_where_this_process_compiles(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    load_kernels()
+    total = len(compiled._KERNELS)
+    monkeypatch.setattr(compiled, "_KERNELS", [fake(each, misses=1) for each in compiled._KERNELS])
+    assert compiled.compilation()[1] == total
+    assert compiled.compilation()[0] > 0.9 * total, "all but those that untangle layers, which two triangles do not"
+    monkeypatch.setattr(compiled, "_KERNELS", [fake(each, misses=0) for each in compiled._KERNELS])
+    assert compiled.compilation() == (0, total)
+
+
+def fake(kernel: Any, misses: int) -> Any:
+    """A kernel that says that it was not on disk so many times."""
+    stats = SimpleNamespace(cache_path=kernel.stats.cache_path, cache_misses={"signature": misses} if misses else {})
+    return SimpleNamespace(py_func=kernel.py_func, __name__=kernel.__name__, stats=stats)

@@ -40,7 +40,7 @@ def irregular() -> Mesh:
 class Elastic:
     """Membrane and bending of a mesh, through the memory layout of the simulator."""
 
-    def __init__(self, mesh: Mesh, material: Material = CLOTH) -> None:
+    def __init__(self, mesh: Mesh, material: Material = CLOTH, fibre: np.ndarray | None = None) -> None:
         self.rest, self.faces = mesh
         self.material = material
         self.topology = Topology(self.faces)
@@ -49,12 +49,14 @@ class Elastic:
         hinges = turned_hinges(self.topology.hinges, self.slot)
         self.hinges = bands(self.slot[hinges], self.slots)
         frames = membrane.rest_frames(self.rest, self.faces)
+        if material.orthotropic_membrane or material.orthotropic_bending:
+            frames = membrane.along_fibres(frames, self.rest, self.faces, fibre)
         self.frames = frames
         self.S, self.L2, self.R = membrane.constants(frames, material)
         free = np.zeros(len(self.topology.hinges), dtype=bool)
-        self.K, self.at = curvature.constants(
-            self.rest, self.topology, frames, free, CLOTH.bending_rigidity, OPTIONS.angle_sum_part
-        )
+        self.curved = curvature.maps(self.rest, self.topology, frames, free, OPTIONS.angle_sum_part)
+        self.K = curvature.stiffness(self.curved, curvature.rigidities(material))
+        self.at = self.curved.hinges
 
     def _slotted(self, x: np.ndarray, bands: Bands) -> np.ndarray:
         X = np.zeros((3, self.slots + len(bands.copied)))
@@ -106,7 +108,7 @@ class Elastic:
         X = self._slotted(x, self.hinges)
         F = np.zeros_like(X)
         flat = np.zeros(len(self.topology.hinges))
-        double = bending.in_bands(self.hinges, self.K, self.at, flat, np.float64)
+        double = bending.in_bands(self.hinges, self.curved, self.K, flat, self.material, np.float64)
         measures = bending.scratch(double.hinges, self.hinges.size, len(double.coupling_copies), np.float64)
         bending.add_force(X, F, double, measures)
         return self._gathered(F, self.hinges)

@@ -89,7 +89,9 @@ def test_the_membranes_frequency_is_that_of_the_plane_stress_sheet(mesh: Mesh) -
 def test_the_frequency_of_bending_is_that_of_all_hinges_together(mesh: Mesh) -> None:
     topology = Topology(mesh[1])
     free = np.zeros(len(topology.hinges), dtype=bool)
-    K, at = curvature.constants(mesh[0], topology, membrane.rest_frames(*mesh), free, CLOTH.bending_rigidity, 0.45)
+    curved = curvature.maps(mesh[0], topology, membrane.rest_frames(*mesh), free, 0.45)
+    K = curvature.stiffness(curved, curvature.rigidities(CLOTH))
+    at = curved.hinges
     gradient, _ = hinge_gradients(mesh[0], topology.hinges)
     stiffness = hinge_stiffness(K, at, len(topology.hinges))
     found = bending_frequency(gradient, stiffness, mass_of(mesh))

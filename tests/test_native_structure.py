@@ -20,6 +20,7 @@ ORDER = [
     ["system"],
     ["step", "grippers"],
     ["simulation"],
+    ["precompile"],
     ["simulator"],
 ]
 """Each room may import itself and those in lines above; those in one line know nothing of one another."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -11,6 +11,7 @@ import pytest
 from tatamu.errors import SimulationError
 from tatamu.heavy_strip.cantilever import cantilever
 from tatamu.heavy_strip.chain import FoldedStrip
+from tatamu.material import Material
 from tatamu.scene import Scene
 from tatamu.validation.check import Case
 from tatamu.validation.checks import (
@@ -19,7 +20,9 @@ from tatamu.validation.checks import (
     bending,
     determinism,
     friction,
+    hysteresis,
     motion,
+    orthotropy,
     refinement,
     stack,
     stretch,
@@ -27,9 +30,10 @@ from tatamu.validation.checks import (
     tangle,
 )
 from tatamu.validation.findings import Findings, Row
+from tatamu.validation.frictional_strip import residual_curvature, turned_strip
 from tatamu.validation.manipulations import half_fold_target
 from tatamu.validation.plate import falling, hanging
-from tatamu.validation.references import catenary, hang_displacement, shear_sag
+from tatamu.validation.references import catenary, hang_displacement, off_axis_stiffness, shear_sag
 from tatamu.validation.report import run
 from tatamu.validation.subject import Subject
 from tests.fakes import Motion, still, subject
@@ -84,6 +88,40 @@ def hangs(scene: Scene, factor: float = 1.0) -> np.ndarray:
     start = scene.cloth.vertices
     down = hang_displacement(-start[:, 2], 0.3, scene.material, scene.gravity)
     return start - np.column_stack([0 * down, 0 * down, factor * down])
+
+
+def hangs_off_axis(scene: Scene, degrees: float) -> np.ndarray:
+    start = scene.cloth.vertices
+    stiffness = off_axis_stiffness(scene.material, np.radians(degrees))
+    along = scene.material.model_copy(update={"stretch_stiffness": stiffness})
+    return start - np.column_stack([0 * start[:, :2], hang_displacement(-start[:, 2], 0.3, along, scene.gravity)])
+
+
+def stays_rolled(scene: Scene, looser: float = 1.0) -> np.ndarray:
+    curvature = residual_curvature(scene.material, 30.0) / looser
+    return motion.rolled(0.1, 0.04, hysteresis.SPACING / 2, curvature)[0].vertices
+
+
+def turns(scene: Scene, time: float, memory: bool = True) -> np.ndarray:
+    """The turned strip, in the shapes where its clamp stands; without memory it comes down as it went up."""
+    start = scene.cloth.vertices
+    rows = np.unique(scene.cloth.rest[:, 0])
+    behind = 0.5 * (rows[1] - rows[0])
+    free = float(-start[:, 2].min()) + behind
+    stop = next((k for k, (when, _) in enumerate(hysteresis.CLAMPS) if time <= when + hysteresis.REST), 2)
+    angles = [np.radians(angle) for _, angle in hysteresis.CLAMPS]
+    known = _turned(scene.material.model_dump_json(), free, tuple(angles))
+    shape = known[stop if memory or stop < 2 else 0]
+    arc = np.linspace(0, free, len(shape))
+    at = np.maximum(-start[:, 2] + behind, 0.0)
+    reach, drop = (np.interp(at, arc, column) for column in shape.T)
+    back = behind * np.array([np.cos(angles[stop]), np.sin(angles[stop])])
+    return np.column_stack([reach - back[0], start[:, 1], back[1] - drop])
+
+
+@cache
+def _turned(material: str, free: float, angles: tuple[float, ...]) -> list[np.ndarray]:
+    return turned_strip(Material.model_validate_json(material), free, angles, 9.81)
 
 
 def shears(scene: Scene, factor: float = 1.0) -> np.ndarray:
@@ -202,6 +240,27 @@ PAIRS: dict[str, tuple[Question, Motion, Motion]] = {
         still(loops),
         still(partial(loops, higher=1.1)),
     ),
+    "woven-shear": (
+        partial(stretch.shear, layout="staggered", plain=orthotropy.WOVEN),
+        still(shears),
+        still(partial(shears, factor=1.03)),
+    ),
+    "off-axis": (
+        partial(orthotropy.pull, degrees=30),
+        still(partial(hangs_off_axis, degrees=30)),
+        still(partial(hangs_off_axis, degrees=35)),
+    ),
+    "bias-droop": (
+        partial(orthotropy.droop, degrees=45),
+        still(partial(droops, softer=1 / 0.6)),
+        still(partial(droops, softer=1 / 0.5)),
+    ),
+    "roll": (
+        partial(hysteresis.unroll, curvature=30.0),
+        still(stays_rolled),
+        still(partial(stays_rolled, looser=1.1)),
+    ),
+    "turn": (partial(hysteresis.turn, gamma=10.0), turns, partial(turns, memory=False)),
     "incline": (partial(friction.on_table, mu=0.6), slides, partial(slides, rougher=1.02)),
     "incline that creeps": (partial(friction.on_table, mu=0.6), slides, partial(slides, creep=2e-4)),
     "layers": (partial(friction.on_cloth, count=2), layers_slide, partial(layers_slide, rougher=1.1)),

@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.testing import assert_allclose
 
+from tatamu.heavy_strip.cantilever import chord
 from tatamu.material import Material
-from tatamu.validation import plate, references
+from tatamu.simulators.native.elastic import curvature, membrane
+from tatamu.validation import frictional_strip, plate, references
 
 
 def test_catenary_has_the_span_and_the_length() -> None:
@@ -55,3 +57,56 @@ def test_a_hanging_plate_swings_with_its_small_period_and_decays_by_its_drag() -
     wide = fabric.model_copy(update={"air_drag_normal": 0.0, "air_drag_quadratic": 0.5})
     decay = plate.swing_of(times, 0.3 * plate.hanging(wide, 0.3, 0.05, times, 9.81))
     assert_allclose(decay.decrement[0], 0.5 * decay.excursion[0] / 0.28, rtol=0.02)
+
+
+def test_off_axis_numbers_are_those_of_the_turned_stiffness() -> None:
+    woven = Material(
+        areal_density=0.2,
+        stretch_stiffness=900.0,
+        stretch_stiffness_weft=500.0,
+        shear_stiffness=40.0,
+        poisson_ratio=0.2,
+        bending_rigidity=3e-5,
+        bending_rigidity_weft=1e-5,
+        bending_rigidity_bias=1.5e-5,
+    )
+    for angle in (0.0, 0.4, np.pi / 4, np.pi / 2):
+        c, s = np.cos(angle), np.sin(angle)
+        strain = np.array([c * c, s * s, 2 * c * s])  # of a stretch or a curvature along the strip
+        stress = np.array([c * c, s * s, c * s])  # of a pull along it
+        compliance = stress @ np.linalg.solve(membrane.plane_stress(woven), stress)
+        assert_allclose(references.off_axis_stiffness(woven, angle), 1 / compliance)
+        bent = strain * [1, 1, 0.5]
+        assert_allclose(references.off_axis_rigidity(woven, angle), bent @ curvature.rigidities(woven) @ bent)
+    assert_allclose(references.off_axis_rigidity(woven, np.pi / 4), 1.5e-5)
+
+
+def test_a_strip_without_friction_turns_as_the_heavy_elastica_and_one_with_it_rubs() -> None:
+    plain = Material(areal_density=0.2, stretch_stiffness=500.0, bending_rigidity=0.2 * 9.81 * 1e-3 / 10)
+    up, level, down = (np.degrees(np.arctan2(*shape[-1, ::-1])) for shape in _turned(plain))
+    assert_allclose(level, np.degrees(chord(10.0)), atol=0.01)
+    assert_allclose(up, down, atol=1e-6)
+    rough = plain.model_copy(update={"bending_hysteresis": 10 * plain.bending_rigidity})
+    stiff_up, stiff_level, limp_down = (np.degrees(np.arctan2(*shape[-1, ::-1])) for shape in _turned(rough))
+    assert stiff_up < up - 5 and stiff_level < level - 5 and stiff_up + 5 < limp_down
+
+
+def _turned(material: Material) -> list[np.ndarray]:
+    return frictional_strip.turned_strip(material, 0.1, [np.pi / 4, 0.0, np.pi / 4], 9.81)
+
+
+def test_the_loop_has_the_width_2HB_and_the_slopes_that_the_material_states() -> None:
+    rough = Material(
+        areal_density=0.2,
+        stretch_stiffness=300.0,
+        bending_rigidity=1e-5,
+        bending_hysteresis=3e-4,
+        bending_rigidity_initial=5e-5,
+    )
+    path = np.concatenate([np.linspace(0, 250, 2501), np.linspace(250, -250, 5001), np.linspace(-250, 250, 5001)])
+    moment = frictional_strip.loop(rough, path.tolist())
+    assert_allclose(moment[1] / path[1], 5e-5, rtol=1e-6)
+    down, up = moment[2501 + 2500], moment[7502 + 2500]  # both at no curvature
+    assert_allclose(up - down, 2 * 3e-4, rtol=1e-6)
+    assert_allclose((moment[2500] - moment[2400]) / 10, 1e-5, rtol=1e-6)
+    assert_allclose(frictional_strip.residual_curvature(rough, 250.0), 3e-4 / 1e-5, rtol=1e-6)

@@ -3,9 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, SerializerFunctionWrapHandler, model_serializer
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+    model_validator,
+)
 
 from tatamu.errors import InputError
 from tatamu.files import read_toml, validated
@@ -33,26 +40,60 @@ DIRECTIONAL_AIR = (
     "air_added_mass",
 )
 """Fields of what air does beyond `air_drag`."""
-UNSAID = ("blender", "compression", *DIRECTIONAL_AIR)
+ORTHOTROPIC_MEMBRANE = ("stretch_stiffness_weft", "shear_stiffness")
+"""Fields of a membrane that is not alike in all directions."""
+ORTHOTROPIC_BENDING = ("bending_rigidity_weft", "bending_rigidity_bias")
+"""Fields of bending that is not alike in all directions."""
+FRICTION_OF_BENDING = ("bending_hysteresis", "bending_rigidity_initial")
+"""Fields of bending that does not spring back as it was bent."""
+FRICTION_ELEMENTS = ((0.5, 0.4), (0.3, 1.0), (0.2, 2.5))
+"""Elements of the friction of bending: parts of its stiffness, and yield curvatures, both sums of products being 1. The
+moment of a virgin sheet nears HB as 1 - exp(-k / k_y) does, within 0.09 HB."""
+STEEPER = 4.0
+"""Slope at which a bending moment turns around, over the slope far from there, where a material gives none."""
+UNSAID = (
+    "blender",
+    "compression",
+    *ORTHOTROPIC_MEMBRANE,
+    *ORTHOTROPIC_BENDING,
+    *FRICTION_OF_BENDING,
+    *DIRECTIONAL_AIR,
+)
 """Fields that are written only where they differ from their defaults."""
 
 
 class Material(BaseModel):
-    """The properties of a fabric that simulators use; isotropic, without memory of past deformation."""
+    """The properties of a fabric that simulators use; alike in all directions unless weft, shear or bias are given."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     areal_density: Number = Field(ge=1e-3, le=20.0)
     """Mass per area, rho [kg/m^2]."""
     stretch_stiffness: Number = Field(ge=1e-1, le=1e6)
-    """Membrane stiffness Y: tension per width per strain [N/m]."""
+    """Membrane stiffness Y: tension per width per strain [N/m]; along the warp where the weft has its own."""
+    stretch_stiffness_weft: Number | None = Field(None, ge=1e-1, le=1e6)
+    """The same along the weft [N/m]; None: as along the warp."""
+    shear_stiffness: Number | None = Field(None, ge=1e-2, le=1e6)
+    """Shear force per width per shear angle between warp and weft, G [N/m]; None: sqrt(Y Y_weft) / (2 (1 + nu)), that
+    of a material alike in all directions."""
     poisson_ratio: Number = Field(0.25, ge=-0.95, le=0.95)
-    """In-plane Poisson ratio nu [-]."""
+    """In-plane Poisson ratio nu [-]; where warp and weft differ, the geometric mean of both."""
     compression: Number = Field(1.0, ge=1e-3, le=1.0)
     """Fraction c of the stretch stiffness that resists compression [-]; less than 1 stands for wrinkles finer than the
     mesh."""
     bending_rigidity: Number = Field(ge=0.0, le=1.0)
-    """Bending rigidity B: moment per width per curvature [N m]."""
+    """Bending rigidity B: moment per width per curvature [N m]; along the warp where the weft has its own."""
+    bending_rigidity_weft: Number | None = Field(None, ge=0.0, le=1.0)
+    """The same along the weft [N m]; None: as along the warp."""
+    bending_rigidity_bias: Number | None = Field(None, ge=0.0, le=1.0)
+    """The same of a wide sheet that is bent to a cylinder at 45 degrees to warp and weft [N m], at least a quarter of
+    the sum of both; None: as of sheets alike in all directions, (B + B_weft + 2 sqrt(B B_weft)) / 4."""
+    bending_hysteresis: Number = Field(0.0, ge=0.0, le=1.0)
+    """Frictional moment of bending per width, HB [N]: half of the width 2HB of the loop of moment against curvature, as
+    Kawabata's test states it."""
+    bending_rigidity_initial: Number | None = Field(None, ge=0.0, le=10.0)
+    """Slope of that loop where bending turns around [N m], more than all rigidities; None: four times the rigidity.
+    Without effect where there is no hysteresis."""
     thickness: Number = Field(1e-3, ge=THICKNESS[0], le=THICKNESS[1])
     """Distance at which layers rest [m]."""
     friction_table: Friction = 0.5
@@ -84,6 +125,75 @@ class Material(BaseModel):
             if getattr(self, name) == type(self).model_fields[name].default:
                 plain.pop(name, None)  # it may have been excluded already
         return plain
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.orthotropic_membrane and self.compression < 1.0:
+            raise ValueError("compression must be 1 where shear_stiffness or stretch_stiffness_weft is given")
+        if self.bending_rigidity_initial is not None and not self.bending_rigidity_initial > self.bending_rigidity:
+            raise ValueError(
+                f"bending_rigidity_initial must be more than bending_rigidity ({self.bending_rigidity:g} N m), "
+                f"given {self.bending_rigidity_initial:g}"
+            )
+        if self.bending_rigidity_bias is not None:
+            least = 0.25 * (self.bending_rigidity + self.weft_rigidity)
+            if self.bending_rigidity_bias < least * (1.0 - 1e-9):
+                raise ValueError(
+                    f"bending_rigidity_bias must be at least a quarter of the sum of warp and weft ({least:g} N m), "
+                    f"given {self.bending_rigidity_bias:g}"
+                )
+        return self
+
+    @property
+    def orthotropic_membrane(self) -> bool:
+        """Whether the membrane has directions of its own."""
+        return any(getattr(self, name) is not None for name in ORTHOTROPIC_MEMBRANE)
+
+    @property
+    def orthotropic_bending(self) -> bool:
+        """Whether bending has directions of its own."""
+        return any(getattr(self, name) is not None for name in ORTHOTROPIC_BENDING)
+
+    @property
+    def weft_stiffness(self) -> float:
+        """Membrane stiffness along the weft [N/m]."""
+        return self.stretch_stiffness if self.stretch_stiffness_weft is None else self.stretch_stiffness_weft
+
+    @property
+    def shear_modulus(self) -> float:
+        """Shear force per width per shear angle, G [N/m]."""
+        if self.shear_stiffness is not None:
+            return self.shear_stiffness
+        return (self.stretch_stiffness * self.weft_stiffness) ** 0.5 / (2.0 * (1.0 + self.poisson_ratio))
+
+    @property
+    def weft_rigidity(self) -> float:
+        """Bending rigidity along the weft [N m]."""
+        return self.bending_rigidity if self.bending_rigidity_weft is None else self.bending_rigidity_weft
+
+    @property
+    def twist_rigidity(self) -> float:
+        """Twisting moment, as it works on the twist k_uv, per twist [N m]; 2 B of a sheet alike in all directions."""
+        if self.bending_rigidity_bias is not None:
+            return max(0.0, 4.0 * self.bending_rigidity_bias - self.bending_rigidity - self.weft_rigidity)
+        return 2.0 * (self.bending_rigidity * self.weft_rigidity) ** 0.5
+
+    @property
+    def friction_stiffness(self) -> float:
+        """Slope of the frictional moment where bending turns around [N m]; 0 without hysteresis."""
+        if self.bending_hysteresis == 0.0:
+            return 0.0
+        initial = self.bending_rigidity_initial
+        return (STEEPER - 1.0) * self.bending_rigidity if initial is None else initial - self.bending_rigidity
+
+    @property
+    def friction_elements(self) -> tuple[tuple[float, float], ...]:
+        """Stiffness [N m] and yield curvature [1/m] of each element of the friction of bending."""
+        total = self.friction_stiffness
+        if total == 0.0:
+            return ()
+        unit = self.bending_hysteresis / total
+        return tuple((part * total, curvature * unit) for part, curvature in FRICTION_ELEMENTS)
 
     @property
     def directional_air(self) -> bool:

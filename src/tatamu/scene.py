@@ -21,6 +21,9 @@ from tatamu.topology import check_mesh
 LARGEST = 1e3
 """Coordinates and displacements beyond this [m] are refused: they are a unit error, not a cloth."""
 
+LEAST_IN_PLANE = 1e-3
+"""Least part of a fibre's direction that lies in the plane of its triangle [-]."""
+
 SAME_TIME = 1e-9
 """A time earlier by no more than this [s] counts as the same: a sum of steps misses a knot by as much."""
 
@@ -79,6 +82,20 @@ Edges = Annotated[np.ndarray, BeforeValidator(_edges), PlainSerializer(_plain)]
 Index = Annotated[int, Field(ge=0, strict=True)]
 
 
+def _check_fibre(rest: np.ndarray, faces: np.ndarray, fibre: np.ndarray) -> None:
+    if len(fibre) not in (1, len(faces)):
+        raise ValueError(f"fibre must be one vector or one for each of {len(faces)} triangles, given {len(fibre)}")
+    a, b, c = (rest[faces[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    within = np.linalg.norm(np.cross(normal, fibre), axis=1) / np.linalg.norm(normal, axis=1)
+    if not (within > LEAST_IN_PLANE * np.maximum(np.linalg.norm(fibre, axis=1), 1e-30)).all():
+        wrong = int(np.argmin(within))
+        raise ValueError(
+            f"fibre must have a part in the plane of its triangle, triangle {wrong} has "
+            f"{fibre[min(wrong, len(fibre) - 1)].tolist()}"
+        )
+
+
 class Cloth(Record):
     """A triangle mesh of the cloth's mid-surface."""
 
@@ -90,6 +107,9 @@ class Cloth(Record):
     """The unstrained shape [m], shape (n, 3); None: `vertices`."""
     seams: Edges = Field(default_factory=lambda: _edges([]))
     """Mesh edges that hinge freely, shape (s, 2)."""
+    fibre: Points | None = None
+    """Direction of the warp in the unstrained shape, shape (m, 3), or (1, 3) for all triangles, of which the part in
+    the plane of each triangle counts. None: along x, and along y where a triangle lies across x."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -98,6 +118,8 @@ class Cloth(Record):
                 f"rest_vertices must be as many as vertices ({len(self.vertices)}), given {len(self.rest_vertices)}"
             )
         check_mesh(self.rest, self.faces, self.seams)
+        if self.fibre is not None:
+            _check_fibre(self.rest, self.faces, self.fibre)
         return self
 
     @property

@@ -44,6 +44,7 @@ def _cloth(cloth: Cloth, edges: np.ndarray) -> Cloth:
         faces=_quartered(cloth.faces, edges, len(cloth.vertices)),
         rest_vertices=None if rest is None else _with_middles(rest, edges),
         seams=_seams(cloth.seams, edges, len(cloth.vertices)),
+        fibre=cloth.fibre if cloth.fibre is None or len(cloth.fibre) == 1 else np.tile(cloth.fibre, (4, 1)),
     )
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from tatamu.calibration.fit import Fit
 from tatamu.calibration.parameters import PLACE, SYMBOLS, UNITS
+from tatamu.calibration.quantity import SHOWN
 from tatamu.calibration.registry import TESTS
 from tatamu.calibration.result import Calibration
 from tatamu.calibration.test import millimetres
@@ -53,13 +54,21 @@ def _of_fit(calibration: Calibration, fit: Fit) -> list[str]:
     texts = []
     if not kept and abs(fit.simulated - fit.aim) > fit.uncertainty:
         texts.append(
-            f"{fit.test}: {calibration.simulator} comes to {millimetres(fit.simulated)}, not to the "
-            f"{millimetres(fit.aim)} asked for: its nearest is taken, {SYMBOLS[fit.parameter]} is {fit.bound} "
+            f"{fit.test}: {calibration.simulator} comes to {_shown(fit, fit.simulated)}, not to the "
+            f"{_shown(fit, fit.aim)} asked for: its nearest is taken, {SYMBOLS[fit.parameter]} is {fit.bound} "
             f"{value:.3g} {UNITS[fit.parameter]}. Is the reading right?"
         )
         if fit.aim == fit.measured:  # the reading could tell, the simulator could not follow
             return texts
     return texts + test.advice(calibration, fit)
+
+
+def _shown(fit: Fit, value: float) -> str:
+    """A value of a fit's reading, in words."""
+    if fit.unit == "m":
+        return millimetres(value)
+    factor, unit = SHOWN.get(fit.unit, (1.0, fit.unit))
+    return f"{factor * value:.3g} {unit}".strip()
 
 
 def _left_out(calibration: Calibration, fit: Fit) -> list[str]:

@@ -18,7 +18,7 @@ from tatamu.calibration.fit import Fit
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.match import Match
 from tatamu.calibration.measurements import Measurements
-from tatamu.calibration.parameters import PARAMETERS, PLACE, UNMEASURED
+from tatamu.calibration.parameters import OPTIONAL, PARAMETERS, PLACE, UNMEASURED
 from tatamu.calibration.result import Calibration
 from tatamu.calibration.setup import Setup, setup_of
 from tatamu.calibration.target import Target, by_parameter, weights
@@ -187,9 +187,9 @@ def _contributions(
         for group in telling.values()
         for target, weight in zip(group, weights(group), strict=True)
     ]
-    searched = {fit.parameter: fit.resolution for fit in fits if fit.resolution is not None}
-    later = [test for test in tests if isinstance(test, LaterTest)]
-    made = contributions(readings, sensitivities, later, searched)
+    by_test = {fit.test: fit for fit in fits}
+    later = [(test, by_test[test.name]) for test in tests if isinstance(test, LaterTest)]
+    made = contributions(readings, sensitivities, later)
     for parameter, group in telling.items():
         alone = [elastic.matches[target.test.name].parameter for target in group]
         apart = disagreement(alone, [target.spread for target in group])
@@ -201,4 +201,4 @@ def _contributions(
 def _assumed(tests: list[CalibrationTest]) -> tuple[str, ...]:
     """Fields that none of the tests tells."""
     measured = {"areal_density", *(test.parameter for test in tests)}
-    return (*(name for name in PARAMETERS if name not in measured), *UNMEASURED)
+    return (*(name for name in PARAMETERS if name not in measured and name not in OPTIONAL), *UNMEASURED)

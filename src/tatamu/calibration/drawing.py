@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from tatamu.calibration.plate import Plate
     from tatamu.calibration.push import Push
     from tatamu.calibration.sag import Sag
+    from tatamu.calibration.swing import Swinging
 
 CLOTH = "plot"
 DASH = 4.0
@@ -151,4 +152,20 @@ def over_plate(test: Plate, shape: np.ndarray) -> str:
     drawing.dimension(np.array([-test.plate, 0.0]), np.array([test.plate, 0.0]), "plate")
     low = -1.15 * test.disc
     drawing.dimension(np.array([-test.disc, low]), np.array([test.disc, low]), "disc")
+    return drawing.svg()
+
+
+def swung(test: Swinging, start: np.ndarray) -> str:
+    """The garment from the side as it is let go, positions [m] of shape (n, 3), and as it hangs."""
+    length = test.hung.length
+    end = start[test.hung.end].mean(axis=0)[[0, 2]]
+    top = np.zeros(2)
+    corners = np.array([[-0.35 * length, 0.05 * length], [1.2 * end[0] + 0.1 * length, -1.12 * length]])
+    drawing = Drawing.around(corners, 260.0, 260.0)
+    drawing.line(np.array([top, end]), CLOTH, 4.0)
+    drawing.line(np.array([top, [0.0, -length]]), "muted", 1.0, dash=DASH)
+    drawing.line(np.array([top, end * [-0.9, 1.0]]), "mesh", 2.0)
+    drawing.line(np.array([[-0.06 * length, 0.0], [0.06 * length, 0.0]]), "muted", 7.0)
+    low = -1.06 * length
+    drawing.dimension(np.array([0.0, low]), np.array([end[0], low]), "aside")
     return drawing.svg()

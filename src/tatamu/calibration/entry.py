@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from typing import Annotated
+
+from pydantic import Field
 
 from tatamu.calibration.quantity import Error
 from tatamu.calibration.readings import Reading
@@ -18,6 +21,10 @@ class Errors(Record):
     """[kg]"""
     H_s: Error = 0.005
     """[m]"""
+    time: Annotated[float, Field(ge=1e-3, le=10.0)] = 0.3
+    """Of ten swings by a stopwatch [s]."""
+    swings: Annotated[float, Field(ge=1e-2, le=10.0)] = 0.3
+    """Of a number of swings that was counted while they fade [-]."""
     drape: Error = 0.03
     """Of a drape coefficient [-]: folds fall differently each time."""
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 
 @dataclass(frozen=True)
 class Fit:
@@ -29,3 +31,14 @@ class Fit:
     assumed value keeps."""
     resolution: float | None = None
     """Standard uncertainty of the parameter's logarithm that a search by halving leaves; None: no such search."""
+
+    @property
+    def slope(self) -> float | None:
+        """Change of the reading with the parameter's logarithm; None where fewer than two samples tell it.
+
+        Of the three nearest to what was matched.
+        """
+        nearest = sorted(self.samples, key=lambda sample: abs(sample[1] - self.aim))[:3]
+        if len(nearest) < 2:
+            return None
+        return float(np.polyfit(np.log([sample[0] for sample in nearest]), [sample[1] for sample in nearest], 1)[0])

@@ -167,7 +167,7 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
         )
         return material.model_copy(update={"friction_table": found.coefficient}), fit
 
-    def propagate(self, changes: Changes, readings: Readings) -> None:
+    def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
         """See `LaterTest.propagate`; of mu = tan(theta), sin(theta) = H_s / L_t."""
         board = readings["L_t"]
         height = readings["H_s"]

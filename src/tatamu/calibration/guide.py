@@ -10,10 +10,10 @@ from tatamu.garments import make_garment
 PRESET = {"towel": "terry", "tshirt": "interlock", "trousers": "denim"}
 
 OPENING = """\
-Three measurements of your garment give a simulator its cloth; two more are for limp cloth. You need a ruler with
-millimetres, a kitchen scale, a board longer than the garment, with the surface it will be folded on, and two more
-rulers or flat strips as a grip. Let the cloth lie for a minute before each. Repeat what you can: write repeats as a
-list, [0.804, 0.805].
+Three measurements of your garment give a simulator its cloth; more are for limp cloth, for drape and for fast hands.
+You need a ruler with millimetres, a kitchen scale, a board longer than the garment, with the surface it will be folded
+on, and two more rulers or flat strips as a grip. Let the cloth lie for a minute before each. Repeat what you can: write
+repeats as a list, [0.804, 0.805].
 
 0  Weigh and size the garment.                                                            [garment] mass, size
    On the scale, in kilograms. Width and length as it lies flat, in metres.

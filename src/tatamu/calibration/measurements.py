@@ -80,7 +80,7 @@ class Measurements(_WithTests):
         """Every reading by the name it has in the file."""
         errors: Errors = self.errors
         garment: GarmentReadings = self.garment
-        found = {"mass": Reading.of(garment.mass, errors.mass)}
+        found = {"mass": Reading.of(garment.mass, errors.mass, "kg")}
         for name, side in zip(("width", "length"), garment.size or (), strict=False):
             found[name] = Reading.of((side,), errors.length)
         for entry in self.entries().values():

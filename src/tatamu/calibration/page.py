@@ -10,7 +10,8 @@ from markupsafe import Markup
 from tatamu.calibration.advice import NAMES, advice_on
 from tatamu.calibration.fit import Fit
 from tatamu.calibration.friction import SLIDING
-from tatamu.calibration.parameters import KNOWN, PARAMETERS, PLACE, SYMBOLS, UNITS
+from tatamu.calibration.parameters import KNOWN, PLACE, SYMBOLS, UNITS
+from tatamu.calibration.quantity import SHOWN
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.result import Calibration, rounded
 from tatamu.calibration.test import CalibrationTest
@@ -45,7 +46,9 @@ def page(calibration: Calibration) -> str:
         charts=charts,
         title=f"{calibration.setup.garment.name}, calibrated for {calibration.simulator}",
         calibration=calibration,
-        parameters=[(f"{KNOWN[name].words}, {SYMBOLS[name]}", *shown(calibration, name)) for name in PARAMETERS],
+        parameters=[
+            (f"{KNOWN[name].words}, {SYMBOLS[name]}", *shown(calibration, name)) for name in calibration.listed
+        ],
         advice=advice_on(calibration),
         fits=[_shown_fit(calibration, fit) for fit in calibration.fits],
         symbols=[SYMBOLS[name] for name in calibration.known],
@@ -103,9 +106,10 @@ def _reading_chart(calibration: Calibration, fit: Fit, test: CalibrationTest) ->
     factor = KNOWN[fit.parameter].shown_factor
     label = KNOWN[fit.parameter].label
     x = factor * np.array([sample[0] for sample in fit.samples])
-    y = 1e3 * np.array([sample[1] for sample in fit.samples])
-    low = 1e3 * (fit.measured - fit.uncertainty)
-    high = 1e3 * (fit.measured + fit.uncertainty)
+    scale, unit = SHOWN[fit.unit]
+    y = scale * np.array([sample[1] for sample in fit.samples])
+    low = scale * (fit.measured - fit.uncertainty)
+    high = scale * (fit.measured + fit.uncertainty)
     found = factor * getattr(calibration.material, fit.parameter)
     lowest = min(low, y.min())
     highest = max(high, y.max())
@@ -118,17 +122,17 @@ def _reading_chart(calibration: Calibration, fit: Fit, test: CalibrationTest) ->
                 "y": y.tolist(),
                 "mode": "lines+markers",
                 "line": {"color": "@plot", "width": 1.3},
-                "hovertemplate": f"{label} %{{x:.4g}}<br>%{{y:.2f}} mm<extra></extra>",
+                "hovertemplate": f"{label} %{{x:.4g}}<br>%{{y:.2f}} {unit}<extra></extra>",
             }
         ],
         xaxis=log_axis(label, min(x.min(), found) / ROOM, max(x.max(), found) * ROOM),
-        yaxis=axis(f"{test.read} [mm]", range=[lowest - room, highest + room]),
+        yaxis=axis(f"{test.read} [{unit}]" if unit else test.read, range=[lowest - room, highest + room]),
         shapes=[
             band(low, high, "@reading"),
-            line("y", 1e3 * fit.measured, dash="solid", colour="@reading"),
+            line("y", scale * fit.measured, dash="solid", colour="@reading"),
             line("x", found, colour="@ink"),
         ],
-        annotations=[note(1, 1e3 * fit.measured, "measured", xref="paper", xanchor="right", yanchor="bottom")],
+        annotations=[note(1, scale * fit.measured, "measured", xref="paper", xanchor="right", yanchor="bottom")],
     )
 
 
@@ -169,13 +173,13 @@ def _budget(calibration: Calibration) -> list[tuple[str, str, str, list[float]]]
     rows = []
     for name, contribution in calibration.contributions.items():
         shares = contribution[known] ** 2 / np.where(variance > 0, variance, 1.0)
-        rows.append((NAMES[name], *_read(name, calibration.readings.get(name)), shares.tolist()))
+        rows.append((NAMES[name], *_read(calibration.readings.get(name)), shares.tolist()))
     return rows
 
 
-def _read(name: str, reading: Reading | None) -> tuple[str, str]:
+def _read(reading: Reading | None) -> tuple[str, str]:
     """A reading and its uncertainty as text; empty for what was not read."""
     if reading is None:
         return "", ""
-    unit = "g" if name == "mass" else "mm"
-    return f"{1e3 * reading.value:.4g} {unit}", f"{1e3 * reading.uncertainty:.2g} {unit}"
+    factor, unit = SHOWN[reading.unit]
+    return f"{factor * reading.value:.4g} {unit}".strip(), f"{factor * reading.uncertainty:.2g} {unit}".strip()

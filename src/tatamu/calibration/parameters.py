@@ -34,6 +34,8 @@ KNOWN = {
         Parameter("bending_rigidity", "B", "N m", "bending rigidity", "µN m", 1e6),
         Parameter("friction_table", "μ", "-", "friction on the table"),
         Parameter("compression", "c", "-", "resists compression, part of Y"),
+        Parameter("air_added_mass", "m_a", "kg/m²", "air that it carries", "g/m²", 1e3),
+        Parameter("air_drag_quadratic", "q_n", "kg/m³", "quadratic drag of air"),
     )
 }
 """By the name of the field."""
@@ -43,7 +45,15 @@ UNITS = {name: parameter.unit for name, parameter in KNOWN.items()}
 SYMBOLS = {name: parameter.symbol for name, parameter in KNOWN.items()}
 PLACE = {name: number for number, name in enumerate(PARAMETERS)}
 """Row and column of each in all matrices."""
-LIMITS = {"stretch_stiffness": (1.0, 1e5), "bending_rigidity": (1e-8, 1e-2), "compression": (0.01, 1.0)}
-"""Ranges in which parameters are searched [N/m], [N m], [-]."""
+LIMITS = {
+    "stretch_stiffness": (1.0, 1e5),
+    "bending_rigidity": (1e-8, 1e-2),
+    "compression": (0.01, 1.0),
+    "air_added_mass": (1e-3, 2.0),
+    "air_drag_quadratic": (1e-2, 100.0),
+}
+"""Ranges in which parameters are searched [N/m], [N m], [-], [kg/m^2], [kg/m^3]."""
+OPTIONAL = ("air_added_mass", "air_drag_quadratic")
+"""Fields that are spoken of only where a test tells them."""
 UNMEASURED = ("poisson_ratio", "friction_cloth", "air_drag")
 """Fields of a material that no test tells."""

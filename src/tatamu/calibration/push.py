@@ -203,7 +203,7 @@ Push it, if you like: cloth that hands push along the table wrinkles or slides. 
             return material, target.fit(found, laboratory.reading(self, material), shared=True)
         return material.model_copy(update={"compression": found.parameter}), target.fit(found, found.reading)
 
-    def propagate(self, changes: Changes, readings: Readings) -> None:
+    def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
         """See `LaterTest.propagate`; of c = mu rho g L^2 / 2 Y (s - p)."""
         shorter = max(readings["pushed"].value - readings["moved"].value, readings["pushed"].uncertainty)
         own = {"push_length": 2.0 / readings["push_length"].value, "pushed": -1.0 / shorter, "moved": 1.0 / shorter}

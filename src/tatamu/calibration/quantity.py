@@ -9,6 +9,10 @@ from pydantic import BeforeValidator, Field
 
 LONGEST, HEAVIEST = 10.0, 20.0
 """A garment's length [m] and mass [kg] beyond these are a unit error."""
+LATEST = 600.0
+"""A time that somebody measures beyond this [s] is one."""
+SHOWN = {"m": (1e3, "mm"), "kg": (1e3, "g"), "s": (1.0, "s"), "-": (1.0, "")}
+"""Unit of a reading to the factor and the unit with which it is shown."""
 
 
 def _readings(value: Any, largest: float, unit: str, smaller: str, nothing: bool = False) -> tuple[float, ...]:
@@ -40,6 +44,10 @@ def _masses(value: Any) -> tuple[float, ...]:
     return _readings(value, HEAVIEST, "kilograms", "grams")
 
 
+def _times(value: Any) -> tuple[float, ...]:
+    return _readings(value, LATEST, "seconds", "milliseconds")
+
+
 def _length(value: Any) -> float:
     return _lengths([value])[0]
 
@@ -48,5 +56,6 @@ Lengths = Annotated[tuple[float, ...], BeforeValidator(_lengths)]
 Distances = Annotated[tuple[float, ...], BeforeValidator(_distances)]
 """Lengths that may be 0."""
 Masses = Annotated[tuple[float, ...], BeforeValidator(_masses)]
+Times = Annotated[tuple[float, ...], BeforeValidator(_times)]
 Length = Annotated[float, BeforeValidator(_length)]
 Error = Annotated[float, Field(ge=1e-6, le=0.1)]

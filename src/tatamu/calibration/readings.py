@@ -12,15 +12,17 @@ class Reading:
     """The mean of one reading's repeats."""
 
     value: float
-    """[m] or [kg]"""
+    """In `unit`."""
     uncertainty: float
-    """Standard uncertainty of the mean [m] or [kg]."""
+    """Standard uncertainty of the mean."""
     repeats: int = 1
+    unit: str = "m"
+    """One of `quantity.SHOWN`."""
 
     @classmethod
-    def of(cls, values: tuple[float, ...], error: float) -> Reading:
+    def of(cls, values: tuple[float, ...], error: float, unit: str = "m") -> Reading:
         """The mean of repeats, each with this standard deviation."""
-        return cls(float(np.mean(values)), uncertainty(values, error), len(values))
+        return cls(float(np.mean(values)), uncertainty(values, error), len(values), unit)
 
 
 def uncertainty(readings: tuple[float, ...], error: float) -> float:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from tatamu.calibration.elongation import Elongation
+from tatamu.calibration.fading import Fading
 from tatamu.calibration.friction import Slope
 from tatamu.calibration.loop import Loop
 from tatamu.calibration.plate import Plate
 from tatamu.calibration.push import Push
 from tatamu.calibration.sag import Sag
+from tatamu.calibration.swing import TenSwings
 from tatamu.calibration.test import CalibrationTest
 
-TESTS: dict[str, type[CalibrationTest]] = {test.name: test for test in (Elongation, Slope, Sag, Loop, Plate, Push)}
+TESTS: dict[str, type[CalibrationTest]] = {
+    test.name: test for test in (Elongation, Slope, Sag, Loop, Plate, Push, TenSwings, Fading)
+}
 """Name to test."""

@@ -12,7 +12,7 @@ import tomli_w
 
 from tatamu import __version__
 from tatamu.calibration.fit import Fit
-from tatamu.calibration.parameters import PARAMETERS, PLACE
+from tatamu.calibration.parameters import OPTIONAL, PARAMETERS, PLACE
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.setup import Setup
 from tatamu.files import write_text
@@ -28,7 +28,7 @@ class Calibration:
     setup: Setup
     fits: tuple[Fit, ...]
     contributions: Mapping[str, np.ndarray]
-    """Reading to the change of each parameter's logarithm with one standard uncertainty of it, shape (5,)."""
+    """Reading to the change of each parameter's logarithm with one standard uncertainty of it, shape (k,)."""
     readings: Mapping[str, Reading]
     """By the name they have in the file."""
     assumed: tuple[str, ...]
@@ -42,7 +42,7 @@ class Calibration:
 
     @property
     def covariance(self) -> np.ndarray:
-        """Of the logarithms of `PARAMETERS`, shape (5, 5)."""
+        """Of the logarithms of `PARAMETERS`, shape (k, k)."""
         parts = np.array([np.zeros(len(PARAMETERS)), *self.contributions.values()])
         return np.asarray(parts.T @ parts)
 
@@ -52,9 +52,15 @@ class Calibration:
         return float(np.sqrt(self.covariance[place, place]))
 
     @property
+    def listed(self) -> tuple[str, ...]:
+        """Parameters to be shown: those that are optional only where a test was made of them."""
+        made = {fit.parameter for fit in self.fits}
+        return tuple(name for name in PARAMETERS if name not in OPTIONAL or name in made)
+
+    @property
     def known(self) -> tuple[str, ...]:
         """Parameters that the readings tell."""
-        return tuple(name for name in PARAMETERS if name not in self.assumed and self.bounding(name) is None)
+        return tuple(name for name in self.listed if name not in self.assumed and self.bounding(name) is None)
 
     def bounding(self, parameter: str) -> Fit | None:
         """The fit that bounds a parameter; None if a test tells its value, or if no test was made."""

@@ -160,8 +160,14 @@ class LaterTest(CalibrationTest):
         """The material with its parameter, and how it was matched."""
 
     @abstractmethod
-    def propagate(self, changes: Changes, readings: Readings) -> None:
-        """Add what each reading moves its parameter by to the changes of those found before."""
+    def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
+        """Add what each reading moves its parameter by to the changes of those found before.
+
+        Args:
+            changes: By reading; the row of this test's parameter is still zero.
+            readings: By name.
+            fit: How it was matched.
+        """
 
 
 def millimetres(length: float) -> str:

@@ -8,11 +8,12 @@ in Y and B, which a few simulations give, also give those in density and size:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from tatamu.calibration.fit import Fit
 from tatamu.calibration.parameters import PARAMETERS, PLACE
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.test import Changes, ElasticTest, LaterTest, Readings
@@ -73,25 +74,25 @@ class Sensitivity:
 
 
 def contributions(
-    readings: Readings, elastic: Sequence[Sensitivity], later: Sequence[LaterTest], searched: Mapping[str, float]
+    readings: Readings, elastic: Sequence[Sensitivity], later: Sequence[tuple[LaterTest, Fit]]
 ) -> Changes:
-    """Change of the logarithm of each of `PARAMETERS`, shape (5,), with one standard uncertainty of each reading.
+    """Change of the logarithm of each of `PARAMETERS`, shape (k,), with one standard uncertainty of each reading.
 
     Args:
         readings: By name.
         elastic: Tests that tell stretch stiffness or bending rigidity.
-        later: Tests of other parameters, in the order in which they were made.
-        searched: Parameter to the standard uncertainty of its logarithm that a search by halving left.
+        later: Tests of other parameters and how they were matched, in the order in which they were made.
     """
     found = {name: np.zeros(len(PARAMETERS)) for name in readings}
     for name, reading in readings.items():
         density = _share(reading) * {"mass": 1.0, "width": -1.0, "length": -1.0}.get(name, 0.0)
         found[name][PLACE["areal_density"]] = density
         found[name][[PLACE[parameter] for parameter in ELASTIC]] = _elastic(name, reading, density, elastic)
-    for parameter, resolution in searched.items():
-        found.setdefault("search", np.zeros(len(PARAMETERS)))[PLACE[parameter]] = resolution
-    for test in later:
-        test.propagate(found, readings)
+    for _, fit in later:
+        if fit.resolution is not None:
+            found.setdefault("search", np.zeros(len(PARAMETERS)))[PLACE[fit.parameter]] = fit.resolution
+    for test, fit in later:
+        test.propagate(found, readings, fit)
     return found
 
 

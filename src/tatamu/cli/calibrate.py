@@ -37,7 +37,7 @@ def calibrate(
     from tatamu.calibration import advice_on, load_measurements
     from tatamu.calibration import calibrate as run
     from tatamu.calibration.page import page, shown
-    from tatamu.calibration.parameters import PARAMETERS, SYMBOLS
+    from tatamu.calibration.parameters import SYMBOLS
     from tatamu.cli.progress import prepare
     from tatamu.files import check_targets, write_text
     from tatamu.simulators import require
@@ -56,7 +56,7 @@ def calibrate(
     drawn = page(found)
     write_text(picture, drawn)
     found.save(out)
-    for name in PARAMETERS:
+    for name in found.listed:
         value, spread = shown(found, name)
         print(f"  {SYMBOLS[name]:2} {name:18} {value:>24}  {spread}")
     for text in advice_on(found):

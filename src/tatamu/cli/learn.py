@@ -44,7 +44,7 @@ def learn(
         float | None, typer.Option(help="Mesh spacing in metres; default: half the bending length, or coarser.")
     ] = None,
     simulator: Annotated[str, typer.Option(help="native, blender or mujoco.")] = "native",
-    sampler: Annotated[str, typer.Option(help="How to search: gp, tpe or random.")] = "gp",
+    sampler: Annotated[str, typer.Option(help="How to search: gp, tpe, cmaes, lm or random.")] = "gp",
     grasps: Annotated[
         str, typer.Option(help="Search grasps as integer, or continuous and floored as in the paper.")
     ] = "integer",

@@ -59,7 +59,7 @@ class LearnOptions(Record):
         return Schedule(self.trials, 1).most
 
     def expectation(self, out: Path | None = None) -> Expectation | None:
-        """What the study is to expect: as it began in the folder `out`, or as given; not yet for a calibrated material.
+        """The expectation: as the study began in the folder `out`, or as given; not yet for a calibrated material.
 
         Raises:
             InputError: An option is wrong.

@@ -56,10 +56,19 @@ def vertex_distances(target: np.ndarray, outcome: np.ndarray) -> np.ndarray:
     return np.linalg.norm(target - outcome, axis=1)
 
 
+def weights(e: np.ndarray) -> np.ndarray:
+    """w_i of Eq. (13) from e_i [m], shape (n,)."""
+    return np.asarray(np.maximum(e - (e.mean() + TAIL * e.std()), 0.0) + 1.0)
+
+
 def shape_distance(e: np.ndarray) -> float:
     """D of Eq. (11) from e_i [m]."""
-    w = np.maximum(e - (e.mean() + TAIL * e.std()), 0.0) + 1.0
-    return float((w * e).sum())
+    return float((weights(e) * e).sum())
+
+
+def residuals(trajectory_length: float, e: np.ndarray) -> np.ndarray:
+    """The vector whose squares sum to C of Eq. (10), from l_x and e_i [m], shape (1 + n,)."""
+    return np.sqrt(np.concatenate([[trajectory_length], ALPHA * weights(e) * e]))
 
 
 def score(fold: Fold, trajectory_length: float, outcome: np.ndarray) -> Score:

@@ -18,7 +18,8 @@ import numpy as np
 from optuna.distributions import BaseDistribution
 
 from tatamu.learning.expected_improvement import log_expected_improvement_beyond
-from tatamu.learning.gp_sampler import BEST_TRIALS, LEAST_UNKNOWN, KnownPart, UnitCube, maximised, standardised_fit
+from tatamu.learning.gp_sampler import BEST_TRIALS, LEAST_UNKNOWN, KnownPart, maximised, standardised_fit
+from tatamu.learning.unit_cube import UnitCube
 from tatamu.results.result import Parameters
 
 HANDFUL = 3

@@ -152,7 +152,12 @@ class Runner:
         return begun.ended(f"seed {self.study.identity.seed}, {which}")
 
     def _least(self, coarse: bool) -> float:
-        """The least objective so far on one of the meshes: only a trial with a lesser one may be kept."""
+        """The least objective so far on one of the meshes: only a trial with a lesser one may be kept.
+
+        Infinite where all errors are wanted.
+        """
+        if self.study.wants_errors:
+            return np.inf
         here = [trial for trial in self.study.trials if self.study.is_coarse(trial) == coarse]
         return min((float(t.values[0]) for t in here if t.user_attrs["state"] == "complete"), default=np.inf)
 
@@ -171,7 +176,9 @@ class Runner:
             worlds=found.worlds if found else None,
             expected_objective=found.objective if found else None,
         )
-        self.study.tell(proposal.parameters, evaluation.objective, attributes)
+        wanted = not outcome.failed and self.study.wants_errors
+        errors = self._errors_of(outcome, proposal.coarse) if wanted else None
+        self.study.tell(proposal.parameters, evaluation.objective, attributes, errors)
         self._kept[len(self.study.trials) - 1] = outcome
         needed = {*self._shown().values(), self._best()}
         self._kept = {number: kept for number, kept in self._kept.items() if number in needed}
@@ -265,12 +272,15 @@ class Runner:
         return {name: number for name, number in numbers.items() if number is not None}
 
     def _errors(self, number: int) -> np.ndarray:
-        """e_i of a complete trial, Eq. (12) [m], shape (n,); of one on the coarser mesh, in between its vertices."""
-        rollout = self._outcome(number).rollout
-        assert rollout is not None, "the trial is complete"
-        final = rollout.positions[-1]
+        """e_i of a complete trial, Eq. (12) [m], shape (n,)."""
+        return self._errors_of(self._outcome(number), self.study.is_coarse(self.study.trials[number]))
+
+    def _errors_of(self, outcome: Outcome, coarse: bool) -> np.ndarray:
+        """e_i of a complete outcome, Eq. (12) [m], shape (n,); on the coarser mesh, in between its vertices."""
+        assert outcome.rollout is not None, "the trial is complete"
+        final = outcome.rollout.positions[-1]
         fold = self.task.fold
-        if self.study.is_coarse(self.study.trials[number]) and self.task.coarser is not None:
+        if coarse and self.task.coarser is not None:
             final = interpolated(self.task.coarser.fold.garment, final, fold.garment)
         return vertex_distances(fold.target, final)
 

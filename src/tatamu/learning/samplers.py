@@ -12,7 +12,9 @@ import numpy as np
 from optuna.samplers import BaseSampler, RandomSampler, TPESampler
 
 from tatamu.errors import InputError
+from tatamu.learning.cma_es import EvolutionSampler
 from tatamu.learning.gp_sampler import GaussianProcessSampler, KnownPart
+from tatamu.learning.lm_sampler import LevenbergMarquardtSampler
 
 
 def _gp(seed: int, known: KnownPart) -> BaseSampler:
@@ -27,8 +29,24 @@ def _random(seed: int, known: KnownPart) -> BaseSampler:
     return RandomSampler(seed=seed)
 
 
-SAMPLERS: dict[str, Callable[[int, KnownPart], BaseSampler]] = {"gp": _gp, "tpe": _tpe, "random": _random}
+def _cmaes(seed: int, known: KnownPart) -> BaseSampler:
+    return EvolutionSampler(seed)
+
+
+def _lm(seed: int, known: KnownPart) -> BaseSampler:
+    return LevenbergMarquardtSampler(known)
+
+
+SAMPLERS: dict[str, Callable[[int, KnownPart], BaseSampler]] = {
+    "gp": _gp,
+    "tpe": _tpe,
+    "cmaes": _cmaes,
+    "lm": _lm,
+    "random": _random,
+}
 """Name of each sampler and its maker, from a seed and the known part of the objective."""
+OVER_ERRORS = frozenset({"lm"})
+"""Those that need the errors e_i of finished trials, `lm_sampler.ERRORS`, beside their objective."""
 
 
 def make_sampler(name: str, seed: int, number: int, known: KnownPart) -> BaseSampler:

@@ -19,9 +19,10 @@ from threadpoolctl import threadpool_limits
 
 from tatamu.errors import InputError, UnavailableError
 from tatamu.learning.gp_sampler import KnownPart
+from tatamu.learning.lm_sampler import ERRORS, packed
 from tatamu.learning.place import StudyPlace
 from tatamu.learning.refining import Known, refining_proposal
-from tatamu.learning.samplers import make_sampler
+from tatamu.learning.samplers import OVER_ERRORS, make_sampler
 from tatamu.records import OpenRecord
 from tatamu.results.result import Baseline, Parameters, TaskDescription
 
@@ -170,14 +171,29 @@ class OptunaStudy:
             )
         return ProposedTrial(parameters, False, gain)
 
-    def tell(self, parameters: Parameters, objective: float, attributes: dict[str, Any]) -> None:
-        """Record a finished trial."""
+    @property
+    def wants_errors(self) -> bool:
+        """Whether the sampler needs the errors e_i of trials beside their objective."""
+        return self.identity.sampler in OVER_ERRORS
+
+    def tell(
+        self, parameters: Parameters, objective: float, attributes: dict[str, Any], errors: np.ndarray | None = None
+    ) -> None:
+        """Record a finished trial.
+
+        Args:
+            parameters: Of the trial.
+            objective: C of Eq. (10).
+            attributes: What else is kept.
+            errors: e_i of Eq. (12) [m], shape (n,), where the study wants them; None of a failed trial.
+        """
         trial = create_trial(
             state=TrialState.COMPLETE,
             value=objective,
             params=parameters,
             distributions=self.space,
             user_attrs=attributes,
+            system_attrs={} if errors is None else {ERRORS: packed(errors)},
         )
         trial.datetime_start = trial.datetime_complete = datetime.now()
         self._place.run(lambda: self._add(trial), self._is_added)

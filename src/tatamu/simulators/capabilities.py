@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tatamu.material import DIRECTIONAL_AIR, Material
+from tatamu.material import DIRECTIONAL_AIR, ORTHOTROPIC_BENDING, ORTHOTROPIC_MEMBRANE, Material
 
 
 @dataclass(frozen=True)
@@ -18,6 +18,10 @@ class Capabilities:
     """Whether folds on a coarser mesh are ranked nearly as on the default one, so that a search may begin there."""
     compression: bool = False
     """Whether cloth may resist compression less than tension (`Material.compression`); else it resists both alike."""
+    orthotropy: bool = False
+    """Whether warp, weft, shear and bias may each have a stiffness of its own; else all directions are alike."""
+    hysteresis: bool = False
+    """Whether bending may have friction (`Material.bending_hysteresis`); else it springs back as it was bent."""
     directional_air: bool = False
     """Whether air may drag by direction and by the square of a velocity, and be carried (`Material.air_added_mass` and
     its like); else only `Material.air_drag` acts."""
@@ -34,6 +38,11 @@ class Capabilities:
     def lacking(self, material: Material) -> list[str]:
         """A line for each property of a material that is beyond the simulator, for the user to read."""
         lines = []
+        own = [name for name in (*ORTHOTROPIC_MEMBRANE, *ORTHOTROPIC_BENDING) if getattr(material, name) is not None]
+        if own and not self.orthotropy:
+            lines.append(f"all directions are alike, without {', '.join(own)}")
+        if material.bending_hysteresis > 0.0 and not self.hysteresis:
+            lines.append("bending springs back, without bending_hysteresis")
         if material.directional_air and not self.directional_air:
             given = [name for name in DIRECTIONAL_AIR if getattr(material, name) > 0.0]
             lines.append(f"air acts by air_drag alone, without {', '.join(given)}")

@@ -29,6 +29,12 @@ NATIVE = {
     "chord at 5 mm": 0.5,  # degrees
     "order": 1.0,  # at least
     "loop height": 0.05,
+    # orthotropy
+    "off-axis stiffness": 0.03,
+    "off-axis chord": 1.0,  # degrees
+    # hysteresis
+    "residual curvature": 0.3,  # 1/m
+    "frictional chord": 1.0,  # degrees
     # contact
     "threshold": 0.2,  # degrees
     "creep": 1e-4,  # m/s

@@ -37,7 +37,7 @@ def shear_sag(across: np.ndarray, span: float, material: Material, gravity: floa
     """How far a tall vertical panel, held along both upright sides, sags in its own plane [m].
 
     Far from its top and bottom the panel is in pure shear: G u'' = -rho g, so u = rho g x (D - x) / (2 G),
-    with G = Y / (2 (1 + nu)) of isotropic plane stress.
+    with G = Y / (2 (1 + nu)) of isotropic plane stress where the material gives none.
 
     Args:
         across: Distance x from one held side [m].
@@ -45,8 +45,35 @@ def shear_sag(across: np.ndarray, span: float, material: Material, gravity: floa
         material: Of the panel.
         gravity: [m/s^2].
     """
-    modulus = material.stretch_stiffness / (2 * (1 + material.poisson_ratio))
-    return material.areal_density * gravity * across * (span - across) / (2 * modulus)
+    return material.areal_density * gravity * across * (span - across) / (2 * material.shear_modulus)
+
+
+def off_axis_stiffness(material: Material, angle: float) -> float:
+    """Tension per width and strain of a strip cut at an angle [rad] to the warp, its sides free [N/m].
+
+    1 / Y(a) = c^4 / Y + s^4 / Y_weft + (1 / G - 2 nu / sqrt(Y Y_weft)) c^2 s^2 (Jones, Mechanics of Composite
+    Materials, 1975, section 2.6).
+    """
+    along = np.cos(angle) ** 2
+    across = np.sin(angle) ** 2
+    coupled = 2 * material.poisson_ratio / np.sqrt(material.stretch_stiffness * material.weft_stiffness)
+    compliance = (
+        along**2 / material.stretch_stiffness
+        + across**2 / material.weft_stiffness
+        + (1 / material.shear_modulus - coupled) * along * across
+    )
+    return float(1 / compliance)
+
+
+def off_axis_rigidity(material: Material, angle: float) -> float:
+    """Moment per width and curvature of a wide sheet bent to a cylinder at an angle [rad] to the warp [N m].
+
+    B(a) = B c^4 + B_weft s^4 + T c^2 s^2, T the twist rigidity.
+    """
+    along = np.cos(angle) ** 2
+    across = np.sin(angle) ** 2
+    ends = material.bending_rigidity * along**2 + material.weft_rigidity * across**2
+    return float(ends + material.twist_rigidity * along * across)
 
 
 def pulled_width(stretch: float, poisson_ratio: float) -> float:

@@ -52,7 +52,7 @@ class AirSurface(NamedTuple):
     """The cloth as air meets it, by slot; without rows where air has no direction."""
 
     normals: np.ndarray
-    """Unit normals at the start of the outer step, shape (3, slots)."""
+    """Unit normals at the last look, shape (3, slots)."""
     carried: np.ndarray
     """alpha = m_a / (rho + m_a), 0 of what is held or touches something [-], shape (slots,)."""
     along: np.ndarray
@@ -74,6 +74,10 @@ def air_of(gravity: float, material: Material) -> Air:
         tangential_linear=material.air_drag_tangential,
         tangential_quadratic=material.air_drag_quadratic_tangential,
     )
+
+
+EVERY = 2
+"""Outer steps between two looks at where the surface faces: a look costs as much as a few substeps."""
 
 
 def surface_of(slots: int, vertices: int, air: Air) -> AirSurface:
@@ -150,6 +154,7 @@ def meet(
         step: [s].
     """
     normals = surface.normals
+    carried = surface.carried
     sums = surface.sums
     x = positions.x
     predicted = positions.predicted
@@ -157,15 +162,14 @@ def meet(
     for v in range(slot.shape[0]):
         s = slot[v]
         nx, ny, nz = unit(sums[v, 0], sums[v, 1], sums[v, 2])
-        surface.carried[s] = 0.0
+        carried[s] = 0.0
         if free[s] > 0.0:
             ux, uy, uz = V[0, s], V[1, s], V[2, s]
             touches = x[v, 0] != predicted[v, 0] or x[v, 1] != predicted[v, 1] or x[v, 2] != predicted[v, 2]
             mass = air.density if touches else air.density + air.added_mass
-            carried = 1.0 - air.density / mass
-            turn = carried * ((nx - normals[0, s]) * ux + (ny - normals[1, s]) * uy + (nz - normals[2, s]) * uz)
+            carried[s] = 1.0 - air.density / mass
+            turn = carried[s] * ((nx - normals[0, s]) * ux + (ny - normals[1, s]) * uy + (nz - normals[2, s]) * uz)
             V[0, s], V[1, s], V[2, s] = _slowed(ux, uy, uz, nx, ny, nz, turn, mass, air, step)
-            surface.carried[s] = carried
         normals[0, s] = nx
         normals[1, s] = ny
         normals[2, s] = nz

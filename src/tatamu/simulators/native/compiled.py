@@ -8,6 +8,7 @@ loop from being computed eight numbers at a time. `boundscheck` stays off.
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from numba import njit
@@ -30,11 +31,24 @@ def _compiler(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 kernel = _compiler()
 """A compiled function; the compiler inlines it where it finds that worth while."""
 inlined = njit(cache=True, error_model="numpy", inline="always")
-"""One that is always inlined, as loops that call it are then computed several numbers at a time."""
+"""One that is always inlined: where loops that call it are then computed several numbers at a time, and where it takes
+many records and is called in one place, as it would otherwise be compiled for itself and once more there."""
 unlocked = _compiler(nogil=True)
 """One that lets other threads of Python run meanwhile: the outermost loop."""
 
 
 def compilation() -> tuple[int, int]:
-    """How many kernels this process compiles or has compiled, as they were not on disk; and how many there are."""
-    return sum(bool(each.stats.cache_misses) for each in _KERNELS), len(_KERNELS)
+    """How many kernels are on disk, 0 where this process had to compile none; and how many there are.
+
+    Another process may compile some of them at the same time (`precompile`), so what counts is what is on disk.
+    """
+    if not any(each.stats.cache_misses for each in _KERNELS):
+        return 0, len(_KERNELS)
+    folders = {each.stats.cache_path for each in _KERNELS}
+    kept = {file.name.partition("-")[0] for folder in folders if folder for file in Path(folder).glob("*.nbi")}
+    return sum(_name(each) in kept for each in _KERNELS), len(_KERNELS)
+
+
+def _name(kernel: Any) -> str:
+    """How its file on disk begins."""
+    return f"{kernel.py_func.__module__.rpartition('.')[2]}.{kernel.__name__}"

@@ -58,6 +58,8 @@ class Model:
     """Largest angular frequency of the membrane at rest [1/s]."""
     bending_frequency: float
     """Largest angular frequency of bending at rest [1/s]."""
+    rest_measures: np.ndarray
+    """g of the unstrained shape by place of the hinges' bands [-]."""
     lengths: np.ndarray
     """Of the edges at rest [m], shape (e,)."""
 
@@ -80,7 +82,8 @@ _MOST_KEPT = 16
 def model_of(cloth: Cloth, material: Material, options: Options) -> Model:
     """The model of a cloth; the last few are kept, as a study simulates one cloth many times."""
     digest = blake2b(digest_size=16)
-    for array in (cloth.rest, cloth.faces, cloth.seams):
+    fibre = np.empty((0, 3)) if cloth.fibre is None else cloth.fibre
+    for array in (cloth.rest, cloth.faces, cloth.seams, fibre):
         digest.update(repr(array.shape).encode() + np.ascontiguousarray(array).tobytes())
     digest.update(material.model_dump_json().encode())
     digest.update(repr((options.elastic, options.contact)).encode())
@@ -107,19 +110,24 @@ def _build(cloth: Cloth, material: Material, options: Options) -> Model:
     faces = topology.faces
     mass = lumped(areas(rest, faces) * material.areal_density, faces, len(rest))
     frames = membrane.rest_frames(rest, faces)
+    if material.orthotropic_membrane or material.orthotropic_bending:
+        frames = membrane.along_fibres(frames, rest, faces, cloth.fibre)
 
     S, L2, relaxed = membrane.constants(frames, material)
     triangles = bands(slot[faces], count)
     stretching = membrane.in_bands(triangles, S, L2, relaxed, material.compression, options.elastic.crowding_strain)
 
     seams = among(topology.hinges[:, :2], cloth.seams)
-    K, coupled = curvature.constants(
-        rest, topology, frames, seams, material.bending_rigidity, options.elastic.angle_sum_part
-    )
+    curved = curvature.maps(rest, topology, frames, seams, options.elastic.angle_sum_part)
+    K = curvature.stiffness(curved, curvature.rigidities(material))
     gradient, g0 = hinge_gradients(rest, topology.hinges)
-    stiffness = hinge_stiffness(K, coupled, len(topology.hinges))
+    stiffness = hinge_stiffness(K, curved.hinges, len(topology.hinges))
+    steepest = stiffness
+    if material.friction_stiffness:
+        turning = curvature.rigidities(material) + material.friction_stiffness * np.diag([1.0, 1.0, 2.0])
+        steepest = hinge_stiffness(curvature.stiffness(curved, turning), curved.hinges, len(topology.hinges))
     hinges = bands(slot[turned_hinges(topology.hinges, slot)], count)
-    folding = bending.in_bands(hinges, K, coupled, stiffness @ g0)
+    folding = bending.in_bands(hinges, curved, K, stiffness @ g0, material)
 
     return Model(
         slot=slot,
@@ -129,7 +137,8 @@ def _build(cloth: Cloth, material: Material, options: Options) -> Model:
         elastic=ElasticModel(stretching, folding),
         mesh=_contact_mesh(topology, mass, material, float(np.sqrt(L2.max())), options.contact),
         membrane_frequency=membrane_frequency(rest, faces, S, mass),
-        bending_frequency=bending_frequency(gradient, stiffness, mass),
+        bending_frequency=bending_frequency(gradient, steepest, mass),
+        rest_measures=hinges.spread(g0),
         lengths=edge_lengths(rest, topology.edges),
     )
 

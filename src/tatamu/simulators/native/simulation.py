@@ -5,23 +5,27 @@ from __future__ import annotations
 import numpy as np
 
 from tatamu.errors import SimulationError
-from tatamu.scene import Scene
+from tatamu.material import Material
+from tatamu.scene import Cloth, Scene
 from tatamu.simulators.native.air import Air, air_of, surface_of
 from tatamu.simulators.native.contact import broad_phase
 from tatamu.simulators.native.contact.projection import Positions
 from tatamu.simulators.native.contact.state import initial_state
 from tatamu.simulators.native.contact.table import TablePlane
 from tatamu.simulators.native.contact.untangle import untangle
-from tatamu.simulators.native.elastic import bending
+from tatamu.simulators.native.elastic import bending, hysteresis
 from tatamu.simulators.native.grippers import Grippers
 from tatamu.simulators.native.memory.bands import BLOCK
 from tatamu.simulators.native.model import Model, model_of, steps_per_frame, substeps
 from tatamu.simulators.native.options import Options, StepOptions
 from tatamu.simulators.native.step import advance
 from tatamu.simulators.native.system import Span, State, StepSizes, System
+from tatamu.topology import Topology, edge_lengths
 
 FRAMES_AT_ONCE = 8
 """Frames between two looks at what else goes on: compiled loops hear no interrupt."""
+LOCKED = 3000.0
+"""Cells whose Y h^2 / B is above this drape and fold too stiffly, which is said in a warning [-]."""
 THICK = 0.5
 """Cloth thicker than this part of its shortest edge is simulated with a warning."""
 
@@ -113,9 +117,17 @@ class Simulation:
 
     def warnings(self) -> list[str]:
         """Lines that a user should read with this rollout."""
+        lines = []
         if self.model.thickness > THICK * self.model.shortest:
-            return ["the cloth is thicker than half its shortest edge: neighbouring triangles may push each other"]
-        return []
+            lines.append("the cloth is thicker than half its shortest edge: neighbouring triangles may push each other")
+        ratio = locking(self.scene.cloth, self.scene.material)
+        if LOCKED < ratio < np.inf:
+            finer = 1e3 * float(self.model.lengths.mean()) * np.sqrt(LOCKED / ratio)
+            lines.append(
+                f"the cells are coarse for cloth that is so stiff to stretch and so limp: Y h^2 / B is {ratio:.2g}, "
+                f"above {LOCKED:g} it drapes too stiffly; take cells of {finer:.2g} mm, or a smaller stretch_stiffness"
+            )
+        return lines
 
     def _work_grippers(self) -> None:
         """Open, then close grippers that are due: one may take at once what another lets go."""
@@ -177,6 +189,14 @@ class Simulation:
             )
 
 
+def locking(cloth: Cloth, material: Material) -> float:
+    """How much harder it is to stretch a cell than to bend it, Y h^2 / B [-], h the mean edge; infinite without B."""
+    edge = float(edge_lengths(cloth.rest, Topology(cloth.faces).edges).mean())
+    stiffness = max(material.stretch_stiffness, material.weft_stiffness)
+    rigidity = min(material.bending_rigidity, material.weft_rigidity)
+    return stiffness * edge * edge / rigidity if rigidity > 0.0 else np.inf
+
+
 def _step_sizes(model: Model, outer_step: float, options: StepOptions) -> StepSizes:
     kicks, substeps_per_kick = substeps(model, outer_step, options)
     kick = outer_step / kicks
@@ -200,6 +220,7 @@ def _plane(scene: Scene) -> TablePlane:
 def _state(scene: Scene, model: Model, air: Air) -> State:
     count = len(scene.cloth.vertices)
     elastic = model.elastic.bending
+    measures = np.concatenate([model.rest_measures, model.rest_measures[elastic.coupling_copies]])
     X = np.zeros((3, model.width))
     X[:, model.slot] = scene.cloth.vertices.T
     inverse_mass = np.zeros(model.slots)
@@ -220,6 +241,11 @@ def _state(scene: Scene, model: Model, air: Air) -> State:
             predicted=np.array(scene.cloth.vertices, order="C"),
         ),
         triangle_forces=np.zeros(9 * BLOCK, dtype=np.float32),
-        hinges=bending.scratch(elastic.hinges, len(elastic.rest_moment), len(elastic.coupling_copies)),
+        hinges=bending.scratch(
+            elastic.hinges,
+            len(elastic.rest_moment),
+            len(elastic.coupling_copies),
+            slip=hysteresis.unslipped(elastic.friction, measures, elastic.couplings),
+        ),
         surface=surface_of(model.slots, count, air),
     )

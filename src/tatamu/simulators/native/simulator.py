@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache, partial
+from threading import Lock
 from time import perf_counter
 
 import numpy as np
 
 from tatamu import __version__
-from tatamu.material import Material
 from tatamu.rollout import Rollout
-from tatamu.scene import Cloth, Gripper, Scene, Table
+from tatamu.scene import Scene
 from tatamu.simulators.many import side_by_side
 from tatamu.simulators.native.options import Options
+from tatamu.simulators.native.precompile import compiling_beside, smallest_scene
 from tatamu.simulators.native.simulation import Simulation
+
+_LOADING = Lock()
 
 
 def simulate(scene: Scene, options: Options | None = None) -> Rollout:
@@ -53,11 +56,14 @@ def simulate_many(scenes: Sequence[Scene], options: Options | None = None) -> li
     return side_by_side(partial(simulate, options=options), scenes)
 
 
-@cache
 def load_kernels() -> None:
-    """Compile what is compiled, or read it from disk: a moment of two triangles, once per process."""
-    corners = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.1, 0.1, 0.0], [0.0, 0.1, 0.0]]
-    material = Material(areal_density=0.2, stretch_stiffness=100.0, bending_rigidity=1e-5)
-    hand = Gripper(vertices=[0], times=[0.0], displacements=np.zeros((1, 3)), opens=0.01)
-    cloth = Cloth(vertices=np.array(corners), faces=np.array([[0, 1, 2], [0, 2, 3]]))
-    Simulation(Scene(cloth=cloth, material=material, table=Table(), grippers=[hand], duration=0.02)).frames()
+    """Compile what is compiled, or read it from disk, once per process; the other threads wait."""
+    with _LOADING:
+        _loaded()
+
+
+@cache
+def _loaded() -> None:
+    with compiling_beside():
+        simulation = Simulation(smallest_scene())
+    simulation.frames()

@@ -15,7 +15,7 @@ import numpy as np
 
 from tatamu.simulators.native import air as surroundings
 from tatamu.simulators.native.air import Air
-from tatamu.simulators.native.compiled import kernel, unlocked
+from tatamu.simulators.native.compiled import inlined, kernel, unlocked
 from tatamu.simulators.native.contact import gauss_seidel
 from tatamu.simulators.native.elastic import bending, membrane
 from tatamu.simulators.native.model import ElasticModel
@@ -53,7 +53,7 @@ def _look_ahead(Y: np.ndarray, X: np.ndarray, V: np.ndarray, ahead: float) -> No
             y[i] = x[i] + ahead * v[i]
 
 
-@kernel
+@inlined
 def _kick_by_bending(state: State, elastic: ElasticModel, air: Air, kick: float) -> None:
     """Change the velocities by a bending step's impulse."""
     slots = state.V.shape[1]
@@ -93,7 +93,7 @@ def _kick_and_drift(state: State, air: Air, h: float, ahead: float) -> None:
             f[i] = 0.0
 
 
-@kernel
+@inlined
 def _substep(state: State, elastic: ElasticModel, air: Air, h: float, damping: float) -> None:
     """Membrane force at Y, which is the positions looked ahead by tau_d (Kelvin-Voigt), kick and drift."""
     slots = state.V.shape[1]
@@ -149,7 +149,7 @@ def _scatter(x: np.ndarray, predicted: np.ndarray, slot: np.ndarray, X: np.ndarr
         row_w[s] += rate * (x[i, 2] - predicted[i, 2])
 
 
-@kernel
+@inlined
 def _outer_step(system: System, hands: Hands, number: int) -> bool:
     """Make one outer step; whether the cloth stayed near enough and finite."""
     state = system.state
@@ -159,7 +159,7 @@ def _outer_step(system: System, hands: Hands, number: int) -> bool:
     total = sizes.kicks * sizes.substeps_per_kick
     farthest = system.limits.farthest
     _lead(state, hands, number, sizes.outer_step)
-    if system.air.directional:
+    if system.air.directional and number % surroundings.EVERY == 0:
         surroundings.meet(
             state.V,
             state.surface,
@@ -168,7 +168,7 @@ def _outer_step(system: System, hands: Hands, number: int) -> bool:
             system.mesh.faces,
             state.slot,
             state.free,
-            sizes.outer_step,
+            surroundings.EVERY * sizes.outer_step,
         )
     counters.outer_step += 1
     per_round = (total + counters.rounds - 1) // counters.rounds

@@ -8,7 +8,9 @@ from tatamu.validation.checks import (
     bending,
     determinism,
     friction,
+    hysteresis,
     motion,
+    orthotropy,
     refinement,
     stack,
     stretch,
@@ -16,7 +18,20 @@ from tatamu.validation.checks import (
     tangle,
 )
 
-FAMILIES = (motion, air, stretch, bending, friction, stack, tangle, refinement, symmetry, determinism)
+FAMILIES = (
+    motion,
+    air,
+    stretch,
+    bending,
+    orthotropy,
+    hysteresis,
+    friction,
+    stack,
+    tangle,
+    refinement,
+    symmetry,
+    determinism,
+)
 
 CHECKS: dict[str, Check] = {check.name: check for family in FAMILIES for check in family.CHECKS}
 """Name to check."""

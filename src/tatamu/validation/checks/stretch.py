@@ -68,28 +68,27 @@ def hang(subject: Subject, fabric: str, layout: str, spacing: float = 0.02) -> F
         yield Curve("hang", f"{fabric}: {subject.name}", 100 * plan[order, 0], 1e3 * sunk[order])
 
 
-def shear(subject: Subject, layout: str) -> Findings:
+def shear(subject: Subject, layout: str, plain: Material = PLANE) -> Findings:
     """A tall panel, held along its upright sides, sags in its plane by shear."""
     span = 0.1
     height = 0.4
     mesh = LAYOUTS[layout](span, height, 0.01)
     plan = mesh[0]
-    modulus = PLANE.stretch_stiffness / (2 * (1 + PLANE.poisson_ratio))
-    material, duration = settling(PLANE, np.pi / span * np.sqrt(modulus / PLANE.areal_density))
+    material, duration = settling(plain, np.pi / span * np.sqrt(plain.shear_modulus / plain.areal_density))
     sides = np.flatnonzero((plan[:, 0] == 0) | (plan[:, 0] == span))
     cloth = upright(mesh)
     scene = Scene(cloth=cloth, material=material, grippers=[held(sides)], duration=duration)
     sunk = cloth.vertices[:, 2] - subject.simulate(scene).positions[-1][:, 2]
     middle = np.abs(plan[:, 1] - height / 2) < height / 8
-    wanted = shear_sag(plan[middle, 0], span, PLANE, GRAVITY)
+    wanted = shear_sag(plan[middle, 0], span, plain, GRAVITY)
     share = float(sunk[middle] @ wanted / (wanted @ wanted))
-    peak = float(shear_sag(np.array([span / 2]), span, PLANE, GRAVITY)[0])
+    peak = float(shear_sag(np.array([span / 2]), span, plain, GRAVITY)[0])
     yield relative("sag of the middle [mm]", 1e3 * peak, 1e3 * peak * share, subject.limit("shear"), "rho g D² / 8G")
     yield Curve(
         "shear",
         "reference",
         100 * np.linspace(0, span, 41),
-        1e3 * shear_sag(np.linspace(0, span, 41), span, PLANE, GRAVITY),
+        1e3 * shear_sag(np.linspace(0, span, 41), span, plain, GRAVITY),
         reference=True,
     )
     yield Curve("shear", layout, 100 * plan[middle, 0], 1e3 * sunk[middle])

@@ -9,10 +9,10 @@ import numpy as np
 
 from tatamu.instruments.drapemeter import Drapemeter
 from tatamu.instruments.outline import PlanOutline
+from tatamu.material import Material
 from tatamu.presentation.drawing import Drawing
 from tatamu.rollout import Rollout
 from tatamu.validation.real.bench import Experiment, Values
-from tatamu.validation.real.fabric import Fabric
 from tatamu.validation.real.section import Sketch
 
 EARLIER = 5
@@ -82,20 +82,20 @@ class Draped:
         return ", ".join(str(outline.nodes) for outline in self.outlines) or "none came to an end"
 
 
-def experiments(fabric: Fabric, size: Size, seeds: int) -> list[Experiment]:
+def experiments(name: str, material: Material, size: Size, seeds: int) -> list[Experiment]:
     """Repeats of one drape, with seeds from 0."""
-    plates = [Drapemeter.fine_enough(size.specimen, size.plate, fabric.material, seed) for seed in range(seeds)]
-    return [_experiment(plate, fabric, size) for plate in plates]
+    meters = [Drapemeter.fine_enough(size.specimen, size.plate, material, seed) for seed in range(seeds)]
+    return [_experiment(name, meter, material, size) for meter in meters]
 
 
-def _experiment(plate: Drapemeter, fabric: Fabric, size: Size) -> Experiment:
+def _experiment(name: str, meter: Drapemeter, material: Material, size: Size) -> Experiment:
     def read(rollout: Rollout) -> Values:
-        last = plate.outline(rollout)
-        earlier = plate.outline(rollout, -1 - EARLIER)
+        last = meter.outline(rollout)
+        earlier = meter.outline(rollout, -1 - EARLIER)
         radii = [round(float(radius), 6) for radius in last.radii]
         return {"radii": radii, "area": last.area, "area_before": earlier.area}
 
-    return Experiment(f"{fabric.name}, {size.name}", plate.scene(fabric.material), "outline", read)
+    return Experiment(f"{name}, {size.name}", meter.scene(material), "outline", read)
 
 
 def sketched(title: str, outlines: Sequence[PlanOutline], size: Size, note: str = "", colour: str = "plot") -> Sketch:

@@ -43,7 +43,7 @@ AMPLITUDE = 0.02
 """Of the swing for which a plate's drag is predicted [m]: half of the usual peak to peak."""
 STEP = 0.1
 """Of the differences in a fit, as a part of where it begins."""
-EVALUATIONS = 5
+EVALUATIONS = 3
 """Of the residuals' derivatives, in one fit."""
 RECTANGLE = rectangle_added_mass(SIDE, SIDE)
 """Air that a plate of the cloth's size carries [kg/m^2]."""

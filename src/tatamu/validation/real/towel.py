@@ -14,8 +14,12 @@ from pathlib import Path
 
 import numpy as np
 
-from tatamu.folding.task import make_task
+from tatamu.disturbances import Limits, Stream, Verdict, drawn, load_disturbances
+from tatamu.disturbances.verdict import outcome_in
+from tatamu.files import read_json, write_json
+from tatamu.folding.task import Outcome, make_task
 from tatamu.learning import Progress, learn
+from tatamu.margins.subject import subject_of
 from tatamu.presentation.chart import Chart, axis, traces
 from tatamu.results import ResultFolder
 from tatamu.validation.real.bench import Bench
@@ -28,6 +32,8 @@ SIZE = (0.5, 1.0)
 """Of their towel [m]."""
 TRIALS = 30
 """Of each study."""
+WORLDS = 10
+"""Disturbed worlds in which each learned fold is simulated."""
 
 
 @dataclass(frozen=True)
@@ -50,33 +56,39 @@ class Towel(RealTest):
 
     def simulations(self, measured: list[RobotFold], bench: Bench) -> int:
         """See `RealTest.simulations`."""
-        return bench.seeds * TRIALS
+        return bench.seeds * (TRIALS + WORLDS)
 
     def run(self, measured: list[RobotFold], bench: Bench) -> Section:
         """See `RealTest.run`."""
-        ours = [_learned(seed, bench) for seed in range(bench.seeds)]
         theirs = [each.area_error for each in measured if np.isfinite(each.area_error)]
+        folders = [_learned(seed, bench) for seed in range(bench.seeds)]
+        calm = [_best(folder) for folder in folders]
+        disturbed = [each for seed, folder in enumerate(folders) for each in _disturbed(folder, seed, bench)]
+        held = [error for error, holds in disturbed if holds]
         lines: list[Line] = [
             _line("two TIAGo arms, real towel", f"{len(theirs)} of {len(measured)}", theirs),
-            _line(f"learned in {bench.simulator}, undisturbed", f"{len(ours)} of {len(ours)}", ours),
+            _line(f"learned in {bench.simulator}, undisturbed", f"{len(calm)} of {len(calm)}", calm),
+            _line(f"the same, in {WORLDS} disturbed worlds each", f"{len(held)} of {len(disturbed)}", held),
         ]
         return Section(
             name=self.name,
             title="A towel folded in half by robots",
             method=(
                 f"A towel of {SIZE[0]:g} x {SIZE[1]:g} m in the default terry, folded in half; the best of {TRIALS} "
-                f"trials by the objective C, for {len(ours)} seeds of the search. The simulated hands do exactly what "
-                "was planned."
+                f"trials by the objective C, for {len(calm)} seeds of the search. Undisturbed the simulated hands do "
+                "exactly what was planned. Disturbed, hands, grasps, table and material are off as in the default "
+                "disturbances, in worlds that the search did not see; a fold succeeds whose vertices are within 12.5 "
+                "mm of the target in the mean and whose view from above overlaps by 0.80."
             ),
             tables=[Tabulated("real: towel", lines)],
             beat=f"Garcia-Camacho et al. 2020: {np.mean(theirs):.2f} % in the mean of the folds that succeeded.",
-            goal=f"E_f not above theirs in the mean: {reached(float(np.mean(ours)) <= float(np.mean(theirs)))}.",
+            goal=f"E_f under disturbances not above theirs: {reached(_mean(held) <= _mean(theirs))}.",
             silent=(
-                "E_f is an area: a fold that is turned or wrinkled may have a small one. Their hands and their camera "
-                "err and the simulated ones do not, so that a smaller figure here says little of a real robot; the "
-                "fabric of their towel is not stated. No shape of a real fold with contact was found in public data."
+                "E_f is an area: a fold that is turned or wrinkled may have a small one. How far their hands and their "
+                "camera err is not stated, nor the fabric of their towel, nor what they call a success. No shape of a "
+                "real fold with contact was found in public data."
             ),
-            charts=[_chart(theirs, ours, bench.simulator)],
+            charts=[_chart(theirs, calm, held, bench.simulator)],
         )
 
 
@@ -87,8 +99,8 @@ def _robot_fold(table: Columns, row: int) -> RobotFold:
     return RobotFold(100.0 / 0.5 * abs(part - 0.5))
 
 
-def _learned(seed: int, bench: Bench) -> float:
-    """E_f of the best fold of one study [%], learned or gone on with in the bench's folder."""
+def _learned(seed: int, bench: Bench) -> Path:
+    """The folder of one study, learned or gone on with."""
     folder = bench.folder / f"{bench.version[:12]}-seed-{seed}"
     task = make_task("towel", size=SIZE, simulator=bench.simulator)
     done = 0
@@ -100,24 +112,62 @@ def _learned(seed: int, bench: Bench) -> float:
         done = state.done
 
     learn(task, folder, trials=TRIALS, seed=seed, baselines=False, progress=progress)
+    return folder
+
+
+def _best(folder: Path) -> float:
+    """E_f of the best fold of a study [%]."""
     error = ResultFolder(folder).result.best_trial.area_error
     return float("nan") if error is None else error
+
+
+def _disturbed(folder: Path, seed: int, bench: Bench) -> list[tuple[float, bool]]:
+    """E_f [%] of the learned fold in each world, and whether it holds; kept beside the fold."""
+    disturbances = load_disturbances("default")
+    assert disturbances is not None
+    kept = folder / "disturbed.json"
+    if not kept.exists():
+        _, subject = subject_of(folder)
+        worlds = drawn(disturbances, WORLDS, seed, Stream.MARGINS)
+        found = [_ended(outcome_in(subject.task, subject.manipulation, world)) for world in worlds]
+        write_json(kept, found)
+    for _ in range(WORLDS):
+        bench.tick(f"towel, seed {seed}, disturbed")
+    return [(float("nan") if error is None else error, holds) for error, holds in read_json(kept)]
+
+
+def _ended(outcome: Outcome) -> tuple[float | None, bool]:
+    if outcome.score is None:
+        return None, False
+    score = outcome.score
+    return score.area_error, Verdict(score.mean_vertex_distance, score.mask_iou).holds(Limits())
+
+
+def _mean(errors: list[float]) -> float:
+    """Their mean; not a number, and so never small enough, where there are none."""
+    return float(np.mean(errors)) if errors else float("nan")
 
 
 def _line(name: str, succeeded: str, errors: list[float]) -> Line:
     return {
         "fold": name,
         "succeeded": succeeded,
-        "E_f [%]": ", ".join(f"{error:.2f}" for error in errors),
-        "mean": f"{np.mean(errors):.2f}",
+        "E_f, mean [%]": f"{np.mean(errors):.2f}" if errors else "–",
+        "least": f"{min(errors):.2f}" if errors else "–",
+        "greatest": f"{max(errors):.2f}" if errors else "–",
     }
 
 
-def _chart(theirs: list[float], ours: list[float], simulator: str) -> Chart:
+def _chart(theirs: list[float], calm: list[float], held: list[float], simulator: str) -> Chart:
+    groups = (("two TIAGo arms", theirs), (f"{simulator}, undisturbed", calm), (f"{simulator}, disturbed", held))
     lines = [
-        {"type": "bar", "name": name, "y": [round(error, 3) for error in errors], "marker": {"color": f"@series-{k}"}}
-        for k, (name, errors) in enumerate((("two TIAGo arms", theirs), (simulator, ours)))
+        {
+            "mode": "markers",
+            "name": name,
+            "x": [name] * len(errors),
+            "y": [round(error, 3) for error in errors],
+            "marker": {"color": f"@series-{place}", "size": 9},
+        }
+        for place, (name, errors) in enumerate(groups)
     ]
-    return Chart(
-        "E_f of each fold", traces(lines, xaxis=axis("fold"), yaxis=axis("E_f [%]"), showlegend=True), kind="tall"
-    )
+    return Chart("E_f of each fold", traces(lines, xaxis=axis(""), yaxis=axis("E_f [%]")), kind="tall")

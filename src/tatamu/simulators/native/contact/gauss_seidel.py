@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tatamu.simulators.native.compiled import kernel
+from tatamu.simulators.native.compiled import inlined, kernel
 from tatamu.simulators.native.contact import broad_phase, edge_edge, impact_zones, table, vertex_face
 from tatamu.simulators.native.contact.projection import Positions
 from tatamu.simulators.native.contact.state import ContactMesh, ContactState
@@ -17,7 +17,7 @@ from tatamu.simulators.native.contact.table import TablePlane
 from tatamu.simulators.native.options import ContactOptions
 
 
-@kernel
+@inlined
 def _sweep(
     positions: Positions,
     mesh: ContactMesh,
@@ -48,7 +48,7 @@ def _largest_correction(x: np.ndarray, predicted: np.ndarray) -> float:
     return np.sqrt(square)
 
 
-@kernel
+@inlined
 def resolve(
     positions: Positions,
     mesh: ContactMesh,

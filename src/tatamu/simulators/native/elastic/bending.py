@@ -14,8 +14,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tatamu.material import Material
 from tatamu.simulators.native.compiled import kernel
-from tatamu.simulators.native.elastic import symmetric
+from tatamu.simulators.native.elastic import hysteresis, symmetric
+from tatamu.simulators.native.elastic.curvature import CurvatureMaps
+from tatamu.simulators.native.elastic.hysteresis import Friction, Slip
 from tatamu.simulators.native.memory.bands import BLOCK, Bands, bands, blocks
 
 # In single precision: a plain 0.5 would make all that it is multiplied by double.
@@ -43,6 +46,8 @@ class Bending(NamedTuple):
     """Band table of triangles over places of hinges: which three angles a triangle couples."""
     coupling_copies: np.ndarray
     """Places of hinges that are copied behind the last one for these bands."""
+    friction: Friction
+    """Of cloth with hysteresis."""
     K: np.ndarray
     """K_T of each triangle, packed [N m], single, shape (6, places of couplings)."""
 
@@ -59,9 +64,13 @@ class HingeMeasures(NamedTuple):
     """Its derivative g' = d g / d theta [-]."""
     moment: np.ndarray
     """Moment at each hinge [N m]."""
+    slip: Slip
+    """Memory of the friction of bending: no scratch, but the state of cloth with hysteresis."""
 
 
-def scratch(hinges: np.ndarray, places: int, copies: int, real: type = np.float32) -> HingeMeasures:
+def scratch(
+    hinges: np.ndarray, places: int, copies: int, real: type = np.float32, slip: Slip | None = None
+) -> HingeMeasures:
     """Room for what is measured of hinges.
 
     Args:
@@ -69,34 +78,45 @@ def scratch(hinges: np.ndarray, places: int, copies: int, real: type = np.float3
         places: How many places the bands have.
         copies: How many places are copied behind the last one.
         real: Precision in which forces are computed.
+        slip: What the friction of bending remembers; None: there is no friction.
     """
+    if slip is None:
+        slip = hysteresis.unslipped(hysteresis.none(real), np.zeros(0), np.zeros((0, 5), dtype=np.int64))
     return HingeMeasures(
         gradients=np.zeros((blocks(hinges), 8 * BLOCK), dtype=real),
         g=np.zeros(places + copies, dtype=real),
         slope=np.zeros(places, dtype=real),
         moment=np.zeros(places + copies, dtype=real),
+        slip=slip,
     )
 
 
 def in_bands(
-    hinges: Bands, K: np.ndarray, coupled: np.ndarray, rest_moment: np.ndarray, real: type = np.float32
+    hinges: Bands,
+    curved: CurvatureMaps,
+    K: np.ndarray,
+    rest_moment: np.ndarray,
+    material: Material,
+    real: type = np.float32,
 ) -> Bending:
     """Constants in the order in which forces are computed.
 
     Args:
         hinges: Bands of hinges over slots.
-        K: K_T of triangles [N m], see `curvature.constants`, shape (t, 3, 3).
-        coupled: Their hinges, likewise, shape (t, 3).
+        curved: Which hinges each triangle has, and its curvatures by them.
+        K: K_T of triangles [N m], see `curvature.stiffness`, shape (t, 3, 3).
         rest_moment: K g0 of each hinge [N m], shape (h,).
+        material: The cloth, for its hysteresis.
         real: Precision in which forces are computed.
     """
-    couplings = bands(hinges.place[coupled], hinges.size)
+    couplings = bands(hinges.place[curved.hinges], hinges.size)
     return Bending(
         hinges=hinges.table,
         copies=hinges.copied,
         rest_moment=hinges.spread(rest_moment).astype(real),
         couplings=couplings.table,
         coupling_copies=couplings.copied,
+        friction=hysteresis.in_bands(couplings, curved, material, real),
         K=couplings.spread(symmetric.pack(K)).astype(real),
     )
 
@@ -175,7 +195,7 @@ def _add_moments_of_band(
 
 @kernel
 def _moments(bending: Bending, measures: HingeMeasures) -> None:
-    """Fill in the moment (K g0 - K g) g' of every hinge."""
+    """Fill in the moment (K g0 - K g - friction) g' of every hinge."""
     g = measures.g
     slope = measures.slope
     moment = measures.moment
@@ -186,8 +206,11 @@ def _moments(bending: Bending, measures: HingeMeasures) -> None:
     for i in range(copies.shape[0]):
         g[count + i] = g[copies[i]]
     moment[:] = 0.0
-    for r in range(table.shape[0]):
-        _add_moments_of_band(g, bending.K, table[r, 0], table[r, 1], table[r, 2], table[r, 3], table[r, 4], moment)
+    if bending.friction.area.shape[0]:
+        hysteresis.add_moments(g, bending.friction, measures.slip, table, moment)
+    else:
+        for r in range(table.shape[0]):
+            _add_moments_of_band(g, bending.K, table[r, 0], table[r, 1], table[r, 2], table[r, 3], table[r, 4], moment)
     for i in range(copies.shape[0]):
         moment[copies[i]] += moment[count + i]
     for h in range(count):

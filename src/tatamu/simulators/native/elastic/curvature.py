@@ -1,7 +1,7 @@
 """From the dihedral angles of a triangle's edges to its curvatures, and the stiffness that follows.
 
     Q   = a C + (1 - a) R^-1                    from the three angles of triangle T to its curvatures (k_uu, k_vv, k_uv)
-    K_T = A_T Q' D Q                            D = B diag(1, 1, 2)
+    K_T = A_T Q' D Q                            D = B diag(1, 1, 2), or diag(B, B_weft, twist) along the fibres
 
 R maps the curvatures of a quadratic deflection to the small dihedral angles of the six-point patch around T. R^-1 is
 exact for such a deflection, but on irregular meshes the forces of a constant moment do not cancel, and cloth is too
@@ -18,9 +18,31 @@ moment, the curvature across it is none. Derived in docs/theory/bending.md.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
+from tatamu.material import Material
 from tatamu.topology import Topology, areas
+
+
+class CurvatureMaps(NamedTuple):
+    """From dihedral angles to curvatures, of the triangles that have any hinge."""
+
+    Q: np.ndarray
+    """Curvatures of each triangle from the measures g of its hinges [1/m], shape (t, 3 curvatures, 3 hinges); zero
+    where an edge carries no moment."""
+    area: np.ndarray
+    """Of each triangle [m^2], shape (t,)."""
+    hinges: np.ndarray
+    """Hinges of each triangle, shape (t, 3); of an edge that carries no moment, another hinge of the triangle."""
+
+
+def rigidities(material: Material) -> np.ndarray:
+    """D from curvatures (k_uu, k_vv, k_uv), u along the warp, to moments [N m], shape (3, 3)."""
+    if not material.orthotropic_bending:
+        return material.bending_rigidity * np.diag([1.0, 1.0, 2.0])
+    return np.diag([material.bending_rigidity, material.weft_rigidity, material.twist_rigidity])
 
 
 def _feet(rest: np.ndarray, hinges: np.ndarray, apex: int) -> tuple[np.ndarray, np.ndarray]:
@@ -85,27 +107,17 @@ def curvatures(R: np.ndarray, C: np.ndarray, angle_sum_part: float) -> np.ndarra
     return np.asarray(angle_sum_part * C + (1.0 - angle_sum_part) * np.linalg.inv(R))
 
 
-def constants(
-    rest: np.ndarray,
-    topology: Topology,
-    frames: np.ndarray,
-    free: np.ndarray,
-    bending_rigidity: float,
-    angle_sum_part: float,
-) -> tuple[np.ndarray, np.ndarray]:
-    """K_T of every triangle, and which hinges its edges are.
+def maps(
+    rest: np.ndarray, topology: Topology, frames: np.ndarray, free: np.ndarray, angle_sum_part: float
+) -> CurvatureMaps:
+    """Curvatures of every triangle that has a hinge.
 
     Args:
         rest: Unstrained positions [m], shape (n, 3).
         topology: Of the mesh, with h hinges.
         frames: Corners of each triangle in its plane [m], shape (m, 3, 2).
         free: Which hinges carry no moment (seams), shape (h,).
-        bending_rigidity: B [N m].
         angle_sum_part: a [-].
-
-    Returns:
-        K_T [N m], shape (t, 3, 3), and hinges, shape (t, 3), of the triangles that have any; an edge that carries no
-        moment has zeros in K_T, and another hinge of the triangle for its own.
     """
     number = np.full(len(topology.edges), -1)
     inner = np.flatnonzero(topology.faces_per_edge == 2)
@@ -113,9 +125,17 @@ def constants(
     at = number[topology.face_edges]  # (m, 3)
     lacking = at < 0
     R, C = _operators(rest, topology.faces, frames, topology.hinges, at)
-    Q = curvatures(R, C, angle_sum_part)
-    D = bending_rigidity * np.diag([1.0, 1.0, 2.0])
-    stiffness = areas(rest, topology.faces)[:, None, None] * (Q.transpose(0, 2, 1) @ D @ Q)
-    stiffness *= ~(lacking[:, :, None] | lacking[:, None, :])
+    Q = np.where(lacking[:, None, :], 0.0, curvatures(R, C, angle_sum_part))
     some = ~lacking.all(axis=1)
-    return stiffness[some], np.where(lacking, at.max(axis=1)[:, None], at)[some]
+    hinges = np.where(lacking, at.max(axis=1)[:, None], at)
+    return CurvatureMaps(Q[some], areas(rest, topology.faces)[some], hinges[some])
+
+
+def stiffness(curved: CurvatureMaps, D: np.ndarray) -> np.ndarray:
+    """K_T = A_T Q' D Q of every triangle [N m], shape (t, 3, 3).
+
+    Args:
+        curved: Of the mesh.
+        D: From curvatures to moments [N m], shape (3, 3).
+    """
+    return np.asarray(curved.area[:, None, None] * (curved.Q.transpose(0, 2, 1) @ D @ curved.Q))

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tatamu.material import Material
+from tatamu.scene import LEAST_IN_PLANE
 from tatamu.simulators.native.compiled import kernel
 from tatamu.simulators.native.elastic import symmetric, wrinkling
 from tatamu.simulators.native.memory.bands import BLOCK, Bands
@@ -58,11 +59,48 @@ def rest_frames(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
     return frames
 
 
+def along_fibres(frames: np.ndarray, rest: np.ndarray, faces: np.ndarray, fibre: np.ndarray | None) -> np.ndarray:
+    """Corners of every triangle with the warp along +x [m], shape (m, 3, 2).
+
+    Args:
+        frames: As of `rest_frames`.
+        rest: Unstrained positions [m], shape (n, 3).
+        faces: Triangles, shape (m, 3).
+        fibre: Direction of the warp, see `Cloth.fibre`, shape (m, 3) or (1, 3).
+    """
+    a, b, c = (rest[faces[:, k]] for k in range(3))
+    along = (b - a) / np.linalg.norm(b - a, axis=1)[:, None]
+    across = c - a - np.einsum("ij,ij->i", c - a, along)[:, None] * along
+    across /= np.linalg.norm(across, axis=1)[:, None]
+    if fibre is None:
+        x = np.column_stack([along[:, 0], across[:, 0]])
+        y = np.column_stack([along[:, 1], across[:, 1]])
+        parts = np.where(np.linalg.norm(x, axis=1)[:, None] > LEAST_IN_PLANE, x, y)
+    else:
+        parts = np.column_stack([(along * fibre).sum(axis=1), (across * fibre).sum(axis=1)])
+    cosine, sine = (parts / np.linalg.norm(parts, axis=1)[:, None]).T
+    turn = np.stack([np.stack([cosine, sine], -1), np.stack([-sine, cosine], -1)], axis=1)
+    return np.einsum("mij,mkj->mki", turn, frames)
+
+
+def plane_stress(material: Material) -> np.ndarray:
+    """Stiffness C from (E_xx, E_yy, 2 E_xy), x along the warp, to stress [N/m], shape (3, 3)."""
+    nu = material.poisson_ratio
+    if not material.orthotropic_membrane:
+        return np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]]) * material.stretch_stiffness / (1 - nu * nu)
+    warp = material.stretch_stiffness
+    weft = material.weft_stiffness
+    both = nu * np.sqrt(warp * weft)
+    plane = np.array([[warp, both, 0.0], [both, weft, 0.0], [0.0, 0.0, 0.0]]) / (1 - nu * nu)
+    plane[2, 2] = material.shear_modulus
+    return plane
+
+
 def constants(frames: np.ndarray, material: Material) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Stiffness, rest lengths and what cloth that wrinkles needs of every triangle.
 
     Args:
-        frames: Corners of each triangle in its plane [m], shape (m, 3, 2).
+        frames: Corners of each triangle in its plane [m], the warp along +x, shape (m, 3, 2).
         material: The cloth.
 
     Returns:
@@ -73,9 +111,7 @@ def constants(frames: np.ndarray, material: Material) -> tuple[np.ndarray, np.nd
     dy = edges[..., 1]
     inverse = np.linalg.inv(2 * np.stack([dx * dx, dy * dy, dx * dy], axis=-1))
     area = 0.5 * np.abs(edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0])
-    nu = material.poisson_ratio
-    plane = np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]]) * material.stretch_stiffness / (1 - nu * nu)
-    stiffness = area[:, None, None] * (inverse.transpose(0, 2, 1) @ plane @ inverse)
+    stiffness = area[:, None, None] * (inverse.transpose(0, 2, 1) @ plane_stress(material) @ inverse)
     return 2 * symmetric.pack(stiffness), (dx * dx + dy * dy).T, wrinkling.constants(inverse, area, material)
 
 

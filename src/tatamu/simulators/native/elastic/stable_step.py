@@ -74,7 +74,7 @@ def bending_frequency(gradient: sparse.csr_array, stiffness: sparse.csr_array, m
 
 
 def hinge_stiffness(K: np.ndarray, hinges: np.ndarray, count: int) -> sparse.csr_array:
-    """`curvature.constants` as a matrix from the angles of all hinges to their moments, shape (count, count)."""
+    """`curvature.stiffness` as a matrix from the angles of all hinges to their moments, shape (count, count)."""
     rows = np.repeat(hinges, 3, axis=1)
     columns = np.tile(hinges, (1, 3))
     return sparse.csr_array((K.ravel(), (rows.ravel(), columns.ravel())), shape=(count, count))

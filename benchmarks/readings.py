@@ -1,0 +1,151 @@
+"""Hidden parameters from the readings that are not the paper's: plate, swing, fading.
+
+    python benchmarks/readings.py --out runs/readings [--draws 100] [--only plate] [--write-docs]
+
+Each draw hides a fabric, reads it in native with other seeds and with the errors that a person makes, and calibrates.
+An interval is the parameter found, times or divided by e to twice its stated relative uncertainty. What is there is not
+run again.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from tables import markdown, publish
+
+from tatamu.calibration import Measurements, calibrate
+from tatamu.calibration.entry import Errors
+from tatamu.calibration.fading import Fading
+from tatamu.calibration.plate import Plate
+from tatamu.calibration.swing import Swinging, TenSwings
+from tatamu.files import read_json, write_json
+from tatamu.garments import make_garment
+from tatamu.material import GRAVITY, Material, load_material
+from tatamu.simulators import simulate
+
+SIZE = (0.24, 0.36)
+"""Of the cloth [m]."""
+COVERING = 2.0
+"""Standard uncertainties of an interval."""
+ERRORS = Errors()
+Tables = dict[str, dict[str, Any]]
+
+
+def plate(random: np.random.Generator) -> tuple[Material, Tables]:
+    """A disc of 0.30 over 0.18 m, read twice."""
+    density = float(np.exp(random.uniform(np.log(0.1), np.log(0.4))))
+    length = random.uniform(0.017, 0.024)
+    hidden = _terry(areal_density=density, bending_rigidity=density * GRAVITY * length**3)
+    read = []
+    for seed in (11, 12):
+        test = Plate(0.15, 0.09, 0.7, seed=seed)
+        value = test.coefficient_of(test.reading(simulate(test.scene(hidden))))
+        read.append(float(np.clip(value + ERRORS.drape * random.standard_normal(), 0.1, 0.92)))
+    return hidden, {"plate": {"disc": 0.3, "plate": 0.18, "drape_coefficient": read}}
+
+
+def swing(random: np.random.Generator) -> tuple[Material, Tables]:
+    """Ten swings by a stopwatch."""
+    hidden = _air(random)
+    test = TenSwings(_swinging(0.07), None)
+    return hidden, {"swing": _swing(test, hidden, random)}
+
+
+def fading(random: np.random.Generator) -> tuple[Material, Tables]:
+    """Ten swings, and swings until a quarter."""
+    hidden = _air(random)
+    ten = TenSwings(_swinging(0.07), None)
+    test = Fading(ten.swinging, 0.0175, 4.0)
+    count = test.reading(simulate(test.scene(hidden))) + ERRORS.swings * random.standard_normal()
+    table = {"edge": "bottom", "aside": 0.07, "to": 0.0175, "count": [max(0.3, float(count))]}
+    return hidden, {"swing": _swing(ten, hidden, random), "fading": table}
+
+
+READINGS: dict[str, tuple[str, Callable[[np.random.Generator], tuple[Material, Tables]]]] = {
+    "plate": ("bending_rigidity", plate),
+    "swing": ("air_added_mass", swing),
+    "fading": ("air_drag_quadratic", fading),
+}
+"""Test to its parameter, and how it is read."""
+
+
+def _terry(**changed: float) -> Material:
+    return load_material(Path("terry")).model_copy(update=changed)
+
+
+def _air(random: np.random.Generator) -> Material:
+    return _terry(
+        areal_density=random.uniform(0.15, 0.4),
+        air_added_mass=float(np.exp(random.uniform(np.log(0.08), np.log(0.25)))),
+        air_drag_quadratic=float(np.exp(random.uniform(np.log(0.5), np.log(4.0)))),
+        air_drag=0.0,
+    )
+
+
+def _swinging(aside: float) -> Swinging:
+    return Swinging(make_garment("towel", size=SIZE), "bottom", aside)
+
+
+def _swing(test: TenSwings, hidden: Material, random: np.random.Generator) -> dict[str, Any]:
+    seconds = test.reading(simulate(test.scene(hidden))) + ERRORS.time * random.standard_normal()
+    return {"edge": "bottom", "aside": test.swinging.aside, "ten_swings": float(seconds)}
+
+
+def recovered(name: str, draw: int) -> dict[str, Any]:
+    """One draw: the hidden parameter, the one found, and its stated relative uncertainty."""
+    parameter, read = READINGS[name]
+    random = np.random.default_rng([27, list(READINGS).index(name), draw])
+    hidden, tables = read(random)
+    mass = hidden.areal_density * SIZE[0] * SIZE[1]
+    found = calibrate(Measurements.model_validate({"garment": {"name": "towel", "size": SIZE, "mass": mass}, **tables}))
+    return {
+        "true": getattr(hidden, parameter),
+        "found": getattr(found.material, parameter),
+        "stated": found.relative(parameter),
+        "bound": None if found.bounding(parameter) is None else str(found.bounding(parameter)),
+    }
+
+
+def line(name: str, rows: list[dict[str, Any]]) -> dict[str, str]:
+    """How often the interval holds the truth, where the reading tells the parameter."""
+    told = [row for row in rows if row["bound"] is None]
+    off = np.array([abs(np.log(row["found"] / row["true"])) for row in told])
+    stated = np.array([row["stated"] for row in told])
+    return {
+        "reading": f"`{name}`",
+        "parameter": READINGS[name][0],
+        "told": f"{len(told)} of {len(rows)}",
+        "within twice the stated uncertainty": f"{int((off <= COVERING * stated).sum())} of {len(told)}",
+        "median error": f"{100 * np.median(off):.0f} %",
+        "median stated": f"{100 * np.median(stated):.0f} %",
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--draws", type=int, default=100)
+    parser.add_argument("--only", action="append", default=[], metavar="READING", choices=list(READINGS))
+    parser.add_argument("--write-docs", action="store_true", help="write the table into docs/notes/calibration.md")
+    options = parser.parse_args()
+    lines = []
+    for name in options.only or READINGS:
+        rows = []
+        for draw in range(options.draws):
+            kept = options.out / f"{name}-{draw}.json"
+            if not kept.exists():
+                write_json(kept, recovered(name, draw))
+            rows.append(read_json(kept))
+            print(f"{name} {draw}: {rows[-1]}", flush=True)
+        lines.append(line(name, rows))
+    print(markdown(lines))
+    if options.write_docs:
+        publish("calibration: readings", markdown(lines))
+
+
+if __name__ == "__main__":
+    main()

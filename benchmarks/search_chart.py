@@ -1,0 +1,42 @@
+"""The chart of docs/notes/search.md: least objective so far against simulations."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+WIDTH, HEIGHT = 11.0, 3.9
+"""Of the drawing [in]."""
+
+
+def draw(courses: dict[str, dict[str, list[list[float]]]], path: Path) -> None:
+    """Draw medians over seeds, a panel for each garment.
+
+    Args:
+        courses: Least objectives so far of each study, by garment and search; studies may differ in length.
+        path: An SVG file.
+    """
+    import matplotlib
+
+    matplotlib.use("svg")
+    matplotlib.rcParams.update({"svg.hashsalt": "tatamu", "svg.fonttype": "none"})  # the same bytes; text as text
+    from matplotlib import pyplot
+
+    figure, panels = pyplot.subplots(1, len(courses), figsize=(WIDTH, HEIGHT), layout="constrained")
+    handles = {}
+    for panel, (garment, searches) in zip(panels, courses.items(), strict=True):
+        for number, (title, studies) in enumerate(searches.items()):
+            if studies:
+                count = min(map(len, studies))
+                middle = np.median([study[:count] for study in studies], axis=0)
+                style = {"color": f"C{number}", "linewidth": 2.4 if number == 0 else 1.2}
+                (handles[title.replace("`", "")],) = panel.step(np.arange(1, count + 1), middle, where="post", **style)
+        low = min((min(study) for studies in searches.values() for study in studies), default=0.0)
+        panel.set(xscale="log", xlabel="simulations", title=garment, ylim=(0.98 * low, 1.35 * low))
+        panel.set_xticks([1, 5, 10, 25, 50, 134], labels=["1", "5", "10", "25", "50", "134"])
+        panel.minorticks_off()
+        panel.grid(alpha=0.3)
+    panels[0].set_ylabel("least C so far, median over seeds")
+    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, frameon=False, fontsize=8)
+    figure.savefig(path, metadata={"Date": None})

@@ -1,0 +1,197 @@
+"""Fading: after how many swings the cloth held by two corners swings less than so far; what drag the air has.
+
+Not in the paper. Quadratic drag q_n slows a plate that hangs by its edge by 2 q_n A / (rho + m_a) per swing, with A the
+amplitude of its lower edge, so that after n swings
+
+    1 / A = 1 / A_0 + 2 q_n n / (rho + m_a)
+
+(docs/theory/air.md). Cloth held by two corners is simulated, and q_n matched.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Annotated, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from tatamu.calibration.drawing import swung
+from tatamu.calibration.edges import longest_edge
+from tatamu.calibration.elongation import HUNG_BY
+from tatamu.calibration.entry import Errors, TestEntry
+from tatamu.calibration.fit import Fit
+from tatamu.calibration.laboratory import Laboratory
+from tatamu.calibration.match import match
+from tatamu.calibration.parameters import LIMITS, PLACE
+from tatamu.calibration.quantity import Length, Lengths
+from tatamu.calibration.readings import Reading
+from tatamu.calibration.swing import LEAST, Swinging
+from tatamu.calibration.test import Changes, LaterTest, Readings, Specimen
+from tatamu.garments import Garment
+from tatamu.instruments.oscillation import swings
+from tatamu.material import Material
+from tatamu.rollout import Rollout
+from tatamu.scene import Scene
+from tatamu.simulators import capabilities
+
+if TYPE_CHECKING:
+    from tatamu.calibration.result import Calibration
+
+MORE = 1.3
+"""The simulation is longer than what was counted by this factor."""
+MOST = 200.0
+"""A simulated count beyond this is this: the cloth does not fade."""
+WITHIN = 5e-3
+"""The count is matched to this part of itself."""
+
+
+class FadingReadings(TestEntry):
+    """How long the cloth goes on to swing that is held by two corners and let go from the side."""
+
+    edge: str
+    """Name of the edge by whose two ends it is held."""
+    aside: Lengths
+    """How far the far edge is drawn aside before it is let go [m]."""
+    to: Length
+    """It is counted until the far edge goes less than this to the side [m]."""
+    count: Annotated[tuple[Annotated[float, Field(gt=0.0, le=100.0)], ...], Field(min_length=1)]
+    """Swings there and back until then; halves are counted too."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        aside = float(np.mean(self.aside))
+        if not self.to <= 0.8 * aside:
+            raise ValueError(f"to ({self.to:g} m) must be at most 0.8 of aside ({aside:g} m): it has to fade")
+        return self
+
+    def readings(self, errors: Errors) -> dict[str, Reading]:
+        """See `TestEntry.readings`."""
+        return {"count": Reading.of(self.count, errors.swings, "-")}
+
+
+@dataclass(frozen=True)
+class Fading(LaterTest):
+    """The test of swings that fade."""
+
+    swinging: Swinging
+    to: float
+    """[m]"""
+    counted: float
+    """Swings that were counted: the simulation lasts a little longer."""
+
+    name = "fading"
+    title = "Fading: drag of the air q_n"
+    parameter = "air_drag_quadratic"
+    entry = FadingReadings
+    needs = ("swing",)
+    needs_because = "the air that swings with the cloth has to be slowed as well"
+    read = "swings until it has faded"
+    words = MappingProxyType({"count": "the number of swings until it has faded"})
+    instructions = """\
+Let it fade, if you like: with $swing.                                       [fading] edge, aside, to, count
+   As $swing, with a ruler across below the far edge. count: how often it swings there and back until it goes less than
+   `to` to the side, a quarter of aside or so; halves count too.
+"""
+
+    @classmethod
+    def of(cls, entry: FadingReadings, specimen: Specimen) -> Self:
+        """See `CalibrationTest.of`."""
+        swinging = Swinging(specimen.garment, entry.edge, float(np.mean(entry.aside)))
+        swinging.check(cls.name)
+        return cls(swinging, entry.to, float(np.mean(entry.count)))
+
+    @classmethod
+    def template(cls, garment: Garment) -> str:
+        """See `CalibrationTest.template`."""
+        edge = (HUNG_BY.get(garment.name) or [longest_edge(garment)])[0]
+        return f"""\
+# [fading]               # optional: the same, until it swings less than `to`; tells the drag of the air
+# edge = "{edge}"
+# aside = 0.10           # how far the far edge is drawn aside
+# to = 0.025             # counted until it goes less than this to the side
+# count = []             # swings there and back until then; halves count too
+"""
+
+    def unusable(self, simulator: str) -> str | None:
+        """See `CalibrationTest.unusable`."""
+        return None if capabilities(simulator).directional_air else "knows no drag by the square of a velocity"
+
+    def scene(self, material: Material) -> Scene:
+        """See `CalibrationTest.scene`."""
+        return self.swinging.scene(material.model_copy(update={"air_drag": 0.0}), MORE * self.counted + 2.0)
+
+    def reading(self, rollout: Rollout) -> float:
+        """Swings until the amplitude is less than `to`, between swings by lines of its inverse [-]."""
+        signal = self.swinging.signal(rollout)
+        found = swings(rollout.times, signal, LEAST * abs(float(signal[0])))
+        numbers = np.array([0.0, *(0.75 + 0.5 * k for k in range(len(found)))])
+        inverse = np.maximum.accumulate([1.0 / abs(float(signal[0])), *(2.0 / each.amplitude for each in found)])
+        if inverse[-1] >= 1.0 / self.to:
+            return float(np.interp(1.0 / self.to, inverse, numbers))
+        slope = (inverse[-1] - inverse[0]) / max(numbers[-1], 1.0)
+        return float(min(numbers[-1] + (1.0 / self.to - inverse[-1]) / max(slope, 1e-9), MOST))
+
+    def guess(self, count: float, material: Material) -> float:
+        """Drag of a plate that fades in so many swings, by the formula above [kg/m^3]."""
+        inverse = 1.0 / self.to - 1.0 / self.swinging.aside
+        heavy = material.areal_density + material.air_added_mass
+        return float(np.clip(heavy * inverse / (2.0 * count), *LIMITS[self.parameter]))
+
+    def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
+        """Search the drag at which it fades in as many swings."""
+        measured = readings["count"]
+
+        def reading(value: float) -> float:
+            changed = material.model_copy(update={self.parameter: value})
+            return self.reading(laboratory.run(self.scene(changed), self.name))
+
+        found = match(
+            reading,
+            measured.value,
+            self.guess(measured.value, material),
+            LIMITS[self.parameter],
+            WITHIN * measured.value,
+            lambda count: float(np.log(max(count, 1e-3))),
+        )
+        fit = Fit(
+            test=self.name,
+            parameter=self.parameter,
+            measured=measured.value,
+            uncertainty=measured.uncertainty,
+            aim=measured.value,
+            simulated=found.reading,
+            unit="-",
+            bound=None if found.reached else "at least" if found.reading > measured.value else "at most",
+            samples=found.samples,
+        )
+        # the drag that was assumed gives way to the one that was found
+        return material.model_copy(update={self.parameter: found.parameter, "air_drag": 0.0}), fit
+
+    def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
+        """See `LaterTest.propagate`; of q_n = (rho + m_a) (1 / to - 1 / aside) / 2 n, the masses in equal parts."""
+        density, air = (PLACE[name] for name in ("areal_density", "air_added_mass"))
+        for change in changes.values():
+            change[PLACE[self.parameter]] += 0.5 * (change[density] + change[air])
+        measured = readings["count"]
+        by_count = 1.0 / fit.slope if fit.slope else -1.0 / measured.value
+        changes["count"][PLACE[self.parameter]] += by_count * measured.uncertainty
+
+    def sentence(self, fit: Fit) -> str:
+        """See `CalibrationTest.sentence`."""
+        return (
+            f"Swings counted: {fit.measured:.1f} ± {fit.uncertainty:.1f}; simulated: {fit.simulated:.2f}, from "
+            f"{1e3 * self.swinging.aside:.0f} to {1e3 * self.to:.0f} mm aside."
+        )
+
+    def advice(self, calibration: Calibration, fit: Fit) -> list[str]:
+        """See `CalibrationTest.advice`."""
+        if fit.bound is None:
+            return []
+        does = "fades sooner even without drag" if fit.bound == "at most" else "goes on longer whatever the drag"
+        return [f"fading: {fit.measured:g} swings were counted, but the simulated cloth {does}: was the air still?"]
+
+    def drawing(self, shape: np.ndarray | None) -> str:
+        """See `CalibrationTest.drawing`."""
+        return swung(self.swinging, self.scene(self.swinging.garment.material).cloth.vertices)

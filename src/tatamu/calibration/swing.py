@@ -1,0 +1,253 @@
+"""Swing: seconds for ten swings of the cloth held by two corners; what air it carries.
+
+Not in the paper. A plate of length L that hangs by its edge swings with
+
+    T = 2 pi sqrt(2 L (rho + m_a) / (3 g rho))
+
+where m_a is the air that moves with it along its normal (docs/theory/air.md): it adds inertia and no weight. Cloth held
+by two corners is no plate; it is simulated, and m_a matched.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+from pydantic import model_validator
+
+from tatamu.calibration.drawing import swung
+from tatamu.calibration.edges import longest_edge
+from tatamu.calibration.elongation import HUNG_BY, Elongation, Grasp
+from tatamu.calibration.entry import Errors, TestEntry
+from tatamu.calibration.fit import Fit
+from tatamu.calibration.laboratory import Laboratory
+from tatamu.calibration.match import match
+from tatamu.calibration.parameters import LIMITS, PLACE
+from tatamu.calibration.quantity import Lengths, Times
+from tatamu.calibration.readings import Reading
+from tatamu.calibration.test import Changes, LaterTest, Readings, Specimen
+from tatamu.errors import InputError
+from tatamu.garments import Garment
+from tatamu.instruments.oscillation import swings
+from tatamu.material import GRAVITY, Material
+from tatamu.rollout import Rollout
+from tatamu.scene import Scene
+from tatamu.simulators import capabilities
+
+if TYPE_CHECKING:
+    from tatamu.calibration.result import Calibration
+
+TEN = 10
+"""Swings that are timed."""
+SIMULATED = 4
+"""Swings of the simulation, whose mean period is taken."""
+PINCH = 0.03
+"""Width of each of the two grips [m]."""
+FARTHEST = 0.7
+"""Largest distance aside, as a part of the cloth's length."""
+FRAMES = 60.0
+"""Per second."""
+LEAST = 0.004
+"""A swing smaller than this part of the first is none."""
+WITHIN = 2e-3
+"""The period is matched to this part of itself."""
+DRAG = 0.7
+"""Steady drag of a plate, where no reading tells one [kg/m^3]: air that is carried also drags."""
+
+
+class SwingReadings(TestEntry):
+    """How fast the cloth swings that is held by two corners and let go from the side."""
+
+    edge: str
+    """Name of the edge by whose two ends it is held."""
+    aside: Lengths
+    """How far the far edge is drawn aside before it is let go [m]."""
+    ten_swings: Times
+    """There and back ten times [s]."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        for seconds in self.ten_swings:
+            if not 3.0 <= seconds <= 40.0:
+                raise ValueError(f"ten_swings must be 3 to 40 s, there and back ten times, given {seconds:g} s")
+        return self
+
+    def readings(self, errors: Errors) -> dict[str, Reading]:
+        """See `TestEntry.readings`."""
+        return {"ten_swings": Reading.of(self.ten_swings, errors.time, "s")}
+
+
+@dataclass(frozen=True)
+class Swinging:
+    """The garment held by two ends of an edge, drawn aside and let go."""
+
+    garment: Garment
+    edge: str
+    aside: float
+    """[m]"""
+
+    @cached_property
+    def hung(self) -> Elongation:
+        """The same garment hanging still."""
+        return Elongation(self.garment, tuple(Grasp(edge=self.edge, at=at, width=PINCH) for at in (0.0, 1.0)))
+
+    def check(self, test: str) -> None:
+        """Refuse a distance aside that the cloth has no length for.
+
+        Raises:
+            InputError: The edge does not exist, or `aside` is too far.
+        """
+        if self.aside > FARTHEST * self.hung.length:
+            raise InputError(
+                f"{test}: aside ({self.aside:g} m) must be at most {FARTHEST:g} of the {self.hung.length:.2f} m that "
+                "the garment hangs down from that edge"
+            )
+
+    def scene(self, material: Material, periods: float) -> Scene:
+        """It hangs drawn aside as a plane, and swings for about so many periods of a plate."""
+        scene = self.hung.scene(material)
+        angle = np.arcsin(self.aside / self.hung.length)
+        start = scene.cloth.vertices.copy()
+        down = start[:, 2].copy()
+        start[:, 0] -= np.sin(angle) * down
+        start[:, 2] = np.cos(angle) * down
+        air = material.air_added_mass / material.areal_density
+        period = 2.0 * np.pi * np.sqrt(2.0 * self.hung.length * (1.0 + air) / (3.0 * GRAVITY))
+        return scene.model_copy(
+            update={
+                "cloth": scene.cloth.model_copy(update={"vertices": start}),
+                "material": material,
+                "duration": float((periods + 0.5) * period),
+                "frame_rate": FRAMES,
+            }
+        )
+
+    def signal(self, rollout: Rollout) -> np.ndarray:
+        """How far the far edge is aside at each frame [m], shape (f,)."""
+        return np.asarray(rollout.positions[:, self.hung.end, 0].mean(axis=1))
+
+
+@dataclass(frozen=True)
+class TenSwings(LaterTest):
+    """The test of ten swings."""
+
+    swinging: Swinging
+    drag: float | None
+    """Quadratic drag while nothing tells it [kg/m^3]; None: the material's."""
+
+    name = "swing"
+    title = "Swing: air that it carries m_a"
+    parameter = "air_added_mass"
+    entry = SwingReadings
+    read = "time of ten swings"
+    words = MappingProxyType({"ten_swings": "the time of ten swings"})
+    instructions = """\
+Swing it, if you like: for cloth that hands move fast.                       [swing] edge, aside, ten_swings
+   Hold it by both ends of the named edge, as far apart as they lie, or clip them to a rail. Have somebody draw the far
+   edge aside by aside, level, a fifth of the length or so, and let go. ten_swings: seconds for ten swings there and
+   back, in still air.
+"""
+
+    @classmethod
+    def of(cls, entry: SwingReadings, specimen: Specimen) -> Self:
+        """See `CalibrationTest.of`."""
+        swinging = Swinging(specimen.garment, entry.edge, float(np.mean(entry.aside)))
+        swinging.check(cls.name)
+        return cls(swinging, None if specimen.base.air_drag_quadratic else DRAG)
+
+    @classmethod
+    def template(cls, garment: Garment) -> str:
+        """See `CalibrationTest.template`."""
+        edge = (HUNG_BY.get(garment.name) or [longest_edge(garment)])[0]
+        return f"""\
+# [swing]                # optional: held by both ends of an edge and let go from the side; tells what air it carries
+# edge = "{edge}"
+# aside = 0.10           # how far the far edge is drawn aside
+# ten_swings = []        # seconds, there and back ten times
+"""
+
+    def unusable(self, simulator: str) -> str | None:
+        """See `CalibrationTest.unusable`."""
+        return None if capabilities(simulator).directional_air else "knows no air that cloth carries"
+
+    def scene(self, material: Material) -> Scene:
+        """See `CalibrationTest.scene`."""
+        drag = material.air_drag_quadratic if self.drag is None else self.drag
+        own = material.model_copy(update={"air_drag_quadratic": drag, "air_drag": 0.0})
+        return self.swinging.scene(own, SIMULATED)
+
+    def reading(self, rollout: Rollout) -> float:
+        """Ten times the mean period of the first swings [s]; not a number where it does not swing."""
+        signal = self.swinging.signal(rollout)
+        found = swings(rollout.times, signal, LEAST * abs(float(signal[0])))[: 2 * SIMULATED - 2]
+        return float(TEN * np.mean([each.period for each in found])) if found else float("nan")
+
+    def guess(self, seconds: float, material: Material) -> float:
+        """Air that a plate of that length carries, by the formula above [kg/m^2]."""
+        length = self.swinging.hung.length
+        heavier = (seconds / TEN / (2.0 * np.pi)) ** 2 * 3.0 * GRAVITY / (2.0 * length)
+        return float(np.clip(material.areal_density * (heavier - 1.0), *LIMITS[self.parameter]))
+
+    def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
+        """Search the added mass at which ten swings take as long."""
+        measured = readings["ten_swings"]
+
+        def reading(value: float) -> float:
+            changed = material.model_copy(update={self.parameter: value})
+            rollout = laboratory.run(self.scene(changed), self.name)
+            return self.reading(rollout)
+
+        found = match(
+            reading,
+            measured.value,
+            self.guess(measured.value, material),
+            LIMITS[self.parameter],
+            WITHIN * measured.value,
+            lambda seconds: float(np.log(max(seconds, 1e-3))),
+            rising=True,
+        )
+        fit = Fit(
+            test=self.name,
+            parameter=self.parameter,
+            measured=measured.value,
+            uncertainty=measured.uncertainty,
+            aim=measured.value,
+            simulated=found.reading,
+            unit="s",
+            bound=None if found.reached else "at most" if found.reading > measured.value else "at least",
+            samples=found.samples,
+        )
+        return material.model_copy(update={self.parameter: found.parameter}), fit
+
+    def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
+        """See `LaterTest.propagate`; the period depends on m_a / rho."""
+        density = PLACE["areal_density"]
+        by_time = 1.0 / fit.slope if fit.slope else self.per_time(readings)
+        changes["ten_swings"][PLACE[self.parameter]] = by_time * readings["ten_swings"].uncertainty
+        for change in changes.values():
+            change[PLACE[self.parameter]] += change[density]
+
+    def per_time(self, readings: Readings) -> float:
+        """D ln m_a / dT_10 by the plate's formula [1/s]: 2 (rho + m_a) / (m_a T_10)."""
+        seconds = readings["ten_swings"].value
+        length = self.swinging.hung.length
+        heavier = (seconds / TEN / (2.0 * np.pi)) ** 2 * 3.0 * GRAVITY / (2.0 * length)
+        return float(2.0 * heavier / max(heavier - 1.0, 0.02) / seconds)
+
+    def sentence(self, fit: Fit) -> str:
+        """See `CalibrationTest.sentence`."""
+        return f"Ten swings measured: {fit.measured:.1f} ± {fit.uncertainty:.1f} s; simulated: {fit.simulated:.2f} s."
+
+    def advice(self, calibration: Calibration, fit: Fit) -> list[str]:
+        """See `CalibrationTest.advice`."""
+        if fit.bound is None:
+            return []
+        side = "faster than the cloth swings without air" if fit.bound == "at most" else "slower than with any air"
+        return [f"swing: ten swings in {fit.measured:.1f} s are {side}: was each counted there and back?"]
+
+    def drawing(self, shape: np.ndarray | None) -> str:
+        """See `CalibrationTest.drawing`."""
+        return swung(self.swinging, self.scene(self.swinging.garment.material).cloth.vertices)

@@ -1,0 +1,123 @@
+"""Least squares by Levenberg and Marquardt, with derivatives by finite differences (Marquardt 1963; More 1978).
+
+    minimise  |r(p)|^2,   (J'J + lambda diag(J'J)) step = -J'r,   J_k = (r(p + h e_k) - r(p)) / h
+
+within the unit cube. Nothing is evaluated here: a search yields the points that it wants to know, several where they do
+not depend on each other, and is sent their residuals. `next_point` runs such searches on what is known already, so
+that the whole state of a search is the points that were evaluated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterable, Mapping, Set
+
+import numpy as np
+
+DIFFERENCE = 0.01
+"""h, in sides of the cube."""
+FIRST_DAMPING = 0.01
+"""lambda at the start of a search."""
+LESS, MORE = 0.2, 5.0
+"""Factors of lambda after a step that led down, and after one that did not."""
+MOST_DAMPING = 1e3
+"""A search has ended when only a more damped step than this could lead down."""
+SHORTEST_STEP = 1e-3
+"""Or when the next step is shorter than this in every coordinate, in sides of the cube."""
+LEAST_GAIN = 1e-3
+"""Or when a step has led down by less than this part of the sum of squares."""
+DIGITS = 9
+"""Points that agree in so many digits are the same."""
+
+Residuals = np.ndarray | None
+"""Residuals at a point, shape (n,); None where there are none, as the evaluation failed."""
+Key = tuple[float, ...]
+"""A point by which residuals are looked up."""
+
+
+def key_of(point: np.ndarray) -> Key:
+    """The key of a point, shape (d,)."""
+    return tuple(np.round(point, DIGITS).tolist())
+
+
+def next_point(starts: Iterable[np.ndarray], known: Mapping[Key, Residuals], pending: Set[Key]) -> np.ndarray:
+    """The point that searches want to know next, shape (d,).
+
+    The searches are run one after the other. While all that one wants is pending, the neighbours of the step that it
+    tries are looked at, as it will want them if the step leads down; then the next search begins.
+
+    Args:
+        starts: Where the searches begin, in the unit cube, shape (d,) each; as many as may ever be needed.
+        known: Residuals where they were evaluated.
+        pending: Where they are being evaluated.
+    """
+    for start in starts:
+        search = least_squares(start)
+        wanted = next(search)
+        while wanted:
+            missing = [point for point in wanted if key_of(point) not in known]
+            if missing:
+                ahead = neighbours(missing[0]) if len(wanted) == 1 else []
+                for point in [*missing, *ahead]:
+                    if key_of(point) not in pending and key_of(point) not in known:
+                        return point
+                break
+            wanted = _sent(search, [known[key_of(point)] for point in wanted])
+    raise ValueError("starts: must be more")
+
+
+def least_squares(start: np.ndarray) -> Generator[list[np.ndarray], list[Residuals], None]:
+    """A search from a point of the unit cube, shape (d,), until it has converged or cannot go on.
+
+    Yields the points that it wants to know and is sent their residuals in the same order.
+    """
+    point = start
+    residuals, *around = yield [point, *neighbours(point)]
+    damping = FIRST_DAMPING
+    while residuals is not None:
+        jacobian = _jacobian(point, residuals, around)
+        square = float(residuals @ residuals)
+        while True:
+            tried = np.clip(point + _step(jacobian, residuals, damping), 0.0, 1.0)
+            if np.abs(tried - point).max() < SHORTEST_STEP:
+                return
+            (reached,) = yield [tried]
+            if reached is not None and reached @ reached < square:
+                break
+            damping *= MORE
+            if damping > MOST_DAMPING:
+                return
+        if square - float(reached @ reached) < LEAST_GAIN * square:
+            return
+        damping *= LESS
+        point, residuals = tried, reached
+        around = yield neighbours(point)
+
+
+def neighbours(point: np.ndarray) -> list[np.ndarray]:
+    """Points at which derivatives are taken: one along each coordinate, towards the inside of the cube."""
+    steps = np.where(point + DIFFERENCE <= 1.0, DIFFERENCE, -DIFFERENCE)
+    return list(point + np.diag(steps))
+
+
+def _jacobian(point: np.ndarray, residuals: np.ndarray, around: list[Residuals]) -> np.ndarray:
+    """J, shape (n, d), from residuals at a point and its neighbours; zero along coordinates whose neighbour failed."""
+    columns = [
+        np.zeros_like(residuals) if beside is None else (beside - residuals) / (neighbour - point)[k]
+        for k, (neighbour, beside) in enumerate(zip(neighbours(point), around, strict=True))
+    ]
+    return np.column_stack(columns)
+
+
+def _step(jacobian: np.ndarray, residuals: np.ndarray, damping: float) -> np.ndarray:
+    """The damped Gauss-Newton step, shape (d,)."""
+    normal = jacobian.T @ jacobian
+    scale = np.diag(normal) + 1e-12 * max(float(np.trace(normal)), 1e-300)
+    return np.asarray(np.linalg.solve(normal + damping * np.diag(scale), -jacobian.T @ residuals))
+
+
+def _sent(search: Generator[list[np.ndarray], list[Residuals], None], residuals: list[Residuals]) -> list[np.ndarray]:
+    """The next points that a search wants to know; none if it has ended."""
+    try:
+        return search.send(residuals)
+    except StopIteration:
+        return []

@@ -1,0 +1,102 @@
+"""Compilation of kernels in two processes side by side, the first time, when there are none on disk.
+
+The compiler holds a lock: threads would wait for one another. So a second process compiles what time stepping calls,
+all but the search of candidates, and keeps it on disk; this one compiles that search meanwhile, then waits, and has
+little more to compile than the outermost loop around all of it. What the other did not get done is compiled here.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numba import typeof
+
+from tatamu.material import Material
+from tatamu.scene import Cloth, Gripper, Scene, Table
+from tatamu.simulators.many import processors
+from tatamu.simulators.native import air
+from tatamu.simulators.native.contact import edge_edge, impact_zones, table, vertex_face
+from tatamu.simulators.native.elastic import bending, membrane
+from tatamu.simulators.native.simulation import Simulation
+from tatamu.simulators.native.step import advance
+from tatamu.simulators.native.system import System
+
+LONGEST = 300.0
+"""How long the second process may take [s]."""
+COMMAND = f"from {__name__} import compile_but_search; compile_but_search()"
+
+
+def smallest_scene() -> Scene:
+    """A moment of two triangles: compiled for it, kernels are for every scene."""
+    corners = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.1, 0.1, 0.0], [0.0, 0.1, 0.0]]
+    material = Material(areal_density=0.2, stretch_stiffness=100.0, bending_rigidity=1e-5)
+    hand = Gripper(vertices=[0], times=[0.0], displacements=np.zeros((1, 3)), opens=0.01)
+    cloth = Cloth(vertices=np.array(corners), faces=np.array([[0, 1, 2], [0, 2, 3]]))
+    return Scene(cloth=cloth, material=material, table=Table(), grippers=[hand], duration=0.02)
+
+
+class Unsearched(Simulation):
+    """A simulation whose candidates are not searched, as another process compiles the search."""
+
+    def search(self) -> None:
+        """Search nothing."""
+
+
+@contextmanager
+def compiling_beside(folder: str | None = advance.stats.cache_path) -> Iterator[None]:
+    """Let a second process run `compile_but_search` while the body of this context runs, and wait for it.
+
+    There is none where kernels are on disk, or where there is only one processor.
+
+    Args:
+        folder: Where time stepping is kept once it is compiled; None where nothing is kept.
+    """
+    if folder is None or any(Path(folder).glob("*.advance-*.nbi")) or processors() < 2:
+        yield
+        return
+    beside = subprocess.Popen([sys.executable, "-c", COMMAND], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        yield
+        beside.wait(LONGEST)
+    except subprocess.TimeoutExpired:
+        pass
+    finally:
+        beside.kill()
+        beside.wait()
+
+
+def compile_but_search() -> None:
+    """Compile what time stepping calls, or read it from disk; all but the search of candidates."""
+    for kernel, arguments in calls(Unsearched(smallest_scene()).system):
+        kernel.compile(tuple(map(typeof, arguments)))
+
+
+def calls(system: System) -> list[tuple[Any, tuple[Any, ...]]]:
+    """Kernels that time stepping calls, with arguments of the types that it hands to them."""
+    state = system.state
+    elastic = system.elastic
+    contact = (state.positions, system.mesh, system.contact, system.options)
+    seconds = part = speed = 0.0
+    return [
+        (bending.add_force, (state.Y, state.F, elastic.bending, state.hinges)),
+        (membrane.add_force, (state.Y, state.F, elastic.membrane, state.triangle_forces)),
+        (membrane.largest_stretch, (state.X, elastic.membrane)),
+        (edge_edge.sweep, (*contact, seconds, part)),
+        (vertex_face.sweep, (*contact, seconds, part)),
+        (impact_zones.hold, contact),
+        (
+            table.sweep,
+            (state.positions, system.mesh.inverse_mass, system.contact, system.plane, system.options, seconds),
+        ),
+        (air.resist, (state.V, state.F, state.inverse_mass, state.surface, seconds, speed, part)),
+        (
+            air.meet,
+            (state.V, state.surface, system.air, state.positions, system.mesh.faces, state.slot, state.free, seconds),
+        ),
+    ]

@@ -1,0 +1,105 @@
+"""Woven cloth: a shear stiffness of its own, and stiffness and bending that depend on the angle to the warp."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from tatamu.heavy_strip.cantilever import chord
+from tatamu.material import GRAVITY, Material
+from tatamu.scene import Cloth, Scene
+from tatamu.validation.check import Case, Check
+from tatamu.validation.checks.bending import DENSITY, strip_material, tip_of
+from tatamu.validation.checks.stretch import settling, shear
+from tatamu.validation.findings import Curve, Figure, Findings, absolute, relative
+from tatamu.validation.meshes import LAYOUTS, mirrored
+from tatamu.validation.references import off_axis_rigidity, off_axis_stiffness
+from tatamu.validation.scenes import held, raised
+from tatamu.validation.subject import Subject
+
+WOVEN = Material(
+    areal_density=0.2,
+    stretch_stiffness=1000.0,
+    stretch_stiffness_weft=600.0,
+    shear_stiffness=30.0,
+    poisson_ratio=0.2,
+    bending_rigidity=2e-5,
+)
+"""A shear stiffness of 30 N/m is 0.5 gf/cm/degree in Kawabata's units."""
+ANGLES = (0, 15, 30, 45, 60, 90)
+"""Of strips to the warp [degrees]."""
+LENGTH = 0.10
+BENT = {"bending_rigidity_weft": 0.5, "bending_rigidity_bias": 0.6}
+"""Parts of the rigidity along the warp."""
+
+
+def direction(degrees: float) -> list[list[float]]:
+    """The warp of all triangles of a strip along x that was cut at an angle to it."""
+    angle = np.radians(degrees)
+    return [[float(np.cos(angle)), float(-np.sin(angle)), 0.0]]
+
+
+def pull(subject: Subject, degrees: float) -> Findings:
+    """A strip, cut at an angle to the warp, hangs from one end by its own weight."""
+    length = 0.3
+    plan, faces = LAYOUTS["staggered"](length, 0.02, 0.01)
+    stiffness = off_axis_stiffness(WOVEN, np.radians(degrees))
+    material, settled = settling(WOVEN, np.pi / (2 * length) * np.sqrt(stiffness / WOVEN.areal_density))
+    start = np.column_stack([0 * plan[:, 0], plan[:, 1], -plan[:, 0]])
+    cloth = Cloth(vertices=start, rest_vertices=raised(plan), faces=faces, fibre=direction(degrees))
+    hand = held(np.flatnonzero(plan[:, 0] == 0))
+    scene = Scene(cloth=cloth, material=material, grippers=[hand], duration=3 * settled)  # it sways as well
+    end = subject.simulate(scene).positions[-1]
+    middle = np.abs(plan[:, 0] - length / 2) < length / 4
+    strain = float(np.polyfit(plan[middle, 0], -end[middle, 2], 1)[0]) - 1.0
+    tension = WOVEN.areal_density * GRAVITY * (length - float(plan[middle, 0].mean()))
+    got = tension / strain
+    yield relative("tension per width and strain [N/m]", stiffness, got, subject.limit("off-axis stiffness"))
+    fine = np.arange(0.0, 91.0, 1.0)
+    curve = np.array([off_axis_stiffness(WOVEN, angle) for angle in np.radians(fine)])
+    yield Curve("modulus", "plane stress", fine, curve, reference=True)
+    yield Curve("modulus", subject.name, np.array([degrees]), np.array([got]))
+
+
+def droop(subject: Subject, degrees: float, gamma: float = 10.0) -> Findings:
+    """A wide sheet, cut at an angle to the warp, droops on both sides of the row that holds it."""
+    plain, duration = strip_material(gamma, LENGTH)
+    parts = {name: part * plain.bending_rigidity for name, part in BENT.items()}
+    material = Material.model_validate(plain.model_dump() | parts)
+    plan, faces = mirrored(LAYOUTS["staggered"](LENGTH, 0.12, 0.01))
+    cloth = Cloth(vertices=raised(plan), faces=faces, fibre=direction(degrees))
+    hand = held(np.flatnonzero(np.abs(plan[:, 0]) < 1e-12))
+    end = subject.simulate(Scene(cloth=cloth, material=material, grippers=[hand], duration=duration)).positions[-1]
+    inner = np.abs(plan[:, 1] - 0.06) < 0.03
+    shape = np.column_stack([np.abs(end[inner, 0]), -end[inner, 2]])
+    tip = tip_of(np.abs(plan[inner, 0]), shape, LENGTH)
+    rigidity = off_axis_rigidity(material, np.radians(degrees))
+    wanted = np.degrees(chord(DENSITY * GRAVITY * LENGTH**3 / rigidity))
+    got = float(np.degrees(np.arctan2(tip[1], tip[0])))
+    note = f"{rigidity / plain.bending_rigidity:.3f} of the rigidity along the warp"
+    yield absolute("chord in the middle [deg]", wanted, got, subject.limit("off-axis chord"), "deg", note)
+
+
+CHECKS = (
+    Check(
+        "woven-shear",
+        "Shear of a woven panel",
+        "rho g D² / 8G with a shear stiffness G of its own",
+        (Case("staggered", partial(shear, layout="staggered", plain=WOVEN)),),
+        {"shear": Figure("Panel held along its sides", "across [cm]", "sag [mm]")},
+    ),
+    Check(
+        "off-axis",
+        "Strip pulled at an angle to the warp",
+        "1 / Y(a) = c⁴ / Y + s⁴ / Y_weft + (1 / G - 2 nu / sqrt(Y Y_weft)) c² s²",
+        tuple(Case(f"{angle} degrees", partial(pull, degrees=angle), quick=angle in (0, 45)) for angle in ANGLES),
+        {"modulus": Figure("Stiffness against angle", "angle to the warp [degrees]", "stiffness [N/m]")},
+    ),
+    Check(
+        "bias-droop",
+        "Sheet cut at an angle to the warp, hung over an edge",
+        "heavy elastica with B(a) = B c⁴ + B_weft s⁴ + T c² s²",
+        tuple(Case(f"{angle} degrees", partial(droop, degrees=angle), quick=angle == 45) for angle in (0, 45, 90)),
+    ),
+)

@@ -1,0 +1,138 @@
+"""A strip whose bending has friction, in one dimension: moment against curvature, and a heavy one whose clamp turns.
+
+The friction of bending is a few elements side by side, each a spring that slips beyond a yield curvature
+(`Material.friction_elements`); the strip is a chain of rigid links with a moment at every joint.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.linalg import solveh_banded
+from scipy.optimize import brentq
+
+from tatamu.errors import SimulationError
+from tatamu.material import Material
+
+LINKS = 400
+STEPS = 60
+"""In which the clamp turns from one angle to the next."""
+
+
+class BentSection:
+    """The moment of some sections of a strip that remember how they were bent."""
+
+    def __init__(self, material: Material, count: int) -> None:
+        """Begin flat.
+
+        Args:
+            material: Of the strip.
+            count: How many sections.
+        """
+        self._rigidity = material.bending_rigidity
+        self._elements = material.friction_elements
+        self._plastic = np.zeros((len(self._elements), count))
+
+    def moment(self, curvature: np.ndarray) -> np.ndarray:
+        """Moment per width [N], shape (k,), at curvatures after those that were kept [1/m], shape (k,)."""
+        moment = self._rigidity * curvature
+        for (stiffness, limit), plastic in zip(self._elements, self._plastic, strict=True):
+            moment = moment + stiffness * np.clip(curvature - plastic, -limit, limit)
+        return moment
+
+    def work(self, curvature: np.ndarray) -> np.ndarray:
+        """Work per area of `moment` from where it is zero [J/m^2], shape (k,)."""
+        work = 0.5 * self._rigidity * curvature**2
+        for (stiffness, limit), plastic in zip(self._elements, self._plastic, strict=True):
+            bent = np.abs(curvature - plastic)
+            work = work + stiffness * np.where(bent < limit, 0.5 * bent**2, limit * (bent - 0.5 * limit))
+        return work
+
+    def slope(self, curvature: np.ndarray) -> np.ndarray:
+        """Derivative of `moment` [N m], shape (k,)."""
+        slope = np.full(len(curvature), self._rigidity)
+        for (stiffness, limit), plastic in zip(self._elements, self._plastic, strict=True):
+            slope = slope + stiffness * (np.abs(curvature - plastic) < limit)
+        return slope
+
+    def keep(self, curvature: np.ndarray) -> None:
+        """Remember these curvatures [1/m], shape (k,)."""
+        for (_, limit), plastic in zip(self._elements, self._plastic, strict=True):
+            plastic[:] = curvature - np.clip(curvature - plastic, -limit, limit)
+
+
+def loop(material: Material, curvatures: Sequence[float]) -> np.ndarray:
+    """Moments per width [N] along a path of curvatures [1/m] that begins flat, shape (k,) each."""
+    section = BentSection(material, 1)
+    moments = []
+    for curvature in curvatures:
+        at = np.array([curvature])
+        moments.append(float(section.moment(at)[0]))
+        section.keep(at)
+    return np.array(moments)
+
+
+def residual_curvature(material: Material, curvature: float) -> float:
+    """Curvature that stays when a flat strip was bent to `curvature` and let go [1/m]."""
+    section = BentSection(material, 1)
+    section.keep(np.array([curvature]))
+    return float(brentq(lambda k: float(section.moment(np.array([k]))[0]), 0.0, curvature, xtol=1e-12))
+
+
+def turned_strip(material: Material, length: float, clamps: Sequence[float], gravity: float) -> list[np.ndarray]:
+    """Shapes of a heavy strip whose clamp turns slowly, (LINKS + 1, 2) each: reach and drop from the clamp [m].
+
+    Args:
+        material: Of the strip.
+        length: Of the strip [m].
+        clamps: Angles of the clamp below the horizontal [rad], one after the other, of each of which the shape is
+            returned. It begins at a right angle, where the strip hangs straight.
+        gravity: [m/s^2].
+
+    Raises:
+        SimulationError: The shape was not found.
+    """
+    link = length / LINKS
+    lengths = np.full(LINKS, link)
+    lengths[0] = link / 2  # the joint at the clamp has half a link
+    joints = BentSection(material, LINKS)
+    torque = material.areal_density * gravity * link * (length - link * (np.arange(LINKS) + 0.5))
+    angles = np.full(LINKS, np.pi / 2)
+    before = np.pi / 2
+    shapes = []
+    for clamp in clamps:
+        for turned in np.linspace(before, clamp, STEPS + 1)[1:]:
+            angles = _equilibrium(joints, lengths, torque, angles, turned)
+            joints.keep(np.diff(angles, prepend=turned) / lengths)
+        before = clamp
+        points = np.cumsum(link * np.column_stack([np.cos(angles), np.sin(angles)]), axis=0)
+        shapes.append(np.vstack([[0.0, 0.0], points]))
+    return shapes
+
+
+def _equilibrium(
+    joints: BentSection, lengths: np.ndarray, torque: np.ndarray, angles: np.ndarray, clamp: float
+) -> np.ndarray:
+    """Angles of the links below the horizontal [rad] of least work, by Newton's method with a line search."""
+
+    def energy(angles: np.ndarray) -> float:
+        return float(joints.work(np.diff(angles, prepend=clamp) / lengths) @ lengths - torque @ np.sin(angles))
+
+    for _ in range(500):
+        curvature = np.diff(angles, prepend=clamp) / lengths
+        moment = joints.moment(curvature)
+        stiffness = joints.slope(curvature) / lengths
+        out = moment - np.append(moment[1:], 0.0) - torque * np.cos(angles)
+        if np.abs(out).max() < 1e-7 * torque[0]:
+            return angles
+        diagonal = stiffness + np.append(stiffness[1:], 0.0) + torque * np.maximum(np.sin(angles), 0.0)
+        beside = np.append(0.0, -stiffness[1:])
+        change = solveh_banded(np.vstack([beside, diagonal]), -out)
+        part = 1.0
+        least = energy(angles)
+        enough = 1e-13 * abs(least)  # energies are not known better
+        while energy(angles + part * change) > least + 1e-4 * part * float(out @ change) + enough and part > 1e-6:
+            part *= 0.5
+        angles = angles + part * change
+    raise SimulationError("the frictional strip found no equilibrium")

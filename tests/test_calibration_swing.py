@@ -1,0 +1,101 @@
+"""Cloth held by two corners and let go: air that was hidden comes back, and what cannot be is refused."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from tatamu.calibration import Calibration, Measurements, advice_on, calibrate
+from tatamu.calibration.fading import Fading
+from tatamu.calibration.page import page
+from tatamu.calibration.swing import Swinging, TenSwings
+from tatamu.errors import InputError
+from tatamu.garments import make_garment
+from tatamu.simulators import simulate
+
+SIZE = (0.24, 0.36)
+AIR = {"areal_density": 0.3, "air_added_mass": 0.12, "air_drag_quadratic": 1.5}
+SPACING = 0.03
+
+
+def measurements(**tables: dict[str, Any]) -> Measurements:
+    mass = AIR["areal_density"] * SIZE[0] * SIZE[1]
+    return Measurements.model_validate({"garment": {"name": "towel", "size": SIZE, "mass": mass}, **tables})
+
+
+def truth() -> tuple[float, float]:
+    """What a stopwatch and a ruler would read of the hidden air."""
+    garment = make_garment("towel", size=SIZE, spacing=SPACING)
+    hidden = garment.material.model_copy(update=AIR)
+    swinging = Swinging(garment, "bottom", 0.08)
+    ten = TenSwings(swinging, None)
+    fading = Fading(swinging, 0.02, 4.0)
+    return (
+        ten.reading(simulate(ten.scene(hidden))),
+        fading.reading(simulate(fading.scene(hidden))),
+    )
+
+
+@pytest.fixture(scope="module")
+def found() -> Calibration:
+    seconds, count = truth()
+    swing = {"edge": "bottom", "aside": 0.08, "ten_swings": seconds}
+    fading = {"edge": "bottom", "aside": 0.08, "to": 0.02, "count": [count]}
+    return calibrate(measurements(swing=swing, fading=fading), spacing=SPACING)
+
+
+def test_hidden_air_comes_back_within_its_uncertainty(found: Calibration) -> None:
+    for name in ("air_added_mass", "air_drag_quadratic"):
+        off = np.log(getattr(found.material, name) / AIR[name])
+        assert abs(off) <= found.relative(name) < 0.5, name
+    assert found.material.air_drag == 0.0
+
+
+def test_its_page_shows_seconds_and_counts(found: Calibration) -> None:
+    text = page(found)
+    assert "Ten swings measured" in text and "Swings counted" in text
+    assert "time of ten swings [s]" in text
+    assert {"air_added_mass", "air_drag_quadratic"} <= set(found.listed)
+    assert found.to_toml()["uncertainty"].keys() >= {"air_added_mass", "air_drag_quadratic"}
+
+
+def test_swings_faster_than_without_air_bound_it() -> None:
+    swing = {"edge": "bottom", "aside": 0.08, "ten_swings": 8.0}
+    found = calibrate(measurements(swing=swing), spacing=SPACING)
+    assert found.bounding("air_added_mass") is not None
+    assert any(
+        "faster than the cloth swings without air" in text or "s, not to the" in text for text in advice_on(found)
+    )
+
+
+def test_optional_parameters_are_not_spoken_of_where_nothing_tells_them() -> None:
+    found = calibrate(measurements(friction={"L_t": 1.0, "H_s": 0.5}), spacing=SPACING)
+    text = str(found.to_toml()["calibration"]) + str(found.to_toml()["uncertainty"])
+    assert "air_added_mass" not in text and "air_added_mass" not in found.listed
+
+
+WRONG = [
+    ({"swing": {"edge": "bottom", "aside": 0.08, "ten_swings": 1.2}}, "3 to 40 s"),
+    (
+        {
+            "swing": {"edge": "bottom", "aside": 0.08, "ten_swings": 12.0},
+            "fading": {"edge": "bottom", "aside": 0.08, "to": 0.07, "count": [2.0]},
+        },
+        "at most 0.8 of aside",
+    ),
+    ({"fading": {"edge": "bottom", "aside": 0.08, "to": 0.02, "count": [2.0]}}, r"needs \[swing\] as well|given none"),
+]
+
+
+@pytest.mark.parametrize(("tables", "said"), WRONG)
+def test_impossible_readings_are_refused(tables: dict[str, Any], said: str) -> None:
+    with pytest.raises(ValidationError, match=said):
+        measurements(**tables)
+
+
+def test_it_cannot_be_drawn_aside_farther_than_it_is_long() -> None:
+    with pytest.raises(InputError, match="aside"):
+        calibrate(measurements(swing={"edge": "bottom", "aside": 0.3, "ten_swings": 12.0}))

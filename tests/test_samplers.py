@@ -1,0 +1,212 @@
+"""Searches beside the default: Levenberg-Marquardt after Li et al. (2015), and CMA-ES."""
+
+from __future__ import annotations
+
+import json
+from collections import deque
+from collections.abc import Callable
+from itertools import repeat
+from pathlib import Path
+
+import numpy as np
+import optuna
+import pytest
+from optuna.distributions import FloatDistribution, IntDistribution
+
+from tatamu.folding.baselines import LI_2015, li_2015
+from tatamu.folding.score import ALPHA, residuals, shape_distance
+from tatamu.folding.task import Outcome, Task, make_task
+from tatamu.learning import learn
+from tatamu.learning.cma_es import EvolutionSampler, adapted
+from tatamu.learning.levenberg_marquardt import (
+    DIFFERENCE,
+    Key,
+    Residuals,
+    key_of,
+    least_squares,
+    neighbours,
+    next_point,
+)
+from tatamu.learning.lm_sampler import packed, unpacked
+from tatamu.results import ResultFolder
+
+LEAST = np.array([0.3, 0.55])
+
+
+def valley(point: np.ndarray) -> np.ndarray:
+    """Residuals of Rosenbrock's curved valley, whose least value, zero, is at `LEAST`."""
+    x, y = 4.0 * (point - LEAST) + 1.0
+    return np.array([10.0 * (y - x * x), 1.0 - x])
+
+
+def searched(
+    function: Callable[[np.ndarray], Residuals], count: int, pending: int = 1, start: tuple[float, float] = (0.9, 0.1)
+) -> list[np.ndarray]:
+    """The points that are asked for, each `pending` - 1 evaluations late."""
+    known: dict[Key, Residuals] = {}
+    running: deque[np.ndarray] = deque()
+    asked = []
+    for _ in range(count):
+        if len(running) == pending:
+            ended = running.popleft()
+            known[key_of(ended)] = function(ended)
+        starts = [np.array(start), *repeat(np.array([0.5, 0.5]), 1), *np.random.default_rng(0).random((99, 2))]
+        point = next_point(starts, known, {key_of(each) for each in running})
+        running.append(point)
+        asked.append(point)
+    return asked
+
+
+def best_distance(points: list[np.ndarray]) -> float:
+    return min(float(np.abs(point - LEAST).max()) for point in points)
+
+
+def test_the_first_points_are_the_start_and_one_neighbour_along_each_coordinate() -> None:
+    first, *around = searched(valley, 3)
+    assert first.tolist() == [0.9, 0.1]
+    assert [(each - first).round(9).tolist() for each in around] == [[DIFFERENCE, 0.0], [0.0, DIFFERENCE]]
+
+
+def test_neighbours_stay_in_the_cube() -> None:
+    for point in (np.array([1.0, 0.0]), np.array([0.995, 0.2])):
+        around = np.array(neighbours(point))
+        assert around.min() >= 0.0 and around.max() <= 1.0
+        assert np.abs(around - point).sum(axis=1) == pytest.approx(DIFFERENCE)
+
+
+def test_a_linear_problem_is_solved_by_its_first_steps() -> None:
+    matrix = np.array([[1.0, 2.0], [3.0, -1.0], [0.5, 0.5]])
+    points = searched(lambda point: matrix @ (point - LEAST), 8)
+    assert best_distance(points) < 1e-3
+
+
+def test_a_curved_valley_is_followed_to_its_end() -> None:
+    assert best_distance(searched(valley, 60)) < 1e-3
+
+
+def test_steps_end_at_the_border_where_the_least_lies_beyond_it() -> None:
+    points = searched(lambda point: point - np.array([1.4, 0.5]), 12)
+    assert any(point[0] == 1.0 and abs(point[1] - 0.5) < 0.02 for point in points)
+    assert max(point.max() for point in points) <= 1.0
+
+
+def test_what_has_converged_is_followed_by_the_next_start() -> None:
+    points = searched(lambda point: point - LEAST, 20)
+    assert any((point == 0.5).all() for point in points)
+    assert len({key_of(point) for point in points}) == len(points), "no point is evaluated twice"
+
+
+@pytest.mark.parametrize("pending", [2, 4, 7])
+def test_pending_evaluations_are_never_asked_for_again_and_the_least_is_still_found(pending: int) -> None:
+    points = searched(valley, 90, pending)
+    assert len({key_of(point) for point in points}) == len(points)
+    assert best_distance(points) < 2e-3
+
+
+def test_a_step_that_fails_is_made_shorter() -> None:
+    def partly(point: np.ndarray) -> Residuals:
+        return None if point[0] < 0.29 else valley(point)
+
+    assert best_distance(searched(partly, 80)) < 0.01
+
+
+def test_a_start_that_fails_is_given_up() -> None:
+    search = least_squares(np.array([0.9, 0.1]))
+    wanted = next(search)
+    with pytest.raises(StopIteration):
+        search.send([None] * len(wanted))
+
+
+def test_residuals_are_those_whose_squares_sum_to_the_objective() -> None:
+    errors = np.random.default_rng(1).exponential(0.02, 300)
+    vector = residuals(0.8, errors)
+    assert float(vector @ vector) == pytest.approx(0.8 + ALPHA * shape_distance(errors))
+
+
+def test_errors_survive_being_kept() -> None:
+    errors = np.random.default_rng(2).exponential(0.02, 300)
+    assert unpacked(packed(errors)) == pytest.approx(errors, rel=1e-6)
+    assert packed(unpacked(packed(errors))) == packed(errors)
+
+
+SPACE = {"x": FloatDistribution(-1.0, 3.0), "y": FloatDistribution(0.0, 0.5), "g": IntDistribution(0, 6)}
+
+
+def evolved(count: int, seed: int = 0) -> optuna.Study:
+    """A study of a bowl."""
+    study = optuna.create_study(direction="minimize")
+    for number in range(count):
+        study.sampler = EvolutionSampler(seed=1000 * seed + number)
+        trial = study.ask(SPACE)
+        x, y, g = (trial.params[name] for name in ("x", "y", "g"))
+        study.tell(trial, (x - 0.5) ** 2 + 20.0 * (y - 0.2) ** 2 + 0.1 * (g - 4) ** 2)
+    return study
+
+
+def test_the_strategy_learns_from_whole_generations_only() -> None:
+    points, objectives = np.random.default_rng(3).random((20, 3)), np.arange(20.0)
+    size = adapted(points[:0], objectives[:0]).population_size
+    for count in range(20):
+        assert adapted(points[:count], objectives[:count]).generation == count // size
+
+
+def test_evolution_ends_nearer_to_the_least_than_it_began() -> None:
+    values = [trial.values[0] for trial in evolved(84).trials]
+    assert np.median(values[-14:]) < 0.1 * np.median(values[:14])
+
+
+def test_evolution_depends_on_trials_and_seed_alone() -> None:
+    study = evolved(16)
+    one, other, third = (
+        EvolutionSampler(seed).sample_relative(study, study.trials[-1], dict(SPACE)) for seed in (7, 7, 8)
+    )
+    assert one == other != third
+    assert isinstance(one["g"], int)
+
+
+def task() -> Task:
+    return make_task("towel", spacing=0.04, size=(0.24, 0.5))
+
+
+def timeless(folder: Path) -> str:
+    """result.json without its times."""
+    data = json.loads((folder / "result.json").read_text())
+    del data["wall_seconds"]
+    for record in data["trials"]:
+        del record["seconds"]
+    return json.dumps(data)
+
+
+@pytest.mark.parametrize("sampler", ["lm", "cmaes"])
+def test_an_interrupted_study_ends_as_an_undisturbed_one(tmp_path: Path, sampler: str) -> None:
+    for trials in (3, 8, 14):
+        learn(task(), tmp_path / "paused", trials=trials, sampler=sampler, baselines=False)
+    learn(task(), tmp_path / "at-once", trials=14, sampler=sampler, baselines=False)
+    assert timeless(tmp_path / "paused") == timeless(tmp_path / "at-once")
+
+
+def test_the_method_of_li_begins_with_their_curve_at_the_corners_and_leads_down(tmp_path: Path) -> None:
+    learn(task(), tmp_path, trials=16, sampler="lm", baselines=False, parallel=1)
+    trials = ResultFolder(tmp_path).result.trials
+    assert all(trial.parameters["g1"] == trial.parameters["g2"] == 0 for trial in trials)
+    fold = task().fold
+    first = trials[0].parameters
+    assert [first["x1"], first["z1"]] == pytest.approx(np.array(LI_2015[0]) * fold.span)
+    assert trials[0].objective == pytest.approx(task().evaluate(li_2015(fold)).objective)
+    objectives = [trial.objective for trial in trials if trial.objective is not None]
+    assert min(objectives[5:]) < min(objectives[:5])
+
+
+def test_the_method_of_li_goes_on_after_a_failed_trial(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    calls = iter(range(100))
+    honest = Task.evaluate
+
+    def sometimes(self: Task, manipulation: object) -> Outcome:
+        if next(calls) in (2, 5):
+            return Outcome(None, 3.0, "blew up", None)
+        return honest(self, manipulation)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(Task, "evaluate", sometimes)
+    learn(task(), tmp_path, trials=8, sampler="lm", baselines=False, parallel=1)
+    parameters = [json.dumps(trial.parameters) for trial in ResultFolder(tmp_path).result.trials]
+    assert len(set(parameters)) == 8
