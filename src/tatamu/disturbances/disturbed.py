@@ -21,6 +21,8 @@ from tatamu.folding.manipulation import SETTLE, Carry, Manipulation, carries_of,
 from tatamu.material import Material
 from tatamu.scene import Scene
 
+BASES = ("stretch_stiffness", "bending_rigidity")
+"""Fields whose other directions are off as they are."""
 BEARS_DOWN = 0.001
 """A finger that is this much too low bears down in full [m]."""
 SIDES = (("left", 1.0), ("right", -1.0))
@@ -47,9 +49,16 @@ def disturbed_scene(fold: Fold, manipulation: Manipulation, world: World) -> Sce
 
 def _material(usual: Material, world: World) -> Material:
     """A material whose fields are off, within what a material may be."""
-    changed = {name: getattr(usual, name) * world.factor(f"material.{name}") for name in FIELDS}
-    bounds = {name: _bounds(name) for name in FIELDS}
-    return usual.model_copy(update={name: float(np.clip(value, *bounds[name])) for name, value in changed.items()})
+    known = {name: getattr(usual, name) for name in FIELDS if getattr(usual, name) is not None}
+    changed = {name: value * _factor(name, world) for name, value in known.items()}
+    return usual.model_copy(update={name: float(np.clip(value, *_bounds(name))) for name, value in changed.items()})
+
+
+def _factor(name: str, world: World) -> float:
+    """The factor of a field; stiffnesses of other directions are off as those along the warp are, and by their own."""
+    own = world.factor(f"material.{name}")
+    base = next((field for field in BASES if name.startswith(f"{field}_")), None)
+    return own if base is None else own * world.factor(f"material.{base}")
 
 
 def _bounds(name: str) -> tuple[float, float]:
