@@ -36,11 +36,11 @@ format: $(DEV)
 learning: $(READY)  ## the figures of docs/notes/learning.md: five seeds, against random search and baselines
 	$(BIN)/python benchmarks/learning.py --out runs/learning --write-docs
 
-times: $(READY)  ## how long whole commands take: the table of docs/notes/learning.md; minutes, `--cases shop` longer
-	$(BIN)/python benchmarks/times.py --out runs/times --write-docs
-
 search: $(DEV)  ## the tables of docs/notes/search.md: the search against its alternatives; hours; `pip install torch` for one row
 	$(BIN)/python benchmarks/search.py --out runs/search --write-docs
+
+times: $(READY)  ## how long whole commands take: the table of docs/notes/learning.md; minutes, `--cases shop` longer
+	$(BIN)/python benchmarks/times.py --out runs/times --write-docs
 
 folds: $(READY)  ## the figures of docs/notes/folds.md: T-shirt, trousers and towel in all their folds; hours
 	$(BIN)/python benchmarks/folds.py --out runs/folds --write-docs

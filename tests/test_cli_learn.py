@@ -239,7 +239,7 @@ class Watched:
         """Lines after trials that took 2 s each, every line looked at."""
         with self.display.reporting(self.task, 10) as report:
             for done in trials:
-                report(Progress(done, 10, 1.0, 0.002))
+                report(Progress(done, 10, 1.0 if done else None, 0.002 if done else None))
                 self.display._look()
                 self.time += 2.0
             report(Progress(10, 10, 1.0, 0.002, "baselines"))
@@ -255,6 +255,7 @@ def test_time_left_is_said_from_the_first_trial_to_the_report(monkeypatch: pytes
     left = duration(0.5 * (6 + 3) + page)
     assert f"about {left} to go, a trial every 0.5 s" in lines
     assert any(line.startswith("4/10 trials: ") and f"about {left} left" in line for line in lines)
+    assert [line for line in lines if line.startswith("0/10 trials: none has ended yet")]
     assert any("fixed trajectories: " in line and " left" in line for line in lines)
     assert any("writing the report: " in line and " left" in line for line in lines)
 
@@ -367,3 +368,11 @@ def test_errors_of_steps_that_succeed_are_seen_to_add_up(quarters: Job, tmp_path
     changed(tmp_path / "result.json", change)
     advice = conclusion(tmp_path).advice
     assert "most in step 2, in half along the length (+10.0 mm)" in advice[0] and "--trials 2" in advice[1]
+
+
+def test_before_the_pace_is_known_the_time_left_is_an_upper_bound(monkeypatch: pytest.MonkeyPatch) -> None:
+    lines = Watched(monkeypatch).show(0, 1, 4)
+    page = Workload(1, 10, 3).seconds(1, 1.0, 0)
+    assert any(line.startswith("1/10 ") and f"at most {duration(2 * 12 + page)} left" in line for line in lines)
+    assert any(line.startswith("4/10 ") and f"about {duration(9 + page)} left" in line for line in lines)
+    assert sum("to go" in line for line in lines) == 1

@@ -147,6 +147,7 @@ class LearningDisplay:
         self._prepared = not prepares
         self._ends = 0.0
         self._ending = False
+        self._how_long = ""
         self._before = signal.getsignal(signal.SIGINT)
         self._bar = self._make_bar() if self._console.is_terminal else None
         self._ticking = ticking(BAR_EVERY if self._bar else LINE_EVERY, self._look)
@@ -209,13 +210,12 @@ class LearningDisplay:
             step: Number of the step, the first being 1.
             pace: Seconds for each rollout.
             rollouts: How many are left in this step.
-            known: Whether that pace is known well enough to be said.
+            known: Whether that pace is known; else it is an upper bound, as the first trials begin together.
         """
         left = self.work.seconds(step, pace, rollouts)
-        if not known:
-            return
-        if not self._ends:
+        if known and self._how_long != "about":
             self.say(f"about {duration(left)} to go, a trial every {pace:.1f} s")
+        self._how_long = "about" if known or self._how_long == "about" else "at most"
         self._ends = monotonic() + left
 
     def now(self, text: str, done: int, total: int) -> None:
@@ -236,7 +236,7 @@ class LearningDisplay:
 
     def _left(self) -> str:
         known = self._ends and not self._ending
-        return f", about {duration(self._ends - monotonic())} left" if known else ""
+        return f", {self._how_long} {duration(self._ends - monotonic())} left" if known else ""
 
     def _look(self) -> None:
         text, done, total = self._lines()
@@ -286,5 +286,5 @@ class _Step:
 def best(progress: Progress) -> str:
     """The best trial so far, in words."""
     if progress.best is None or progress.best_distance is None:
-        return "no fold yet" if progress.done else "preparing"
+        return "no fold yet" if progress.done else "none has ended yet"
     return f"best C = {progress.best:.4f}, {1000 * progress.best_distance:.1f} mm from the target"
