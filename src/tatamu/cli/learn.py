@@ -11,7 +11,7 @@ import typer
 
 from tatamu.cli.app import Interrupted, app
 from tatamu.cli.cluster import SchedulerOption, StorageOption
-from tatamu.cli.learning import LearnOptions, counted
+from tatamu.cli.learning import LearnOptions, counted, share
 
 
 @app.command()
@@ -67,6 +67,17 @@ def learn(
             show_default=False,
         ),
     ] = None,
+    disturbances: Annotated[
+        str | None,
+        typer.Option(
+            metavar="default|none|FILE.toml",
+            help="What is not known of hands, cloth and table, and the fold is to stand; none: the paper's C.",
+        ),
+    ] = None,
+    quantile: Annotated[
+        str | None,
+        typer.Option(metavar="Q|mean", help="Minimise this quantile of the objective, or its mean; default: 0.9."),
+    ] = None,
     robot: Annotated[
         str | None,
         typer.Option(help="Only folds within reach of hironx, nextage, or a .toml that describes a robot."),
@@ -83,6 +94,8 @@ def learn(
     `tatamu learn towel --size 0.30x0.50 --trials 20 --seed 1 --out runs/small`
 
     `tatamu learn towel --trials auto --out runs/quick`
+
+    `tatamu learn towel --disturbances none --out runs/paper`
 
     `tatamu learn tshirt --fold shop --out runs/shop`
 
@@ -112,6 +125,8 @@ def learn(
         seed=seed,
         parallel=parallel,
         coarse=coarse,
+        disturbances=disturbances,
+        quantile=share(quantile),
         robot=robot,
         baselines=baselines,
     )
@@ -121,8 +136,8 @@ def learn(
         from tatamu.simulators import require
 
         require(simulator)
-        job = options.job()
-        from tatamu.cli.verdict import conclusion, kept, spoken
+        job = options.job(out)
+        from tatamu.cli.verdict import conclusion, how_sure, kept, spoken
         from tatamu.cluster import executor_at
         from tatamu.folding.advice import UncarriedWarning, advice
         from tatamu.folding.baselines import BASELINES
@@ -146,6 +161,8 @@ def learn(
             report = options.learn(job, out, display.reporting, executor, database)
     except KeyboardInterrupt:
         raise Interrupted(kept(out)) from None
+    for line in how_sure(out):
+        print(line)
     for line in spoken(conclusion(out)):
         print(line)
     print(f"report: {report}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import Executor
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -14,11 +15,16 @@ from tatamu.records import Record
 
 if TYPE_CHECKING:
     from tatamu.folding.task import Job, Reach
+    from tatamu.learning import Expectation
     from tatamu.learning.database import SharedDatabase
     from tatamu.learning.job import Reporting
 
 Whole = Annotated[int, Field(strict=True)]
 YesNo = Annotated[bool, Field(strict=True)]
+
+
+QUANTILE = 0.9
+"""Of the objective, which is minimised unless somebody asks for another, or for the mean."""
 
 
 class LearnOptions(Record):
@@ -40,6 +46,8 @@ class LearnOptions(Record):
     seed: Whole = 0
     parallel: Whole | None = None
     coarse: YesNo | None = None
+    disturbances: str | None = None
+    quantile: float | Literal["mean"] | None = None
     robot: str | None = None
     baselines: YesNo = True
 
@@ -50,8 +58,28 @@ class LearnOptions(Record):
 
         return Schedule(self.trials, 1).most
 
-    def job(self) -> Job:
-        """The garment and the plan that folds it.
+    def expectation(self, out: Path | None = None) -> Expectation | None:
+        """The expectation: as the study began in the folder `out`, or as given; not yet for a calibrated material.
+
+        Raises:
+            InputError: An option is wrong.
+        """
+        from tatamu.disturbances import load_disturbances
+        from tatamu.learning import Expectation, as_begun
+
+        begun, held = as_begun(out) if out is not None else (False, None)
+        if begun and self.disturbances is None and self.quantile is None:
+            return held
+        chosen = load_disturbances(self.disturbances or "default")
+        if chosen is None and self.quantile is not None:
+            raise InputError("quantile: is of the objective in disturbed worlds, and --disturbances none has none")
+        if chosen is None:
+            return None
+        usual = QUANTILE if self.quantile is None else self.quantile
+        return Expectation(chosen, None if usual == "mean" else usual)
+
+    def job(self, out: Path | None = None) -> Job:
+        """The garment and the plan that folds it, of a study that may have begun in the folder `out`.
 
         Raises:
             InputError: An option is wrong.
@@ -62,6 +90,7 @@ class LearnOptions(Record):
             raise InputError(f"grasps: must be integer or continuous, given {self.grasps!r}")
         if self.hands not in (None, 1, 2):
             raise InputError(f"hands: must be 1 or 2, given {self.hands}")
+        expected = self.expectation(out)
         return make_job(
             self.garment,
             size=None if self.size is None else parse_size(self.size),
@@ -72,6 +101,7 @@ class LearnOptions(Record):
             simulator=self.simulator,
             hands=self.hands,
             reach=_reach(self.robot),
+            fingers=expected.disturbances.fingers if expected else None,
         )
 
     def learn(
@@ -90,10 +120,35 @@ class LearnOptions(Record):
             baselines=self.baselines,
             parallel=self.parallel,
             coarse=self.coarse,
+            expectation=self._calibrated(job, out),
             executor=executor,
             database=database,
             reporting=reporting,
         )
+
+    def _calibrated(self, job: Job, out: Path) -> Expectation | None:
+        """The expectation, with a calibrated material's own uncertainties; one that began has them already."""
+        from tatamu.disturbances import with_calibrated
+        from tatamu.learning import as_begun
+
+        expected = self.expectation(out)
+        asked = self.disturbances is not None or self.quantile is not None or not as_begun(out)[0]
+        if expected is None or self.material is None or not asked:
+            return expected
+        return replace(
+            expected,
+            disturbances=with_calibrated(expected.disturbances, Path(self.material), job.garment.material),
+        )
+
+
+def share(quantile: str | None) -> float | Literal["mean"] | None:
+    """A quantile, or the mean; None: nothing was asked."""
+    if quantile is None or quantile == "mean":
+        return quantile  # type: ignore[return-value]
+    try:
+        return float(quantile)
+    except ValueError:
+        raise InputError(f"quantile: must be a number or mean, given {quantile!r}") from None
 
 
 def counted(trials: str) -> int | Literal["auto"]:

@@ -81,8 +81,11 @@ def margins(
 
 
 def _disturbances(folder: ResultFolder, given: str | None) -> Disturbances:
-    from tatamu.disturbances import load_disturbances
+    from tatamu.disturbances import Disturbances, load_disturbances
 
+    used = folder.result.disturbances
+    if given is None and used is not None:
+        return Disturbances.model_validate(used)
     found = load_disturbances(given or "default")
     if found is None:
         raise InputError("disturbances: must be default or a file .toml, given 'none', in which every fold holds")
@@ -104,6 +107,7 @@ def _one(
     from tatamu.margins import measure
     from tatamu.margins.page import write_page
     from tatamu.margins.terminal import reporting, summary, table
+    from tatamu.report import write_report
     from tatamu.simulators import require
 
     asked = simulator or folder.result.task.simulator
@@ -127,6 +131,8 @@ def _one(
         )
     folder.write_margins(measured.result, target)
     page = write_page(measured, target)
+    if target == folder.margins_folder:
+        write_report(folder.path)  # its headline says how sure the fold is
     console.print(table(measured.result))
     print(summary(measured.result))
     print(f"margins: {page}")

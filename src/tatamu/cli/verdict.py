@@ -33,6 +33,15 @@ def spoken(said: Conclusion) -> Iterator[str]:
         yield f"to do {number}: {line}"
 
 
+def how_sure(path: Path) -> Iterator[str]:
+    """Lines on the share of worlds in which each learned fold holds, where that is known."""
+    folder = ResultFolder(path)
+    for step in folder.learned_steps() if folder.holds_plan else [folder]:
+        if step.result.judged is not None:
+            name = f"{step.path.name}: " if folder.holds_plan else ""
+            yield f"{name}{step.result.judged.headline}; `tatamu margins {path}` asks more"
+
+
 def kept(path: Path) -> str:
     """The line on what an interrupted command leaves in a folder, and on how to go on."""
     folder = ResultFolder(path)

@@ -13,7 +13,15 @@ from pydantic import Field, model_validator
 
 from tatamu.errors import InputError
 from tatamu.files import read_toml, validated
-from tatamu.material import DIRECTIONAL_AIR, Material, Number
+from tatamu.folding.fingers import Fingers
+from tatamu.material import (
+    DIRECTIONAL_AIR,
+    FRICTION_OF_BENDING,
+    ORTHOTROPIC_BENDING,
+    ORTHOTROPIC_MEMBRANE,
+    Material,
+    Number,
+)
 from tatamu.records import Record
 
 DEFAULT = "default"
@@ -45,6 +53,9 @@ FIELDS = (
     "friction_cloth",
     "air_drag",
     *DIRECTIONAL_AIR,
+    *ORTHOTROPIC_MEMBRANE,
+    *ORTHOTROPIC_BENDING,
+    *FRICTION_OF_BENDING,
 )
 """Fields of a material that may be disturbed, in the order in which they are drawn."""
 LEAST_EIGENVALUE = -0.01
@@ -125,6 +136,8 @@ class Disturbances(Record):
     """Relative deviations by field."""
     correlation: Correlation | None = None
     """Of the fields of `material`; None: independent."""
+    fingers: Fingers = Fingers()
+    """Of the hands; not drawn."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

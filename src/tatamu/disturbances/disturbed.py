@@ -15,11 +15,16 @@ from tatamu import curves
 from tatamu.disturbances.description import FIELDS
 from tatamu.disturbances.world import World
 from tatamu.errors import SimulationError
+from tatamu.folding.fingers import lowest
 from tatamu.folding.fold import PINCH, Fold
 from tatamu.folding.manipulation import SETTLE, Carry, Manipulation, carries_of, scene_of, scene_with
 from tatamu.material import Material
 from tatamu.scene import Scene
 
+BASES = ("stretch_stiffness", "bending_rigidity")
+"""Fields whose other directions are off as they are."""
+BEARS_DOWN = 0.001
+"""A finger that is this much too low bears down in full [m]."""
 SIDES = (("left", 1.0), ("right", -1.0))
 """Names of the hands, and which part of the difference between them is theirs."""
 
@@ -44,9 +49,16 @@ def disturbed_scene(fold: Fold, manipulation: Manipulation, world: World) -> Sce
 
 def _material(usual: Material, world: World) -> Material:
     """A material whose fields are off, within what a material may be."""
-    changed = {name: getattr(usual, name) * world.factor(f"material.{name}") for name in FIELDS}
-    bounds = {name: _bounds(name) for name in FIELDS}
-    return usual.model_copy(update={name: float(np.clip(value, *bounds[name])) for name, value in changed.items()})
+    known = {name: getattr(usual, name) for name in FIELDS if getattr(usual, name) is not None}
+    changed = {name: value * _factor(name, world) for name, value in known.items()}
+    return usual.model_copy(update={name: float(np.clip(value, *_bounds(name))) for name, value in changed.items()})
+
+
+def _factor(name: str, world: World) -> float:
+    """The factor of a field; stiffnesses of other directions are off as those along the warp are, and by their own."""
+    own = world.factor(f"material.{name}")
+    base = next((field for field in BASES if name.startswith(f"{field}_")), None)
+    return own if base is None else own * world.factor(f"material.{base}")
 
 
 def _bounds(name: str) -> tuple[float, float]:
@@ -72,7 +84,7 @@ class _Grasp:
 
 def _carry(fold: Fold, manipulation: Manipulation, world: World, number: int) -> Carry | None:
     """The doings of a hand; None where it misses the cloth."""
-    usual = carries_of(manipulation)[number]
+    usual = carries_of(fold, manipulation)[number]
     grasp = _grasp(fold, usual.vertex, world, number)
     if grasp.misses:
         return None
@@ -82,8 +94,7 @@ def _carry(fold: Fold, manipulation: Manipulation, world: World, number: int) ->
     back = grasp.slip + np.array([2.0 * grasp.rest, 0.0])
     off = _off(fold, manipulation, world, number) - _in_scene(fold, np.array([*back, 0.0]))
     moved = _turned(usual.displacements, -world["cloth.yaw"]) + np.hstack([share, share, np.ones_like(share)]) * off
-    floor = np.minimum(_floor(fold, grasp.vertex), usual.displacements[:, 2])
-    moved[:, 2] = np.maximum(moved[:, 2], floor)
+    moved[:, 2] = np.maximum(moved[:, 2] - _borne_down(fold, grasp.vertex, moved), _floor(fold, grasp.vertex))
     opens = usual.opens + float(times[-1] - usual.times[-1]) + _delay(world, number)
     return Carry(grasp.vertex, times, moved, opens)
 
@@ -141,6 +152,17 @@ def _floor(fold: Fold, vertex: int) -> float:
     Cloth is no obstacle to it: the hand bears down on what lies below it, and drags it along.
     """
     return 0.5 * fold.garment.material.thickness - float(fold.start[fold.patch(vertex), 2].min())
+
+
+def _borne_down(fold: Fold, vertex: int, moved: np.ndarray) -> np.ndarray:
+    """How much lower the cloth in a hand is taken to be whose lower finger bears down [m], shape (k,).
+
+    Simulators know no fingers: what a finger would press on and drag along, the cloth in the hand does in its place.
+    """
+    if not fold.lift:
+        return np.zeros(len(moved))
+    pressed = lowest(fold, vertex, moved) - moved[:, 2]
+    return fold.lift * np.clip(pressed / BEARS_DOWN, 0.0, 1.0)
 
 
 def _in_scene(fold: Fold, vector: np.ndarray) -> np.ndarray:

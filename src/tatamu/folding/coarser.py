@@ -67,8 +67,7 @@ def as_on_finer_mesh(task: Task, manipulation: Manipulation, coarse: Manipulatio
         coarse: The manipulation on the coarser mesh.
         found: The outcome there.
     """
-    assert task.coarser is not None, "the task has a coarser mesh"
-    larger = len(task.fold.start) / len(task.coarser.fold.start)
+    larger = larger_on_finer_mesh(task)
     length = manipulation.trajectory_length
     objective = length + larger * (found.objective - coarse.trajectory_length)
     if found.score is None:
@@ -84,9 +83,14 @@ def as_on_finer_mesh(task: Task, manipulation: Manipulation, coarse: Manipulatio
 
 def objective_on_coarser_mesh(task: Task, manipulation: Manipulation, coarse: Manipulation, objective: float) -> float:
     """The objective on the coarser mesh that is this one in the numbers of the finer: `as_on_finer_mesh` backwards."""
-    assert task.coarser is not None, "the task has a coarser mesh"
-    larger = len(task.fold.start) / len(task.coarser.fold.start)
+    larger = larger_on_finer_mesh(task)
     return coarse.trajectory_length + (objective - manipulation.trajectory_length) / larger
+
+
+def larger_on_finer_mesh(task: Task) -> float:
+    """D on a task's own mesh over D on its coarser one: a sum over vertices grows with their number."""
+    assert task.coarser is not None, "the task has a coarser mesh"
+    return len(task.fold.start) / len(task.coarser.fold.start)
 
 
 def _nearest(point: np.ndarray, points: np.ndarray, candidates: np.ndarray) -> int:

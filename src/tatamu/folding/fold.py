@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
 from tatamu.errors import InputError
+from tatamu.folding.fingers import Fingers
 from tatamu.folding.grasps import candidates
 from tatamu.folding.ideal import FoldLine, Stack, crease_of, ideal_fold, stack
 from tatamu.folding.pinch import outermost
@@ -16,8 +17,6 @@ from tatamu.folding.plans import make_plan
 from tatamu.garments import Garment
 from tatamu.topology import Topology
 
-PAD = 0.03
-"""Width of the finger pad along the fold line [m]."""
 PINCH = 0.01
 """How far the pad reaches in from the edge [m]."""
 
@@ -44,6 +43,13 @@ class Fold:
     hands: int = 2
     area_ratio: float | None = None
     """Folded area over the area before, of a fold without thickness; None: of the target."""
+    fingers: Fingers = field(default_factory=Fingers)
+    """Of the hands."""
+
+    @property
+    def lift(self) -> float:
+        """By how much a hand that closes takes the cloth off what it lies on [m]: its lower finger's thickness."""
+        return self.fingers.thickness
 
     @property
     def normal(self) -> np.ndarray:
@@ -66,7 +72,7 @@ class Fold:
         return float(-2.0 * self.crease.split(self.start[[vertex]])[0][0])
 
     def translation(self, vertex: int) -> np.ndarray:
-        """From a grasp P0 to its release P3 [m], shape (3,).
+        """From a grasp P0 to its release P3 [m], shape (3,); both are higher by `lift`.
 
         P3 is the mirror image of P0, so high that the lowest layer in the hand comes to lie on what stays.
         """
@@ -83,7 +89,9 @@ class Fold:
         """Vertices that fingers hold when they pinch there: under the pad, the outermost of every layer."""
         spacing = self.garment.spacing
         across, along = self.crease.split(self.start)
-        sideways = np.abs(along - along[vertex]) <= max(PAD / 2, 1.3 * spacing)  # on a coarse mesh neighbours too
+        sideways = np.abs(along - along[vertex]) <= max(
+            self.fingers.width / 2, 1.3 * spacing
+        )  # on a coarse mesh neighbours too
         inwards = np.abs(across - across[vertex]) <= PINCH + 1e-9
         under = np.flatnonzero(sideways & inwards & (across < 0))
         held = outermost(across[under], along[under], self._links(under), spacing)

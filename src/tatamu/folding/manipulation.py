@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 
 from tatamu import curves
 from tatamu.curves import Bezier
+from tatamu.folding.fingers import cleared
 from tatamu.folding.fold import Fold
 from tatamu.folding.pinch import pressed
 from tatamu.material import Material
@@ -64,6 +65,8 @@ class Manipulation:
     """Each hand's path relative to its grasp [m], shape (s, 3), from 0 to its release."""
     control_points: tuple[np.ndarray, ...] | None
     """P0..P3 of each hand relative to its grasp [m], shape (4, 3); None for paths that are no cubic Bezier."""
+    lift: float = 0.0
+    """How high over their grasps the hands begin, as their fingers have closed [m]."""
 
     @property
     def curves(self) -> tuple[Bezier, ...]:
@@ -75,7 +78,11 @@ class Manipulation:
         if self.control_points is None:
             raise ValueError("the paths of this manipulation are polylines")
         placed = zip(self.positions, self.control_points, strict=True)
-        return tuple(Bezier(position + points) for position, points in placed)
+        return tuple(Bezier(position + points + self._up) for position, points in placed)
+
+    @property
+    def _up(self) -> np.ndarray:
+        return np.array([0.0, 0.0, self.lift])
 
     @property
     def trajectory_length(self) -> float:
@@ -106,7 +113,7 @@ class Manipulation:
         count = round(self.move_seconds * FRAME_RATE)
         fraction = curves.minimum_jerk(np.arange(count + 1) / count)
         times = WAIT + np.arange(count + 1) / FRAME_RATE
-        return times, [curves.along(path, fraction) for path in self.paths]
+        return times, [curves.along(path, fraction) + self._up for path in self.paths]
 
 
 def bezier_manipulation(
@@ -124,7 +131,8 @@ def bezier_manipulation(
         larger = fold.span_of(vertex) / fold.span
         inner = [larger * (x1 * across + z1 * up), larger * (x2 * across + z2 * up)]
         points.append(np.stack([np.zeros(3), *inner, fold.translation(vertex)]))
-    return Manipulation(grasps, _places(fold, grasps), tuple(map(curves.sampled_bezier, points)), tuple(points))
+    paths = tuple(map(curves.sampled_bezier, points))
+    return Manipulation(grasps, _places(fold, grasps), paths, tuple(points), fold.lift)
 
 
 def trajectory_lengths(fold: Fold, parameters: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -149,7 +157,7 @@ def trajectory_lengths(fold: Fold, parameters: Mapping[str, np.ndarray]) -> np.n
 
 def polyline_manipulation(fold: Fold, grasps: tuple[int, ...], paths: Sequence[np.ndarray]) -> Manipulation:
     """Hands that follow polylines relative to their grasps [m], shape (s, 3) each."""
-    return Manipulation(grasps, _places(fold, grasps), tuple(paths), None)
+    return Manipulation(grasps, _places(fold, grasps), tuple(paths), None, fold.lift)
 
 
 def _places(fold: Fold, grasps: tuple[int, ...]) -> tuple[np.ndarray, ...]:
@@ -170,12 +178,12 @@ class Carry:
     """When the hand opens [s]."""
 
 
-def carries_of(manipulation: Manipulation) -> list[Carry]:
-    """Both hands of a manipulation, left before right."""
+def carries_of(fold: Fold, manipulation: Manipulation) -> list[Carry]:
+    """Both hands of a manipulation, left before right, their fingers clear of what lies below them."""
     times, displacements = manipulation.motion()
     opens = manipulation.timing.opens
     hands = zip(manipulation.grasps, displacements, strict=True)
-    return [Carry(vertex, times, moved, opens) for vertex, moved in hands]
+    return [Carry(vertex, times, cleared(fold, vertex, moved), opens) for vertex, moved in hands]
 
 
 def scene_of(fold: Fold, manipulation: Manipulation) -> Scene:
@@ -183,7 +191,7 @@ def scene_of(fold: Fold, manipulation: Manipulation) -> Scene:
 
     A hand is one gripper, left before right, or several where its fingers press layers together.
     """
-    return scene_with(fold, carries_of(manipulation), manipulation.timing.ends, fold.garment.material)
+    return scene_with(fold, carries_of(fold, manipulation), manipulation.timing.ends, fold.garment.material)
 
 
 def scene_with(fold: Fold, carries: Sequence[Carry], ends: float, material: Material) -> Scene:

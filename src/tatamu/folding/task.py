@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, ClassVar
@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from tatamu.errors import InputError, SimulationError
+from tatamu.folding.fingers import Fingers
 from tatamu.folding.fold import Fold, fold_of, ideal_folds
 from tatamu.folding.manipulation import Manipulation, bezier_manipulation, scene_of
 from tatamu.folding.plan import Plan
@@ -173,6 +174,8 @@ class Job:
     """The manipulations that the robot of the job can do; None: no robot is asked."""
     asked: Asked | None = None
     """The names and options that the job was made from; None: made by hand."""
+    fingers: Fingers = field(default_factory=Fingers)
+    """Of the hands."""
     coarser: Job | None = None
     """The same job on a coarser mesh, where a search may begin; None: there is none."""
 
@@ -185,7 +188,7 @@ class Job:
             coarse_state: The same on the coarser mesh [m], shape (c, 3); a later step is not searched there without it.
         """
         step = self.plan.steps[number]
-        fold = fold_of(self.garment, self.plan, step, state, self.hands)
+        fold = replace(fold_of(self.garment, self.plan, step, state, self.hands), fingers=self.fingers)
         place = (number + 1, len(self.plan.steps))
         coarser = self._coarser_task(number, coarse_state)
         return Task(fold, self.plan.name, self.simulator, place, step.title, self.reach, self.asked, coarser)
@@ -211,6 +214,7 @@ def make_job(
     simulator: str = "native",
     hands: int | None = None,
     reach: Reach | None = None,
+    fingers: Fingers | None = None,
 ) -> Job:
     """The job of folding a named garment by a named plan.
 
@@ -224,6 +228,7 @@ def make_job(
         simulator: Name of the simulator.
         hands: How many hands fold; None: as the plan says.
         reach: The manipulations that the robot of the job can do; None: no robot is asked.
+        fingers: Of the hands; None: without thickness.
 
     Raises:
         InputError: One of the names is unknown, or the garment cannot be made or folded so.
@@ -242,7 +247,7 @@ def make_job(
         material=str(material) if isinstance(material, Path) else None,
         robot=str(reach.files[0]) if reach and reach.files else None,
     )
-    job = Job(made, make_plan(fold, made), simulator, hands, reach, asked)
+    job = Job(made, make_plan(fold, made), simulator, hands, reach, asked, fingers or Fingers())
     ideal_folds(made, job.plan, hands)  # refuse now what a later step could not fold
     return job
 

@@ -15,9 +15,15 @@ from time import perf_counter
 import numpy as np
 
 from tatamu.errors import WorkerKilledError
-from tatamu.folding.coarser import as_on_finer_mesh, objective_on_coarser_mesh, on_coarser_mesh
+from tatamu.folding.coarser import (
+    as_on_finer_mesh,
+    larger_on_finer_mesh,
+    objective_on_coarser_mesh,
+    on_coarser_mesh,
+)
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.task import Outcome, Task
+from tatamu.learning.expectation import Demand, Expected, Standing, expected
 from tatamu.results.result import Parameters
 from tatamu.simulators.many import processors
 
@@ -27,23 +33,68 @@ class Evaluation:
     """The outcome of a trial, and the time that it took."""
 
     outcome: Outcome
+    """Where nothing is off."""
     seconds: float
+    expected: Expected | None = None
+    """Over worlds in which something is off; None: nobody asked."""
+
+    @property
+    def objective(self) -> float:
+        """The value that the search minimises: C, or its expectation."""
+        return self.outcome.objective if self.expected is None else self.expected.objective
 
 
-def evaluate(task: Task, manipulation: Manipulation, below: float = np.inf) -> Evaluation:
+@dataclass(frozen=True)
+class Surrogate:
+    """A manipulation on a coarser mesh that says what disturbances add to the objective on the finer one."""
+
+    task: Task
+    manipulation: Manipulation
+    larger: float
+    """D on the finer mesh over D on this one."""
+
+
+def evaluate(
+    task: Task,
+    manipulation: Manipulation,
+    below: float = np.inf,
+    demand: Demand | None = None,
+    surrogate: Surrogate | None = None,
+) -> Evaluation:
     """Simulate and score one manipulation; the same to the last bit wherever it runs, but for the time.
 
     Args:
         task: What is folded.
         manipulation: How.
-        below: The rollout comes with the outcome where the objective is less than this: others are not kept, and would
-            only be carried from machine to machine.
+        below: The rollout comes with the outcome where the objective, or the expected one, is less than this: others
+            are not kept, and would only be carried from machine to machine.
+        demand: Worlds in which it is simulated too; None: in none.
+        surrogate: The same on a coarser mesh, where those worlds are simulated; None: on the task's own.
     """
     started = perf_counter()
     outcome = task.evaluate(manipulation)
-    if not outcome.objective < below:
+    found = None if demand is None else _expected(task, manipulation, outcome, demand, surrogate)
+    if not (outcome.objective if found is None else found.objective) < below:
         outcome = replace(outcome, rollout=None)
-    return Evaluation(outcome, perf_counter() - started)
+    return Evaluation(outcome, perf_counter() - started, found)
+
+
+def _expected(
+    task: Task, manipulation: Manipulation, outcome: Outcome, demand: Demand, surrogate: Surrogate | None
+) -> Expected:
+    """The expected objective: on a coarser mesh, disturbances add to the objective what they add on the task's own."""
+    own = outcome.objective
+    standing = demand.standing
+    if surrogate is None or outcome.failed or (standing and own >= standing.expected):
+        return expected(task, manipulation, outcome, demand)
+    calm = surrogate.task.evaluate(surrogate.manipulation)
+    if calm.failed:
+        return expected(task, manipulation, outcome, demand)
+    there = None
+    if standing is not None:
+        there = Standing(calm.objective + (standing.expected - own) / surrogate.larger, standing.gap / surrogate.larger)
+    found = expected(surrogate.task, surrogate.manipulation, calm, replace(demand, standing=there))
+    return replace(found, objective=own + surrogate.larger * (found.objective - calm.objective))
 
 
 @dataclass(frozen=True)
@@ -55,6 +106,8 @@ class Pending:
     coarse: Manipulation | None
     """The manipulation on the task's coarser mesh, where it runs there."""
     evaluation: Future[Evaluation]
+    disturbed: bool = False
+    """Whether it is simulated in disturbed worlds too."""
 
     def ended(self, which: str) -> Evaluation:
         """Wait for a trial, in the numbers of the task's own mesh; one that ended the processes it ran in has failed.
@@ -66,10 +119,16 @@ class Pending:
             ended = self.evaluation.result()
         except WorkerKilledError as error:
             penalty = self.task.penalty(self.manipulation.trajectory_length)
-            return Evaluation(Outcome(None, penalty, f"{error} ({which})", None), 0.0)
+            found = Expected(penalty, 0) if self.disturbed else None
+            return Evaluation(Outcome(None, penalty, f"{error} ({which})", None), 0.0, found)
         if self.coarse is None:
             return ended
-        return replace(ended, outcome=as_on_finer_mesh(self.task, self.manipulation, self.coarse, ended.outcome))
+        outcome = as_on_finer_mesh(self.task, self.manipulation, self.coarse, ended.outcome)
+        found = ended.expected
+        if found is not None:
+            added = larger_on_finer_mesh(self.task) * (found.objective - ended.outcome.objective)
+            found = replace(found, objective=outcome.objective + added)
+        return replace(ended, outcome=outcome, expected=found)
 
 
 def submitted(
@@ -77,7 +136,10 @@ def submitted(
     task: Task,
     manipulation: Manipulation,
     below: float = np.inf,
-    on_coarser: Parameters | None = None,
+    parameters: Parameters | None = None,
+    *,
+    coarse: bool = False,
+    demand: Demand | None = None,
 ) -> Pending:
     """Hand a trial to an executor; one that the task's robot cannot do has ended at once.
 
@@ -85,19 +147,39 @@ def submitted(
         executor: Where it runs.
         task: The fold.
         manipulation: What the hands do.
-        below: The rollout comes with the outcome where the objective is less than this (`evaluate`).
-        on_coarser: The parameters of the manipulation, if it is to run on the task's coarser mesh.
+        below: The rollout is wanted where the objective is less than this.
+        parameters: Of the manipulation; None: it has none, and runs on the task's own mesh alone.
+        coarse: Whether it is to run on the task's coarser mesh.
+        demand: Worlds in which it is simulated too; where the task has a coarser mesh, there.
     """
     refused = task.refused(manipulation)
+    disturbed = demand is not None
     if refused is not None:
         at_once: Future[Evaluation] = Future()
-        at_once.set_result(Evaluation(refused, 0.0))
-        return Pending(task, manipulation, None, at_once)
-    if task.coarser is None or on_coarser is None:
-        return Pending(task, manipulation, None, executor.submit(evaluate, _alone(task), manipulation, below))
-    coarse = on_coarser_mesh(task, manipulation, on_coarser)
-    there = objective_on_coarser_mesh(task, manipulation, coarse, below)
-    return Pending(task, manipulation, coarse, executor.submit(evaluate, _alone(task.coarser), coarse, there))
+        at_once.set_result(Evaluation(refused, 0.0, Expected(refused.objective, 0) if disturbed else None))
+        return Pending(task, manipulation, None, at_once, disturbed)
+    if task.coarser is None or parameters is None or not (coarse or disturbed):
+        future = executor.submit(evaluate, _alone(task), manipulation, below, demand)
+        return Pending(task, manipulation, None, future, disturbed)
+    there = on_coarser_mesh(task, manipulation, parameters)
+    coarser = _alone(task.coarser)
+    if coarse:
+        beaten = objective_on_coarser_mesh(task, manipulation, there, below)
+        meant = _on_coarser_mesh(task, manipulation, there, demand)
+        future = executor.submit(evaluate, coarser, there, beaten, meant)
+        return Pending(task, manipulation, there, future, disturbed)
+    surrogate = Surrogate(coarser, there, larger_on_finer_mesh(task))
+    future = executor.submit(evaluate, _alone(task), manipulation, below, demand, surrogate)
+    return Pending(task, manipulation, None, future, disturbed)
+
+
+def _on_coarser_mesh(task: Task, fine: Manipulation, there: Manipulation, demand: Demand | None) -> Demand | None:
+    """A demand in the numbers of the coarser mesh."""
+    if demand is None or demand.standing is None:
+        return demand
+    beaten = objective_on_coarser_mesh(task, fine, there, demand.standing.expected)
+    gap = demand.standing.gap / larger_on_finer_mesh(task)
+    return replace(demand, standing=Standing(beaten, gap))
 
 
 def _alone(task: Task) -> Task:

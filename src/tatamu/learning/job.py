@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from tatamu.disturbances import Disturbances
 from tatamu.errors import InputError
 from tatamu.folding.advice import UncarriedWarning, advice
 from tatamu.folding.coarser import with_coarser
@@ -23,6 +24,7 @@ from tatamu.folding.fold import Fold, ideal_folds
 from tatamu.folding.task import Job, Task, digest
 from tatamu.garments.garmentfile import files_of
 from tatamu.learning.database import SharedDatabase
+from tatamu.learning.expectation import Expectation
 from tatamu.learning.learn import check_parallel, check_search, learn, locked, pending_trials
 from tatamu.learning.place import StudyPlace, existing_place
 from tatamu.learning.reachable import check_reach
@@ -56,6 +58,7 @@ def learn_job(
     baselines: bool = True,
     parallel: int | None = None,
     coarse: bool | None = None,
+    expectation: Expectation | None = None,
     executor: Executor | None = None,
     database: SharedDatabase | None = None,
     reporting: Reporting = _silent,
@@ -77,6 +80,7 @@ def learn_job(
         parallel: How many trials are pending at a time (`learn`).
         coarse: Search on a coarser mesh first, where the job has one (`with_coarser`). None: as the study began, or
             else yes.
+        expectation: What is not known, so that the objective is an expectation over it; None: it is C of Eq. (10).
         executor: Where trials run; None: threads on every processor.
         database: Holds the studies; None: the file `study.db` of each folder.
         reporting: Draws the progress of a step.
@@ -99,6 +103,7 @@ def learn_job(
         "grasps": grasps,
         "baselines": baselines,
         "parallel": parallel,
+        "expectation": expectation,
         "executor": executor,
         "database": database,
     }
@@ -214,3 +219,15 @@ def _forget_if_outdated(task: Task, folder: ResultFolder, database: SharedDataba
     held = held_identity(existing_place(folder, database))
     if held is not None and task.step[0] > 1 and held.task.start != digest(task.fold.start):
         shutil.rmtree(folder.path)
+
+
+def as_begun(folder: Path, database: SharedDatabase | None = None) -> tuple[bool, Expectation | None]:
+    """Whether a study was begun in a folder, and what it takes not to be known."""
+    results = ResultFolder(folder)
+    first = results.step(0) if results.holds_plan else results
+    held = held_identity(existing_place(first, database))
+    if held is None:
+        return False, None
+    if held.disturbances is None or held.worlds is None:
+        return True, None
+    return True, Expectation(Disturbances.model_validate(held.disturbances), held.quantile, held.worlds)

@@ -16,6 +16,7 @@ from tatamu.folding.manipulation import trajectory_lengths
 from tatamu.folding.task import Task
 from tatamu.learning.database import SharedDatabase
 from tatamu.learning.evaluation import executor_of
+from tatamu.learning.expectation import Expectation
 from tatamu.learning.place import existing_place, held_place
 from tatamu.learning.runner import Progress, Runner
 from tatamu.learning.samplers import SAMPLERS
@@ -45,6 +46,7 @@ def learn(
     baselines: bool = True,
     parallel: int | None = None,
     first: Sequence[Parameters] = (),
+    expectation: Expectation | None = None,
     executor: Executor | None = None,
     database: SharedDatabase | None = None,
     progress: Callable[[Progress], None] = lambda _: None,
@@ -64,6 +66,8 @@ def learn(
             - 1, whether these have ended or not, so that the study depends on this number, but not on how many
             processors there are. None: as the study began with, or else `PENDING` where the simulator can.
         first: Parameters to begin the search with, as many as there are trials for.
+        expectation: What is not known of hands, cloth and table, so that the objective is an expectation over it; None:
+            it is C of Eq. (10), where nothing is off.
         executor: Where trials run; None: threads on every processor.
         database: Holds the study; None: the file `study.db` of the folder.
         progress: Called when the study is opened, after every trial, and when another stage begins.
@@ -89,11 +93,14 @@ def learn(
             parallel=pending_trials(parallel, task.simulator, results, database),
             first=[dict(parameters) for parameters in first],
             coarse=task.coarser.fold.garment.spacing if task.coarser else None,
+            disturbances=expectation.disturbances.describe() if expectation else None,
+            worlds=expectation.worlds if expectation else None,
+            quantile=expectation.quantile if expectation else None,
         )
         with held_place(results, database, identity.model_dump()) as place:
             lengths = partial(trajectory_lengths, task.fold)
             study = OptunaStudy(place, identity, search_space(task.fold, grasps), lengths)
-            return _gone_on(task, study, results, trials, baselines, executor, progress)
+            return _gone_on(task, study, results, trials, baselines, expectation, executor, progress)
 
 
 def _gone_on(
@@ -102,6 +109,7 @@ def _gone_on(
     results: ResultFolder,
     trials: Trials,
     baselines: bool,
+    expectation: Expectation | None,
     executor: Executor | None,
     progress: Callable[[Progress], None],
 ) -> Path:
@@ -112,7 +120,7 @@ def _gone_on(
     if done > most:
         raise InputError(f"trials: {results.path} has {done} trials already, given {trials}; give {done} or more")
     with executor_of(executor, study.identity.parallel) as workers:
-        runner = Runner(task, study, workers)
+        runner = Runner(task, study, workers, expectation)
         if runner.is_over(schedule) and results.complete and not (baselines and study.baselines is None):
             return results.report_file
         results.report_file.unlink(missing_ok=True)  # written last: it says that the other files are this study's

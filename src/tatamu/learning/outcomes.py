@@ -16,7 +16,7 @@ from tatamu.folding.score import Score
 from tatamu.folding.task import Asked, Outcome
 from tatamu.learning.evaluation import Evaluation
 from tatamu.learning.study import Identity
-from tatamu.results import Baseline, Crossings, Result, Trial
+from tatamu.results import Baseline, Crossings, JointMargin, Result, Trial
 from tatamu.rollout import Rollout
 
 MEASURES = tuple(name for name in Score.__dataclass_fields__ if name != "objective")
@@ -44,7 +44,7 @@ def attributes_of(outcome: Outcome, trajectory_length: float, seconds: float, **
 
 def trial_of(trial: FrozenTrial) -> Trial:
     """A finished trial of the study."""
-    return Trial(number=trial.number, parameters=trial.params, objective=trial.value, **trial.user_attrs)
+    return Trial(**{"number": trial.number, "parameters": trial.params, "objective": trial.value, **trial.user_attrs})
 
 
 def best_number(trials: Sequence[FrozenTrial], count: int | None = None, coarse: float | None = None) -> int | None:
@@ -82,6 +82,7 @@ def result_of(
     baselines: Sequence[Baseline] | None,
     best: int | None,
     outcome: Outcome | None,
+    judged: JointMargin | None = None,
 ) -> Result:
     """The result of a study.
 
@@ -92,6 +93,7 @@ def result_of(
         baselines: The fixed trajectories, if they were scored.
         best: Number of the best trial; None if all failed.
         outcome: Of the best trial.
+        judged: How sure its fold is, where that was asked.
     """
     records = [trial_of(trial) for trial in trials]
     return Result(
@@ -105,6 +107,10 @@ def result_of(
         first=identity.first,
         coarse=identity.coarse,
         bounds=_bounds(trials[0]),
+        disturbances=identity.disturbances,
+        worlds=identity.worlds,
+        quantile=identity.quantile,
+        judged=judged,
         asked=asked,
         wall_seconds=round(sum(record.seconds or 0.0 for record in records), 3),
         best=best,

@@ -5,28 +5,37 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
+from optuna.trial import FrozenTrial
 
+from tatamu.disturbances import Limits, Stream, drawn, judge
 from tatamu.errors import TatamuError
 from tatamu.folding.baselines import BASELINES
+from tatamu.folding.coarser import on_coarser_mesh
 from tatamu.folding.interpolation import interpolated
 from tatamu.folding.manipulation import scene_of
 from tatamu.folding.score import vertex_distances
 from tatamu.folding.task import Outcome, Task
 from tatamu.learning.evaluation import Evaluation, Pending, submitted
+from tatamu.learning.expectation import Demand, Expectation, Standing
 from tatamu.learning.outcomes import attributes_of, baseline_of, best_number, result_of
 from tatamu.learning.schedule import Schedule, ScheduledTrial
 from tatamu.learning.study import OptunaStudy, ProposedTrial
-from tatamu.results import MOMENTS, ResultFolder, describe_manipulation
+from tatamu.results import MOMENTS, JointMargin, ResultFolder, describe_manipulation
 from tatamu.results.folder import COARSE_FINAL
+from tatamu.results.joint import joint_margin
 from tatamu.results.result import Parameters
 
 Stage = Literal["trials", "baselines", "report"]
 """Stages of a study: its trials, then the fixed trajectories, then its files and the page."""
+
+
+JUDGED = 48
+"""Worlds in which the best fold is judged in the end."""
 
 
 @dataclass(frozen=True)
@@ -45,11 +54,22 @@ class Progress:
 class Runner:
     """Trials of one study; the outcomes that the folder keeps are remembered, others are forgotten."""
 
-    def __init__(self, task: Task, study: OptunaStudy, executor: Executor) -> None:
-        """Make a runner of the trials that the study does not have yet."""
+    def __init__(
+        self, task: Task, study: OptunaStudy, executor: Executor, expectation: Expectation | None = None
+    ) -> None:
+        """Make a runner of the trials that the study does not have yet.
+
+        Args:
+            task: The fold.
+            study: Its study.
+            executor: Where trials run.
+            expectation: What is not known, and is to be expected; None: the objective is C of Eq. (10).
+        """
         self.task = task
         self.study = study
         self._executor = executor
+        self._expectation = expectation
+        self._worlds = expectation.drawn(study.identity.seed) if expectation else ()
         self._kept: dict[int, Outcome] = {}
 
     def is_over(self, schedule: Schedule) -> bool:
@@ -76,7 +96,8 @@ class Runner:
                     yield "trials"
                 known = max(0, len(self.study.trials) + len(running) - pending + 1)
                 proposal = self.study.ask([each for each, _ in running], known, coarse)
-                running.append((proposal, self._begin(proposal.parameters, coarse, self._least(coarse))))
+                demand = self._demand(self.study.trials[:known], coarse)
+                running.append((proposal, self._begin(proposal.parameters, coarse, self._least(coarse), demand)))
             if baselines and self.study.baselines is None:
                 made = {name: make(self.task.fold) for name, (_, make) in BASELINES.items()}
                 others |= {name: submitted(self._executor, self.task, each, -np.inf) for name, each in made.items()}
@@ -105,15 +126,36 @@ class Runner:
         finished = list(map(ScheduledTrial, meshes, gains))
         return finished + [ScheduledTrial(proposal.coarse, proposal.gain) for proposal in running]
 
-    def _begin(self, parameters: Parameters, coarse: bool, below: float = np.inf) -> Pending:
+    def _begin(
+        self, parameters: Parameters, coarse: bool, below: float = np.inf, demand: Demand | None = None
+    ) -> Pending:
         manipulation = self.task.manipulation(parameters)
-        return submitted(self._executor, self.task, manipulation, below, parameters if coarse else None)
+        return submitted(self._executor, self.task, manipulation, below, parameters, coarse=coarse, demand=demand)
+
+    def _demand(self, known: Sequence[FrozenTrial], coarse: bool) -> Demand | None:
+        """The worlds of the next trial, and the best that it has to beat: of its mesh, among the trials known."""
+        if self._expectation is None:
+            return None
+        whole = [
+            trial
+            for trial in known
+            if self.study.is_coarse(trial) == coarse and trial.user_attrs["worlds"] == 1 + len(self._worlds)
+        ]
+        best = min(whole, key=lambda trial: (trial.value, trial.number), default=None)
+        if best is None:
+            return Demand(self._expectation, self._worlds)
+        least = float(best.user_attrs["expected_objective"])
+        gap = max(0.0, least - best.user_attrs["objective"])
+        return Demand(self._expectation, self._worlds, Standing(least, gap))
 
     def _ended(self, begun: Pending, which: str) -> Evaluation:
         return begun.ended(f"seed {self.study.identity.seed}, {which}")
 
     def _least(self, coarse: bool) -> float:
-        """The least objective so far on one of the meshes: only a trial with less is kept; infinite if all are."""
+        """The least objective so far on one of the meshes: only a trial with a lesser one may be kept.
+
+        Infinite where all errors are wanted.
+        """
         if self.study.wants_errors:
             return np.inf
         here = [trial for trial in self.study.trials if self.study.is_coarse(trial) == coarse]
@@ -123,15 +165,20 @@ class Runner:
         """Record a trial when it has ended."""
         evaluation = self._ended(begun, f"trial {len(self.study.trials)}")
         outcome = evaluation.outcome
+        found = evaluation.expected
         attributes = attributes_of(
             outcome,
             begun.manipulation.trajectory_length,
             evaluation.seconds,
             spacing=self._spacing(proposal.coarse),
             expected_gain=proposal.gain,
+            objective=outcome.objective if found else None,
+            worlds=found.worlds if found else None,
+            expected_objective=found.objective if found else None,
         )
-        errors = None if outcome.failed or not self.study.wants_errors else self._errors_of(outcome, proposal.coarse)
-        self.study.tell(proposal.parameters, outcome.objective, attributes, errors)
+        wanted = not outcome.failed and self.study.wants_errors
+        errors = self._errors_of(outcome, proposal.coarse) if wanted else None
+        self.study.tell(proposal.parameters, evaluation.objective, attributes, errors)
         self._kept[len(self.study.trials) - 1] = outcome
         needed = {*self._shown().values(), self._best()}
         self._kept = {number: kept for number, kept in self._kept.items() if number in needed}
@@ -177,7 +224,8 @@ class Runner:
             best = None
         outcome = None if best is None else self._outcome(best)
         baselines = self.study.baselines
-        result = result_of(self.study.identity, self.task.asked, trials, baselines, best, outcome)
+        judged = None if best is None else self._judged(trials[best].params)
+        result = result_of(self.study.identity, self.task.asked, trials, baselines, best, outcome, judged)
         folder.write_result(result.model_copy(update={"until_gain": until_gain}))
         if best is None or outcome is None:
             raise TatamuError(
@@ -195,6 +243,19 @@ class Runner:
         )
         return write_report(folder.path)
 
+    def _judged(self, parameters: Parameters) -> JointMargin | None:
+        """How sure a fold is, in worlds in which it was not learned; on the coarser mesh, where there is one."""
+        if self._expectation is None:
+            return None
+        task = replace(self.task, reach=None, coarser=None)
+        manipulation = self.task.manipulation(parameters)
+        if self.task.coarser is not None:
+            manipulation = on_coarser_mesh(self.task, manipulation, parameters)
+            task = replace(self.task.coarser, reach=None, coarser=None)
+        worlds = drawn(self._expectation.disturbances, JUDGED, self.study.identity.seed, Stream.JUDGING)
+        verdicts = [self._executor.submit(judge, task, manipulation, world) for world in worlds]
+        return joint_margin(task, [verdict.result() for verdict in verdicts], Limits())
+
     def _left_for_next_step(self, best: int) -> dict[str, np.ndarray]:
         """The cloth after the best manipulation on the coarser mesh, where the next step's search is to begin."""
         number, count = self.task.step
@@ -211,11 +272,11 @@ class Runner:
         return {name: number for name, number in numbers.items() if number is not None}
 
     def _errors(self, number: int) -> np.ndarray:
-        """e_i of a complete trial [m], shape (n,)."""
+        """e_i of a complete trial, Eq. (12) [m], shape (n,)."""
         return self._errors_of(self._outcome(number), self.study.is_coarse(self.study.trials[number]))
 
     def _errors_of(self, outcome: Outcome, coarse: bool) -> np.ndarray:
-        """e_i of Eq. (12) of an outcome that is complete [m], shape (n,); on the coarser mesh between its vertices."""
+        """e_i of a complete outcome, Eq. (12) [m], shape (n,); on the coarser mesh, in between its vertices."""
         assert outcome.rollout is not None, "the trial is complete"
         final = outcome.rollout.positions[-1]
         fold = self.task.fold

@@ -21,11 +21,12 @@ LOW = ((0.2, 0.33), (0.1, 0.33), (0.06, 1.0))
 def search_space(fold: Fold, grasps: Grasps) -> dict[str, Bounds]:
     """Bounds of the search.
 
-    P1 and P2 lie between grasp and release, from the height of the grasp up to `HIGHEST` spans. Grasps are whole
+    P1 and P2 lie between grasp and release, from the height of the grasp, or from that of the release where hands have
+    fingers, which must clear what is there, up to `HIGHEST` spans. Grasps are whole
     numbers 0 .. M-1, or the paper's real numbers 0 .. M that are floored when used.
     """
     ahead = FloatDistribution(0.0, fold.span)
-    up = FloatDistribution(0.0, HIGHEST * fold.span)
+    up = FloatDistribution(_lowest(fold), HIGHEST * fold.span)
     count = fold.candidates
     grasp = IntDistribution(0, count - 1) if grasps == "integer" else FloatDistribution(0.0, float(count))
     return {"x1": ahead, "z1": up, "x2": ahead, "z2": up, "g1": grasp, "g2": grasp}
@@ -41,6 +42,11 @@ def low_curves(fold: Fold) -> list[Parameters]:
         {"x1": 0.0, "z1": height * fold.span, "x2": ahead * fold.span, "z2": 0.0, "g1": 0, "g2": 0}
         for height, ahead in LOW
     ]
+
+
+def _lowest(fold: Fold) -> float:
+    """The least height of P1 and P2 over P0 [m]."""
+    return max(0.0, *(float(hand[:, 1].max()) for hand in fold.releases)) if fold.lift else 0.0
 
 
 def carried_over(parameters: Parameters, before: Fold, fold: Fold, grasps: Grasps) -> Parameters:

@@ -34,7 +34,7 @@ optuna.logging.set_verbosity(optuna.logging.ERROR)
 class Identity(OpenRecord):
     """The task of a study and its search: what a study must have begun with in order to be gone on with."""
 
-    UNSAID: ClassVar[frozenset[str]] = frozenset({"parallel", "first", "coarse"})
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"parallel", "first", "coarse", "disturbances", "quantile", "worlds"})
 
     task: TaskDescription
     sampler: str
@@ -47,6 +47,12 @@ class Identity(OpenRecord):
     the first trial on the task's own mesh."""
     coarse: float | None = None
     """Spacing of the coarser mesh that the search begins on [m]; None: all trials are on the task's own."""
+    disturbances: dict[str, Any] | None = None
+    """All that is not known; None: the objective is C of Eq. (10), where nothing is off."""
+    worlds: int | None = None
+    """Disturbed worlds of a trial that may win."""
+    quantile: float | None = None
+    """The quantile of the objective that is minimised; None: its mean."""
 
 
 class ProposedTrial(NamedTuple):

@@ -16,22 +16,20 @@ from tatamu.disturbances import (
     CHANNELS,
     Disturbances,
     Limits,
-    Share,
     Stream,
     Verdict,
     World,
     deviations,
     drawn,
     judge,
-    share_of,
 )
 from tatamu.errors import InputError
-from tatamu.folding.score import vertex_distances
 from tatamu.margins.alone import LEAPS, Asking, Side
 from tatamu.margins.memory import Memory
 from tatamu.margins.subject import FoldOnMesh, coarse, subject_of
 from tatamu.results import RebuiltFold
-from tatamu.results.margins import AloneMargin, HoldLimits, JointMargin, MarginsResult, MeshUsed, Spread
+from tatamu.results.joint import joint_margin
+from tatamu.results.margins import AloneMargin, HoldLimits, MarginsResult, MeshUsed
 from tatamu.simulators import capabilities
 from tatamu.simulators.many import processors
 
@@ -125,7 +123,7 @@ def measure(
             limits=HoldLimits(mean_vertex_distance=limits.mean_vertex_distance, mask_iou=limits.mask_iou),
             undisturbed=calm.mean_vertex_distance,
             alone=_alone(sides, ends if held else [0.0] * len(sides)),
-            joint=_joint(subject, verdicts, limits),
+            joint=joint_margin(subject.task, verdicts, limits),
             mesh=_mesh(subject, checked, again, limits, coarser is not None),
             simulations=asker.asked,
             disturbances=disturbances.describe(),
@@ -271,27 +269,6 @@ def _alone(sides: Sequence[Side], ends: Sequence[float | None]) -> list[AloneMar
         )
         for below, above, low, high in pairs
     ]
-
-
-def distance(subject: FoldOnMesh, verdict: Verdict) -> float:
-    """Mean vertex distance of a world [m]; twice that of untouched cloth where the simulation failed."""
-    if verdict.mean_vertex_distance is not None:
-        return verdict.mean_vertex_distance
-    fold = subject.task.fold
-    return 2.0 * float(vertex_distances(fold.target, fold.start).mean())
-
-
-def _joint(subject: FoldOnMesh, verdicts: Sequence[Verdict], limits: Limits) -> JointMargin:
-    share: Share = share_of(verdicts, limits)
-    distances = np.array([distance(subject, verdict) for verdict in verdicts])
-    median, q90 = np.quantile(distances, [0.5, 0.9])
-    return JointMargin(
-        draws=share.draws,
-        held=share.held,
-        share=share.share,
-        interval=share.interval,
-        mean_vertex_distance=Spread(median=float(median), q90=float(q90), worst=float(distances.max())),
-    )
 
 
 def _ranked(worlds: Sequence[World], verdicts: Sequence[Verdict]) -> list[Draw]:

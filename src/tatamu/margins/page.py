@@ -13,7 +13,7 @@ from tatamu.disturbances import World
 from tatamu.disturbances.disturbed import disturbed_scene
 from tatamu.errors import SimulationError
 from tatamu.files import write_text
-from tatamu.margins.measurement import Draw, Measured, distance
+from tatamu.margins.measurement import Draw, Measured
 from tatamu.margins.words import TITLES, amount, reach
 from tatamu.presentation.chart import Chart, Plot, axis, line, traces
 from tatamu.presentation.page import render
@@ -21,6 +21,7 @@ from tatamu.presentation.replay import HAND_COLOURS, HandTrack, replay_data
 from tatamu.report.errormap import largest
 from tatamu.report.headline import title
 from tatamu.results import AloneMargin, MarginsResult
+from tatamu.results.joint import distance
 from tatamu.rollout import Rollout
 from tatamu.scene import Gripper, Scene
 from tatamu.simulators import simulate
@@ -29,8 +30,6 @@ REPLAYED = 3
 """How many of the worst draws the page replays."""
 NAMED = 3
 """How many disturbances are named as the chief ones of a draw."""
-SURE = 0.95
-"""A fold is called sure if the interval of its share lies above this."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +59,7 @@ def page(measured: Measured) -> str:
         events=_events(shown),
         title=title(measured.learned.fold),
         result=result,
-        tone="near-perfect" if result.joint.interval[0] >= SURE else "fair" if result.joint.share >= 0.8 else "failed",
+        tone=result.joint.tone,
         rows=[
             (TITLES.get(m.name, m.name), amount(m.deviation, m.unit).lstrip("+"), *reach(m)) for m in _sorted(result)
         ],
@@ -128,7 +127,7 @@ def _bars(rows: Sequence[AloneMargin], names: list[str], sign: float, most: floa
 
 
 def _histogram(measured: Measured) -> Chart:
-    distances = [1e3 * distance(measured.subject, draw.verdict) for draw in measured.draws]
+    distances = [1e3 * distance(measured.subject.task, draw.verdict) for draw in measured.draws]
     limit = 1e3 * measured.result.limits.mean_vertex_distance
     width = max(0.5, round(limit / 12.0, 1))
     beyond = min(max(distances), 6.0 * limit)

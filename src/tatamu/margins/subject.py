@@ -53,7 +53,8 @@ def _manipulation(description: ManipulationDescription, fold: Fold) -> Manipulat
     grasps = tuple(arm.grasp.vertex for arm in description.arms)
     places = tuple(fold.start[vertex] for vertex in grasps)
     points = tuple(np.asarray(arm.control_points) - arm.control_points[0] for arm in description.arms)
-    return Manipulation(grasps, places, tuple(map(curves.sampled_bezier, points)), points)
+    lift = float(description.arms[0].control_points[0][2]) - description.arms[0].grasp.position[2]
+    return Manipulation(grasps, places, tuple(map(curves.sampled_bezier, points)), points, max(0.0, lift))
 
 
 def on_mesh(subject: FoldOnMesh, task: Task) -> FoldOnMesh:
@@ -74,7 +75,7 @@ def on_mesh(subject: FoldOnMesh, task: Task) -> FoldOnMesh:
         grasps.append(vertex)
         points.append(_fitted(control, fold.translation(vertex)))
     places = tuple(fold.start[vertex] for vertex in grasps)
-    moved = Manipulation(tuple(grasps), places, tuple(map(curves.sampled_bezier, points)), tuple(points))
+    moved = Manipulation(tuple(grasps), places, tuple(map(curves.sampled_bezier, points)), tuple(points), fold.lift)
     return FoldOnMesh(task, moved)
 
 

@@ -35,6 +35,12 @@ TITLES = {
     "material.air_drag_tangential": "more air drag along the surface",
     "material.air_drag_quadratic": "more quadratic air drag along the normal",
     "material.air_drag_quadratic_tangential": "more quadratic air drag along the surface",
+    "material.stretch_stiffness_weft": "stiffer to stretch along the weft",
+    "material.shear_stiffness": "stiffer to shear",
+    "material.bending_rigidity_weft": "stiffer to bend along the weft",
+    "material.bending_rigidity_bias": "stiffer to bend along the bias",
+    "material.bending_hysteresis": "more hysteresis of bending",
+    "material.bending_rigidity_initial": "stiffer to bend at first",
     "material.air_added_mass": "more air carried along",
 }
 """The meaning of a positive value of each disturbance."""

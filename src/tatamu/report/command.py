@@ -35,6 +35,8 @@ def learn(fold: LearnedFold) -> str:
     words += ["--parallel", str(result.parallel)]
     if result.coarse is None and not asked.spacing:
         words += ["--no-coarse"]
+    if result.disturbances is None:
+        words += ["--disturbances", "none"]
     if not result.baselines:
         words += ["--no-baselines"]
     return shlex.join(words)

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from tatamu.report.verdict import FAILED, GRADES, MEASURES, SUCCESS, Measure, grade
-from tatamu.results import LearnedFold
+from tatamu.results import LearnedFold, ResultFolder
 
 GAUGE = (0.0005, 0.08)
 """Ends of the gauge [m], on a logarithmic scale."""
@@ -30,6 +30,13 @@ def spelled(garment: str) -> str:
 def word(fold: LearnedFold) -> str:
     """The grade: near perfect, good, fair or failed."""
     return grade(fold.result.best_trial.mean_vertex_distance)
+
+
+def sureness(fold: LearnedFold) -> tuple[str, str] | None:
+    """How sure the fold is, and the tone of that: by its margins, else as it was judged; None: nobody asked."""
+    margins = ResultFolder(fold.folder).margins
+    joint = margins.joint if margins else fold.result.judged
+    return None if joint is None else (joint.headline, joint.tone)
 
 
 @dataclass(frozen=True)

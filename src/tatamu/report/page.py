@@ -35,6 +35,8 @@ def page(fold: LearnedFold) -> str:
         version=fold.result.tatamu or __version__,
         title=headline.title(fold),
         verdict=headline.word(fold),
+        sureness=headline.sureness(fold),
+        least=fold.result.least_objective,
         result=fold.result,
         best=fold.result.best_trial,
         success=SUCCESS,

@@ -15,9 +15,9 @@ from tatamu.results import Result, Trial
 def objective(result: Result) -> Plot:
     """Objective of each trial and the best so far on its mesh."""
     done = [trial for trial in result.trials if trial.state == "complete" and trial.objective is not None]
-    values = [float(trial.objective) for trial in done if trial.objective is not None]
+    values = [_minimised(trial) for trial in done]
     top = max(values) + 0.08 * (max(values) - min(values) or 1.0)
-    least = result.best_trial.objective or min(values)
+    least = _minimised(result.best_trial)
     return traces(
         [
             *_both(result, done, values, "C = %{y:.4f}"),
@@ -26,9 +26,14 @@ def objective(result: Result) -> Plot:
             _star(result.best_trial.number, least, "C = %{y:.4f}"),
         ],
         xaxis=_trials(result),
-        yaxis=axis("objective C"),
+        yaxis=axis("objective C" if result.disturbances is None else "expected objective"),
         hovermode="closest",
     )
+
+
+def _minimised(trial: Trial) -> float:
+    """The value that the search minimised: C, or its expectation."""
+    return float((trial.expected_objective if trial.worlds is not None else trial.objective) or 0.0)
 
 
 def is_coarse(result: Result, trial: Trial) -> bool:
@@ -40,7 +45,7 @@ def _steps(result: Result, coarse: bool) -> dict[str, Any]:
     """Best so far on one of the meshes, up to its last trial."""
     here = [trial for trial in result.trials if is_coarse(result, trial) == coarse]
     done = [trial for trial in here if trial.state == "complete" and trial.objective is not None]
-    best = np.minimum.accumulate([float(trial.objective or 0.0) for trial in done]).tolist()
+    best = np.minimum.accumulate([_minimised(trial) for trial in done]).tolist()
     numbers = [trial.number for trial in done]
     return {
         "x": [*numbers, *(trial.number for trial in here[-1:] if numbers)],

@@ -27,8 +27,11 @@ class Column:
 
 
 def measures(fold: LearnedFold) -> list[Column]:
-    """The learned fold and, beside it, the fixed trajectories."""
-    return [Column("learned", fold.result.best_trial), *(Column(each.label, each) for each in fold.result.baselines)]
+    """The learned fold and, beside it, the trial of least C where that is another, and the fixed trajectories."""
+    least = fold.result.least_objective
+    other = [] if least is None or least.number == fold.result.best else [Column("least C", least)]
+    fixed = [Column(each.label, each) for each in fold.result.baselines]
+    return [Column("learned", fold.result.best_trial), *other, *fixed]
 
 
 def parameters(fold: LearnedFold) -> Facts:

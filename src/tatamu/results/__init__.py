@@ -7,7 +7,7 @@ from tatamu.results.folder import ResultFolder
 from tatamu.results.inputs import Sources, keep_inputs, kept_input
 from tatamu.results.learned import MOMENTS, LearnedFold, read_fold
 from tatamu.results.manipulation import ArmPath, GraspPoint, ManipulationDescription, ViaPoints, describe_manipulation
-from tatamu.results.margins import AloneMargin, MarginsResult
+from tatamu.results.margins import AloneMargin, JointMargin, MarginsResult
 from tatamu.results.plan import FromFlat, PlanDescription, PlanResult, StepResult, describe_plan
 from tatamu.results.rebuilt import RebuiltFold, rebuild
 from tatamu.results.result import (
@@ -29,6 +29,7 @@ __all__ = [
     "Crossings",
     "FromFlat",
     "GraspPoint",
+    "JointMargin",
     "LearnedFold",
     "ManipulationDescription",
     "MarginsResult",

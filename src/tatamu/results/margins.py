@@ -52,6 +52,21 @@ class JointMargin(OpenRecord):
     """Of Clopper and Pearson, at 95 %."""
     mean_vertex_distance: Spread
 
+    @property
+    def headline(self) -> str:
+        """How sure the fold is: "holds in 98 % of 200 (95 to 99)"."""
+        low, high = self.interval
+        return f"holds in {100 * self.share:.0f} % of {self.draws} ({100 * low:.0f} to {100 * high:.0f})"
+
+    @property
+    def tone(self) -> str:
+        """How good that is, as a grade of the page."""
+        return "near-perfect" if self.interval[0] >= SURE else "fair" if self.share >= LIKELY else "failed"
+
+
+SURE, LIKELY = 0.95, 0.8
+"""A fold is sure if the interval of its share lies above the first, likely if the share is above the second."""
+
 
 class MeshUsed(OpenRecord):
     """The mesh that was simulated."""
@@ -91,5 +106,4 @@ class MarginsResult(OpenRecord):
     @property
     def headline(self) -> str:
         """How sure the fold is: "holds in 98 % of 200 (95 to 99)"."""
-        low, high = self.joint.interval
-        return f"holds in {100 * self.joint.share:.0f} % of {self.joint.draws} ({100 * low:.0f} to {100 * high:.0f})"
+        return self.joint.headline

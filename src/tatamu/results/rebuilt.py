@@ -89,6 +89,7 @@ def _task(fold: LearnedFold, spacing: float | None = None) -> Task:
         scale=asked.scale if asked else None,
         simulator=description.simulator,
         hands=hands,
+        fingers=description.fingers,
     )
     number = description.step[0] - 1 if description.step else 0
     return job.task(number, fold.start if number else None)

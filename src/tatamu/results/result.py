@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
+from tatamu.folding.fingers import Fingers
 from tatamu.folding.task import Asked, Task, digest
 from tatamu.material import Material
 from tatamu.records import OpenRecord
+from tatamu.results.margins import JointMargin
 from tatamu.scene import Index, Points
 
 Parameters = dict[str, int | float]
@@ -52,12 +54,16 @@ class _TrialHead(OpenRecord):
 class Trial(Scores, _TrialHead):
     """One trial of the study."""
 
-    UNSAID: ClassVar[frozenset[str]] = frozenset({"spacing", "expected_gain"})
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"spacing", "expected_gain", "worlds", "expected_objective"})
 
     spacing: float | None = None
     """Of the mesh that it ran on [m]; None: the task's. On a coarser mesh D is multiplied by the vertices' ratio."""
     expected_gain: float | None = None
     """Improvement that was expected of it, as a part of the best objective; None: the sampler did not say."""
+    worlds: int | None = None
+    """In how many worlds it was simulated, the undisturbed one among them; None: nothing was taken to be off."""
+    expected_objective: float | None = None
+    """l_x + alpha E[D] over them, or a quantile; an estimate where the trial could not win."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -91,7 +97,7 @@ class Baseline(Scores, _BaselineHead):
 class TaskDescription(OpenRecord):
     """The task of a study: two tasks are the same when their descriptions are."""
 
-    UNSAID: ClassVar[frozenset[str]] = frozenset({"hands", "robot", "step", "start"})
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"hands", "robot", "step", "start", "fingers"})
 
     garment: str
     size: list[float] | None = None
@@ -111,6 +117,8 @@ class TaskDescription(OpenRecord):
     """M: how many grasps there are to choose from."""
     hands: int = 2
     """How many hands fold."""
+    fingers: Fingers | None = None
+    """Of the hands; None: without thickness."""
     robot: str | None = None
     """The robot within whose reach the fold was learned."""
     step: tuple[int, int] | None = None
@@ -138,6 +146,7 @@ def describe_task(task: Task) -> TaskDescription:
         translation=fold.translation(int(fold.left[0])).tolist(),
         candidates=fold.candidates,
         hands=fold.hands,
+        fingers=fold.fingers if fold.fingers != Fingers() else None,
         robot=task.reach.robot if task.reach else None,
         step=task.step if several else None,
         start=digest(fold.start) if several else None,
@@ -175,7 +184,9 @@ class Crossings(OpenRecord):
 class Result(OpenRecord):
     """The study: its task, its search, its trials."""
 
-    UNSAID: ClassVar[frozenset[str]] = frozenset({"parallel", "first", "coarse", "until_gain", "bounds"})
+    UNSAID: ClassVar[frozenset[str]] = frozenset(
+        {"parallel", "first", "coarse", "until_gain", "bounds", "disturbances", "worlds", "quantile", "judged"}
+    )
 
     version: Literal[1]
     tatamu: str = ""
@@ -194,12 +205,21 @@ class Result(OpenRecord):
     """The search ended by itself when less than this part of the best objective was expected; None: it did not."""
     bounds: dict[str, list[float]] = Field(default_factory=dict)
     """Least and greatest value that the search could choose, by parameter; empty where a version did not write it."""
+    disturbances: dict[str, Any] | None = None
+    """All that was taken not to be known; None: the objective is C of Eq. (10), where nothing is off."""
+    worlds: int | None = None
+    """Disturbed worlds of a trial that may have won."""
+    quantile: float | None = None
+    """The quantile of the objective that was minimised; None: its mean."""
+    judged: JointMargin | None = None
+    """How sure the best fold is, in worlds in which it was not learned; None: nobody asked."""
     asked: Asked | None = None
     """None in folders of versions that did not write it."""
     wall_seconds: float | None = None
     """Sum of the trials' seconds [s]."""
     best: Index | None
-    """Number of the complete trial of least objective on the task's own mesh; None: all failed."""
+    """Number of the complete trial of least objective on the task's own mesh, of least expected objective where
+    something is taken to be off; None: all failed."""
     crossings: Crossings | None = None
     """Of the best trial; None: all failed."""
     trials: Annotated[list[Trial], Field(min_length=1)]
@@ -213,6 +233,13 @@ class Result(OpenRecord):
 
     def _complete(self) -> list[Trial]:
         return [trial for trial in self.trials if trial.number == self.best and trial.state == "complete"]
+
+    @property
+    def least_objective(self) -> Trial | None:
+        """The complete trial of least C on the task's own mesh, the paper's best; None: all failed there."""
+        complete = [trial for trial in self.trials if trial.state == "complete"]
+        here = [trial for trial in complete if self.coarse is None or trial.spacing != self.coarse]
+        return min(here, key=lambda trial: (trial.objective or 0.0, trial.number), default=None)
 
     @property
     def best_trial(self) -> Trial:

@@ -1,0 +1,66 @@
+"""Fingers: one under the cloth and one over it, so that no hand carries cloth lower than its lower finger allows.
+
+A hand that closes takes the cloth off the table by the thickness of its lower finger. It carries it no lower than that
+over whatever lies below, the table or layers of cloth, and opens there; the cloth falls by the finger's thickness, and
+the finger is drawn out from under it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+from pydantic import Field
+
+from tatamu.folding.layers import Surface
+from tatamu.material import Number
+from tatamu.records import Record
+
+if TYPE_CHECKING:
+    from tatamu.folding.fold import Fold
+
+LIES = 0.02
+"""Cloth lies below a hand again where it has come this far [m]; nearer to its grasp the cloth hangs from it."""
+
+
+class Fingers(Record):
+    """The fingers of a hand; without any, cloth is carried as if they had no thickness."""
+
+    thickness: Annotated[Number, Field(ge=0.0, le=0.05)] = 0.0
+    """Of the lower finger [m]."""
+    width: Annotated[Number, Field(gt=0.0, le=0.15)] = 0.03
+    """Of the pad along the edge [m]."""
+
+
+def lowest(fold: Fold, vertex: int, moved: np.ndarray) -> np.ndarray:
+    """The least displacement upwards at which the lower finger clears what lies below it [m], shape (k,).
+
+    Args:
+        fold: The fold.
+        vertex: The grasped one.
+        moved: Displacements of the hand [m], shape (k, 3).
+    """
+    half = 0.5 * fold.garment.material.thickness
+    underside = fold.start[fold.patch(vertex), 2].min() - half
+    come = np.linalg.norm(moved[:, :2], axis=1)
+    below = _lying(fold).height(fold.start[vertex, :2] + moved[:, :2])
+    return np.clip(come / LIES, 0.0, 1.0) * below + fold.lift - underside
+
+
+def cleared(fold: Fold, vertex: int, moved: np.ndarray) -> np.ndarray:
+    """Displacements of a hand [m], shape (k, 3), raised where its lower finger would touch what lies below it.
+
+    The release stays as it is: it is as high as the finger must be over the layers there.
+    """
+    if not fold.lift:
+        return moved
+    raised = moved.copy()
+    raised[:-1, 2] = np.maximum(moved[:-1, 2], lowest(fold, vertex, moved)[:-1])
+    return raised
+
+
+def _lying(fold: Fold) -> Surface:
+    """The upper surface of the cloth before the fold, its loops pressed."""
+    garment = fold.garment
+    pressed = np.column_stack([fold.start[:, :2], fold.stacks.middle])
+    return Surface.of(pressed, garment.faces, garment.material.thickness, 0.5 * garment.spacing)

@@ -1,0 +1,105 @@
+"""Fingers: cloth is carried, and let go, no lower than the lower finger allows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tatamu import InputError
+from tatamu.disturbances import Disturbances, World, disturbed_scene, load_disturbances
+from tatamu.folding.baselines import BASELINES
+from tatamu.folding.fingers import Fingers, lowest
+from tatamu.folding.manipulation import Manipulation, scene_of
+from tatamu.folding.task import Task, make_job, make_task
+from tatamu.learning import learn
+from tatamu.learning.space import search_space
+from tatamu.margins.subject import subject_of
+from tatamu.results import read_fold, rebuild
+
+SMALL = {"spacing": 0.04, "size": (0.24, 0.5)}
+THICK = Fingers(thickness=0.008, width=0.02)
+LOW = {"x1": 0.3, "z1": 0.002, "x2": 0.4, "z2": 0.002, "g1": 0, "g2": 0}
+
+
+@pytest.fixture(scope="module")
+def task() -> Task:
+    return make_task("towel", fingers=THICK, **SMALL)
+
+
+def clearance(task: Task, manipulation: Manipulation) -> float:
+    """The least distance of a lower finger from what lies below it [m]."""
+    fold = task.fold
+    gaps = [
+        (gripper.displacements[:, 2] - lowest(fold, vertex, gripper.displacements))[len(gripper.times) - frames :].min()
+        for gripper, vertex in zip(scene_of(fold, manipulation).grippers, manipulation.grasps, strict=True)
+        for frames in [len(manipulation.motion()[0])]
+    ]
+    return float(min(gaps))
+
+
+def test_hands_without_fingers_are_as_they_were() -> None:
+    bare = make_task("towel", **SMALL)
+    thin = make_task("towel", fingers=Fingers(), **SMALL)
+    scenes = [scene_of(each.fold, each.manipulation(LOW)).model_dump_json() for each in (bare, thin)]
+    assert scenes[0] == scenes[1]
+    assert search_space(bare.fold, "integer")["z1"].low == 0.0
+
+
+def test_no_finger_touches_what_lies_below_it(task: Task) -> None:
+    bare = replace(task, fold=replace(task.fold, fingers=Fingers()))
+    for name, (_, make) in BASELINES.items():
+        assert clearance(task, make(task.fold)) > -1e-6, name
+    assert clearance(task, task.manipulation(LOW)) > -1e-6
+    low = scene_of(bare.fold, bare.manipulation(LOW)).grippers[0].displacements[:, 2]
+    assert low.max() < THICK.thickness  # without fingers it is drawn over the table
+
+
+def test_hands_take_the_cloth_off_the_table_and_let_go_a_finger_above_the_layers(task: Task) -> None:
+    manipulation = task.manipulation(LOW)
+    gripper = scene_of(task.fold, manipulation).grippers[0]
+    assert gripper.displacements[0, 2] == 0.0 and gripper.times[0] == 0.0
+    assert gripper.displacement(0.1)[2] == pytest.approx(THICK.thickness, abs=1e-6)
+    thickness = task.fold.garment.material.thickness
+    assert gripper.displacements[-1, 2] == pytest.approx(THICK.thickness + thickness, abs=1e-6)
+    assert manipulation.curves[0].control[0, 2] - manipulation.positions[0][2] == pytest.approx(THICK.thickness)
+
+
+def test_the_search_stays_above_the_release(task: Task) -> None:
+    space = search_space(task.fold, "integer")
+    assert space["z1"].low == space["z2"].low == pytest.approx(task.fold.garment.material.thickness, abs=1e-6)
+
+
+def test_a_fold_with_fingers_lies_as_well(task: Task) -> None:
+    found = task.evaluate(task.manipulation({**LOW, "x1": 0.05, "z1": 0.2, "z2": 0.1}))
+    assert found.score is not None and found.score.mean_vertex_distance < 0.006
+
+
+def test_a_finger_that_is_too_low_bears_down(task: Task) -> None:
+    manipulation = task.manipulation(LOW)
+    scene = disturbed_scene(task.fold, manipulation, World({"hands.offset.up": -0.003}))
+    below = scene.cloth.vertices[scene.grippers[0].vertices, 2].min() + scene.grippers[0].displacements[:, 2]
+    assert below.min() == pytest.approx(0.5 * task.fold.garment.material.thickness, abs=1e-6)
+    high = disturbed_scene(task.fold, manipulation, World({"hands.offset.up": 0.003}))
+    assert high.grippers[0].displacements[-1, 2] == pytest.approx(THICK.thickness + 0.002 + 0.003, abs=1e-6)
+
+
+def test_fingers_stand_in_the_file_and_in_the_folder(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text("[fingers]\nthickness = 0.008\nwidth = 0.02\n")
+    disturbances = load_disturbances(str(tmp_path / "mine.toml"))
+    assert disturbances is not None and disturbances.fingers == THICK
+    (tmp_path / "mine.toml").write_text("[fingers]\nthickness = -0.008\n")
+    with pytest.raises(InputError, match=r"fingers\.thickness"):
+        load_disturbances(str(tmp_path / "mine.toml"))
+    assert Disturbances().fingers == Fingers()
+    folder = tmp_path / "learned"
+    learn(make_job("towel", fingers=THICK, **SMALL).task(0), folder, trials=4, baselines=False)  # type: ignore[arg-type]
+    assert read_fold(folder).result.task.fingers == THICK
+    again = rebuild(folder)
+    assert again.task.fold.fingers == THICK
+    _, own = subject_of(folder)
+    scene = scene_of(own.task.fold, own.manipulation)
+    for one, other in zip(scene.grippers, again.fold.scene.grippers, strict=True):
+        assert one.displacements == pytest.approx(np.asarray(other.displacements), abs=1e-9)

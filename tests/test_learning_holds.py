@@ -1,0 +1,171 @@
+"""Learning in expectation: worlds are simulated where they decide, and the same study comes out again."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tatamu import InputError
+from tatamu.disturbances import CALM, Disturbances, World, load_disturbances
+from tatamu.folding.manipulation import Manipulation
+from tatamu.folding.task import Outcome, Task
+from tatamu.learning import Expectation, as_begun, learn
+from tatamu.learning.evaluation import submitted
+from tatamu.learning.expectation import Demand, Standing, expected
+from tatamu.report.page import page
+from tatamu.results import ResultFolder, read_fold
+from tests.test_learning import task, timeless
+
+X = {"x1": 0.05, "z1": 0.2, "x2": 0.4, "z2": 0.1, "g1": 0, "g2": 0}
+
+
+def usual(**more: Any) -> Expectation:
+    disturbances = load_disturbances("default")
+    assert disturbances is not None
+    return Expectation(disturbances, **{"worlds": 4, **more})
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[World]:
+    """Worlds that were simulated, in which a fold is worse by how far its hands are off upwards."""
+    worlds: list[World] = []
+
+    def known(task: Task, manipulation: Manipulation, world: World) -> Outcome:
+        worlds.append(world)
+        return Outcome(None, 1.0 + abs(world["hands.offset.up"]), None, None)
+
+    monkeypatch.setattr("tatamu.learning.expectation.outcome_in", known)
+    return worlds
+
+
+class Calm(Outcome):
+    @property
+    def failed(self) -> bool:
+        return False
+
+
+def found(standing: Standing | None, calm: float = 1.0, worlds: int = 12, **more: Any) -> Any:
+    expectation = Expectation(Disturbances.model_validate({"hands": {"offset": [0, 0, 0.1]}}), worlds=worlds, **more)
+    demand = Demand(expectation, expectation.drawn(0), standing)
+    small = task()
+    return expected(small, small.manipulation(X), Calm(None, calm, None, None), demand), demand
+
+
+def test_the_first_trial_is_simulated_in_all_worlds(asked: list[World]) -> None:
+    result, demand = found(None)
+    assert asked == list(demand.worlds) and result.worlds == 13
+    assert result.objective == pytest.approx(1.0 + np.mean([abs(w["hands.offset.up"]) for w in asked]))
+
+
+def test_a_quantile_takes_the_place_of_the_mean(asked: list[World]) -> None:
+    result, demand = found(None, quantile=0.9)
+    assert result.objective == pytest.approx(np.quantile([1 + abs(w["hands.offset.up"]) for w in demand.worlds], 0.9))
+
+
+def test_a_trial_that_is_worse_where_nothing_is_off_is_simulated_once(asked: list[World]) -> None:
+    result, _ = found(Standing(0.95, 0.07))
+    assert not asked and result.worlds == 1 and result.objective == pytest.approx(1.07)
+
+
+def test_a_trial_ends_when_it_can_no_longer_win(asked: list[World]) -> None:
+    result, _ = found(Standing(1.001, 0.0))
+    assert len(asked) == 4 and result.worlds == 5 and result.objective > 1.001
+    whole, _ = found(Standing(2.0, 0.0))
+    assert whole.worlds == 13 and whole.objective < 2.0
+
+
+def test_a_failed_trial_needs_no_worlds(asked: list[World]) -> None:
+    small = task()
+    demand = Demand(usual(), usual().drawn(0))
+    result = expected(small, small.manipulation(X), Outcome(None, 9.0, "tore", None), demand)
+    assert (result.objective, result.worlds, asked) == (9.0, 1, [])
+
+
+def test_worlds_that_fail_count_with_the_penalty(monkeypatch: pytest.MonkeyPatch) -> None:
+    small = task()
+    manipulation = small.manipulation(X)
+    wild = Disturbances.model_validate({"grasp": {"into": 0.05, "along": 0.2}})
+    demand = Demand(Expectation(wild, worlds=8), Expectation(wild, worlds=8).drawn(0))
+    calm = small.evaluate(manipulation)
+    result = expected(small, manipulation, calm, demand)
+    assert result.worlds == 9 and result.objective > calm.objective + 0.1
+
+
+def test_worlds_are_simulated_on_the_coarser_mesh_in_the_numbers_of_the_finer_one() -> None:
+    own = replace(task(spacing=0.02), coarser=task())
+    demand = Demand(usual(), usual().drawn(0))
+    calm = Demand(usual(), (CALM,) * 4)
+    with ThreadPoolExecutor(2) as pool:
+        manipulation = own.manipulation(X)
+        fine = submitted(pool, own, manipulation, np.inf, X, demand=demand).ended("")
+        still = submitted(pool, own, manipulation, np.inf, X, demand=calm).ended("")
+        alone = submitted(pool, own, manipulation, demand=demand).ended("")
+    assert fine.expected is not None and still.expected is not None and alone.expected is not None
+    assert still.expected.objective == pytest.approx(still.outcome.objective)
+    added = fine.expected.objective - fine.outcome.objective
+    assert added == pytest.approx(alone.expected.objective - alone.outcome.objective, rel=0.4)
+    assert added > 0.01
+
+
+@pytest.fixture(scope="module", autouse=True)
+def judged_briefly() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("tatamu.learning.runner.JUDGED", 6)
+        yield
+
+
+@pytest.fixture(scope="module")
+def learned(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("holds")
+    learn(task(), folder, trials=5, expectation=usual(), baselines=False)
+    return folder
+
+
+def test_the_folder_says_what_was_expected(learned: Path) -> None:
+    data = json.loads((learned / "result.json").read_text())
+    assert Disturbances.model_validate(data["disturbances"]) == load_disturbances("default")
+    best = data["trials"][data["best"]]
+    assert best["expected_objective"] == min(trial["expected_objective"] for trial in data["trials"])
+    assert best["worlds"] == 5 and {trial["worlds"] for trial in data["trials"]} <= {0, 1, 5}
+    assert best["objective"] == pytest.approx(best["trajectory_length"] + 0.01 * best["shape_distance"])
+    assert data["judged"]["draws"] == 6
+    least = ResultFolder(learned).result.least_objective
+    assert least is not None and least.objective == min(t["objective"] for t in data["trials"] if t["objective"])
+
+
+def test_the_page_says_how_sure_the_fold_is(learned: Path) -> None:
+    judged = ResultFolder(learned).result.judged
+    assert judged is not None and judged.headline in page(read_fold(learned))
+
+
+def test_a_study_is_the_same_in_parts_and_on_other_workers(learned: Path, tmp_path: Path) -> None:
+    with ThreadPoolExecutor(1) as pool:
+        learn(task(), tmp_path, trials=2, expectation=usual(), baselines=False, executor=pool)
+    learn(task(), tmp_path, trials=5, expectation=usual(), baselines=False)
+    assert timeless(tmp_path) == timeless(learned)
+
+
+def test_a_study_of_other_disturbances_is_another(learned: Path) -> None:
+    for other in (None, usual(quantile=0.9), usual(worlds=8)):
+        with pytest.raises(InputError, match="another study"):
+            learn(task(), learned, trials=6, expectation=other)
+    assert as_begun(learned) == (True, usual())
+
+
+def test_where_nothing_is_off_nothing_is_said_of_it(tmp_path: Path) -> None:
+    learn(task(), tmp_path, trials=2, baselines=False)
+    text = (tmp_path / "result.json").read_text()
+    assert not any(word in text for word in ("worlds", "disturbances", "expected", "judged", "quantile"))
+    assert as_begun(tmp_path) == (True, None)
+
+
+def test_quantiles_are_shares() -> None:
+    with pytest.raises(InputError, match="quantile"):
+        usual(quantile=1.0)
