@@ -13,6 +13,7 @@ import pytest
 
 from tatamu.rollout import Rollout
 from tatamu.simulators import simulate
+from tatamu.validation.real.registry import TESTS
 
 FOLDER = Path(__file__).parent.parent / "benchmarks"
 
@@ -100,6 +101,8 @@ def test_every_benchmark_publishes_under_names_that_have_a_place(modules: Any) -
     made |= {f"agreement: {part}" for part in modules("crosscheck").PARTS}
     made |= {f"agreement: {part}, each" for part in ("small", "towel")}
     made |= {f"search: {part}" for part in (*modules("search").GARMENTS, "answers", "pair")}
+    made |= {f"real: {name}" for name in TESTS}
+    made |= {f"cluster: {part}" for part in ("storm", "overhead", "busy", "constants", "thousand")}
     made |= {"checks", "fold", "cloth", "time", "run", "outcomes", "answers"}  # of `simulators` and `paper_numbers`
     assert named | made == places
 

@@ -118,6 +118,7 @@ def test_a_run_that_is_killed_goes_on_to_the_same_result(tmp_path: Path) -> None
     learn_job(make_job("towel", **COARSE), tmp_path / "once", trials=6)
     folder = tmp_path / "twice"
     arguments = ["towel", "--size", "0.24x0.5", "--spacing", "0.04", "--trials", "6", "--out", str(folder)]
+    arguments += ["--disturbances", "none"]
     command = [sys.executable, "-c", "from tatamu.cli import main; main()", "learn", *arguments]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
     while process.poll() is None and _told(folder) < 1:

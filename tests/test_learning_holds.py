@@ -100,7 +100,7 @@ def test_worlds_that_fail_count_with_the_penalty(monkeypatch: pytest.MonkeyPatch
 
 def test_worlds_are_simulated_on_the_coarser_mesh_in_the_numbers_of_the_finer_one() -> None:
     own = replace(task(spacing=0.02), coarser=task())
-    demand = Demand(usual(), usual().drawn(0))
+    demand = Demand(usual(worlds=12), usual(worlds=12).drawn(0))
     calm = Demand(usual(), (CALM,) * 4)
     with ThreadPoolExecutor(2) as pool:
         manipulation = own.manipulation(X)

@@ -11,6 +11,7 @@ import pytest
 
 from tatamu.cli import main
 from tatamu.errors import InputError
+from tatamu.learning import Progress
 from tatamu.material import PRESETS, load_material
 from tatamu.reproduction import Choices, Study, run
 from tatamu.reproduction.claims import claims, separation
@@ -150,7 +151,12 @@ def test_studies_go_on_where_they_stopped(tmp_path: Path, monkeypatch: pytest.Mo
     with pytest.raises(KeyboardInterrupt):
         run(choices, tmp_path / "out", stop)
     begun: list[tuple[int, int]] = []
-    studies = run(choices, tmp_path / "out", lambda garment, seed, now: begun.append((seed, now.done)))
+
+    def note(garment: str, seed: int, now: Progress) -> None:
+        if now.stage == "trials":
+            begun.append((seed, now.done))
+
+    studies = run(choices, tmp_path / "out", note)
     assert begun == [(1, 1), (1, 2)], "the finished study is not run again, the other goes on"
     assert [study.seed for study in studies] == [0, 1]
     assert studies[0].fold.result.grasps == "continuous"
@@ -167,7 +173,7 @@ def test_wrong_words_are_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[
         (["--material", "towel=none"], "none"),
     ):
         with pytest.MonkeyPatch.context() as patch, pytest.raises(SystemExit) as stopped:
-            patch.setattr("sys.argv", ["tatamu", "reproduce", "--out", str(tmp_path), *words])
+            patch.setattr("sys.argv", ["tatamu", "reproduce", "--simulator", "native", "--out", str(tmp_path), *words])
             main()
         assert stopped.value.code == 2
         error = capsys.readouterr().err

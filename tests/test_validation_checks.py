@@ -326,7 +326,7 @@ def test_a_distance_after_contact_is_explained_and_not_judged() -> None:
     apart[30, 2] = 0.005
     apart[-1] = 0.001
     said = symmetry._explained(apart, 60.0)
-    assert said.startswith("one vertex, after 0.5 s; all of them then 0.0013 m on average, at the end 0.001 m.")
+    assert said.startswith("one vertex, after 0.5 s; all of them then 0.0013 m on average, at the end 0.001 m")
     assert "not judged" in said
 
 

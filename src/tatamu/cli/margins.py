@@ -64,6 +64,7 @@ def margins(
     from tatamu.disturbances import Limits
     from tatamu.results import ResultFolder
 
+    given = None if disturbances is None else _load(disturbances)
     if not 0.0 < distance <= 1.0:
         raise InputError(f"--distance: must be above 0 and at most 1 m, given {distance:g}")
     if not 0.0 <= iou <= 1.0:
@@ -77,16 +78,22 @@ def margins(
         raise InputError("--out: is for a single fold; give the folder of a step")
     with executor_at(scheduler) as executor:
         for step in steps:
-            _one(step, _disturbances(step, disturbances), out, draws, seed, simulator, limits, fine, executor)
+            _one(step, given or _disturbances(step), out, draws, seed, simulator, limits, fine, executor)
 
 
-def _disturbances(folder: ResultFolder, given: str | None) -> Disturbances:
-    from tatamu.disturbances import Disturbances, load_disturbances
+def _disturbances(folder: ResultFolder) -> Disturbances:
+    """The disturbances in which a fold was learned, or the usual ones."""
+    from tatamu.disturbances import Disturbances
 
     used = folder.result.disturbances
-    if given is None and used is not None:
-        return Disturbances.model_validate(used)
-    found = load_disturbances(given or "default")
+    return _load("default") if used is None else Disturbances.model_validate(used)
+
+
+def _load(given: str) -> Disturbances:
+    """The disturbances of that name or file."""
+    from tatamu.disturbances import load_disturbances
+
+    found = load_disturbances(given)
     if found is None:
         raise InputError("disturbances: must be default or a file .toml, given 'none', in which every fold holds")
     return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -142,7 +143,7 @@ def existing_place(folder: ResultFolder, database: SharedDatabase | None) -> Stu
     kept = shared_study(folder, database)
     if database is not None:
         return SharedPlace(database, kept) if kept else None
-    return FilePlace(folder.study_file) if folder.study_file.exists() else None
+    return FilePlace(folder.study_file) if os.path.exists(folder.study_file) else None
 
 
 def shared_study(folder: ResultFolder, database: SharedDatabase | None) -> str | None:
