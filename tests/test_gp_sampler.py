@@ -110,6 +110,16 @@ def test_every_whole_number_has_as_much_of_the_cube() -> None:
     assert len(counts) == 7 and counts.min() > 900 and (drawn == np.round(drawn)).all()
 
 
+def test_parameters_of_a_single_value_are_no_side_of_the_cube_but_are_parameters() -> None:
+    cube = UnitCube({**SPACE, "one": IntDistribution(3, 3)})
+    assert cube.dimensions == len(SPACE)
+    points = np.random.default_rng(6).random((4, len(SPACE)))
+    assert cube.values(cube.snapped(points))["one"].tolist() == [3.0] * 4
+    parameters = cube.parameters(cube.snapped(points)[0])
+    assert parameters["one"] == 3 and isinstance(parameters["one"], int)
+    assert cube.points([parameters]) == pytest.approx(cube.snapped(points)[:1])
+
+
 def length(parameters: Mapping[str, np.ndarray]) -> np.ndarray:
     """What is known of `objective`."""
     return 1.0 + np.abs(parameters["x"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ import pytest
 
 from tatamu import InputError
 from tatamu.disturbances import Disturbances, Limits, Verdict, World, load_disturbances
+from tatamu.errors import WorkerKilledError
 from tatamu.folding.task import make_task
 from tatamu.learning import learn
 from tatamu.margins import Measured, measure
@@ -81,6 +82,31 @@ def test_what_failed_in_the_simulator_counts(learned: Path, asked: list[World], 
     assert joint.draws == 20 and joint.held < 12
     assert joint.mean_vertex_distance.worst > 0.1  # twice what untouched cloth has
     assert measured.draws[0].verdict.error == "tore"
+
+
+def test_a_world_that_kills_its_workers_has_failed_and_ends_nothing(
+    learned: Path, asked: list[World], tmp_path: Path
+) -> None:
+    class Deadly(Executor):
+        """Worlds with the hands far up kill the workers that simulate them."""
+
+        def submit(self, function: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+            ended: Future[Any] = Future()
+            if args[2]["hands.offset.up"] > 0.003:
+                ended.set_exception(WorkerKilledError("killed 3 workers"))
+            else:
+                ended.set_result(function(*args, **kwargs))
+            return ended
+
+    measured = run(learned, tmp_path, executor=Deadly())
+    killed = [draw for draw in measured.draws if draw.world["hands.offset.up"] > 0.003]
+    assert killed and all(draw.verdict == Verdict(None, None, "killed 3 workers") for draw in killed)
+    by_name = {margin.name: margin for margin in measured.result.alone}
+    high = by_name["hands.offset.up"].high
+    assert high is not None and high <= 0.003
+    assert measured.result.joint.held <= measured.result.joint.draws - len(killed)
+    count = len(asked)
+    assert run(learned, tmp_path).result == measured.result and len(asked) == count, "a later run goes on"
 
 
 def test_nothing_is_simulated_twice_and_a_torn_line_costs_one_simulation(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import repeat
 from pathlib import Path
 
@@ -175,6 +176,16 @@ def timeless(folder: Path) -> str:
     for record in data["trials"]:
         del record["seconds"]
     return json.dumps(data)
+
+
+@pytest.mark.parametrize(("sampler", "coarse"), [("gp", False), ("gp", True), ("cmaes", False), ("lm", False)])
+def test_a_garment_with_one_candidate_for_each_hand_is_learned(tmp_path: Path, sampler: str, coarse: bool) -> None:
+    one, other = (make_task("towel", spacing=spacing, size=(0.30, 0.50)) for spacing in (0.06, 0.07))
+    assert one.fold.candidates == other.fold.candidates == 1
+    learning = replace(one, coarser=other) if coarse else one
+    learn(learning, tmp_path, trials=3, sampler=sampler, baselines=False, parallel=1)
+    trials = ResultFolder(tmp_path).result.trials
+    assert all(trial.parameters["g1"] == trial.parameters["g2"] == 0 for trial in trials)
 
 
 @pytest.mark.parametrize("sampler", ["lm", "cmaes"])

@@ -14,6 +14,7 @@ from tatamu.errors import InputError
 from tatamu.records import Record
 
 if TYPE_CHECKING:
+    from tatamu.disturbances import Disturbances
     from tatamu.folding.task import Job, Reach
     from tatamu.learning import Expectation
     from tatamu.learning.database import SharedDatabase
@@ -64,19 +65,29 @@ class LearnOptions(Record):
         Raises:
             InputError: An option is wrong.
         """
-        from tatamu.disturbances import load_disturbances
         from tatamu.learning import Expectation, as_begun
 
         begun, held = as_begun(out) if out is not None else (False, None)
         if begun and self.disturbances is None and self.quantile is None:
             return held
-        chosen = load_disturbances(self.disturbances or "default")
+        chosen = self._disturbances()
         if chosen is None and self.quantile is not None:
             raise InputError("quantile: is of the objective in disturbed worlds, and --disturbances none has none")
         if chosen is None:
             return None
         usual = QUANTILE if self.quantile is None else self.quantile
         return Expectation(chosen, None if usual == "mean" else usual)
+
+    def _disturbances(self) -> Disturbances | None:
+        """The disturbances that were asked for, the robot's own, or the usual ones; None: none are wanted."""
+        from tatamu.disturbances import load_disturbances
+
+        own = None
+        if self.disturbances is None and self.robot is not None and self.robot.endswith(".toml"):
+            from tatamu.robots.description import disturbances_of
+
+            own = disturbances_of(Path(self.robot))
+        return own or load_disturbances(self.disturbances or "default")
 
     def job(self, out: Path | None = None) -> Job:
         """The garment and the plan that folds it, of a study that may have begun in the folder `out`.

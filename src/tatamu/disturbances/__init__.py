@@ -3,7 +3,13 @@
 A world turns a fold and a manipulation into a scene; it knows no simulator.
 """
 
-from tatamu.disturbances.description import Disturbances, load_disturbances, read_disturbances, with_calibrated
+from tatamu.disturbances.description import (
+    Disturbances,
+    disturbances_in,
+    load_disturbances,
+    read_disturbances,
+    with_calibrated,
+)
 from tatamu.disturbances.disturbed import disturbed_scene
 from tatamu.disturbances.verdict import Limits, Share, Verdict, judge, share_of
 from tatamu.disturbances.world import CALM, CHANNELS, Channel, Stream, World, deviations, drawn, spread
@@ -19,6 +25,7 @@ __all__ = [
     "Verdict",
     "World",
     "deviations",
+    "disturbances_in",
     "disturbed_scene",
     "drawn",
     "judge",

@@ -5,6 +5,7 @@ docs/reference/disturbances.md explains every field. Numbers are standard deviat
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -175,9 +176,20 @@ def read_disturbances(path: Path) -> Disturbances:
     Raises:
         InputError: The file cannot be read, or a field is wrong; the message names both.
     """
-    value = read_toml(path)
-    value.pop("source", None)
-    return validated(Disturbances, value, path)
+    return disturbances_in(read_toml(path), path)
+
+
+def disturbances_in(value: Mapping[str, Any], source: Path | str) -> Disturbances:
+    """The disturbances of plain data, as a file holds them.
+
+    Args:
+        value: The tables; [source] is not read.
+        source: Where they are from, for the message.
+
+    Raises:
+        InputError: A field is wrong; the message names it and the source.
+    """
+    return validated(Disturbances, {name: table for name, table in value.items() if name != "source"}, source)
 
 
 def with_calibrated(disturbances: Disturbances, path: Path, material: Material) -> Disturbances:

@@ -67,7 +67,7 @@ class GaussianProcessSampler(BaseSampler):
 
     def infer_relative_search_space(self, study: Study, trial: FrozenTrial) -> dict[str, BaseDistribution]:
         """The parameters that all finished trials have."""
-        return {name: each for name, each in self._space.calculate(study).items() if not each.single()}
+        return self._space.calculate(study)
 
     def sample_relative(
         self, study: Study, trial: FrozenTrial, search_space: dict[str, BaseDistribution]

@@ -10,14 +10,18 @@ from optuna.distributions import BaseDistribution, FloatDistribution, IntDistrib
 
 
 class UnitCube:
-    """Parameters as points of the unit cube; whole numbers as the middles of equal parts of a side."""
+    """Parameters as points of the unit cube; whole numbers as the middles of equal parts of a side.
+
+    Parameters of a single value have no side of the cube, but are among the parameters of every point.
+    """
 
     def __init__(self, space: Mapping[str, BaseDistribution]) -> None:
         """Make the cube of a search space of float and int distributions."""
         for name, distribution in space.items():
             if not isinstance(distribution, FloatDistribution | IntDistribution):
                 raise ValueError(f"{name}: must be a float or an int distribution, given {distribution}")
-        self._names = sorted(space)
+        self._single = {name: each.low for name, each in space.items() if each.single()}  # type: ignore[attr-defined]
+        self._names = sorted(space.keys() - self._single.keys())
         bounds = [space[name] for name in self._names]
         self._whole = np.array([isinstance(each, IntDistribution) for each in bounds])
         self._low = np.array([float(each.low) for each in bounds])  # type: ignore[attr-defined]
@@ -26,7 +30,7 @@ class UnitCube:
 
     @property
     def dimensions(self) -> int:
-        """How many parameters there are."""
+        """How many parameters have more than a single value."""
         return len(self._names)
 
     def points(self, parameters: Sequence[Mapping[str, Any]]) -> np.ndarray:
@@ -45,12 +49,14 @@ class UnitCube:
         """Parameters of snapped points by name, each of shape (p,)."""
         values = self._low + points * self._size - 0.5 * self._whole
         values[:, self._whole] = np.round(values[:, self._whole])
-        return dict(zip(self._names, values.T, strict=True))
+        single = {name: np.full(len(points), float(value)) for name, value in self._single.items()}
+        return {**dict(zip(self._names, values.T, strict=True)), **single}
 
     def parameters(self, point: np.ndarray) -> dict[str, float | int]:
         """Parameters of one snapped point, shape (d,)."""
         values = self.values(point[None])
-        return {
+        searched = {
             name: int(values[name][0]) if whole else float(values[name][0])
             for name, whole in zip(self._names, self._whole, strict=True)
         }
+        return {**searched, **self._single}

@@ -23,7 +23,7 @@ from tatamu.disturbances import (
     drawn,
     judge,
 )
-from tatamu.errors import InputError
+from tatamu.errors import InputError, WorkerKilledError
 from tatamu.margins.alone import LEAPS, Asking, Side
 from tatamu.margins.memory import Memory
 from tatamu.margins.subject import FoldOnMesh, coarse, subject_of
@@ -241,12 +241,20 @@ class _Queue:
                 ended, _ = wait(self._running, return_when=FIRST_COMPLETED)
                 for future in ended:
                     key, then = self._running.pop(future)
-                    verdict = future.result()
+                    verdict = _verdict_of(future)
                     self._asker.end(key, verdict)
                     then(verdict)
         finally:
             for future in self._running:
                 future.cancel()  # of a run that was interrupted
+
+
+def _verdict_of(future: Future[Verdict]) -> Verdict:
+    """The verdict of a simulation that has ended; one that ended the processes it ran in has failed."""
+    try:
+        return future.result()
+    except WorkerKilledError as error:
+        return Verdict(None, None, str(error))
 
 
 def _sides(disturbances: Disturbances) -> list[Side]:

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
+from tatamu.disturbances import Disturbances, disturbances_in, read_disturbances
 from tatamu.errors import InputError
 from tatamu.files import read_toml, validated
 from tatamu.records import Record
@@ -81,8 +82,17 @@ class Description(Record):
     """Lowest and highest table top that may be chosen, in the base [m]."""
     front: float = 0.1
     """Near edge of the table, along x of the base [m]."""
+    disturbances: str | dict[str, Any] | None = None
+    """Of this robot: a file of disturbances beside the description, or what such a file holds."""
     larm: ArmDescription
     rarm: ArmDescription
+
+    @field_validator("disturbances", mode="before")
+    @classmethod
+    def _check_disturbances(cls, value: Any) -> Any:
+        if not isinstance(value, dict) and not (isinstance(value, str) and value.endswith(".toml")):
+            raise ValueError(f"must be the name of a file .toml, or a table, given {value!r}")
+        return value
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -104,7 +114,8 @@ def described(path: Path) -> Robot:
     Raises:
         InputError: A file cannot be read, a field is wrong, or the model has no such joint or body.
     """
-    description = validated(Description, read_toml(path), path)
+    description = _read_description(path)
+    _disturbances(path, description)
     arms = {"larm": description.larm, "rarm": description.rarm}
     spec = _pair(path, arms) if description.model is None else _read(path, description.model)
     prefix = {name: f"{name}_" if description.model is None else "" for name in arms}
@@ -130,12 +141,13 @@ def described(path: Path) -> Robot:
 
 
 def files_of(path: Path) -> list[Path]:
-    """The files that a robot is made from: its description, the models that this names, and their meshes.
+    """The files that a robot is made from: its description, the models and disturbances that this names, and meshes.
 
     Raises:
-        InputError: The description or a model cannot be read.
+        InputError: The description or another file cannot be read.
     """
-    description = validated(Description, read_toml(path), path)
+    description = _read_description(path)
+    _disturbances(path, description)
     parts = (description, description.larm, description.rarm)
     models = dict.fromkeys(part.model for part in parts if part.model is not None)
     found = [path]
@@ -144,7 +156,31 @@ def files_of(path: Path) -> list[Path]:
         file = path.parent / model
         meshes = (file.parent / spec.meshdir / mesh.file for mesh in spec.meshes)
         found += [file, *(mesh for mesh in dict.fromkeys(meshes) if mesh.is_file())]
+    if isinstance(description.disturbances, str):
+        found.append(path.parent / description.disturbances)
     return found
+
+
+def disturbances_of(path: Path) -> Disturbances | None:
+    """The disturbances that a robot's description names or holds; None where it has none of its own.
+
+    Raises:
+        InputError: The description or the file that it names cannot be read, or a field is wrong.
+    """
+    return _disturbances(path, _read_description(path))
+
+
+def _read_description(path: Path) -> Description:
+    return validated(Description, read_toml(path), path)
+
+
+def _disturbances(path: Path, description: Description) -> Disturbances | None:
+    own = description.disturbances
+    if own is None:
+        return None
+    if isinstance(own, str):
+        return read_disturbances(path.parent / own)
+    return disturbances_in(own, f"{path}: disturbances")
 
 
 def _arm(name: str, arm: ArmDescription, prefix: str) -> Arm:

@@ -1,0 +1,119 @@
+"""A robot's description may say how far off the robot's hands are; `tatamu learn --robot` takes that."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("mujoco", reason="no MuJoCo here: pip install 'tatamu[robot]'")
+pytest.importorskip("mink")
+
+from tatamu.cli import main
+from tatamu.cli.learning import LearnOptions
+from tatamu.disturbances import Disturbances, load_disturbances
+from tatamu.errors import InputError
+from tatamu.results import Sources, keep_inputs
+from tatamu.robots import load
+from tatamu.robots.description import disturbances_of, files_of
+from tests.robots.arms import pair
+
+FILE = "[source]\nhands = 'measured'\n[hands]\nyaw = 0.02\n[fingers]\nthickness = 0.004\n"
+TABLE = "[disturbances.hands]\nyaw = 0.02\n[disturbances.fingers]\nthickness = 0.004\n"
+OWN = Disturbances.model_validate({"hands": {"yaw": 0.02}, "fingers": {"thickness": 0.004}})
+
+
+def with_file(folder: Path, text: str = FILE) -> Path:
+    """A pair whose disturbances are in a file in a folder beside the description."""
+    path = pair(folder)
+    path.write_text('disturbances = "known/hands.toml"\n' + path.read_text())
+    (folder / "known").mkdir()
+    (folder / "known" / "hands.toml").write_text(text)
+    return path
+
+
+def with_table(folder: Path, text: str = TABLE) -> Path:
+    path = pair(folder)
+    path.write_text(path.read_text() + text)
+    return path
+
+
+@pytest.mark.parametrize("make", [with_file, with_table])
+def test_learning_for_a_robot_takes_its_disturbances(tmp_path: Path, make: Callable[..., Path]) -> None:
+    robot = str(make(tmp_path))
+    load(robot)
+
+    def taken(**options: str) -> Disturbances | None:
+        expectation = LearnOptions(garment="towel", robot=robot, **options).expectation()
+        return None if expectation is None else expectation.disturbances
+
+    assert taken() == OWN
+    assert taken(disturbances="default") == load_disturbances("default")
+    assert taken(disturbances="none") is None
+
+
+def test_the_job_has_the_fingers_and_the_file(tmp_path: Path) -> None:
+    job = LearnOptions(garment="towel", size="0.24x0.50", spacing=0.04, robot=str(with_file(tmp_path))).job()
+    assert job.reach is not None and tmp_path / "known" / "hands.toml" in job.reach.files
+    assert job.fingers == OWN.fingers
+
+
+def test_a_robot_without_its_own_takes_the_usual_ones(tmp_path: Path) -> None:
+    for robot in (str(pair(tmp_path)), "hironx"):
+        expectation = LearnOptions(garment="towel", robot=robot).expectation()
+        assert expectation is not None and expectation.disturbances == load_disturbances("default")
+
+
+def test_the_file_goes_with_the_fold(tmp_path: Path) -> None:
+    (tmp_path / "own").mkdir()
+    keep_inputs(tmp_path, {"robot": Sources(files_of(with_file(tmp_path / "own")))})
+    shutil.rmtree(tmp_path / "own")
+    kept = tmp_path / "inputs" / "robot" / "pair.toml"
+    assert disturbances_of(kept) == OWN
+    load(str(kept))
+
+
+WRONG = [
+    (with_table, "[disturbances.hands]\nyaw = -0.1\n", "pair.toml: disturbances: hands.yaw"),
+    (with_table, "[disturbances]\nhand = 1\n", "pair.toml: disturbances: hand"),
+    (with_file, "[hands]\nyaw = -0.1\n", "hands.toml: hands.yaw"),
+]
+
+
+@pytest.mark.parametrize(("make", "text", "named"), WRONG)
+def test_a_wrong_field_is_one_line_and_nothing_is_written(
+    make: Callable[..., Path],
+    text: str,
+    named: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    robot = str(make(tmp_path, text))
+    monkeypatch.setattr("sys.argv", ["tatamu", "learn", "towel", "--robot", robot, "--out", str(tmp_path / "out")])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    said = capsys.readouterr().err
+    assert ended.value.code == 2 and named in said and said.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+    with pytest.raises(InputError, match="hand"):
+        load(robot)  # other commands refuse it too
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ('disturbances = "gone.toml"', "gone.toml: cannot be read"),
+        ("disturbances = 3", "disturbances: must be the name of a file .toml, or a table"),
+        ('disturbances = "default"', "disturbances: must be the name of a file .toml, or a table"),
+    ],
+)
+def test_what_is_no_file_and_no_table_is_refused(tmp_path: Path, line: str, said: str) -> None:
+    path = pair(tmp_path)
+    path.write_text(f"{line}\n" + path.read_text())
+    for read in (disturbances_of, files_of, lambda path: load(str(path))):
+        with pytest.raises(InputError, match=said) as error:
+            read(path)
+        assert "\n" not in str(error.value)
