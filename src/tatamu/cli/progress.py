@@ -287,4 +287,5 @@ def best(progress: Progress) -> str:
     """The best trial so far, in words."""
     if progress.best is None or progress.best_distance is None:
         return "no fold yet" if progress.done else "none has ended yet"
-    return f"best C = {progress.best:.4f}, {1000 * progress.best_distance:.1f} mm from the target"
+    objective = "objective in disturbed worlds" if progress.disturbed else "C"
+    return f"best {objective} = {progress.best:.4f}, {1000 * progress.best_distance:.1f} mm from the target"

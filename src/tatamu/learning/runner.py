@@ -49,6 +49,8 @@ class Progress:
     best_distance: float | None
     """Mean vertex distance of that trial [m]."""
     stage: Stage = "trials"
+    disturbed: bool = False
+    """Whether the objective is an expectation, or a quantile, over disturbed worlds; else it is C of Eq. (10)."""
 
 
 class Runner:
@@ -207,6 +209,7 @@ class Runner:
             best=None if best is None else done[best].value,
             best_distance=None if best is None else done[best].user_attrs["mean_vertex_distance"],
             stage=stage,
+            disturbed=self._expectation is not None,
         )
 
     def write(self, folder: ResultFolder, until_gain: float | None) -> Path:
