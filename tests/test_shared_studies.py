@@ -7,16 +7,18 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from threading import Thread
 
 import pytest
 from optuna.trial import create_trial
 
+from tatamu.cli.learning import LearnOptions
 from tatamu.errors import InputError, UnavailableError
-from tatamu.folding.task import make_task
-from tatamu.learning import learn
+from tatamu.folding.task import Task, make_task
+from tatamu.learning import Progress, learn
 from tatamu.learning.database import SharedDatabase, parse_storage, shared_database
 from tests import postgres
 from tests.test_learning import COARSE, timeless
@@ -218,3 +220,19 @@ def test_the_password_is_in_no_output_file_or_argument(server: postgres.Server, 
     assert postgres.PASSWORD not in output
     for file in (tmp_path / "a").iterdir():
         assert postgres.PASSWORD.encode() not in file.read_bytes(), file.name
+
+
+def test_the_command_goes_on_with_a_shared_study(database: SharedDatabase, tmp_path: Path) -> None:
+    """What the study takes not to be known is read from the database that holds it."""
+
+    @contextmanager
+    def silent(task: Task, trials: int) -> Iterator[Callable[[Progress], None]]:
+        yield lambda now: None
+
+    calm = LearnOptions(garment="towel", size="0.24x0.5", spacing=0.04, trials=1, baselines=False, disturbances="none")
+    calm.learn(calm.job(tmp_path, database), tmp_path, silent, None, database)
+    again = calm.model_copy(update={"disturbances": None, "trials": 2})
+    again.learn(again.job(tmp_path, database), tmp_path, silent, None, database)
+    result = json.loads((tmp_path / "result.json").read_text())
+    assert len(result["trials"]) == 2
+    assert result.get("disturbances") is None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import warnings
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
 
@@ -131,19 +132,28 @@ def learn(
         robot=robot,
         baselines=baselines,
     )
+    with ExitStack() as connections:
+        _learn(options, out, scheduler, storage, connections)
+
+
+def _learn(
+    options: LearnOptions, out: Path, scheduler: str | None, storage: str | None, connections: ExitStack
+) -> None:
+    """Learn, and say what came out; connections stay open until it has ended."""
     from tatamu.cli.progress import LearningDisplay, starting
 
-    with starting(f"laying out {garment}"):
+    with starting(f"laying out {options.garment}"):
         from tatamu.simulators import require
 
-        require(simulator)
-        job = options.job(out)
+        require(options.simulator)
         from tatamu.cli.verdict import conclusion, how_sure, kept, spoken
         from tatamu.cluster import executor_at
         from tatamu.folding.advice import UncarriedWarning, advice
         from tatamu.folding.baselines import BASELINES
         from tatamu.learning.database import shared_database  # last, as it takes seconds to import
 
+        database = connections.enter_context(shared_database(storage))
+        job = options.job(out, database)
         said = advice(job.garment, job.plan, job.hands)
     if job.garment.own:
         print(job.garment.statement)
@@ -152,10 +162,9 @@ def learn(
     for line in said:
         print(f"warning: {line}", file=sys.stderr)
     warnings.simplefilter("ignore", UncarriedWarning)  # said already
-    fixed = len(BASELINES) if baselines else 0
+    fixed = len(BASELINES) if options.baselines else 0
     try:
         with (
-            shared_database(storage) as database,
             executor_at(scheduler) as executor,
             LearningDisplay(job, options.most_trials, fixed, prepares=executor is None) as display,
         ):

@@ -59,17 +59,27 @@ class LearnOptions(Record):
 
         return Schedule(self.trials, 1).most
 
-    def expectation(self, out: Path | None = None) -> Expectation | None:
+    def expectation(self, out: Path | None = None, database: SharedDatabase | None = None) -> Expectation | None:
         """The expectation: as the study began in the folder `out`, or as given; not yet for a calibrated material.
 
         Raises:
             InputError: An option is wrong.
         """
-        from tatamu.learning import Expectation, as_begun
+        begun, held = self._held(out, database)
+        return held if begun else self._given()
 
-        begun, held = as_begun(out) if out is not None else (False, None)
-        if begun and self.disturbances is None and self.quantile is None:
-            return held
+    def _held(self, out: Path | None, database: SharedDatabase | None) -> tuple[bool, Expectation | None]:
+        """Whether a study that began says what is not known, as no option does, and what it says."""
+        from tatamu.learning import as_begun
+
+        if out is None or self.disturbances is not None or self.quantile is not None:
+            return False, None
+        return as_begun(out, database)
+
+    def _given(self) -> Expectation | None:
+        """The expectation of the options alone."""
+        from tatamu.learning import Expectation
+
         chosen = self._disturbances()
         if chosen is None and self.quantile is not None:
             raise InputError("quantile: is of the objective in disturbed worlds, and --disturbances none has none")
@@ -89,7 +99,7 @@ class LearnOptions(Record):
             own = disturbances_of(Path(self.robot))
         return own or load_disturbances(self.disturbances or "default")
 
-    def job(self, out: Path | None = None) -> Job:
+    def job(self, out: Path | None = None, database: SharedDatabase | None = None) -> Job:
         """The garment and the plan that folds it, of a study that may have begun in the folder `out`.
 
         Raises:
@@ -101,7 +111,7 @@ class LearnOptions(Record):
             raise InputError(f"grasps: must be integer or continuous, given {self.grasps!r}")
         if self.hands not in (None, 1, 2):
             raise InputError(f"hands: must be 1 or 2, given {self.hands}")
-        expected = self.expectation(out)
+        expected = self.expectation(out, database)
         return make_job(
             self.garment,
             size=None if self.size is None else parse_size(self.size),
@@ -131,25 +141,24 @@ class LearnOptions(Record):
             baselines=self.baselines,
             parallel=self.parallel,
             coarse=self.coarse,
-            expectation=self._calibrated(job, out),
+            expectation=self._calibrated(job, out, database),
             executor=executor,
             database=database,
             reporting=reporting,
         )
 
-    def _calibrated(self, job: Job, out: Path) -> Expectation | None:
+    def _calibrated(self, job: Job, out: Path, database: SharedDatabase | None) -> Expectation | None:
         """The expectation, with a calibrated material's own uncertainties; one that began has them already."""
         from tatamu.disturbances import with_calibrated
-        from tatamu.learning import as_begun
 
-        expected = self.expectation(out)
-        asked = self.disturbances is not None or self.quantile is not None or not as_begun(out)[0]
-        if expected is None or self.material is None or not asked:
-            return expected
-        return replace(
-            expected,
-            disturbances=with_calibrated(expected.disturbances, Path(self.material), job.garment.material),
-        )
+        begun, held = self._held(out, database)
+        if begun:
+            return held
+        given = self._given()
+        if given is None or self.material is None:
+            return given
+        known = with_calibrated(given.disturbances, Path(self.material), job.garment.material)
+        return replace(given, disturbances=known)
 
 
 def share(quantile: str | None) -> float | Literal["mean"] | None:
