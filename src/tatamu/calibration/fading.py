@@ -17,18 +17,16 @@ from typing import TYPE_CHECKING, Annotated, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from tatamu.calibration.drawing import swung
 from tatamu.calibration.edges import longest_edge
 from tatamu.calibration.elongation import HUNG_BY
 from tatamu.calibration.entry import Errors, TestEntry
 from tatamu.calibration.fit import Fit
 from tatamu.calibration.laboratory import Laboratory
-from tatamu.calibration.match import match
 from tatamu.calibration.parameters import LIMITS, PLACE
 from tatamu.calibration.quantity import Length, Lengths
 from tatamu.calibration.readings import Reading
-from tatamu.calibration.swing import LEAST, Swinging
-from tatamu.calibration.test import Changes, LaterTest, Readings, Specimen
+from tatamu.calibration.swing import LEAST, Swinging, SwungTest
+from tatamu.calibration.test import Changes, Readings, Specimen
 from tatamu.garments import Garment
 from tatamu.instruments.oscillation import swings
 from tatamu.material import Material
@@ -72,10 +70,9 @@ class FadingReadings(TestEntry):
 
 
 @dataclass(frozen=True)
-class Fading(LaterTest):
+class Fading(SwungTest):
     """The test of swings that fade."""
 
-    swinging: Swinging
     to: float
     """[m]"""
     counted: float
@@ -84,6 +81,8 @@ class Fading(LaterTest):
     name = "fading"
     title = "Fading: drag of the air q_n"
     parameter = "air_drag_quadratic"
+    unit = "-"
+    rising = False
     entry = FadingReadings
     needs = ("swing",)
     needs_because = "the air that swings with the cloth has to be slowed as well"
@@ -141,31 +140,7 @@ Let it fade, if you like: with $swing.                                       [fa
 
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
         """Search the drag at which it fades in as many swings."""
-        measured = readings["count"]
-
-        def reading(value: float) -> float:
-            changed = material.model_copy(update={self.parameter: value})
-            return self.reading(laboratory.run(self.scene(changed), self.name))
-
-        found = match(
-            reading,
-            measured.value,
-            self.guess(measured.value, material),
-            LIMITS[self.parameter],
-            WITHIN * measured.value,
-            lambda count: float(np.log(max(count, 1e-3))),
-        )
-        fit = Fit(
-            test=self.name,
-            parameter=self.parameter,
-            measured=measured.value,
-            uncertainty=measured.uncertainty,
-            aim=measured.value,
-            simulated=found.reading,
-            unit="-",
-            bound=None if found.reached else "at least" if found.reading > measured.value else "at most",
-            samples=found.samples,
-        )
+        found, fit = self.matched(laboratory, material, readings["count"], WITHIN)
         # the drag that was assumed gives way to the one that was found
         return material.model_copy(update={self.parameter: found.parameter, "air_drag": 0.0}), fit
 
@@ -191,7 +166,3 @@ Let it fade, if you like: with $swing.                                       [fa
             return []
         does = "fades sooner even without drag" if fit.bound == "at most" else "goes on longer whatever the drag"
         return [f"fading: {fit.measured:g} swings were counted, but the simulated cloth {does}: was the air still?"]
-
-    def drawing(self, shape: np.ndarray | None) -> str:
-        """See `CalibrationTest.drawing`."""
-        return swung(self.swinging, self.scene(self.swinging.garment.material).cloth.vertices)

@@ -10,10 +10,11 @@ by two corners is no plate; it is simulated, and m_a matched.
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 from pydantic import model_validator
@@ -24,7 +25,7 @@ from tatamu.calibration.elongation import HUNG_BY, Elongation, Grasp
 from tatamu.calibration.entry import Errors, TestEntry
 from tatamu.calibration.fit import Fit
 from tatamu.calibration.laboratory import Laboratory
-from tatamu.calibration.match import match
+from tatamu.calibration.match import Match, match
 from tatamu.calibration.parameters import LIMITS, PLACE
 from tatamu.calibration.quantity import Lengths, Times
 from tatamu.calibration.readings import Reading
@@ -131,16 +132,73 @@ class Swinging:
 
 
 @dataclass(frozen=True)
-class TenSwings(LaterTest):
-    """The test of ten swings."""
+class SwungTest(LaterTest):
+    """A test of how cloth swings that is held by two corners and let go from the side."""
 
     swinging: Swinging
+
+    unit: ClassVar[str]
+    """Of the reading."""
+    rising: ClassVar[bool]
+    """Whether the reading rises with the parameter."""
+
+    @abstractmethod
+    def reading(self, rollout: Rollout) -> float:
+        """The reading of a rollout."""
+
+    @abstractmethod
+    def guess(self, reading: float, material: Material) -> float:
+        """The parameter of a plate with that reading."""
+
+    def matched(
+        self, laboratory: Laboratory, material: Material, measured: Reading, within: float
+    ) -> tuple[Match, Fit]:
+        """The parameter at which the simulated reading is the measured one, to this part of itself, and how it fits."""
+
+        def reading(value: float) -> float:
+            changed = material.model_copy(update={self.parameter: value})
+            return self.reading(laboratory.run(self.scene(changed), self.name))
+
+        found = match(
+            reading,
+            measured.value,
+            self.guess(measured.value, material),
+            LIMITS[self.parameter],
+            within * measured.value,
+            lambda value: float(np.log(max(value, 1e-3))),
+            self.rising,
+        )
+        beyond = "at most" if (found.reading > measured.value) == self.rising else "at least"
+        fit = Fit(
+            test=self.name,
+            parameter=self.parameter,
+            measured=measured.value,
+            uncertainty=measured.uncertainty,
+            aim=measured.value,
+            simulated=found.reading,
+            unit=self.unit,
+            bound=None if found.reached else beyond,
+            samples=found.samples,
+        )
+        return found, fit
+
+    def drawing(self, shape: np.ndarray | None) -> str:
+        """See `CalibrationTest.drawing`."""
+        return swung(self.swinging, self.scene(self.swinging.garment.material).cloth.vertices)
+
+
+@dataclass(frozen=True)
+class TenSwings(SwungTest):
+    """The test of ten swings."""
+
     drag: float | None
     """Quadratic drag while nothing tells it [kg/m^3]; None: the material's."""
 
     name = "swing"
     title = "Swing: air that it carries m_a"
     parameter = "air_added_mass"
+    unit = "s"
+    rising = True
     entry = SwingReadings
     read = "time of ten swings"
     words = MappingProxyType({"ten_swings": "the time of ten swings"})
@@ -193,33 +251,7 @@ Swing it, if you like: for cloth that hands move fast.                       [sw
 
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
         """Search the added mass at which ten swings take as long."""
-        measured = readings["ten_swings"]
-
-        def reading(value: float) -> float:
-            changed = material.model_copy(update={self.parameter: value})
-            rollout = laboratory.run(self.scene(changed), self.name)
-            return self.reading(rollout)
-
-        found = match(
-            reading,
-            measured.value,
-            self.guess(measured.value, material),
-            LIMITS[self.parameter],
-            WITHIN * measured.value,
-            lambda seconds: float(np.log(max(seconds, 1e-3))),
-            rising=True,
-        )
-        fit = Fit(
-            test=self.name,
-            parameter=self.parameter,
-            measured=measured.value,
-            uncertainty=measured.uncertainty,
-            aim=measured.value,
-            simulated=found.reading,
-            unit="s",
-            bound=None if found.reached else "at most" if found.reading > measured.value else "at least",
-            samples=found.samples,
-        )
+        found, fit = self.matched(laboratory, material, readings["ten_swings"], WITHIN)
         return material.model_copy(update={self.parameter: found.parameter}), fit
 
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
@@ -247,7 +279,3 @@ Swing it, if you like: for cloth that hands move fast.                       [sw
             return []
         side = "faster than the cloth swings without air" if fit.bound == "at most" else "slower than with any air"
         return [f"swing: ten swings in {fit.measured:.1f} s are {side}: was each counted there and back?"]
-
-    def drawing(self, shape: np.ndarray | None) -> str:
-        """See `CalibrationTest.drawing`."""
-        return swung(self.swinging, self.scene(self.swinging.garment.material).cloth.vertices)

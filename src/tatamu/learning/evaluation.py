@@ -6,9 +6,7 @@ trials, before a trial is handed to the executor.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from contextlib import contextmanager
+from concurrent.futures import Executor, Future
 from dataclasses import dataclass, replace
 from time import perf_counter
 
@@ -25,7 +23,6 @@ from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.task import Outcome, Task
 from tatamu.learning.expectation import Demand, Expected, Standing, expected
 from tatamu.results.result import Parameters
-from tatamu.simulators.many import processors
 
 
 @dataclass(frozen=True)
@@ -185,17 +182,3 @@ def _on_coarser_mesh(task: Task, fine: Manipulation, there: Manipulation, demand
 def _alone(task: Task) -> Task:
     """The task without what an evaluation has no use for."""
     return replace(task, reach=None, coarser=None)
-
-
-@contextmanager
-def executor_of(given: Executor | None, pending: int) -> Iterator[Executor]:
-    """The executor given, or threads: as many as there are processors, and no more than pending trials."""
-    if given is not None:
-        yield given
-        return
-    with ThreadPoolExecutor(min(pending, processors())) as pool:
-        try:
-            yield pool
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise

@@ -15,7 +15,6 @@ from tatamu.errors import InputError
 from tatamu.folding.manipulation import trajectory_lengths
 from tatamu.folding.task import Task
 from tatamu.learning.database import SharedDatabase
-from tatamu.learning.evaluation import executor_of
 from tatamu.learning.expectation import Expectation
 from tatamu.learning.place import existing_place, held_place
 from tatamu.learning.runner import Progress, Runner
@@ -27,6 +26,7 @@ from tatamu.results import ResultFolder, describe_task
 from tatamu.results.folder import LEARNED
 from tatamu.results.result import Parameters
 from tatamu.simulators import SIMULATORS, capabilities
+from tatamu.simulators.many import executor_of
 
 PENDING = 4
 """Trials at a time unless somebody asks for another number, where the simulator runs several: the same number on any

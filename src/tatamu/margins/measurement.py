@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -31,7 +30,7 @@ from tatamu.results import RebuiltFold
 from tatamu.results.joint import joint_margin
 from tatamu.results.margins import AloneMargin, HoldLimits, MarginsResult, MeshUsed
 from tatamu.simulators import capabilities
-from tatamu.simulators.many import processors
+from tatamu.simulators.many import executor_of, processors
 
 DRAWS = 200
 """How many joint draws there are unless somebody asks for another number."""
@@ -103,7 +102,8 @@ def measure(
     coarser = None if fine or simulator not in (None, learned.simulator) else coarse(learned, own, limits)
     subject = coarser or own
     memory = Memory(out / KEPT)
-    with _executor_of(executor, subject.task.simulator) as workers:
+    threads = processors() if capabilities(subject.task.simulator).parallel else 1
+    with executor_of(executor, threads) as workers:
         asker = _Asker(workers, memory, progress)
         worlds = drawn(disturbances, draws, seed, Stream.MARGINS)
         sides = _sides(disturbances)
@@ -138,20 +138,6 @@ def check_draws(draws: int, seed: int) -> None:
         raise InputError(f"draws: must be from 1 to 100000, given {draws}")
     if not 0 <= seed < 2**32:
         raise InputError(f"seed: must be from 0 to {2**32 - 1}, given {seed}")
-
-
-@contextmanager
-def _executor_of(given: Executor | None, simulator: str) -> Iterator[Executor]:
-    """The executor given, or threads: as many as there are processors, one where the simulator runs one at a time."""
-    if given is not None:
-        yield given
-        return
-    with ThreadPoolExecutor(processors() if capabilities(simulator).parallel else 1) as pool:
-        try:
-            yield pool
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
 
 
 @dataclass

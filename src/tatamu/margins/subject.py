@@ -80,10 +80,10 @@ def on_mesh(subject: FoldOnMesh, task: Task) -> FoldOnMesh:
 
 
 def _fitted(control: np.ndarray, release: np.ndarray) -> np.ndarray:
-    """Control points (4, 3) [m] that end at another release, stretched sideways in proportion."""
+    """Control points (4, 3) [m] that end at another release, larger in proportion."""
     before = float(np.linalg.norm(control[-1, :2]))
     larger = float(np.linalg.norm(release[:2])) / before if before else 1.0
-    fitted = control * [larger, larger, larger]
+    fitted = control * larger
     fitted[-1] = release
     return fitted
 

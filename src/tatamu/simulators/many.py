@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import contextmanager
 
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
@@ -13,6 +14,20 @@ from tatamu.scene import Scene
 def processors() -> int:
     """How many processors this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@contextmanager
+def executor_of(given: Executor | None, most: int) -> Iterator[Executor]:
+    """The executor given, or threads: as many as there are processors, and no more than there is work for at a time."""
+    if given is not None:
+        yield given
+        return
+    with ThreadPoolExecutor(min(most, processors())) as pool:
+        try:
+            yield pool
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
 
 
 def side_by_side(simulate: Callable[[Scene], Rollout], scenes: Sequence[Scene]) -> list[Rollout]:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -22,6 +21,7 @@ from tatamu.files import read_json, write_json
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 from tatamu.simulators import simulate
+from tatamu.simulators.many import processors
 
 PARTS = ("simulators", "scene.py", "material.py")
 """Parts of the package on which a rollout depends."""
@@ -58,7 +58,7 @@ class Bench:
 
     def measure(self, experiments: Sequence[Experiment]) -> list[Values]:
         """The readings in the order of the experiments, several at a time."""
-        with ThreadPoolExecutor(max(1, min(len(experiments), _cores()))) as pool:
+        with ThreadPoolExecutor(max(1, min(len(experiments), processors()))) as pool:
             return list(pool.map(self._one, experiments))
 
     def _one(self, experiment: Experiment) -> Values:
@@ -78,10 +78,6 @@ class Bench:
     def _key(self, experiment: Experiment) -> str:
         known = [self.simulator, experiment.what, self.version, experiment.scene.model_dump_json()]
         return hashlib.sha256(json.dumps(known).encode()).hexdigest()[:24]
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @cache
