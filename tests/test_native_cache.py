@@ -63,13 +63,16 @@ def test_the_folder_that_is_looked_at_is_that_of_the_simulator() -> None:
 
 
 def test_what_a_second_process_compiles_is_what_time_stepping_calls() -> None:
-    """Another signature would be compiled in vain, and would lie beside the one that is called."""
+    """Another signature would be compiled in vain, and would lie on disk beside the one that is called.
+
+    Files are counted, not what this process compiled: where two begin without kernels, both compile some of them.
+    """
     load_kernels()
-    before = set(NATIVE.rglob("*.nbc"))
     compile_but_search()
-    assert set(NATIVE.rglob("*.nbc")) == before, "time stepping does not call all that was compiled"
     for kernel, _ in calls(Unsearched(smallest_scene()).system):
-        assert not kernel.stats.cache_misses, f"{kernel.__name__} is not on disk for these types"
+        name = f"{Path(kernel.py_func.__code__.co_filename).stem}.{kernel.__name__}"
+        kept = list(Path(kernel.stats.cache_path).glob(f"{name}-*.nbc"))
+        assert len(kept) == 1, f"{name} is on disk for {len(kept)} signatures"
 
 
 def test_there_is_no_second_process_where_kernels_are_on_disk(monkeypatch: pytest.MonkeyPatch) -> None:
