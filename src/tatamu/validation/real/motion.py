@@ -282,7 +282,8 @@ def _free_motion(signals: Sequence[np.ndarray], measured: Sequence[Recording]) -
 
 def decrement_line(fading: np.ndarray) -> np.ndarray:
     """Decrements at `AMPLITUDES`, by the line through amplitudes [m] and decrements of swings, shape (k, 2)."""
-    return np.asarray(np.polyval(np.polyfit(*fading.T, 1), AMPLITUDES))
+    amplitudes, decrements = fading.T
+    return np.asarray(np.polyval(np.polyfit(amplitudes, decrements, 1), np.array(AMPLITUDES)))
 
 
 def _periods(predictions: Sequence[Predicted], measured: Sequence[Recording]) -> list[Line]:
