@@ -14,14 +14,16 @@ from pathlib import Path
 
 import numpy as np
 
-from tatamu.disturbances import Limits, Stream, Verdict, drawn, load_disturbances
+from tatamu.disturbances import Limits, Stream, Verdict, World, drawn, load_disturbances
 from tatamu.disturbances.verdict import outcome_in
 from tatamu.files import read_json, write_json
-from tatamu.folding.task import Outcome, make_task
+from tatamu.folding.manipulation import Manipulation
+from tatamu.folding.task import Task, make_task
 from tatamu.learning import Progress, learn
 from tatamu.margins.subject import subject_of
 from tatamu.presentation.chart import Chart, axis, traces
 from tatamu.results import ResultFolder
+from tatamu.simulators.many import executor_of
 from tatamu.validation.real.bench import Bench
 from tatamu.validation.real.columns import Columns
 from tatamu.validation.real.section import Line, Section, Tabulated, reached
@@ -111,7 +113,7 @@ def _learned(seed: int, bench: Bench) -> Path:
             bench.tick(f"towel, seed {seed}")
         done = state.done
 
-    learn(task, folder, trials=TRIALS, seed=seed, baselines=False, progress=progress)
+    learn(task, folder, trials=TRIALS, seed=seed, baselines=False, executor=bench.executor, progress=progress)
     return folder
 
 
@@ -129,17 +131,19 @@ def _disturbed(folder: Path, seed: int, bench: Bench) -> list[tuple[float, bool]
     if not kept.exists():
         _, subject = subject_of(folder)
         worlds = drawn(disturbances, WORLDS, seed, Stream.MARGINS)
-        found = [_ended(outcome_in(subject.task, subject.manipulation, world)) for world in worlds]
-        write_json(kept, found)
+        with executor_of(bench.executor, WORLDS) as executor:
+            begun = [executor.submit(_ended_in, subject.task, subject.manipulation, world) for world in worlds]
+            write_json(kept, [each.result() for each in begun])
     for _ in range(WORLDS):
         bench.tick(f"towel, seed {seed}, disturbed")
     return [(float("nan") if error is None else error, holds) for error, holds in read_json(kept)]
 
 
-def _ended(outcome: Outcome) -> tuple[float | None, bool]:
-    if outcome.score is None:
+def _ended_in(task: Task, manipulation: Manipulation, world: World) -> tuple[float | None, bool]:
+    """E_f [%] of a fold in a world, None where it did not end, and whether it holds."""
+    score = outcome_in(task, manipulation, world).score
+    if score is None:
         return None, False
-    score = outcome.score
     return score.area_error, Verdict(score.mean_vertex_distance, score.mask_iou).holds(Limits())
 
 
