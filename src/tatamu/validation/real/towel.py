@@ -9,19 +9,23 @@ and it is all that is compared: neither the fabric nor the shape of the folds wa
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from tatamu.disturbances import Disturbances, Limits, Stream, Verdict, drawn, load_disturbances
+from tatamu.disturbances import Disturbances, Limits, Stream, Verdict, World, drawn, load_disturbances
 from tatamu.disturbances.verdict import outcome_in
 from tatamu.files import read_json, write_json
-from tatamu.folding.task import Outcome, make_job
-from tatamu.learning import Expectation, learn_job
+from tatamu.folding.manipulation import Manipulation
+from tatamu.folding.task import Task, make_job
+from tatamu.learning import Expectation, Progress, learn_job
 from tatamu.margins.subject import subject_of
 from tatamu.presentation.chart import Chart, axis, traces
 from tatamu.results import ResultFolder
+from tatamu.simulators.many import executor_of
 from tatamu.validation.real.bench import Bench
 from tatamu.validation.real.columns import Columns
 from tatamu.validation.real.section import Line, Section, Tabulated, reached
@@ -143,9 +147,29 @@ def _learned(seed: int, quantile: float | None, bench: Bench) -> Path:
     folder = bench.folder / f"{bench.version[:12]}-{how}-seed-{seed}"
     expectation = None if quantile is None else Expectation(_disturbances(), quantile)
     job = make_job("towel", size=SIZE, simulator=bench.simulator)
-    learn_job(job, folder, trials=TRIALS, seed=seed, baselines=False, expectation=expectation)
-    for _ in range(TRIALS):
-        bench.tick(f"towel, {how}, seed {seed}")
+
+    @contextmanager
+    def reporting(task: Task, trials: int) -> Iterator[Callable[[Progress], None]]:
+        done = 0
+
+        def progress(state: Progress) -> None:
+            nonlocal done
+            for _ in range(state.done - done):
+                bench.tick(f"towel, {how}, seed {seed}")
+            done = state.done
+
+        yield progress
+
+    learn_job(
+        job,
+        folder,
+        trials=TRIALS,
+        seed=seed,
+        baselines=False,
+        expectation=expectation,
+        executor=bench.executor,
+        reporting=reporting,
+    )
     return folder
 
 
@@ -167,17 +191,19 @@ def _disturbed(folder: Path, seed: int, bench: Bench) -> list[tuple[float, bool]
     if not kept.exists():
         _, subject = subject_of(folder)
         worlds = drawn(_disturbances(), WORLDS, seed, Stream.MARGINS)
-        found = [_ended(outcome_in(subject.task, subject.manipulation, world)) for world in worlds]
-        write_json(kept, found)
+        with executor_of(bench.executor, WORLDS) as executor:
+            begun = [executor.submit(_ended_in, subject.task, subject.manipulation, world) for world in worlds]
+            write_json(kept, [each.result() for each in begun])
     for _ in range(WORLDS):
         bench.tick(f"towel, seed {seed}, disturbed")
     return [(float("nan") if error is None else error, holds) for error, holds in read_json(kept)]
 
 
-def _ended(outcome: Outcome) -> tuple[float | None, bool]:
-    if outcome.score is None:
+def _ended_in(task: Task, manipulation: Manipulation, world: World) -> tuple[float | None, bool]:
+    """E_f [%] of a fold in a world, None where it did not end, and whether it holds."""
+    score = outcome_in(task, manipulation, world).score
+    if score is None:
         return None, False
-    score = outcome.score
     return score.area_error, Verdict(score.mean_vertex_distance, score.mask_iou).holds(Limits())
 
 
