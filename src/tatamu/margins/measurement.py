@@ -75,6 +75,7 @@ def measure(
     limits: Limits | None = None,
     simulator: str | None = None,
     fine: bool = False,
+    alone: bool = True,
     executor: Executor | None = None,
     progress: Progress = lambda done, total: None,
 ) -> Measured:
@@ -89,6 +90,7 @@ def measure(
         limits: What the fold must keep in order to hold; None: the field's.
         simulator: In which simulator; None: where it was learned.
         fine: On the fold's own mesh, even where a coarser one does.
+        alone: Also search how far each disturbance alone may go.
         executor: Where simulations run; None: threads on every processor, where the simulator can.
         progress: Called after every simulation.
 
@@ -103,7 +105,7 @@ def measure(
     coarser = None if fine or simulator not in (None, learned.simulator) else coarse(learned, own)
     threads = processors() if capabilities(own.task.simulator).parallel else 1
     worlds = drawn(disturbances, draws, seed, Stream.MARGINS)
-    sides = _sides(disturbances)
+    sides = _sides(disturbances) if alone else []
     with executor_of(executor, threads) as workers:
         asker = Asker(own, coarser, workers, Memory(out / KEPT), progress)
         (calm, *judged), ends, pairs = _settled(asker, sides, worlds, limits, coarser is not None)

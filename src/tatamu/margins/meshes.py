@@ -79,5 +79,5 @@ def on_own_mesh(draws: Sequence[Judged]) -> Callable[[float], float]:
     pairs = np.array([pair for pair in known if None not in pair], dtype=float).reshape(-1, 2)
     if len(pairs) < FEWEST or not np.ptp(pairs[:, 0]) > 0.0:
         return lambda distance: distance
-    slope, intercept = theilslopes(pairs[:, 1], pairs[:, 0])[:2]
+    slope, intercept = theilslopes(pairs[:, 1], pairs[:, 0], method="joint")[:2]
     return lambda distance: max(0.0, float(intercept + slope * distance))
