@@ -70,7 +70,7 @@ def sampled(verdicts: Sequence[Verdict], limits: Limits) -> list[int]:
 
 
 def on_own_mesh(draws: Sequence[Judged]) -> Callable[[float], float]:
-    """What a mean distance on the coarse mesh [m] is on the own one: a robust line through the draws known on both."""
+    """Mean distances on the own mesh [m] of those on the coarse one: a robust line through the draws known on both."""
     known = [
         (draw.coarse.mean_vertex_distance, draw.verdict.mean_vertex_distance)
         for draw in draws
