@@ -19,10 +19,10 @@ from time import perf_counter
 from typing import Any
 
 import optuna
+from benchmarks.tables import markdown, publish
 from optuna.samplers import BaseSampler
 from optuna.trial import TrialState
 
-from benchmarks.tables import markdown, publish
 from tatamu.folding.baselines import triangle
 from tatamu.folding.task import make_task
 from tatamu.learning import learn
