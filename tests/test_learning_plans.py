@@ -89,18 +89,20 @@ def test_errors_are_told_against_the_step_and_against_the_flat_garment(learned: 
     assert result["steps"][1]["whole"]["mean_vertex_distance"] != result["steps"][1]["mean_vertex_distance"]
 
 
-def test_a_later_step_begins_with_what_the_one_before_it_found(learned: Path) -> None:
+def test_a_later_step_begins_from_above_and_with_what_the_one_before_it_found(learned: Path) -> None:
     results = [json.loads((learned / step / "result.json").read_text()) for step in ("step-1", "step-2")]
     best = results[0]["trials"][results[0]["best"]]["parameters"]
     first, second = (folds.fold for folds in (job().task(0), job().task(1, _end(learned / "step-1"))))
-    begun = results[1]["trials"][0]["parameters"]
-    assert begun == results[1]["first"][0] and "first" not in results[0]
+    assert "first" not in results[0]
+    arched, begun = results[1]["first"]
+    assert [trial["parameters"] for trial in results[1]["trials"][:2]] == [arched, begun]
+    assert (arched["x1"], arched["x2"], arched["z1"]) == (0.0, second.span, arched["z2"])
+    assert 0.0 < arched["z1"] < second.span
     for name in ("x1", "z1", "x2", "z2"):
         assert begun[name] / second.span == pytest.approx(best[name] / first.span)
     for name in ("g1", "g2"):
         part = best[name] / (first.candidates - 1)
         assert begun[name] == pytest.approx(part * (second.candidates - 1), abs=0.5)
-    assert results[1]["trials"][1]["parameters"] != begun
 
 
 @pytest.mark.parametrize("grasps", ["integer", "continuous"])

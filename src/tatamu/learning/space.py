@@ -16,6 +16,8 @@ HIGHEST = 0.75
 """P1 and P2 lie at most this part of the span over the grasp."""
 LOW = ((0.2, 0.33), (0.1, 0.33), (0.06, 1.0))
 """Of low curves: height of P1 over the grasp and how far P2 is ahead of it, in parts of the span."""
+ARCHED = 0.2
+"""Of the arched curve: height of P1 over the grasp and of P2 over the release, in parts of the span."""
 
 
 def search_space(fold: Fold, grasps: Grasps) -> dict[str, Bounds]:
@@ -42,6 +44,16 @@ def low_curves(fold: Fold) -> list[Parameters]:
         {"x1": 0.0, "z1": height * fold.span, "x2": ahead * fold.span, "z2": 0.0, "g1": 0, "g2": 0}
         for height, ahead in LOW
     ]
+
+
+def arched_curve(fold: Fold) -> Parameters:
+    """Parameters to begin the search of a later step with: at the corners, straight up first and straight down at last.
+
+    Hands that come down from above do not push the layers that lie there, as those on low curves do
+    (docs/notes/own-garments.md).
+    """
+    height = max(ARCHED * fold.span, _lowest(fold))
+    return {"x1": 0.0, "z1": height, "x2": fold.span, "z2": height, "g1": 0, "g2": 0}
 
 
 def _lowest(fold: Fold) -> float:
