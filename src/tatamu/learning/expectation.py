@@ -58,7 +58,7 @@ class Standing:
 
 @dataclass(frozen=True)
 class Added:
-    """What disturbances add to the objective of a manipulation, where it was simulated in all worlds before."""
+    """The addition of disturbances to the objective of a manipulation, where it was simulated in all worlds before."""
 
     objective: float
     hardest: tuple[int, ...]

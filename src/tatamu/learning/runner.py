@@ -294,7 +294,7 @@ class Runner:
 
 
 def _added(trial: FrozenTrial) -> float:
-    """What disturbances add to the objective of a trial that was simulated in all worlds."""
+    """The addition of disturbances to the objective of a trial that was simulated in all worlds."""
     return float(trial.user_attrs["expected_objective"] - trial.user_attrs["objective"])
 
 
