@@ -41,6 +41,8 @@ PLACES = {
     "real: leeds": NOTES / "real-cloth.md",
     "real: motion": NOTES / "real-cloth.md",
     "real: towel": NOTES / "real-cloth.md",
+    "real: decrement": NOTES / "real-cloth.md",
+    "real: terms": NOTES / "real-cloth.md",
     "statics": NOTES / "native.md",
     "locking": NOTES / "native.md",
     "towel": NOTES / "benchmarks.md",
