@@ -26,6 +26,9 @@ LIES = 0.02
 PRESETS = {
     # the box of the rubber tip in franka_description/robots/common/franka_hand.xacro of frankaemika/franka_ros
     "franka-hand": {"thickness": 0.0152, "width": 0.0175},
+    # the pad with the plate behind it in hironx_moveit_config/models/meshes/LHAND_JOINT1_Link_mesh.dae of
+    # start-jsk/rtmros_hironx: y from 0.0085 to 0.0180, z from -0.014 to 0.014
+    "hironx": {"thickness": 0.0095, "width": 0.028},
     # twice the half sizes of the pad's boxes in robotiq_2f85/2f85.xml of google-deepmind/mujoco_menagerie
     "robotiq-2f-85": {"thickness": 0.008, "width": 0.022},
 }
