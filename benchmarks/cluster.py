@@ -37,8 +37,13 @@ KILL_EVERY = 8.0
 CLIENT_KILLED_AT = (0.3, 0.6)
 DATABASE_RESTARTED_AT = ((0.2, "fast"), (0.5, "immediate"))
 """When, in parts of the studies that are complete, and how."""
-ROUNDS = 6
+ROUNDS = 3
 """Times that naps are taken; the quietest counts, as other work disturbs the others."""
+CALLS = 30
+"""Naps of each worker in a round."""
+TOGETHER = 16
+"""Workers that share a process where they only sleep."""
+HERE = ("--host", "127.0.0.1")
 CLIENT = """
 import sys
 import tatamu.report.topview
@@ -98,31 +103,40 @@ def results(out: Path) -> dict[str, str]:
 class Cluster:
     """A scheduler, and workers that are started again when they end, as Slurm and Kubernetes do; all are processes."""
 
-    def __init__(self, folder: Path, workers: int, threads: int = 1) -> None:
+    def __init__(self, folder: Path, workers: int, together: int | None = None) -> None:
+        """Start all.
+
+        Args:
+            folder: Of their files.
+            workers: How many processes work.
+            together: Workers of each process, without a nanny; None: one, as `dask worker` starts it.
+        """
         self._folder = folder
-        self._threads = threads
+        self._together = together
         self._environment = {
             **os.environ,
             "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "3",  # Dask's own default
+            "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False",  # these two as in examples/cluster
+            "DASK_DISTRIBUTED__ADMIN__TICK__INTERVAL": "1s",
             "DASK_LOGGING__DISTRIBUTED": "error",
         }
         said = folder / "scheduler.json"
-        self._scheduler = self._start(
-            "scheduler", "--scheduler-file", str(said), "--port", "0", "--dashboard-address", "127.0.0.1:0"
-        )
+        own = ["--scheduler-file", str(said), "--port", "0", "--dashboard-address", "127.0.0.1:0", *HERE]
+        self._scheduler = self._start("dask", "scheduler", *own)
         while not said.exists() or not said.read_text():
             time.sleep(0.1)
         self.address: str = json.loads(said.read_text())["address"]
         self._workers = [self._worker() for _ in range(workers)]
 
     def _start(self, *arguments: str) -> subprocess.Popen[bytes]:
-        command = [sys.executable, "-m", "dask", *arguments, "--host", "127.0.0.1"]
         quiet: dict[str, Any] = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-        return subprocess.Popen(command, env=self._environment, **quiet)
+        return subprocess.Popen([sys.executable, "-m", *arguments], env=self._environment, **quiet)
 
     def _worker(self) -> subprocess.Popen[bytes]:
+        if self._together is not None:
+            return self._start("benchmarks.sleeping_workers", self.address, str(self._together))
         own = ["--local-directory", str(self._folder), "--memory-limit", "0", "--dashboard-address", "127.0.0.1:0"]
-        return self._start("worker", self.address, "--nworkers", "1", "--nthreads", str(self._threads), *own)
+        return self._start("dask", "worker", self.address, "--nworkers", "1", "--nthreads", "1", *own, *HERE)
 
     def kill_one(self, chance: random.Random) -> bool:
         """Kill the process that works under one of the nannies; whether there was one."""
@@ -239,9 +253,10 @@ def nap(seconds: float) -> float:
     return seconds
 
 
-def rounds(executor: Executor, workers: int, calls: int, seconds: float) -> tuple[float, float]:
+def rounds(executor: Executor, workers: int, seconds: float) -> tuple[float, float]:
     """Of the quietest of a few rounds of naps: the share of time that workers were busy, and what a call costs [ms]."""
     had = []
+    calls = workers * CALLS
     for _ in range(ROUNDS):
         begun = time.monotonic()
         futures = [executor.submit(nap, seconds) for _ in range(calls)]
@@ -252,26 +267,27 @@ def rounds(executor: Executor, workers: int, calls: int, seconds: float) -> tupl
     return slept / min(had), 1e3 * (min(had) - slept) / calls
 
 
-def napped(workers: int, threads: int, calls: int, seconds: float) -> tuple[float, float, float]:
-    """`rounds` on Dask workers of so many threads, and the time of a core that a call takes at the client [ms].
+def napped(processes: int, together: int | None, seconds: float) -> tuple[float, float, float]:
+    """`rounds` on Dask workers, so many processes of so many, and the time of a core of a call at the client [ms].
 
     Scheduler and workers are processes of their own, as on a cluster.
     """
     from tatamu.cluster import connected
 
+    workers = processes * (together or 1)
     with TemporaryDirectory() as scratch:
-        cluster = Cluster(Path(scratch), workers, threads)
+        cluster = Cluster(Path(scratch), processes, together)
         try:
             with connected(cluster.address) as executor:
-                while executor.threads < workers * threads:
+                while executor.threads < workers:
                     time.sleep(0.2)
-                list(executor.map(nap, [0.01] * 4 * workers * threads))
+                list(executor.map(nap, [0.01] * 4 * workers))
                 worked = time.process_time()
-                busy, beside = rounds(executor, workers * threads, calls, seconds)
+                busy, beside = rounds(executor, workers, seconds)
                 worked = time.process_time() - worked
         finally:
             cluster.stop()
-    return busy, beside, 1e3 * worked / calls / ROUNDS
+    return busy, beside, 1e3 * worked / (workers * CALLS * ROUNDS)
 
 
 @cache
@@ -287,10 +303,10 @@ def rollout() -> float:
 
 def overhead() -> str:
     """Time of a call beside its sleep, on four processes: by Dask, and by Python's own pool."""
-    busy, beside, here = napped(WORKERS, 1, 10 * WORKERS, rollout())
+    busy, beside, here = napped(WORKERS, None, rollout())
     with ProcessPoolExecutor(WORKERS) as pool:
         list(pool.map(nap, [0.01] * 4 * WORKERS))
-        pool_busy, pool_beside = rounds(pool, WORKERS, 10 * WORKERS, rollout())
+        pool_busy, pool_beside = rounds(pool, WORKERS, rollout())
     head = (
         "four processes",
         f"beside a sleep of {rollout():g} s, each call [ms]",
@@ -309,8 +325,8 @@ def overhead() -> str:
 
 
 def busy() -> str:
-    """64 workers that sleep, as threads of four processes: they need no core each."""
-    share, _, here = napped(4, 16, 64 * 10, rollout())
+    """64 workers of one thread that sleep, in four processes: they need no core each."""
+    share, _, here = napped(64 // TOGETHER, TOGETHER, rollout())
     row = {
         "workers": "64",
         "sleep [s]": f"{rollout():g}",

@@ -9,13 +9,16 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 import pytest
 
 pytest.importorskip("distributed", reason="Dask is not installed")
 
+from typer.testing import CliRunner
+
+from tatamu.cli.app import app
 from tatamu.cluster import connected, executor_at
 from tatamu.cluster.address import parse_address
 from tatamu.cluster.arguments import unbound
@@ -27,7 +30,11 @@ from tatamu.errors import InputError, UnavailableError, WorkerKilledError
 from tatamu.folding.task import Task, make_task
 from tatamu.learning import learn
 from tatamu.learning.evaluation import evaluate
+from tatamu.validation.real.bench import Bench, Experiment
+from tatamu.validation.real.matsudaira import models
+from tests.scenes import scene
 from tests.test_learning import COARSE, timeless
+from tests.test_real_cloth import write_fabrics
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +50,7 @@ def die_once(mark: Path) -> int:
     return os.getpid()
 
 
-def die(mark: Path) -> None:
+def die(mark: Path) -> NoReturn:
     with mark.open("a") as file:
         file.write("x")
     os._exit(1)
@@ -192,6 +199,30 @@ def test_a_study_on_workers_is_the_study_of_one_machine(executor: DaskExecutor, 
         assert (tmp_path / "here" / name).read_bytes() == (tmp_path / "there" / name).read_bytes()
     here, there = (np.load(tmp_path / which / "rollout.npz") for which in ("here", "there"))
     assert here["positions"].tobytes() == there["positions"].tobytes()
+
+
+def bytes_in(folder: Path) -> dict[str, bytes]:
+    """What a folder holds, by name."""
+    files = [path for path in sorted(folder.rglob("*")) if path.is_file()]
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
+
+
+def test_real_cloth_on_workers_is_that_of_one_machine(tmp_path: Path) -> None:
+    data = write_fabrics(tmp_path / "data")
+    arguments = ["validate", "--real", str(data), "--only", "drape", "--quick", "--out"]
+    for options in ([], ["--scheduler", "local:2"]):
+        done = CliRunner().invoke(app, [*arguments, str(tmp_path / f"out-{len(options)}"), *options])
+        assert done.exit_code == 0, done.output
+    here, there = bytes_in(tmp_path / "out-0"), bytes_in(tmp_path / "out-2")
+    assert here == there
+    assert sum(name.startswith("kept/") for name in here) == len(models("native"))
+
+
+def test_a_reading_whose_scene_kills_workers_is_said_and_tried_again(executor: DaskExecutor, tmp_path: Path) -> None:
+    deadly = Experiment("deadly", scene(duration=0.01), "death", lambda rollout: die(tmp_path / "deaths"))
+    bench = Bench("native", tmp_path / "kept", executor=executor)
+    assert "killed 3 workers" in bench.measure([deadly])[0]["failed"]
+    assert not bytes_in(tmp_path / "kept")
 
 
 def test_a_rollout_comes_only_where_it_may_be_kept() -> None:

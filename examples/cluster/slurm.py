@@ -27,7 +27,11 @@ def main() -> None:
         processes=16,
         memory="32GB",
         walltime="12:00:00",
-        job_script_prologue=["source $HOME/tatamu/.venv/bin/activate"],
+        job_script_prologue=[
+            "source $HOME/tatamu/.venv/bin/activate",
+            "export DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED=False",  # cores are for rollouts
+            "export DASK_DISTRIBUTED__ADMIN__TICK__INTERVAL=1s",
+        ],
         worker_extra_args=["--lifetime", "11h", "--lifetime-stagger", "30m"],
         scheduler_options={"port": 8786},
     ) as cluster:

@@ -9,10 +9,11 @@ set -euo pipefail
 here=$1
 shift
 export DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES=2 # the third worker that a trial kills is its last
+quiet="DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED=False DASK_DISTRIBUTED__ADMIN__TICK__INTERVAL=1s" # cores are for rollouts
 trap 'kill $(jobs -p) 2>/dev/null' EXIT
 "$HOME/tatamu/.venv/bin/dask" scheduler --port 8786 &
 for machine in "$@"; do
   # -tt: the remote program ends with the connection. One process of one thread for each core.
-  ssh -tt "$machine" "~/tatamu/.venv/bin/dask worker tcp://$here:8786 --nworkers \$(nproc) --nthreads 1" </dev/null &
+  ssh -tt "$machine" "$quiet ~/tatamu/.venv/bin/dask worker tcp://$here:8786 --nworkers \$(nproc) --nthreads 1" </dev/null &
 done
 wait

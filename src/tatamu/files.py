@@ -18,7 +18,7 @@ from tatamu.errors import InputError, UnavailableError
 
 Model = TypeVar("Model", bound=BaseModel)
 
-FULL = (errno.ENOSPC, errno.EDQUOT, errno.EIO)
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 """Errors of a disk that takes nothing more, whatever is written."""
 
 
@@ -46,11 +46,16 @@ def replacing(path: Path) -> Iterator[Path]:
         yield temporary
         os.replace(temporary, path)
     except OSError as error:
-        kind = UnavailableError if error.errno in FULL else InputError
-        raise kind(f"{path}: cannot be written ({error.strerror or error})") from None
+        raise unwritable(path, error) from None
     finally:
         with suppress(OSError):  # where nothing could be written, nothing is to be removed
             temporary.unlink()
+
+
+def unwritable(path: Path, error: OSError) -> InputError:
+    """The error of a file or folder that cannot be written: an `UnavailableError` where its disk is full."""
+    kind = UnavailableError if error.errno in FULL else InputError
+    return kind(f"{path}: cannot be written ({error.strerror or error})")
 
 
 def write_text(path: Path, text: str) -> None:

@@ -68,6 +68,7 @@ def sweep(
 def _check(file: Path, tasks: Sequence[SweepTask]) -> None:
     """Refuse a sweep of which a task cannot be, before any is begun."""
     from tatamu.learning.learn import check_parallel, check_search
+    from tatamu.simulators import require
 
     made: set[str] = set()
     for task in tasks:
@@ -77,6 +78,7 @@ def _check(file: Path, tasks: Sequence[SweepTask]) -> None:
             check_search(options.trials, options.seed, options.sampler)
             if same.model_dump_json() not in made:
                 made.add(same.model_dump_json())
+                require(options.simulator)
                 options.job()
             check_parallel(options.parallel, options.simulator)
         except InputError as error:

@@ -9,7 +9,6 @@ import typer
 
 from tatamu.cli.app import app
 from tatamu.cli.cluster import SchedulerOption
-from tatamu.errors import InputError
 
 
 @app.command()
@@ -40,9 +39,7 @@ def validate(
 
     require(simulator)
     if real is not None:
-        if scheduler is not None:
-            raise InputError("--scheduler: is for the checks, not for --real")
-        _real(real, simulator, out or Path("runs/real-cloth"), only or [], quick)
+        _real(real, simulator, out or Path("runs/real-cloth"), only or [], quick, scheduler)
         return
     from tatamu.cluster import executor_at
     from tatamu.files import write_json, write_text
@@ -68,9 +65,10 @@ def validate(
     raise typer.Exit(1 if report.failures else 0)
 
 
-def _real(data: Path, simulator: str, out: Path, only: list[str], quick: bool) -> None:
+def _real(data: Path, simulator: str, out: Path, only: list[str], quick: bool, scheduler: str | None) -> None:
     from rich.progress import Progress
 
+    from tatamu.cluster import executor_at
     from tatamu.files import write_json, write_text
     from tatamu.simulators import named
     from tatamu.validation.real import notes
@@ -82,12 +80,13 @@ def _real(data: Path, simulator: str, out: Path, only: list[str], quick: bool) -
     named(simulator)
     tests = load(data, only)
     screen = console()
-    with Progress(console=screen, transient=True) as progress:
+    with executor_at(scheduler) as executor, Progress(console=screen, transient=True) as progress:
         bar = progress.add_task("")
         bench = Bench(
             simulator,
             out / "kept",
             seeds=1 if quick else 3,
+            executor=executor,
             tick=lambda label: progress.update(bar, description=label, advance=1),
         )
         progress.update(bar, total=simulations(tests, bench))

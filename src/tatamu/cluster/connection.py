@@ -26,6 +26,8 @@ SETTINGS: dict[str, Any] = {
     "logging": {**QUIET, "distributed.scheduler": "critical", "bokeh": "critical", "tornado": "critical"},
     "distributed.scheduler.allowed-failures": KILLED_WORKERS - 1,
     "distributed.comm.retry.count": 2,
+    "distributed.worker.profile.enabled": False,  # a stack a hundred times a second: one per cent of a core
+    "distributed.admin.tick.interval": "1s",  # likewise fifty times a second, in each nanny too
     "distributed.deploy.lost-worker-timeout": "1 day",  # else a worker that dies twice in 15 s is never started again
 }
 

@@ -12,6 +12,7 @@ from typing import Any
 from filelock import FileLock, Timeout
 
 from tatamu.errors import InputError
+from tatamu.files import unwritable
 from tatamu.folding.manipulation import trajectory_lengths
 from tatamu.folding.task import Task
 from tatamu.learning.database import SharedDatabase
@@ -196,4 +197,4 @@ def locked(folder: ResultFolder) -> Any:
     except Timeout:
         raise InputError(f"{path}: another run is learning here") from None
     except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
+        raise unwritable(path, error) from None

@@ -76,7 +76,10 @@ class FilePlace:
         try:
             return operation()
         except (SQLAlchemyError, optuna.exceptions.OptunaError, KeyError, AssertionError) as error:
-            reason = " ".join(str(error).split("[SQL")[0].split())[:120]
+            cause: BaseException = error
+            while cause.__cause__ is not None:  # Optuna's own words do not say that a disk is full
+                cause = cause.__cause__
+            reason = " ".join(str(cause).split("[SQL")[0].split())[:120]
             passing = [text for word, text in PASSING.items() if word in reason]
             if passing:
                 text = f"{self.label}: {passing[0]}; what was finished is kept, try again then"

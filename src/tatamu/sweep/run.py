@@ -12,6 +12,7 @@ from typing import Any
 from filelock import FileLock, Timeout
 
 from tatamu.errors import InputError, TatamuError, UnavailableError
+from tatamu.files import unwritable
 from tatamu.sweep.description import SweepTask
 from tatamu.sweep.records import SweepFolder, TaskRecord, completed, holds_task
 
@@ -59,7 +60,7 @@ def run_sweep(
     except Timeout:
         raise InputError(f"{folder.path}: another sweep is running here") from None
     except OSError as error:
-        raise InputError(f"{folder.path}: cannot be written ({error.strerror or error})") from None
+        raise unwritable(folder.path, error) from None
     with lock:
         before = {record.name: record for record in folder.read()}
         state = _Sweep(folder, [_begun(task, before, folder, trials) for task in tasks], show)

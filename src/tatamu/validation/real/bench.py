@@ -9,19 +9,19 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import tatamu
-from tatamu.errors import SimulationError
+from tatamu.errors import SimulationError, WorkerKilledError
 from tatamu.files import read_json, write_json
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 from tatamu.simulators import simulate
-from tatamu.simulators.many import processors
+from tatamu.simulators.many import executor_of
 
 PARTS = ("simulators", "scene.py", "material.py")
 """Parts of the package on which a rollout depends."""
@@ -48,6 +48,8 @@ class Bench:
     folder: Path
     seeds: int = 3
     """How often a drape is repeated, each time with other unevenness."""
+    executor: Executor | None = None
+    """Where scenes are simulated and read; None: threads here, as many as there are processors."""
     tick: Callable[[str], None] = lambda label: None
     """Called after each reading."""
 
@@ -57,27 +59,38 @@ class Bench:
         return _source()
 
     def measure(self, experiments: Sequence[Experiment]) -> list[Values]:
-        """The readings in the order of the experiments, several at a time."""
-        with ThreadPoolExecutor(max(1, min(len(experiments), processors()))) as pool:
-            return list(pool.map(self._one, experiments))
-
-    def _one(self, experiment: Experiment) -> Values:
-        kept = self.folder / f"{self._key(experiment)}.json"
-        if not kept.exists():
-            write_json(kept, self._simulated(experiment))
-        self.tick(experiment.label)
-        values: Values = read_json(kept)
-        return values
-
-    def _simulated(self, experiment: Experiment) -> Values:
-        try:
-            return experiment.read(simulate(experiment.scene, self.simulator))
-        except SimulationError as error:
-            return {"failed": str(error)}
+        """The readings in the order of the experiments, several at a time; each is kept as soon as it is there."""
+        places = [self.folder / f"{self._key(each)}.json" for each in experiments]
+        lacking = {place: each for place, each in zip(places, experiments, strict=True) if not place.exists()}
+        given_up: dict[Path, Values] = {}
+        for place, each in zip(places, experiments, strict=True):
+            if place not in lacking:
+                self.tick(each.label)
+        with executor_of(self.executor, max(1, len(lacking))) as executor:
+            begun = {
+                executor.submit(reading, each.scene, each.read, self.simulator): place
+                for place, each in lacking.items()
+            }
+            for ended in as_completed(begun):
+                place = begun[ended]
+                try:
+                    write_json(place, ended.result())
+                except WorkerKilledError as error:  # not kept: another run may have better workers
+                    given_up[place] = {"failed": str(error)}
+                self.tick(lacking[place].label)
+        return [given_up[place] if place in given_up else read_json(place) for place in places]
 
     def _key(self, experiment: Experiment) -> str:
         known = [self.simulator, experiment.what, self.version, experiment.scene.model_dump_json()]
         return hashlib.sha256(json.dumps(known).encode()).hexdigest()[:24]
+
+
+def reading(scene: Scene, read: Callable[[Rollout], Values], simulator: str) -> Values:
+    """Simulate a scene and read its rollout, here or in another process."""
+    try:
+        return read(simulate(scene, simulator))
+    except SimulationError as error:
+        return {"failed": str(error)}
 
 
 @cache
