@@ -7,7 +7,7 @@ DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 
 .PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
-        calibration folds robots foreign statics locking tangle loop times own-garments golden cluster real-cloth search help
+        calibration folds robots foreign statics locking tangle loop times own-garments golden cluster real-cloth search holds help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1: /'
@@ -41,6 +41,12 @@ search: $(DEV)  ## the tables of docs/notes/search.md: the search against its al
 
 loop: $(DEV)  ## what a trial costs beside its simulation and its proposal; a minute
 	$(BIN)/python -m benchmarks.loop --write-docs
+
+holds: $(DEV)  ## the tables of docs/notes/margins.md: folds learned in disturbed worlds against those of least C; hours
+	$(BIN)/python -m benchmarks.holds meshes --write-docs
+	$(BIN)/python -m benchmarks.holds folds --out runs/holds --write-docs
+	$(BIN)/python -m benchmarks.holds simulators --out runs/holds --write-docs
+	$(BIN)/python -m benchmarks.holds two-meshes --out runs/holds --write-docs
 
 times: $(READY)  ## how long whole commands take: the table of docs/notes/learning.md; minutes, `--cases shop` longer
 	$(BIN)/python benchmarks/times.py --out runs/times --write-docs
