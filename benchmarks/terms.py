@@ -36,7 +36,6 @@ SIDE = 0.3
 """Of the plate whose air is carried [m]."""
 SWING_RATE = 0.9
 """Swings per second by which air drags along the surface, as docs/theory/air.md has it [1/s]."""
-WORLDS = 8
 
 
 def variants(garment: str, today: Material) -> dict[str, Material]:
@@ -60,7 +59,7 @@ def of_fabric(subject: FoldOnMesh, material: Material) -> FoldOnMesh:
     return replace(subject, task=task)
 
 
-def replayed(step: Path, kept: Path) -> dict[str, Any]:
+def replayed(step: Path, count: int, kept: Path) -> dict[str, Any]:
     """Distances of the replays of a step."""
     if kept.exists():
         found: dict[str, Any] = read_json(kept)
@@ -68,7 +67,7 @@ def replayed(step: Path, kept: Path) -> dict[str, Any]:
     _, subject = subject_of(step)
     disturbances = load_disturbances("default")
     assert disturbances is not None
-    worlds = drawn(disturbances, WORLDS, 0, Stream.JUDGING)
+    worlds = drawn(disturbances, count, 0, Stream.JUDGING)
     shapes: dict[str, np.ndarray] = {}
     found = {}
     garment = subject.task.fold.garment
@@ -87,6 +86,11 @@ def replayed(step: Path, kept: Path) -> dict[str, Any]:
     return found
 
 
+def share(held: list[bool]) -> str:
+    """In how many worlds a fold holds."""
+    return f"{sum(held)} of {len(held)}" if held else "–"
+
+
 def steps_of(folder: Path) -> dict[str, Path]:
     """The folders of what was learned, by what the table calls them."""
     results = ResultFolder(folder)
@@ -95,11 +99,11 @@ def steps_of(folder: Path) -> dict[str, Path]:
     return {f"{folder.name}-{step.path.name}": step.path for step in results.learned_steps()}
 
 
-def rows(out: Path, folders: list[Path]) -> Iterator[dict[str, str]]:
+def rows(out: Path, worlds: int, folders: list[Path]) -> Iterator[dict[str, str]]:
     """A line of the table for each step of each fold."""
     for folder in folders:
         for label, step in steps_of(folder).items():
-            found = replayed(step, out / f"{label}.json")
+            found = replayed(step, worlds, out / f"{label}.json")
             off = {term: f"{1e3 * values['off']:.1f}" for term, values in found.items()}
             yield {
                 "fold": label,
@@ -109,8 +113,8 @@ def rows(out: Path, folders: list[Path]) -> Iterator[dict[str, str]]:
                     for term, values in found.items()
                     if term != "today"
                 },
-                "holds today": f"{sum(found['today']['holds'])} of {WORLDS}",
-                "with all": f"{sum(found['all']['holds'])} of {WORLDS}",
+                "holds today": share(found["today"]["holds"]),
+                "with all": share(found["all"]["holds"]),
             }
 
 
@@ -118,9 +122,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folders", type=Path, nargs="+", metavar="FOLDER")
     parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--worlds", type=int, default=8, help="disturbed worlds of each fold")
     parser.add_argument("--write-docs", action="store_true", help="write the table into docs/notes/real-cloth.md")
     options = parser.parse_args()
-    table = markdown(list(rows(options.out, options.folders)))
+    table = markdown(list(rows(options.out, options.worlds, options.folders)))
     print(table)
     if options.write_docs:
         publish("real: terms", table)
