@@ -49,10 +49,9 @@ class Case:
 
     name: str
     words: tuple[str, ...]
-    seeds: int
-    draws: int
-    """For the folds learned in disturbed worlds."""
-    draws_of_least: int
+    draws: tuple[int, ...]
+    """For the folds learned in disturbed worlds, by seed."""
+    draws_of_least: tuple[int, ...]
     """For those of least C, whose share needs no such precision."""
 
     def folder(self, out: Path, seed: int, objective: str) -> Path:
@@ -62,12 +61,12 @@ class Case:
 
 
 CASES = (
-    Case("towel half", ("towel",), 3, 500, 200),
-    Case("trousers leg", ("trousers", "--fold", "leg", "--spacing", "0.024"), 1, 100, 100),
-    Case("tshirt half", ("tshirt", "--spacing", "0.024"), 1, 100, 100),
-    Case("towel quarters", ("towel", "--fold", "quarters", "--spacing", "0.02"), 1, 100, 100),
-    Case("trousers half", ("trousers", "--fold", "half", "--spacing", "0.024"), 1, 100, 100),
-    Case("tshirt shop", ("tshirt", "--fold", "shop", "--spacing", "0.024"), 1, 100, 100),
+    Case("towel half", ("towel",), (500, 200, 200), (200, 100, 100)),
+    Case("trousers leg", ("trousers", "--fold", "leg", "--spacing", "0.024"), (100,), (100,)),
+    Case("tshirt half", ("tshirt", "--spacing", "0.024"), (100,), (100,)),
+    Case("towel quarters", ("towel", "--fold", "quarters", "--spacing", "0.02"), (100,), (100,)),
+    Case("trousers half", ("trousers", "--fold", "half", "--spacing", "0.024"), (100,), (100,)),
+    Case("tshirt shop", ("tshirt", "--fold", "shop", "--spacing", "0.024"), (100,), (100,)),
 )
 """Those whose spacing is given are on a coarser mesh than `tatamu learn` would choose."""
 
@@ -164,8 +163,8 @@ def chosen(only: str | None) -> list[Case]:
 def compared(cases: list[Case], out: Path, known: bool) -> Iterator[dict[str, str]]:
     """Rows of all folds, those learned in disturbed worlds first."""
     for case in cases:
-        for seed in range(case.seeds):
-            for objective, draws in zip(reversed(OBJECTIVES), (case.draws, case.draws_of_least), strict=True):
+        for seed, counts in enumerate(zip(case.draws, case.draws_of_least, strict=True)):
+            for objective, draws in zip(reversed(OBJECTIVES), counts, strict=True):
                 steps = learned(case, seed, objective, out, known)
                 for number, folder in enumerate(steps, start=1):
                     step = f", step {number}" if len(steps) > 1 else ""
@@ -198,7 +197,7 @@ def simulators(out: Path, known: bool, write: bool, draws: int) -> None:
 def two_meshes(out: Path, known: bool, write: bool) -> None:
     """200 draws of every towel on two meshes, and on the fold's own alone."""
     rows = []
-    for seed in range(CASES[0].seeds):
+    for seed in range(len(CASES[0].draws)):
         for objective in reversed(OBJECTIVES):
             for folder in learned(CASES[0], seed, objective, out, known):
                 for fine in (False, True):

@@ -51,11 +51,11 @@ class Calm(Outcome):
         return False
 
 
-def found(standing: Standing | None, calm: float = 1.0, worlds: int = 12, **more: Any) -> Any:
-    expectation = Expectation(Disturbances.model_validate({"hands": {"offset": [0, 0, 0.1]}}), worlds=worlds, **more)
-    demand = Demand(expectation, expectation.drawn(0), standing)
+def found(standing: Standing | None, hardest: tuple[int, ...] = (), **more: Any) -> Any:
+    expectation = Expectation(Disturbances.model_validate({"hands": {"offset": [0, 0, 0.1]}}), worlds=12, **more)
+    demand = Demand(expectation, expectation.drawn(0), standing, hardest)
     small = task()
-    return expected(small, small.manipulation(X), Calm(None, calm, None, None), demand), demand
+    return expected(small, small.manipulation(X), Calm(None, 1.0, None, None), demand), demand
 
 
 def test_the_first_trial_is_simulated_in_all_worlds(asked: list[World]) -> None:
@@ -91,15 +91,23 @@ def test_the_hardest_worlds_come_first_and_end_a_trial_sooner(asked: list[World]
     in_order, _ = found(better, quantile=quantile)
     assert asked == list(demand.worlds)[: len(asked)]
     asked.clear()
-    sooner, _ = found(replace(better, hardest=whole.hardest), quantile=quantile)
+    sooner, _ = found(better, whole.hardest, quantile=quantile)
     assert asked == [demand.worlds[number] for number in whole.hardest[: len(asked)]]
     assert sooner.worlds < in_order.worlds and sooner.hardest == ()
     assert better.expected <= sooner.objective <= whole.objective + 1e-9
 
 
-def test_a_trial_that_wins_is_the_same_in_any_order(asked: list[World]) -> None:
+def test_the_hardest_half_of_the_worlds_is_enough_for_a_quantile(asked: list[World]) -> None:
     whole, _ = found(None, quantile=0.9)
-    assert found(Standing(2.0, 0.0, tuple(range(11, -1, -1))), quantile=0.9)[0] == whole
+    asked.clear()
+    half, _ = found(Standing(2.0, 0.0), whole.hardest, quantile=0.9)
+    assert len(asked) == 6 and half.worlds == 7
+    assert (half.objective, half.hardest) == (whole.objective, whole.hardest)
+
+
+def test_the_mean_needs_all_worlds_in_any_order(asked: list[World]) -> None:
+    whole, _ = found(None)
+    assert found(Standing(2.0, 0.0), tuple(range(11, -1, -1)))[0] == whole
 
 
 def test_worlds_that_were_simulated_on_the_coarser_mesh_are_not_simulated_again(
@@ -107,7 +115,7 @@ def test_worlds_that_were_simulated_on_the_coarser_mesh_are_not_simulated_again(
 ) -> None:
     monkeypatch.setattr(Task, "evaluate", lambda *_: Calm(None, 1.5, None, None))
     own = replace(task(spacing=0.02), coarser=task())
-    demand = Demand(usual(), usual().drawn(0), added=Added(0.25, (3, 1, 0, 2)))
+    demand = Demand(usual(), usual().drawn(0), added=Added(0.25, 5, (3, 1, 0, 2)))
     with ThreadPoolExecutor(1) as pool:
         fine = submitted(pool, own, own.manipulation(X), np.inf, X, demand=demand).ended("")
     assert not asked and fine.expected == Expected(1.75, 5, (3, 1, 0, 2))

@@ -21,7 +21,7 @@ from tatamu.folding.coarser import (
 )
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.task import Outcome, Task
-from tatamu.learning.expectation import Demand, Expected, expected
+from tatamu.learning.expectation import Demand, Expected, Standing, expected
 from tatamu.results.result import Parameters
 
 
@@ -83,7 +83,7 @@ def _expected(
     own = outcome.objective
     standing = demand.standing
     if demand.added is not None and not outcome.failed:
-        return Expected(own + demand.added.objective, 1 + len(demand.worlds), demand.added.hardest)
+        return Expected(own + demand.added.objective, demand.added.worlds, demand.added.hardest)
     if surrogate is None or outcome.failed or (standing and own >= standing.expected):
         return expected(task, manipulation, outcome, demand)
     calm = surrogate.task.evaluate(surrogate.manipulation)
@@ -91,8 +91,7 @@ def _expected(
         return expected(task, manipulation, outcome, demand)
     there = None
     if standing is not None:
-        expectable = calm.objective + (standing.expected - own) / surrogate.larger
-        there = replace(standing, expected=expectable, gap=standing.gap / surrogate.larger)
+        there = Standing(calm.objective + (standing.expected - own) / surrogate.larger, standing.gap / surrogate.larger)
     found = expected(surrogate.task, surrogate.manipulation, calm, replace(demand, standing=there))
     return replace(found, objective=own + surrogate.larger * (found.objective - calm.objective))
 
@@ -179,7 +178,7 @@ def _on_coarser_mesh(task: Task, fine: Manipulation, there: Manipulation, demand
         return demand
     beaten = objective_on_coarser_mesh(task, fine, there, demand.standing.expected)
     gap = demand.standing.gap / larger_on_finer_mesh(task)
-    return replace(demand, standing=replace(demand.standing, expected=beaten, gap=gap))
+    return replace(demand, standing=Standing(beaten, gap))
 
 
 def _alone(task: Task) -> Task:

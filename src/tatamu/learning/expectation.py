@@ -39,6 +39,16 @@ class Expectation:
         """The worlds of a study of that seed."""
         return tuple(spread(self.disturbances, self.worlds, seed, Stream.LEARNING))
 
+    @property
+    def deciding(self) -> int:
+        """How many worlds are simulated, the hardest, where it is known which those are.
+
+        For a quantile twice as many as it is made from; for the mean all.
+        """
+        if self.quantile is None:
+            return self.worlds
+        return min(self.worlds, 2 * (self.worlds - int(self.quantile * (self.worlds - 1))))
+
     def of(self, values: Sequence[float]) -> float:
         """The mean, or the quantile, of objectives."""
         return float(np.mean(values) if self.quantile is None else np.quantile(values, self.quantile))
@@ -52,17 +62,15 @@ class Standing:
     """Its expected objective."""
     gap: float
     """By how much that is more than its objective where nothing is off."""
-    hardest: tuple[int, ...] = ()
-    """Its `Expected.hardest`."""
 
 
 @dataclass(frozen=True)
 class Added:
-    """The addition of disturbances to the objective of a manipulation, where it was simulated in all worlds before."""
+    """The addition of disturbances to the objective of a manipulation, where it was simulated in the worlds before."""
 
     objective: float
+    worlds: int
     hardest: tuple[int, ...]
-    """Its `Expected.hardest`."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +80,9 @@ class Demand:
     expectation: Expectation
     worlds: tuple[World, ...]
     standing: Standing | None = None
-    """None: nothing is known yet, so the trial is simulated in all worlds."""
+    """None: nothing is known yet."""
+    hardest: tuple[int, ...] = ()
+    """`Expected.hardest` of the best trial that is known on any mesh; none: nothing is known yet."""
     added: Added | None = None
     """None: it was not simulated in them before."""
 
@@ -85,7 +95,8 @@ class Expected:
     worlds: int
     """How many worlds were simulated, the undisturbed one among them."""
     hardest: tuple[int, ...] = ()
-    """Places of the worlds, those of the highest objective first; none where not all were simulated."""
+    """Places of all worlds, those of the highest objective first, then those that were not simulated, as they had been
+    easier before; none where the trial could not win."""
 
 
 def expected(task: Task, manipulation: Manipulation, calm: Outcome, demand: Demand) -> Expected:
@@ -108,10 +119,13 @@ def expected(task: Task, manipulation: Manipulation, calm: Outcome, demand: Dema
     if standing is not None and own >= standing.expected:
         return Expected(own + standing.gap, 1)
     count = len(demand.worlds)
+    order = demand.hardest or tuple(range(count))
+    deciding = order[: demand.expectation.deciding] if demand.hardest else order
     known: dict[int, float] = {}
-    for number in (standing and standing.hardest) or range(count):
+    for number in deciding:
         known[number] = outcome_in(task, manipulation, demand.worlds[number]).objective
         least = demand.expectation.of([known.get(each, own) for each in range(count)])
         if standing is not None and least >= standing.expected and len(known) < count:
             return Expected(max(least, own + standing.gap), 1 + len(known))
-    return Expected(least, 1 + count, tuple(sorted(known, key=lambda each: (-known[each], each))))
+    hardest = sorted(known, key=lambda each: (-known[each], each))
+    return Expected(least, 1 + len(known), (*hardest, *order[len(deciding) :]))

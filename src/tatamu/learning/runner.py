@@ -138,13 +138,15 @@ class Runner:
         """The worlds of the next trial, and the best that it has to beat: of its mesh, among the trials known."""
         if self._expectation is None:
             return None
-        whole = [trial for trial in known if trial.user_attrs["worlds"] == 1 + len(self._worlds)]
-        here = [trial for trial in whole if self.study.is_coarse(trial) == proposal.coarse]
-        best = min(here, key=lambda trial: (trial.value, trial.number), default=None)
-        standing = None if best is None else Standing(float(best.values[0]), max(0.0, _added(best)), _hardest(best))
-        same = [trial for trial in whole if self.study.is_coarse(trial) and trial.params == proposal.parameters]
-        added = Added(_added(same[0]), _hardest(same[0])) if same and not proposal.coarse else None
-        return Demand(self._expectation, self._worlds, standing, added)
+        able = [trial for trial in known if trial.user_attrs.get("hardest")]
+        here = [trial for trial in able if self.study.is_coarse(trial) == proposal.coarse]
+        best = _least(here)
+        standing = Standing(float(best.values[0]), max(0.0, _added(best).objective)) if best else None
+        leading = best or _least(able)
+        hardest = _added(leading).hardest if leading else ()
+        same = [trial for trial in able if self.study.is_coarse(trial) and trial.params == proposal.parameters]
+        added = _added(same[0]) if same and not proposal.coarse else None
+        return Demand(self._expectation, self._worlds, standing, hardest, added)
 
     def _ended(self, begun: Pending, which: str) -> Evaluation:
         return begun.ended(f"seed {self.study.identity.seed}, {which}")
@@ -293,11 +295,12 @@ class Runner:
         return self._kept[number]
 
 
-def _added(trial: FrozenTrial) -> float:
-    """The addition of disturbances to the objective of a trial that was simulated in all worlds."""
-    return float(trial.user_attrs["expected_objective"] - trial.user_attrs["objective"])
+def _least(trials: Sequence[FrozenTrial]) -> FrozenTrial | None:
+    """The trial of least objective; None of none."""
+    return min(trials, key=lambda trial: (trial.value, trial.number), default=None)
 
 
-def _hardest(trial: FrozenTrial) -> tuple[int, ...]:
-    """The worlds of a trial that was simulated in all of them, the hardest first; none where they were not kept."""
-    return tuple(trial.user_attrs.get("hardest", ()))
+def _added(trial: FrozenTrial) -> Added:
+    """The addition of disturbances to the objective of a trial that could win."""
+    held = trial.user_attrs
+    return Added(float(held["expected_objective"] - held["objective"]), held["worlds"], tuple(held["hardest"]))
