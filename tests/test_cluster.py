@@ -16,12 +16,13 @@ import pytest
 
 pytest.importorskip("distributed", reason="Dask is not installed")
 
+import cloudpickle
 from typer.testing import CliRunner
 
 from tatamu.cli.app import app
 from tatamu.cluster import connected, executor_at
 from tatamu.cluster.address import parse_address
-from tatamu.cluster.arguments import unbound
+from tatamu.cluster.arguments import LARGE, SharedArguments, unbound
 from tatamu.cluster.call import checked_call
 from tatamu.cluster.executor import DaskExecutor
 from tatamu.cluster.versions import difference, versions
@@ -109,22 +110,28 @@ def test_calls_come_back_with_results_and_errors(executor: DaskExecutor) -> None
 def test_large_arguments_go_over_once(executor: DaskExecutor) -> None:
     array = np.full(100_000, 7.0)
     twin = array.copy()
-    before = len(executor._shared._by_content)
+    before = len(executor._shared._futures)
     results = [executor.submit(loaded, each, times).result() for each in (array, twin) for times in range(3)]
     assert [product for _, product in results] == [0, 7, 14] * 2
-    assert len(executor._shared._by_content) - before == 1, "equal content is one argument"
+    assert len(executor._shared._futures) - before == 1, "equal content is one argument"
 
 
-def test_shared_arguments_are_forgotten_with_their_object(executor: DaskExecutor) -> None:
-    array = np.full(100_000, 3.0)
-    executor.submit(loaded, array, 1).result()
-    assert id(array) in executor._shared._by_object
-    number = id(array)
-    del array
-    until = time.monotonic() + 10
-    while number in executor._shared._by_object and time.monotonic() < until:
-        time.sleep(0.05)
-    assert number not in executor._shared._by_object
+def test_shared_arguments_that_were_not_used_for_longest_are_forgotten(executor: DaskExecutor) -> None:
+    shared = SharedArguments(executor._client, kept=2_000_000)
+    first, second, third = (np.full(100_000, value) for value in (1.0, 2.0, 3.0))
+    held = shared.replaced(first).key
+    other = shared.replaced(second).key
+    assert shared.replaced(first).key == held and other != held
+    assert list(shared._futures) == [held, other]
+    newest = shared.replaced(third).key
+    assert list(shared._futures) == [held, newest], "the second was used before the first"
+    assert executor.submit(loaded, third, 2).result()[1] == 6
+
+
+def test_a_task_is_shared_and_a_manipulation_goes_along_with_its_call() -> None:
+    task = make_task("towel")
+    manipulation = task.manipulation({"x1": 0.1, "z1": 0.1, "x2": 0.2, "z2": 0.1, "g1": 0, "g2": 0})
+    assert len(cloudpickle.dumps(manipulation)) < LARGE < len(cloudpickle.dumps(task))
 
 
 def test_what_is_bound_to_a_function_is_an_argument() -> None:
