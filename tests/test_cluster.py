@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -24,6 +25,7 @@ from tatamu.cluster import connected, executor_at
 from tatamu.cluster.address import parse_address
 from tatamu.cluster.arguments import LARGE, SharedArguments, unbound
 from tatamu.cluster.call import checked_call
+from tatamu.cluster.connection import CERTIFICATES
 from tatamu.cluster.executor import DaskExecutor
 from tatamu.cluster.versions import difference, versions
 from tatamu.cluster.watch import Patience, Watch
@@ -99,6 +101,37 @@ def test_a_scheduler_that_is_not_there_is_refused_within_seconds(monkeypatch: py
         with connected("tcp://127.0.0.1:9"):
             pass
     assert time.monotonic() - begun < 15
+
+
+def certificate(folder: Path) -> Path:
+    """A certificate that signs itself, and its key beside it."""
+    if shutil.which("openssl") is None:
+        pytest.skip("openssl is not installed")
+    names = ["-keyout", str(folder / "key.pem"), "-out", str(folder / "cert.pem"), "-days", "2", "-subj", "/CN=lab"]
+    made = ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", *names]
+    subprocess.run(made, check=True, capture_output=True)
+    return folder / "cert.pem"
+
+
+def test_a_scheduler_with_certificates_is_reached_with_them_alone(tmp_path: Path) -> None:
+    import dask
+    import distributed
+
+    with pytest.raises(InputError, match=r"needs certificates, and Dask's configuration has no .*ca-file"):
+        with connected("tls://127.0.0.1:9"):
+            pass
+    with dask.config.set({name: "/nowhere" for name in CERTIFICATES}):
+        with pytest.raises(InputError, match=r"ca-file of Dask's configuration is no file, given /nowhere"):
+            with connected("tls://127.0.0.1:9"):
+                pass
+    cert = str(certificate(tmp_path))
+    files = {"cert": cert, "key": str(tmp_path / "key.pem")}
+    named = {f"distributed.comm.tls.{role}": files for role in ("scheduler", "worker", "client")}
+    with dask.config.set({"distributed.comm.tls.ca-file": cert, **named}):
+        with distributed.LocalCluster(n_workers=1, protocol="tls", dashboard_address=":0", processes=False) as cluster:
+            with connected(cluster.scheduler_address) as executor:
+                assert cluster.scheduler_address.startswith("tls://")
+                assert executor.submit(divmod, 7, 2).result() == (3, 1)
 
 
 def test_calls_come_back_with_results_and_errors(executor: DaskExecutor) -> None:
