@@ -7,7 +7,7 @@ DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 
 .PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
-        calibration folds robots foreign statics locking tangle times own-garments golden cluster real-cloth search help
+        calibration folds robots foreign statics locking tangle times own-garments golden cluster real-cloth search holds help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1: /'
@@ -38,6 +38,12 @@ learning: $(READY)  ## the figures of docs/notes/learning.md: five seeds, agains
 
 search: $(DEV)  ## the tables of docs/notes/search.md: the search against its alternatives; hours; `pip install torch` for one row
 	$(BIN)/python benchmarks/search.py --out runs/search --write-docs
+
+holds: $(DEV)  ## the tables of docs/notes/margins.md: folds learned in disturbed worlds against those of least C; hours
+	$(BIN)/python -m benchmarks.holds meshes --write-docs
+	$(BIN)/python -m benchmarks.holds folds --out runs/holds --write-docs
+	$(BIN)/python -m benchmarks.holds simulators --out runs/holds --write-docs
+	$(BIN)/python -m benchmarks.holds two-meshes --out runs/holds --write-docs
 
 times: $(READY)  ## how long whole commands take: the table of docs/notes/learning.md; minutes, `--cases shop` longer
 	$(BIN)/python benchmarks/times.py --out runs/times --write-docs

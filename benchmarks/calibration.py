@@ -22,7 +22,8 @@ from scipy.stats import binom
 from tables import IMAGES, publish
 
 from tatamu.calibration import Calibration, calibrate
-from tatamu.calibration.drawing import hanging, looped, over_plate, pushed, sagging, sliding, swung
+from tatamu.calibration.crease import PressedCrease
+from tatamu.calibration.drawing import creased, hanging, looped, over_plate, pushed, sagging, sliding, swung
 from tatamu.calibration.elongation import Elongation, Grasp
 from tatamu.calibration.friction import Slope
 from tatamu.calibration.loop import Loop
@@ -190,6 +191,9 @@ def drawings() -> None:
     write_text(IMAGES / "measure-sag.svg", sagging(strip, simulate(strip.scene(terry)).positions[-1]))
     loop = Loop(0.034, 0.002)
     write_text(IMAGES / "measure-loop.svg", looped(loop, simulate(loop.scene(terry)).positions[-1]))
+    crease = PressedCrease(0.01, 0.007, terry.bending_length)
+    rough = terry.model_copy(update={"bending_hysteresis": 50.0 * terry.bending_rigidity})
+    write_text(IMAGES / "measure-crease.svg", creased(crease, simulate(crease.scene(rough)).positions[-1]))
     push = Push(0.4, 0.06, 0.01)
     wrinkled = terry.model_copy(update={"compression": 0.12, "stretch_stiffness": 60.0})
     write_text(IMAGES / "measure-push.svg", pushed(push, simulate(push.scene(wrinkled)).positions[-1]))

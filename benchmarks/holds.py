@@ -1,19 +1,31 @@
 """Folds that hold: what meshes, objectives and simulators say of learned folds in worlds that are a little off.
 
-    python benchmarks/holds.py meshes            docs/notes/margins.md: the same worlds on four meshes
+    python -m benchmarks.holds meshes                           the same worlds on four meshes
+    python -m benchmarks.holds folds --out runs/holds           learned in disturbed worlds, and by least C
+    python -m benchmarks.holds simulators --out runs/holds      the same two towels in MuJoCo
+    python -m benchmarks.holds two-meshes --out runs/holds      margins on two meshes against margins on the fold's own
 
-Everything goes on where it stopped.
+Tables of docs/notes/margins.md; with `--write-docs` they replace the ones there. Everything goes on where it stopped:
+a fold that was learned is not learned again, and no world is simulated twice. `--only CASE` restricts to some cases;
+`--known` publishes what is there, and learns nothing.
 """
 
 from __future__ import annotations
 
 import argparse
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from benchmarks.tables import markdown, publish
 
 from tatamu.disturbances import CALM, Stream, drawn, judge, load_disturbances
 from tatamu.folding.task import make_task
+from tatamu.margins import Measured, measure
+from tatamu.results import ResultFolder
 
 MANIPULATIONS = {
     "x1 .08 z1 .19 x2 .44 z2 .02": {"x1": 0.08, "z1": 0.19, "x2": 0.44, "z2": 0.02, "g1": 0, "g2": 0},
@@ -24,9 +36,44 @@ MANIPULATIONS = {
 SPACINGS = (0.013, 0.020, 0.026, 0.030)
 WORLDS = 16
 LIMIT = 0.0125
+JUDGING_SEED = 1
+"""Of the draws in which folds are compared."""
+OBJECTIVES = {"least C": ["--disturbances", "none"], "in disturbed worlds": []}
+"""Options of `tatamu learn`."""
+COMMAND = [sys.executable, "-c", "from tatamu.cli import main; main()"]
 
 
-def meshes() -> None:
+@dataclass(frozen=True)
+class Case:
+    """A garment and a fold, as `tatamu learn` is asked for them."""
+
+    name: str
+    words: tuple[str, ...]
+    seeds: int
+    draws: int
+    """For the folds learned in disturbed worlds."""
+    draws_of_least: int
+    """For those of least C, whose share needs no such precision."""
+
+    def folder(self, out: Path, seed: int, objective: str) -> Path:
+        """Where a fold is learned."""
+        ending = "least" if objective == "least C" else "holds"
+        return out / f"{self.name.replace(' ', '-')}-{seed}-{ending}"
+
+
+CASES = (
+    Case("towel half", ("towel",), 3, 500, 200),
+    Case("trousers leg", ("trousers", "--fold", "leg", "--spacing", "0.024"), 1, 100, 100),
+    Case("tshirt half", ("tshirt", "--spacing", "0.024"), 1, 100, 100),
+    Case("towel quarters", ("towel", "--fold", "quarters", "--spacing", "0.02"), 1, 100, 100),
+    Case("trousers half", ("trousers", "--fold", "half", "--spacing", "0.024"), 1, 100, 100),
+    Case("tshirt shop", ("tshirt", "--fold", "shop", "--spacing", "0.024"), 1, 100, 100),
+)
+"""Those whose spacing is given are on a coarser mesh than `tatamu learn` would choose."""
+
+
+def meshes(write: bool) -> None:
+    """The same worlds on four meshes."""
     disturbances = load_disturbances("default")
     assert disturbances is not None
     worlds = [CALM, *drawn(disturbances, WORLDS, 0, Stream.JUDGING)]
@@ -53,14 +100,142 @@ def meshes() -> None:
                 }
             )
             print(rows[-1], flush=True)
-    publish("margins: meshes", markdown(rows))
+    show("margins: meshes", rows, write)
+
+
+def learned(case: Case, seed: int, objective: str, out: Path, known: bool) -> list[Path]:
+    """Learn a fold or a plan, unless it is there: the folders of its steps, those that are there."""
+    folder = case.folder(out, seed, objective)
+    ended = folder / "learned"
+    if not ended.exists() and not known:
+        words = ["learn", *case.words, *OBJECTIVES[objective], "--seed", str(seed), "--no-baselines"]
+        subprocess.run([*COMMAND, *words, "--out", str(folder)], check=True, stdout=subprocess.DEVNULL)
+        ended.touch()
+    if not ended.exists():
+        return []
+    results = ResultFolder(folder)
+    return [step.path for step in results.learned_steps()] if results.holds_plan else [folder]
+
+
+def judged(folder: Path, draws: int, simulator: str | None = None, fine: bool = False) -> Measured:
+    """All draws of a learned fold in the worlds that folds are compared in."""
+    disturbances = load_disturbances("default")
+    assert disturbances is not None
+    # one file for all seeds of a case, as two of them may find the same fold
+    beside = folder.parent / f"draws-{simulator or 'native'}"
+    return measure(
+        folder,
+        disturbances,
+        out=beside,
+        draws=draws,
+        seed=JUDGING_SEED,
+        simulator=simulator,
+        fine=fine,
+        alone=False,
+        progress=lambda done, total: print(f"{folder.name}: {done} of {total}", flush=True) if done % 25 == 0 else None,
+    )
+
+
+def row(name: str, objective: str, measured: Measured) -> dict[str, str]:
+    """A row of the table of folds."""
+    result = measured.result
+    spread = result.joint.mean_vertex_distance
+    low, high = result.joint.interval
+    spacing = result.mesh.own_spacing or result.mesh.spacing
+    path = measured.learned.fold.result.best_trial.trajectory_length
+    return {
+        "fold": name,
+        "learned": objective,
+        "mesh [mm]": f"{1e3 * spacing:.3g}" + (f" ({1e3 * result.mesh.spacing:.3g})" if result.mesh.coarser else ""),
+        "path [m]": f"{path:.3f}",
+        "undisturbed [mm]": f"{1e3 * (result.undisturbed or np.nan):.1f}",
+        "median": f"{1e3 * spread.median:.1f}",
+        "90 %": f"{1e3 * spread.q90:.1f}",
+        "worst": f"{1e3 * spread.worst:.1f}",
+        "holds in": f"{result.joint.held} of {result.joint.draws} ({100 * low:.1f} to {100 * high:.1f} %)",
+    }
+
+
+def chosen(only: str | None) -> list[Case]:
+    """The cases of those names; all where none is given."""
+    return [case for case in CASES if only is None or case.name in only.split(",")]
+
+
+def compared(cases: list[Case], out: Path, known: bool) -> Iterator[dict[str, str]]:
+    """Rows of all folds, those learned in disturbed worlds first."""
+    for case in cases:
+        for seed in range(case.seeds):
+            for objective, draws in zip(reversed(OBJECTIVES), (case.draws, case.draws_of_least), strict=True):
+                steps = learned(case, seed, objective, out, known)
+                for number, folder in enumerate(steps, start=1):
+                    step = f", step {number}" if len(steps) > 1 else ""
+                    yield row(f"{case.name}{step}, seed {seed}", objective, judged(folder, draws))
+
+
+def folds(out: Path, only: str | None, known: bool, write: bool) -> None:
+    """Folds learned in disturbed worlds against those of least C, in the same worlds that neither was learned in."""
+    rows = []
+    for found in compared(chosen(only), out, known):
+        rows.append(found)
+        print(found, flush=True)
+    show("margins: folds", rows, write)
+
+
+def simulators(out: Path, known: bool, write: bool, draws: int) -> None:
+    """Both towels of seed 0 in MuJoCo, in the same worlds as in `native`."""
+    rows = []
+    for objective in reversed(OBJECTIVES):
+        for folder in learned(CASES[0], 0, objective, out, known):
+            for simulator in (None, "mujoco"):
+                found = row(
+                    f"towel half, seed 0, in {simulator or 'native'}", objective, judged(folder, draws, simulator)
+                )
+                rows.append(found)
+                print(found, flush=True)
+    show("margins: simulators", rows, write)
+
+
+def two_meshes(out: Path, known: bool, write: bool) -> None:
+    """200 draws of every towel on two meshes, and on the fold's own alone."""
+    rows = []
+    for seed in range(CASES[0].seeds):
+        for objective in reversed(OBJECTIVES):
+            for folder in learned(CASES[0], seed, objective, out, known):
+                for fine in (False, True):
+                    measured = judged(folder, 200, fine=fine)
+                    mesh = measured.result.mesh
+                    found = row(f"towel half, seed {seed}", objective, measured)
+                    rows.append(
+                        {**found, "simulations": measured.result.simulations, "on the own": mesh.own_simulations}
+                    )
+                    print(rows[-1], flush=True)
+    show("margins: two meshes", rows, write)
+
+
+def show(name: str, rows: list[dict[str, str]], write: bool) -> None:
+    """Print a table, and put it where the docs have it."""
+    print(markdown(rows))
+    if write:
+        publish(name, markdown(rows))
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=["meshes"])
-    parser.parse_args()
-    meshes()
+    parser.add_argument("what", choices=["meshes", "folds", "simulators", "two-meshes"])
+    parser.add_argument("--out", type=Path, default=Path("runs/holds"))
+    parser.add_argument("--only", help=f"of {', '.join(case.name for case in CASES)}")
+    parser.add_argument("--known", action="store_true", help="only what was learned before")
+    parser.add_argument("--draws", type=int, default=24, help="of `simulators`")
+    parser.add_argument("--write-docs", action="store_true")
+    options = parser.parse_args()
+    if options.what == "meshes":
+        meshes(options.write_docs)
+    elif options.what == "folds":
+        folds(options.out, options.only, options.known, options.write_docs)
+    elif options.what == "simulators":
+        simulators(options.out, options.known, options.write_docs, options.draws)
+    else:
+        two_meshes(options.out, options.known, options.write_docs)
 
 
 if __name__ == "__main__":

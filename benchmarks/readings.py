@@ -1,4 +1,4 @@
-"""Hidden parameters from the readings that are not the paper's: plate, swing, fading.
+"""Hidden parameters from the readings that are not the paper's: plate, swing, fading, bias, crease.
 
     python benchmarks/readings.py --out runs/readings [--draws 100] [--only plate] [--write-docs]
 
@@ -18,9 +18,13 @@ import numpy as np
 from tables import markdown, publish
 
 from tatamu.calibration import Measurements, calibrate
+from tatamu.calibration.bias import PINCH, Bias
+from tatamu.calibration.crease import PressedCrease
+from tatamu.calibration.elongation import Elongation, Grasp
 from tatamu.calibration.entry import Errors
 from tatamu.calibration.fading import Fading
 from tatamu.calibration.plate import Plate
+from tatamu.calibration.sag import Sag
 from tatamu.calibration.swing import Swinging, TenSwings
 from tatamu.files import read_json, write_json
 from tatamu.garments import make_garment
@@ -29,6 +33,12 @@ from tatamu.simulators import simulate
 
 SIZE = (0.24, 0.36)
 """Of the cloth [m]."""
+LARGE = (0.5, 0.9)
+"""Of the cloth that is hung by a corner [m]."""
+FINER = 0.014
+"""Spacing of the mesh on which that is read [m]."""
+FINER_ROWS = 16
+"""Cells along the strip whose sag is read."""
 COVERING = 2.0
 """Standard uncertainties of an interval."""
 ERRORS = Errors()
@@ -65,10 +75,52 @@ def fading(random: np.random.Generator) -> tuple[Material, Tables]:
     return hidden, {"swing": _swing(ten, hidden, random), "fading": table}
 
 
+def bias(random: np.random.Generator) -> tuple[Material, Tables]:
+    """Hung by its lower edge and by a corner; a larger cloth, read on a mesh finer than calibration's."""
+    garment = make_garment("towel", size=LARGE, spacing=FINER)
+    hidden = _terry(
+        areal_density=random.uniform(0.15, 0.4),
+        stretch_stiffness=float(np.exp(random.uniform(np.log(200.0), np.log(600.0)))),
+        shear_stiffness=float(np.exp(random.uniform(np.log(10.0), np.log(60.0)))),
+    )
+    whole = Elongation(garment, (Grasp(edge="bottom"),))
+    corner = Elongation(garment, (Grasp(edge="bottom", at=0.0, width=PINCH),))
+    longer = whole.reading(simulate(whole.scene(hidden)))
+    pulled = corner.reading(simulate(Bias(corner).scene(hidden)))
+    lengths = {"L1": whole.length + longer, "L2": whole.length}, {"L1": corner.length + pulled, "L2": corner.length}
+    read, by_corner = ({name: _read(value, random) for name, value in each.items()} for each in lengths)
+    read["L1"] = max(read["L1"], read["L2"] + 1e-4)
+    by_corner["L1"] = max(by_corner["L1"], by_corner["L2"] + 1e-4)
+    return hidden, {
+        "elongation": {"grasps": [{"edge": "bottom"}], **read},
+        "bias": {"edge": "bottom", "end": "start", **by_corner},
+    }
+
+
+def crease(random: np.random.Generator) -> tuple[Material, Tables]:
+    """A sag, and a hinge of 10 mm round two boards of 3 mm, opened twice."""
+    density = float(np.exp(random.uniform(np.log(0.1), np.log(0.4))))
+    length = random.uniform(0.017, 0.03)
+    rigidity = density * GRAVITY * length**3
+    stays = float(np.exp(random.uniform(np.log(20.0), np.log(120.0))))
+    hidden = _terry(areal_density=density, bending_rigidity=rigidity, bending_hysteresis=stays * rigidity)
+    test = PressedCrease(0.01, 0.006 + hidden.thickness, hidden.bending_length)
+    angle = float(np.degrees(test.angle_of(simulate(test.scene(hidden)).positions[-1])))
+    angles = [float(np.clip(angle + ERRORS.angle * random.standard_normal(), 0.0, 180.0)) for _ in range(2)]
+    strip = Sag(2.0 * length, 2.0 * length / FINER_ROWS)
+    sag = strip.reading(simulate(strip.scene(hidden))) + ERRORS.length * random.standard_normal()
+    return hidden, {
+        "sag": {"edge": "bottom", "free_length": strip.free_length, "sag": float(sag)},
+        "crease": {"gap": 0.01, "board": 0.003, "angle": angles},
+    }
+
+
 READINGS: dict[str, tuple[str, Callable[[np.random.Generator], tuple[Material, Tables]]]] = {
     "plate": ("bending_rigidity", plate),
     "swing": ("air_added_mass", swing),
     "fading": ("air_drag_quadratic", fading),
+    "bias": ("shear_stiffness", bias),
+    "crease": ("bending_hysteresis", crease),
 }
 """Test to its parameter, and how it is read."""
 
@@ -90,6 +142,11 @@ def _swinging(aside: float) -> Swinging:
     return Swinging(make_garment("towel", size=SIZE), "bottom", aside)
 
 
+def _read(length: float, random: np.random.Generator) -> float:
+    """A length that a person read [m]."""
+    return float(length + ERRORS.length * random.standard_normal())
+
+
 def _swing(test: TenSwings, hidden: Material, random: np.random.Generator) -> dict[str, Any]:
     seconds = test.reading(simulate(test.scene(hidden))) + ERRORS.time * random.standard_normal()
     return {"edge": "bottom", "aside": test.swinging.aside, "ten_swings": float(seconds)}
@@ -100,8 +157,9 @@ def recovered(name: str, draw: int) -> dict[str, Any]:
     parameter, read = READINGS[name]
     random = np.random.default_rng([27, list(READINGS).index(name), draw])
     hidden, tables = read(random)
-    mass = hidden.areal_density * SIZE[0] * SIZE[1]
-    found = calibrate(Measurements.model_validate({"garment": {"name": "towel", "size": SIZE, "mass": mass}, **tables}))
+    size = LARGE if name == "bias" else SIZE
+    mass = hidden.areal_density * size[0] * size[1]
+    found = calibrate(Measurements.model_validate({"garment": {"name": "towel", "size": size, "mass": mass}, **tables}))
     return {
         "true": getattr(hidden, parameter),
         "found": getattr(found.material, parameter),

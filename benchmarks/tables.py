@@ -69,6 +69,9 @@ PLACES = {
     "cluster: thousand": NOTES / "cluster.md",
     "garments within reach": NOTES / "robots.md",
     "margins: meshes": NOTES / "margins.md",
+    "margins: folds": NOTES / "margins.md",
+    "margins: simulators": NOTES / "margins.md",
+    "margins: two meshes": NOTES / "margins.md",
 }
 """The page of each table, by the name of its marks."""
 

@@ -28,6 +28,7 @@ MEASURED: dict[str, dict[str, Any]] = {
     "sag": {"edge": "bottom", "free_length": 0.05, "sag": 0.03},
     "loop": {"height": 0.025},
     "plate": {"disc": 0.3, "plate": 0.18, "drape_coefficient": 0.6, "nodes": [7]},
+    "crease": {"gap": 0.01, "board": 0.003, "angle": [25.0, 28.0]},
     "swing": {"edge": "bottom", "aside": 0.1, "ten_swings": 13.0},
     "fading": {"edge": "bottom", "aside": 0.1, "to": 0.025, "count": [3.0]},
     "bias": {"edge": "bottom", "end": "start", "L1": 0.64, "L2": 0.632},
@@ -39,6 +40,7 @@ ALLOWED = {
     "push": {"elongation", "friction"},
     "bias": {"elongation"},
     "fading": {"swing"},
+    "crease": {"sag"},
     "drawing": {"sag", "plate"},
 }
 """Modules that may name another test: those that need it, and where the name is a word of a drawing as well."""

@@ -64,7 +64,10 @@ def test_the_grain_line_turns_the_piece_so_that_it_runs_along_the_length(tmp_pat
     hem = front.vertices[front.edges["bottom"]]
     assert np.ptp(hem[:, 1]) == pytest.approx(0.32, abs=1e-3)
     assert any("grain line" in note for note in front.notes)
-    assert described(path, 'piece = "FRONT"', "grain = false").size == pytest.approx((0.46, 0.54), abs=1e-4)
+    as_drawn = described(path, 'piece = "FRONT"', "grain = false")
+    assert as_drawn.size == pytest.approx((0.46, 0.54), abs=1e-4)
+    assert front.fibre is None and as_drawn.fibre is not None
+    assert np.abs(as_drawn.fibre) == pytest.approx(np.array([[0.0, 1.0, 0.0]]))
     over = described(path, 'piece = "FRONT"', 'up = "-x"')
     assert np.ptp(over.vertices[over.edges["top"], 1]) == pytest.approx(0.32, abs=1e-3)
 

@@ -43,8 +43,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[World]:
         up = world["hands.offset.up"]
         return Verdict(None, None, "tore") if up > 0.02 else Verdict(2.0 * abs(up), 0.9)
 
-    monkeypatch.setattr("tatamu.margins.measurement.judge", known)
-    monkeypatch.setattr("tatamu.margins.subject.judge", known)
+    monkeypatch.setattr("tatamu.margins.asking.judge", known)
     return worlds
 
 

@@ -13,7 +13,7 @@ import pytest
 from PIL import Image
 
 import tatamu
-from tatamu.presentation.chart import log_axis
+from tatamu.presentation.chart import log_axis, traces
 from tatamu.presentation.drawing import FROM_ABOVE, Drawing
 from tatamu.presentation.image import png
 from tatamu.presentation.page import script
@@ -114,6 +114,12 @@ def test_a_short_logarithmic_axis_has_numbers_on_it() -> None:
     short = log_axis("x", 3.5, 6.5)
     assert {"4", "5", "6"} <= set(short["ticktext"])
     assert "ticktext" not in log_axis("x", 1.0, 5000.0)
+
+
+def test_a_legend_lies_above_the_plot_so_that_a_phone_has_room_for_both() -> None:
+    legend = traces([], showlegend=True)["layout"]["legend"]
+    assert legend["orientation"] == "h"
+    assert legend["y"] > 1.0 and legend["yanchor"] == "bottom"
 
 
 BACK_AND_FRONT = np.array([[0, 3, 1], [0, 1, 2]])

@@ -1,10 +1,10 @@
 """Calibration: measurements in, the parameters of one simulator out (paper, section IV).
 
-Areal density is mass over area. Stretch stiffness and bending rigidity are matched in turn, each in its own tests with
-the other as it stands, until both stay; where several tests tell bending, it is the mean of what each says alone, each
-weighing as much as its readings tell. Then come the tests that need both, in the order of the registry: friction, which
-does not touch those before it, and compression, which needs all the others. Every parameter is an effective one: with
-it this simulator, on such a mesh, gives the readings.
+Areal density is mass over area. Stretch stiffness, bending rigidity and friction of bending are matched in turn, each
+in its own tests with the others as they stand, until all stay; where several tests tell bending, it is the mean of what
+each says alone, each weighing as much as its readings tell. Then come the tests that need both, in the order of the
+registry: friction, which does not touch those before it, and compression, which needs all the others. Every parameter
+is an effective one: with it this simulator, on such a mesh, gives the readings.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ def calibrate(
 
 @dataclass(frozen=True)
 class ElasticMatch:
-    """How stretch stiffness and bending rigidity were matched."""
+    """How stretch stiffness, bending rigidity and friction of bending were matched."""
 
     material: Material
     groups: Groups
@@ -174,12 +174,13 @@ def _contributions(
     """How much each reading contributes to each parameter's uncertainty; a test that only bounds one: nothing."""
 
     def sensitivity(target: Target) -> Slopes:
-        def reading(stretch: float, bending: float) -> float:
-            changed = {"stretch_stiffness": float(np.exp(stretch)), "bending_rigidity": float(np.exp(bending))}
+        def reading(*logarithms: float) -> float:
+            changed = {name: float(np.exp(value)) for name, value in zip(known, logarithms, strict=True)}
             return laboratory.reading(target.test, material.model_copy(update=changed))
 
-        return slopes(reading, (float(np.log(material.stretch_stiffness)), float(np.log(material.bending_rigidity))))
+        return slopes(reading, tuple(float(np.log(getattr(material, name))) for name in known))
 
+    known = [name for name in ELASTIC if name not in OPTIONAL or elastic.groups.get(name)]
     lengths = {test.name: test for test in tests if isinstance(test, ElasticTest)}
     telling = {parameter: elastic.telling(parameter) for parameter in ELASTIC}
     sensitivities = [

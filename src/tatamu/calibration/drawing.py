@@ -11,6 +11,7 @@ from tatamu.presentation.shapes import Box, Segments
 from tatamu.topology import Topology
 
 if TYPE_CHECKING:
+    from tatamu.calibration.crease import PressedCrease
     from tatamu.calibration.elongation import Elongation
     from tatamu.calibration.friction import Slope
     from tatamu.calibration.loop import Loop
@@ -118,6 +119,27 @@ def looped(test: Loop, end: np.ndarray) -> str:
     read = reach + 0.35 * height
     drawing.line(np.array([[side[side[:, 1].argmax(), 0], height], [read, height]]), "muted", 1.0, dash=DASH)
     drawing.dimension(np.array([read, 0.0]), np.array([read, height]), "height")
+    return drawing.svg()
+
+
+def creased(test: PressedCrease, end: np.ndarray) -> str:
+    """The hinge and its two boards, positions [m] of shape (n, 3), from above."""
+    side = test.side(end)
+    board = 2.0 * test.gap
+    first, last = (side[near] - side[next_] for near, next_ in ((0, 1), (-1, -2)))
+    outer = [at + board * way / np.linalg.norm(way) for at, way in ((side[0], first), (side[-1], last))]
+    flat = side[-1] - board * first / np.linalg.norm(first)
+    middle = side[-1]
+    drawing = Drawing.around(np.concatenate([side, outer, [flat - np.array([0.0, 0.2 * board])]]), 320.0, 200.0)
+    drawing.line(np.vstack([middle - [test.gap, 0.0], flat]), "muted", 1.0, dash=DASH)
+    for at, far in zip((side[0], side[-1]), outer, strict=True):
+        drawing.line(np.array([at, far]), "muted", 7.0)
+    drawing.line(side, CLOTH, 3.5)
+    turn = np.linspace(0.0, test.angle_of(end), 24)
+    drawing.line(middle + 0.8 * board * np.column_stack([np.cos(turn), np.sin(turn)]), "reading", 1.2)
+    half = 0.5 * turn[-1]
+    drawing.label(middle + 0.95 * board * np.array([np.cos(half), np.sin(half)]), "angle", "reading")
+    drawing.label((0.5 * (side[0] + side[-1])) + [0.0, -0.25 * board], "gap", "ink")
     return drawing.svg()
 
 

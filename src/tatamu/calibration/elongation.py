@@ -29,7 +29,7 @@ from tatamu.garments import Garment
 from tatamu.material import GRAVITY, Material
 from tatamu.records import Record
 from tatamu.rollout import Rollout
-from tatamu.scene import Cloth, Gripper, Scene
+from tatamu.scene import Gripper, Scene
 from tatamu.topology import areas
 
 if TYPE_CHECKING:
@@ -187,7 +187,7 @@ L2 = []                  # lying
         start = np.column_stack([apart, self.plan[:, 0], -self.plan[:, 1]])
         grippers = [Gripper(vertices=each.tolist(), times=[0.0], displacements=np.zeros((1, 3))) for each in self.held]
         return Scene(
-            cloth=Cloth(vertices=start, faces=cloth.faces, rest_vertices=cloth.rest, seams=cloth.seams),
+            cloth=cloth.model_copy(update={"vertices": start, "rest_vertices": cloth.rest}),
             material=settling(material, rate),
             grippers=grippers,
             duration=RELAXATIONS / rate,

@@ -27,6 +27,8 @@ class Errors(Record):
     """Of a number of swings that was counted while they fade [-]."""
     drape: Error = 0.03
     """Of a drape coefficient [-]: folds fall differently each time."""
+    angle: Annotated[float, Field(ge=0.1, le=45.0)] = 4.0
+    """Of the angle that stays in a crease [degrees]."""
 
 
 class TestEntry(Record):

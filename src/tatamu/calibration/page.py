@@ -158,7 +158,6 @@ def _speed_chart(fit: Fit, test: CalibrationTest) -> Plot:
         xaxis=axis(KNOWN[fit.parameter].label),
         yaxis=axis("speed at the end [mm/s]"),
         showlegend=True,
-        legend={"orientation": "h", "y": 1.14, "font": {"color": "@ink"}},
         shapes=[line("x", textbook, colour="@ink")],
         annotations=[note(textbook, 1, "tan θ", yref="paper", xanchor="left", yanchor="top", xshift=4)],
     )

@@ -37,6 +37,7 @@ KNOWN = {
         Parameter("shear_stiffness", "G", "N/m", "shear stiffness"),
         Parameter("air_added_mass", "m_a", "kg/m²", "air that it carries", "g/m²", 1e3),
         Parameter("air_drag_quadratic", "q_n", "kg/m³", "quadratic drag of air"),
+        Parameter("bending_hysteresis", "HB", "N", "friction of bending", "mN", 1e3),
     )
 }
 """By the name of the field."""
@@ -53,9 +54,10 @@ LIMITS = {
     "compression": (0.01, 1.0),
     "air_added_mass": (1e-3, 2.0),
     "air_drag_quadratic": (1e-2, 100.0),
+    "bending_hysteresis": (1e-6, 1.0),
 }
 """Ranges in which parameters are searched, each in its unit."""
-OPTIONAL = ("shear_stiffness", "air_added_mass", "air_drag_quadratic")
+OPTIONAL = ("shear_stiffness", "air_added_mass", "air_drag_quadratic", "bending_hysteresis")
 """Fields that are spoken of only where a test tells them."""
 UNMEASURED = ("poisson_ratio", "friction_cloth", "air_drag")
 """Fields of a material that no test tells."""

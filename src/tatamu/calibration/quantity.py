@@ -11,6 +11,8 @@ LONGEST, HEAVIEST = 10.0, 20.0
 """A garment's length [m] and mass [kg] beyond these are a unit error."""
 LATEST = 600.0
 """A time that somebody measures beyond this [s] is one."""
+FARTHEST = 180.0
+"""The angle of a closed fold [degrees]."""
 SHOWN = {"m": (1e3, "mm"), "kg": (1e3, "g"), "s": (1.0, "s"), "-": (1.0, "")}
 """Unit of a reading to the factor and the unit with which it is shown."""
 
@@ -48,6 +50,13 @@ def _times(value: Any) -> tuple[float, ...]:
     return _readings(value, LATEST, "seconds", "milliseconds")
 
 
+def _angles(value: Any) -> tuple[float, ...]:
+    given = _readings(value, np.inf, "degrees", "", nothing=True)
+    if max(given) > FARTHEST:
+        raise ValueError(f"must be in degrees, at most {FARTHEST:g}, given {max(given):g}")
+    return given
+
+
 def _length(value: Any) -> float:
     return _lengths([value])[0]
 
@@ -57,5 +66,7 @@ Distances = Annotated[tuple[float, ...], BeforeValidator(_distances)]
 """Lengths that may be 0."""
 Masses = Annotated[tuple[float, ...], BeforeValidator(_masses)]
 Times = Annotated[tuple[float, ...], BeforeValidator(_times)]
+Angles = Annotated[tuple[float, ...], BeforeValidator(_angles)]
+"""In degrees, as a protractor has them; 0 to 180."""
 Length = Annotated[float, BeforeValidator(_length)]
 Error = Annotated[float, Field(ge=1e-6, le=0.1)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from tatamu.calibration.bias import Bias
+from tatamu.calibration.crease import PressedCrease
 from tatamu.calibration.elongation import Elongation
 from tatamu.calibration.fading import Fading
 from tatamu.calibration.friction import Slope
@@ -14,6 +15,6 @@ from tatamu.calibration.swing import TenSwings
 from tatamu.calibration.test import CalibrationTest
 
 TESTS: dict[str, type[CalibrationTest]] = {
-    test.name: test for test in (Elongation, Slope, Sag, Loop, Plate, Push, Bias, TenSwings, Fading)
+    test.name: test for test in (Elongation, Slope, Sag, Loop, Plate, PressedCrease, Push, Bias, TenSwings, Fading)
 }
 """Name to test."""

@@ -67,4 +67,8 @@ def _specimen(measurements: Measurements, spacing: float | None) -> Specimen:
         material = material.model_copy(update={"thickness": given.thickness})
     garment = make_garment(given.name, given.size, material, spacing or (SPACING if given.name in GARMENTS else None))
     thick = {"thickness": given.thickness} if given.thickness else {}
-    return Specimen(garment, garment.material.model_copy(update={**thick, "blender": None}), spacing)
+    return Specimen(
+        garment,
+        garment.material.model_copy(update={**thick, "blender": None, "bending_rigidity_initial": None}),
+        spacing,
+    )

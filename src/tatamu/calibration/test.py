@@ -4,8 +4,8 @@ A test is one module: its table of the measurements file (a `TestEntry`), how to
 it tells and with which uncertainty, what to advise and how to draw it. `registry` lists the modules; everything else
 goes through that list. Two kinds are matched differently:
 
-- `ElasticTest`: a length at rest that tells stretch stiffness or bending rigidity. All of them are matched together, as
-  each depends a little on both.
+- `ElasticTest`: a length at rest that tells stretch stiffness, bending rigidity or its friction. All of them are
+  matched together, as each depends a little on all.
 - `LaterTest`: finds its parameter once those are known, in the order of the registry.
 """
 
@@ -127,10 +127,12 @@ class CalibrationTest(ABC):
 
 
 class ElasticTest(CalibrationTest):
-    """A length at rest that depends on stretch stiffness and bending rigidity, and tells one of them."""
+    """A length at rest that depends on stretch stiffness and on bending, and tells one of them."""
 
     reads: ClassVar[Mapping[str, float]]
     """The readings that make up the length, each with its factor."""
+    weighs: ClassVar[bool] = True
+    """Whether the length depends on the cloth's own weight."""
     size: ClassVar[str | None] = None
     """The reading by which all lengths of the test scale; None: none that was read."""
 
@@ -153,7 +155,7 @@ class ElasticTest(CalibrationTest):
 
 
 class LaterTest(CalibrationTest):
-    """A test that finds its parameter once stretch stiffness and bending rigidity are known."""
+    """A test that finds its parameter once stretch stiffness and bending are known."""
 
     @abstractmethod
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:

@@ -1,9 +1,9 @@
 """From the readings' uncertainties to the parameters', to first order (JCGM 100:2008, 5.1 and 5.2).
 
-At rest, lengths over the garment's own depend on Y / (rho g L) and B / (rho g L^3) alone. So the slopes of a reading f
-in Y and B, which a few simulations give, also give those in density and size:
+At rest, lengths over the garment's own depend on Y / (rho g L), B / (rho g L^3) and HB / (rho g L^2) alone. So the
+slopes of a reading f in Y, B and HB, which a few simulations give, also give those in density and size:
 
-    df/dln rho = -(f_Y + f_B),    df/dln L = f - f_Y - 3 f_B,    f_Y = df/dln Y,  f_B = df/dln B
+    df/dln rho = -(f_Y + f_B + f_HB),    df/dln L = f - f_Y - 3 f_B - 2 f_HB,    f_Y = df/dln Y, ..
 """
 
 from __future__ import annotations
@@ -23,33 +23,36 @@ STEP = 0.1
 """Of the logarithm of a parameter, for differences."""
 AGREES = 2.0
 """Tests of one parameter agree that are within this many standard uncertainties of one another."""
-ELASTIC = ("stretch_stiffness", "bending_rigidity")
+ELASTIC = ("stretch_stiffness", "bending_rigidity", "bending_hysteresis")
 """Parameters that lengths at rest depend on."""
 
 
 @dataclass(frozen=True)
 class Slopes:
-    """How a reading f depends on the logarithms of Y and B [m]."""
+    """How a reading f depends on the logarithms of Y, B and HB [m]."""
 
     reading: float
     stretch: float
     bending: float
+    friction: float = 0.0
 
     @property
     def density(self) -> float:
         """df/dln rho."""
-        return -(self.stretch + self.bending)
+        return -(self.stretch + self.bending + self.friction)
 
     @property
     def size(self) -> float:
         """df/dln L, everything else fixed."""
-        return self.reading - self.stretch - 3.0 * self.bending
+        return self.reading - self.stretch - 3.0 * self.bending - 2.0 * self.friction
 
 
-def slopes(reading: Callable[[float, float], float], at: tuple[float, float]) -> Slopes:
-    """Differences of reading(ln Y, ln B): central ones, or one-sided ones where the simulator gives up on one side."""
-    stretch, bending = at
-    here = reading(stretch, bending)
+def slopes(reading: Callable[..., float], at: tuple[float, ...]) -> Slopes:
+    """Differences of reading(ln Y, ln B), or of reading(ln Y, ln B, ln HB).
+
+    Central ones, or one-sided ones where the simulator gives up on one side.
+    """
+    here = reading(*at)
 
     def slope(more: float, less: float) -> float:
         known = [(value, step) for value, step in ((less, -STEP), (here, 0.0), (more, STEP)) if np.isfinite(value)]
@@ -59,8 +62,8 @@ def slopes(reading: Callable[[float, float], float], at: tuple[float, float]) ->
         (last, high) = known[-1]
         return (last - first) / (high - low)
 
-    along_stretch = slope(reading(stretch + STEP, bending), reading(stretch - STEP, bending))
-    return Slopes(here, along_stretch, slope(reading(stretch, bending + STEP), reading(stretch, bending - STEP)))
+    steps = STEP * np.eye(len(at))
+    return Slopes(here, *(slope(reading(*(at + step)), reading(*(at - step))) for step in steps))
 
 
 @dataclass(frozen=True)
@@ -119,15 +122,18 @@ def _share(reading: Reading) -> float:
 
 
 def _elastic(name: str, reading: Reading, density: float, tests: Sequence[Sensitivity]) -> np.ndarray:
-    """Changes of ln Y and ln B that make up for the change of one reading, shape (2,)."""
+    """Changes of ln Y, ln B and ln HB that make up for the change of one reading, shape (3,)."""
     error = reading.uncertainty
     share = _share(reading)
-    matrix = np.eye(2)
-    wanted = np.zeros(2)
+    matrix = np.eye(len(ELASTIC))
+    wanted = np.zeros(len(ELASTIC))
     for each in tests:
         row = ELASTIC.index(each.test.parameter)
-        along = (each.slopes.stretch, each.slopes.bending)
+        along = (each.slopes.stretch, each.slopes.bending, each.slopes.friction)
+        lighter = -each.slopes.density * density if each.test.weighs else 0.0
         moved = each.test.reads.get(name, 0.0) * error - (each.slopes.size * share if name == each.test.size else 0.0)
-        matrix[row, 1 - row] += each.weight * along[1 - row] / along[row]
-        wanted[row] += each.weight * (moved - each.slopes.density * density) / along[row]
+        for other in range(len(ELASTIC)):
+            if other != row:
+                matrix[row, other] += each.weight * along[other] / along[row]
+        wanted[row] += each.weight * (moved + lighter) / along[row]
     return np.asarray(np.linalg.solve(matrix, wanted))

@@ -112,7 +112,6 @@ def _section(opinion: Opinion, second: LearnedFold) -> Plot:
             for name, shape, colour in shapes
         ],
         showlegend=True,
-        legend={"orientation": "h", "y": 1.12},
         xaxis=axis("across the fold line [mm]"),
         yaxis=axis("height [mm]", rangemode="tozero"),
     )

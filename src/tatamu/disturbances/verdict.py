@@ -46,6 +46,17 @@ class Verdict:
         near = self.mean_vertex_distance <= limits.mean_vertex_distance
         return near and self.mask_iou >= limits.mask_iou
 
+    def slack(self, limits: Limits) -> float:
+        """How far the fold is from failing, as a part of its limits: from 1, without any error, to -1, twice beyond.
+
+        Negative where it does not hold.
+        """
+        if self.mean_vertex_distance is None or self.mask_iou is None:
+            return -1.0
+        near = 1.0 - self.mean_vertex_distance / limits.mean_vertex_distance
+        room = max(1.0 - limits.mask_iou, 1e-9)
+        return max(-1.0, min(near, (self.mask_iou - limits.mask_iou) / room))
+
     def as_dict(self) -> dict[str, Any]:
         """Plain data."""
         return asdict(self)

@@ -25,24 +25,31 @@ FEWEST = 250
 
 
 def with_coarser(job: Job) -> Job:
-    """The job with its coarser mesh, where it has one.
+    """The job with its coarser mesh, where it has one and the user did not choose the spacing."""
+    if job.asked is None or job.asked.spacing is not None:
+        return job
+    return replace(job, coarser=on_coarser_cells(job))
 
-    It has none where the user chose the spacing, where the simulator folds differently on coarser cells, where the mesh
-    is small already, and where the garment cannot be meshed or grasped with larger cells.
+
+def on_coarser_cells(job: Job) -> Job | None:
+    """The job on a coarser mesh.
+
+    It has none where the simulator folds differently on coarser cells, where the mesh is small already, and where the
+    garment cannot be meshed or grasped with larger cells.
     """
     asked = job.asked
-    if asked is None or asked.spacing is not None or not capabilities(job.simulator).coarse_search:
-        return job
+    if asked is None or not capabilities(job.simulator).coarse_search:
+        return None
     garment = job.garment
     spacing = COARSER[garment.layers] * garment.spacing
     try:
         coarse = make_garment(asked.garment, asked.size_pair, garment.material, spacing, asked.scale)
         ideal_folds(coarse, job.plan, job.hands)
     except InputError:
-        return job
+        return None
     if not FEWEST <= len(coarse.vertices) < len(garment.vertices):
-        return job
-    return replace(job, coarser=replace(job, garment=coarse))
+        return None
+    return replace(job, garment=coarse)
 
 
 def on_coarser_mesh(task: Task, manipulation: Manipulation, parameters: Mapping[str, float]) -> Manipulation:

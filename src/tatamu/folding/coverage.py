@@ -151,7 +151,7 @@ def parts_of(garment: Garment, state: np.ndarray, line: FoldLine, hold: Coverage
 
 def vertex_areas(garment: Garment) -> np.ndarray:
     """A third of the triangles around each vertex [m^2], shape (n,)."""
-    flat = garment.vertices if garment.rest is None else garment.rest
+    flat = garment.unstrained
     each = np.repeat(areas(flat, garment.faces) / 3.0, 3)
     return np.bincount(garment.faces.ravel(), each, minlength=len(flat))
 

@@ -240,8 +240,9 @@ def _after_closing(carry: Carry, down: float) -> tuple[list[float], np.ndarray]:
 def _cloth(fold: Fold, thicker: float) -> Cloth:
     """The cloth before the fold; once it was folded, its unstrained shape is still the flat one."""
     garment = fold.garment
-    flat = garment.vertices if garment.rest is None else garment.rest
-    rest = garment.rest if fold.start is garment.vertices else flat
+    rest = garment.rest if fold.start is garment.vertices else garment.unstrained
     start = fold.start if thicker == 1.0 else fold.start * [1.0, 1.0, thicker]
     unstrained = fold.start if rest is None and start is not fold.start else rest
-    return Cloth(vertices=start, faces=garment.faces, rest_vertices=unstrained, seams=garment.seams)
+    return Cloth(
+        vertices=start, faces=garment.faces, rest_vertices=unstrained, seams=garment.seams, fibre=garment.fibre
+    )

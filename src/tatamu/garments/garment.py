@@ -33,6 +33,8 @@ class Garment:
     """Edges that hinge freely, shape (s, 2)."""
     rest: np.ndarray | None = None
     """The unstrained shape [m], shape (n, 3); None: `vertices`. Of two layers: both panels at z = 0."""
+    fibre: np.ndarray | None = None
+    """Direction of the warp in the unstrained shape, shape (m, 3) or (1, 3); None: along x, its length."""
     edges: dict[str, np.ndarray] = field(default_factory=dict)
     """Named parts of the flat outline, each a path of vertices; of two layers those of the upper one."""
     openings: tuple[str, ...] = ()
@@ -58,4 +60,11 @@ class Garment:
 
     def cloth(self) -> Cloth:
         """The garment as the cloth of a scene."""
-        return Cloth(vertices=self.vertices, faces=self.faces, rest_vertices=self.rest, seams=self.seams)
+        return Cloth(
+            vertices=self.vertices, faces=self.faces, rest_vertices=self.rest, seams=self.seams, fibre=self.fibre
+        )
+
+    @property
+    def unstrained(self) -> np.ndarray:
+        """The unstrained shape [m], shape (n, 3)."""
+        return self.vertices if self.rest is None else self.rest

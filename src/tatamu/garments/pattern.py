@@ -55,6 +55,8 @@ def from_outline(given: GarmentFile, source: Path, material: Material) -> Garmen
     else:
         garment = one_layer(given.name, outline, material, given.spacing)
         notes += [ONE_LAYER] if given.layers is None else []
+    if piece.grain is not None and not given.grain:  # the piece stays as drawn, the warp does not
+        garment = replace(garment, fibre=np.array([[*(turn @ piece.grain), 0.0]]))
     return replace(garment, reading=unit.reading(given.size), notes=(*notes, *garment.notes))
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from tatamu.garments.garment import Garment
@@ -38,7 +40,25 @@ def tshirt(
         InputError: A size or a spacing that no T-shirt has.
     """
     material = material or load_preset(FABRIC).material
-    return front_and_back("tshirt", pattern().fitted(size or SIZE), OPENINGS, material, spacing)
+    shirt = front_and_back("tshirt", pattern().fitted(size or SIZE), OPENINGS, material, spacing)
+    return replace(shirt, fibre=_fibre(shirt))
+
+
+def _fibre(shirt: Garment) -> np.ndarray:
+    """Direction of the wales, shape (m, 3): along x, in the sleeves, which are set in, along the sleeve."""
+    plan = shirt.unstrained[:, :2]
+    scale = np.ptp(plan, axis=0) / SIZE[::-1]
+    corners = {name: np.array(CORNERS[name]) * scale + [plan[:, 0].min(), 0.0] for name in ("underarm", "shoulder")}
+    armhole = corners["shoulder"] - corners["underarm"]
+    end = np.array(CORNERS["sleeve"]).mean(axis=0) * scale + [plan[:, 0].min(), 0.0]
+    along = end - 0.5 * (corners["shoulder"] + corners["underarm"])
+    middle = plan[shirt.faces].mean(axis=1)
+    beyond = np.column_stack([middle[:, 0], np.abs(middle[:, 1])]) - corners["underarm"]
+    in_sleeve = armhole[0] * beyond[:, 1] - armhole[1] * beyond[:, 0] > 0.0
+    fibre = np.tile([1.0, 0.0, 0.0], (len(middle), 1))
+    sides = np.sign(middle[in_sleeve, 1])
+    fibre[in_sleeve, :2] = np.column_stack([np.full(len(sides), along[0]), sides * along[1]]) / np.linalg.norm(along)
+    return fibre
 
 
 def pattern() -> Outline:

@@ -9,6 +9,7 @@ import numpy as np
 
 from tatamu.errors import InputError
 from tatamu.garments.description import GarmentFile
+from tatamu.garments.fibres import along_v, carried
 from tatamu.garments.flat import flat_garment, meshed_anew
 from tatamu.garments.flattening import flattened, inside_out, panel_numbers, side_lengths
 from tatamu.garments.frame import FLAT, direction
@@ -137,26 +138,26 @@ def _laid(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garment
     points = (mesh.vertices - mesh.vertices.mean(axis=0)) @ stance.turn.T
     faces = mesh.faces[:, ::-1] if inside_out(points, mesh.faces) else mesh.faces
     uv = mesh.uv if mesh.uv is None or faces is mesh.faces else mesh.uv[:, ::-1]
-    lengths, panels, how = _pattern(points, faces, uv)
-    plane = flattened(points, faces, lengths, panels)
+    pattern = _pattern(points, faces, uv)
+    plane = flattened(points, faces, pattern.lengths, pattern.panels)
     deep = float(np.ptp(points[:, 2]))
     notes = [f"was not flat: laid flat on its back, being {1e3 * deep:.0f} mm deep; {stance.words}"]
     changes = f"its edges change by {100 * plane.median:.1f} %, 5 in 100 by more than {100 * plane.most:.1f} %"
     reason = f"{changes}, and {plane.wrong} triangles turn over"
     if plane.median <= GENTLE and plane.most <= MOST and not plane.wrong:
         try:
-            garment = flat_garment(given.name, _sized(plane.plan, given.size), faces, material)
+            garment = pattern.woven(flat_garment(given.name, _sized(plane.plan, given.size), faces, material))
         except InputError as error:
             reason = str(error).removeprefix("mesh: ")
         else:
-            garment = meshed_anew(garment, given.spacing) if given.remesh else garment
-            notes.append(f"flattened by {how}: {changes}{DOUBT if plane.most > DOUBTED else ''}")
+            garment = _meshed_anew(garment, given.spacing) if given.remesh else garment
+            notes.append(f"flattened by {pattern.words}: {changes}{DOUBT if plane.most > DOUBTED else ''}")
             return replace(garment, notes=(*notes, *garment.notes))
     if given.remesh:
         raise InputError(f"remesh: only what lies flat can be meshed anew, and this cannot be flattened: {reason}")
     stretch = 1.0 if given.size is None else float(np.sqrt(np.prod(given.size) / np.prod(np.ptp(points, axis=0)[:2])))
     try:
-        fallen = laid_flat(given.name, stretch * points, faces, material)
+        fallen = pattern.woven(laid_flat(given.name, stretch * points, faces, material))
     except InputError as error:
         raise InputError(f"{error}; it was not flattened, as {reason}") from None
     return replace(fallen, notes=(*notes, f"not flattened, as {reason}", *fallen.notes))
@@ -167,23 +168,50 @@ def _sized(plan: np.ndarray, size: tuple[float, float] | None) -> np.ndarray:
     return plan if size is None else plan * (np.array(size[::-1]) / np.ptp(plan, axis=0))
 
 
-def _pattern(points: np.ndarray, faces: np.ndarray, uv: np.ndarray | None) -> tuple[np.ndarray, np.ndarray, str]:
-    """Sides that the triangles shall have [m], their panels, and what both were taken from.
+def _meshed_anew(garment: Garment, spacing: float | None) -> Garment:
+    """The garment with a mesh of our own, its directions carried over."""
+    made = meshed_anew(garment, spacing)
+    if garment.fibre is None:
+        return made
+    return replace(made, fibre=carried(garment.fibre, garment.vertices, garment.faces, made.vertices, made.faces))
 
-    A UV map is the pattern where one scale makes its edges as long as those of the mesh.
-    """
+
+@dataclass(frozen=True)
+class _Pattern:
+    """The flat shape of each triangle."""
+
+    lengths: np.ndarray
+    """Sides that the triangles shall have [m], shape (m, 3)."""
+    panels: np.ndarray
+    """Number of each triangle's panel, shape (m,)."""
+    words: str
+    """Where both were taken from."""
+    uv: np.ndarray | None = None
+    """Corners in the pattern, shape (m, 3, 2); None: there is none."""
+
+    def woven(self, garment: Garment) -> Garment:
+        """The garment of these triangles, in this order, with the warp along the pattern's +v."""
+        if self.uv is None:
+            return garment
+        fibre = along_v(self.uv, garment.unstrained[garment.faces])
+        return replace(garment, fibre=fibre)
+
+
+def _pattern(points: np.ndarray, faces: np.ndarray, uv: np.ndarray | None) -> _Pattern:
+    """The UV map as the pattern, where one scale makes its edges as long as those of the mesh; else the mesh itself."""
     worn = side_lengths(points[faces])
+    itself = _Pattern(worn, panel_numbers(faces, None), "its own shape")
     if uv is None:
-        return worn, panel_numbers(faces, None), "its own shape"
+        return itself
     drawn = side_lengths(uv)
     if (drawn <= 0.0).any():
-        return worn, panel_numbers(faces, None), "its own shape, as its UV map has triangles without area"
+        return replace(itself, words=f"{itself.words}, as its UV map has triangles without area")
     panels = panel_numbers(faces, uv)
     scale = float(np.median(worn / drawn))
     misfit = np.abs(worn / (scale * drawn) - 1.0)
     if float(np.median(misfit)) > ALIKE:
-        return worn, panel_numbers(faces, None), "its own shape, as its UV map is no pattern of one scale"
-    return scale * drawn, panels, f"its UV map, a pattern of {panels.max() + 1} panels"
+        return replace(itself, words=f"{itself.words}, as its UV map is no pattern of one scale")
+    return _Pattern(scale * drawn, panels, f"its UV map, a pattern of {panels.max() + 1} panels", uv)
 
 
 def _coarseness(garment: Garment) -> list[str]:

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
-
-import numpy as np
 
 from tatamu import __version__
 from tatamu.disturbances import (
@@ -20,27 +18,24 @@ from tatamu.disturbances import (
     World,
     deviations,
     drawn,
-    judge,
 )
-from tatamu.errors import InputError, WorkerKilledError
-from tatamu.margins.alone import LEAPS, Asking, Side
+from tatamu.errors import InputError
+from tatamu.folding.task import Task
+from tatamu.margins.alone import LEAPS, Side
+from tatamu.margins.asking import Asker, Progress
 from tatamu.margins.memory import Memory
+from tatamu.margins.meshes import Apart, Judged, on_own_mesh, sampled
 from tatamu.margins.subject import FoldOnMesh, coarse, subject_of
 from tatamu.results import RebuiltFold
-from tatamu.results.joint import joint_margin
+from tatamu.results.joint import distance, joint_margin
 from tatamu.results.margins import AloneMargin, HoldLimits, MarginsResult, MeshUsed
 from tatamu.simulators import capabilities
 from tatamu.simulators.many import executor_of, processors
 
 DRAWS = 200
 """How many joint draws there are unless somebody asks for another number."""
-CHECKED = 6
-"""Draws nearest to the limit that are simulated on the fold's own mesh too."""
 KEPT = "simulated.jsonl"
 """The file that keeps simulations, beside `margins.json`."""
-
-Progress = Callable[[int, int], None]
-"""Called with how many simulations have ended and how many are known to be needed."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +45,12 @@ class Draw:
     number: int
     world: World
     verdict: Verdict
+    """On the finest mesh that it was simulated on."""
+    distance: float
+    """Mean vertex distance on the fold's own mesh [m]; where it was not simulated there, what pairs of both meshes say;
+    where the simulation failed, twice that of untouched cloth."""
+    own: bool
+    """Whether it was simulated on the fold's own mesh."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ class Measured:
 
     learned: RebuiltFold
     subject: FoldOnMesh
-    """As simulated."""
+    """On its own mesh."""
     result: MarginsResult
     draws: list[Draw]
     """From the worst to the best."""
@@ -74,6 +75,7 @@ def measure(
     limits: Limits | None = None,
     simulator: str | None = None,
     fine: bool = False,
+    alone: bool = True,
     executor: Executor | None = None,
     progress: Progress = lambda done, total: None,
 ) -> Measured:
@@ -88,6 +90,7 @@ def measure(
         limits: What the fold must keep in order to hold; None: the field's.
         simulator: In which simulator; None: where it was learned.
         fine: On the fold's own mesh, even where a coarser one does.
+        alone: Also search how far each disturbance alone may go.
         executor: Where simulations run; None: threads on every processor, where the simulator can.
         progress: Called after every simulation.
 
@@ -99,37 +102,55 @@ def measure(
     if not deviations(disturbances):
         raise InputError("disturbances: must have a deviation above 0, given none")
     learned, own = subject_of(folder, simulator)
-    coarser = None if fine or simulator not in (None, learned.simulator) else coarse(learned, own, limits)
-    subject = coarser or own
-    memory = Memory(out / KEPT)
-    threads = processors() if capabilities(subject.task.simulator).parallel else 1
+    coarser = None if fine or simulator not in (None, learned.simulator) else coarse(learned, own)
+    threads = processors() if capabilities(own.task.simulator).parallel else 1
+    worlds = drawn(disturbances, draws, seed, Stream.MARGINS)
+    sides = _sides(disturbances) if alone else []
     with executor_of(executor, threads) as workers:
-        asker = _Asker(workers, memory, progress)
-        worlds = drawn(disturbances, draws, seed, Stream.MARGINS)
-        sides = _sides(disturbances)
-        searches = [side.search(limits) for side in sides]
-        calm, ends, verdicts = asker.run(subject, searches, worlds)
-        ranked = _ranked(worlds, verdicts)
-        checked = [] if coarser is None else _nearest(ranked, limits)
-        again = asker.run(own, [], [draw.world for draw in checked])[2]
-    held = calm.holds(limits)
+        asker = Asker(own, coarser, workers, Memory(out / KEPT), progress)
+        (calm, *judged), ends, pairs = _settled(asker, sides, worlds, limits, coarser is not None)
+    ranked = _ranked(own.task, worlds, judged)
+    held = calm.verdict.holds(limits)
+    verdicts = [one.verdict for one in judged]
     return Measured(
         learned,
-        subject,
+        own,
         MarginsResult(
             tatamu=__version__,
-            simulator=subject.task.simulator,
+            simulator=own.task.simulator,
             seed=seed,
             limits=HoldLimits(mean_vertex_distance=limits.mean_vertex_distance, mask_iou=limits.mask_iou),
-            undisturbed=calm.mean_vertex_distance,
+            undisturbed=calm.verdict.mean_vertex_distance,
             alone=_alone(sides, ends if held else [0.0] * len(sides)),
-            joint=joint_margin(subject.task, verdicts, limits),
-            mesh=_mesh(subject, checked, again, limits, coarser is not None),
+            joint=joint_margin(own.task, verdicts, limits, [draw.distance for draw in ranked]),
+            mesh=_mesh(own, coarser, asker, pairs, limits),
             simulations=asker.asked,
             disturbances=disturbances.describe(),
         ),
         ranked,
     )
+
+
+def _settled(
+    asker: Asker, sides: Sequence[Side], worlds: Sequence[World], limits: Limits, two_meshes: bool
+) -> tuple[list[Judged], list[float | None], list[Judged]]:
+    """Judge the undisturbed world and all draws, and search every side, each on the mesh that its verdict needs.
+
+    Returns:
+        What was judged, where the searches ended, and all that is known on both meshes.
+    """
+    asked = [CALM, *worlds]
+    apart = Apart(limits)
+    if two_meshes:
+        rough = [one.verdict for one in asker.run(worlds, apart)[0]]
+        sample = [CALM, *(worlds[number] for number in sampled(rough, limits))]
+        apart = apart.widened(asker.run(sample, Apart.everything(limits))[2])
+    while True:
+        found = asker.run(asked, apart, [side.search(limits) for side in sides])
+        wider = apart.widened(found[2])
+        if wider == apart:
+            return found
+        apart = wider
 
 
 def check_draws(draws: int, seed: int) -> None:
@@ -138,109 +159,6 @@ def check_draws(draws: int, seed: int) -> None:
         raise InputError(f"draws: must be from 1 to 100000, given {draws}")
     if not 0 <= seed < 2**32:
         raise InputError(f"seed: must be from 0 to {2**32 - 1}, given {seed}")
-
-
-@dataclass
-class _Lane:
-    """Worlds that are asked for one after another."""
-
-    search: Asking
-    end: float | None = None
-
-
-class _Asker:
-    """Simulates worlds anywhere, and keeps what it learns."""
-
-    def __init__(self, workers: Executor, memory: Memory, progress: Progress) -> None:
-        self._workers = workers
-        self._memory = memory
-        self._progress = progress
-        self.asked = 0
-        """How many simulations were needed, those that were kept from before among them."""
-        self._total = 0
-
-    def run(
-        self, subject: FoldOnMesh, searches: Sequence[Asking], worlds: Sequence[World]
-    ) -> tuple[Verdict, list[float | None], list[Verdict]]:
-        """Ask for the undisturbed world, follow searches to their ends, and ask for some worlds.
-
-        Returns:
-            The verdict of the undisturbed world, what the searches found, and the verdicts of the worlds.
-        """
-        queue = _Queue(self, subject)
-        calm: list[Verdict] = []
-        found: dict[int, Verdict] = {}
-        lanes = [_Lane(search) for search in searches]
-        self._total += 1 + len(lanes) * len(LEAPS) + len(worlds)
-        queue.ask(CALM, calm.append)
-        for lane in lanes:
-            queue.follow(lane)
-        for number, world in enumerate(worlds):
-            queue.ask(world, lambda verdict, number=number: found.update({number: verdict}))  # type: ignore[misc]
-        queue.finish()
-        return calm[0], [lane.end for lane in lanes], [found[number] for number in range(len(worlds))]
-
-    def begin(self, subject: FoldOnMesh, key: str, world: World) -> Future[Verdict]:
-        """Begin a simulation, unless it was made before."""
-        known = self._memory.get(key)
-        if known is None:
-            return self._workers.submit(judge, subject.task, subject.manipulation, world)
-        ended: Future[Verdict] = Future()
-        ended.set_result(known)
-        return ended
-
-    def end(self, key: str, verdict: Verdict) -> None:
-        """Take note of a simulation that has ended."""
-        if self._memory.get(key) is None:
-            self._memory.keep(key, verdict)
-        self.asked += 1
-        self._progress(self.asked, max(self._total, self.asked))
-
-
-class _Queue:
-    """Simulations of one subject that are under way, and what is done with their verdicts."""
-
-    def __init__(self, asker: _Asker, subject: FoldOnMesh) -> None:
-        self._asker = asker
-        self._subject = subject
-        self._name = subject.key
-        self._running: dict[Future[Verdict], tuple[str, Callable[[Verdict], None]]] = {}
-
-    def ask(self, world: World, then: Callable[[Verdict], object]) -> None:
-        """Simulate a world, then hand on its verdict."""
-        key = Memory.key(self._name, world)
-        self._running[self._asker.begin(self._subject, key, world)] = (key, then)  # type: ignore[assignment]
-
-    def follow(self, lane: _Lane, verdict: Verdict | None = None) -> None:
-        """Ask for the next world of a search."""
-        try:
-            world = next(lane.search) if verdict is None else lane.search.send(verdict)
-        except StopIteration as stop:
-            lane.end = stop.value
-            return
-        self.ask(world, lambda verdict: self.follow(lane, verdict))
-
-    def finish(self) -> None:
-        """Wait until nothing is under way."""
-        try:
-            while self._running:
-                ended, _ = wait(self._running, return_when=FIRST_COMPLETED)
-                for future in ended:
-                    key, then = self._running.pop(future)
-                    verdict = _verdict_of(future)
-                    self._asker.end(key, verdict)
-                    then(verdict)
-        finally:
-            for future in self._running:
-                future.cancel()  # of a run that was interrupted
-
-
-def _verdict_of(future: Future[Verdict]) -> Verdict:
-    """The verdict of a simulation that has ended; one that ended the processes it ran in has failed."""
-    try:
-        return future.result()
-    except WorkerKilledError as error:
-        return Verdict(None, None, str(error))
 
 
 def _sides(disturbances: Disturbances) -> list[Side]:
@@ -265,36 +183,38 @@ def _alone(sides: Sequence[Side], ends: Sequence[float | None]) -> list[AloneMar
     ]
 
 
-def _ranked(worlds: Sequence[World], verdicts: Sequence[Verdict]) -> list[Draw]:
+def _ranked(task: Task, worlds: Sequence[World], judged: Sequence[Judged]) -> list[Draw]:
     """Draws from the worst to the best."""
-    draws = [Draw(number, world, verdict) for number, (world, verdict) in enumerate(zip(worlds, verdicts, strict=True))]
-    return sorted(draws, key=lambda draw: (-_badness(draw.verdict), draw.number))
+    predicted = on_own_mesh(judged)
+    draws = [
+        Draw(number, world, one.verdict, _distance(task, one, predicted), one.own)
+        for number, (world, one) in enumerate(zip(worlds, judged, strict=True))
+    ]
+    return sorted(draws, key=lambda draw: (-draw.distance, draw.number))
 
 
-def _badness(verdict: Verdict) -> float:
-    return np.inf if verdict.mean_vertex_distance is None else verdict.mean_vertex_distance
-
-
-def _nearest(draws: Sequence[Draw], limits: Limits) -> list[Draw]:
-    """The draws whose verdict hangs most on the mesh: those that end nearest to the limit."""
-    near = sorted(draws, key=lambda draw: abs(_badness(draw.verdict) - limits.mean_vertex_distance))
-    return near[:CHECKED]
+def _distance(task: Task, judged: Judged, predicted: Callable[[float], float]) -> float:
+    known = distance(task, judged.verdict)
+    return known if judged.own or judged.verdict.error is not None else predicted(known)
 
 
 def _mesh(
-    subject: FoldOnMesh, checked: Sequence[Draw], again: Sequence[Verdict], limits: Limits, coarser: bool
+    own: FoldOnMesh, coarse: FoldOnMesh | None, asker: Asker, pairs: Sequence[Judged], limits: Limits
 ) -> MeshUsed:
-    pairs = list(zip((draw.verdict for draw in checked), again, strict=True))
+    both = [(pair.verdict, pair.coarse) for pair in pairs if pair.coarse is not None]
     apart = [
         abs(one.mean_vertex_distance - other.mean_vertex_distance)
-        for one, other in pairs
+        for one, other in both
         if one.mean_vertex_distance is not None and other.mean_vertex_distance is not None
     ]
+    fold = (coarse or own).task.fold
     return MeshUsed(
-        spacing=subject.task.fold.garment.spacing,
-        vertices=len(subject.task.fold.start),
-        coarser=coarser,
-        checked=len(pairs),
-        same=sum(one.holds(limits) == other.holds(limits) for one, other in pairs),
+        spacing=fold.garment.spacing,
+        vertices=len(fold.start),
+        coarser=coarse is not None,
+        own_spacing=own.task.fold.garment.spacing,
+        own_simulations=asker.asked_of_own,
+        checked=len(both),
+        same=sum(one.holds(limits) == other.holds(limits) for one, other in both),
         apart=max(apart, default=0.0),
     )

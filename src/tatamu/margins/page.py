@@ -14,14 +14,13 @@ from tatamu.disturbances.disturbed import disturbed_scene
 from tatamu.errors import SimulationError
 from tatamu.files import write_text
 from tatamu.margins.measurement import Draw, Measured
-from tatamu.margins.words import TITLES, amount, reach
+from tatamu.margins.words import TITLES, amount, reach, simulated
 from tatamu.presentation.chart import Chart, Plot, axis, line, traces
 from tatamu.presentation.page import render
 from tatamu.presentation.replay import HAND_COLOURS, HandTrack, replay_data
 from tatamu.report.errormap import largest
 from tatamu.report.headline import title
 from tatamu.results import AloneMargin, MarginsResult
-from tatamu.results.joint import distance
 from tatamu.rollout import Rollout
 from tatamu.scene import Gripper, Scene
 from tatamu.simulators import simulate
@@ -65,6 +64,7 @@ def page(measured: Measured) -> str:
         ],
         worst=[_described(measured, draw) for draw in measured.draws[: 2 * REPLAYED]],
         fold=measured.learned.fold,
+        simulated=simulated(result),
     )
 
 
@@ -127,7 +127,7 @@ def _bars(rows: Sequence[AloneMargin], names: list[str], sign: float, most: floa
 
 
 def _histogram(measured: Measured) -> Chart:
-    distances = [1e3 * distance(measured.subject.task, draw.verdict) for draw in measured.draws]
+    distances = [1e3 * draw.distance for draw in measured.draws]
     limit = 1e3 * measured.result.limits.mean_vertex_distance
     width = max(0.5, round(limit / 12.0, 1))
     beyond = min(max(distances), 6.0 * limit)
@@ -151,8 +151,8 @@ def _described(measured: Measured, draw: Draw) -> tuple[int, str, str]:
         f"{TITLES.get(margin.name, margin.name)}: {amount(_value(margin, draw.world), margin.unit)}"
         for margin in ranked[:NAMED]
     ]
-    away = draw.verdict.mean_vertex_distance
-    end = draw.verdict.error or f"{1e3 * (away or 0.0):.1f} mm, IoU {draw.verdict.mask_iou:.2f}"
+    about = "" if draw.own else "about "
+    end = draw.verdict.error or f"{about}{1e3 * draw.distance:.1f} mm, IoU {about}{draw.verdict.mask_iou:.2f}"
     return draw.number, end, "; ".join(chief)
 
 

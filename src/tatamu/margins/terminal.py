@@ -10,7 +10,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from tatamu.margins.page import sureness
-from tatamu.margins.words import TITLES, amount, reach
+from tatamu.margins.words import TITLES, amount, reach, simulated
 from tatamu.results import MarginsResult
 
 EVERY = 50
@@ -31,19 +31,12 @@ def table(margins: MarginsResult) -> Table:
 
 
 def summary(margins: MarginsResult) -> str:
-    """How sure the fold is, and on what mesh that was found, in two lines."""
+    """How sure the fold is, and on what meshes that was found, in two lines."""
     spread = margins.joint.mean_vertex_distance
-    mesh = margins.mesh
-    checked = (
-        f"; of the {mesh.checked} draws nearest to the limit {mesh.same} end alike on the fold's own mesh"
-        if mesh.coarser
-        else ""
-    )
     return (
         f"{margins.headline}: mean distance {1e3 * spread.median:.1f} mm in the median, {1e3 * spread.q90:.1f} mm at "
         f"90 %, {1e3 * spread.worst:.1f} mm at worst\n"
-        f"{margins.simulations} simulations in {margins.simulator} on a mesh of {1e3 * mesh.spacing:.3g} mm, "
-        f"{mesh.vertices} vertices{checked}"
+        f"{simulated(margins)}"
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tatamu.results import AloneMargin
+from tatamu.results import AloneMargin, MarginsResult
 
 TITLES = {
     "hands.offset.along": "both hands too far along the fold",
@@ -62,3 +62,16 @@ def reach(margin: AloneMargin) -> tuple[str, str]:
 
 def _side(end: float | None, tried: float, unit: str) -> str:
     return f"beyond {amount(tried, unit)}" if end is None else amount(end, unit)
+
+
+def simulated(margins: MarginsResult) -> str:
+    """How many simulations ran on which mesh."""
+    mesh = margins.mesh
+    whole = f"{margins.simulations} simulations in {margins.simulator}"
+    if not mesh.coarser or mesh.own_spacing is None or mesh.own_simulations is None:
+        return f"{whole} on a mesh of {1e3 * mesh.spacing:.3g} mm, {mesh.vertices} vertices"
+    return (
+        f"{whole}: {margins.simulations - mesh.own_simulations} on a mesh of {1e3 * mesh.spacing:.3g} mm, and "
+        f"{mesh.own_simulations} of the same worlds on the fold's own of {1e3 * mesh.own_spacing:.3g} mm, among them "
+        f"all whose verdict hangs on the mesh; {mesh.same} of {mesh.checked} end alike on both"
+    )

@@ -15,6 +15,8 @@ Plot = dict[str, Any]
 """A Plotly figure as plain data: "data" and "layout"."""
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
+LEGEND = {"orientation": "h", "x": 0, "y": 1.02, "yanchor": "bottom", "font": {"color": "@ink"}}
+"""Above the plot: beside it, a phone would have no room left for the plot."""
 TICKS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0)
 """Numbers on a logarithmic axis, times powers of ten."""
 
@@ -71,6 +73,7 @@ def layout(**more: Any) -> dict[str, Any]:
         "margin": {"l": 52, "r": 14, "t": 16, "b": 44},
         "hoverlabel": {"font": {"family": FONT}},
         "showlegend": False,
+        "legend": LEGEND,
         "dragmode": False,
         "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": "@muted", "activecolor": "@ink"},
         **more,

@@ -135,7 +135,7 @@ def _draw_scale(drawing: Drawing) -> None:
 
 def facts(garment: Garment) -> list[tuple[str, str]]:
     """Names and values that describe a garment."""
-    rest = garment.vertices if garment.rest is None else garment.rest
+    rest = garment.unstrained
     mass = float(areas(rest, garment.faces).sum()) * garment.material.areal_density
     width, length = garment.size
     cells = garment.spacing / garment.material.bending_length

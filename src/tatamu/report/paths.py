@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.presentation.chart import Plot, axis, traces
+from tatamu.presentation.chart import LEGEND, Plot, axis, traces
 from tatamu.results import LearnedFold
 
 DASHES = ("dash", "dot", "dashdot", "longdash", "longdashdot")
@@ -28,14 +28,7 @@ def plot(fold: LearnedFold) -> Plot:
         xaxis=axis("from the grasp towards its release [mm]", constrain="domain"),
         yaxis=axis("height above the grasp [mm]", scaleanchor="x", scaleratio=1, rangemode="tozero"),
         showlegend=True,
-        legend={
-            "orientation": "h",
-            "y": 1.02,
-            "yanchor": "bottom",
-            "x": 0,
-            "traceorder": "reversed",
-            "font": {"color": "@ink"},
-        },
+        legend={**LEGEND, "traceorder": "reversed"},
         hovermode="closest",
     )
 

@@ -12,17 +12,27 @@ from tatamu.folding.task import Task
 from tatamu.results.margins import JointMargin, Spread
 
 
-def joint_margin(task: Task, verdicts: Sequence[Verdict], limits: Limits) -> JointMargin:
-    """The share of worlds in which a fold holds, and how far from its target it ends."""
+def joint_margin(
+    task: Task, verdicts: Sequence[Verdict], limits: Limits, distances: Sequence[float] | None = None
+) -> JointMargin:
+    """The share of worlds in which a fold holds, and how far from its target it ends.
+
+    Args:
+        task: The fold.
+        verdicts: Of the worlds.
+        limits: What the fold must keep in order to hold.
+        distances: Mean vertex distances, where they are known better than the verdicts say [m].
+    """
     share = share_of(verdicts, limits)
-    distances = np.array([distance(task, verdict) for verdict in verdicts])
+    if distances is None:
+        distances = [distance(task, verdict) for verdict in verdicts]
     median, q90 = np.quantile(distances, [0.5, 0.9])
     return JointMargin(
         draws=share.draws,
         held=share.held,
         share=share.share,
         interval=share.interval,
-        mean_vertex_distance=Spread(median=float(median), q90=float(q90), worst=float(distances.max())),
+        mean_vertex_distance=Spread(median=float(median), q90=float(q90), worst=float(max(distances))),
     )
 
 

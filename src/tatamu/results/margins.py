@@ -69,17 +69,21 @@ SURE, LIKELY = 0.95, 0.8
 
 
 class MeshUsed(OpenRecord):
-    """The mesh that was simulated."""
+    """The meshes that were simulated."""
 
     spacing: float
-    """[m]."""
+    """Of the mesh on which all was simulated [m]."""
     vertices: int
     coarser: bool
-    """Than the one that the fold was learned on."""
+    """Than the one that the fold was learned on; then all verdicts that hang on the mesh are from the latter."""
+    own_spacing: float | None = None
+    """Of the fold's own mesh [m]; None: written before it was said."""
+    own_simulations: int | None = None
+    """How many simulations ran on the fold's own mesh; None: written before it was said."""
     checked: int = 0
-    """How many draws, those nearest to the limit, were also simulated on the fold's own mesh."""
+    """How many worlds were simulated on both meshes."""
     same: int = 0
-    """In how many of these both meshes agree whether the fold holds."""
+    """In how many of these both agree whether the fold holds."""
     apart: float = 0.0
     """Largest difference of the mean vertex distance in these [m]."""
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from tatamu.errors import InputError
+from tatamu.folding.coarser import on_coarser_cells
 from tatamu.folding.score import Score, score
-from tatamu.folding.task import Asked, Task, make_job
+from tatamu.folding.task import Asked, Job, Task, make_job
 from tatamu.results.folder import ResultFolder
 from tatamu.results.inputs import kept_input
 from tatamu.results.learned import LearnedFold, read_fold
@@ -47,13 +48,10 @@ class RebuiltFold:
         assert length is not None, "the best trial is complete"
         return score(self.task.fold, length, outcome)
 
-    def on_spacing(self, spacing: float) -> Task:
-        """The task of the same fold of the flat garment on a mesh of another spacing [m].
-
-        Raises:
-            InputError: The garment cannot have it.
-        """
-        return _task(self.fold, spacing)
+    def with_coarser_mesh(self) -> Task:
+        """The task, with the same fold of the flat garment on a coarser mesh where there is one."""
+        job = _job(self.fold)
+        return _task(self.fold, replace(job, coarser=on_coarser_cells(job)))
 
 
 def rebuild(path: Path) -> RebuiltFold:
@@ -67,29 +65,34 @@ def rebuild(path: Path) -> RebuiltFold:
     if folder.holds_plan:
         raise InputError(f"{path}: holds a plan of several steps; name one of them, such as {folder.step(0).path}")
     fold = read_fold(path)
-    task = _task(fold)
+    task = _task(fold, _job(fold))
     target = task.fold.target
     if target.shape != fold.target.shape or not np.abs(target - fold.target).max() < SAME:
         raise InputError(f"{path}: its task makes another target today than when it was learned; learn it again")
     return RebuiltFold(fold, task)
 
 
-def _task(fold: LearnedFold, spacing: float | None = None) -> Task:
-    """The task of a fold, of cloth that lies as it lay; files that were not kept are looked for where they were."""
+def _job(fold: LearnedFold) -> Job:
+    """The job of a fold; files that were not kept are looked for where they were."""
     description = fold.result.task
     asked = fold.result.asked
     named: Asked | TaskDescription = asked or description
     hands = asked.hands if asked else 1 if description.hands == 1 else None
-    job = make_job(
+    return make_job(
         str(kept_input(fold.folder, "garment") or named.garment),
         size=(named.size[0], named.size[1]) if named.size else None,
         fold=str(kept_input(fold.folder, "fold") or named.fold),
         material=description.material,
-        spacing=spacing or named.spacing,
+        spacing=named.spacing,
         scale=asked.scale if asked else None,
         simulator=description.simulator,
         hands=hands,
         fingers=description.fingers,
     )
+
+
+def _task(fold: LearnedFold, job: Job) -> Task:
+    """The task of a fold, of cloth that lies as it lay."""
+    description = fold.result.task
     number = description.step[0] - 1 if description.step else 0
     return job.task(number, fold.start if number else None)

@@ -103,7 +103,6 @@ def _pairs(records: Sequence[TaskRecord]) -> list[Chart]:
         xaxis=axis("l_x: length of a hand's path [m]"),
         yaxis=log_axis("mean vertex distance [mm]", 0.8 * min(distances), 1.25 * max(distances)),
         showlegend=len(garments) > 1,
-        legend={"orientation": "h", "y": 1.12},
     )
     return [Chart("Path against distance", plot, "what the objective weighs against each other")]
 

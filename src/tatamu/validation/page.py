@@ -62,7 +62,6 @@ def _plot(curves: list[Curve], figure: Figure) -> Plot:
         xaxis=axis(figure.x, type=kind),
         yaxis=axis(figure.y, type=kind, **alike),
         showlegend=True,
-        legend={"font": {"size": 11, "color": "@ink"}, "orientation": "h", "y": -0.2},
     )
 
 

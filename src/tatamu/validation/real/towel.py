@@ -9,17 +9,19 @@ and it is all that is compared: neither the fabric nor the shape of the folds wa
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from tatamu.disturbances import Limits, Stream, Verdict, World, drawn, load_disturbances
+from tatamu.disturbances import Disturbances, Limits, Stream, Verdict, World, drawn, load_disturbances
 from tatamu.disturbances.verdict import outcome_in
 from tatamu.files import read_json, write_json
 from tatamu.folding.manipulation import Manipulation
-from tatamu.folding.task import Task, make_task
-from tatamu.learning import Progress, learn
+from tatamu.folding.task import Task, make_job
+from tatamu.learning import Expectation, Progress, learn_job
 from tatamu.margins.subject import subject_of
 from tatamu.presentation.chart import Chart, axis, traces
 from tatamu.results import ResultFolder
@@ -36,6 +38,8 @@ TRIALS = 30
 """Of each study."""
 WORLDS = 10
 """Disturbed worlds in which each learned fold is simulated."""
+QUANTILE = 0.9
+"""Of the objective over disturbed worlds, as `tatamu learn` has it where nothing is said."""
 
 
 @dataclass(frozen=True)
@@ -58,39 +62,40 @@ class Towel(RealTest):
 
     def simulations(self, measured: list[RobotFold], bench: Bench) -> int:
         """See `RealTest.simulations`."""
-        return bench.seeds * (TRIALS + WORLDS)
+        return 2 * bench.seeds * (TRIALS + WORLDS)
 
     def run(self, measured: list[RobotFold], bench: Bench) -> Section:
         """See `RealTest.run`."""
         theirs = [each.area_error for each in measured if np.isfinite(each.area_error)]
-        folders = [_learned(seed, bench) for seed in range(bench.seeds)]
-        calm = [_best(folder) for folder in folders]
-        disturbed = [each for seed, folder in enumerate(folders) for each in _disturbed(folder, seed, bench)]
-        held = [error for error, holds in disturbed if holds]
-        lines: list[Line] = [
-            _line("two TIAGo arms, real towel", f"{len(theirs)} of {len(measured)}", theirs),
-            _line(f"learned in {bench.simulator}, undisturbed", f"{len(calm)} of {len(calm)}", calm),
-            _line(f"the same, in {WORLDS} disturbed worlds each", f"{len(held)} of {len(disturbed)}", held),
-        ]
+        robots = _line("two TIAGo arms, real towel", len(measured), theirs)
+        still = _tried("C of one world", None, bench)
+        usual = _tried(f"{100 * QUANTILE:g} % quantile of C over worlds", QUANTILE, bench)
+        held = usual.held
+        often = len(held) / len(usual.disturbed) >= len(theirs) / len(measured)
         return Section(
             name=self.name,
             title="A towel folded in half by robots",
             method=(
                 f"A towel of {SIZE[0]:g} x {SIZE[1]:g} m in the default terry, folded in half; the best of {TRIALS} "
-                f"trials by the objective C, for {len(calm)} seeds of the search. Undisturbed the simulated hands do "
-                "exactly what was planned. Disturbed, hands, grasps, table and material are off as in the default "
-                "disturbances, in worlds that the search did not see; a fold succeeds whose vertices are within 12.5 "
-                "mm of the target in the mean and whose view from above overlaps by 0.80."
+                f"trials, for {bench.seeds} seeds of the search: by the objective C where nothing is off, and by its "
+                f"{100 * QUANTILE:g} % quantile over disturbed worlds, as `tatamu learn` does. Undisturbed the "
+                f"simulated hands do exactly what was planned. In {WORLDS} disturbed worlds for each seed, hands, "
+                "grasps, table and material are off as in the default disturbances, in worlds that no search saw; a "
+                "fold succeeds whose vertices are within 12.5 mm of the target in the mean and whose view from above "
+                "overlaps by 0.80, and E_f is of those that succeed."
             ),
-            tables=[Tabulated("real: towel", lines)],
+            tables=[Tabulated("real: towel", [robots, *still.lines, *usual.lines])],
             beat=f"Garcia-Camacho et al. 2020: {np.mean(theirs):.2f} % in the mean of the folds that succeeded.",
-            goal=f"E_f under disturbances not above theirs: {reached(_mean(held) <= _mean(theirs))}.",
+            goal=(
+                f"By the quantile: E_f under disturbances not above theirs: {reached(_mean(held) <= _mean(theirs))}; "
+                f"success as often: {reached(often)} ({len(held)} of {len(usual.disturbed)})."
+            ),
             silent=(
                 "E_f is an area: a fold that is turned or wrinkled may have a small one. How far their hands and their "
                 "camera err is not stated, nor the fabric of their towel, nor what they call a success. No shape of a "
                 "real fold with contact was found in public data."
             ),
-            charts=[_chart(theirs, calm, held, bench.simulator)],
+            charts=[_chart({"two TIAGo arms": theirs, **still.groups, **usual.groups})],
         )
 
 
@@ -101,20 +106,77 @@ def _robot_fold(table: Columns, row: int) -> RobotFold:
     return RobotFold(100.0 / 0.5 * abs(part - 0.5))
 
 
-def _learned(seed: int, bench: Bench) -> Path:
+@dataclass(frozen=True)
+class Tried:
+    """The folds of one objective, for all seeds."""
+
+    objective: str
+    calm: list[float]
+    """E_f of each where nothing is off [%]."""
+    disturbed: list[tuple[float, bool]]
+    """E_f of each in each world [%], and whether it holds."""
+
+    @property
+    def held(self) -> list[float]:
+        """E_f of those that hold [%]."""
+        return [error for error, holds in self.disturbed if holds]
+
+    @property
+    def groups(self) -> dict[str, list[float]]:
+        """E_f by what the chart calls it [%]."""
+        return {f"{self.objective}, undisturbed": self.calm, f"{self.objective}, disturbed": self.held}
+
+    @property
+    def lines(self) -> list[Line]:
+        """Two lines of the table."""
+        return [
+            _line(f"learned by {self.objective}, undisturbed", len(self.calm), self.calm),
+            _line("the same, disturbed", len(self.disturbed), self.held),
+        ]
+
+
+def _tried(objective: str, quantile: float | None, bench: Bench) -> Tried:
+    folders = [_learned(seed, quantile, bench) for seed in range(bench.seeds)]
+    disturbed = [each for seed, folder in enumerate(folders) for each in _disturbed(folder, seed, bench)]
+    return Tried(objective, [_best(folder) for folder in folders], disturbed)
+
+
+def _learned(seed: int, quantile: float | None, bench: Bench) -> Path:
     """The folder of one study, learned or gone on with."""
-    folder = bench.folder / f"{bench.version[:12]}-seed-{seed}"
-    task = make_task("towel", size=SIZE, simulator=bench.simulator)
-    done = 0
+    how = "calm" if quantile is None else f"q{100 * quantile:g}"
+    folder = bench.folder / f"{bench.version[:12]}-{how}-seed-{seed}"
+    expectation = None if quantile is None else Expectation(_disturbances(), quantile)
+    job = make_job("towel", size=SIZE, simulator=bench.simulator)
 
-    def progress(state: Progress) -> None:
-        nonlocal done
-        for _ in range(state.done - done):
-            bench.tick(f"towel, seed {seed}")
-        done = state.done
+    @contextmanager
+    def reporting(task: Task, trials: int) -> Iterator[Callable[[Progress], None]]:
+        done = 0
 
-    learn(task, folder, trials=TRIALS, seed=seed, baselines=False, executor=bench.executor, progress=progress)
+        def progress(state: Progress) -> None:
+            nonlocal done
+            for _ in range(state.done - done):
+                bench.tick(f"towel, {how}, seed {seed}")
+            done = state.done
+
+        yield progress
+
+    learn_job(
+        job,
+        folder,
+        trials=TRIALS,
+        seed=seed,
+        baselines=False,
+        expectation=expectation,
+        executor=bench.executor,
+        reporting=reporting,
+    )
     return folder
+
+
+def _disturbances() -> Disturbances:
+    found = load_disturbances("default")
+    assert found is not None
+    return found
 
 
 def _best(folder: Path) -> float:
@@ -125,12 +187,10 @@ def _best(folder: Path) -> float:
 
 def _disturbed(folder: Path, seed: int, bench: Bench) -> list[tuple[float, bool]]:
     """E_f [%] of the learned fold in each world, and whether it holds; kept beside the fold."""
-    disturbances = load_disturbances("default")
-    assert disturbances is not None
     kept = folder / "disturbed.json"
     if not kept.exists():
         _, subject = subject_of(folder)
-        worlds = drawn(disturbances, WORLDS, seed, Stream.MARGINS)
+        worlds = drawn(_disturbances(), WORLDS, seed, Stream.MARGINS)
         with executor_of(bench.executor, WORLDS) as executor:
             begun = [executor.submit(_ended_in, subject.task, subject.manipulation, world) for world in worlds]
             write_json(kept, [each.result() for each in begun])
@@ -152,18 +212,17 @@ def _mean(errors: list[float]) -> float:
     return float(np.mean(errors)) if errors else float("nan")
 
 
-def _line(name: str, succeeded: str, errors: list[float]) -> Line:
+def _line(name: str, tried: int, errors: list[float]) -> Line:
     return {
         "fold": name,
-        "succeeded": succeeded,
+        "succeeded": f"{len(errors)} of {tried}",
         "E_f, mean [%]": f"{np.mean(errors):.2f}" if errors else "–",
         "least": f"{min(errors):.2f}" if errors else "–",
         "greatest": f"{max(errors):.2f}" if errors else "–",
     }
 
 
-def _chart(theirs: list[float], calm: list[float], held: list[float], simulator: str) -> Chart:
-    groups = (("two TIAGo arms", theirs), (f"{simulator}, undisturbed", calm), (f"{simulator}, disturbed", held))
+def _chart(groups: dict[str, list[float]]) -> Chart:
     lines = [
         {
             "mode": "markers",
@@ -172,6 +231,6 @@ def _chart(theirs: list[float], calm: list[float], held: list[float], simulator:
             "y": [round(error, 3) for error in errors],
             "marker": {"color": f"@series-{place}", "size": 9},
         }
-        for place, (name, errors) in enumerate(groups)
+        for place, (name, errors) in enumerate(groups.items())
     ]
     return Chart("E_f of each fold", traces(lines, xaxis=axis(""), yaxis=axis("E_f [%]")), kind="tall")

@@ -1,0 +1,236 @@
+"""Crease: how much of a fold stays in cloth that was pressed; what friction its bending has.
+
+Not in the paper. A band of cloth is the hinge of two light boards, as the spine of a book. It is closed under a weight
+and let go; what stays is the curvature at which the friction HB holds the bending B k (docs/theory/hysteresis.md), all
+along the band, so that the angle is about
+
+    HB / B * gap
+
+where that is well below the half turn to which it was closed. Boards, because cloth alone would bend beside its crease
+while it opens, by an amount that depends on how it is let go. It stands on end: its weight does not turn the hinge, and
+none is simulated.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+from pydantic import model_validator
+
+from tatamu.calibration.drawing import creased
+from tatamu.calibration.entry import Errors, TestEntry
+from tatamu.calibration.fit import Fit
+from tatamu.calibration.quantity import Angles, Length
+from tatamu.calibration.readings import Reading, uncertainty
+from tatamu.calibration.settling import settling
+from tatamu.calibration.target import Target, textbook_spread
+from tatamu.calibration.test import ElasticTest, Readings, Specimen
+from tatamu.garments import Garment
+from tatamu.material import GRAVITY, Material
+from tatamu.meshing import ROW, staggered_rectangle
+from tatamu.rollout import Rollout
+from tatamu.scene import Cloth, Gripper, Scene
+from tatamu.simulators import capabilities
+
+if TYPE_CHECKING:
+    from tatamu.calibration.result import Calibration
+
+ARM = 0.03
+"""The angle is matched as the arc of a point so far from the hinge [m]."""
+CELLS = 12
+"""Rows of triangles in the band. Cloth bends at the held rows too, so that each of these rows is 1 / 13 of it."""
+HELD_ROWS = 2
+COLUMNS = 6
+THIN = 0.25
+"""Thickness of the simulated band in rows at most: it touches nothing."""
+FIRST_MODE = 3.52
+"""Angular frequency of a clamped strip of length L, over sqrt(B / rho) / L^2."""
+PRESSED, HELD, RESTS = 10.0, 15.0, 40.0
+"""The hinge is closed, let go and at rest after so many of the strip's times 1 / omega."""
+WIDEST = 120.0
+"""An angle beyond this [degrees] tells little of the friction, as the fold was hardly sharper."""
+LEAST_GAP = 1.5
+"""The band is at least so long, in thicknesses of both boards, or it could not go round them."""
+
+
+class CreaseReadings(TestEntry):
+    """A hinge of cloth between two boards, closed under a weight and let go."""
+
+    gap: Length
+    """Of cloth between the boards [m]."""
+    board: Length
+    """Thickness of one board [m]."""
+    angle: Angles
+    """By which the hinge stays bent [degrees]: 0 where the boards lie in one plane."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        least = 2.0 * LEAST_GAP * self.board
+        if not least <= self.gap <= 0.1:
+            raise ValueError(
+                f"gap ({self.gap:g} m) must be {least:g} m, {2.0 * LEAST_GAP:g} times board, to 0.1 m: the cloth goes "
+                "round both boards when they are closed"
+            )
+        return self
+
+    def readings(self, errors: Errors) -> dict[str, Reading]:
+        """See `TestEntry.readings`."""
+        per_degree = ARM * np.pi / 180.0
+        error = uncertainty(self.angle, errors.angle)
+        return {"angle": Reading(per_degree * float(np.mean(self.angle)), per_degree * error, len(self.angle))}
+
+
+@dataclass(frozen=True)
+class PressedCrease(ElasticTest):
+    """The test of a hinge of cloth that was closed."""
+
+    gap: float
+    """Length of the band [m]."""
+    apart: float
+    """Distance of the band's ends while it is closed [m]."""
+    usual: float
+    """Bending length of the garment's usual fabric, where the search begins [m]."""
+
+    name = "crease"
+    title = "Crease: friction of bending HB"
+    parameter = "bending_hysteresis"
+    entry = CreaseReadings
+    needs = ("sag",)
+    needs_because = "it tells the friction of bending over the bending rigidity"
+    read = "angle that stays"
+    words = MappingProxyType({"angle": "the angle that stays"})
+    reads = MappingProxyType({"angle": 1.0})
+    weighs = False
+    instructions = """\
+Crease it, if you like: tells how much of a fold stays.                             [crease] gap, board, angle
+   Tape a band of the same cloth, 10 cm long, onto two strips of foam board, 2 cm wide, so that `gap` (1 cm) of cloth is
+   free between them: a book without pages. Close it, cloth outside, and lay half a kilogram on it for a minute. Stand
+   it on end on a smooth table, open, and tap the table until it opens no further. angle: in degrees, how far the boards
+   are from lying in one plane. Repeat it.
+"""
+
+    @classmethod
+    def of(cls, entry: CreaseReadings, specimen: Specimen) -> Self:
+        """See `CalibrationTest.of`."""
+        return cls(entry.gap, 2.0 * entry.board + specimen.base.thickness, specimen.base.bending_length)
+
+    @classmethod
+    def template(cls, garment: Garment) -> str:
+        """See `CalibrationTest.template`."""
+        return """\
+# [crease]               # optional: a hinge of the cloth between two boards; tells how much of a fold stays
+# gap = 0.01             # of cloth between the boards
+# board = 0.003          # thickness of one board
+# angle = []             # in degrees, by which it stays bent: 0 where the boards lie in one plane
+"""
+
+    def unusable(self, simulator: str) -> str | None:
+        """See `CalibrationTest.unusable`."""
+        return None if capabilities(simulator).hysteresis else "knows no friction of bending"
+
+    @cached_property
+    def mesh(self) -> tuple[np.ndarray, np.ndarray]:
+        """The band unfolded, lengthwise along x [m], shape (n, 3), and its triangles."""
+        row = self.gap / (CELLS + 1)
+        edge = row / ROW
+        return staggered_rectangle(COLUMNS * edge, (CELLS + 2 * HELD_ROWS) * row, edge)
+
+    @cached_property
+    def _rows(self) -> np.ndarray:
+        """Number of each vertex's row, shape (n,)."""
+        return np.asarray(np.unique(self.mesh[0][:, 0].round(9), return_inverse=True)[1])
+
+    def _folded(self) -> np.ndarray:
+        """A half circle between two level ends [m], shape (n, 3)."""
+        flat, _ = self.mesh
+        links = CELLS + 2 * HELD_ROWS
+        row = np.ptp(flat[:, 0]) / links
+        slope = np.pi * np.clip((np.arange(links) + 0.5 - HELD_ROWS) / CELLS, 0.0, 1.0)
+        x, z = (np.concatenate([[0.0], np.cumsum(row * part)]) for part in (np.cos(slope), np.sin(slope)))
+        return np.column_stack([x[self._rows], flat[:, 1], z[self._rows]])
+
+    def scene(self, material: Material) -> Scene:
+        """The band is closed by its ends, and let go by one of them."""
+        flat, faces = self.mesh
+        folded = self._folded()
+        last = int(self._rows.max())
+        lower, upper = self._rows <= HELD_ROWS, self._rows >= last - HELD_ROWS
+        down = self.apart - float(np.ptp(folded[:, 2]))
+        rate = FIRST_MODE * float(np.sqrt(material.bending_rigidity / material.areal_density)) / self.gap**2
+        thin = min(material.thickness, THIN * self.gap / (CELLS + 1))
+        return Scene(
+            cloth=Cloth(vertices=folded, faces=faces, rest_vertices=flat),
+            material=settling(material, rate).model_copy(update={"thickness": thin}),
+            grippers=[
+                Gripper(vertices=np.flatnonzero(lower).tolist(), times=[0.0], displacements=np.zeros((1, 3))),
+                Gripper(
+                    vertices=np.flatnonzero(upper).tolist(),
+                    times=[0.0, PRESSED / rate],
+                    displacements=np.array([[0, 0, 0], [0, 0, down]]),
+                    opens=HELD / rate,
+                ),
+            ],
+            gravity=0.0,
+            duration=RESTS / rate,
+            frame_rate=rate,
+        )
+
+    def reading(self, rollout: Rollout, frame: int = -1) -> float:
+        """The arc that the angle of a rollout makes at `ARM` [m]."""
+        return ARM * self.angle_of(rollout.positions[frame])
+
+    def angle_of(self, positions: np.ndarray) -> float:
+        """The angle by which a shape [m], shape (n, 3), is bent [rad]: of its last row."""
+        before, end = self.side(positions)[-2:]
+        along, up = end - before
+        return float(np.arctan2(up, along))
+
+    def side(self, positions: np.ndarray) -> np.ndarray:
+        """The band from the side: the mean of each row [m], shape (rows, 2)."""
+        return np.array([positions[self._rows == row][:, [0, 2]].mean(axis=0) for row in range(self._rows.max() + 1)])
+
+    def guess(self, arc: float, density: float) -> float:
+        """Friction of bending by the formula above, of the bending length of the garment's usual fabric [N]."""
+        return arc / ARM / self.gap * density * GRAVITY * self.usual**3
+
+    def target(self, readings: Readings) -> Target:
+        """See `ElasticTest.target`."""
+        arc = readings["angle"]
+        widest = ARM * np.radians(WIDEST)
+        return Target(
+            test=self,
+            parameter=self.parameter,
+            measured=arc.value,
+            uncertainty=arc.uncertainty,
+            bound="at most" if arc.value < arc.uncertainty else "at least" if arc.value > widest else None,
+            guess=self.guess,
+            straight=lambda value: float(np.log(max(value, 1e-6))),
+            rising=True,
+            spread=textbook_spread(self.guess, arc) if arc.value > arc.uncertainty else 1.0,
+        )
+
+    def sentence(self, fit: Fit) -> str:
+        """See `CalibrationTest.sentence`."""
+        measured, error, simulated = (
+            float(np.degrees(arc / ARM)) for arc in (fit.measured, fit.uncertainty, fit.simulated)
+        )
+        return f"Angle that stays measured: {measured:.1f} ± {error:.1f}°; simulated: {simulated:.1f}°."
+
+    def advice(self, calibration: Calibration, fit: Fit) -> list[str]:
+        """See `CalibrationTest.advice`."""
+        if fit.bound is None:
+            return []
+        friction = 1e3 * calibration.material.bending_hysteresis
+        stays, other = ("hardly bent", "longer") if fit.bound == "at most" else ("nearly closed", "shorter")
+        return [
+            f"crease: the hinge stays {stays}, which says only that HB is {fit.bound} {friction:.2g} mN; a {other} gap "
+            "would tell."
+        ]
+
+    def drawing(self, shape: np.ndarray | None) -> str:
+        """See `CalibrationTest.drawing`."""
+        return "" if shape is None else creased(self, shape)

@@ -1,0 +1,57 @@
+"""The direction of the warp in each triangle, where panels have directions of their own.
+
+What is cut from one outline has the warp along its length, +x, and needs none. A pattern drawn as a UV map has it along
++v in every panel, as patterns are drawn along the grain; a sleeve that was set in has it along the sleeve.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from tatamu.topology import facing_down
+
+
+def along_v(uv: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """The direction of +v in each triangle, unit vectors of shape (m, 3).
+
+    Args:
+        uv: Corners of the triangles in the pattern, shape (m, 3, 2).
+        corners: The same corners in the garment [m], shape (m, 3, 3).
+    """
+    first, second = (uv[:, k] - uv[:, 0] for k in (1, 2))
+    one, other = (corners[:, k] - corners[:, 0] for k in (1, 2))
+    # first * b + second * a = (0, det) with det their cross product
+    along = first[:, :1] * other - second[:, :1] * one
+    turned = np.sign(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])[:, None]
+    return turned * along / np.linalg.norm(along, axis=1, keepdims=True)
+
+
+def carried(
+    fibre: np.ndarray,
+    points: np.ndarray,
+    faces: np.ndarray,
+    new_points: np.ndarray,
+    new_faces: np.ndarray,
+) -> np.ndarray:
+    """The directions on another mesh of a flat garment, each of the nearest triangle of its layer, shape (k, 3).
+
+    Args:
+        fibre: Directions, shape (m, 3).
+        points: Vertices of the old mesh as it lies [m], shape (n, 3).
+        faces: Its triangles, shape (m, 3).
+        new_points: Vertices of the new mesh [m].
+        new_faces: Its triangles, shape (k, 3).
+    """
+    out = np.empty((len(new_faces), 3))
+    down, new_down = facing_down(points, faces), facing_down(new_points, new_faces)
+    for side in (False, True):
+        old, new = np.flatnonzero(down == side), np.flatnonzero(new_down == side)
+        if not len(new):
+            continue
+        middles, new_middles = (
+            mesh[triangles].mean(axis=1)[:, :2]
+            for mesh, triangles in ((points, faces[old]), (new_points, new_faces[new]))
+        )
+        out[new] = fibre[old[cKDTree(middles).query(new_middles)[1]]]
+    return out

@@ -1,0 +1,83 @@
+"""Two meshes of one fold: which verdicts of the coarse one may be trusted, and what its distances are on the other.
+
+Draws are simulated on the coarse mesh. Some of them, and the undisturbed fold, are simulated on the fold's own mesh
+too; by how much both differ there says which other verdicts hang on the mesh. Those are simulated on it as well, and
+count as pairs in turn, until nothing changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import theilslopes
+
+from tatamu.disturbances import Limits, Verdict
+
+PAIRS = 12
+"""Draws that are simulated on both meshes whatever their verdict: evenly from the best to the worst."""
+FEWEST = 3
+"""Pairs that a line is laid through."""
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A world's verdict, from the finest mesh that it was simulated on."""
+
+    verdict: Verdict
+    coarse: Verdict | None = None
+    """On the coarse mesh; None: it was not simulated there."""
+    own: bool = True
+    """Whether the verdict is from the fold's own mesh."""
+
+
+@dataclass(frozen=True)
+class Apart:
+    """How far verdicts of both meshes are apart."""
+
+    limits: Limits
+    low: float = 0.0
+    """Least slack on the own mesh less that on the coarse one; see `Verdict.slack`."""
+    high: float = 0.0
+    """Greatest."""
+
+    @staticmethod
+    def everything(limits: Limits) -> Apart:
+        """So far that the coarse mesh decides nothing."""
+        return Apart(limits, -np.inf, np.inf)
+
+    def widened(self, pairs: Iterable[Judged]) -> Apart:
+        """As far as that, and as these are."""
+        differences = [
+            pair.verdict.slack(self.limits) - pair.coarse.slack(self.limits) for pair in pairs if pair.coarse
+        ]
+        return Apart(self.limits, min([self.low, *differences]), max([self.high, *differences]))
+
+    def decides(self, coarse: Verdict) -> bool:
+        """Whether a fold that ends so on the coarse mesh can only end alike on the own one; not where it failed."""
+        if coarse.error is not None:
+            return False
+        slack = coarse.slack(self.limits)
+        return (slack + self.low >= 0.0) == (slack + self.high >= 0.0)
+
+
+def sampled(verdicts: Sequence[Verdict], limits: Limits) -> list[int]:
+    """Numbers of draws that are simulated on both meshes."""
+    ranked = sorted(range(len(verdicts)), key=lambda number: (verdicts[number].slack(limits), number))
+    places = np.linspace(0, len(ranked) - 1, min(PAIRS, len(ranked))).round().astype(int)
+    return sorted(ranked[place] for place in places)
+
+
+def on_own_mesh(draws: Sequence[Judged]) -> Callable[[float], float]:
+    """Mean distances on the own mesh [m] of those on the coarse one: a robust line through the draws known on both."""
+    known = [
+        (draw.coarse.mean_vertex_distance, draw.verdict.mean_vertex_distance)
+        for draw in draws
+        if draw.own and draw.coarse is not None
+    ]
+    pairs = np.array([pair for pair in known if None not in pair], dtype=float).reshape(-1, 2)
+    if len(pairs) < FEWEST or not np.ptp(pairs[:, 0]) > 0.0:
+        return lambda distance: distance
+    slope, intercept = theilslopes(pairs[:, 1], pairs[:, 0], method="joint")[:2]
+    return lambda distance: max(0.0, float(intercept + slope * distance))
