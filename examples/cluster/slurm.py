@@ -4,7 +4,7 @@
     python slurm.py 200        # on a login node, in a terminal that stays (tmux)
     tatamu sweep sweep.toml --scheduler tcp://THIS-NODE:8786 --out runs/sweep
 
-A job is one worker of one core: Slurm finds room for it wherever a core is free, a worker that dies takes one trial with
+A job is one worker of one core: Slurm finds room wherever a core is free, a worker that dies takes one trial with
 it, and Dask replaces jobs that end (it does not where a job holds several workers).
 """
 
