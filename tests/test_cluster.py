@@ -223,6 +223,21 @@ def test_workers_of_other_versions_are_refused(executor: DaskExecutor, monkeypat
         refuse_other_versions(executor._client, "local:2")
 
 
+def test_a_worker_that_dies_while_its_versions_are_asked_for_is_no_refusal(
+    executor: DaskExecutor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from distributed.core import CommClosedError
+
+    from tatamu.cluster.connection import refuse_other_versions
+
+    answers: dict[str, Any] = {"tcp://a:1": CommClosedError("Stream is closed")}
+    monkeypatch.setattr(executor._client, "run", lambda *args, **kwargs: answers)
+    refuse_other_versions(executor._client, "local:2")
+    answers["tcp://a:2"] = ModuleNotFoundError("No module named 'tatamu'")
+    with pytest.raises(InputError, match="worker tcp://a:2 cannot run tatamu"):
+        refuse_other_versions(executor._client, "local:2")
+
+
 def test_calls_that_wait_can_be_cancelled(executor: DaskExecutor) -> None:
     futures = [executor.submit(nap, 0.3) for _ in range(12)]
     assert futures[-1].cancel()

@@ -147,6 +147,8 @@ def refuse_other_versions(client: distributed.Client, name: str) -> None:
 
     kinds = {processor()}
     for worker, found in client.run(identify, on_error="return").items():
+        if isinstance(found, OSError):  # it died meanwhile; one that comes in its place is asked with its first call
+            continue
         if isinstance(found, BaseException):
             raise InputError(f"--scheduler: {name}: worker {worker} cannot run tatamu ({found})")
         there, kind = found
