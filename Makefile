@@ -7,7 +7,7 @@ DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 
 .PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
-        calibration folds robots foreign statics locking tangle times own-garments golden cluster real-cloth search holds help
+        calibration folds robots foreign statics locking tangle loop times own-garments golden cluster real-cloth search holds help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1: /'
@@ -45,6 +45,9 @@ holds: $(DEV)  ## the tables of docs/notes/margins.md: folds learned in disturbe
 	$(BIN)/python -m benchmarks.holds simulators --out runs/holds --write-docs
 	$(BIN)/python -m benchmarks.holds two-meshes --out runs/holds --write-docs
 
+loop: $(DEV)  ## what a trial costs beside its simulation and its proposal; a minute
+	$(BIN)/python -m benchmarks.loop --write-docs
+
 times: $(READY)  ## how long whole commands take: the table of docs/notes/learning.md; minutes, `--cases shop` longer
 	$(BIN)/python benchmarks/times.py --out runs/times --write-docs
 
@@ -71,6 +74,7 @@ validate: $(DEV)  ## every textbook check: docs/notes/validation.md, and a page 
 
 real-cloth: $(DEV)  ## the tables of docs/notes/real-cloth.md: published measurements of real cloth in the folder DATA; an hour
 	$(BIN)/python benchmarks/real_cloth.py --data $(DATA) --out runs/real-cloth --write-docs
+	$(BIN)/python -m benchmarks.decrement --data $(DATA) --write-docs
 
 robots: $(DEV)  ## the table of docs/notes/robots.md: an hour, most of it MuJoCo's
 	for case in trousers-leg-0.28 towel-half-0.50 tshirt-half-0.40; do \

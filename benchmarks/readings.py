@@ -188,6 +188,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--draws", type=int, default=100)
     parser.add_argument("--only", action="append", default=[], metavar="READING", choices=list(READINGS))
+    parser.add_argument("--kept", action="store_true", help="only the first draws, those that are there")
     parser.add_argument("--write-docs", action="store_true", help="write the table into docs/notes/calibration.md")
     options = parser.parse_args()
     lines = []
@@ -195,6 +196,8 @@ def main() -> None:
         rows = []
         for draw in range(options.draws):
             kept = options.out / f"{name}-{draw}.json"
+            if not kept.exists() and options.kept:
+                break
             if not kept.exists():
                 write_json(kept, recovered(name, draw))
             rows.append(read_json(kept))

@@ -103,3 +103,14 @@ def test_fingers_stand_in_the_file_and_in_the_folder(tmp_path: Path) -> None:
     scene = scene_of(own.task.fold, own.manipulation)
     for one, other in zip(scene.grippers, again.fold.scene.grippers, strict=True):
         assert one.displacements == pytest.approx(np.asarray(other.displacements), abs=1e-9)
+
+
+def test_a_preset_stands_for_the_sizes_of_its_hand(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text('[fingers]\npreset = "robotiq-2f-85"\nwidth = 0.03\n')
+    known = load_disturbances(str(path))
+    assert known is not None and known.fingers == Fingers(thickness=0.008, width=0.03)
+    assert Fingers.model_validate(known.fingers.model_dump()) == known.fingers
+    path.write_text('[fingers]\npreset = "claw"\n')
+    with pytest.raises(InputError, match=r"mine.toml: fingers: preset must be one of franka-hand, .*given 'claw'"):
+        load_disturbances(str(path))

@@ -18,7 +18,7 @@ from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.task import Outcome, Task
 from tatamu.learning import Expectation, as_begun, learn
 from tatamu.learning.evaluation import submitted
-from tatamu.learning.expectation import Demand, Standing, expected
+from tatamu.learning.expectation import Added, Demand, Expected, Standing, expected
 from tatamu.report.page import page
 from tatamu.results import ResultFolder, read_fold
 from tests.test_learning import task, timeless
@@ -51,11 +51,11 @@ class Calm(Outcome):
         return False
 
 
-def found(standing: Standing | None, calm: float = 1.0, worlds: int = 12, **more: Any) -> Any:
-    expectation = Expectation(Disturbances.model_validate({"hands": {"offset": [0, 0, 0.1]}}), worlds=worlds, **more)
-    demand = Demand(expectation, expectation.drawn(0), standing)
+def found(standing: Standing | None, hardest: tuple[int, ...] = (), **more: Any) -> Any:
+    expectation = Expectation(Disturbances.model_validate({"hands": {"offset": [0, 0, 0.1]}}), worlds=12, **more)
+    demand = Demand(expectation, expectation.drawn(0), standing, hardest)
     small = task()
-    return expected(small, small.manipulation(X), Calm(None, calm, None, None), demand), demand
+    return expected(small, small.manipulation(X), Calm(None, 1.0, None, None), demand), demand
 
 
 def test_the_first_trial_is_simulated_in_all_worlds(asked: list[World]) -> None:
@@ -75,10 +75,50 @@ def test_a_trial_that_is_worse_where_nothing_is_off_is_simulated_once(asked: lis
 
 
 def test_a_trial_ends_when_it_can_no_longer_win(asked: list[World]) -> None:
-    result, _ = found(Standing(1.001, 0.0))
-    assert len(asked) == 4 and result.worlds == 5 and result.objective > 1.001
+    result, _ = found(Standing(1.0001, 0.0))
+    assert len(asked) == 1 and result.worlds == 2 and result.objective > 1.0001
     whole, _ = found(Standing(2.0, 0.0))
     assert whole.worlds == 13 and whole.objective < 2.0
+
+
+@pytest.mark.parametrize("quantile", [None, 0.9])
+def test_the_hardest_worlds_come_first_and_end_a_trial_sooner(asked: list[World], quantile: float | None) -> None:
+    whole, demand = found(None, quantile=quantile)
+    offsets = [abs(world["hands.offset.up"]) for world in demand.worlds]
+    assert list(whole.hardest) == sorted(range(12), key=lambda number: -offsets[number])
+    better = Standing(1.0 + 0.6 * (whole.objective - 1.0), 0.0)
+    asked.clear()
+    in_order, _ = found(better, quantile=quantile)
+    assert asked == list(demand.worlds)[: len(asked)]
+    asked.clear()
+    sooner, _ = found(better, whole.hardest, quantile=quantile)
+    assert asked == [demand.worlds[number] for number in whole.hardest[: len(asked)]]
+    assert sooner.worlds < in_order.worlds and sooner.hardest == ()
+    assert better.expected <= sooner.objective <= whole.objective + 1e-9
+
+
+def test_the_hardest_half_of_the_worlds_is_enough_for_a_quantile(asked: list[World]) -> None:
+    whole, _ = found(None, quantile=0.9)
+    asked.clear()
+    half, _ = found(Standing(2.0, 0.0), whole.hardest, quantile=0.9)
+    assert len(asked) == 6 and half.worlds == 7
+    assert (half.objective, half.hardest) == (whole.objective, whole.hardest)
+
+
+def test_the_mean_needs_all_worlds_in_any_order(asked: list[World]) -> None:
+    whole, _ = found(None)
+    assert found(Standing(2.0, 0.0), tuple(range(11, -1, -1)))[0] == whole
+
+
+def test_worlds_that_were_simulated_on_the_coarser_mesh_are_not_simulated_again(
+    asked: list[World], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Task, "evaluate", lambda *_: Calm(None, 1.5, None, None))
+    own = replace(task(spacing=0.02), coarser=task())
+    demand = Demand(usual(), usual().drawn(0), added=Added(0.25, 5, (3, 1, 0, 2)))
+    with ThreadPoolExecutor(1) as pool:
+        fine = submitted(pool, own, own.manipulation(X), np.inf, X, demand=demand).ended("")
+    assert not asked and fine.expected == Expected(1.75, 5, (3, 1, 0, 2))
 
 
 def test_a_failed_trial_needs_no_worlds(asked: list[World]) -> None:

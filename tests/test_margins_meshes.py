@@ -112,9 +112,12 @@ def test_a_verdict_is_decided_where_the_measured_difference_cannot_change_it() -
 
 def test_distances_of_the_coarse_mesh_are_those_that_pairs_make_of_them() -> None:
     pairs = [Judged(ends(0.8 * d), ends(d + 0.001)) for d in (0.001, 0.002, 0.004, 0.008, 0.016)]
-    strange = Judged(ends(0.3), ends(0.003))
-    assert on_own_mesh([*pairs, strange])(0.011) == pytest.approx(0.008, abs=0.0005)
-    assert on_own_mesh(pairs[:2])(0.011) == 0.011
+    assert on_own_mesh(pairs, LIMITS)(0.011) == pytest.approx(0.008)
+    far = Judged(ends(0.3), ends(0.9))
+    assert on_own_mesh([*pairs, far], LIMITS)(0.011) == pytest.approx(0.008, abs=0.002), (
+        "how far beyond the limit is one"
+    )
+    assert on_own_mesh(pairs[:2], LIMITS)(0.011) == 0.011
 
 
 def test_slack_is_negative_where_a_fold_does_not_hold() -> None:

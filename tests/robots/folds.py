@@ -23,9 +23,14 @@ def _weights(u: float) -> tuple[float, ...]:
 
 
 def manipulation(
-    span: float = 0.34, width: float = 0.30, height: float = 0.15, duration: float = 3.0, shift: float = 0.0
+    span: float = 0.34,
+    width: float = 0.30,
+    height: float = 0.15,
+    duration: float = 3.0,
+    shift: float = 0.0,
+    lift: float = 0.0,
 ) -> dict[str, Any]:
-    """manipulation.json of a fold over `span` metres, its middle at x = `shift`."""
+    """manipulation.json of a fold over `span` metres, its middle at x = `shift`, by hands with fingers `lift` thick."""
     rate, every, starts = 60, 10, 0.1
     arrives = starts + duration
     times = np.append(np.arange(starts, arrives - 1e-9, every / rate), arrives)
@@ -34,7 +39,8 @@ def manipulation(
     arms, via = [], {}
     for name, y in (("left", width / 2), ("right", -width / 2)):
         grasp = np.array([shift - span / 2, y, 0.0005])
-        control = grasp + np.array([[0, 0, 0], [0.1 * span, 0, height], [0.8 * span, 0, height], [span, 0, 0.001]])
+        begin = grasp + np.array([0.0, 0.0, lift])
+        control = begin + np.array([[0, 0, 0], [0.1 * span, 0, height], [0.8 * span, 0, height], [span, 0, 0.001]])
         via[name] = bezier(control, u).tolist()
         arms.append(
             {

@@ -7,10 +7,10 @@ the finger is drawn out from under it.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from tatamu.folding.layers import Surface
 from tatamu.material import Number
@@ -23,6 +23,18 @@ LIES = 0.02
 """Cloth lies below a hand again where it has come this far [m]; nearer to its grasp the cloth hangs from it."""
 
 
+PRESETS = {
+    # the box of the rubber tip in franka_description/robots/common/franka_hand.xacro of frankaemika/franka_ros
+    "franka-hand": {"thickness": 0.0152, "width": 0.0175},
+    # the pad with the plate behind it in hironx_moveit_config/models/meshes/LHAND_JOINT1_Link_mesh.dae of
+    # start-jsk/rtmros_hironx: y from 0.0085 to 0.0180, z from -0.014 to 0.014
+    "hironx": {"thickness": 0.0095, "width": 0.028},
+    # twice the half sizes of the pad's boxes in robotiq_2f85/2f85.xml of google-deepmind/mujoco_menagerie
+    "robotiq-2f-85": {"thickness": 0.008, "width": 0.022},
+}
+"""Fingers of known hands [m], each from the collision shapes of a published model."""
+
+
 class Fingers(Record):
     """The fingers of a hand; without any, cloth is carried as if they had no thickness."""
 
@@ -30,6 +42,17 @@ class Fingers(Record):
     """Of the lower finger [m]."""
     width: Annotated[Number, Field(gt=0.0, le=0.15)] = 0.03
     """Of the pad along the edge [m]."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_preset(cls, given: Any) -> Any:
+        """The numbers of a hand that is named; others given beside the name take the place of its own."""
+        if not isinstance(given, dict) or "preset" not in given:
+            return given
+        name, own = given["preset"], {field: value for field, value in given.items() if field != "preset"}
+        if name not in PRESETS:
+            raise ValueError(f"preset must be one of {', '.join(PRESETS)}, given {name!r}")
+        return {**PRESETS[name], **own}
 
 
 def lowest(fold: Fold, vertex: int, moved: np.ndarray) -> np.ndarray:

@@ -87,6 +87,16 @@ class Fold:
 
     def patch(self, vertex: int) -> list[int]:
         """Vertices that fingers hold when they pinch there: under the pad, the outermost of every layer."""
+        if vertex not in self._patches:
+            self._patches[vertex] = self._patch(vertex)
+        return list(self._patches[vertex])
+
+    @cached_property
+    def _patches(self) -> dict[int, list[int]]:
+        """Those asked for so far; a search asks for the same few in every trial."""
+        return {}
+
+    def _patch(self, vertex: int) -> list[int]:
         spacing = self.garment.spacing
         across, along = self.crease.split(self.start)
         sideways = np.abs(along - along[vertex]) <= max(

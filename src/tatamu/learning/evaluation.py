@@ -82,6 +82,8 @@ def _expected(
     """The expected objective: on a coarser mesh, disturbances add to the objective what they add on the task's own."""
     own = outcome.objective
     standing = demand.standing
+    if demand.added is not None and not outcome.failed:
+        return Expected(own + demand.added.objective, demand.added.worlds, demand.added.hardest)
     if surrogate is None or outcome.failed or (standing and own >= standing.expected):
         return expected(task, manipulation, outcome, demand)
     calm = surrogate.task.evaluate(surrogate.manipulation)

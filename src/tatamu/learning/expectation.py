@@ -1,8 +1,8 @@
 """The objective in expectation: l_x + alpha E[D] over worlds that are common to all candidates.
 
 Simulations are spent where they decide. The undisturbed world is first: where that alone is worse than the best
-expectation known, the trial cannot win. Then come the others, in blocks; no world is taken to be better than the
-undisturbed one, so that a trial ends as soon as it can no longer win.
+expectation known, the trial cannot win. Then come the others, those in which the best trial known ended worst first; no
+world is taken to be better than the undisturbed one, so that a trial ends as soon as it can no longer win.
 """
 
 from __future__ import annotations
@@ -20,8 +20,6 @@ from tatamu.folding.task import Outcome, Task
 
 WORLDS = 12
 """Disturbed worlds of a trial that may win."""
-BLOCK = 4
-"""Worlds that are simulated before it is asked whether the trial may still win."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +39,16 @@ class Expectation:
         """The worlds of a study of that seed."""
         return tuple(spread(self.disturbances, self.worlds, seed, Stream.LEARNING))
 
+    @property
+    def deciding(self) -> int:
+        """How many worlds are simulated, the hardest, where it is known which those are.
+
+        For a quantile twice as many as it is made from; for the mean all.
+        """
+        if self.quantile is None:
+            return self.worlds
+        return min(self.worlds, 2 * (self.worlds - int(self.quantile * (self.worlds - 1))))
+
     def of(self, values: Sequence[float]) -> float:
         """The mean, or the quantile, of objectives."""
         return float(np.mean(values) if self.quantile is None else np.quantile(values, self.quantile))
@@ -57,13 +65,26 @@ class Standing:
 
 
 @dataclass(frozen=True)
+class Added:
+    """The addition of disturbances to the objective of a manipulation, where it was simulated in the worlds before."""
+
+    objective: float
+    worlds: int
+    hardest: tuple[int, ...]
+
+
+@dataclass(frozen=True)
 class Demand:
     """The worlds in which a trial is to be simulated, and what it has to beat."""
 
     expectation: Expectation
     worlds: tuple[World, ...]
     standing: Standing | None = None
-    """None: nothing is known yet, so the trial is simulated in all worlds."""
+    """None: nothing is known yet."""
+    hardest: tuple[int, ...] = ()
+    """`Expected.hardest` of the best trial that is known on any mesh; none: nothing is known yet."""
+    added: Added | None = None
+    """None: it was not simulated in them before."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +94,9 @@ class Expected:
     objective: float
     worlds: int
     """How many worlds were simulated, the undisturbed one among them."""
+    hardest: tuple[int, ...] = ()
+    """Places of all worlds, those of the highest objective first, then those that were not simulated, as they had been
+    easier before; none where the trial could not win."""
 
 
 def expected(task: Task, manipulation: Manipulation, calm: Outcome, demand: Demand) -> Expected:
@@ -85,8 +109,8 @@ def expected(task: Task, manipulation: Manipulation, calm: Outcome, demand: Dema
         demand: The worlds, and what the manipulation has to beat.
 
     Returns:
-        Where the trial cannot win, an estimate that is worse than the best: after the undisturbed world alone its
-        objective and the gap of the best.
+        Where the trial cannot win, an estimate that is worse than the best: its objective and the gap of the best at
+        least.
     """
     own = calm.objective
     standing = demand.standing
@@ -94,13 +118,14 @@ def expected(task: Task, manipulation: Manipulation, calm: Outcome, demand: Dema
         return Expected(own, 1)
     if standing is not None and own >= standing.expected:
         return Expected(own + standing.gap, 1)
-    statistic = demand.expectation.of
-    values: list[float] = []
-    least = own
-    while len(values) < len(demand.worlds):
-        block = demand.worlds[len(values) : len(values) + BLOCK]
-        values += [outcome_in(task, manipulation, world).objective for world in block]
-        least = statistic([*values, *[own] * (len(demand.worlds) - len(values))])
-        if standing is not None and least >= standing.expected:
-            break
-    return Expected(max(least, statistic(values)), 1 + len(values))
+    count = len(demand.worlds)
+    order = demand.hardest or tuple(range(count))
+    deciding = order[: demand.expectation.deciding] if demand.hardest else order
+    known: dict[int, float] = {}
+    for number in deciding:
+        known[number] = outcome_in(task, manipulation, demand.worlds[number]).objective
+        least = demand.expectation.of([known.get(each, own) for each in range(count)])
+        if standing is not None and least >= standing.expected and len(known) < count:
+            return Expected(max(least, own + standing.gap), 1 + len(known))
+    hardest = sorted(known, key=lambda each: (-known[each], each))
+    return Expected(least, 1 + len(known), (*hardest, *order[len(deciding) :]))

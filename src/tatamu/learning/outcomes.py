@@ -22,14 +22,14 @@ from tatamu.rollout import Rollout
 MEASURES = tuple(name for name in Score.__dataclass_fields__ if name != "objective")
 
 
-def attributes_of(outcome: Outcome, trajectory_length: float, seconds: float, **more: float | None) -> dict[str, Any]:
+def attributes_of(outcome: Outcome, trajectory_length: float, seconds: float, **more: Any) -> dict[str, Any]:
     """The attributes of a trial that are kept beside its parameters and its objective.
 
     Args:
         outcome: Of the trial.
         trajectory_length: l_x [m].
         seconds: How long it took [s].
-        more: Further fields of a trial in `result.json`, unless they are None.
+        more: Further attributes, unless they are None; most are fields of a trial in `result.json`.
     """
     measures = outcome.score.as_dict() if outcome.score else dict.fromkeys(MEASURES)
     return {

@@ -5,14 +5,16 @@ from __future__ import annotations
 import json
 import os
 import re
+import sqlite3
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager, suppress
+from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 import optuna
-from optuna.storages import BaseStorage
+from optuna.storages import RDBStorage
 from sqlalchemy.exc import SQLAlchemyError
 
 from tatamu.errors import InputError, UnavailableError
@@ -45,8 +47,8 @@ class StudyPlace(Protocol):
     """For messages."""
 
     @property
-    def storage(self) -> str | BaseStorage:
-        """For Optuna."""
+    def storage(self) -> RDBStorage:
+        """For Optuna, connected when first asked for."""
         ...
 
     def run(self, operation: Callable[[], Value], done: Callable[[], Value | None] = _nothing) -> Value:
@@ -61,15 +63,62 @@ class StudyPlace(Protocol):
         """
         ...
 
+    def expect_writes(self) -> None:
+        """Get ready for trials to be written; the same again does nothing."""
+        ...
+
+    def close(self) -> None:
+        """Let go of what only this place uses."""
+        ...
+
 
 class FilePlace:
-    """The study of a folder, in a file of SQLite."""
+    """The study of a folder, in a file of SQLite.
+
+    While it is written, finished transactions lie in a write-ahead log beside the file (`study.db-wal`), so that a
+    trial costs no wait for the disk and outlives a killed process; `close` makes one file of both. Where there is
+    no such log, the file is written as ever.
+    """
 
     name = NAME
 
     def __init__(self, path: Path) -> None:
         self.label = str(path)
-        self.storage = f"sqlite:///{path}"
+        self._path = path
+        self._logging = False
+
+    @cached_property
+    def storage(self) -> RDBStorage:
+        """For Optuna, connected when first asked for."""
+        return RDBStorage(f"sqlite:///{self._path}", engine_kwargs={"creator": self._connected})
+
+    def expect_writes(self) -> None:
+        """Open the log, once."""
+        if not self._logging:
+            self._logging = True
+            self._disconnect(self.storage)
+
+    def close(self) -> None:
+        """Close the file, if it is open."""
+        storage = self.__dict__.pop("storage", None)
+        if storage is not None:
+            self._disconnect(storage)
+        if self._logging:
+            self._logging = False
+            with suppress(sqlite3.Error), closing(sqlite3.connect(self._path, timeout=0.0)) as alone:
+                alone.execute("PRAGMA journal_mode = DELETE")  # not possible, nor needed, while another program reads
+
+    @staticmethod
+    def _disconnect(storage: RDBStorage) -> None:
+        storage.remove_session()
+        storage.engine.dispose()
+
+    def _connected(self) -> sqlite3.Connection:
+        connection = sqlite3.connect(self._path, check_same_thread=False)
+        if self._logging:
+            connection.execute("PRAGMA journal_mode = WAL")
+            connection.execute("PRAGMA synchronous = NORMAL")
+        return connection
 
     def run(self, operation: Callable[[], Value], done: Callable[[], Value | None] = _nothing) -> Value:
         """Do an operation, once."""
@@ -98,7 +147,7 @@ class SharedPlace:
         self._database = database
 
     @property
-    def storage(self) -> BaseStorage:
+    def storage(self) -> RDBStorage:
         """For Optuna."""
         return self._database.storage
 
@@ -108,6 +157,12 @@ class SharedPlace:
             return self._database.run(operation, done)
         except (optuna.exceptions.OptunaError, KeyError, AssertionError) as error:
             raise InputError(f"{self.label}: is not a readable Optuna study ({' '.join(str(error).split())})") from None
+
+    def expect_writes(self) -> None:
+        """Nothing: the server is always ready."""
+
+    def close(self) -> None:
+        """Nothing: connections are the database's."""
 
 
 @contextmanager
@@ -125,7 +180,11 @@ def held_place(folder: ResultFolder, database: SharedDatabase | None, identity: 
     """
     kept = shared_study(folder, database)
     if database is None:
-        yield FilePlace(folder.study_file)
+        place = FilePlace(folder.study_file)
+        try:
+            yield place
+        finally:
+            place.close()
         return
     name = kept or _name(folder, identity)
     database.hold(name)

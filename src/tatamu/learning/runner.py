@@ -21,7 +21,7 @@ from tatamu.folding.manipulation import scene_of
 from tatamu.folding.score import vertex_distances
 from tatamu.folding.task import Outcome, Task
 from tatamu.learning.evaluation import Evaluation, Pending, submitted
-from tatamu.learning.expectation import Demand, Expectation, Standing
+from tatamu.learning.expectation import Added, Demand, Expectation, Standing
 from tatamu.learning.outcomes import attributes_of, baseline_of, best_number, result_of
 from tatamu.learning.schedule import Schedule, ScheduledTrial
 from tatamu.learning.study import OptunaStudy, ProposedTrial
@@ -98,7 +98,7 @@ class Runner:
                     yield "trials"
                 known = max(0, len(self.study.trials) + len(running) - pending + 1)
                 proposal = self.study.ask([each for each, _ in running], known, coarse)
-                demand = self._demand(self.study.trials[:known], coarse)
+                demand = self._demand(self.study.trials[:known], proposal)
                 running.append((proposal, self._begin(proposal.parameters, coarse, self._least(coarse), demand)))
             if baselines and self.study.baselines is None:
                 made = {name: make(self.task.fold) for name, (_, make) in BASELINES.items()}
@@ -134,21 +134,19 @@ class Runner:
         manipulation = self.task.manipulation(parameters)
         return submitted(self._executor, self.task, manipulation, below, parameters, coarse=coarse, demand=demand)
 
-    def _demand(self, known: Sequence[FrozenTrial], coarse: bool) -> Demand | None:
+    def _demand(self, known: Sequence[FrozenTrial], proposal: ProposedTrial) -> Demand | None:
         """The worlds of the next trial, and the best that it has to beat: of its mesh, among the trials known."""
         if self._expectation is None:
             return None
-        whole = [
-            trial
-            for trial in known
-            if self.study.is_coarse(trial) == coarse and trial.user_attrs["worlds"] == 1 + len(self._worlds)
-        ]
-        best = min(whole, key=lambda trial: (trial.value, trial.number), default=None)
-        if best is None:
-            return Demand(self._expectation, self._worlds)
-        least = float(best.user_attrs["expected_objective"])
-        gap = max(0.0, least - best.user_attrs["objective"])
-        return Demand(self._expectation, self._worlds, Standing(least, gap))
+        able = [trial for trial in known if trial.user_attrs.get("hardest")]
+        here = [trial for trial in able if self.study.is_coarse(trial) == proposal.coarse]
+        best = _least(here)
+        standing = Standing(float(best.values[0]), max(0.0, _added(best).objective)) if best else None
+        leading = best or _least(able)
+        hardest = _added(leading).hardest if leading else ()
+        same = [trial for trial in able if self.study.is_coarse(trial) and trial.params == proposal.parameters]
+        added = _added(same[0]) if same and not proposal.coarse else None
+        return Demand(self._expectation, self._worlds, standing, hardest, added)
 
     def _ended(self, begun: Pending, which: str) -> Evaluation:
         return begun.ended(f"seed {self.study.identity.seed}, {which}")
@@ -177,6 +175,7 @@ class Runner:
             objective=outcome.objective if found else None,
             worlds=found.worlds if found else None,
             expected_objective=found.objective if found else None,
+            hardest=list(found.hardest) if found and found.hardest else None,
         )
         wanted = not outcome.failed and self.study.wants_errors
         errors = self._errors_of(outcome, proposal.coarse) if wanted else None
@@ -294,3 +293,14 @@ class Runner:
             begun = self._begin(trial.params, self.study.is_coarse(trial))
             self._kept[number] = self._ended(begun, f"trial {number}").outcome
         return self._kept[number]
+
+
+def _least(trials: Sequence[FrozenTrial]) -> FrozenTrial | None:
+    """The trial of least objective; None of none."""
+    return min(trials, key=lambda trial: (trial.value, trial.number), default=None)
+
+
+def _added(trial: FrozenTrial) -> Added:
+    """The addition of disturbances to the objective of a trial that could win."""
+    held = trial.user_attrs
+    return Added(float(held["expected_objective"] - held["objective"]), held["worlds"], tuple(held["hardest"]))

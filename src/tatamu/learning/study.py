@@ -15,7 +15,7 @@ import optuna
 from optuna.distributions import BaseDistribution
 from optuna.trial import FrozenTrial, TrialState, create_trial
 from pydantic import Field, ValidationError
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController
 
 from tatamu.errors import InputError, UnavailableError
 from tatamu.learning.gp_sampler import KnownPart
@@ -23,11 +23,14 @@ from tatamu.learning.lm_sampler import ERRORS, packed
 from tatamu.learning.place import StudyPlace
 from tatamu.learning.refining import Known, refining_proposal
 from tatamu.learning.samplers import OVER_ERRORS, make_sampler
+from tatamu.learning.trial_rows import write_trial
 from tatamu.records import OpenRecord
 from tatamu.results.result import Baseline, Parameters, TaskDescription
 
 KEY = "tatamu"
 """User attribute of the study that says which task it belongs to."""
+_THREADS = ThreadpoolController()
+"""Of linear algebra. One is enough for small matrices: threads that wait for one another cost ten times the work."""
 optuna.logging.set_verbosity(optuna.logging.ERROR)
 
 
@@ -153,7 +156,7 @@ class OptunaStudy:
         scratch.add_trials(known)
         for parameters in running:
             scratch.add_trial(create_trial(state=TrialState.RUNNING, params=parameters, distributions=self.space))
-        with threadpool_limits(1):  # the matrices are small: threads that wait for one another cost ten times the work
+        with _THREADS.limit(limits=1):
             parameters = dict(scratch.ask(self.space).params)
         return ProposedTrial(parameters, coarse, getattr(sampler, "expected_gain", None))
 
@@ -165,7 +168,7 @@ class OptunaStudy:
         running: Sequence[Parameters],
     ) -> ProposedTrial:
         random = np.random.default_rng([self.identity.seed, number])
-        with threadpool_limits(1):
+        with _THREADS.limit(limits=1):
             parameters, gain = refining_proposal(
                 self.space, self._known_part, _known(coarse), _known(fine), running, random
             )
@@ -196,12 +199,14 @@ class OptunaStudy:
             system_attrs={} if errors is None else {ERRORS: packed(errors)},
         )
         trial.datetime_start = trial.datetime_complete = datetime.now()
-        self._place.run(lambda: self._add(trial), self._is_added)
         trial.number = len(self._trials)
+        self._place.run(lambda: self._add(trial), self._is_added)
         self._trials.append(trial)
 
     def _add(self, trial: FrozenTrial) -> bool:
-        self._study.add_trial(trial)
+        self._place.expect_writes()
+        storage = self._place.storage
+        write_trial(storage, storage.get_study_id_from_name(self._place.name), trial)
         return True
 
     def _is_added(self) -> bool | None:
@@ -235,6 +240,8 @@ def held_identity(place: StudyPlace | None) -> Identity | None:
         raise
     except (InputError, ValidationError):
         return None
+    finally:
+        place.close()
 
 
 def _difference(held: Any, wanted: Any, where: str = "") -> str:

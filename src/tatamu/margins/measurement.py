@@ -109,7 +109,7 @@ def measure(
     with executor_of(executor, threads) as workers:
         asker = Asker(own, coarser, workers, Memory(out / KEPT), progress)
         (calm, *judged), ends, pairs = _settled(asker, sides, worlds, limits, coarser is not None)
-    ranked = _ranked(own.task, worlds, judged)
+    ranked = _ranked(own.task, worlds, judged, limits)
     held = calm.verdict.holds(limits)
     verdicts = [one.verdict for one in judged]
     return Measured(
@@ -183,9 +183,9 @@ def _alone(sides: Sequence[Side], ends: Sequence[float | None]) -> list[AloneMar
     ]
 
 
-def _ranked(task: Task, worlds: Sequence[World], judged: Sequence[Judged]) -> list[Draw]:
+def _ranked(task: Task, worlds: Sequence[World], judged: Sequence[Judged], limits: Limits) -> list[Draw]:
     """Draws from the worst to the best."""
-    predicted = on_own_mesh(judged)
+    predicted = on_own_mesh(judged, limits)
     draws = [
         Draw(number, world, one.verdict, _distance(task, one, predicted), one.own)
         for number, (world, one) in enumerate(zip(worlds, judged, strict=True))

@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import theilslopes
 
 from tatamu.disturbances import Limits, Verdict
 
@@ -69,15 +68,19 @@ def sampled(verdicts: Sequence[Verdict], limits: Limits) -> list[int]:
     return sorted(ranked[place] for place in places)
 
 
-def on_own_mesh(draws: Sequence[Judged]) -> Callable[[float], float]:
-    """Mean distances on the own mesh [m] of those on the coarse one: a robust line through the draws known on both."""
+def on_own_mesh(draws: Sequence[Judged], limits: Limits) -> Callable[[float], float]:
+    """Mean distances on the own mesh [m] of those on the coarse one: a line through the draws that are known on both.
+
+    Beyond twice the limit it does not matter how far: such draws count as ending there.
+    """
     known = [
         (draw.coarse.mean_vertex_distance, draw.verdict.mean_vertex_distance)
         for draw in draws
         if draw.own and draw.coarse is not None
     ]
     pairs = np.array([pair for pair in known if None not in pair], dtype=float).reshape(-1, 2)
+    pairs = np.minimum(pairs, 2.0 * limits.mean_vertex_distance)
     if len(pairs) < FEWEST or not np.ptp(pairs[:, 0]) > 0.0:
         return lambda distance: distance
-    slope, intercept = theilslopes(pairs[:, 1], pairs[:, 0], method="joint")[:2]
+    slope, intercept = np.polyfit(pairs[:, 0], pairs[:, 1], 1)
     return lambda distance: max(0.0, float(intercept + slope * distance))

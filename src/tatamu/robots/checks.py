@@ -14,8 +14,8 @@ from tatamu.robots.pose import into, rotation_vector
 EVERY = 4
 """Samples from one distance query to the next: 50 queries a second."""
 LEAST_DISTANCE = {"between arms": 0.015, "to the trunk": 0.005, "within an arm": 0.005, "to the table": 0.002}
-"""Least distances [m], between boxes that contain the links. The outermost centimetre of the fingers is not counted: it
-takes cloth off the table."""
+"""Least distances [m], between boxes that contain the links. In a fold that knows no fingers their outermost centimetre
+is not counted: it would lie on the table."""
 LEAST_MARGIN = 0.01
 """Least distance to joint limits [rad]."""
 LEAST_SINGULARITY = 0.03

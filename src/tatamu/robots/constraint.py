@@ -17,7 +17,8 @@ class ReachConstraint:
     """How well a robot can do a fold; placements remembered of earlier folds make answers faster, not better."""
 
     def __init__(self, robot: Robot) -> None:
-        self._robots = [robot.starting(start) for start in robot.poses]
+        self._robot = robot
+        self._starting: dict[bool, list[Robot]] = {}
         self._known: list[tuple[Robot, Placement]] = []
 
     def __call__(self, manipulation: Manipulation) -> float:
@@ -34,7 +35,7 @@ class ReachConstraint:
             quality = float(search(robot, hands, [placement], FINE_HOLDS).quality[0])
             if quality >= 0:
                 return quality
-        return max(self._searched(robot, hands) for robot in self._robots)
+        return max(self._searched(robot, hands) for robot in self._robots(hands))
 
     def refusal(self, manipulation: Manipulation) -> str | None:
         """Why the robot cannot do a fold, None where it can; asking leaves no memory.
@@ -47,7 +48,7 @@ class ReachConstraint:
         """
         hands = HandMotion.exact(manipulation)
         refusals: list[Refused] = []
-        for robot in self._robots:
+        for robot in self._robots(hands):
             heights = table_heights(robot)
             if heights is None:
                 refusals.append(table_too_high(robot))
@@ -57,6 +58,14 @@ class ReachConstraint:
                 return None
             refusals.append(out_of_reach(robot, hands, ranking))
         return str(max(refusals, key=lambda refusal: refusal.progress))
+
+    def _robots(self, hands: HandMotion) -> list[Robot]:
+        """The robot in each pose that it may start from, with whole fingers where the fold knows them."""
+        whole = hands.lift > 0.0
+        if whole not in self._starting:
+            robot = self._robot.with_whole_fingers() if whole else self._robot
+            self._starting[whole] = [robot.starting(start) for start in robot.poses]
+        return self._starting[whole]
 
     def _searched(self, robot: Robot, hands: HandMotion) -> float:
         heights = table_heights(robot)

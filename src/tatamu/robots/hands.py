@@ -16,13 +16,15 @@ from tatamu.curves import Bezier, arc_lengths, minimum_jerk
 from tatamu.errors import InputError
 from tatamu.folding.manipulation import FRAME_RATE, HANDS, Manipulation, Timing
 from tatamu.results import ManipulationDescription, ResultFolder, ViaPoints
-from tatamu.results.manipulation import VIA_EVERY
+from tatamu.results.manipulation import VIA_EVERY, ArmPath
 from tatamu.scene import Gripper, Scene
 
 OFF_CURVE = 2e-3
 """Via-points farther than this from their Bezier curve do not belong to it [m]."""
 SAME_PATH = 1e-9
 """Displacements of one hand's grippers differ by a constant shift, to within this [m]."""
+SAME_HEIGHT = 1e-6
+"""A hand that begins this little above its grasp begins at it [m]."""
 ONE_HAND = "arms: must be two, and the fold has one: robots here fold with both; learn it with --hands 2"
 
 Travel = Callable[[np.ndarray], np.ndarray]
@@ -42,6 +44,14 @@ class HandMotion:
     """Left, right."""
     travelled: tuple[Travel, Travel]
     """Left, right."""
+    lift: float = 0.0
+    """How high over their grasps the hands begin: the thickness of their lower fingers, as the fold knows it [m]."""
+
+    @property
+    def outwards(self) -> np.ndarray:
+        """Horizontal directions in which the hands come out from the hems that they have laid down, shape (2, 3)."""
+        moved = np.array([curve.control[-1] - curve.control[0] for curve in self.curves]) * [1.0, 1.0, 0.0]
+        return np.asarray(moved / np.linalg.norm(moved, axis=1, keepdims=True))
 
     @classmethod
     def load(cls, path: Path) -> HandMotion:
@@ -73,7 +83,9 @@ class HandMotion:
         every = np.arange(0, len(knots), VIA_EVERY)
         times = knots[np.unique(np.append(every, len(knots) - 1))]
         left, right = (_minimum_jerk(curve, manipulation.timing) for curve in curves)
-        return cls(FRAME_RATE, VIA_EVERY, manipulation.timing, times, (curves[0], curves[1]), (left, right))
+        return cls(
+            FRAME_RATE, VIA_EVERY, manipulation.timing, times, (curves[0], curves[1]), (left, right), manipulation.lift
+        )
 
     @classmethod
     def fitted(cls, description: ManipulationDescription, source: Path | str) -> HandMotion:
@@ -99,7 +111,15 @@ class HandMotion:
         times, moving = _moving(np.array(via.times), np.array(values), timing)
         lengths = [np.interp(u, *curve.arc_lengths()) for curve, u in zip(curves, moving, strict=True)]
         left, right = (_smooth(times, length) for length in lengths)
-        return cls(description.frame_rate, via.every_frames, timing, times, (curves[0], curves[1]), (left, right))
+        return cls(
+            description.frame_rate,
+            via.every_frames,
+            timing,
+            times,
+            (curves[0], curves[1]),
+            (left, right),
+            _lift(arms[0]),
+        )
 
     def at(self, times: np.ndarray) -> np.ndarray:
         """Positions of the hands at simulated times [s] (n,): in F [m], shape (2, n, 3)."""
@@ -151,6 +171,12 @@ def _goes_with(gripper: Gripper, first: Gripper) -> bool:
         return False
     apart = gripper.displacements[-count:] - first.displacements
     return bool(np.ptp(apart, axis=0).max() < SAME_PATH < np.abs(apart).max())
+
+
+def _lift(arm: ArmPath) -> float:
+    """How high over its grasp a hand begins [m]."""
+    above = arm.control_points[0][2] - arm.grasp.position[2]
+    return above if above > SAME_HEIGHT else 0.0
 
 
 def _of_two_hands(description: ManipulationDescription, source: Path | str) -> tuple[ViaPoints, Timing]:

@@ -18,7 +18,7 @@ FINGER_HALF = (0.030, 0.008)
 """Length of the slimmer last part of the fingers [m]."""
 FINGER_LENGTH = 0.030
 TIP = 0.010
-"""Outermost part of the fingers, which is no obstacle: it lies on the table during the grasp [m]."""
+"""Outermost part of the fingers [m], no obstacle in a fold that knows no fingers: in it they lie on the table."""
 
 
 def kawada(
@@ -52,7 +52,8 @@ def kawada(
     )
     return Robot(
         name=name,
-        spec=_spec(rows, fingertip),
+        spec=_spec(rows, fingertip, TIP),
+        whole=_spec(rows, fingertip, 0.0),
         base="WAIST",
         larm=_arm("larm", left, starts[0].larm, fingertip, nextage, acceleration),
         rarm=_arm("rarm", right, starts[0].rarm, fingertip, nextage, acceleration),
@@ -88,7 +89,7 @@ def _arm(
     )
 
 
-def _spec(rows: tuple[facts.Joint, ...], fingertip: float) -> Any:
+def _spec(rows: tuple[facts.Joint, ...], fingertip: float, left_out: float) -> Any:
     mujoco = needed("mujoco")
     spec = mujoco.MjSpec()
     spec.modelname = "tatamu-kawada"
@@ -105,7 +106,7 @@ def _spec(rows: tuple[facts.Joint, ...], fingertip: float) -> Any:
         _mass(body, name)
         _box(body, name, mujoco)
         if name.endswith("ARM_JOINT5_Link"):
-            _hand(body, fingertip, mujoco)
+            _hand(body, fingertip, left_out, mujoco)
     return spec
 
 
@@ -130,12 +131,12 @@ def _box(body: Any, name: str, mujoco: Any) -> None:
         body.add_geom(name=f"{name}_box{number}", type=kind, size=(high - low) / 2, pos=centre)
 
 
-def _hand(body: Any, fingertip: float, mujoco: Any) -> None:
-    """The hand as two boxes between the last link and the fingertip."""
+def _hand(body: Any, fingertip: float, left_out: float, mujoco: Any) -> None:
+    """The hand as two boxes between the last link and the fingertip, of whose end some is left out [m]."""
     wrist = -facts.BOXES["LARM_JOINT5_Link"][0][0][0]
     spans = {
         "hand": (wrist, fingertip - FINGER_LENGTH, HAND_HALF),
-        "fingers": (0.0, fingertip - TIP, FINGER_HALF),
+        "fingers": (0.0, fingertip - left_out, FINGER_HALF),
     }
     spans["fingers"] = (spans["hand"][1], *spans["fingers"][1:])
     for part, (start, end, (width, depth)) in spans.items():

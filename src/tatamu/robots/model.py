@@ -82,11 +82,17 @@ class Robot:
     """Lowest and highest table top that may be chosen, in B [m]."""
     front: float
     """Near edge of the table, along x of B [m]."""
+    whole: Any = None
+    """mujoco.MjSpec in which the outermost part of the fingers is an obstacle too; None: it is one in `spec`."""
 
     @property
     def arms(self) -> tuple[Arm, Arm]:
         """The left arm, then the right arm."""
         return self.larm, self.rarm
+
+    def with_whole_fingers(self) -> Robot:
+        """The same robot, the outermost part of its fingers being an obstacle as the rest is."""
+        return self if self.whole is None else replace(self, spec=self.whole, whole=None)
 
     def starting(self, start: StartPose) -> Robot:
         """The same robot, starting from another pose."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -84,7 +85,7 @@ def motion(robot: Robot, hands: HandMotion, stages: list[Stage], pace: Pace) -> 
     }
     parts: list[TimedStage] = []
     start = 0.0
-    for name in ("lead", "approach", "lower", "close", "fold", "settle", "open", "raise", "return"):
+    for name in _order(by_name):
         if name in waits:
             driven = _still(*waits[name])
         else:
@@ -94,6 +95,12 @@ def motion(robot: Robot, hands: HandMotion, stages: list[Stage], pace: Pace) -> 
         start += driven.duration
     times = PERIOD * np.arange(int(np.ceil(start / PERIOD)) + 1)
     return Motion(times, _sampled(parts, times), tuple(parts), _events(robot, parts))
+
+
+def _order(stages: Collection[str]) -> list[str]:
+    """Stages and waits, one after another; hands without fingers need not withdraw."""
+    before = ["lead", "approach", "lower", "close", "fold", "settle", "open"]
+    return [*before, *(name for name in ("withdraw", "raise", "return") if name in stages)]
 
 
 def _still(duration: float, q: np.ndarray) -> Timed:

@@ -23,6 +23,9 @@ from tatamu.robots.pose import pose
 CLOSE_ENOUGH = 1.5e-4
 """Largest distance of the joints' splines from the hands' curves [m]; beyond it a point is inserted."""
 ROUNDS = 4
+OUT = 0.02
+"""How far hands with fingers come out from the hem before they rise [m]: they hold a centimetre of it, and may have
+taken it a centimetre too far in."""
 
 
 class Unreachable(TatamuError):
@@ -97,15 +100,18 @@ class Paths:
         Raises:
             Unreachable: An arm cannot follow the hands.
         """
-        times = self.task.hands.times
-        lower = self._line(times[0], "lower", self._before())
+        first, last = float(self.task.hands.times[0]), float(self.task.hands.times[-1])
+        lower = self._lower(first, self._before())
         fold = self._fold(lower(LIFT))
-        leave = self._line(times[-1], "raise", fold(times[-1]))
+        out = OUT if self.task.hands.lift else 0.0
+        withdraw = self._withdraw(last, fold(last)) if out else None
+        leave = self._raise(last, fold(last) if withdraw is None else withdraw(OUT), out)
         home = self.task.robot.initial
         return [
             Stage("approach", CubicSpline([0, 1], [home, lower(0)]), np.inf),
             Stage("lower", lower, lower_speed),
             Stage("fold", fold, rate),
+            *([] if withdraw is None else [Stage("withdraw", withdraw, raise_speed)]),
             Stage("raise", leave, raise_speed),
             Stage("return", CubicSpline([0, 1], [leave(LIFT), home]), np.inf),
         ]
@@ -125,13 +131,33 @@ class Paths:
         offsets = pose(np.eye(3), np.outer(-distances, [0.0, 0.0, 1.0]))
         return self.task.tools(np.array([time])) @ offsets
 
-    def _line(self, time: float, name: str, start: np.ndarray) -> CubicSpline:
+    def _aside(self, distances: np.ndarray) -> np.ndarray:
+        """Displacements (2, n, 3) of both tools out from the hems that they have laid down, by distances [m]."""
+        along = self.task.hands.outwards @ self.task.placement.matrix[:3, :3].T
+        return distances[None, :, None] * along[:, None, :]
+
+    def _lower(self, time: float, start: np.ndarray) -> CubicSpline:
         s = np.linspace(0, LIFT, 7)
-        tools = self._back(float(time), LIFT - s if name == "lower" else s)
+        return self._line(time, s, self._back(time, LIFT - s), start, 0.0)
+
+    def _withdraw(self, time: float, start: np.ndarray) -> CubicSpline:
+        """Out from under the hem, at the height of the release, so that no finger lifts it."""
+        s = np.linspace(0, OUT, 5)
+        tools = self._back(time, np.zeros(len(s)))
+        tools[:, :, :3, 3] += self._aside(s)
+        return self._line(time, s, tools, start, 1.0)
+
+    def _raise(self, time: float, start: np.ndarray, out: float) -> CubicSpline:
+        s = np.linspace(0, LIFT, 7)
+        tools = self._back(time, s)
+        tools[:, :, :3, 3] += self._aside(np.full(len(s), out))
+        return self._line(time, s, tools, start, 1.0)
+
+    def _line(self, time: float, s: np.ndarray, tools: np.ndarray, start: np.ndarray, progress: float) -> CubicSpline:
         trunk = np.full(len(s), self.task.trunk(np.array([time]))[0])
         q, missed = self._kinematics.path(tools[0], tools[1], trunk, start)
         if missed:
-            raise self._unreachable(missed, float(time), 0.0 if name == "lower" else 1.0)
+            raise self._unreachable(missed, time, progress)
         return CubicSpline(s, q)
 
     def _fold(self, start: np.ndarray) -> CubicSpline:

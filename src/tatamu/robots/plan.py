@@ -69,6 +69,8 @@ def plan_fold(
         InputError: The folder is no learned fold, or the place that is given does not let the robot do it.
     """
     hands = HandMotion.load(folder)
+    if hands.lift:
+        robot = robot.with_whole_fingers()
     refusals: list[Refused] = []
     for start in robot.poses:
         starting = robot.starting(start)

@@ -276,8 +276,14 @@ def _free_motion(signals: Sequence[np.ndarray], measured: Sequence[Recording]) -
     fading = [each for each in found if np.isfinite(each.decrement)]
     if len(fading) < 3:
         return (float(np.median([each.period for each in found])) if found else np.nan), np.full(3, np.nan), len(found)
-    line = np.polyfit([each.amplitude for each in fading], [each.decrement for each in fading], 1)
-    return float(np.median([each.period for each in found])), np.polyval(line, AMPLITUDES), len(found)
+    decrements = decrement_line(np.array([(each.amplitude, each.decrement) for each in fading]))
+    return float(np.median([each.period for each in found])), decrements, len(found)
+
+
+def decrement_line(fading: np.ndarray) -> np.ndarray:
+    """Decrements at `AMPLITUDES`, by the line through amplitudes [m] and decrements of swings, shape (k, 2)."""
+    amplitudes, decrements = fading.T
+    return np.asarray(np.polyval(np.polyfit(amplitudes, decrements, 1), np.array(AMPLITUDES)))
 
 
 def _periods(predictions: Sequence[Predicted], measured: Sequence[Recording]) -> list[Line]:

@@ -1,9 +1,11 @@
 """A stiff plate that hangs from a moving bar, in air: the model with one degree of freedom that a cloth has to beat.
 
-    (1 + kappa) (L^2/3 phi'' + L/2 a) = - g L/2 sin(phi) - 1/L integral (c1 u + c2 |u| u) r dr,  u = v + r phi'
+    (1 + kappa) (L^2/3 phi'' + L/2 a) = - g L/2 sin(phi) - 1/L integral (c1 u + c2 |u| u + c3 |w| w) r dr
+    u = v + w,  w = r phi'
 
 per density and width: kappa added mass over density, c1 and c2 linear and quadratic drag over density, v and a velocity
-and acceleration of the bar across itself.
+and acceleration of the bar across itself. c3 is what a swing is held by beyond that: the drag coefficient of a plate
+that swings to and fro by little is several times that of one that moves on.
 """
 
 from __future__ import annotations
@@ -29,6 +31,8 @@ class AirLaw:
     """c1 [1/s]"""
     quadratic: float = 0.0
     """c2 [1/m]"""
+    swinging: float = 0.0
+    """c3 [1/m]; of the plate alone, `native` has none."""
 
 
 def plate_swing(recording: Recording, air: AirLaw, length: float) -> np.ndarray:
@@ -51,8 +55,10 @@ def plate_swing(recording: Recording, air: AirLaw, length: float) -> np.ndarray:
     angles = np.empty(len(times))
     for k in range(len(times)):
         angles[k] = angle
-        through = ahead[k] + radii * rate
-        drag = length / PIECES * float((air.linear * through + air.quadratic * np.abs(through) * through) @ radii)
+        own = radii * rate
+        through = ahead[k] + own
+        held = air.linear * through + air.quadratic * np.abs(through) * through + air.swinging * np.abs(own) * own
+        drag = length / PIECES * float(held @ radii)
         torque = -0.5 * length * (GRAVITY * np.sin(angle) + (1.0 + air.added_mass) * pushed[k]) - drag / length
         rate += STEP * torque / inertia
         angle += STEP * rate
