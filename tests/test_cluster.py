@@ -226,7 +226,7 @@ def test_workers_of_other_versions_are_refused(executor: DaskExecutor, monkeypat
 def test_a_worker_that_dies_while_its_versions_are_asked_for_is_no_refusal(
     executor: DaskExecutor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from distributed.comm import CommClosedError
+    from distributed.comm.core import CommClosedError
 
     from tatamu.cluster.connection import refuse_other_versions
 
