@@ -59,6 +59,7 @@ def sweep_file(folder: Path, studies: int) -> Path:
     seeds = list(range(studies))
     path.write_text(
         '[all]\ngarment = "towel"\nsize = "0.24x0.50"\nspacing = 0.04\ntrials = 3\nbaselines = false\n'
+        'disturbances = "none"\n'
         f"[grid]\nseed = {seeds}\n"
     )
     return path

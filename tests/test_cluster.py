@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -16,13 +17,15 @@ import pytest
 
 pytest.importorskip("distributed", reason="Dask is not installed")
 
+import cloudpickle
 from typer.testing import CliRunner
 
 from tatamu.cli.app import app
 from tatamu.cluster import connected, executor_at
 from tatamu.cluster.address import parse_address
-from tatamu.cluster.arguments import unbound
+from tatamu.cluster.arguments import LARGE, SharedArguments, unbound
 from tatamu.cluster.call import checked_call
+from tatamu.cluster.connection import CERTIFICATES
 from tatamu.cluster.executor import DaskExecutor
 from tatamu.cluster.versions import difference, versions
 from tatamu.cluster.watch import Patience, Watch
@@ -100,6 +103,37 @@ def test_a_scheduler_that_is_not_there_is_refused_within_seconds(monkeypatch: py
     assert time.monotonic() - begun < 15
 
 
+def certificate(folder: Path) -> Path:
+    """A certificate that signs itself, and its key beside it."""
+    if shutil.which("openssl") is None:
+        pytest.skip("openssl is not installed")
+    names = ["-keyout", str(folder / "key.pem"), "-out", str(folder / "cert.pem"), "-days", "2", "-subj", "/CN=lab"]
+    made = ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", *names]
+    subprocess.run(made, check=True, capture_output=True)
+    return folder / "cert.pem"
+
+
+def test_a_scheduler_with_certificates_is_reached_with_them_alone(tmp_path: Path) -> None:
+    import dask
+    import distributed
+
+    with pytest.raises(InputError, match=r"needs certificates, and Dask's configuration has no .*ca-file"):
+        with connected("tls://127.0.0.1:9"):
+            pass
+    with dask.config.set({name: "/nowhere" for name in CERTIFICATES}):
+        with pytest.raises(InputError, match=r"ca-file of Dask's configuration is no file, given /nowhere"):
+            with connected("tls://127.0.0.1:9"):
+                pass
+    cert = str(certificate(tmp_path))
+    files = {"cert": cert, "key": str(tmp_path / "key.pem")}
+    named = {f"distributed.comm.tls.{role}": files for role in ("scheduler", "worker", "client")}
+    with dask.config.set({"distributed.comm.tls.ca-file": cert, **named}):
+        with distributed.LocalCluster(n_workers=1, protocol="tls", dashboard_address=":0", processes=False) as cluster:
+            with connected(cluster.scheduler_address) as executor:
+                assert cluster.scheduler_address.startswith("tls://")
+                assert executor.submit(divmod, 7, 2).result() == (3, 1)
+
+
 def test_calls_come_back_with_results_and_errors(executor: DaskExecutor) -> None:
     assert list(executor.map(divmod, range(4), [2] * 4)) == [divmod(k, 2) for k in range(4)]
     with pytest.raises(ZeroDivisionError):
@@ -109,22 +143,28 @@ def test_calls_come_back_with_results_and_errors(executor: DaskExecutor) -> None
 def test_large_arguments_go_over_once(executor: DaskExecutor) -> None:
     array = np.full(100_000, 7.0)
     twin = array.copy()
-    before = len(executor._shared._by_content)
+    before = len(executor._shared._futures)
     results = [executor.submit(loaded, each, times).result() for each in (array, twin) for times in range(3)]
     assert [product for _, product in results] == [0, 7, 14] * 2
-    assert len(executor._shared._by_content) - before == 1, "equal content is one argument"
+    assert len(executor._shared._futures) - before == 1, "equal content is one argument"
 
 
-def test_shared_arguments_are_forgotten_with_their_object(executor: DaskExecutor) -> None:
-    array = np.full(100_000, 3.0)
-    executor.submit(loaded, array, 1).result()
-    assert id(array) in executor._shared._by_object
-    number = id(array)
-    del array
-    until = time.monotonic() + 10
-    while number in executor._shared._by_object and time.monotonic() < until:
-        time.sleep(0.05)
-    assert number not in executor._shared._by_object
+def test_shared_arguments_that_were_not_used_for_longest_are_forgotten(executor: DaskExecutor) -> None:
+    shared = SharedArguments(executor._client, kept=2_000_000)
+    first, second, third = (np.full(100_000, value) for value in (1.0, 2.0, 3.0))
+    held = shared.replaced(first).key
+    other = shared.replaced(second).key
+    assert shared.replaced(first).key == held and other != held
+    assert list(shared._futures) == [held, other]
+    newest = shared.replaced(third).key
+    assert list(shared._futures) == [held, newest], "the second was used before the first"
+    assert executor.submit(loaded, third, 2).result()[1] == 6
+
+
+def test_a_task_is_shared_and_a_manipulation_goes_along_with_its_call() -> None:
+    task = make_task("towel")
+    manipulation = task.manipulation({"x1": 0.1, "z1": 0.1, "x2": 0.2, "z2": 0.1, "g1": 0, "g2": 0})
+    assert len(cloudpickle.dumps(manipulation)) < LARGE < len(cloudpickle.dumps(task))
 
 
 def test_what_is_bound_to_a_function_is_an_argument() -> None:
@@ -180,6 +220,21 @@ def test_workers_of_other_versions_are_refused(executor: DaskExecutor, monkeypat
 
     monkeypatch.setattr("tatamu.cluster.versions.versions", lambda: {**versions(), "numpy": "1.26.4"})
     with pytest.raises(InputError, match=r"worker tcp://.* has numpy .* there, 1\.26\.4 here; make them equal"):
+        refuse_other_versions(executor._client, "local:2")
+
+
+def test_a_worker_that_dies_while_its_versions_are_asked_for_is_no_refusal(
+    executor: DaskExecutor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from distributed.comm.core import CommClosedError
+
+    from tatamu.cluster.connection import refuse_other_versions
+
+    answers: dict[str, Any] = {"tcp://a:1": CommClosedError("Stream is closed")}
+    monkeypatch.setattr(executor._client, "run", lambda *args, **kwargs: answers)
+    refuse_other_versions(executor._client, "local:2")
+    answers["tcp://a:2"] = ModuleNotFoundError("No module named 'tatamu'")
+    with pytest.raises(InputError, match="worker tcp://a:2 cannot run tatamu"):
         refuse_other_versions(executor._client, "local:2")
 
 

@@ -4,7 +4,8 @@
     python slurm.py 200        # on a login node, in a terminal that stays (tmux)
     tatamu sweep sweep.toml --scheduler tcp://THIS-NODE:8786 --out runs/sweep
 
-A job is 16 processes of one thread each: `native` uses one core, and a worker that dies takes one trial with it.
+A job is one worker of one core: Slurm finds room wherever a core is free, a worker that dies takes one trial with
+it, and Dask replaces jobs that end (it does not where a job holds several workers).
 """
 
 from __future__ import annotations
@@ -20,12 +21,12 @@ dask.config.set({"distributed.scheduler.allowed-failures": 2})  # the third work
 
 
 def main() -> None:
-    """Keep so many workers until the program is ended; jobs that end are replaced."""
+    """Keep so many workers until the program is ended."""
     wanted = int(sys.argv[1])
     with SLURMCluster(
-        cores=16,
-        processes=16,
-        memory="32GB",
+        cores=1,
+        processes=1,
+        memory="2GB",
         walltime="12:00:00",
         job_script_prologue=[
             "source $HOME/tatamu/.venv/bin/activate",
@@ -35,7 +36,7 @@ def main() -> None:
         worker_extra_args=["--lifetime", "11h", "--lifetime-stagger", "30m"],
         scheduler_options={"port": 8786},
     ) as cluster:
-        cluster.adapt(minimum_jobs=1, maximum_jobs=-(-wanted // 16))
+        cluster.adapt(minimum=wanted, maximum=wanted)
         print(f"tatamu .. --scheduler tcp://{socket.gethostname()}:8786", flush=True)
         Event().wait()
 

@@ -5,7 +5,7 @@ They are results of calls themselves, so that the scheduler makes them again whe
 
 from __future__ import annotations
 
-import weakref
+from collections import OrderedDict
 from collections.abc import Callable
 from functools import partial
 from hashlib import sha256
@@ -16,45 +16,43 @@ import distributed
 
 from tatamu.cluster.call import unpacked
 
-LARGE = 16_384
-"""Arguments of more bytes than this are shared."""
+LARGE = 65_536
+"""Arguments of more bytes than this are shared: a task is, a manipulation goes along with its call."""
+KEPT = 256_000_000
+"""Bytes that are kept on the workers for calls to come; calls that are away keep theirs beside these."""
 PLAIN = (str, bytes, int, float, bool, type(None))
 """Types whose size needs no pickling."""
 
 
 class SharedArguments:
-    """The large arguments that are on the workers, while somebody here has them."""
+    """The large arguments that are on the workers, those used last at the end."""
 
-    def __init__(self, client: distributed.Client) -> None:
+    def __init__(self, client: distributed.Client, kept: int = KEPT) -> None:
         self._client = client
-        self._by_object: dict[int, distributed.Future] = {}
-        self._by_content: weakref.WeakValueDictionary[str, distributed.Future] = weakref.WeakValueDictionary()
+        self._kept = kept
+        self._sizes: OrderedDict[str, int] = OrderedDict()
+        self._futures: dict[str, distributed.Future] = {}
 
     def replaced(self, value: Any) -> Any:
-        """A value, or what stands for it where it is large."""
+        """A value, or what stands for it where it is large: the same for equal ones."""
         if isinstance(value, PLAIN):
             return value
-        if id(value) in self._by_object:
-            return self._by_object[id(value)]
         content = cloudpickle.dumps(value)
         if len(content) < LARGE:
             return value
-        shared = self._share(content)
-        try:
-            weakref.finalize(value, self._by_object.pop, id(value), None)
-        except TypeError:  # lists, dicts: known by their content alone
-            return shared
-        self._by_object[id(value)] = shared
-        return shared
-
-    def _share(self, content: bytes) -> distributed.Future:
         key = f"tatamu-shared-{sha256(content).hexdigest()[:24]}"
-        known = self._by_content.get(key)
-        if known is not None and not known.cancelled():
-            return known
-        shared = self._client.submit(unpacked, content, key=key)
-        self._by_content[key] = shared
-        return shared
+        if key not in self._futures or self._futures[key].cancelled():
+            self._futures[key] = self._client.submit(unpacked, content, key=key)
+        self._sizes[key] = len(content)
+        self._sizes.move_to_end(key)
+        self._forget(key)
+        return self._futures[key]
+
+    def _forget(self, used: str) -> None:
+        """Forget those that were not used for longest, where there are too many."""
+        while sum(self._sizes.values()) > self._kept and next(iter(self._sizes)) != used:
+            oldest, _ = self._sizes.popitem(last=False)
+            del self._futures[oldest]
 
 
 def unbound(function: Callable[..., Any]) -> tuple[Callable[..., Any], tuple[Any, ...]]:

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tatamu.cluster.address import SchedulerAddress, parse_address
@@ -21,6 +22,8 @@ CONNECT_SECONDS = 5.0
 """How long a scheduler may take to answer."""
 KILLED_WORKERS = 3
 """A call that has killed so many workers is given up, where the scheduler is ours."""
+CERTIFICATES = tuple(f"distributed.comm.tls.{name}" for name in ("ca-file", "client.cert", "client.key"))
+"""Fields of Dask's configuration that a client needs for `tls://`."""
 QUIET = {name: "critical" for name in ("distributed", "distributed.client", "distributed.nanny", "distributed.worker")}
 SETTINGS: dict[str, Any] = {
     "logging": {**QUIET, "distributed.scheduler": "critical", "bokeh": "critical", "tornado": "critical"},
@@ -55,6 +58,8 @@ def connected(address: str) -> Iterator[DaskExecutor]:
     """The workers of a scheduler as an executor while the block runs; errors are those of `executor_at`."""
     parsed = parse_address(address)
     _configure()
+    if address.startswith("tls://"):
+        _check_certificates(address)
     from tatamu.cluster.executor import DaskExecutor
 
     with _client(parsed) as client:
@@ -77,6 +82,22 @@ def _configure() -> None:
         import distributed  # noqa: F401
     except ImportError:
         raise InputError("--scheduler: needs Dask; python -m pip install 'tatamu[cluster]'") from None
+
+
+def _check_certificates(address: str) -> None:
+    """Refuse to begin without the files that Dask's configuration must name for `tls://`.
+
+    Raises:
+        InputError: One is not named, or not there.
+    """
+    import dask
+
+    for field in CERTIFICATES:
+        given = dask.config.get(field, None)
+        if given is None:
+            raise InputError(f"--scheduler: {address}: needs certificates, and Dask's configuration has no {field}")
+        if not Path(given).is_file():
+            raise InputError(f"--scheduler: {address}: {field} of Dask's configuration is no file, given {given}")
 
 
 @contextmanager
@@ -126,6 +147,8 @@ def refuse_other_versions(client: distributed.Client, name: str) -> None:
 
     kinds = {processor()}
     for worker, found in client.run(identify, on_error="return").items():
+        if isinstance(found, OSError):  # it died meanwhile; one that comes in its place is asked with its first call
+            continue
         if isinstance(found, BaseException):
             raise InputError(f"--scheduler: {name}: worker {worker} cannot run tatamu ({found})")
         there, kind = found
