@@ -101,8 +101,8 @@ class PressedCrease(ElasticTest):
     entry = CreaseReadings
     needs = ("sag",)
     needs_because = "it tells the friction of bending over the bending rigidity"
-    read = "angle that stays"
-    words = MappingProxyType({"angle": "the angle that stays"})
+    read = "arc of the angle at 30 mm"
+    words = MappingProxyType({"angle": "the angle that stays (its arc at 30 mm)"})
     reads = MappingProxyType({"angle": 1.0})
     weighs = False
     instructions = """\
