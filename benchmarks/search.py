@@ -244,15 +244,15 @@ _gaussian_process = by_optuna(lambda setting, seed: GaussianProcessSampler(seed,
 
 
 def ours(setting: Setting, seed: int, number: int, before: Sequence[tuple[Any, Simulated]]) -> tuple[Any, Manipulation]:
-    """As `tatamu learn` does by default: low curves, then the Gaussian process."""
+    """As `tatamu learn` does by default: low curves, a random trial, then the Gaussian process."""
     first = low_curves(setting.fold)
     if number < len(first):
         return first[number], setting.task.manipulation(first[number])
-    return _gaussian_process(setting, seed, number, before)
+    return _gaussian_process(setting, seed, number, [] if number == len(first) else before)
 
 
 METHODS: dict[str, Method] = {
-    "ours": Method("ours: three low curves, then `gp`", ours),
+    "ours": Method("ours: three low curves, a random trial, `gp`", ours),
     "gp": Method("`--sampler gp` from a random trial", _gaussian_process),
     "plain": Method(
         "the paper's: C itself, floored grasps",
