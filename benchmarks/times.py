@@ -1,6 +1,6 @@
 """How long whole commands take, as ratios to one rollout of the same run: the table "times" of docs/notes/learning.md.
 
-    python benchmarks/times.py --out runs/times [--cases towel,tshirt,trousers,shop] [--seeds 1] [--one-mesh]
+    python benchmarks/times.py --out runs/times [--cases towel,tshirt,trousers,disturbed,shop] [--seeds 1] [--one-mesh]
                                [--write-docs]
 
 Every command is a process of its own, one after the other, with compiled kernels there; its report and its three fixed
@@ -30,11 +30,13 @@ from tatamu.folding.task import make_task
 from tatamu.results import PlanResult, Result, ResultFolder
 from tatamu.simulators.many import processors
 
+CALM = ["--disturbances", "none"]
 CASES = {
-    "towel": ["towel"],
-    "tshirt": ["tshirt"],
-    "trousers": ["trousers", "--fold", "leg"],
-    "shop": ["tshirt", "--fold", "shop", "--trials", "60"],
+    "towel": ["towel", *CALM],
+    "tshirt": ["tshirt", *CALM],
+    "trousers": ["trousers", "--fold", "leg", *CALM],
+    "disturbed": ["towel"],
+    "shop": ["tshirt", "--fold", "shop", "--trials", "60", *CALM],
 }
 """Arguments of `tatamu learn`."""
 COMMAND = [sys.executable, "-c", "from tatamu.cli import main; main()"]
@@ -102,6 +104,7 @@ def row(words: list[str], runs: list[Measured]) -> dict[str, object]:
         fold = f"IoU from flat {worst.final.mask_iou:.3f}"
     else:
         fold = f"C {worst.best_trial.objective:.4f}, {1e3 * (worst.best_trial.mean_vertex_distance or 0.0):.1f} mm"
+        fold += f", {worst.judged.headline}" if worst.judged else ""
     return {
         "command": f"`{' '.join(['tatamu', *words])}`",
         "seeds": len(runs),
@@ -122,7 +125,7 @@ def _objective(found: Result | PlanResult) -> float:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--cases", default="towel,tshirt,trousers", help=f"of {', '.join(CASES)}")
+    parser.add_argument("--cases", default="towel,tshirt,trousers,disturbed", help=f"of {', '.join(CASES)}")
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--one-mesh", action="store_true", help="also with --no-coarse")
     parser.add_argument("--write-docs", action="store_true")

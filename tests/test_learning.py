@@ -183,6 +183,23 @@ def test_the_search_sees_even_where_the_best_is_far_from_ideal(tmp_path: Path) -
     assert min(abs(trial.params["x"] - 0.3) for trial in study.trials) < 0.02
 
 
+def test_a_search_that_begins_with_failures_that_are_all_alike_looks_elsewhere(tmp_path: Path) -> None:
+    """What is known of the objective is least at x = 0, where all that the search begins with is equally bad."""
+    first = [{"x": x} for x in (0.0, 0.05, 0.1)]
+    identity = Identity(task=describe_task(task()), sampler="gp", seed=0, first=first)
+    space = {"x": FloatDistribution(0.0, 1.0)}
+    study = OptunaStudy(FilePlace(tmp_path / "study.db"), identity, space, lambda at: 0.4 + at["x"])
+    asked = []
+    for number in range(4):
+        asked.append(study.ask([], number).parameters)
+        study.tell(asked[-1], 0.4 + asked[-1]["x"] + 2.0, {})
+    plain = OptunaStudy(FilePlace(tmp_path / "plain.db"), identity, space, lambda at: np.zeros_like(at["x"]))
+    for parameters in first:
+        plain.tell(parameters, 1.0, {})
+    assert asked[:3] == first
+    assert asked[3]["x"] > 0.15 and asked[3] == plain.ask([], 3).parameters, "it is random"
+
+
 def test_a_study_that_is_killed_while_it_writes_is_written_the_next_time(
     learned: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -137,7 +137,16 @@ class OptunaStudy:
         elsewhere = [] if coarse else [trial for trial in finished[:known] if self.is_coarse(trial)]
         if elsewhere:
             return self._refine(number, elsewhere, here, running)
-        return self._propose(number, here, running, coarse)
+        alone = number == self._begun(coarse)
+        return self._propose(number, [] if alone else here, running, coarse)
+
+    def _begun(self, coarse: bool) -> int:
+        """The number of the trial after those that the search shall begin with.
+
+        It is random: from low curves alone that all fail alike, a sampler would learn that only the path counts.
+        """
+        first = len(self.identity.first)
+        return max(0, first - 1) if coarse else first
 
     def _first(self, number: int, coarse: bool, on_this_mesh: int) -> Parameters | None:
         """Parameters that the search shall begin with; on two meshes the last of them begin the trials on the finer."""
