@@ -84,9 +84,8 @@ robots: $(DEV)  ## the table of docs/notes/robots.md: an hour, most of it MuJoCo
 foreign: $(DEV)  ## the table of docs/notes/garments.md: outlines and meshes from elsewhere; minutes
 	$(BIN)/python -m benchmarks.foreign --out runs/foreign --trials 25 --write-docs
 
-own-garments: $(DEV)  ## the tables of docs/notes/own-garments.md: garments drawn by hand, by the plans that are proposed; an hour
+own-garments: $(DEV)  ## the table of docs/notes/own-garments.md: garments drawn by hand, by the plans that are proposed; hours
 	$(BIN)/python -m benchmarks.own_garments --out runs/own-garments --write-docs
-	$(BIN)/python -m benchmarks.own_garments --out runs/own-garments-fine --fine --write-docs
 
 golden: $(DEV)  ## what this tree makes of many commands, to be compared with another tree's: see benchmarks/golden.py
 	$(BIN)/python benchmarks/golden.py run . runs/golden

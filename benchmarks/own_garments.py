@@ -1,9 +1,9 @@
-"""Garments of examples/garments folded as their outlines propose: the tables of docs/notes/own-garments.md.
+"""Garments of examples/garments folded as their outlines propose: the table of docs/notes/own-garments.md.
 
-    python -m benchmarks.own_garments --out runs/own-garments [--only hoodie sock] [--trials 50] [--fine] [--write-docs]
+    python -m benchmarks.own_garments --out runs/own-garments [--only hoodie sock] [--trials 50] [--write-docs]
 
-Each garment is learned by the best plan of `tatamu plans`; studies that are there go on. With `--fine` the meshes are
-those that `tatamu learn` makes by itself. Tables of fine meshes, of 50 trials and of fewer are different ones.
+Each garment is learned by the best plan of `tatamu plans` on the meshes that `tatamu learn` makes by itself; studies
+that are there go on.
 """
 
 from __future__ import annotations
@@ -21,22 +21,17 @@ from tatamu.learning import learn_job
 from tatamu.results import ResultFolder
 
 GARMENTS = Path("examples/garments")
-SPACING = {"sock": 0.014, "shorts": 0.022}
-"""Edge length of a coarse mesh [m], so that trials are quick."""
-COARSE = 0.03
-"""That of all others."""
 FULL = 50
-"""Trials of a step unless fewer are asked for; such a table is another."""
+"""Trials of a step unless fewer are asked for."""
 SUCCESS = 0.0125
 """Mean vertex distance that counts as folded [m] (BiFold 2025)."""
 SEEN = 0.80
 """Mask IoU that counts as folded (FoldBack 2026)."""
 
 
-def fold(name: str, out: Path, trials: int, fine: bool) -> list[dict[str, Any]]:
+def fold(name: str, out: Path, trials: int) -> list[dict[str, Any]]:
     """Learn the best plan of one garment; a row for each of its steps."""
-    spacing = None if fine else SPACING.get(name, COARSE)
-    job = make_job(str(GARMENTS / f"{name}.toml"), fold="auto", spacing=spacing)
+    job = make_job(str(GARMENTS / f"{name}.toml"), fold="auto")
     learn_job(job, out, trials=trials, baselines=False)
     results = ResultFolder(out)
     head = {"garment": name, "vertices": len(job.garment.vertices), "trials": trials}
@@ -89,25 +84,18 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--only", nargs="+", default=sorted(path.stem for path in GARMENTS.glob("*.toml")))
     parser.add_argument("--trials", type=int, default=FULL)
-    parser.add_argument("--fine", action="store_true", help="meshes as `tatamu learn` makes them by itself")
     parser.add_argument("--write-docs", action="store_true")
     given = parser.parse_args()
-    out = given.out / ("fine" if given.fine else "coarse")
-    out.mkdir(parents=True, exist_ok=True)
-    table = out / "table.json"
+    given.out.mkdir(parents=True, exist_ok=True)
+    table = given.out / "table.json"
     kept: dict[str, Any] = json.loads(table.read_text()) if table.exists() else {}
     for name in given.only:
-        kept[name] = fold(name, out / name, given.trials, given.fine)
+        kept[name] = fold(name, given.out / name, given.trials)
         write_json(table, kept)
         print(markdown([shown(row) for row in kept[name]]), flush=True)
     if given.write_docs:
         rows = markdown([shown(row) for name in sorted(kept) for row in kept[name]])
-        if given.fine:
-            publish("own garments, fine", rows)
-        elif given.trials == FULL:
-            publish("own garments, 50 trials", rows)
-        else:
-            publish("own garments", rows)
+        publish("own garments", rows)
 
 
 if __name__ == "__main__":

@@ -40,8 +40,9 @@ from tatamu.folding.task import Task, digest, make_task
 from tatamu.learning.cma_es import EvolutionSampler
 from tatamu.learning.gp_sampler import GaussianProcessSampler
 from tatamu.learning.lm_sampler import ERRORS, LevenbergMarquardtSampler, packed
-from tatamu.learning.space import Grasps, low_curves, search_space
+from tatamu.learning.space import Grasps, first_curves, low_curves, search_space
 from tatamu.learning.unit_cube import UnitCube
+from tatamu.results.result import Parameters
 
 COUNTS = (1, 5, 10, 25, 50, 134)
 """Simulations after which the searches are compared."""
@@ -243,13 +244,13 @@ def grid(setting: Setting, seed: int, number: int, before: Sequence[Any]) -> tup
 _gaussian_process = by_optuna(lambda setting, seed: GaussianProcessSampler(seed, setting.lengths))
 
 
-def after_low_curves(random_trial: bool) -> Proposing:
-    """Low curves, a random trial if it is wanted, then the Gaussian process."""
+def after_curves(curves: Callable[[Fold], list[Parameters]], random_trial: bool) -> Proposing:
+    """Some curves, a random trial if it is wanted, then the Gaussian process."""
 
     def propose(
         setting: Setting, seed: int, number: int, before: Sequence[tuple[Any, Simulated]]
     ) -> tuple[Any, Manipulation]:
-        first = low_curves(setting.fold)
+        first = curves(setting.fold)
         if number < len(first):
             return first[number], setting.task.manipulation(first[number])
         at_random = random_trial and number == len(first)
@@ -259,8 +260,10 @@ def after_low_curves(random_trial: bool) -> Proposing:
 
 
 METHODS: dict[str, Method] = {
-    "ours": Method("ours: three low curves, a random trial, `gp`", after_low_curves(random_trial=True)),
-    "low": Method("three low curves, then `gp` at once", after_low_curves(random_trial=False), seeds=2),
+    "ours": Method(
+        "ours: two arched and three low curves, a random trial, `gp`", after_curves(first_curves, random_trial=True)
+    ),
+    "low": Method("three low curves, then `gp` at once", after_curves(low_curves, random_trial=False), seeds=2),
     "gp": Method("`--sampler gp` from a random trial", _gaussian_process),
     "plain": Method(
         "the paper's: C itself, floored grasps",

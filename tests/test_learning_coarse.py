@@ -64,11 +64,11 @@ def test_objectives_of_both_meshes_are_made_alike(two_meshes: ResultFolder) -> N
         assert trial.objective == pytest.approx(trial.trajectory_length + 0.01 * (trial.shape_distance or 0.0))
 
 
-def test_the_first_fine_trials_are_a_low_curve_and_the_best_coarse_one(two_meshes: ResultFolder) -> None:
+def test_the_first_fine_trials_are_the_last_curve_and_the_best_coarse_one(two_meshes: ResultFolder) -> None:
     trials = two_meshes.result.trials
-    low = two_meshes.result.first
-    assert [trial.parameters for trial in trials[:2]] == low[:2]
-    assert trials[7].parameters == low[2]
+    first = two_meshes.result.first
+    assert [trial.parameters for trial in trials[:4]] == first[:4]
+    assert trials[7].parameters == first[4]
     known = trials[: 8 - 3]  # the last three were running when it was proposed
     assert trials[8].parameters == min(known, key=lambda trial: trial.objective or np.inf).parameters
 

@@ -30,7 +30,7 @@ from tatamu.learning.place import StudyPlace, existing_place
 from tatamu.learning.reachable import check_reach
 from tatamu.learning.runner import Progress
 from tatamu.learning.schedule import Schedule, Trials
-from tatamu.learning.space import Grasps, arched_curve, carried_over, low_curves
+from tatamu.learning.space import Grasps, arched_curve, carried_over, first_curves
 from tatamu.learning.study import held_identity
 from tatamu.learning.whole import write_whole
 from tatamu.material import is_preset
@@ -199,11 +199,11 @@ def _with_meshes(job: Job, coarse: bool | None, place: StudyPlace | None) -> Job
 
 
 def _first(task: Task, place: StudyPlace | None, sampler: str) -> list[Parameters]:
-    """Parameters that the search of a first step begins with: those that the study began with, or else low curves."""
+    """Parameters that the search of a first step begins with: those that the study began with, or the usual ones."""
     held = held_identity(place)
     if held is not None:
         return held.first
-    return low_curves(task.fold) if sampler == "gp" else []
+    return first_curves(task.fold) if sampler == "gp" else []
 
 
 def _refuse_other(folder: ResultFolder, count: int) -> None:

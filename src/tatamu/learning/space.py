@@ -34,26 +34,31 @@ def search_space(fold: Fold, grasps: Grasps) -> dict[str, Bounds]:
     return {"x1": ahead, "z1": up, "x2": ahead, "z2": up, "g1": grasp, "g2": grasp}
 
 
-def low_curves(fold: Fold) -> list[Parameters]:
-    """Parameters to begin a search with: at the corners, up a little and low over what lies still, at several heights.
+def first_curves(fold: Fold) -> list[Parameters]:
+    """Parameters to begin a search with: an arched curve at the corners and one further inwards, then low ones."""
+    return [arched_curve(fold), arched_curve(fold, (fold.candidates - 1) // 2), *low_curves(fold)]
 
-    The shortest paths to a good fold are of this kind on every garment that was tried; how low, depends on the cloth,
-    and coarse meshes are crushed by the last.
+
+def arched_curve(fold: Fold, grasp: int = 0) -> Parameters:
+    """Parameters of a curve that goes straight up first and straight down at last, at grasps so far from the corners.
+
+    Hands that come down from above do not push what lies there, as those on low curves do
+    (docs/notes/own-garments.md).
+    """
+    height = max(ARCHED * fold.span, _lowest(fold))
+    return {"x1": 0.0, "z1": height, "x2": fold.span, "z2": height, "g1": grasp, "g2": grasp}
+
+
+def low_curves(fold: Fold) -> list[Parameters]:
+    """Parameters of curves from the corners, up a little and low over what lies still, at several heights.
+
+    The shortest paths to a good fold are of this kind where nothing is pushed; how low, depends on the cloth, and
+    coarse meshes are crushed by the last.
     """
     return [
         {"x1": 0.0, "z1": height * fold.span, "x2": ahead * fold.span, "z2": 0.0, "g1": 0, "g2": 0}
         for height, ahead in LOW
     ]
-
-
-def arched_curve(fold: Fold) -> Parameters:
-    """Parameters to begin the search of a later step with: at the corners, straight up first and straight down at last.
-
-    Hands that come down from above do not push the layers that lie there, as those on low curves do
-    (docs/notes/own-garments.md).
-    """
-    height = max(ARCHED * fold.span, _lowest(fold))
-    return {"x1": 0.0, "z1": height, "x2": fold.span, "z2": height, "g1": 0, "g2": 0}
 
 
 def _lowest(fold: Fold) -> float:
