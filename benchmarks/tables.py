@@ -29,8 +29,6 @@ PLACES = {
     "folds": NOTES / "folds.md",
     "foreign": NOTES / "garments.md",
     "own garments": NOTES / "own-garments.md",
-    "own garments, fine": NOTES / "own-garments.md",
-    "own garments, 50 trials": NOTES / "own-garments.md",
     "calibration: pinch": NOTES / "calibration.md",
     "calibration: recovery": NOTES / "calibration.md",
     "calibration: readings": NOTES / "calibration.md",
