@@ -260,6 +260,14 @@ def test_time_left_is_said_from_the_first_trial_to_the_report(monkeypatch: pytes
     assert any("writing the report: " in line and " left" in line for line in lines)
 
 
+def test_what_takes_longer_than_foreseen_is_not_about_to_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    watched = Watched(monkeypatch)
+    watched.show(0, 4, 5)
+    watched.time += 1000.0
+    watched.display._look()
+    assert watched.text.getvalue().splitlines()[-1].endswith(", longer than expected")
+
+
 def test_compiling_is_said_only_where_it_happens_and_moves(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not any("compiling" in line for line in Watched(monkeypatch).show(0))
     said = [line for line in Watched(monkeypatch, compiled=20).show(0) if "compiling" in line]

@@ -235,8 +235,10 @@ class LearningDisplay:
         return compiling(done, total, monotonic() - began), done, total
 
     def _left(self) -> str:
-        known = self._ends and not self._ending
-        return f", {self._how_long} {duration(self._ends - monotonic())} left" if known else ""
+        if not self._ends or self._ending:
+            return ""
+        left = self._ends - monotonic()
+        return f", {self._how_long} {duration(left)} left" if left > 0.0 else ", longer than expected"
 
     def _look(self) -> None:
         text, done, total = self._lines()
