@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 from benchmarks.tables import markdown, publish
 
-from tatamu.disturbances import CALM, Stream, drawn, judge, load_disturbances
+from tatamu.disturbances import CALM, Stream, default_disturbances, drawn, judge
 from tatamu.folding.task import make_task
 from tatamu.margins import Measured, measure
 from tatamu.results import ResultFolder
@@ -75,8 +75,7 @@ CASES = (
 
 def meshes(write: bool) -> None:
     """The same worlds on four meshes."""
-    disturbances = load_disturbances("default")
-    assert disturbances is not None
+    disturbances = default_disturbances()
     worlds = [CALM, *drawn(disturbances, WORLDS, 0, Stream.JUDGING)]
     rows = []
     for name, parameters in MANIPULATIONS.items():
@@ -122,8 +121,7 @@ def judged(
     folder: Path, draws: int, simulator: str | None = None, fine: bool = False, seed: int = JUDGING_SEED
 ) -> Measured:
     """All draws of a learned fold in the worlds that folds are compared in."""
-    disturbances = load_disturbances("default")
-    assert disturbances is not None
+    disturbances = default_disturbances()
     # one file for all seeds of a case, as two of them may find the same fold
     beside = folder.parent / f"draws-{simulator or 'native'}"
     return measure(

@@ -19,7 +19,7 @@ import numpy as np
 from benchmarks.tables import markdown, publish
 
 from tatamu import plate_in_air
-from tatamu.disturbances import CALM, Limits, Stream, drawn, judge, load_disturbances
+from tatamu.disturbances import CALM, Limits, Stream, default_disturbances, drawn, judge
 from tatamu.disturbances.verdict import outcome_in
 from tatamu.files import read_json, write_json
 from tatamu.folding.task import Task
@@ -65,8 +65,7 @@ def replayed(step: Path, count: int, kept: Path) -> dict[str, Any]:
         found: dict[str, Any] = read_json(kept)
         return found
     _, subject = subject_of(step)
-    disturbances = load_disturbances("default")
-    assert disturbances is not None
+    disturbances = default_disturbances()
     worlds = drawn(disturbances, count, 0, Stream.JUDGING)
     shapes: dict[str, np.ndarray] = {}
     found = {}

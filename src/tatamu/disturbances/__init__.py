@@ -5,6 +5,7 @@ A world turns a fold and a manipulation into a scene; it knows no simulator.
 
 from tatamu.disturbances.description import (
     Disturbances,
+    default_disturbances,
     disturbances_in,
     load_disturbances,
     read_disturbances,
@@ -24,6 +25,7 @@ __all__ = [
     "Stream",
     "Verdict",
     "World",
+    "default_disturbances",
     "deviations",
     "disturbances_in",
     "disturbed_scene",

@@ -167,7 +167,12 @@ def load_disturbances(name: str) -> Disturbances | None:
         return None
     if name != DEFAULT and not name.endswith(".toml"):
         raise InputError(f"disturbances: must be default, none or a file .toml, given {name!r}")
-    return read_disturbances(OWN / "default.toml" if name == DEFAULT else Path(name))
+    return default_disturbances() if name == DEFAULT else read_disturbances(Path(name))
+
+
+def default_disturbances() -> Disturbances:
+    """The disturbances that count where nobody gives others."""
+    return read_disturbances(OWN / "default.toml")
 
 
 def read_disturbances(path: Path) -> Disturbances:

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tatamu.disturbances import Disturbances, Limits, Stream, Verdict, World, drawn, load_disturbances
+from tatamu.disturbances import Limits, Stream, Verdict, World, default_disturbances, drawn
 from tatamu.disturbances.verdict import outcome_in
 from tatamu.files import read_json, write_json
 from tatamu.folding.manipulation import Manipulation
@@ -146,7 +146,7 @@ def _learned(seed: int, quantile: float | None, bench: Bench) -> Path:
     """The folder of one study, learned or gone on with."""
     how = "calm" if quantile is None else f"q{100 * quantile:g}"
     folder = bench.folder / f"{bench.version[:12]}-{how}-seed-{seed}"
-    expectation = None if quantile is None else Expectation(_disturbances(), quantile)
+    expectation = None if quantile is None else Expectation(default_disturbances(), quantile)
     job = make_job("towel", size=SIZE, simulator=bench.simulator)
 
     @contextmanager
@@ -174,12 +174,6 @@ def _learned(seed: int, quantile: float | None, bench: Bench) -> Path:
     return folder
 
 
-def _disturbances() -> Disturbances:
-    found = load_disturbances("default")
-    assert found is not None
-    return found
-
-
 def _best(folder: Path) -> float:
     """E_f of the best fold of a study [%]."""
     error = ResultFolder(folder).result.best_trial.area_error
@@ -191,7 +185,7 @@ def _disturbed(folder: Path, seed: int, count: int, bench: Bench) -> list[tuple[
     kept = folder / "disturbed.json"
     if not kept.exists():
         _, subject = subject_of(folder)
-        worlds = drawn(_disturbances(), count, seed, Stream.MARGINS)
+        worlds = drawn(default_disturbances(), count, seed, Stream.MARGINS)
         with executor_of(bench.executor, count) as executor:
             begun = [executor.submit(_ended_in, subject.task, subject.manipulation, world) for world in worlds]
             write_json(kept, [each.result() for each in begun])
