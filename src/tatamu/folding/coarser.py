@@ -2,6 +2,10 @@
 
 A manipulation keeps its parameters: hands move along the same curves, from the nearest vertices. A sum over vertices,
 as D of Eq. (11) is, grows with their number; on the finer mesh it would be larger in proportion.
+
+Cells that do not shear lock: what they cannot bend they would have to stretch, and the larger they are for their
+stiffness, the stiffer they drape. How much, is a matter of Y h^2 / B, Y being the membrane's stiffness, h the spacing,
+B the bending rigidity. So the coarser mesh is softer to stretch, Y proportional to h^-2: it locks as the finer one does.
 """
 
 from __future__ import annotations
@@ -16,9 +20,10 @@ from tatamu.folding.fold import ideal_folds
 from tatamu.folding.manipulation import Manipulation, bezier_manipulation
 from tatamu.folding.task import Job, Outcome, Task
 from tatamu.garments import make_garment
+from tatamu.material import ORTHOTROPIC_MEMBRANE, Material
 from tatamu.simulators import capabilities
 
-COARSER = {1: 2.0, 2: 1.4}
+COARSER = {1: 2.0, 2: 1.7}
 """Spacing of the coarser mesh over that of the finer one, by the garment's layers (docs/notes/learning.md)."""
 FEWEST = 250
 """A coarser mesh has at least this many vertices; smaller folds take no time to speak of."""
@@ -41,15 +46,22 @@ def on_coarser_cells(job: Job) -> Job | None:
     if asked is None or not capabilities(job.simulator).coarse_search:
         return None
     garment = job.garment
-    spacing = COARSER[garment.layers] * garment.spacing
+    larger = COARSER[garment.layers]
+    material = _softer(garment.material, larger**2)
     try:
-        coarse = make_garment(asked.garment, asked.size_pair, garment.material, spacing, asked.scale)
+        coarse = make_garment(asked.garment, asked.size_pair, material, larger * garment.spacing, asked.scale)
         ideal_folds(coarse, job.plan, job.hands)
     except InputError:
         return None
     if not FEWEST <= len(coarse.vertices) < len(garment.vertices):
         return None
     return replace(job, garment=coarse)
+
+
+def _softer(material: Material, times: float) -> Material:
+    """A material that is so many times softer to stretch and to shear."""
+    known = {name: getattr(material, name) for name in ("stretch_stiffness", *ORTHOTROPIC_MEMBRANE)}
+    return material.model_copy(update={name: value / times for name, value in known.items() if value is not None})
 
 
 def on_coarser_mesh(task: Task, manipulation: Manipulation, parameters: Mapping[str, float]) -> Manipulation:

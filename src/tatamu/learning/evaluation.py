@@ -24,6 +24,9 @@ from tatamu.folding.task import Outcome, Task
 from tatamu.learning.expectation import Demand, Expected, Standing, expected
 from tatamu.results.result import Parameters
 
+SOON = 0.15
+"""After opening, until a fold on the coarser mesh is scored [s]: what moves later moves by less than the meshes differ."""
+
 
 @dataclass(frozen=True)
 class Evaluation:
@@ -160,7 +163,7 @@ def submitted(
     if task.coarser is None or parameters is None or not (coarse or disturbed):
         future = executor.submit(evaluate, _alone(task), manipulation, below, demand)
         return Pending(task, manipulation, None, future, disturbed)
-    there = on_coarser_mesh(task, manipulation, parameters)
+    there = replace(on_coarser_mesh(task, manipulation, parameters), settle=SOON)
     coarser = _alone(task.coarser)
     if coarse:
         beaten = objective_on_coarser_mesh(task, manipulation, there, below)
