@@ -193,7 +193,7 @@ class Settled:
     judged: list[Judged]
     """Of the worlds that were asked for."""
     ends: list[float | None]
-    """What the searches found."""
+    """Findings of the searches, in their order."""
     pairs: list[Judged]
     """All that is known on both meshes."""
 
