@@ -5,7 +5,7 @@ as D of Eq. (11) is, grows with their number; on the finer mesh it would be larg
 
 Cells that do not shear lock: what they cannot bend they would have to stretch, and the larger they are for their
 stiffness, the stiffer they drape. How much, is a matter of Y h^2 / B, Y being the membrane's stiffness, h the spacing,
-B the bending rigidity. So the coarser mesh is softer to stretch, Y proportional to h^-2: it locks as the finer one does.
+B the bending rigidity. So the coarser mesh is softer to stretch, Y proportional to h^-2, and locks as the finer one does.
 """
 
 from __future__ import annotations
@@ -42,19 +42,30 @@ def on_coarser_cells(job: Job) -> Job | None:
     It has none where the simulator folds differently on coarser cells, where the mesh is small already, and where the
     garment cannot be meshed or grasped with larger cells.
     """
-    asked = job.asked
-    if asked is None or not capabilities(job.simulator).coarse_search:
+    if job.asked is None or not capabilities(job.simulator).coarse_search:
         return None
-    garment = job.garment
-    larger = COARSER[garment.layers]
-    material = _softer(garment.material, larger**2)
+    larger = COARSER[job.garment.layers]
     try:
-        coarse = make_garment(asked.garment, asked.size_pair, material, larger * garment.spacing, asked.scale)
-        ideal_folds(coarse, job.plan, job.hands)
+        coarser = coarsened(job, larger, larger**2)
     except InputError:
         return None
-    if not FEWEST <= len(coarse.vertices) < len(garment.vertices):
+    if not FEWEST <= len(coarser.garment.vertices) < len(job.garment.vertices):
         return None
+    return coarser
+
+
+def coarsened(job: Job, larger: float, softer: float) -> Job:
+    """The job on cells so many times larger, of cloth so many times softer to stretch.
+
+    Raises:
+        InputError: The garment cannot be meshed so, or not be grasped.
+    """
+    asked = job.asked
+    assert asked is not None, "the job has a garment by name"
+    garment = job.garment
+    material = _softer(garment.material, softer)
+    coarse = make_garment(asked.garment, asked.size_pair, material, larger * garment.spacing, asked.scale)
+    ideal_folds(coarse, job.plan, job.hands)
     return replace(job, garment=coarse)
 
 

@@ -25,7 +25,7 @@ from tatamu.learning.expectation import Demand, Expected, Standing, expected
 from tatamu.results.result import Parameters
 
 SOON = 0.15
-"""After opening, until a fold on the coarser mesh is scored [s]: what moves later moves by less than the meshes differ."""
+"""After opening, until a fold on the coarser mesh is scored [s]: it moves little later."""
 
 
 @dataclass(frozen=True)
