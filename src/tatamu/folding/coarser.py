@@ -5,7 +5,7 @@ as D of Eq. (11) is, grows with their number; on the finer mesh it would be larg
 
 Cells that do not shear lock: what they cannot bend they would have to stretch, and the larger they are for their
 stiffness, the stiffer they drape. How much, is a matter of Y h^2 / B, Y being the membrane's stiffness, h the spacing,
-B the bending rigidity. So the coarser mesh is softer to stretch, Y proportional to h^-2, and locks as the finer one does.
+B the bending rigidity. So the coarser mesh is softer to stretch, Y proportional to h^-2, and locks as the finer does.
 """
 
 from __future__ import annotations
