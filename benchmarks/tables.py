@@ -24,6 +24,7 @@ PLACES = {
     "search: towel": NOTES / "search.md",
     "search: T-shirt": NOTES / "search.md",
     "search: trousers": NOTES / "search.md",
+    "search: trousers, softer": NOTES / "search.md",
     "search: answers": NOTES / "search.md",
     "search: pair": NOTES / "search.md",
     "targets": NOTES / "folds.md",

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import importlib
+import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+
+from tatamu.files import write_text
 
 FOLDER = Path(__file__).parent.parent / "benchmarks"
 
@@ -15,9 +19,19 @@ FOLDER = Path(__file__).parent.parent / "benchmarks"
 @pytest.fixture
 def search(monkeypatch: pytest.MonkeyPatch) -> Any:
     monkeypatch.syspath_prepend(str(FOLDER))
-    module = importlib.import_module("search")
-    monkeypatch.setattr(module, "GARMENTS", {"towel": ("towel", "half", 0.05)})
-    return module
+    parts = [importlib.import_module(f"search_{name}") for name in ("settings", "methods", "studies", "tables")]
+    settings, methods, studies, tables = parts
+    towel = {"towel": settings.Coarse("towel", "half", 0.05)}
+    for module in (settings, tables):
+        monkeypatch.setattr(module, "GARMENTS", towel)
+    return SimpleNamespace(
+        Setting=settings.Setting,
+        Studies=studies.Studies,
+        MANY=methods.MANY,
+        grid=methods.grid,
+        table=tables.table,
+        pair_table=tables.pair_table,
+    )
 
 
 def test_what_was_simulated_and_studied_is_not_run_again(
@@ -55,7 +69,7 @@ def test_a_table_has_the_median_and_the_worst_of_the_seeds_that_are_there(search
     studies = search.Studies(tmp_path)
     for seed, least in enumerate((0.9, 0.7, 0.8)):
         courses = [{"objective": 1.0, "distance": 0.01}] * 9 + [{"objective": least, "distance": least / 100}] * 41
-        search.write_text(studies._path("towel", "gp", seed), search.json.dumps(courses))
+        write_text(studies._path("towel", "gp", seed), json.dumps(courses))
     (row,) = search.table(studies, "towel", 10)
     assert row["seeds"] == "3"
     assert row["C 5"] == "1.000, 1.000" and row["C 10"] == row["C 50"] == "0.800, 0.900" and row["C 134"] == "-"
