@@ -23,7 +23,6 @@ from tatamu.files import read_json, write_json
 from tatamu.folding.coarser import as_on_finer_mesh, coarsened, on_coarser_mesh
 from tatamu.folding.task import Job, Task, make_job
 from tatamu.learning import learn_job
-from tatamu.learning.evaluation import SOON
 from tatamu.results import ResultFolder
 from tatamu.results.result import Parameters
 
@@ -71,7 +70,7 @@ def _objective(task: Task, fine: Task, parameters: Parameters) -> float:
     if task is fine:
         return task.evaluate(manipulation).objective
     meshes = replace(fine, coarser=task)
-    there = replace(on_coarser_mesh(meshes, manipulation, parameters), settle=SOON)
+    there = on_coarser_mesh(meshes, manipulation, parameters)
     return as_on_finer_mesh(meshes, manipulation, there, task.evaluate(there)).objective
 
 

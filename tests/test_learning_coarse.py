@@ -13,14 +13,14 @@ import pytest
 
 from tatamu import InputError
 from tatamu.folding import coarser as coarser_meshes
-from tatamu.folding.coarser import as_on_finer_mesh, on_coarser_mesh, with_coarser
+from tatamu.folding.coarser import SOON, as_on_finer_mesh, on_coarser_mesh, with_coarser
 from tatamu.folding.fold import ideal_folds
 from tatamu.folding.interpolation import interpolated
 from tatamu.folding.manipulation import SETTLE
 from tatamu.folding.task import Job, Outcome, make_job
 from tatamu.garments import make_garment
 from tatamu.learning import learn_job
-from tatamu.learning.evaluation import SOON, submitted
+from tatamu.learning.evaluation import submitted
 from tatamu.learning.refining import Known, refining_proposal
 from tatamu.learning.schedule import GAIN, MOST, MOST_FINE, Schedule, ScheduledTrial
 from tatamu.learning.space import search_space

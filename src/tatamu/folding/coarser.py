@@ -27,6 +27,8 @@ COARSER = {1: 2.0, 2: 1.7}
 """Spacing of the coarser mesh over that of the finer one, by the garment's layers (docs/notes/learning.md)."""
 FEWEST = 250
 """A coarser mesh has at least this many vertices; smaller folds take no time to speak of."""
+SOON = 0.15
+"""After opening, until a fold on the coarser mesh is scored [s]: it moves little later."""
 
 
 def with_coarser(job: Job) -> Job:
@@ -76,7 +78,7 @@ def _softer(material: Material, times: float) -> Material:
 
 
 def on_coarser_mesh(task: Task, manipulation: Manipulation, parameters: Mapping[str, float]) -> Manipulation:
-    """The manipulation of the same parameters on the coarser mesh of a task."""
+    """The manipulation of the same parameters on the coarser mesh of a task, which is scored soon after it."""
     coarse = task.coarser
     assert coarse is not None, "the task has a coarser mesh"
     grasps = tuple(
@@ -85,7 +87,7 @@ def on_coarser_mesh(task: Task, manipulation: Manipulation, parameters: Mapping[
     )
     larger = coarse.fold.span / task.fold.span
     inner = (larger * parameters[name] for name in ("x1", "z1", "x2", "z2"))
-    return bezier_manipulation(coarse.fold, grasps, *inner)
+    return replace(bezier_manipulation(coarse.fold, grasps, *inner), settle=SOON)
 
 
 def as_on_finer_mesh(task: Task, manipulation: Manipulation, coarse: Manipulation, found: Outcome) -> Outcome:

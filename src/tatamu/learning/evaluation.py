@@ -24,9 +24,6 @@ from tatamu.folding.task import Outcome, Task
 from tatamu.learning.expectation import Demand, Expected, Standing, expected
 from tatamu.results.result import Parameters
 
-SOON = 0.15
-"""After opening, until a fold on the coarser mesh is scored [s]: it moves little later."""
-
 
 @dataclass(frozen=True)
 class Evaluation:
@@ -163,7 +160,7 @@ def submitted(
     if task.coarser is None or parameters is None or not (coarse or disturbed):
         future = executor.submit(evaluate, _alone(task), manipulation, below, demand)
         return Pending(task, manipulation, None, future, disturbed)
-    there = replace(on_coarser_mesh(task, manipulation, parameters), settle=SOON)
+    there = on_coarser_mesh(task, manipulation, parameters)
     coarser = _alone(task.coarser)
     if coarse:
         beaten = objective_on_coarser_mesh(task, manipulation, there, below)
