@@ -45,6 +45,8 @@ SLIMMEST, WIDEST = 0.02, 0.34
 """Range of a strip's width over its length."""
 RELAXATIONS = 14.0
 """Duration of the scene in units of 1 / rate of its slowest motion."""
+ASIDE = 1.1
+"""Factor from a parameter to the one beside it that tells the slope."""
 UNKNOWN = 1.0
 """Standard uncertainty of ln Y where the elongation only bounds it."""
 
@@ -174,6 +176,10 @@ Hang a strip cut on the bias, if you like: for woven cloth.                     
         """Search the shear stiffness."""
         target = self.target(readings)
         found = target.matched(laboratory, material, target.start(material.areal_density))
+        if len(found.samples) < 2:  # right at once; its slope is wanted all the same
+            beside = ASIDE * found.parameter
+            also = laboratory.reading(self, material.model_copy(update={self.parameter: beside}))
+            found = found.after(((beside, also),))
         return material.model_copy(update={self.parameter: found.parameter}), target.fit(found, found.reading)
 
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:

@@ -96,10 +96,11 @@ def hanging(material: Material, length: float, angle: float, times: np.ndarray, 
         quadratic = _turning_moment(material, length, abs(turned - turn))
         return [speed, (-weight * np.sin(turned) - linear * speed - quadratic * abs(speed) * speed) / inertia]
 
-    def at_rest(time: float, state: np.ndarray, turn: float) -> float:
-        return float(state[1]) if abs(state[0] - turn) > LEAST_TURN else 1.0
+    def turns_around(time: float, state: np.ndarray, turn: float) -> float:
+        return -float(np.sign(turn) * state[1])
 
-    at_rest.terminal = True  # type: ignore[attr-defined]
+    turns_around.terminal = True  # type: ignore[attr-defined]
+    turns_around.direction = -1.0  # type: ignore[attr-defined]  # from then on it would swing up again
     angles = np.empty(len(times))
     start, turn = 0.0, angle
     while start < times[-1]:
@@ -108,14 +109,15 @@ def hanging(material: Material, length: float, angle: float, times: np.ndarray, 
             (start, float(times[-1])),
             [turn, 0.0],
             args=(turn,),
-            events=at_rest,
+            events=turns_around,
             dense_output=True,
             rtol=1e-9,
             atol=1e-11,
             max_step=0.02,
         )
         during = (times >= start) & (times <= solution.t[-1])
-        angles[during] = solution.sol(times[during])[0]
+        if during.any():
+            angles[during] = solution.sol(times[during])[0]
         start, turn = float(solution.t[-1]), float(solution.y[0, -1])
     return angles
 
