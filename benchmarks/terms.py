@@ -19,11 +19,11 @@ import numpy as np
 from benchmarks.tables import markdown, publish
 
 from tatamu import plate_in_air
-from tatamu.disturbances import CALM, Limits, Stream, default_disturbances, drawn, judge
+from tatamu.disturbances import CALM, FoldOnMesh, Limits, Stream, default_disturbances, drawn, judge
 from tatamu.disturbances.verdict import outcome_in
 from tatamu.files import read_json, write_json
 from tatamu.folding.task import Task
-from tatamu.margins.subject import FoldOnMesh, subject_of
+from tatamu.margins.subject import subject_of
 from tatamu.material import Material
 from tatamu.results import ResultFolder
 

@@ -21,7 +21,7 @@ from tatamu.learning import learn_job
 from tatamu.learning.refining import Known, refining_proposal
 from tatamu.learning.schedule import GAIN, MOST, MOST_FINE, Schedule, ScheduledTrial
 from tatamu.learning.space import search_space
-from tatamu.results import ResultFolder
+from tatamu.results import ResultFolder, rebuild
 
 SIZE = (0.16, 0.40)
 PARAMETERS = {"x1": 0.1, "z1": 0.15, "x2": 0.3, "z2": 0.1, "g1": 1, "g2": 0}
@@ -166,6 +166,8 @@ def test_a_later_step_is_searched_on_the_coarser_mesh_from_where_it_was_left_the
     ideal = ideal_folds(plan.coarser.garment, plan.plan)[0].target
     assert np.linalg.norm(left - ideal, axis=1).mean() < 0.1
     assert plan.task(1, first.rollout.positions[-1]).coarser is None
+    again = rebuild(second.path).with_coarser_mesh()
+    assert again.coarser is not None and np.array_equal(again.coarser.fold.start, left)
 
 
 def test_fine_trials_follow_what_the_meshes_differ_by() -> None:

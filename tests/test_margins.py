@@ -43,7 +43,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[World]:
         up = world["hands.offset.up"]
         return Verdict(None, None, "tore") if up > 0.02 else Verdict(2.0 * abs(up), 0.9)
 
-    monkeypatch.setattr("tatamu.margins.asking.judge", known)
+    monkeypatch.setattr("tatamu.disturbances.asking.judge", known)
     return worlds
 
 

@@ -3,6 +3,7 @@
 A world turns a fold and a manipulation into a scene; it knows no simulator.
 """
 
+from tatamu.disturbances.asking import Asker, Asking, Progress, Settled, settled
 from tatamu.disturbances.description import (
     Disturbances,
     default_disturbances,
@@ -12,15 +13,24 @@ from tatamu.disturbances.description import (
     with_calibrated,
 )
 from tatamu.disturbances.disturbed import disturbed_scene
+from tatamu.disturbances.memory import Memory
+from tatamu.disturbances.meshes import FoldOnMesh, Judged, on_own_mesh
 from tatamu.disturbances.verdict import Limits, Share, Verdict, judge, share_of
 from tatamu.disturbances.world import CALM, CHANNELS, Channel, Stream, World, deviations, drawn, spread
 
 __all__ = [
     "CALM",
     "CHANNELS",
+    "Asker",
+    "Asking",
     "Channel",
     "Disturbances",
+    "FoldOnMesh",
+    "Judged",
     "Limits",
+    "Memory",
+    "Progress",
+    "Settled",
     "Share",
     "Stream",
     "Verdict",
@@ -32,7 +42,9 @@ __all__ = [
     "drawn",
     "judge",
     "load_disturbances",
+    "on_own_mesh",
     "read_disturbances",
+    "settled",
     "share_of",
     "spread",
     "with_calibrated",

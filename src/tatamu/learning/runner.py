@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from optuna.trial import FrozenTrial
 
-from tatamu.disturbances import Limits, Stream, drawn, judge
+from tatamu.disturbances import Asker, FoldOnMesh, Limits, Memory, Stream, drawn, settled
 from tatamu.errors import TatamuError
 from tatamu.folding.baselines import BASELINES
 from tatamu.folding.coarser import on_coarser_mesh
@@ -246,17 +246,22 @@ class Runner:
         return write_report(folder.path)
 
     def _judged(self, parameters: Parameters) -> JointMargin | None:
-        """How sure a fold is, in worlds in which it was not learned; on the coarser mesh, where there is one."""
+        """How sure a fold is, in worlds in which it was not learned."""
         if self._expectation is None:
             return None
-        task = replace(self.task, reach=None, coarser=None)
-        manipulation = self.task.manipulation(parameters)
-        if self.task.coarser is not None:
-            manipulation = on_coarser_mesh(self.task, manipulation, parameters)
-            task = replace(self.task.coarser, reach=None, coarser=None)
+        own, coarse = self._on_meshes(parameters)
         worlds = drawn(self._expectation.disturbances, JUDGED, self.study.identity.seed, Stream.JUDGING)
-        verdicts = [self._executor.submit(judge, task, manipulation, world) for world in worlds]
-        return joint_margin(task, [verdict.result() for verdict in verdicts], Limits())
+        asker = Asker(own, coarse, self._executor, Memory())
+        return joint_margin(own.task, settled(asker, worlds, Limits()).judged, Limits())
+
+    def _on_meshes(self, parameters: Parameters) -> tuple[FoldOnMesh, FoldOnMesh | None]:
+        """A manipulation on the task's own mesh, and on the coarser one, where there is one."""
+        manipulation = self.task.manipulation(parameters)
+        own = FoldOnMesh(replace(self.task, reach=None, coarser=None), manipulation)
+        if self.task.coarser is None:
+            return own, None
+        there = on_coarser_mesh(self.task, manipulation, parameters)
+        return own, FoldOnMesh(replace(self.task.coarser, reach=None, coarser=None), there)
 
     def _left_for_next_step(self, best: int) -> dict[str, np.ndarray]:
         """The cloth after the best manipulation on the coarser mesh, where the next step's search is to begin."""

@@ -1,19 +1,18 @@
-"""How far one disturbance alone may go: outwards in leaps until the fold fails, then by halving."""
+"""How far one disturbance alone may go: to where the fold still holds far out, or by halving to where it fails."""
 
 from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import dataclass
 
-from tatamu.disturbances import Channel, Limits, Verdict, World
+from tatamu.disturbances import Asking, Channel, Limits, Verdict, World
 
-LEAPS = (2.0, 8.0)
+FARTHEST = 8.0
 """How far is tried, in standard deviations."""
+NEAR = 2.0
+"""Where a fold that fails there is asked next: most margins that are found are less than this."""
 HALVINGS = 3
-"""Of the leap in which the fold fails."""
-
-Asking = Generator[World, Verdict, float | None]
-"""Yields worlds, is sent how the fold ends in them, and returns the farthest value at which it held."""
+"""Of what is then left."""
 
 
 @dataclass(frozen=True)
@@ -24,22 +23,21 @@ class Side:
     deviation: float
     sign: float
 
-    def world(self, leap: float) -> World:
+    def world(self, deviations: float) -> World:
         """The world in which it alone is off, by so many deviations."""
-        return World({self.channel.name: self.sign * leap * self.deviation})
+        return World({self.channel.name: self.sign * deviations * self.deviation})
 
-    def shown(self, leap: float) -> float:
+    def shown(self, deviations: float) -> float:
         """The value as people read it."""
-        return self.channel.shown(self.sign * leap * self.deviation)
+        return self.channel.shown(self.sign * deviations * self.deviation)
 
     def search(self, limits: Limits) -> Asking:
-        """Find the farthest value at which the fold still holds; None where it never fails."""
-        low = 0.0
-        for leap in LEAPS:
-            if not (yield self.world(leap)).holds(limits):
-                return self.shown((yield from self._halved(low, leap, limits)))
-            low = leap
-        return None
+        """Find the farthest value at which the fold still holds; None where it holds at the farthest that is tried."""
+        if (yield self.world(FARTHEST)).holds(limits):
+            return None
+        near = (yield self.world(NEAR)).holds(limits)
+        low, high = (NEAR, FARTHEST) if near else (0.0, NEAR)
+        return self.shown((yield from self._halved(low, high, limits)))
 
     def _halved(self, low: float, high: float, limits: Limits) -> Generator[World, Verdict, float]:
         for _ in range(HALVINGS):

@@ -2,32 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 
 from tatamu import __version__
 from tatamu.disturbances import (
-    CALM,
     CHANNELS,
+    Asker,
     Disturbances,
+    FoldOnMesh,
+    Judged,
     Limits,
+    Memory,
+    Progress,
     Stream,
     Verdict,
     World,
     deviations,
     drawn,
+    settled,
 )
 from tatamu.errors import InputError
 from tatamu.folding.task import Task
-from tatamu.margins.alone import LEAPS, Side
-from tatamu.margins.asking import Asker, Progress
-from tatamu.margins.memory import Memory
-from tatamu.margins.meshes import Apart, Judged, on_own_mesh, sampled
-from tatamu.margins.subject import FoldOnMesh, coarse, subject_of
+from tatamu.margins.alone import FARTHEST, Side
+from tatamu.margins.subject import coarse, subject_of
 from tatamu.results import RebuiltFold
-from tatamu.results.joint import distance, joint_margin
+from tatamu.results.joint import distances_of, joint_margin
 from tatamu.results.margins import AloneMargin, HoldLimits, MarginsResult, MeshUsed
 from tatamu.simulators import capabilities
 from tatamu.simulators.many import executor_of, processors
@@ -108,10 +110,8 @@ def measure(
     sides = _sides(disturbances) if alone else []
     with executor_of(executor, threads) as workers:
         asker = Asker(own, coarser, workers, Memory(out / KEPT), progress)
-        (calm, *judged), ends, pairs = _settled(asker, sides, worlds, limits, coarser is not None)
-    ranked = _ranked(own.task, worlds, judged, limits)
-    held = calm.verdict.holds(limits)
-    verdicts = [one.verdict for one in judged]
+        found = settled(asker, worlds, limits, lambda: [side.search(limits) for side in sides])
+    calm = found.calm.verdict
     return Measured(
         learned,
         own,
@@ -120,37 +120,15 @@ def measure(
             simulator=own.task.simulator,
             seed=seed,
             limits=HoldLimits(mean_vertex_distance=limits.mean_vertex_distance, mask_iou=limits.mask_iou),
-            undisturbed=calm.verdict.mean_vertex_distance,
-            alone=_alone(sides, ends if held else [0.0] * len(sides)),
-            joint=joint_margin(own.task, verdicts, limits, [draw.distance for draw in ranked]),
-            mesh=_mesh(own, coarser, asker, pairs, limits),
+            undisturbed=calm.mean_vertex_distance,
+            alone=_alone(sides, found.ends if calm.holds(limits) else [0.0] * len(sides)),
+            joint=joint_margin(own.task, found.judged, limits),
+            mesh=_mesh(own, coarser, asker, found.pairs, limits),
             simulations=asker.asked,
             disturbances=disturbances.describe(),
         ),
-        ranked,
+        _ranked(own.task, worlds, found.judged, limits),
     )
-
-
-def _settled(
-    asker: Asker, sides: Sequence[Side], worlds: Sequence[World], limits: Limits, two_meshes: bool
-) -> tuple[list[Judged], list[float | None], list[Judged]]:
-    """Judge the undisturbed world and all draws, and search every side, each on the mesh that its verdict needs.
-
-    Returns:
-        What was judged, where the searches ended, and all that is known on both meshes.
-    """
-    asked = [CALM, *worlds]
-    apart = Apart(limits)
-    if two_meshes:
-        rough = [one.verdict for one in asker.run(worlds, apart)[0]]
-        sample = [CALM, *(worlds[number] for number in sampled(rough, limits))]
-        apart = apart.widened(asker.run(sample, Apart.everything(limits))[2])
-    while True:
-        found = asker.run(asked, apart, [side.search(limits) for side in sides])
-        wider = apart.widened(found[2])
-        if wider == apart:
-            return found
-        apart = wider
 
 
 def check_draws(draws: int, seed: int) -> None:
@@ -177,7 +155,7 @@ def _alone(sides: Sequence[Side], ends: Sequence[float | None]) -> list[AloneMar
             low=low,
             high=high,
             deviation=below.deviation,
-            tried=(below.shown(LEAPS[-1]), above.shown(LEAPS[-1])),
+            tried=(below.shown(FARTHEST), above.shown(FARTHEST)),
         )
         for below, above, low, high in pairs
     ]
@@ -185,17 +163,12 @@ def _alone(sides: Sequence[Side], ends: Sequence[float | None]) -> list[AloneMar
 
 def _ranked(task: Task, worlds: Sequence[World], judged: Sequence[Judged], limits: Limits) -> list[Draw]:
     """Draws from the worst to the best."""
-    predicted = on_own_mesh(judged, limits)
+    distances = distances_of(task, judged, limits)
     draws = [
-        Draw(number, world, one.verdict, _distance(task, one, predicted), one.own)
-        for number, (world, one) in enumerate(zip(worlds, judged, strict=True))
+        Draw(number, world, one.verdict, distance, one.own)
+        for number, (world, one, distance) in enumerate(zip(worlds, judged, distances, strict=True))
     ]
     return sorted(draws, key=lambda draw: (-draw.distance, draw.number))
-
-
-def _distance(task: Task, judged: Judged, predicted: Callable[[float], float]) -> float:
-    known = distance(task, judged.verdict)
-    return known if judged.own or judged.verdict.error is not None else predicted(known)
 
 
 def _mesh(

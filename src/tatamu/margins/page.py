@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.disturbances import World
+from tatamu.disturbances import FoldOnMesh, World
 from tatamu.disturbances.disturbed import disturbed_scene
 from tatamu.errors import SimulationError
 from tatamu.files import write_text
@@ -23,7 +23,8 @@ from tatamu.report.headline import title
 from tatamu.results import AloneMargin, MarginsResult
 from tatamu.rollout import Rollout
 from tatamu.scene import Gripper, Scene
-from tatamu.simulators import simulate
+from tatamu.simulators import capabilities, simulate
+from tatamu.simulators.many import executor_of
 
 REPLAYED = 3
 """How many of the worst draws the page replays."""
@@ -162,20 +163,21 @@ def _value(margin: AloneMargin, world: World) -> float:
 
 
 def _replayed(measured: Measured) -> list[Replayed]:
-    """The worst draws that can be simulated, simulated again."""
+    """The worst draws that did not fail in the simulator, simulated again."""
     subject = measured.subject
-    found: list[Replayed] = []
-    for draw in measured.draws:
-        if len(found) == REPLAYED:
-            break
-        if draw.verdict.error is not None:
-            continue
-        try:
-            scene = disturbed_scene(subject.task.fold, subject.manipulation, draw.world)
-            found.append(Replayed(draw, scene, simulate(scene, subject.task.simulator)))
-        except SimulationError:
-            continue
-    return found
+    worst = [draw for draw in measured.draws if draw.verdict.error is None][:REPLAYED]
+    with executor_of(None, REPLAYED if capabilities(subject.task.simulator).parallel else 1) as workers:
+        found = list(workers.map(lambda draw: _simulated(subject, draw), worst))
+    return [each for each in found if each is not None]
+
+
+def _simulated(subject: FoldOnMesh, draw: Draw) -> Replayed | None:
+    """A draw, simulated again on the fold's own mesh; None where that fails, as it may where the coarse one decided."""
+    try:
+        scene = disturbed_scene(subject.task.fold, subject.manipulation, draw.world)
+        return Replayed(draw, scene, simulate(scene, subject.task.simulator))
+    except SimulationError:
+        return None
 
 
 def _replay(measured: Measured, shown: Sequence[Replayed]) -> dict[str, Any]:

@@ -2,32 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from hashlib import sha256
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from tatamu import curves
+from tatamu.disturbances import FoldOnMesh
 from tatamu.folding.coarser import on_coarser_mesh
 from tatamu.folding.fold import Fold
-from tatamu.folding.manipulation import Manipulation, scene_of
-from tatamu.folding.task import Task
+from tatamu.folding.manipulation import Manipulation
 from tatamu.results import ManipulationDescription, RebuiltFold, rebuild
-
-
-@dataclass(frozen=True)
-class FoldOnMesh:
-    """A manipulation of a fold on some mesh."""
-
-    task: Task
-    manipulation: Manipulation
-
-    @property
-    def key(self) -> str:
-        """A name that differs where a simulation would."""
-        scene = scene_of(self.task.fold, self.manipulation)
-        return sha256(f"{self.task.simulator} {scene.model_dump_json()}".encode()).hexdigest()[:16]
 
 
 def subject_of(folder: Path, simulator: str | None = None) -> tuple[RebuiltFold, FoldOnMesh]:

@@ -6,26 +6,22 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tatamu.disturbances import Limits, Verdict, share_of
+from tatamu.disturbances import Judged, Limits, Verdict, on_own_mesh, share_of
 from tatamu.folding.score import vertex_distances
 from tatamu.folding.task import Task
 from tatamu.results.margins import JointMargin, Spread
 
 
-def joint_margin(
-    task: Task, verdicts: Sequence[Verdict], limits: Limits, distances: Sequence[float] | None = None
-) -> JointMargin:
+def joint_margin(task: Task, judged: Sequence[Judged], limits: Limits) -> JointMargin:
     """The share of worlds in which a fold holds, and how far from its target it ends.
 
     Args:
-        task: The fold.
-        verdicts: Of the worlds.
+        task: The fold, on its own mesh.
+        judged: Of the worlds.
         limits: What the fold must keep in order to hold.
-        distances: Mean vertex distances, where they are known better than the verdicts say [m].
     """
-    share = share_of(verdicts, limits)
-    if distances is None:
-        distances = [distance(task, verdict) for verdict in verdicts]
+    share = share_of([one.verdict for one in judged], limits)
+    distances = distances_of(task, judged, limits)
     median, q90 = np.quantile(distances, [0.5, 0.9])
     return JointMargin(
         draws=share.draws,
@@ -36,7 +32,18 @@ def joint_margin(
     )
 
 
-def distance(task: Task, verdict: Verdict) -> float:
+def distances_of(task: Task, judged: Sequence[Judged], limits: Limits) -> list[float]:
+    """Mean vertex distances on a fold's own mesh [m]; of what ran on the coarse one alone, what pairs of both say."""
+    predicted = on_own_mesh(judged, limits)
+    distances = []
+    for one in judged:
+        found = _distance(task, one.verdict)
+        foreign = not one.own and one.verdict.error is None
+        distances.append(predicted(found) if foreign else found)
+    return distances
+
+
+def _distance(task: Task, verdict: Verdict) -> float:
     """Mean vertex distance in a world [m]; twice that of untouched cloth where the simulation failed."""
     if verdict.mean_vertex_distance is not None:
         return verdict.mean_vertex_distance

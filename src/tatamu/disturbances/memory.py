@@ -1,4 +1,4 @@
-"""Simulations that are kept, so that margins go on where they were interrupted, and ask nothing twice."""
+"""Simulations that are kept, so that what was interrupted goes on, and nothing is asked twice."""
 
 from __future__ import annotations
 
@@ -6,15 +6,19 @@ import json
 from hashlib import sha256
 from pathlib import Path
 
-from tatamu.disturbances import Verdict, World
+from tatamu.disturbances.verdict import Verdict
+from tatamu.disturbances.world import World
 from tatamu.errors import InputError
 
 
 class Memory:
     """Verdicts by subject and world, one line each in a file."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path | None = None) -> None:
         """Read what is there; a line that was cut off is passed over.
+
+        Args:
+            path: The file; None: nothing outlives the process.
 
         Raises:
             InputError: The file cannot be read.
@@ -22,7 +26,7 @@ class Memory:
         self._path = path
         self._known: dict[str, Verdict] = {}
         try:
-            lines = path.read_text().splitlines() if path.exists() else []
+            lines = path.read_text().splitlines() if path is not None and path.exists() else []
         except (OSError, UnicodeDecodeError) as error:
             raise InputError(f"{path}: cannot be read ({error})") from None
         for line in lines:
@@ -49,15 +53,19 @@ class Memory:
         """Keep a verdict at once."""
         self._known[key] = verdict
         self.fresh += 1
+        if self._path is None:
+            return
         self._path.parent.mkdir(parents=True, exist_ok=True)
         with self._path.open("a") as file:
-            file.write(("" if self._ends_well() else "\n") + json.dumps({"key": key, **verdict.as_dict()}) + "\n")
+            start = "" if _ends_well(self._path) else "\n"
+            file.write(start + json.dumps({"key": key, **verdict.as_dict()}) + "\n")
 
-    def _ends_well(self) -> bool:
-        """Whether the file ends with a whole line."""
-        with self._path.open("rb") as file:
-            file.seek(0, 2)
-            if not file.tell():
-                return True
-            file.seek(-1, 2)
-            return file.read(1) == b"\n"
+
+def _ends_well(path: Path) -> bool:
+    """Whether a file ends with a whole line."""
+    with path.open("rb") as file:
+        file.seek(0, 2)
+        if not file.tell():
+            return True
+        file.seek(-1, 2)
+        return file.read(1) == b"\n"

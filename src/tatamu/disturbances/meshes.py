@@ -9,15 +9,34 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from hashlib import sha256
 
 import numpy as np
 
-from tatamu.disturbances import Limits, Verdict
+from tatamu.disturbances.verdict import Limits, Verdict
+from tatamu.folding.manipulation import Manipulation, scene_of
+from tatamu.folding.task import Task
 
 PAIRS = 12
-"""Draws that are simulated on both meshes whatever their verdict: evenly from the best to the worst."""
+"""At most so many draws are simulated on both meshes whatever their verdict: evenly from the best to the worst."""
+DRAWS_OF_PAIR = 8
+"""One draw in so many is, where that is fewer."""
 FEWEST = 3
 """Pairs that a line is laid through."""
+
+
+@dataclass(frozen=True)
+class FoldOnMesh:
+    """A manipulation of a fold on some mesh."""
+
+    task: Task
+    manipulation: Manipulation
+
+    @property
+    def key(self) -> str:
+        """A name that differs where a simulation would."""
+        scene = scene_of(self.task.fold, self.manipulation)
+        return sha256(f"{self.task.simulator} {scene.model_dump_json()}".encode()).hexdigest()[:16]
 
 
 @dataclass(frozen=True)
@@ -64,8 +83,13 @@ class Apart:
 def sampled(verdicts: Sequence[Verdict], limits: Limits) -> list[int]:
     """Numbers of draws that are simulated on both meshes."""
     ranked = sorted(range(len(verdicts)), key=lambda number: (verdicts[number].slack(limits), number))
-    places = np.linspace(0, len(ranked) - 1, min(PAIRS, len(ranked))).round().astype(int)
+    places = np.linspace(0, len(ranked) - 1, _pairs(len(ranked))).round().astype(int)
     return sorted(ranked[place] for place in places)
+
+
+def _pairs(draws: int) -> int:
+    """How many of some draws are simulated on both meshes."""
+    return min(PAIRS, max(FEWEST, draws // DRAWS_OF_PAIR), draws)
 
 
 def on_own_mesh(draws: Sequence[Judged], limits: Limits) -> Callable[[float], float]:

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from dataclasses import dataclass
 
-from tatamu.disturbances import Verdict, World, judge
+from tatamu.disturbances.memory import Memory
+from tatamu.disturbances.meshes import Apart, FoldOnMesh, Judged, sampled
+from tatamu.disturbances.verdict import Limits, Verdict, judge
+from tatamu.disturbances.world import CALM, World
 from tatamu.errors import WorkerKilledError
-from tatamu.margins.alone import LEAPS, Asking
-from tatamu.margins.memory import Memory
-from tatamu.margins.meshes import Apart, Judged
-from tatamu.margins.subject import FoldOnMesh
 
 Progress = Callable[[int, int], None]
 """Called with how many simulations have ended and how many are known to be needed."""
+Asking = Generator[World, Verdict, float | None]
+"""Yields worlds, is sent how the fold ends in them, and returns what it was to find."""
+FORESEEN = 1
+"""Worlds that a search is thought to ask for, until it asks for more."""
 Then = Callable[[Judged], object]
 
 
@@ -30,8 +33,22 @@ class Asker:
     """Simulates worlds on one mesh or on two, and keeps what it learns."""
 
     def __init__(
-        self, own: FoldOnMesh, coarse: FoldOnMesh | None, workers: Executor, memory: Memory, progress: Progress
+        self,
+        own: FoldOnMesh,
+        coarse: FoldOnMesh | None,
+        workers: Executor,
+        memory: Memory,
+        progress: Progress = lambda done, total: None,
     ) -> None:
+        """Make an asker that has not simulated anything.
+
+        Args:
+            own: The fold on its own mesh.
+            coarse: The same on a coarser one; None: there is none.
+            workers: Where simulations run.
+            memory: What was simulated before, and where simulations are kept.
+            progress: Called after every simulation.
+        """
         self._own = _Mesh(own)
         self._coarse = None if coarse is None else _Mesh(coarse)
         self._meshes = [each for each in (self._own, self._coarse) if each is not None]
@@ -68,13 +85,18 @@ class Asker:
         found: dict[int, Judged] = {}
         pairs: list[Judged] = []
         lanes = [_Lane(search) for search in searches]
-        self._total = max(self._total, self.asked + len(lanes) * len(LEAPS) + len(worlds))
+        self._total = max(self._total, self.asked + len(lanes) * FORESEEN + len(worlds))
         for number, world in enumerate(worlds):
             self._judge(world, apart, pairs, lambda judged, number=number: found.update({number: judged}))  # type: ignore[misc]
         for lane in lanes:
             self._follow(lane, apart, pairs)
         self._finish()
         return [found[number] for number in range(len(worlds))], [lane.end for lane in lanes], pairs
+
+    @property
+    def two_meshes(self) -> bool:
+        """Whether there is a coarse mesh beside the fold's own."""
+        return self._coarse is not None
 
     def _follow(self, lane: _Lane, apart: Apart, pairs: list[Judged], judged: Judged | None = None) -> None:
         """Ask for the next world of a search."""
@@ -160,3 +182,41 @@ def _verdict_of(future: Future[Verdict]) -> Verdict:
         return future.result()
     except WorkerKilledError as error:
         return Verdict(None, None, str(error))
+
+
+@dataclass(frozen=True)
+class Settled:
+    """Verdicts that do not hang on the mesh."""
+
+    calm: Judged
+    """Where nothing is off."""
+    judged: list[Judged]
+    """Of the worlds that were asked for."""
+    ends: list[float | None]
+    """Findings of the searches, in their order."""
+    pairs: list[Judged]
+    """All that is known on both meshes."""
+
+
+def settled(
+    asker: Asker, worlds: Sequence[World], limits: Limits, searches: Callable[[], list[Asking]] = list
+) -> Settled:
+    """Judge the undisturbed world and others, and follow searches, each on the mesh that its verdict needs.
+
+    Args:
+        asker: Simulates the fold.
+        worlds: Some worlds.
+        limits: What the fold must keep in order to hold.
+        searches: Begins the searches; they begin once more whenever more is known about the meshes.
+    """
+    apart = Apart(limits)
+    if asker.two_meshes:
+        rough = [one.verdict for one in asker.run([CALM, *worlds], apart)[0][1:]]
+        sample = [CALM, *(worlds[number] for number in sampled(rough, limits))]
+        apart = apart.widened(asker.run(sample, Apart.everything(limits))[2])
+    while True:
+        (calm, *judged), ends, pairs = asker.run([CALM, *worlds], apart, searches())
+        wider = apart.widened(pairs)
+        if wider == apart:
+            return Settled(calm, judged, ends, pairs)
+        apart = wider
