@@ -7,7 +7,7 @@ DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 
 .PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
-        calibration folds robots foreign statics locking tangle loop times own-garments golden cluster real-cloth search holds help
+        calibration folds robots foreign statics locking tangle coarser loop times own-garments golden cluster real-cloth search holds help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1: /'
@@ -44,6 +44,9 @@ holds: $(DEV)  ## the tables of docs/notes/margins.md: folds learned in disturbe
 	$(BIN)/python -m benchmarks.holds folds --out runs/holds --write-docs
 	$(BIN)/python -m benchmarks.holds simulators --out runs/holds --write-docs
 	$(BIN)/python -m benchmarks.holds two-meshes --out runs/holds --write-docs
+
+coarser: $(READY)  ## how coarser meshes rank folds: the table of docs/notes/learning.md; a quarter of an hour
+	$(BIN)/python benchmarks/coarser.py --out runs/coarser --write-docs
 
 loop: $(DEV)  ## what a trial costs beside its simulation and its proposal; a minute
 	$(BIN)/python -m benchmarks.loop --write-docs

@@ -18,6 +18,7 @@ PLACES = {
     "learning: short": README,
     "speed: short": README,
     "learning: long": NOTES / "learning.md",
+    "coarser": NOTES / "learning.md",
     "loop": NOTES / "learning.md",
     "times": NOTES / "learning.md",
     "search: towel": NOTES / "search.md",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,15 +13,18 @@ import pytest
 
 from tatamu import InputError
 from tatamu.folding import coarser as coarser_meshes
-from tatamu.folding.coarser import as_on_finer_mesh, on_coarser_mesh, with_coarser
+from tatamu.folding.coarser import SOON, as_on_finer_mesh, on_coarser_mesh, with_coarser
 from tatamu.folding.fold import ideal_folds
 from tatamu.folding.interpolation import interpolated
+from tatamu.folding.manipulation import SETTLE
 from tatamu.folding.task import Job, Outcome, make_job
 from tatamu.garments import make_garment
 from tatamu.learning import learn_job
+from tatamu.learning.evaluation import submitted
 from tatamu.learning.refining import Known, refining_proposal
 from tatamu.learning.schedule import GAIN, MOST, MOST_FINE, Schedule, ScheduledTrial
 from tatamu.learning.space import search_space
+from tatamu.material import Material
 from tatamu.results import ResultFolder, rebuild
 
 SIZE = (0.16, 0.40)
@@ -135,6 +139,38 @@ def test_the_same_parameters_are_the_same_motion_on_both_meshes() -> None:
     assert coarse.trajectory_length == pytest.approx(fine.trajectory_length, rel=0.02)
 
 
+@pytest.mark.parametrize("name", ["towel", "tshirt"])
+def test_the_coarser_mesh_is_softer_so_that_it_locks_as_the_finer_one(name: str) -> None:
+    woven = Material(
+        areal_density=0.2,
+        stretch_stiffness=1000.0,
+        stretch_stiffness_weft=600.0,
+        shear_stiffness=20.0,
+        bending_rigidity=1e-5,
+    )
+    fine = with_coarser(make_job(name, material=woven))
+    assert fine.coarser is not None
+    coarse = fine.coarser.garment
+    for field in ("stretch_stiffness", "stretch_stiffness_weft", "shear_stiffness"):
+        times_area = getattr(coarse.material, field) * coarse.spacing**2
+        assert times_area == pytest.approx(getattr(woven, field) * fine.garment.spacing**2)
+    plain = coarse.material.model_copy(update={"stretch_stiffness": 1000.0, "stretch_stiffness_weft": 600.0})
+    assert plain.model_copy(update={"shear_stiffness": 20.0}) == woven
+
+
+def test_a_coarse_trial_ends_soon_after_the_hands_have_opened_and_others_later() -> None:
+    task = with_coarser(job()).task(0)
+    manipulation = task.manipulation(PARAMETERS)
+    lasted = {}
+    for coarse in (True, False):
+        with ThreadPoolExecutor(1) as pool:
+            begun = submitted(pool, task, manipulation, parameters=PARAMETERS, coarse=coarse)
+            rollout = begun.ended("a trial").outcome.rollout
+        assert rollout is not None
+        lasted[coarse] = rollout.times[-1] - (begun.coarse or manipulation).timing.opens
+    assert lasted == {True: pytest.approx(SOON), False: pytest.approx(SETTLE)}
+
+
 def test_a_sum_over_vertices_is_multiplied_and_a_penalty_too() -> None:
     task = with_coarser(job()).task(0)
     assert task.coarser is not None
@@ -206,7 +242,7 @@ def test_a_schedule_of_a_number_of_trials() -> None:
             before.append(ScheduledTrial(coarse, 1.0))
         return [each.coarse for each in before]
 
-    assert planned(50, 2) == [True] * 40 + [False] * 10
+    assert planned(50, 2) == [True] * 44 + [False] * 6
     assert planned(10, 2) == [True] * 5 + [False] * 5
     assert planned(9, 2) == [False] * 9
     assert planned(50, 1) == [False] * 50

@@ -17,7 +17,7 @@ from tatamu.disturbances.world import World
 from tatamu.errors import SimulationError
 from tatamu.folding.fingers import lowest
 from tatamu.folding.fold import PINCH, Fold
-from tatamu.folding.manipulation import SETTLE, Carry, Manipulation, carries_of, scene_of, scene_with
+from tatamu.folding.manipulation import Carry, Manipulation, carries_of, scene_of, scene_with
 from tatamu.material import Material
 from tatamu.scene import Scene
 
@@ -40,7 +40,7 @@ def disturbed_scene(fold: Fold, manipulation: Manipulation, world: World) -> Sce
     carries = [_carry(fold, manipulation, world, number) for number in range(len(manipulation.grasps))]
     held = [carry for carry in carries if carry is not None]
     slower = manipulation.timing.opens + manipulation.move_seconds * (1.0 / world.factor("hands.speed") - 1.0)
-    ends = max([slower, *(carry.opens for carry in held)]) + SETTLE
+    ends = max([slower, *(carry.opens for carry in held)]) + manipulation.settle
     try:
         return scene_with(fold, held, ends, _material(fold.garment.material, world))
     except ValidationError:

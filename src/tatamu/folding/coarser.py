@@ -2,6 +2,10 @@
 
 A manipulation keeps its parameters: hands move along the same curves, from the nearest vertices. A sum over vertices,
 as D of Eq. (11) is, grows with their number; on the finer mesh it would be larger in proportion.
+
+Cells that do not shear lock: what they cannot bend they would have to stretch, and the larger they are for their
+stiffness, the stiffer they drape. How much, is a matter of Y h^2 / B, Y being the membrane's stiffness, h the spacing,
+B the bending rigidity. So the coarser mesh is softer to stretch, Y proportional to h^-2, and locks as the finer does.
 """
 
 from __future__ import annotations
@@ -16,12 +20,15 @@ from tatamu.folding.fold import ideal_folds
 from tatamu.folding.manipulation import Manipulation, bezier_manipulation
 from tatamu.folding.task import Job, Outcome, Task
 from tatamu.garments import make_garment
+from tatamu.material import ORTHOTROPIC_MEMBRANE, Material
 from tatamu.simulators import capabilities
 
-COARSER = {1: 2.0, 2: 1.4}
+COARSER = {1: 2.0, 2: 1.7}
 """Spacing of the coarser mesh over that of the finer one, by the garment's layers (docs/notes/learning.md)."""
 FEWEST = 250
 """A coarser mesh has at least this many vertices; smaller folds take no time to speak of."""
+SOON = 0.15
+"""After opening, until a fold on the coarser mesh is scored [s]: it moves little later."""
 
 
 def with_coarser(job: Job) -> Job:
@@ -37,23 +44,41 @@ def on_coarser_cells(job: Job) -> Job | None:
     It has none where the simulator folds differently on coarser cells, where the mesh is small already, and where the
     garment cannot be meshed or grasped with larger cells.
     """
-    asked = job.asked
-    if asked is None or not capabilities(job.simulator).coarse_search:
+    if job.asked is None or not capabilities(job.simulator).coarse_search:
         return None
-    garment = job.garment
-    spacing = COARSER[garment.layers] * garment.spacing
+    larger = COARSER[job.garment.layers]
     try:
-        coarse = make_garment(asked.garment, asked.size_pair, garment.material, spacing, asked.scale)
-        ideal_folds(coarse, job.plan, job.hands)
+        coarser = coarsened(job, larger, larger**2)
     except InputError:
         return None
-    if not FEWEST <= len(coarse.vertices) < len(garment.vertices):
+    if not FEWEST <= len(coarser.garment.vertices) < len(job.garment.vertices):
         return None
+    return coarser
+
+
+def coarsened(job: Job, larger: float, softer: float) -> Job:
+    """The job on cells so many times larger, of cloth so many times softer to stretch.
+
+    Raises:
+        InputError: The garment cannot be meshed so, or not be grasped.
+    """
+    asked = job.asked
+    assert asked is not None, "the job has a garment by name"
+    garment = job.garment
+    material = _softer(garment.material, softer)
+    coarse = make_garment(asked.garment, asked.size_pair, material, larger * garment.spacing, asked.scale)
+    ideal_folds(coarse, job.plan, job.hands)
     return replace(job, garment=coarse)
 
 
+def _softer(material: Material, times: float) -> Material:
+    """A material that is so many times softer to stretch and to shear."""
+    known = {name: getattr(material, name) for name in ("stretch_stiffness", *ORTHOTROPIC_MEMBRANE)}
+    return material.model_copy(update={name: value / times for name, value in known.items() if value is not None})
+
+
 def on_coarser_mesh(task: Task, manipulation: Manipulation, parameters: Mapping[str, float]) -> Manipulation:
-    """The manipulation of the same parameters on the coarser mesh of a task."""
+    """The manipulation of the same parameters on the coarser mesh of a task, which is scored soon after it."""
     coarse = task.coarser
     assert coarse is not None, "the task has a coarser mesh"
     grasps = tuple(
@@ -62,7 +87,7 @@ def on_coarser_mesh(task: Task, manipulation: Manipulation, parameters: Mapping[
     )
     larger = coarse.fold.span / task.fold.span
     inner = (larger * parameters[name] for name in ("x1", "z1", "x2", "z2"))
-    return bezier_manipulation(coarse.fold, grasps, *inner)
+    return replace(bezier_manipulation(coarse.fold, grasps, *inner), settle=SOON)
 
 
 def as_on_finer_mesh(task: Task, manipulation: Manipulation, coarse: Manipulation, found: Outcome) -> Outcome:

@@ -67,6 +67,8 @@ class Manipulation:
     """P0..P3 of each hand relative to its grasp [m], shape (4, 3); None for paths that are no cubic Bezier."""
     lift: float = 0.0
     """How high over their grasps the hands begin, as their fingers have closed [m]."""
+    settle: float = SETTLE
+    """After opening, until the fold is scored [s]."""
 
     @property
     def curves(self) -> tuple[Bezier, ...]:
@@ -104,7 +106,7 @@ class Manipulation:
             starts=WAIT,
             arrives=round(arrives, 9),
             opens=round(arrives + HOLD, 9),
-            ends=round(arrives + HOLD + SETTLE, 9),
+            ends=round(arrives + HOLD + self.settle, 9),
             top_speed=TOP_SPEED,
         )
 

@@ -17,10 +17,10 @@ from tatamu.errors import TatamuError
 from tatamu.folding.baselines import BASELINES
 from tatamu.folding.coarser import on_coarser_mesh
 from tatamu.folding.interpolation import interpolated
-from tatamu.folding.manipulation import scene_of
+from tatamu.folding.manipulation import SETTLE, scene_of
 from tatamu.folding.score import vertex_distances
 from tatamu.folding.task import Outcome, Task
-from tatamu.learning.evaluation import Evaluation, Pending, submitted
+from tatamu.learning.evaluation import Evaluation, Pending, evaluate, submitted
 from tatamu.learning.expectation import Added, Demand, Expectation, Standing
 from tatamu.learning.outcomes import attributes_of, baseline_of, best_number, result_of
 from tatamu.learning.schedule import Schedule, ScheduledTrial
@@ -266,9 +266,12 @@ class Runner:
     def _left_for_next_step(self, best: int) -> dict[str, np.ndarray]:
         """The cloth after the best manipulation on the coarser mesh, where the next step's search is to begin."""
         number, count = self.task.step
-        if self.task.coarser is None or number == count:
+        _, coarse = self._on_meshes(self.study.trials[best].params)
+        if coarse is None or number == count:
             return {}
-        begun = self._begin(self.study.trials[best].params, coarse=True)
+        at_rest = replace(coarse.manipulation, settle=SETTLE)
+        future = self._executor.submit(evaluate, coarse.task, at_rest)
+        begun = Pending(coarse.task, at_rest, None, future)
         rollout = self._ended(begun, f"trial {best} on the coarser mesh").outcome.rollout
         return {} if rollout is None else {COARSE_FINAL: rollout.positions[-1]}
 

@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple
 Trials = int | Literal["auto"]
 """How many trials a study shall have: a number, or as many as bring something."""
 
-FINE_SHARE, LEAST_FINE = 0.2, 5
+FINE_SHARE, LEAST_FINE = 0.12, 5
 """Of a search that begins on a coarser mesh: the part of its trials, and the least number, on the task's own mesh."""
 GAIN = 0.001
 """A search has converged when less than this part of the best objective is expected to be gained .."""

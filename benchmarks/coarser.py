@@ -1,0 +1,140 @@
+"""How far a coarser mesh can be trusted in a search: the table "coarser" of docs/notes/learning.md.
+
+    python benchmarks/coarser.py --out runs/coarser [--folds 16] [--write-docs]
+
+A study of each garment is learned as by `tatamu learn --disturbances none`, and of its manipulations some are taken,
+evenly from the best to the worst that did not fail. They are simulated on the default mesh, and on coarser ones with
+the cloth as it is or softer to stretch. What was simulated is kept in the folder and not run again.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from time import thread_time
+
+import numpy as np
+from scipy.stats import spearmanr
+from tables import markdown, publish
+
+from tatamu.files import read_json, write_json
+from tatamu.folding.coarser import as_on_finer_mesh, coarsened, on_coarser_mesh
+from tatamu.folding.task import Job, Task, make_job
+from tatamu.learning import learn_job
+from tatamu.results import ResultFolder
+from tatamu.results.result import Parameters
+
+GARMENTS = {"towel": ("towel", "half"), "T-shirt": ("tshirt", "half"), "trousers": ("trousers", "leg")}
+"""Garment and fold."""
+MESHES = {
+    "towel": ((2.0, 1.0), (2.0, 4.0)),
+    "T-shirt": ((1.4, 1.0), (1.4, 1.96), (1.7, 1.0), (1.7, 2.89), (1.7, 6.0), (2.0, 4.0)),
+    "trousers": ((1.4, 1.0), (1.4, 1.96), (1.7, 1.0), (1.7, 2.89), (1.7, 6.0), (2.0, 4.0)),
+}
+"""Times the spacing, and times softer to stretch."""
+DEFAULT = "default"
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """One fold on one mesh."""
+
+    objective: float
+    """C in the numbers of the default mesh."""
+    seconds: float
+    """Processor seconds."""
+
+
+class Kept:
+    """Simulations of one garment that are there."""
+
+    def __init__(self, file: Path) -> None:
+        """Read what is there."""
+        self._file = file
+        self._known = {tuple(key): Simulated(*held) for key, held in read_json(file)} if file.exists() else {}
+
+    def simulated(self, key: tuple[str, int], task: Task, fine: Task, parameters: Parameters) -> Simulated:
+        """A fold of those parameters on a mesh; run only if it is not there."""
+        if key not in self._known:
+            begin = thread_time()
+            objective = _objective(task, fine, parameters)
+            self._known[key] = Simulated(objective, thread_time() - begin)
+            write_json(self._file, [[key, [each.objective, each.seconds]] for key, each in self._known.items()])
+        return self._known[key]
+
+
+def _objective(task: Task, fine: Task, parameters: Parameters) -> float:
+    manipulation = fine.manipulation(parameters)
+    if task is fine:
+        return task.evaluate(manipulation).objective
+    meshes = replace(fine, coarser=task)
+    there = on_coarser_mesh(meshes, manipulation, parameters)
+    return as_on_finer_mesh(meshes, manipulation, there, task.evaluate(there)).objective
+
+
+def manipulations(job: Job, folder: ResultFolder, count: int) -> list[Parameters]:
+    """Parameters of a study's trials, evenly from the best to the worst that did not fail."""
+    if not folder.complete:
+        learn_job(job, folder.path, baselines=False)
+    complete = [trial for trial in folder.result.trials if trial.state == "complete"]
+    ordered = sorted(complete, key=lambda trial: (trial.objective, trial.number))
+    chosen = np.unique(np.linspace(0, len(ordered) - 1, count).round().astype(int))
+    return [ordered[number].parameters for number in chosen]
+
+
+def rows(name: str, out: Path, count: int) -> Iterator[dict[str, object]]:
+    """The rows of a garment, the default mesh first."""
+    garment, fold = GARMENTS[name]
+    job = make_job(garment, fold=fold)
+    fine = job.task(0)
+    kept = Kept(out / f"{garment}.json")
+    folds = manipulations(job, ResultFolder(out / garment), count)
+    known = [kept.simulated((DEFAULT, number), fine, fine, each) for number, each in enumerate(folds)]
+    yield {"fold": name, "folds": len(folds), **_row(1.0, 1.0, fine, known, known)}
+    for larger, softer in MESHES[name]:
+        task = coarsened(job, larger, softer).task(0)
+        mesh = f"{larger:g}, {softer:g}"
+        found = [kept.simulated((mesh, number), task, fine, each) for number, each in enumerate(folds)]
+        yield {"fold": name, "folds": len(folds), **_row(larger, softer, task, found, known)}
+
+
+def _row(
+    larger: float, softer: float, task: Task, found: Sequence[Simulated], known: Sequence[Simulated]
+) -> dict[str, object]:
+    here = np.array([each.objective for each in found])
+    there = np.array([each.objective for each in known])
+    good = there <= np.median(there)
+    best = there[np.argsort(here, kind="stable")[:3]]
+    return {
+        "times the spacing": f"{larger:g}",
+        "times softer": f"{softer:g}",
+        "vertices": len(task.fold.start),
+        "processor seconds, each": f"{np.mean([each.seconds for each in found]):.2f}",
+        "rank correlation": f"{spearmanr(here, there)[0]:.2f}",
+        "of the better half": f"{spearmanr(here[good], there[good])[0]:.2f}",
+        "off by, median": f"{100 * np.median(np.abs(here / there - 1.0)):.1f} %",
+        "off by, worst": f"{100 * np.abs(here / there - 1.0).max():.0f} %",
+        "best of its best three": f"{best.min():.4f}",
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--folds", type=int, default=16, help="of each garment")
+    parser.add_argument("--write-docs", action="store_true")
+    options = parser.parse_args()
+    table = []
+    for name in GARMENTS:
+        for row in rows(name, options.out, options.folds):
+            table.append(row)
+            print(row, flush=True)
+    print(markdown(table))
+    if options.write_docs:
+        publish("coarser", markdown(table))
+
+
+if __name__ == "__main__":
+    main()
