@@ -22,8 +22,9 @@ from scipy.stats import binom
 from tables import IMAGES, publish
 
 from tatamu.calibration import Calibration, calibrate
+from tatamu.calibration.bias import Bias
 from tatamu.calibration.crease import PressedCrease
-from tatamu.calibration.drawing import creased, hanging, looped, over_plate, pushed, sagging, sliding, swung
+from tatamu.calibration.drawing import creased, hanging, looped, on_bias, over_plate, pushed, sagging, sliding, swung
 from tatamu.calibration.elongation import Elongation, Grasp
 from tatamu.calibration.friction import Slope
 from tatamu.calibration.loop import Loop
@@ -199,6 +200,9 @@ def drawings() -> None:
     write_text(IMAGES / "measure-push.svg", pushed(push, simulate(push.scene(wrinkled)).positions[-1]))
     plate = Plate(0.15, 0.09, 0.6)
     write_text(IMAGES / "measure-plate.svg", over_plate(plate, simulate(plate.scene(terry)).positions[-1]))
+    bias = Bias(0.6, 0.08)
+    woven = terry.model_copy(update={"shear_stiffness": 20.0})
+    write_text(IMAGES / "measure-bias.svg", on_bias(bias, simulate(bias.scene(woven)).positions[-1]))
     swinging = Swinging(make_garment("towel"), "bottom", 0.2)
     write_text(IMAGES / "measure-swing.svg", swung(swinging, swinging.scene(terry, 1.0).cloth.vertices))
     write_text(IMAGES / "measure-slide.svg", sliding(Slope(float(np.arctan(terry.friction_table)))))

@@ -3,8 +3,8 @@
     python -m benchmarks.decrement --data DATA [--write-docs]
 
 The measured line of decrement over amplitude with the scatter of recordings drawn with replacement; and the plate of
-one degree of freedom with laws of air from linear to quadratic, and with a drag of its swing apart from that of its
-way: their error of the swing, and their decrements.
+one degree of freedom with laws of air, from linear to quadratic, and with the drag of what turned around: their error
+of the swing, and their decrements.
 """
 
 from __future__ import annotations
@@ -15,7 +15,18 @@ from pathlib import Path
 import numpy as np
 from benchmarks.tables import markdown, publish
 
-from tatamu.validation.real.motion import AMPLITUDES, FILE, FITTED, LEFT_OUT, SESSION, decrement_line, fit, free_swings
+from tatamu.validation.real.motion import (
+    AMPLITUDES,
+    FILE,
+    FITTED,
+    LEFT_OUT,
+    SESSION,
+    START_SIZE,
+    decrement_line,
+    fit,
+    free_swings,
+    of_size,
+)
 from tatamu.validation.real.pendulum import AirLaw, plate_swing
 from tatamu.validation.real.recording import Recording, load_recordings
 from tatamu.validation.real.sheet import SIDE
@@ -24,8 +35,8 @@ DRAWS = 2000
 LAWS = [AirLaw(0.5, linear, quadratic) for linear, quadratic in ((1.0, 5.6), (0.6, 8.0), (0.3, 11.0), (0.0, 14.0))]
 LAWS += [AirLaw(0.5, linear, quadratic) for linear, quadratic in ((0.5, 15.0), (0.0, 18.0), (0.0, 25.0))]
 """From what is fitted to the swing, towards quadratic drag, and beyond."""
-APART = (0.5, 0.3, 5.0, 15.0)
-"""Added mass, linear, quadratic and the swing's own drag with which a fit begins."""
+FREE = (0.4, 2.0, 4.0)
+"""Added mass, quadratic drag and that of what turned around with which a fit begins."""
 Row = dict[str, str]
 
 
@@ -72,7 +83,7 @@ def predicted(recordings: list[Recording], air: AirLaw) -> Row:
         for wanted in (True, False)
     )
     name = f"plate: {air.added_mass:.2g} ρ, {air.linear:.2g} ρ/s, {air.quadratic:.2g} ρ/m"
-    name += f", its swing {air.swinging:.2g} ρ/m" if air.swinging else ""
+    name += f", turning {air.turning:.2g} ρ/m^(2/3)" if air.turning else ""
     return _row(name, decrement_line(np.concatenate(faded(recordings, signals))), None, (fitted, others))
 
 
@@ -83,10 +94,13 @@ def main() -> None:
     options = parser.parse_args()
     recordings = load_recordings(options.data / FILE, SESSION, LEFT_OUT)
     fitting = [recording for recording in recordings if recording.name in FITTED]
-    apart = fit(
-        lambda air: [plate_swing(each, air, SIDE) for each in fitting], fitting, lambda parts: AirLaw(*parts), APART
-    )
-    table = markdown([measured(recordings), *(predicted(recordings, air) for air in (*LAWS, apart))])
+
+    def swung(air: AirLaw) -> list[np.ndarray]:
+        return [plate_swing(each, air, SIDE) for each in fitting]
+
+    sized = fit(swung, fitting, of_size, START_SIZE)
+    free = fit(swung, fitting, lambda parts: AirLaw(parts[0], 0.0, parts[1], parts[2]), FREE)
+    table = markdown([measured(recordings), *(predicted(recordings, air) for air in (*LAWS, sized, free))])
     print(table)
     if options.write_docs:
         publish("real: decrement", table)

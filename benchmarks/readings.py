@@ -18,7 +18,7 @@ import numpy as np
 from tables import markdown, publish
 
 from tatamu.calibration import Measurements, calibrate
-from tatamu.calibration.bias import PINCH, Bias
+from tatamu.calibration.bias import Bias
 from tatamu.calibration.crease import PressedCrease
 from tatamu.calibration.elongation import Elongation, Grasp
 from tatamu.calibration.entry import Errors
@@ -33,15 +33,22 @@ from tatamu.simulators import simulate
 
 SIZE = (0.24, 0.36)
 """Of the cloth [m]."""
-LARGE = (0.5, 0.9)
-"""Of the cloth that is hung by a corner [m]."""
+LARGE = (0.6, 0.9)
+"""Of the cloth that is hung by an edge and of which a strip on the bias is cut [m]."""
+STRIP = (0.7, 0.08)
+"""That strip, length and width [m]."""
+OTHER = 0.7
+"""Largest difference of the logarithm of a rigidity that nothing measures from the preset's."""
 FINER = 0.014
 """Spacing of the mesh on which that is read [m]."""
+FINER_COLUMNS = 9
+"""Cells across the strip on the bias."""
 FINER_ROWS = 16
 """Cells along the strip whose sag is read."""
 COVERING = 2.0
 """Standard uncertainties of an interval."""
 ERRORS = Errors()
+TERRY = load_material(Path("terry"))
 Tables = dict[str, dict[str, Any]]
 
 
@@ -76,24 +83,25 @@ def fading(random: np.random.Generator) -> tuple[Material, Tables]:
 
 
 def bias(random: np.random.Generator) -> tuple[Material, Tables]:
-    """Hung by its lower edge and by a corner; a larger cloth, read on a mesh finer than calibration's."""
+    """Hung by its lower edge, and a strip on the bias hung by either end; read on meshes finer than calibration's."""
     garment = make_garment("towel", size=LARGE, spacing=FINER)
     hidden = _terry(
         areal_density=random.uniform(0.15, 0.4),
         stretch_stiffness=float(np.exp(random.uniform(np.log(200.0), np.log(600.0)))),
         shear_stiffness=float(np.exp(random.uniform(np.log(10.0), np.log(60.0)))),
+        bending_rigidity=TERRY.bending_rigidity * float(np.exp(random.uniform(-OTHER, OTHER))),
+        poisson_ratio=random.uniform(0.15, 0.35),
     )
     whole = Elongation(garment, (Grasp(edge="bottom"),))
-    corner = Elongation(garment, (Grasp(edge="bottom", at=0.0, width=PINCH),))
+    strip = Bias(*STRIP, STRIP[1] / FINER_COLUMNS)
     longer = whole.reading(simulate(whole.scene(hidden)))
-    pulled = corner.reading(simulate(Bias(corner).scene(hidden)))
-    lengths = {"L1": whole.length + longer, "L2": whole.length}, {"L1": corner.length + pulled, "L2": corner.length}
-    read, by_corner = ({name: _read(value, random) for name, value in each.items()} for each in lengths)
-    read["L1"] = max(read["L1"], read["L2"] + 1e-4)
-    by_corner["L1"] = max(by_corner["L1"], by_corner["L2"] + 1e-4)
+    pulled = strip.reading(simulate(strip.scene(hidden)))
+    hung, lying = (_read(value, random) for value in (whole.length + longer, whole.length))
+    ends = {"L1": strip.length + pulled, "L2": strip.length}
+    by_ends = {name: [_read(value, random) for _ in range(2)] for name, value in ends.items()}
     return hidden, {
-        "elongation": {"grasps": [{"edge": "bottom"}], **read},
-        "bias": {"edge": "bottom", "end": "start", **by_corner},
+        "elongation": {"grasps": [{"edge": "bottom"}], "L1": max(hung, lying + 1e-4), "L2": lying},
+        "bias": {"width": STRIP[1], **by_ends},
     }
 
 
@@ -126,7 +134,7 @@ READINGS: dict[str, tuple[str, Callable[[np.random.Generator], tuple[Material, T
 
 
 def _terry(**changed: float) -> Material:
-    return load_material(Path("terry")).model_copy(update=changed)
+    return TERRY.model_copy(update=changed)
 
 
 def _air(random: np.random.Generator) -> Material:

@@ -31,7 +31,7 @@ MEASURED: dict[str, dict[str, Any]] = {
     "crease": {"gap": 0.01, "board": 0.003, "angle": [25.0, 28.0]},
     "swing": {"edge": "bottom", "aside": 0.1, "ten_swings": 13.0},
     "fading": {"edge": "bottom", "aside": 0.1, "to": 0.025, "count": [3.0]},
-    "bias": {"edge": "bottom", "end": "start", "L1": 0.64, "L2": 0.632},
+    "bias": {"width": 0.08, "L1": 0.61, "L2": 0.6},
     "push": {"length": 0.6, "pushed": 0.05, "moved": 0.02},
 }
 """A reading of each test; a new test adds its own."""

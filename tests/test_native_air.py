@@ -8,7 +8,7 @@ import pytest
 from tatamu import simulate
 from tatamu.material import DIRECTIONAL_AIR, Material
 from tatamu.meshing import staggered
-from tatamu.plate_in_air import disc_added_mass, rectangle_added_mass, swinging_drag
+from tatamu.plate_in_air import disc_added_mass, rectangle_added_mass, swinging_drag, turning_drag
 from tatamu.scene import Cloth, Scene, Table
 from tatamu.simulators import capabilities
 from tatamu.simulators.native.air import air_of, meet, resist, surface_of
@@ -43,6 +43,25 @@ def test_a_turning_normal_leaves_the_energy_of_cloth_and_air_as_it_was() -> None
     assert np.ptp(energies[1:]) < 1e-3 * energies[1]
     speeds = np.linalg.norm(V[:, 0])
     assert abs(speeds - np.linalg.norm([0.7, 0.2, -0.4])) > 0.01  # the cloth alone lost or won some
+
+
+def test_what_turned_around_drags_by_the_way_since_then() -> None:
+    air = air_of(0.0, material(air_drag_quadratic=0.5, air_drag_turning=0.4))
+    surface = surface_of(3, 3, air)
+    x = np.eye(3)[:, [0, 2, 1]] * 0.1
+    normal = np.cross(x[1] - x[0], x[2] - x[0])
+    normal /= np.linalg.norm(normal)
+    surface.normals[:] = normal[:, None]
+
+    def slowed(speed: float, step: float) -> float:
+        V = speed * normal[:, None] * np.ones((1, 3))
+        meet(V, surface, air, Positions(x, x, x.copy()), TRIANGLE, np.arange(3), np.ones(3), step)
+        return float(normal @ V[:, 0])
+
+    for speed, way, drag in ((1.0, 0.1, 0.4 / 0.1 ** (1 / 3)), (1.0, 0.9, 0.5), (-1.0, 0.2, 0.4 / 0.2 ** (1 / 3))):
+        step = way - abs(surface.path[0]) * (speed * surface.path[0] > 0.0)
+        assert slowed(speed, step) == pytest.approx(speed / (1.0 + step * drag / 0.2), rel=1e-6)
+        assert surface.path[0] == pytest.approx(np.sign(speed) * way, rel=1e-6)
 
 
 def test_forces_along_the_normal_move_cloth_and_air_and_others_the_cloth_alone() -> None:
@@ -94,3 +113,10 @@ def test_a_square_carries_more_than_its_inscribed_disc_and_less_than_the_disc_of
 
 def test_a_plate_that_swings_wide_drags_as_in_a_steady_flow() -> None:
     assert swinging_drag(0.05, 0.3) > swinging_drag(0.1, 0.3) > swinging_drag(1e3, 0.3) == pytest.approx(0.702)
+
+
+def test_a_stroke_loses_as_much_by_the_way_since_it_turned_as_by_grahams_coefficient() -> None:
+    way = np.linspace(0.0, 0.1, 100_001)[1:]  # of a swing by 0.05 m
+    squares = 0.1 * way - way**2
+    lost = float((turning_drag(0.3) * way ** (-1 / 3) * squares).sum())
+    assert lost == pytest.approx(swinging_drag(0.05, 0.3) * squares.sum(), rel=1e-4)

@@ -57,6 +57,10 @@ def test_a_hanging_plate_swings_with_its_small_period_and_decays_by_its_drag() -
     wide = fabric.model_copy(update={"air_drag_normal": 0.0, "air_drag_quadratic": 0.5})
     decay = plate.swing_of(times, 0.3 * plate.hanging(wide, 0.3, 0.05, times, 9.81))
     assert_allclose(decay.decrement[0], 0.5 * decay.excursion[0] / 0.28, rtol=0.02)
+    turning = fabric.model_copy(update={"air_drag_normal": 0.0, "air_drag_turning": 0.2})
+    decay = plate.swing_of(times, 0.3 * plate.hanging(turning, 0.3, 0.05, times, 9.81))
+    as_much = 4 / (11 / 3) * 27 / 20 * 0.2 * decay.excursion[0] ** (-1 / 3)  # loses as much in a harmonic swing
+    assert_allclose(decay.decrement[0], as_much * decay.excursion[0] / 0.28, rtol=0.02)
 
 
 def test_off_axis_numbers_are_those_of_the_turned_stiffness() -> None:

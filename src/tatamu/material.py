@@ -37,6 +37,7 @@ DIRECTIONAL_AIR = (
     "air_drag_tangential",
     "air_drag_quadratic",
     "air_drag_quadratic_tangential",
+    "air_drag_turning",
     "air_added_mass",
 )
 """Fields of what air does beyond `air_drag`."""
@@ -111,6 +112,9 @@ class Material(BaseModel):
     drag coefficient of a plate across the flow."""
     air_drag_quadratic_tangential: Number = Field(0.0, ge=0.0, le=1e3)
     """Drag along the surface, per area per square of the velocity along it [kg/m^3]."""
+    air_drag_turning: Number = Field(0.0, ge=0.0, le=1e3)
+    """Drag along the normal of what turned around: per area, per square of the velocity, times the cube root of the way
+    since then [kg/m^(8/3)]; `air_drag_quadratic` acts where that is more."""
     air_added_mass: Number = Field(0.0, ge=0.0, le=20.0)
     """Mass of air per area that moves with the surface along its normal [kg/m^2]; it weighs nothing."""
 

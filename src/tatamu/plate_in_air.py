@@ -57,6 +57,12 @@ def steady_drag(density: float = AIR_DENSITY) -> float:
     return 0.5 * density * STEADY_DRAG
 
 
+GRAHAM = 8.0
+"""Drag coefficient at a Keulegan-Carpenter number of 1, which falls with its cube root (Graham 1980)."""
+SHARE = 27.0 / 20.0
+"""Mean of s^(-1/3) over the work of a harmonic stroke from 0 to 1, where 1 is at its end (docs/theory/air.md)."""
+
+
 def swinging_drag(amplitude: float, width: float, density: float = AIR_DENSITY) -> float:
     """Drag per area and square of the speed of a plate that swings along its normal [kg/m^3].
 
@@ -70,7 +76,20 @@ def swinging_drag(amplitude: float, width: float, density: float = AIR_DENSITY) 
         density: Of the air [kg/m^3].
     """
     number = 2.0 * np.pi * amplitude / width
-    return 0.5 * density * max(8.0 * number ** (-1.0 / 3.0), STEADY_DRAG)
+    return 0.5 * density * max(GRAHAM * number ** (-1.0 / 3.0), STEADY_DRAG)
+
+
+def turning_drag(width: float, density: float = AIR_DENSITY) -> float:
+    """Drag along the normal of a plate after it turned around, `Material.air_drag_turning` [kg/m^(8/3)].
+
+    By the way s since then the plate drags with density C_D / 2, C_D = 8 / 1.35 (pi s / width)^(-1/3): over a harmonic
+    swing that takes as much energy as the C_D of `swinging_drag`, with KC = pi s / width at the end of a stroke.
+
+    Args:
+        width: Of the plate, across the edges that shed vortices [m].
+        density: Of the air [kg/m^3].
+    """
+    return float(0.5 * density * GRAHAM / SHARE * np.cbrt(width / np.pi))
 
 
 def skin_drag(frequency: float, density: float = AIR_DENSITY, viscosity: float = AIR_VISCOSITY) -> float:

@@ -1,61 +1,65 @@
-"""Bias: how much longer the garment is hanging by one corner than lying; what shear stiffness it has.
+"""Bias: how much longer a strip cut at 45 degrees to the yarns is hanging than lying; what shear stiffness it has.
 
 Not in the paper. Woven cloth is stiff along its yarns and gives way on the bias, where a strip has
 
     4 / Y(45) = 1 / Y + 1 / Y_weft + 1 / G - 2 nu / sqrt(Y Y_weft)
 
-(docs/theory/membrane.md), so that what hangs by a corner is longer mostly by 1 / G. L1 is read straight down from the
-grip to the end farthest from it, L2 is the same distance lying, as in the elongation.
+(docs/theory/membrane.md), and hangs longer by rho g L^2 / 2 Y(45): mostly by 1 / G. It is simulated, as its clamped end
+cannot narrow. A whole cloth hung by a corner would need no cutting, but it falls together in folds, by chance, which
+move its end by a millimetre or two, and what it is longer by depends on how wide the grip is.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Literal, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from pydantic import model_validator
 
-from tatamu.calibration.drawing import hanging
-from tatamu.calibration.edges import longest_edge
-from tatamu.calibration.elongation import HUNG_BY, OTHER_GARMENT, Elongation, Grasp
+from tatamu.calibration.drawing import on_bias
 from tatamu.calibration.entry import Errors, TestEntry
 from tatamu.calibration.fit import Fit
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.parameters import PLACE
-from tatamu.calibration.quantity import Lengths
+from tatamu.calibration.quantity import Length, Lengths
 from tatamu.calibration.readings import Reading
+from tatamu.calibration.settling import settling
 from tatamu.calibration.target import Target
 from tatamu.calibration.test import POOR, Changes, LaterTest, Readings, Specimen, millimetres
-from tatamu.errors import InputError
 from tatamu.garments import Garment
 from tatamu.material import GRAVITY, Material
+from tatamu.meshing import staggered_rectangle
 from tatamu.rollout import Rollout
-from tatamu.scene import Scene
+from tatamu.scene import Cloth, Gripper, Scene
 from tatamu.simulators import capabilities
 
 if TYPE_CHECKING:
     from tatamu.calibration.result import Calibration
 
-PINCH = 0.03
-"""Width of the grip along the edge [m]."""
-PART = 0.5
-"""The corner's share of the elongation of a strip on the bias: its upper part is narrow, its lower part carries
-little. Where the search begins."""
+COLUMNS = 6
+"""Of the mesh."""
+SLIMMEST, WIDEST = 0.02, 0.34
+"""Range of a strip's width over its length."""
+RELAXATIONS = 14.0
+"""Duration of the scene in units of 1 / rate of its slowest motion."""
+ASIDE = 1.1
+"""Factor from a parameter to the one beside it that tells the slope."""
+UNKNOWN = 1.0
+"""Standard uncertainty of ln Y where the elongation only bounds it."""
 
 
 class BiasReadings(TestEntry):
-    """Length of the garment hanging by one corner, and the same lying."""
+    """Length of a strip cut on the bias, hanging and lying."""
 
-    edge: str
-    """Name of an edge that ends at the corner."""
-    end: Literal["start", "end"] = "start"
-    """At which of its ends the corner is."""
+    width: Length
+    """Of the strip [m]."""
     L1: Lengths
-    """From the corner straight down to the end farthest from it, hanging [m]."""
+    """From the grip straight down to the end, hanging [m]."""
     L2: Lengths
-    """The same two places, lying [m]."""
+    """The same, lying [m]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -63,6 +67,10 @@ class BiasReadings(TestEntry):
         lying = float(np.mean(self.L2))
         if not lying < hung < 1.5 * lying:
             raise ValueError(f"L1 ({hung:g} m, hanging) must be above L2 ({lying:g} m, lying) and below 1.5 L2")
+        if not SLIMMEST <= self.width / lying <= WIDEST:
+            raise ValueError(
+                f"width ({self.width:g} m) must be {SLIMMEST:g} to {WIDEST:g} of L2 ({lying:g} m): a slim strip"
+            )
         return self
 
     def readings(self, errors: Errors) -> dict[str, Reading]:
@@ -72,9 +80,14 @@ class BiasReadings(TestEntry):
 
 @dataclass(frozen=True)
 class Bias(LaterTest):
-    """The garment hung by a corner."""
+    """A strip on the bias, hung by one end."""
 
-    hung: Elongation
+    length: float
+    """L2: from the grip to the end, unstrained [m]."""
+    width: float
+    """[m]"""
+    spacing: float | None = None
+    """Edge length of the mesh [m]; None: a part of the width."""
 
     name = "bias"
     title = "Bias: shear stiffness G"
@@ -82,36 +95,27 @@ class Bias(LaterTest):
     entry = BiasReadings
     needs = ("elongation",)
     needs_because = "it is longer by the stiffness along its yarns too"
-    read = "L1 - L2 by the corner"
-    words = MappingProxyType({"bias_L1": "L1 by the corner", "bias_L2": "L2 by the corner"})
+    read = "L1 - L2 on the bias"
+    words = MappingProxyType({"bias_L1": "L1 on the bias", "bias_L2": "L2 on the bias"})
     instructions = """\
-Hang it by a corner, if you like: for woven cloth, cut along its yarns.           [bias] edge, end, L1, L2
-   Pinch the corner, 3 cm wide along the named edge, and let the rest hang. L1: from the grip straight down to the end
-   farthest from it. L2: the same two places, lying without a pull.
+Hang a strip cut on the bias, if you like: for woven cloth.                              [bias] width, L1, L2
+   Cut a strip of the same cloth at 45 degrees to its yarns, as long as it can be, a tenth of that wide. Clamp one end
+   straight and level between two rulers. L1: from the grip straight down to the end. Then lay it down without pulling
+   at it; L2: the same two places. Hang it by its other end too.
 """
 
     @classmethod
     def of(cls, entry: BiasReadings, specimen: Specimen) -> Self:
         """See `CalibrationTest.of`."""
-        at = 0.0 if entry.end == "start" else 1.0
-        test = cls(Elongation(specimen.garment, (Grasp(edge=entry.edge, at=at, width=PINCH),)))
-        lying = float(np.mean(entry.L2))
-        if abs(lying / test.hung.length - 1.0) > OTHER_GARMENT:
-            raise InputError(
-                f"bias: L2 ({lying:g} m) is not of this garment, which lies {test.hung.length:.2f} m long from that "
-                "corner to the end farthest from it"
-            )
-        return test
+        return cls(float(np.mean(entry.L2)), entry.width, specimen.spacing)
 
     @classmethod
     def template(cls, garment: Garment) -> str:
         """See `CalibrationTest.template`."""
-        edge = (HUNG_BY.get(garment.name) or [longest_edge(garment)])[0]
-        return f"""\
-# [bias]                 # optional: hung by one corner; tells the shear stiffness of woven cloth
-# edge = "{edge}"
-# end = "start"          # at which end of it the corner is: "start" or "end"
-# L1 = []                # hanging, from the corner straight down to the farthest end
+        return """\
+# [bias]                 # optional: a strip cut at 45 degrees to the yarns; tells the shear stiffness of woven cloth
+# width = 0.08           # of the strip
+# L1 = []                # hanging, from the grip straight down to the end
 # L2 = []                # lying
 """
 
@@ -119,17 +123,39 @@ Hang it by a corner, if you like: for woven cloth, cut along its yarns.         
         """See `CalibrationTest.unusable`."""
         return None if capabilities(simulator).orthotropy else "knows no shear stiffness of its own"
 
+    @cached_property
+    def mesh(self) -> tuple[np.ndarray, np.ndarray]:
+        """Points, down from the grip and across [m], shape (n, 2), and triangles."""
+        flat, faces = staggered_rectangle(self.width, self.length, self.spacing or self.width / COLUMNS)
+        return flat[:, :2] + [0.5 * self.length, 0.0], faces
+
     def scene(self, material: Material) -> Scene:
-        """See `CalibrationTest.scene`."""
-        return self.hung.scene(material.model_copy(update={"compression": 1.0}))
+        """The strip starts unstrained, straight down from its grip, and settles."""
+        rate = 2.0 * float(np.sqrt(GRAVITY / self.length))
+        plan, faces = self.mesh
+        nothing = np.zeros(len(plan))
+        held = np.flatnonzero(plan[:, 0] < 1e-9)
+        return Scene(
+            cloth=Cloth(
+                vertices=np.column_stack([nothing, plan[:, 1], -plan[:, 0]]),
+                rest_vertices=np.column_stack([plan, nothing]),
+                faces=faces,
+                fibre=np.array([[1.0, 1.0, 0.0]]),
+            ),
+            material=settling(material.model_copy(update={"compression": 1.0}), rate),
+            grippers=[Gripper(vertices=held.tolist(), times=[0.0], displacements=np.zeros((1, 3)))],
+            duration=RELAXATIONS / rate,
+            frame_rate=30.0,
+        )
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
         """L1 - L2 of a rollout [m]."""
-        return self.hung.reading(rollout, frame)
+        end = self.mesh[0][:, 0] > self.length - 1e-9
+        return float(-rollout.positions[frame, end, 2].mean()) - self.length
 
     def guess(self, longer: float, density: float) -> float:
-        """Shear stiffness of a corner that hangs longer by this, of a strip on the bias [N/m]."""
-        return PART * density * GRAVITY * self.hung.length**2 / (8.0 * max(longer, 1e-4))
+        """Shear stiffness of a strip that hangs longer by this, did its yarns not stretch [N/m]."""
+        return density * GRAVITY * self.length**2 / (8.0 * longer)
 
     def target(self, readings: Readings) -> Target:
         """See `ElasticTest.target`."""
@@ -150,16 +176,30 @@ Hang it by a corner, if you like: for woven cloth, cut along its yarns.         
         """Search the shear stiffness."""
         target = self.target(readings)
         found = target.matched(laboratory, material, target.start(material.areal_density))
+        if len(found.samples) < 2:  # right at once; its slope is wanted all the same
+            beside = ASIDE * found.parameter
+            also = laboratory.reading(self, material.model_copy(update={self.parameter: beside}))
+            found = found.after(((beside, also),))
         return material.model_copy(update={self.parameter: found.parameter}), target.fit(found, found.reading)
 
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
-        """See `LaterTest.propagate`; of G as rho over the elongation."""
-        by_length = 1.0 / fit.slope if fit.slope else -1.0 / max(fit.measured, fit.uncertainty)
-        own = {"bias_L1": by_length, "bias_L2": -by_length}
+        """See `LaterTest.propagate`.
+
+        The elongation e depends on Y / rho and G / rho and is about in proportion to rho, so with s = -de/dln G it
+        changes by e dln rho - s dln G - (e - s) dln Y.
+        """
+        slope = -fit.slope if fit.slope else max(fit.measured, fit.uncertainty)
+        whole = fit.measured / slope
+        yarns = min(1.0 - whole, 0.0)
+        density, stretch, shear = (PLACE[each] for each in ("areal_density", "stretch_stiffness", self.parameter))
+        own = {"bias_L1": -1.0 / slope, "bias_L2": 1.0 / slope}
+        bounded = not any(change[stretch] for change in changes.values())
         for name, change in changes.items():
-            change[PLACE[self.parameter]] = change[PLACE["areal_density"]]
+            change[shear] = whole * change[density] + yarns * change[stretch]
             if name in own:
-                change[PLACE[self.parameter]] += own[name] * readings[name].uncertainty
+                change[shear] += own[name] * readings[name].uncertainty
+            if name == "L1" and bounded:
+                change[shear] += yarns * UNKNOWN
 
     def advice(self, calibration: Calibration, fit: Fit) -> list[str]:
         """See `CalibrationTest.advice`."""
@@ -168,7 +208,7 @@ Hang it by a corner, if you like: for woven cloth, cut along its yarns.         
         if fit.bound:
             return [
                 f"{read} is within the error of reading it ({millimetres(fit.uncertainty)}): G is {fit.bound} "
-                f"{shear:.3g} N/m. A larger piece of the cloth would hang longer."
+                f"{shear:.3g} N/m. A longer strip would tell: it is longer by the square of its length."
             ]
         relative = calibration.relative(self.parameter)
         return (
@@ -177,4 +217,4 @@ Hang it by a corner, if you like: for woven cloth, cut along its yarns.         
 
     def drawing(self, shape: np.ndarray | None) -> str:
         """See `CalibrationTest.drawing`."""
-        return "" if shape is None else hanging(self.hung, shape)
+        return "" if shape is None else on_bias(self, shape)

@@ -11,6 +11,7 @@ from tatamu.presentation.shapes import Box, Segments
 from tatamu.topology import Topology
 
 if TYPE_CHECKING:
+    from tatamu.calibration.bias import Bias
     from tatamu.calibration.crease import PressedCrease
     from tatamu.calibration.elongation import Elongation
     from tatamu.calibration.friction import Slope
@@ -56,6 +57,28 @@ def hanging(test: Elongation, shape: np.ndarray) -> str:
     top = hung[:, 1].max() + 0.01 * np.ptp(flat[:, 1])
     drawing.label((hung[:, 0].mean(), top), "hanging", "muted", (0.0, 1.0))
     drawing.label(((flat + aside)[:, 0].mean(), top), "lying", "muted", (0.0, 1.0))
+    return drawing.svg()
+
+
+def on_bias(test: Bias, shape: np.ndarray) -> str:
+    """The strip as it hangs, positions [m] of shape (n, 3), with its yarns, and as it lies beside."""
+    hung = shape[:, 1:]
+    flat = test.mesh[0][:, ::-1] * [1.0, -1.0]
+    aside = np.array([0.45 * test.length, 0.0])
+    room = np.array([0.2 * test.length, 0.03 * test.length])
+    drawing = Drawing.around(np.concatenate([hung - room, hung + room, flat + aside + room]), 240.0, 300.0)
+    edges = Topology(test.mesh[1]).edges
+    for view, end, name in ((hung, hung[:, 1].min(), "L1"), (flat + aside, -test.length, "L2")):
+        drawing.add(Segments(view[edges], CLOTH, 0.5, opacity=0.6))
+        right = view[:, 0].max() + 0.04 * test.length
+        drawing.dimension(np.array([right, 0.0]), np.array([right, end]), name)
+    half = 0.5 * test.width
+    drawing.line(np.array([[-half, 0.0], [half, 0.0]]), "muted", 7.0)
+    middle = aside - [0.0, 0.5 * test.length]
+    for turn in (1.0, -1.0):
+        yarn = 0.8 * half * np.array([1.0, turn])
+        drawing.arrow(np.array([middle - yarn, middle + yarn]), "ink", 1.2, both=True)
+    drawing.label(middle - np.array([1.6 * half, 0.0]), "yarns", "ink", (1.0, 0.0))
     return drawing.svg()
 
 

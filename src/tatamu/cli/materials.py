@@ -33,6 +33,7 @@ UNITS = {
     "air_drag_tangential": "N s/m³",
     "air_drag_quadratic": "kg/m³",
     "air_drag_quadratic_tangential": "kg/m³",
+    "air_drag_turning": "kg/m^(8/3)",
     "air_added_mass": "kg/m²",
 }
 

@@ -41,6 +41,7 @@ TITLES = {
     "material.bending_rigidity_bias": "stiffer to bend along the bias",
     "material.bending_hysteresis": "more hysteresis of bending",
     "material.bending_rigidity_initial": "stiffer to bend at first",
+    "material.air_drag_turning": "more air drag after turning around",
     "material.air_added_mass": "more air carried along",
 }
 """The meaning of a positive value of each disturbance."""

@@ -13,6 +13,9 @@ from scipy.signal import find_peaks
 
 from tatamu.material import Material
 
+LEAST_TURN = 1e-9
+"""Angle since a turn that is taken at least [rad]."""
+
 
 @dataclass(frozen=True)
 class Pushed:
@@ -81,19 +84,52 @@ def hanging(material: Material, length: float, angle: float, times: np.ndarray, 
     """Angles of a plate hung by its upper edge and let go at `angle` [rad], shape (k,), at times [s], shape (k,).
 
     Per width, with every velocity along the normal:
-    M L^3 / 3 a'' = -rho g L^2 / 2 sin(a) - c L^3 / 3 a' - q L^4 / 4 |a'| a'.
+    M L^3 / 3 a'' = -rho g L^2 / 2 sin(a) - c L^3 / 3 a' - int_0^L max(q, k / (r b)^(1/3)) r^3 dr |a'| a',
+    where b is the angle since the plate turned around.
     """
     inertia = (material.areal_density + material.air_added_mass) * length**3 / 3
     weight = material.areal_density * gravity * length**2 / 2
     linear = (material.air_drag + material.air_drag_normal) * length**3 / 3
-    quadratic = material.air_drag_quadratic * length**4 / 4
 
-    def rate(_: float, state: np.ndarray) -> list[float]:
+    def rate(_: float, state: np.ndarray, turn: float) -> list[float]:
         turned, speed = state
+        quadratic = _turning_moment(material, length, abs(turned - turn))
         return [speed, (-weight * np.sin(turned) - linear * speed - quadratic * abs(speed) * speed) / inertia]
 
-    span = (0.0, float(times[-1]))
-    return np.asarray(solve_ivp(rate, span, [angle, 0.0], t_eval=times, rtol=1e-9, atol=1e-11).y[0])
+    def turns_around(time: float, state: np.ndarray, turn: float) -> float:
+        return -float(np.sign(turn) * state[1])
+
+    turns_around.terminal = True  # type: ignore[attr-defined]
+    turns_around.direction = -1.0  # type: ignore[attr-defined]  # from then on it would swing up again
+    angles = np.empty(len(times))
+    start, turn = 0.0, angle
+    while start < times[-1]:
+        solution = solve_ivp(
+            rate,
+            (start, float(times[-1])),
+            [turn, 0.0],
+            args=(turn,),
+            events=turns_around,
+            dense_output=True,
+            rtol=1e-9,
+            atol=1e-11,
+            max_step=0.02,
+        )
+        during = (times >= start) & (times <= solution.t[-1])
+        if during.any():
+            angles[during] = solution.sol(times[during])[0]
+        start, turn = float(solution.t[-1]), float(solution.y[0, -1])
+    return angles
+
+
+def _turning_moment(material: Material, length: float, turned: float) -> float:
+    """Moment of the quadratic drag of a plate over the square of its rate, per width [kg m]; b: `turned` [rad]."""
+    steady = material.air_drag_quadratic
+    turning = material.air_drag_turning / np.cbrt(max(turned, LEAST_TURN))
+    if turning == 0.0:
+        return steady * length**4 / 4
+    near = min((turning / steady) ** 3 if steady else np.inf, length)  # nearer to the hinge the second one is more
+    return float(turning * near ** (11 / 3) / (11 / 3) + steady * (length**4 - near**4) / 4)
 
 
 @dataclass(frozen=True)

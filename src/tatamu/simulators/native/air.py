@@ -2,8 +2,9 @@
 
 Per area, with the unit normal n, the velocity v, v_n = n.v and v_t = v - v_n n:
 
-    f_n = -(c_n + q_n |v_n|) v_n n - m_a (d v_n / dt) n      drag and added mass along the normal
+    f_n = -(c_n + q |v_n|) v_n n - m_a (d v_n / dt) n        drag and added mass along the normal
     f_t = -(c_t + q_t |v_t|) v_t                             drag along the surface
+    q = max(q_n, k_n s^(-1/3))                               s: way along the normal since v_n changed its sign
 
 The added mass gives cloth the mass rho + m_a along n, and rho, which alone has weight, across it. Its inverse is that
 of Sherman and Morrison: accelerations lose the part alpha = m_a / (rho + m_a) of what they have along n. As
@@ -42,6 +43,8 @@ class Air(NamedTuple):
     """c_n [N s/m^3]."""
     normal_quadratic: float
     """q_n [kg/m^3]."""
+    turning: float
+    """k_n [kg/m^(8/3)]."""
     tangential_linear: float
     """c_t [N s/m^3]."""
     tangential_quadratic: float
@@ -57,6 +60,8 @@ class AirSurface(NamedTuple):
     """alpha = m_a / (rho + m_a), 0 of what is held or touches something [-], shape (slots,)."""
     along: np.ndarray
     """Scratch: what a step takes from velocities, along the normals [m/s], shape (slots,)."""
+    path: np.ndarray
+    """Way along the normal since the velocity along it changed its sign, with that sign [m], shape (slots,)."""
     sums: np.ndarray
     """Scratch: areas of the triangles around each vertex as a vector [m^2], shape (n, 3)."""
 
@@ -71,11 +76,14 @@ def air_of(gravity: float, material: Material) -> Air:
         added_mass=material.air_added_mass,
         normal_linear=material.air_drag_normal,
         normal_quadratic=material.air_drag_quadratic,
+        turning=material.air_drag_turning,
         tangential_linear=material.air_drag_tangential,
         tangential_quadratic=material.air_drag_quadratic_tangential,
     )
 
 
+SHORTEST = 1e-9
+"""Way since a turn that is taken at least [m]: without any there is no velocity to be slowed."""
 EVERY = 2
 """Outer steps between two looks at where the surface faces: a look costs as much as a few substeps."""
 
@@ -84,7 +92,7 @@ def surface_of(slots: int, vertices: int, air: Air) -> AirSurface:
     """Room for what is measured of a surface of so many slots and vertices."""
     room = slots if air.directional else 0
     sums = np.zeros((vertices if air.directional else 0, 3))
-    return AirSurface(np.zeros((3, room)), np.zeros(room), np.zeros(room), sums)
+    return AirSurface(np.zeros((3, room)), np.zeros(room), np.zeros(room), np.zeros(room), sums)
 
 
 @kernel
@@ -101,8 +109,27 @@ def _sum_normals(x: np.ndarray, faces: np.ndarray, sums: np.ndarray) -> None:
 
 
 @kernel
+def _quadratic(path: np.ndarray, s: int, un: float, air: Air, step: float) -> float:
+    """Quadratic drag of slot s along its normal [kg/m^3], which goes on with the velocity un [m/s] for `step` [s]."""
+    if path[s] * un < 0.0:
+        path[s] = 0.0
+    path[s] += step * un
+    return max(air.normal_quadratic, air.turning / np.cbrt(max(abs(path[s]), SHORTEST)))
+
+
+@kernel
 def _slowed(
-    ux: float, uy: float, uz: float, nx: float, ny: float, nz: float, turn: float, mass: float, air: Air, step: float
+    ux: float,
+    uy: float,
+    uz: float,
+    nx: float,
+    ny: float,
+    nz: float,
+    turn: float,
+    quadratic: float,
+    mass: float,
+    air: Air,
+    step: float,
 ) -> Vector:
     """A velocity u [m/s] after a time `step` [s] of drag, across a normal n that has turned.
 
@@ -114,6 +141,7 @@ def _slowed(
         ny: See nx.
         nz: See nx.
         turn: What the turning of the normal takes from the velocity along it [m/s].
+        quadratic: Drag along the normal [kg/m^3].
         mass: Per area, along the normal [kg/m^2].
         air: The air.
         step: See above.
@@ -121,7 +149,7 @@ def _slowed(
     un = nx * ux + ny * uy + nz * uz
     tx, ty, tz = ux - un * nx, uy - un * ny, uz - un * nz
     un -= turn
-    un /= 1.0 + step * (air.normal_linear + air.normal_quadratic * abs(un)) / mass
+    un /= 1.0 + step * (air.normal_linear + quadratic * abs(un)) / mass
     ut = np.sqrt(tx * tx + ty * ty + tz * tz)
     slower = 1.0 / (1.0 + step * (air.tangential_linear + air.tangential_quadratic * ut) / air.density)
     return slower * tx + un * nx, slower * ty + un * ny, slower * tz + un * nz
@@ -169,7 +197,10 @@ def meet(
             mass = air.density if touches else air.density + air.added_mass
             carried[s] = 1.0 - air.density / mass
             turn = carried[s] * ((nx - normals[0, s]) * ux + (ny - normals[1, s]) * uy + (nz - normals[2, s]) * uz)
-            V[0, s], V[1, s], V[2, s] = _slowed(ux, uy, uz, nx, ny, nz, turn, mass, air, step)
+            quadratic = air.normal_quadratic
+            if air.turning > 0.0:
+                quadratic = _quadratic(surface.path, s, nx * ux + ny * uy + nz * uz, air, step)
+            V[0, s], V[1, s], V[2, s] = _slowed(ux, uy, uz, nx, ny, nz, turn, quadratic, mass, air, step)
         normals[0, s] = nx
         normals[1, s] = ny
         normals[2, s] = nz

@@ -36,6 +36,11 @@ SWINGS = {
         "air_drag_normal": 0.1,
         "air_drag_quadratic": 1.5,
     },
+    "added mass, drag since it turned": {
+        "air_added_mass": 0.08,
+        "air_drag_quadratic": 1.5,
+        "air_drag_turning": 0.6,
+    },
 }
 LENGTH = 0.3
 ANGLE = 0.3
@@ -101,7 +106,7 @@ CHECKS = (
     Check(
         "air-swing",
         "Stiff sheet that hangs and swings in air",
-        "rigid plate: (rho + m_a) L³/3 a'' = -rho g L²/2 sin a - c L³/3 a' - q L⁴/4 |a'| a'",
+        "rigid plate: (rho + m_a) L³/3 a'' = -rho g L²/2 sin a - c L³/3 a' - int max(q, k / (r b)^(1/3)) r³ dr |a'| a'",
         tuple(Case(name, partial(swing, air=air), quick=name != "added mass") for name, air in SWINGS.items()),
         {"plate": Figure("Hanging plate", "time [s]", "angle [degrees]")},
     ),

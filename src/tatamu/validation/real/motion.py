@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from tatamu.instruments.oscillation import FreeSwing, swings
-from tatamu.plate_in_air import rectangle_added_mass, swinging_drag
+from tatamu.plate_in_air import rectangle_added_mass, steady_drag, turning_drag
 from tatamu.presentation.chart import Chart, axis, traces
 from tatamu.rollout import Rollout
 from tatamu.simulators import capabilities
@@ -37,10 +37,10 @@ FITTED = ("n13_traj8_1", "n7_traj9_2", "n4_traj8_1", "n7_traj9_3", "n13_traj10_1
 NO_AIR = AirLaw()
 START = (0.5, 1.0, 6.0)
 """Added mass, linear and quadratic drag with which a fit begins, all over the density."""
-START_DENSITY = 0.3
-"""Of a fit of the density alone [kg/m^2]."""
-AMPLITUDE = 0.02
-"""Of the swing for which a plate's drag is predicted [m]: half of the usual peak to peak."""
+START_TURNING = (0.5, 0.3, 4.0)
+"""Added mass, linear drag, and that of what turned around, likewise."""
+START_SIZE = (0.3,)
+"""Density [kg/m^2] with which a fit of it alone begins."""
 STEP = 0.1
 """Of the differences in a fit, as a part of where it begins."""
 EVALUATIONS = 3
@@ -95,16 +95,20 @@ class SwungCloth(RealTest):
 
         plate_air = fit(lambda air: [plate_swing(each, air, SIDE) for each in fitting], fitting, _law, START)
         plate = [plate_swing(each, plate_air, SIDE) for each in measured]
+        small_air = fit(lambda air: [plate_swing(each, air, SIDE) for each in fitting], fitting, of_size, START_SIZE)
+        small = [plate_swing(each, small_air, SIDE) for each in measured]
         predictions = [
             Predicted("rigid plate that hangs straight", [np.zeros(len(each.times)) for each in measured]),
             Predicted("plate of one degree of freedom", plate, fitted=_said(plate_air)),
+            Predicted("the same, air of a plate of that size", small, fitted=_by_size(small_air)),
             _cloth(f"{bench.simulator}, without air", measured, NO_AIR, bench),
         ]
         if capabilities(bench.simulator).directional_air:
-            sized = fit(swung, fitting, of_size, (START_DENSITY,))
-            said = f"density {RECTANGLE / sized.added_mass:.2f} kg/m²; air by size: {_said(sized)}"
-            predictions.append(_cloth(f"{bench.simulator}, air of a plate of that size", measured, sized, bench, said))
-            free = fit(swung, fitting, _law, START)
+            sized = fit(swung, fitting, of_size, START_SIZE)
+            predictions.append(
+                _cloth(f"{bench.simulator}, air of a plate of that size", measured, sized, bench, _by_size(sized))
+            )
+            free = fit(swung, fitting, _turning, START_TURNING)
         else:
             free = fit(swung, fitting, lambda numbers: AirLaw(linear=float(numbers[0])), START[1:2])
         predictions.append(_cloth(f"{bench.simulator}, air fitted", measured, free, bench, _said(free)))
@@ -180,7 +184,12 @@ def _law(numbers: np.ndarray) -> AirLaw:
 def of_size(numbers: np.ndarray) -> AirLaw:
     """The air of a rigid plate of the cloth's size, over a density [kg/m^2], the only number."""
     density = float(numbers[0])
-    return AirLaw(RECTANGLE / density, 0.0, swinging_drag(AMPLITUDE, SIDE) / density)
+    return AirLaw(RECTANGLE / density, 0.0, steady_drag() / density, turning_drag(SIDE) / density)
+
+
+def _turning(numbers: np.ndarray) -> AirLaw:
+    added_mass, linear, turning = (float(value) for value in numbers)
+    return AirLaw(added_mass, linear, 0.0, turning)
 
 
 def _differences(residuals: Callable[[np.ndarray], np.ndarray], numbers: np.ndarray) -> np.ndarray:
@@ -227,8 +236,13 @@ def _said(air: AirLaw) -> str:
         f"added mass {air.added_mass:.2f} ρ": air.added_mass,
         f"linear drag {air.linear:.2f} ρ/s": air.linear,
         f"quadratic drag {air.quadratic:.1f} ρ/m": air.quadratic,
+        f"turning drag {air.turning:.2f} ρ/m^(2/3)": air.turning,
     }
     return ", ".join(text for text, value in parts.items() if value > 0.0)
+
+
+def _by_size(air: AirLaw) -> str:
+    return f"density {RECTANGLE / air.added_mass:.2f} kg/m²; air by size: {_said(air)}"
 
 
 def _held_out(measured: Sequence[Recording]) -> list[int]:

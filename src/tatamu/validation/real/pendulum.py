@@ -1,11 +1,11 @@
 """A stiff plate that hangs from a moving bar, in air: the model with one degree of freedom that a cloth has to beat.
 
-    (1 + kappa) (L^2/3 phi'' + L/2 a) = - g L/2 sin(phi) - 1/L integral (c1 u + c2 |u| u + c3 |w| w) r dr
-    u = v + w,  w = r phi'
+    (1 + kappa) (L^2/3 phi'' + L/2 a) = - g L/2 sin(phi) - 1/L integral (c1 u + max(c2, c3 s^(-1/3)) |u| u) r dr
+    u = v + r phi'
 
 per density and width: kappa added mass over density, c1 and c2 linear and quadratic drag over density, v and a velocity
-and acceleration of the bar across itself. c3 is what a swing is held by beyond that: the drag coefficient of a plate
-that swings to and fro by little is several times that of one that moves on.
+and acceleration of the bar across itself, s the way since u changed its sign: a plate that goes to and fro by little
+drags several times as much as one that moves on.
 """
 
 from __future__ import annotations
@@ -19,6 +19,8 @@ from tatamu.validation.real.recording import STEP, Recording
 
 PIECES = 8
 """In which the drag is summed over the plate's height."""
+SHORTEST = 1e-6
+"""Way since a turn that is taken at least [m]."""
 
 
 @dataclass(frozen=True)
@@ -31,8 +33,8 @@ class AirLaw:
     """c1 [1/s]"""
     quadratic: float = 0.0
     """c2 [1/m]"""
-    swinging: float = 0.0
-    """c3 [1/m]; of the plate alone, `native` has none."""
+    turning: float = 0.0
+    """c3 [m^(-2/3)]"""
 
 
 def plate_swing(recording: Recording, air: AirLaw, length: float) -> np.ndarray:
@@ -52,12 +54,14 @@ def plate_swing(recording: Recording, air: AirLaw, length: float) -> np.ndarray:
     inertia = (1.0 + air.added_mass) * length**2 / 3.0
     angle = 0.0
     rate = 0.0
+    path = np.zeros(PIECES)
     angles = np.empty(len(times))
     for k in range(len(times)):
         angles[k] = angle
-        own = radii * rate
-        through = ahead[k] + own
-        held = air.linear * through + air.quadratic * np.abs(through) * through + air.swinging * np.abs(own) * own
+        through = ahead[k] + radii * rate
+        path = np.where(path * through < 0.0, 0.0, path) + STEP * through
+        quadratic = np.maximum(air.quadratic, air.turning / np.cbrt(np.maximum(np.abs(path), SHORTEST)))
+        held = air.linear * through + quadratic * np.abs(through) * through
         drag = length / PIECES * float(held @ radii)
         torque = -0.5 * length * (GRAVITY * np.sin(angle) + (1.0 + air.added_mass) * pushed[k]) - drag / length
         rate += STEP * torque / inertia

@@ -89,10 +89,11 @@ def material(air: AirLaw) -> Material:
 
 def air_fields(air: AirLaw) -> dict[str, float]:
     """The fields of a material that say what its air does; linear drag alone is what every simulator knows."""
-    if air.added_mass == air.quadratic == 0.0:
+    if air.added_mass == air.quadratic == air.turning == 0.0:
         return {"air_drag": DENSITY * air.linear}
     return {
         "air_drag_normal": DENSITY * air.linear,
         "air_drag_quadratic": DENSITY * air.quadratic,
+        "air_drag_turning": DENSITY * air.turning,
         "air_added_mass": DENSITY * air.added_mass,
     }
