@@ -14,6 +14,7 @@ import pytest
 
 from tatamu import InputError
 from tatamu.disturbances import CALM, Disturbances, World, load_disturbances
+from tatamu.folding.coarser import larger_on_finer_mesh, on_coarser_mesh
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.task import Outcome, Task
 from tatamu.learning import Expectation, as_begun, learn
@@ -147,11 +148,14 @@ def test_worlds_are_simulated_on_the_coarser_mesh_in_the_numbers_of_the_finer_on
         fine = submitted(pool, own, manipulation, np.inf, X, demand=demand).ended("")
         still = submitted(pool, own, manipulation, np.inf, X, demand=calm).ended("")
         alone = submitted(pool, own, manipulation, demand=demand).ended("")
+        coarse = submitted(pool, task(), on_coarser_mesh(own, manipulation, X), demand=demand).ended("")
     assert fine.expected is not None and still.expected is not None and alone.expected is not None
+    assert coarse.expected is not None
     assert still.expected.objective == pytest.approx(still.outcome.objective)
     added = fine.expected.objective - fine.outcome.objective
-    assert added == pytest.approx(alone.expected.objective - alone.outcome.objective, rel=0.4)
-    assert added > 0.01
+    there = coarse.expected.objective - coarse.outcome.objective
+    assert added == pytest.approx(larger_on_finer_mesh(own) * there, rel=1e-9)
+    assert 0.5 < added / (alone.expected.objective - alone.outcome.objective) < 2.0, "cells of 40 mm are a rough guess"
 
 
 @pytest.fixture(scope="module", autouse=True)

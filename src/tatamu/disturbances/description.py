@@ -43,6 +43,10 @@ ThreeLengths = Annotated[list[Length], Field(min_length=3, max_length=3)]
 TwoLengths = Annotated[list[Length], Field(min_length=2, max_length=2)]
 """Along the fold, across it [m]."""
 
+TURNING_AIR = "air_drag_turning"
+"""The field of air that came last."""
+EARLIER_AIR = tuple(name for name in DIRECTIONAL_AIR if name != TURNING_AIR)
+
 FIELDS = (
     "areal_density",
     "stretch_stiffness",
@@ -53,12 +57,13 @@ FIELDS = (
     "friction_table",
     "friction_cloth",
     "air_drag",
-    *DIRECTIONAL_AIR,
+    *EARLIER_AIR,
     *ORTHOTROPIC_MEMBRANE,
     *ORTHOTROPIC_BENDING,
     *FRICTION_OF_BENDING,
+    TURNING_AIR,
 )
-"""Fields of a material that may be disturbed, in the order in which they are drawn."""
+"""Fields of a material that may be disturbed, in the order in which they are drawn: append only."""
 LEAST_EIGENVALUE = -0.01
 """Of a correlation matrix whose entries were rounded to three digits."""
 

@@ -53,6 +53,10 @@ CHANNELS = (
 PLACES = {channel.name: number for number, channel in enumerate(CHANNELS)}
 
 
+DIMENSIONS = 64
+"""Of the Sobol sequence, more than there are channels: a scramble of another dimension would change all worlds."""
+
+
 class Stream(IntEnum):
     """Purposes of worlds. Folds are not judged in the worlds in which they were learned."""
 
@@ -131,8 +135,8 @@ def spread(disturbances: Disturbances, count: int, seed: int, stream: Stream) ->
     The first ones do not depend on `count`; see `drawn` for the arguments.
     """
     generator = np.random.default_rng(np.random.SeedSequence([seed, stream]))
-    engine = qmc.Sobol(len(CHANNELS), scramble=True, rng=generator)
-    even = engine.random_base2(max(0, int(np.ceil(np.log2(count)))))[:count]
+    engine = qmc.Sobol(DIMENSIONS, scramble=True, rng=generator)
+    even = engine.random_base2(max(0, int(np.ceil(np.log2(count)))))[:count, : len(CHANNELS)]
     return worlds_of(disturbances, norm.ppf(np.clip(even, 1e-9, 1.0 - 1e-9)))
 
 

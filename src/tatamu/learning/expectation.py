@@ -18,7 +18,7 @@ from tatamu.errors import InputError
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.task import Outcome, Task
 
-WORLDS = 12
+WORLDS = 20
 """Disturbed worlds of a trial that may win."""
 
 
