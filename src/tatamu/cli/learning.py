@@ -24,7 +24,7 @@ Whole = Annotated[int, Field(strict=True)]
 YesNo = Annotated[bool, Field(strict=True)]
 
 
-QUANTILE = 0.9
+QUANTILE = 0.95
 """Of the objective, which is minimised unless somebody asks for another, or for the mean."""
 
 
