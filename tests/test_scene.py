@@ -226,4 +226,4 @@ def test_the_ranges_in_the_docs_are_those_of_the_code() -> None:
                 low = f"{limits['Ge'].ge:g}" if "Ge" in limits else f"above {limits['Gt'].gt:g}"
                 rows.append(f"| {prefix}{name} | {low} | {limits['Le'].le:g} |")
     page = (Path(__file__).parents[1] / "docs" / "reference" / "scene-and-rollout.md").read_text()
-    assert [line for line in page.splitlines() if line in rows] == rows and len(rows) == 25
+    assert [line for line in page.splitlines() if line in rows] == rows and len(rows) == 26
