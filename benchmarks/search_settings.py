@@ -45,10 +45,13 @@ class Simulated:
 
     objective: float
     """C of Eq. (10)."""
-    distance: float
-    """Mean vertex distance [m]; infinite where the trial failed."""
     errors: np.ndarray | None
     """e_i of Eq. (12) [m], shape (n,); None where the trial failed."""
+
+    @property
+    def distance(self) -> float:
+        """Mean vertex distance [m]; infinite where the trial failed."""
+        return float("inf") if self.errors is None else float(self.errors.mean())
 
 
 class Setting:
@@ -72,8 +75,7 @@ class Setting:
             for line in self._file.read_text().splitlines():
                 record = json.loads(line)
                 errors = np.array(record["errors"]) if record["errors"] is not None else None
-                distance = float(errors.mean()) if errors is not None else float("inf")
-                self._known[record["key"]] = Simulated(record["objective"], distance, errors)
+                self._known[record["key"]] = Simulated(record["objective"], errors)
 
     @property
     def fold(self) -> Fold:
@@ -105,6 +107,5 @@ class Setting:
             }
             with self._file.open("a") as file:
                 file.write(json.dumps(record) + "\n")
-            distance = float(errors.mean()) if errors is not None else float("inf")
-            self._known[key] = Simulated(outcome.objective, distance, errors)
+            self._known[key] = Simulated(outcome.objective, errors)
         return self._known[key]

@@ -78,7 +78,7 @@ def on_bias(test: Bias, shape: np.ndarray) -> str:
     for turn in (1.0, -1.0):
         yarn = 0.8 * half * np.array([1.0, turn])
         drawing.arrow(np.array([middle - yarn, middle + yarn]), "ink", 1.2, both=True)
-    drawing.label(middle - np.array([1.6 * half, 0.0]), "yarns", "ink", (1.0, 0.0))
+    drawing.label(middle - np.array([0.0, 0.9 * half]), "yarns", "ink", (0.0, -1.0))
     return drawing.svg()
 
 

@@ -14,7 +14,7 @@ from tatamu.disturbances.description import (
 )
 from tatamu.disturbances.disturbed import disturbed_scene
 from tatamu.disturbances.memory import Memory
-from tatamu.disturbances.meshes import FoldOnMesh, Judged, on_own_mesh
+from tatamu.disturbances.meshes import FoldOnMesh, Judged, fold_on_coarser_mesh, on_own_mesh
 from tatamu.disturbances.verdict import Limits, Share, Verdict, judge, share_of
 from tatamu.disturbances.world import CALM, CHANNELS, Channel, Stream, World, deviations, drawn, spread
 
@@ -40,6 +40,7 @@ __all__ = [
     "disturbances_in",
     "disturbed_scene",
     "drawn",
+    "fold_on_coarser_mesh",
     "judge",
     "load_disturbances",
     "on_own_mesh",

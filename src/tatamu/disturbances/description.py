@@ -15,14 +15,7 @@ from pydantic import Field, model_validator
 from tatamu.errors import InputError
 from tatamu.files import read_toml, validated
 from tatamu.folding.fingers import Fingers
-from tatamu.material import (
-    DIRECTIONAL_AIR,
-    FRICTION_OF_BENDING,
-    ORTHOTROPIC_BENDING,
-    ORTHOTROPIC_MEMBRANE,
-    Material,
-    Number,
-)
+from tatamu.material import Material, Number
 from tatamu.records import Record
 
 DEFAULT = "default"
@@ -43,10 +36,6 @@ ThreeLengths = Annotated[list[Length], Field(min_length=3, max_length=3)]
 TwoLengths = Annotated[list[Length], Field(min_length=2, max_length=2)]
 """Along the fold, across it [m]."""
 
-TURNING_AIR = "air_drag_turning"
-"""The field of air that came last."""
-EARLIER_AIR = tuple(name for name in DIRECTIONAL_AIR if name != TURNING_AIR)
-
 FIELDS = (
     "areal_density",
     "stretch_stiffness",
@@ -57,11 +46,18 @@ FIELDS = (
     "friction_table",
     "friction_cloth",
     "air_drag",
-    *EARLIER_AIR,
-    *ORTHOTROPIC_MEMBRANE,
-    *ORTHOTROPIC_BENDING,
-    *FRICTION_OF_BENDING,
-    TURNING_AIR,
+    "air_drag_normal",
+    "air_drag_tangential",
+    "air_drag_quadratic",
+    "air_drag_quadratic_tangential",
+    "air_added_mass",
+    "stretch_stiffness_weft",
+    "shear_stiffness",
+    "bending_rigidity_weft",
+    "bending_rigidity_bias",
+    "bending_hysteresis",
+    "bending_rigidity_initial",
+    "air_drag_turning",
 )
 """Fields of a material that may be disturbed, in the order in which they are drawn: append only."""
 LEAST_EIGENVALUE = -0.01

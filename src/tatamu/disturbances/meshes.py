@@ -7,13 +7,14 @@ count as pairs in turn, until nothing changes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 
 import numpy as np
 
 from tatamu.disturbances.verdict import Limits, Verdict
+from tatamu.folding.coarser import on_coarser_mesh
 from tatamu.folding.manipulation import Manipulation, scene_of
 from tatamu.folding.task import Task
 
@@ -37,6 +38,13 @@ class FoldOnMesh:
         """A name that differs where a simulation would."""
         scene = scene_of(self.task.fold, self.manipulation)
         return sha256(f"{self.task.simulator} {scene.model_dump_json()}".encode()).hexdigest()[:16]
+
+
+def fold_on_coarser_mesh(task: Task, manipulation: Manipulation, parameters: Mapping[str, float]) -> FoldOnMesh | None:
+    """The manipulation of the same parameters on the coarser mesh of a task; None where it has none."""
+    if task.coarser is None:
+        return None
+    return FoldOnMesh(task.coarser.bare, on_coarser_mesh(task, manipulation, parameters))
 
 
 @dataclass(frozen=True)

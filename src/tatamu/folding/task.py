@@ -111,6 +111,11 @@ class Task:
     coarser: Task | None = None
     """The same fold on a coarser mesh, where a search may begin; None: there is none."""
 
+    @property
+    def bare(self) -> Task:
+        """The task without what a simulation has no use for: what its robot can do, its coarser mesh."""
+        return replace(self, reach=None, coarser=None)
+
     def manipulation(self, parameters: dict[str, float]) -> Manipulation:
         """The manipulation of x = (x1, z1, x2, z2, g1, g2), Eq. (9); continuous grasps are floored."""
         g1, g2 = (min(int(parameters[name]), self.fold.candidates - 1) for name in ("g1", "g2"))

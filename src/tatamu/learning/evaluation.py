@@ -158,17 +158,17 @@ def submitted(
         at_once.set_result(Evaluation(refused, 0.0, Expected(refused.objective, 0) if disturbed else None))
         return Pending(task, manipulation, None, at_once, disturbed)
     if task.coarser is None or parameters is None or not (coarse or disturbed):
-        future = executor.submit(evaluate, _alone(task), manipulation, below, demand)
+        future = executor.submit(evaluate, task.bare, manipulation, below, demand)
         return Pending(task, manipulation, None, future, disturbed)
     there = on_coarser_mesh(task, manipulation, parameters)
-    coarser = _alone(task.coarser)
+    coarser = task.coarser.bare
     if coarse:
         beaten = objective_on_coarser_mesh(task, manipulation, there, below)
         meant = _on_coarser_mesh(task, manipulation, there, demand)
         future = executor.submit(evaluate, coarser, there, beaten, meant)
         return Pending(task, manipulation, there, future, disturbed)
     surrogate = Surrogate(coarser, there, larger_on_finer_mesh(task))
-    future = executor.submit(evaluate, _alone(task), manipulation, below, demand, surrogate)
+    future = executor.submit(evaluate, task.bare, manipulation, below, demand, surrogate)
     return Pending(task, manipulation, None, future, disturbed)
 
 
@@ -179,8 +179,3 @@ def _on_coarser_mesh(task: Task, fine: Manipulation, there: Manipulation, demand
     beaten = objective_on_coarser_mesh(task, fine, there, demand.standing.expected)
     gap = demand.standing.gap / larger_on_finer_mesh(task)
     return replace(demand, standing=Standing(beaten, gap))
-
-
-def _alone(task: Task) -> Task:
-    """The task without what an evaluation has no use for."""
-    return replace(task, reach=None, coarser=None)

@@ -12,10 +12,9 @@ from typing import Literal
 import numpy as np
 from optuna.trial import FrozenTrial
 
-from tatamu.disturbances import Asker, FoldOnMesh, Limits, Memory, Stream, drawn, settled
+from tatamu.disturbances import Asker, FoldOnMesh, Limits, Memory, Stream, drawn, fold_on_coarser_mesh, settled
 from tatamu.errors import TatamuError
 from tatamu.folding.baselines import BASELINES
-from tatamu.folding.coarser import on_coarser_mesh
 from tatamu.folding.interpolation import interpolated
 from tatamu.folding.manipulation import SETTLE, scene_of
 from tatamu.folding.score import vertex_distances
@@ -249,25 +248,21 @@ class Runner:
         """How sure a fold is, in worlds in which it was not learned."""
         if self._expectation is None:
             return None
-        own, coarse = self._on_meshes(parameters)
+        manipulation = self.task.manipulation(parameters)
+        own = FoldOnMesh(self.task.bare, manipulation)
+        coarse = fold_on_coarser_mesh(self.task, manipulation, parameters)
         worlds = drawn(self._expectation.disturbances, JUDGED, self.study.identity.seed, Stream.JUDGING)
         asker = Asker(own, coarse, self._executor, Memory())
         return joint_margin(own.task, settled(asker, worlds, Limits()).judged, Limits())
 
-    def _on_meshes(self, parameters: Parameters) -> tuple[FoldOnMesh, FoldOnMesh | None]:
-        """A manipulation on the task's own mesh, and on the coarser one, where there is one."""
-        manipulation = self.task.manipulation(parameters)
-        own = FoldOnMesh(replace(self.task, reach=None, coarser=None), manipulation)
-        if self.task.coarser is None:
-            return own, None
-        there = on_coarser_mesh(self.task, manipulation, parameters)
-        return own, FoldOnMesh(replace(self.task.coarser, reach=None, coarser=None), there)
-
     def _left_for_next_step(self, best: int) -> dict[str, np.ndarray]:
         """The cloth after the best manipulation on the coarser mesh, where the next step's search is to begin."""
         number, count = self.task.step
-        _, coarse = self._on_meshes(self.study.trials[best].params)
-        if coarse is None or number == count:
+        if number == count:
+            return {}
+        parameters = self.study.trials[best].params
+        coarse = fold_on_coarser_mesh(self.task, self.task.manipulation(parameters), parameters)
+        if coarse is None:
             return {}
         at_rest = replace(coarse.manipulation, settle=SETTLE)
         future = self._executor.submit(evaluate, coarse.task, at_rest)

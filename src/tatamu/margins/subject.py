@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from tatamu import curves
-from tatamu.disturbances import FoldOnMesh
-from tatamu.folding.coarser import on_coarser_mesh
+from tatamu.disturbances import FoldOnMesh, fold_on_coarser_mesh
 from tatamu.folding.fold import Fold
 from tatamu.folding.manipulation import Manipulation
 from tatamu.results import ManipulationDescription, RebuiltFold, rebuild
@@ -37,8 +36,5 @@ def _manipulation(description: ManipulationDescription, fold: Fold) -> Manipulat
 
 def coarse(learned: RebuiltFold, subject: FoldOnMesh) -> FoldOnMesh | None:
     """The subject on a coarser mesh; None where there is none."""
-    task = learned.with_coarser_mesh()
-    if task.coarser is None:
-        return None
-    moved = on_coarser_mesh(task, subject.manipulation, learned.fold.result.best_trial.parameters)
-    return FoldOnMesh(task.coarser, moved)
+    parameters = learned.fold.result.best_trial.parameters
+    return fold_on_coarser_mesh(learned.with_coarser_mesh(), subject.manipulation, parameters)
