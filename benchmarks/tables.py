@@ -43,6 +43,7 @@ PLACES = {
     "real: towel": NOTES / "real-cloth.md",
     "real: decrement": NOTES / "real-cloth.md",
     "real: terms": NOTES / "real-cloth.md",
+    "real: cost": NOTES / "real-cloth.md",
     "statics": NOTES / "native.md",
     "locking": NOTES / "native.md",
     "towel": NOTES / "benchmarks.md",

@@ -44,6 +44,7 @@ def variants(garment: str, today: Material) -> dict[str, Material]:
         "air_drag": 0.0,
         "air_added_mass": plate_in_air.rectangle_added_mass(SIDE, SIDE),
         "air_drag_quadratic": plate_in_air.steady_drag(),
+        "air_drag_turning": plate_in_air.turning_drag(SIDE),
         "air_drag_tangential": plate_in_air.skin_drag(SWING_RATE),
     }
     friction = {"bending_hysteresis": STAYS[garment] * today.bending_rigidity}

@@ -154,6 +154,15 @@ def test_contributions_solve_what_they_say() -> None:
         assert told[name][:3] == pytest.approx([density, *moved], rel=1e-3, abs=1e-9), name
 
 
+def test_chance_in_a_simulated_reading_is_uncertainty_as_an_error_of_reading_it_is() -> None:
+    along = Slopes(0.05, stretch=-0.002, bending=-0.01)
+    by_error = contributions({"sag": Reading(0.05, 4e-4)}, [Sensitivity(Sag, 1.0, along)], later=[])
+    by_chance = contributions({"sag": Reading(0.05, 0.0)}, [Sensitivity(Sag, 1.0, along, 4e-4)], later=[])
+    assert "chance" not in by_error
+    assert by_chance["chance"] == pytest.approx(by_error["sag"])
+    assert not by_chance["sag"].any()
+
+
 @pytest.mark.parametrize(
     ("changes", "bound", "said"),
     [
@@ -395,7 +404,7 @@ def test_thick_cloth_on_a_short_free_length_sags_like_thin_cloth() -> None:
 
 
 def test_a_slope_beside_what_the_simulator_refuses_is_taken_from_one_side() -> None:
-    found = slopes(lambda stretch, bending: np.inf if stretch < 0.0 else 3.0 * stretch + 2.0 * bending, (0.0, 0.0))
+    found = slopes(lambda stretch, bending: np.inf if stretch < 0.0 else 3.0 * stretch + 2.0 * bending, (0.0, 0.0), 0.1)
     assert (found.stretch, found.bending) == pytest.approx((3.0, 2.0))
     with pytest.raises(TatamuError, match="gives up"):
-        slopes(lambda stretch, bending: np.inf if stretch else bending, (0.0, 0.0))
+        slopes(lambda stretch, bending: np.inf if stretch else bending, (0.0, 0.0), 0.1)

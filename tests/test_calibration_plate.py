@@ -13,11 +13,13 @@ from typer.testing import CliRunner
 
 from tatamu.calibration import Measurements, calibrate
 from tatamu.calibration.entry import Errors
-from tatamu.calibration.plate import Plate, length_share
+from tatamu.calibration.plate import APART, Plate, length_share
 from tatamu.cli.app import app
 from tatamu.errors import InputError
 from tatamu.instruments.outline import PlanOutline, centroid
 from tatamu.material import GRAVITY, Material
+from tatamu.presets import load_preset
+from tatamu.rollout import Rollout
 from tatamu.simulators import simulate
 
 PIXELS = 2000.0
@@ -106,6 +108,23 @@ def test_stiffer_cloth_keeps_more_of_its_shadow_and_the_guess_is_near() -> None:
         read.append(test.coefficient_of(test.reading(simulate(test.scene(material)))))
         assert length_share(read[-1]) == pytest.approx(length / 0.06, rel=0.15)
     assert read[0] < read[1]
+
+
+def test_chance_is_how_far_the_discs_are_apart_over_all_simulations() -> None:
+    test = Plate(0.15, 0.09, 0.8, spacing=0.012)
+    flat = np.array(test.scene(load_preset("terry").material).cloth.rest)
+    left = flat[:, 0] < 0.5 * APART * test.disc
+
+    def shape(larger: float) -> np.ndarray:
+        """Flat, one disc larger than the other by a part of its radius."""
+        middle = np.where(left, 0.0, APART * test.disc)[:, None] * np.eye(3)[0]
+        return np.asarray(middle + (flat - middle) * np.where(left, 0.8, 0.8 * (1.0 + larger))[:, None])
+
+    radius = test.reading(Rollout(np.zeros(1), shape(0.0)[None], np.zeros((0, 3), int), {}))
+    assert test.chance([shape(0.0)]) == pytest.approx(0.0, abs=1e-4)
+    one = test.chance([shape(0.02)])
+    assert one == pytest.approx(0.01 * radius, rel=0.05)  # of the mean of two: half of their difference
+    assert test.chance([shape(0.02), shape(0.0)]) == pytest.approx(one / np.sqrt(2.0), rel=0.05)
 
 
 @pytest.mark.slow

@@ -24,6 +24,7 @@ NAMES = {
     "mass": "the mass",
     "width": "the width of the garment",
     "length": "the length of the garment",
+    "chance": "where folds of the simulated cloth begin",
     "search": f"the last step of the search for {' and '.join(_named(samples='speed'))}",
     "disagreement": f"{' and '.join(_named(parameter='bending_rigidity'))}, which disagree",
     **{reading: words for test in TESTS.values() for reading, words in test.words.items()},

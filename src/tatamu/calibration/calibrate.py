@@ -23,7 +23,7 @@ from tatamu.calibration.result import Calibration
 from tatamu.calibration.setup import Setup, setup_of
 from tatamu.calibration.target import Target, by_parameter, weights
 from tatamu.calibration.test import CalibrationTest, Changes, ElasticTest, LaterTest, Readings
-from tatamu.calibration.uncertainty import ELASTIC, Sensitivity, Slopes, contributions, disagreement, slopes
+from tatamu.calibration.uncertainty import ELASTIC, Sensitivity, contributions, disagreement, slopes
 from tatamu.errors import InputError
 from tatamu.material import Material
 from tatamu.simulators import named
@@ -183,18 +183,21 @@ def _contributions(
 ) -> Changes:
     """How much each reading contributes to each parameter's uncertainty; a test that only bounds one: nothing."""
 
-    def sensitivity(target: Target) -> Slopes:
+    def sensitivity(target: Target, weight: float) -> Sensitivity:
         def reading(*logarithms: float) -> float:
             changed = {name: float(np.exp(value)) for name, value in zip(known, logarithms, strict=True)}
             return laboratory.reading(target.test, material.model_copy(update=changed))
 
-        return slopes(reading, tuple(float(np.log(getattr(material, name))) for name in known))
+        test = lengths[target.test.name]
+        at = tuple(float(np.log(getattr(material, name))) for name in known)
+        along = slopes(reading, at, test.step)
+        return Sensitivity(test, weight, along, test.chance(laboratory.shapes(test.name)))
 
     known = [name for name in ELASTIC if name not in OPTIONAL or elastic.groups.get(name)]
     lengths = {test.name: test for test in tests if isinstance(test, ElasticTest)}
     telling = {parameter: elastic.telling(parameter) for parameter in ELASTIC}
     sensitivities = [
-        Sensitivity(lengths[target.test.name], float(weight), sensitivity(target))
+        sensitivity(target, float(weight))
         for group in telling.values()
         for target, weight in zip(group, weights(group), strict=True)
     ]

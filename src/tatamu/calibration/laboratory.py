@@ -74,6 +74,10 @@ class Laboratory:
         """Positions [m] at rest, shape (n, 3), of the test of that name; None where no reading was made."""
         return self._shapes.get((test, material.model_dump_json()))
 
+    def shapes(self, test: str) -> list[np.ndarray]:
+        """Positions [m] at rest, shape (n, 3), of all materials that were tried in the test of that name."""
+        return [shape for (name, _), shape in self._shapes.items() if name == test]
+
     def _settled(self, test: LengthTest, scene: Scene) -> tuple[float, np.ndarray]:
         """Simulate, longer where it has to be; what once was long enough is where the next begins."""
         factor = self._durations.get(test.name, 1.0)

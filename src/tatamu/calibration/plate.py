@@ -6,11 +6,13 @@ Not in the paper. A disc hangs over a smaller plate, in folds, and is seen from 
 
 is matched as a length, the radius of the circle with the outline's area. It grows with the bending length l_b over the
 overhang a: about as DC / (1 - DC) = (l_b / a / 0.255)^2.95, by simulations of discs of 1.7 and 2 plates with 300 N/m,
-where the search begins. Where folds begin is chance: two discs are simulated side by side and their mean is taken.
+where the search begins. Where folds begin is chance: two discs are simulated side by side and their mean is taken; how
+far the two are apart, in all simulations together, is part of the uncertainty.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
@@ -52,6 +54,8 @@ SETTLING = 4.0
 """From the rise of the plate to the reading [s]."""
 LIMPEST, STIFFEST = 0.08, 0.93
 """A coefficient outside these only says that the cloth is far limper, or far stiffer."""
+STEP = 0.4
+"""Of the logarithm of a parameter, for differences: by as much that they stand out from chance."""
 FOLDS = 2
 """Read and simulated nodes that differ by more than this say something of the cloth."""
 
@@ -126,6 +130,7 @@ class Plate(ElasticTest):
     read = "mean radius of the hem"
     words = MappingProxyType({"hem": "the drape coefficient"})
     reads = MappingProxyType({"hem": 1.0})
+    step = STEP
     instructions = """\
 Drape it, if you like: a disc of the same cloth, as a napkin.       [plate] disc, plate, drape_coefficient, nodes
    Centre it on a round plate of half to two thirds its diameter that stands on a can; press it flat on the plate, lift
@@ -209,6 +214,11 @@ Drape it, if you like: a disc of the same cloth, as a napkin.       [plate] disc
         """The radius of the circle with the outlines' mean area [m]."""
         areas = [outline.area for outline in self.outlines(rollout.positions[frame])]
         return float(np.sqrt(np.mean(areas) / np.pi))
+
+    def chance(self, shapes: Sequence[np.ndarray]) -> float:
+        """See `ElasticTest.chance`."""
+        radii = np.sqrt([[outline.area / np.pi for outline in self.outlines(shape)] for shape in shapes])
+        return float(np.sqrt(radii.var(axis=1, ddof=1).mean() / DISCS))
 
     def coefficient_of(self, radius: float) -> float:
         """The drape coefficient of a mean radius of the hem [m]."""

@@ -12,7 +12,7 @@ goes through that list. Two kinds are matched differently:
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
@@ -135,6 +135,8 @@ class ElasticTest(CalibrationTest):
     """Whether the length depends on the cloth's own weight."""
     size: ClassVar[str | None] = None
     """The reading by which all lengths of the test scale; None: none that was read."""
+    step: ClassVar[float] = 0.1
+    """Of the logarithm of a parameter, for differences of the length."""
 
     @abstractmethod
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
@@ -143,6 +145,14 @@ class ElasticTest(CalibrationTest):
     @abstractmethod
     def target(self, readings: Readings) -> Target:
         """The target of the simulated reading."""
+
+    def chance(self, shapes: Sequence[np.ndarray]) -> float:
+        """Standard uncertainty of the simulated length [m] where chance decides it, too.
+
+        Args:
+            shapes: Positions at rest [m], shape (n, 3), of all materials that were tried.
+        """
+        return 0.0
 
     def measured(self, readings: Readings) -> tuple[float, float]:
         """The length that was read and its standard uncertainty [m]."""

@@ -19,8 +19,6 @@ from tatamu.calibration.readings import Reading
 from tatamu.calibration.test import Changes, ElasticTest, LaterTest, Readings
 from tatamu.errors import TatamuError
 
-STEP = 0.1
-"""Of the logarithm of a parameter, for differences."""
 AGREES = 2.0
 """Tests of one parameter agree that are within this many standard uncertainties of one another."""
 ELASTIC = ("stretch_stiffness", "bending_rigidity", "bending_hysteresis")
@@ -47,23 +45,23 @@ class Slopes:
         return self.reading - self.stretch - 3.0 * self.bending - 2.0 * self.friction
 
 
-def slopes(reading: Callable[..., float], at: tuple[float, ...]) -> Slopes:
-    """Differences of reading(ln Y, ln B), or of reading(ln Y, ln B, ln HB).
+def slopes(reading: Callable[..., float], at: tuple[float, ...], step: float) -> Slopes:
+    """Differences of reading(ln Y, ln B), or of reading(ln Y, ln B, ln HB), to `step` on either side.
 
     Central ones, or one-sided ones where the simulator gives up on one side.
     """
     here = reading(*at)
 
     def slope(more: float, less: float) -> float:
-        known = [(value, step) for value, step in ((less, -STEP), (here, 0.0), (more, STEP)) if np.isfinite(value)]
+        known = [(value, step) for value, step in ((less, -step), (here, 0.0), (more, step)) if np.isfinite(value)]
         if len(known) < 2:
             raise TatamuError("uncertainty: the simulator gives up on cloth a little softer or stiffer than this")
         (first, low) = known[0]
         (last, high) = known[-1]
         return (last - first) / (high - low)
 
-    steps = STEP * np.eye(len(at))
-    return Slopes(here, *(slope(reading(*(at + step)), reading(*(at - step))) for step in steps))
+    steps = step * np.eye(len(at))
+    return Slopes(here, *(slope(reading(*(at + each)), reading(*(at - each))) for each in steps))
 
 
 @dataclass(frozen=True)
@@ -74,6 +72,18 @@ class Sensitivity:
     weight: float
     """How much the test has to say of its parameter: those of one parameter add up to 1."""
     slopes: Slopes
+    chance: float = 0.0
+    """Standard uncertainty of the simulated reading, where chance decides it too [m]."""
+
+    @property
+    def row(self) -> int:
+        """Of its parameter in `ELASTIC`."""
+        return ELASTIC.index(self.test.parameter)
+
+    @property
+    def along(self) -> tuple[float, float, float]:
+        """Slopes in `ELASTIC`."""
+        return self.slopes.stretch, self.slopes.bending, self.slopes.friction
 
 
 def contributions(
@@ -87,10 +97,14 @@ def contributions(
         later: Tests of other parameters and how they were matched, in the order in which they were made.
     """
     found = {name: np.zeros(len(PARAMETERS)) for name in readings}
+    places = [PLACE[parameter] for parameter in ELASTIC]
     for name, reading in readings.items():
         density = _share(reading) * {"mass": 1.0, "width": -1.0, "length": -1.0}.get(name, 0.0)
         found[name][PLACE["areal_density"]] = density
-        found[name][[PLACE[parameter] for parameter in ELASTIC]] = _elastic(name, reading, density, elastic)
+        found[name][places] = _elastic(elastic, [_moved(each, name, reading, density) for each in elastic])
+    if any(each.chance for each in elastic):
+        found["chance"] = np.zeros(len(PARAMETERS))
+        found["chance"][places] = _elastic(elastic, [each.chance for each in elastic])
     for _, fit in later:
         if fit.resolution is not None:
             found.setdefault("search", np.zeros(len(PARAMETERS)))[PLACE[fit.parameter]] = fit.resolution
@@ -121,19 +135,21 @@ def _share(reading: Reading) -> float:
     return reading.uncertainty / reading.value if reading.value else 0.0
 
 
-def _elastic(name: str, reading: Reading, density: float, tests: Sequence[Sensitivity]) -> np.ndarray:
-    """Changes of ln Y, ln B and ln HB that make up for the change of one reading, shape (3,)."""
-    error = reading.uncertainty
-    share = _share(reading)
+def _moved(each: Sensitivity, name: str, reading: Reading, density: float) -> float:
+    """By what the error of one reading moves the simulated reading of a test [m], ln rho changing by `density`."""
+    own = each.test.reads.get(name, 0.0) * reading.uncertainty
+    scaled = each.slopes.size * _share(reading) if name == each.test.size else 0.0
+    heavier = each.slopes.density * density if each.test.weighs else 0.0
+    return own - scaled - heavier
+
+
+def _elastic(tests: Sequence[Sensitivity], moved: Sequence[float]) -> np.ndarray:
+    """Changes of ln Y, ln B and ln HB by which the simulated readings of tests move so far [m], shape (3,)."""
     matrix = np.eye(len(ELASTIC))
     wanted = np.zeros(len(ELASTIC))
-    for each in tests:
-        row = ELASTIC.index(each.test.parameter)
-        along = (each.slopes.stretch, each.slopes.bending, each.slopes.friction)
-        lighter = -each.slopes.density * density if each.test.weighs else 0.0
-        moved = each.test.reads.get(name, 0.0) * error - (each.slopes.size * share if name == each.test.size else 0.0)
+    for each, by in zip(tests, moved, strict=True):
         for other in range(len(ELASTIC)):
-            if other != row:
-                matrix[row, other] += each.weight * along[other] / along[row]
-        wanted[row] += each.weight * (moved + lighter) / along[row]
+            if other != each.row:
+                matrix[each.row, other] += each.weight * each.along[other] / each.along[each.row]
+        wanted[each.row] += each.weight * by / each.along[each.row]
     return np.asarray(np.linalg.solve(matrix, wanted))

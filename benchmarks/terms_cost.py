@@ -1,0 +1,73 @@
+"""How much longer rollouts take with air, friction of bending and shear of its own.
+
+    python -m benchmarks.terms_cost [--rounds 9] [--write-docs]
+
+Folds of a towel and a T-shirt, in every round with the fabric of today and with each of its variants in turn, so that
+other work on the machine slows all of them. The ratio is that of processor seconds, in the median over rounds.
+"""
+
+from __future__ import annotations
+
+import argparse
+from time import process_time
+
+import numpy as np
+from benchmarks.tables import markdown, publish
+from benchmarks.terms import variants
+from benchmarks.timed_folds import Fold, shirt, towel
+
+from tatamu.presets import load_preset
+from tatamu.scene import Scene
+from tatamu.simulators import simulate
+
+ASKED = 1.3
+"""With all terms, over today: at most."""
+
+
+def folds() -> dict[str, Fold]:
+    """What is timed, by the garment whose terms it gets."""
+    return {"towel": towel(0.015, load_preset("terry").material), "tshirt": shirt(0.02)}
+
+
+def seconds(scene: Scene) -> float:
+    """Of the processor, for a rollout."""
+    begun = process_time()
+    simulate(scene)
+    return process_time() - begun
+
+
+def row(garment: str, fold: Fold, rounds: int) -> dict[str, str]:
+    """A line of the table."""
+    scenes = {
+        name: fold.scene.model_copy(update={"material": material})
+        for name, material in variants(garment, fold.scene.material).items()
+    }
+    for scene in scenes.values():  # whatever is compiled at first use
+        simulate(scene.model_copy(update={"duration": 0.05}))
+    times = np.array([[seconds(scene) for scene in scenes.values()] for _ in range(rounds)])
+    over = times / times[:, :1]
+    spread = np.percentile(over, [25, 50, 75], axis=0).T
+    shown = {name: f"{mid:.2f} ({low:.2f} to {high:.2f})" for name, (low, mid, high) in zip(scenes, spread, strict=True)}
+    del shown["today"]
+    return {
+        "fold": fold.name,
+        "vertices": str(len(fold.target)),
+        "today [s]": f"{np.median(times[:, 0]):.2f}",
+        **shown,
+        f"at most {ASKED:g}": "yes" if spread[-1][1] <= ASKED else "no",
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rounds", type=int, default=9)
+    parser.add_argument("--write-docs", action="store_true", help="write the table into docs/notes/real-cloth.md")
+    options = parser.parse_args()
+    table = markdown([row(garment, fold, options.rounds) for garment, fold in folds().items()])
+    print(table)
+    if options.write_docs:
+        publish("real: cost", table)
+
+
+if __name__ == "__main__":
+    main()
