@@ -46,15 +46,17 @@ def row(garment: str, fold: Fold, rounds: int) -> dict[str, str]:
         simulate(scene.model_copy(update={"duration": 0.05}))
     times = np.array([[seconds(scene) for scene in scenes.values()] for _ in range(rounds)])
     over = times / times[:, :1]
-    spread = np.percentile(over, [25, 50, 75], axis=0).T
-    shown = {name: f"{mid:.2f} ({low:.2f} to {high:.2f})" for name, (low, mid, high) in zip(scenes, spread, strict=True)}
-    del shown["today"]
+    low, middle, high = np.percentile(over, [25, 50, 75], axis=0)
     return {
         "fold": fold.name,
         "vertices": str(len(fold.target)),
         "today [s]": f"{np.median(times[:, 0]):.2f}",
-        **shown,
-        f"at most {ASKED:g}": "yes" if spread[-1][1] <= ASKED else "no",
+        **{
+            f"{name}, times": f"{middle[place]:.2f} ({low[place]:.2f} to {high[place]:.2f})"
+            for place, name in enumerate(scenes)
+            if name != "today"
+        },
+        f"at most {ASKED:g}": "yes" if middle[-1] <= ASKED else "no",
     }
 
 

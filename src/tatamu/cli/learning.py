@@ -24,10 +24,6 @@ Whole = Annotated[int, Field(strict=True)]
 YesNo = Annotated[bool, Field(strict=True)]
 
 
-QUANTILE = 0.95
-"""Of the objective, which is minimised unless somebody asks for another, or for the mean."""
-
-
 class LearnOptions(Record):
     """The garment, the fold and the search as a user gives them; names and defaults are those of `tatamu learn`."""
 
@@ -78,14 +74,14 @@ class LearnOptions(Record):
 
     def _given(self) -> Expectation | None:
         """The expectation of the options alone."""
-        from tatamu.learning import Expectation
+        from tatamu.learning import USUAL_QUANTILE, Expectation
 
         chosen = self._disturbances()
         if chosen is None and self.quantile is not None:
             raise InputError("quantile: is of the objective in disturbed worlds, and --disturbances none has none")
         if chosen is None:
             return None
-        usual = QUANTILE if self.quantile is None else self.quantile
+        usual = USUAL_QUANTILE if self.quantile is None else self.quantile
         return Expectation(chosen, None if usual == "mean" else usual)
 
     def _disturbances(self) -> Disturbances | None:

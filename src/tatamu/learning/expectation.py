@@ -20,6 +20,8 @@ from tatamu.folding.task import Outcome, Task
 
 WORLDS = 20
 """Disturbed worlds of a trial that may win."""
+USUAL_QUANTILE = 0.95
+"""Of the objective, which `tatamu learn` minimises unless somebody asks for another, or for the mean."""
 
 
 @dataclass(frozen=True)
