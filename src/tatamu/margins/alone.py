@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from tatamu.disturbances import Asking, Channel, Limits, Verdict, World
 
-FARTHEST = 8.0
-"""How far is tried, in standard deviations."""
+FARTHEST = 6.0
+"""How far is tried, in standard deviations: what is normal goes beyond in two of a thousand million."""
 NEAR = 2.0
 """Where a fold that fails there is asked next: most margins that are found are less than this."""
 HALVINGS = 3

@@ -97,7 +97,7 @@ def _tornado(result: MarginsResult) -> Plot:
         barmode="overlay",
         bargap=0.25,
         margin={"l": 220, "r": 20, "t": 10, "b": 44},
-        xaxis=axis("standard deviations; pale: nothing failed as far as it was tried", range=[-most, most]),
+        xaxis=axis("standard deviations; pale: holds as far out as was tried", range=[-most, most]),
         yaxis={"automargin": True, "ticks": ""},
         shapes=[*bounds, line("x", 0.0, dash="solid")],
     )
