@@ -13,6 +13,7 @@ import numpy as np
 from tatamu.errors import InputError, SimulationError
 from tatamu.folding.fingers import Fingers
 from tatamu.folding.fold import Fold, fold_of, ideal_folds
+from tatamu.folding.interpolation import interpolated
 from tatamu.folding.manipulation import Manipulation, bezier_manipulation, scene_of
 from tatamu.folding.plan import Plan
 from tatamu.folding.plans import make_plan
@@ -184,26 +185,26 @@ class Job:
     coarser: Job | None = None
     """The same job on a coarser mesh, where a search may begin; None: there is none."""
 
-    def task(self, number: int, state: np.ndarray | None = None, coarse_state: np.ndarray | None = None) -> Task:
+    def task(self, number: int, state: np.ndarray | None = None) -> Task:
         """The task of a step.
 
         Args:
             number: Of the step, the first being 0.
             state: The cloth as it lies [m], shape (n, 3); None: flat.
-            coarse_state: The same on the coarser mesh [m], shape (c, 3); a later step is not searched there without it.
         """
         step = self.plan.steps[number]
         fold = replace(fold_of(self.garment, self.plan, step, state, self.hands), fingers=self.fingers)
         place = (number + 1, len(self.plan.steps))
-        coarser = self._coarser_task(number, coarse_state)
+        coarser = self._coarser_task(number, state)
         return Task(fold, self.plan.name, self.simulator, place, step.title, self.reach, self.asked, coarser)
 
     def _coarser_task(self, number: int, state: np.ndarray | None) -> Task | None:
         """The same step on the coarser mesh; None where there is none, or where the hands find no place on it."""
-        if self.coarser is None or (number > 0 and state is None):
+        if self.coarser is None:
             return None
+        coarse = None if state is None else interpolated(self.garment, state, self.coarser.garment)
         try:
-            return self.coarser.task(number, state)
+            return self.coarser.task(number, coarse)
         except InputError:
             return None
 

@@ -35,7 +35,6 @@ from tatamu.learning.study import held_identity
 from tatamu.learning.whole import write_whole
 from tatamu.material import is_preset
 from tatamu.results import ResultFolder, Sources, keep_inputs
-from tatamu.results.folder import COARSE_FINAL
 from tatamu.results.result import Parameters
 
 Reporting = Callable[[Task, int], AbstractContextManager[Callable[[Progress], None]]]
@@ -122,10 +121,9 @@ def learn_job(
         job = _with_meshes(job, coarse, existing_place(results.step(0), database))
         ideals = [fold.target for fold in ideal_folds(job.garment, job.plan, job.hands)]
         state: np.ndarray | None = None
-        coarse_state: np.ndarray | None = None
         found: list[tuple[Fold, Parameters]] = []
         for number in range(count):
-            task = job.task(number, state, coarse_state)
+            task = job.task(number, state)
             own = results.step(number)
             _forget_if_outdated(task, own, database)
             if number == 0:
@@ -142,7 +140,6 @@ def learn_job(
                 raise
             found.append((task.fold, own.result.best_trial.parameters))
             state = own.rollout.positions[-1]
-            coarse_state = own.rollout.extra.get(COARSE_FINAL)
         return write_whole(job, results, ideals)
 
 

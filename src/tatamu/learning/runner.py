@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
@@ -16,16 +16,15 @@ from tatamu.disturbances import Asker, FoldOnMesh, Limits, Memory, Stream, drawn
 from tatamu.errors import TatamuError
 from tatamu.folding.baselines import BASELINES
 from tatamu.folding.interpolation import interpolated
-from tatamu.folding.manipulation import SETTLE, scene_of
+from tatamu.folding.manipulation import scene_of
 from tatamu.folding.score import vertex_distances
 from tatamu.folding.task import Outcome, Task
-from tatamu.learning.evaluation import Evaluation, Pending, evaluate, submitted
+from tatamu.learning.evaluation import Evaluation, Pending, submitted
 from tatamu.learning.expectation import Added, Demand, Expectation, Standing
 from tatamu.learning.outcomes import attributes_of, baseline_of, best_number, result_of
 from tatamu.learning.schedule import Schedule, ScheduledTrial
 from tatamu.learning.study import OptunaStudy, ProposedTrial
 from tatamu.results import MOMENTS, JointMargin, ResultFolder, describe_manipulation
-from tatamu.results.folder import COARSE_FINAL
 from tatamu.results.joint import joint_margin
 from tatamu.results.result import Parameters
 
@@ -240,7 +239,7 @@ class Runner:
             scene_of(fold, manipulation),
             outcome.rollout,
             fold.target,
-            {name: self._errors(number) for name, number in self._shown().items()} | self._left_for_next_step(best),
+            {name: self._errors(number) for name, number in self._shown().items()},
         )
         return write_report(folder.path)
 
@@ -254,21 +253,6 @@ class Runner:
         worlds = drawn(self._expectation.disturbances, JUDGED, self.study.identity.seed, Stream.JUDGING)
         asker = Asker(own, coarse, self._executor, Memory())
         return joint_margin(own.task, settled(asker, worlds, Limits()).judged, Limits())
-
-    def _left_for_next_step(self, best: int) -> dict[str, np.ndarray]:
-        """The cloth after the best manipulation on the coarser mesh, where the next step's search is to begin."""
-        number, count = self.task.step
-        if number == count:
-            return {}
-        parameters = self.study.trials[best].params
-        coarse = fold_on_coarser_mesh(self.task, self.task.manipulation(parameters), parameters)
-        if coarse is None:
-            return {}
-        at_rest = replace(coarse.manipulation, settle=SETTLE)
-        future = self._executor.submit(evaluate, coarse.task, at_rest)
-        begun = Pending(coarse.task, at_rest, None, future)
-        rollout = self._ended(begun, f"trial {best} on the coarser mesh").outcome.rollout
-        return {} if rollout is None else {COARSE_FINAL: rollout.positions[-1]}
 
     def _shown(self) -> dict[str, int]:
         """Trials whose errors the folder keeps: the best of those that `MOMENTS` names."""

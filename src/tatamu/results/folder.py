@@ -32,8 +32,6 @@ SHARED_STUDY = "study.json"
 MARGINS = "margins"
 """The folder of its margins."""
 
-COARSE_FINAL = "coarse_final"
-"""Optional array of rollout.npz: the cloth after the best manipulation on the coarser mesh [m], shape (c, 3)."""
 
 LEARNED = (RESULT, MANIPULATION, SCENE, ROLLOUT, REPORT)
 """Everything that a study leaves beside its database."""
@@ -231,7 +229,7 @@ class ResultFolder:
             scene: The best trial as a scene.
             rollout: Its rollout.
             target: The wanted shape [m], shape (n, 3).
-            more: Further arrays by name: e_i of earlier trials (`MOMENTS`) [m], shape (n,), and `COARSE_FINAL`.
+            more: Further arrays by name: e_i of earlier trials (`MOMENTS`) [m], shape (n,).
         """
         write_json(self.manipulation_file, manipulation.model_dump())
         scene.save(self.scene_file)

@@ -11,7 +11,7 @@ from tatamu.errors import InputError
 from tatamu.folding.coarser import on_coarser_cells
 from tatamu.folding.score import Score, score
 from tatamu.folding.task import Asked, Job, Task, make_job
-from tatamu.results.folder import COARSE_FINAL, ResultFolder
+from tatamu.results.folder import ResultFolder
 from tatamu.results.inputs import kept_input
 from tatamu.results.learned import LearnedFold, read_fold
 from tatamu.results.result import TaskDescription
@@ -49,14 +49,9 @@ class RebuiltFold:
         return score(self.task.fold, length, outcome)
 
     def with_coarser_mesh(self) -> Task:
-        """The task with the same fold on a coarser mesh, where there is one.
-
-        A later step of a plan has one where the step before it was simulated on it too.
-        """
+        """The task with the same fold on a coarser mesh, where there is one."""
         job = _job(self.fold)
-        coarser = on_coarser_cells(job)
-        state = None if coarser is None else _coarse_start(self.fold, coarser)
-        return _task(self.fold, replace(job, coarser=coarser), state)
+        return _task(self.fold, replace(job, coarser=on_coarser_cells(job)))
 
 
 def rebuild(path: Path) -> RebuiltFold:
@@ -96,23 +91,13 @@ def _job(fold: LearnedFold) -> Job:
     )
 
 
-def _task(fold: LearnedFold, job: Job, coarse_state: np.ndarray | None = None) -> Task:
+def _task(fold: LearnedFold, job: Job) -> Task:
     """The task of a fold, of cloth that lies as it lay."""
     number = _number(fold)
-    return job.task(number, fold.start if number else None, coarse_state)
+    return job.task(number, fold.start if number else None)
 
 
 def _number(fold: LearnedFold) -> int:
     """Which step of its plan a fold is, the first being 0."""
     step = fold.result.task.step
     return step[0] - 1 if step else 0
-
-
-def _coarse_start(fold: LearnedFold, coarser: Job) -> np.ndarray | None:
-    """The cloth on the coarser mesh as the step before left it [m], shape (c, 3); None where nobody kept it."""
-    number = _number(fold)
-    before = ResultFolder(fold.folder.parent).step(number - 1)
-    if number == 0 or not before.complete:
-        return None
-    state = before.rollout.extra.get(COARSE_FINAL)
-    return state if state is not None and state.shape == coarser.garment.vertices.shape else None
