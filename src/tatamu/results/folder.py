@@ -32,7 +32,6 @@ SHARED_STUDY = "study.json"
 MARGINS = "margins"
 """The folder of its margins."""
 
-
 LEARNED = (RESULT, MANIPULATION, SCENE, ROLLOUT, REPORT)
 """Everything that a study leaves beside its database."""
 STEP = "step-"

@@ -93,11 +93,5 @@ def _job(fold: LearnedFold) -> Job:
 
 def _task(fold: LearnedFold, job: Job) -> Task:
     """The task of a fold, of cloth that lies as it lay."""
-    number = _number(fold)
-    return job.task(number, fold.start if number else None)
-
-
-def _number(fold: LearnedFold) -> int:
-    """Which step of its plan a fold is, the first being 0."""
-    step = fold.result.task.step
-    return step[0] - 1 if step else 0
+    number, _ = fold.result.task.step or (1, 1)
+    return job.task(number - 1, fold.start if number > 1 else None)
