@@ -101,7 +101,7 @@ def test_held_vertices_stay() -> None:
 
 def test_layers_that_begin_within_one_another_come_apart_before_the_first_step() -> None:
     x, faces, _ = _stack(2, held=10)
-    cloth = Cloth(vertices=x + [0.0, 0.0, 0.5], faces=faces)
+    cloth = Cloth(vertices=x + np.array([0.0, 0.0, 0.5]), faces=faces)
     scene = Scene(cloth=cloth, material=LIMP, duration=0.05)
     rollout = simulate(scene, "native")
     assert np.array_equal(rollout.positions[0], cloth.vertices)
