@@ -21,6 +21,7 @@ import numpy as np
 from scipy.stats import spearmanr
 from tables import markdown, publish, published
 
+from tatamu.crossings import crossings
 from tatamu.files import read_json, write_json
 from tatamu.folding.coarser import as_on_finer_mesh, coarsened, on_coarser_mesh
 from tatamu.folding.interpolation import interpolated
@@ -141,6 +142,7 @@ def _row(
         "times the spacing": f"{larger:g}",
         "times softer": f"{softer:g}",
         "vertices": f"{len(task.fold.start)}",
+        "crossings at the start": f"{crossings(task.fold.start, task.fold.garment.faces)}",
         "processor seconds, each": f"{np.mean([each.seconds for each in found]):.2f}",
         "rank correlation": f"{spearmanr(here, there)[0]:.2f}",
         "of the better half": f"{spearmanr(here[good], there[good])[0]:.2f}",
