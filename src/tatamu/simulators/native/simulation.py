@@ -67,7 +67,7 @@ class Simulation:
             limits=self.options.limits,
         )
         self._grippers = Grippers(scene, self.sizes.outer_step, self.steps)
-        self._untangle_again = -1
+        self._untangle_at = 0  # what begins within itself, as a state that was read off another mesh may
         self.search()
 
     @property
@@ -101,7 +101,7 @@ class Simulation:
         """
         self._work_grippers()
         end = min(self.steps, self.number + FRAMES_AT_ONCE * self.per_frame)
-        events = [self._untangle_again, *self._grippers.events()]
+        events = [self._untangle_at, *self._grippers.events()]
         stop = min([end, *(number for number in events if number > self.number)])
         begin = self.number // self.per_frame + 1
         latest = np.empty((FRAMES_AT_ONCE, *frames.shape[1:]))
@@ -134,20 +134,20 @@ class Simulation:
         opened = self._grippers.open_due(self.number)
         for vertices in opened:
             self._set_free(vertices, 1.0)
-        if opened or self.number == self._untangle_again:
+        if opened or self.number == self._untangle_at:
             self._untangle()
         for vertices in self._grippers.close_due(self.number, self.state.positions.x):
             self._set_free(vertices, 0.0)
 
     def _untangle(self) -> None:
-        """Take apart layers that went through one another in a pinch; candidates are then searched again.
+        """Take apart layers that are within one another, as after a pinch; candidates are then searched again.
 
         What does not come apart at once may do so when the cloth has moved on.
         """
         x = self.state.positions.x
         apart, left = untangle(x, self.mesh, self.model.lengths, self.options.untangle)
         wait = max(1, self._grippers.step_at(self.options.untangle.again_after))
-        self._untangle_again = self.number + wait if left else -1
+        self._untangle_at = self.number + wait if left else -1
         if apart is not x:
             x[:] = apart
             self.state.X[:, self.state.slot] = apart.T
