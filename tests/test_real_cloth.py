@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
 from tatamu.cli.app import app
@@ -17,12 +18,13 @@ from tatamu.instruments.outline import PlanOutline
 from tatamu.material import Material
 from tatamu.validation.real import bench as benches
 from tatamu.validation.real import notes
+from tatamu.validation.real.alignment import UNMOVED, Displacement, Pairs
 from tatamu.validation.real.bench import Bench
+from tatamu.validation.real.fitted_air import START, fit
 from tatamu.validation.real.leeds import Leeds
 from tatamu.validation.real.matsudaira import FILE, NUMBERS, Matsudaira, models
-from tatamu.validation.real.motion import START, fit
 from tatamu.validation.real.page import page
-from tatamu.validation.real.pendulum import AirLaw, plate_swing
+from tatamu.validation.real.pendulum import AirLaw, plate_nodes, plate_swing
 from tatamu.validation.real.recording import BEFORE, Recording, load_recordings
 from tatamu.validation.real.study import load, run
 
@@ -111,6 +113,38 @@ def test_a_plate_without_air_swings_like_a_physical_pendulum() -> None:
     period = np.median([each.period for each in swings(clock[after], recording.swing[after], 0.004)])
     assert period == pytest.approx(2.0 * np.pi * np.sqrt(2.0 * 0.3 / (3.0 * 9.81)), rel=0.03)
     assert recording.path[0][0] == pytest.approx(clock.min() - BEFORE)
+
+
+def test_a_displaced_camera_is_found_and_allowed_for() -> None:
+    random = np.random.default_rng(0)
+    places = random.normal(0.0, 0.1, (400, 3))
+    turn = Rotation.from_rotvec([0.03, -0.02, 0.01])
+    moved = Displacement(turn.as_matrix(), np.array([0.01, 0.0, -0.02]))
+    seen = turn.apply(places) + moved.translation + random.normal(0.0, 0.003, places.shape)
+    pairs = Pairs.from_plain(Pairs.of(places, seen).plain())
+    assert pairs.distance() == pytest.approx(np.sqrt(((seen - places) ** 2).sum(axis=1).mean()), rel=1e-9)
+    found = pairs.displacement()
+    assert found.rotation == pytest.approx(moved.rotation, abs=3e-3)
+    assert found.translation == pytest.approx(moved.translation, abs=1e-3)
+    assert pairs.distance(found) == pytest.approx(0.003 * np.sqrt(3.0), rel=0.05)
+    assert pairs.distance(found) < pairs.distance(pairs.translation()) < pairs.distance(UNMOVED)
+    assert found.angle == pytest.approx(turn.magnitude(), rel=0.05)
+
+
+def test_recordings_count_the_same_in_the_displacement_however_many_nodes_they_have() -> None:
+    few, many = np.eye(3), np.tile(np.eye(3), (100, 1))
+    mean = Pairs.mean([Pairs.of(few, few + np.array([0.02, 0.0, 0.0])), Pairs.of(many, many)])
+    assert mean.translation().translation == pytest.approx([0.01, 0.0, 0.0])
+
+
+def test_the_nodes_of_a_plate_have_its_swing_and_its_length() -> None:
+    recording = recorded(AirLaw(0.5, 0.6, 4.0))
+    swing = 0.1 * np.sin(recording.clock)
+    nodes = plate_nodes(recording, swing, 0.3)
+    across = ((nodes[:, 0] - nodes[:, -1]) * recording.normal(recording.clock)[:, None]).sum(axis=2)
+    assert across == pytest.approx(np.tile(swing[:, None], 3), abs=1e-9)
+    assert np.linalg.norm(nodes[:, 0] - nodes[:, -1], axis=2) == pytest.approx(0.3)
+    assert nodes[:, -1, [0, -1]] == pytest.approx(recording.corners(recording.clock))
 
 
 def test_a_disc_too_stiff_to_drape_keeps_its_area(tmp_path: Path) -> None:
