@@ -209,8 +209,9 @@ def test_rigidity_and_anisotropy_of_a_weave_are_recovered_from_its_hems(
     monkeypatch.setattr(fitted_drape, "SWEEP", STIFFER)
     hidden = [(6e-5, 1.3), (3e-4, 2.4)]
     hems = [MeasuredHems(f"{B:g}", [made_up_hem(B, anisotropy)]) for B, anisotropy in hidden]
-    models, lines = (table.lines for table in Leeds().run(hems, MadeUpBench("native", tmp_path, seeds=1)).tables)
+    models, nodes, lines = (table.lines for table in Leeds().run(hems, MadeUpBench("native", tmp_path, seeds=1)).tables)
     assert [line["nodes within 1"] for line in models] == ["2 of 2"] * len(models)
+    assert all(line["typical weave"].startswith("7.0 (") for line in nodes)
     for (bending, anisotropy), line in zip(hidden, lines, strict=True):
         assert float(line["B/ρ [10⁻⁶ m⁴/s²]"]) == pytest.approx(1e6 * bending / DENSITY, rel=0.03)
         assert float(line["warp over weft"]) == pytest.approx(anisotropy, abs=0.11)

@@ -44,6 +44,8 @@ class FittedModel:
     """The one that is assumed, or those between which it is sought."""
     waviness: float = 0.0
     """Of the unstrained cloth [m]."""
+    times: int = 1
+    """How many times as often as others it is repeated."""
     needs: tuple[str, ...] = ()
     """Capabilities of a simulator without which it cannot."""
 

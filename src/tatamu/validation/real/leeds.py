@@ -47,6 +47,7 @@ MODELS = (
         "B/ρ; warp over weft to the 2nd harmonic",
         lambda fabric, anisotropy: fabric.weave(anisotropy),
         ANISOTROPIES,
+        times=3,
         needs=("orthotropy",),
     ),
 )
@@ -95,7 +96,7 @@ class Leeds(RealTest):
     def simulations(self, measured: list[MeasuredHems], bench: Bench) -> int:
         """See `RealTest.simulations`."""
         known = models(bench.simulator)
-        return sum(model.swept for model in known) + len(known) * len(measured) * bench.seeds
+        return sum(model.swept + model.times * len(measured) * bench.seeds for model in known)
 
     def run(self, measured: list[MeasuredHems], bench: Bench) -> Section:
         """See `RealTest.run`."""
@@ -105,9 +106,10 @@ class Leeds(RealTest):
         return Section(
             name=self.name,
             title="Drape of eleven fabrics, one or two numbers fitted",
-            method=_method(bench),
+            method=_method(bench.seeds, best.model),
             tables=[
                 Tabulated("real: leeds models", [_summary(each, measured) for each in predictions]),
+                Tabulated("real: leeds nodes", _nodes(measured, predictions)),
                 Tabulated("real: leeds", _lines(measured, best)),
             ],
             beat=(
@@ -126,7 +128,7 @@ class Leeds(RealTest):
                 for hems, drawn in list(zip(measured, best.drapes, strict=True))[:3]
                 for sketch in (
                     drape.sketched(f"Fabric {hems.name}, measured", hems.outlines[: bench.seeds], SIZE, colour="warm"),
-                    drape.sketched(f"Fabric {hems.name}, simulated", drawn.outlines, SIZE),
+                    drape.sketched(f"Fabric {hems.name}, simulated", drawn.outlines[: bench.seeds], SIZE),
                 )
             ],
         )
@@ -153,15 +155,16 @@ def _predicted(model: FittedModel, measured: Sequence[MeasuredHems], bench: Benc
         for hems in measured
         for real in [hems.draped()]
     ]
-    return PredictedHems(model, fabrics, model.draped(fabrics, SIZE, bench.seeds, bench))
+    return PredictedHems(model, fabrics, model.draped(fabrics, SIZE, model.times * bench.seeds, bench))
 
 
-def _method(bench: Bench) -> str:
+def _method(repeats: int, last: FittedModel) -> str:
     return (
         f"Discs of {SIZE.name}; of each fabric B/ρ is fitted to the mean drape coefficient, everything else is "
-        f"predicted, by {bench.seeds} repeats; in the last line warp over weft is fitted as well, to the second "
-        f"harmonic of the hem, between {ANISOTROPIES[0]:g} and {ANISOTROPIES[-1]:g}. All have {SOFTENED:g} N/m along "
-        "their yarns and a Poisson ratio of 0.25. Typical weave, as in the drape of four fabrics: shear stiffness "
+        f"predicted, by {repeats} repeats, in the last line by {last.times * repeats}. There warp over weft is fitted "
+        f"as well, to the second harmonic of the hem, between {ANISOTROPIES[0]:g} and {ANISOTROPIES[-1]:g}. All have "
+        f"{SOFTENED:g} N/m along their yarns and a Poisson ratio of 0.25. Typical weave, as in the drape of four "
+        "fabrics: shear stiffness "
         f"{SHEAR:g} N/m, {WARP:g}, {WEFT:g} and {TWIST:g} of the mean rigidity along warp and weft and against twist. "
         f"Friction: HB over B of {FRICTION:g} / m, the median of those four. Not flat: unstrained, the cloth is wavy "
         f"by {1e3 * WAVINESS:g} mm in waves of 20 mm, which is assumed. Errors are root mean squares over the fabrics."
@@ -188,6 +191,22 @@ def _summary(predicted: PredictedHems, measured: Sequence[MeasuredHems]) -> Line
         "of 3rd harmonic [mm]": error(lambda drawn: drawn.harmonic(3), 1e3, 1),
         "of scatter [points]": error(lambda drawn: drawn.scatter, 1.0, 1),
     }
+
+
+def _nodes(measured: Sequence[MeasuredHems], predictions: Sequence[PredictedHems]) -> list[Line]:
+    """Nodes, and the amplitude of the hem in brackets, by each model."""
+
+    def told(drawn: Draped) -> str:
+        return f"{drawn.nodes:.1f} ({1e3 * drawn.amplitude:.1f})"
+
+    return [
+        {
+            "nodes (amplitude [mm]) of fabric": hems.name,
+            "measured": told(hems.draped()),
+            **{each.model.name: told(each.drapes[place]) for each in predictions},
+        }
+        for place, hems in enumerate(measured)
+    ]
 
 
 def _lines(measured: Sequence[MeasuredHems], best: PredictedHems) -> list[Line]:
