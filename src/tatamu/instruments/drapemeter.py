@@ -90,6 +90,8 @@ class Drapemeter:
     def unstrained(self) -> np.ndarray:
         """The cloth without strain, shape (n, 3): level where it is held, and wavy from one wave beyond on [m]."""
         points, _ = self.mesh
+        if not self.waviness:
+            return np.column_stack([points, np.zeros(len(points))])
         random = np.random.default_rng([self.seed, 2])
         waves = random.standard_normal((2, WAVES)) / WAVE
         phases = random.uniform(0.0, 2.0 * np.pi, WAVES)

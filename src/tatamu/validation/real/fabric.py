@@ -27,6 +27,9 @@ which the stiffer direction has 1.72 times the rigidity of the other, and strips
 FRICTION = 22.0
 """HB over B of a fabric whose hysteresis was not measured [1/m]: median of the four of Matsudaira et al. 2015."""
 
+WAVINESS = 1e-3
+"""Of cloth that is not quite flat [m]: assumed, nobody measured it."""
+
 
 @dataclass(frozen=True)
 class Fabric:

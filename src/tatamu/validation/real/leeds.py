@@ -21,7 +21,7 @@ from tatamu.validation.real import drape
 from tatamu.validation.real.bench import Bench
 from tatamu.validation.real.columns import Columns
 from tatamu.validation.real.drape import Draped, Size
-from tatamu.validation.real.fabric import FRICTION, SHEAR, SOFTENED, TWIST, WARP, WEFT
+from tatamu.validation.real.fabric import FRICTION, SHEAR, SOFTENED, TWIST, WARP, WAVINESS, WEFT
 from tatamu.validation.real.fitted_drape import ANISOTROPIES, DENSITY, FittedFabric, FittedModel, Sweep
 from tatamu.validation.real.section import Line, Section, Tabulated, reached
 from tatamu.validation.real.test import RealTest
@@ -31,8 +31,6 @@ SIZE = Size(0.15, 0.09)
 CAPTURED = "cap"
 """The set of captures that is used; the other repeats fabric 1."""
 RADII = tuple(f"r{angle:03d}" for angle in range(ANGLES))
-WAVINESS = 1e-3
-"""Of cloth that is not quite flat [m]: assumed, nobody measured it."""
 MODELS = (
     FittedModel("isotropic", "B/ρ", lambda fabric, _: fabric.isotropic),
     FittedModel("typical weave", "B/ρ", lambda fabric, _: fabric.woven, needs=("orthotropy",)),
