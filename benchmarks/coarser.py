@@ -1,10 +1,11 @@
 """How far a coarser mesh can be trusted in a search: the table "coarser" of docs/notes/learning.md.
 
-    python benchmarks/coarser.py --out runs/coarser [--folds 16] [--write-docs]
+    python benchmarks/coarser.py --out runs/coarser [--folds 16] [--only CASE] [--write-docs]
 
 A study of each garment is learned as by `tatamu learn --disturbances none`, and of its manipulations some are taken,
 evenly from the best to the worst that did not fail. They are simulated on the default mesh, and on coarser ones with
-the cloth as it is or softer to stretch. What was simulated is kept in the folder and not run again.
+the cloth as it is or softer to stretch. A later step of a plan begins on every mesh from the cloth as the step before
+left it on the default one. What was simulated is kept in the folder and not run again.
 """
 
 from __future__ import annotations
@@ -14,26 +15,45 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import thread_time
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import spearmanr
-from tables import markdown, publish
+from tables import markdown, publish, published
 
 from tatamu.files import read_json, write_json
 from tatamu.folding.coarser import as_on_finer_mesh, coarsened, on_coarser_mesh
+from tatamu.folding.interpolation import interpolated
 from tatamu.folding.task import Job, Task, make_job
 from tatamu.learning import learn_job
 from tatamu.results import ResultFolder
 from tatamu.results.result import Parameters
 
-GARMENTS = {"towel": ("towel", "half"), "T-shirt": ("tshirt", "half"), "trousers": ("trousers", "leg")}
-"""Garment and fold."""
-MESHES = {
-    "towel": ((2.0, 1.0), (2.0, 4.0)),
-    "T-shirt": ((1.4, 1.0), (1.4, 1.96), (1.7, 1.0), (1.7, 2.89), (1.7, 6.0), (2.0, 4.0)),
-    "trousers": ((1.4, 1.0), (1.4, 1.96), (1.7, 1.0), (1.7, 2.89), (1.7, 6.0), (2.0, 4.0)),
+TWO_LAYERS = ((1.4, 1.0), (1.4, 1.96), (1.7, 1.0), (1.7, 2.89), (1.7, 6.0), (2.0, 4.0))
+LATER = ((1.3, 1.69), (1.5, 2.25), (1.7, 2.89))
+"""Meshes of later steps."""
+
+
+class Case(NamedTuple):
+    """One fold of a garment, and the coarser meshes on which it is tried."""
+
+    garment: str
+    fold: str
+    step: int
+    """Number of the fold in its plan, the first being 0."""
+    trials: int
+    """Of the study of each step."""
+    meshes: tuple[tuple[float, float], ...]
+    """Times the spacing, and times softer to stretch."""
+
+
+CASES = {
+    "towel": Case("towel", "half", 0, 50, ((2.0, 1.0), (2.0, 4.0))),
+    "T-shirt": Case("tshirt", "half", 0, 50, TWO_LAYERS),
+    "trousers": Case("trousers", "leg", 0, 50, TWO_LAYERS),
+    "T-shirt, shop, step 2": Case("tshirt", "shop", 1, 60, LATER),
+    "T-shirt, shop, step 3": Case("tshirt", "shop", 2, 60, LATER),
 }
-"""Times the spacing, and times softer to stretch."""
 DEFAULT = "default"
 
 
@@ -74,35 +94,45 @@ def _objective(task: Task, fine: Task, parameters: Parameters) -> float:
     return as_on_finer_mesh(meshes, manipulation, there, task.evaluate(there)).objective
 
 
-def manipulations(job: Job, folder: ResultFolder, count: int) -> list[Parameters]:
-    """Parameters of a study's trials, evenly from the best to the worst that did not fail."""
+def learned(job: Job, folder: ResultFolder, case: Case) -> ResultFolder:
+    """The folder of a step of a study, which is learned if it is not there."""
     if not folder.complete:
-        learn_job(job, folder.path, baselines=False)
-    complete = [trial for trial in folder.result.trials if trial.state == "complete"]
+        learn_job(job, folder.path, trials=case.trials, baselines=False)
+    return folder.step(case.step) if len(job.plan.steps) > 1 else folder
+
+
+def manipulations(study: ResultFolder, count: int) -> list[Parameters]:
+    """Parameters of a study's trials, evenly from the best to the worst that did not fail."""
+    complete = [trial for trial in study.result.trials if trial.state == "complete"]
     ordered = sorted(complete, key=lambda trial: (trial.objective, trial.number))
     chosen = np.unique(np.linspace(0, len(ordered) - 1, count).round().astype(int))
     return [ordered[number].parameters for number in chosen]
 
 
-def rows(name: str, out: Path, count: int) -> Iterator[dict[str, object]]:
-    """The rows of a garment, the default mesh first."""
-    garment, fold = GARMENTS[name]
-    job = make_job(garment, fold=fold)
-    fine = job.task(0)
-    kept = Kept(out / f"{garment}.json")
-    folds = manipulations(job, ResultFolder(out / garment), count)
+def rows(name: str, out: Path, count: int) -> Iterator[dict[str, str]]:
+    """The rows of a case, the default mesh first."""
+    case = CASES[name]
+    job = make_job(case.garment, fold=case.fold)
+    plan = len(job.plan.steps) > 1
+    study = learned(job, ResultFolder(out / (f"{case.garment}-{case.fold}" if plan else case.garment)), case)
+    state = study.rollout.positions[0] if case.step else None
+    fine = job.task(case.step, state)
+    kept = Kept(out / (f"{case.garment}-{case.fold}-{case.step + 1}.json" if plan else f"{case.garment}.json"))
+    folds = manipulations(study, count)
     known = [kept.simulated((DEFAULT, number), fine, fine, each) for number, each in enumerate(folds)]
-    yield {"fold": name, "folds": len(folds), **_row(1.0, 1.0, fine, known, known)}
-    for larger, softer in MESHES[name]:
-        task = coarsened(job, larger, softer).task(0)
+    yield {"fold": name, "folds": f"{len(folds)}", **_row(1.0, 1.0, fine, known, known)}
+    for larger, softer in case.meshes:
+        coarse = coarsened(job, larger, softer)
+        there = None if state is None else interpolated(job.garment, state, coarse.garment)
+        task = coarse.task(case.step, there)
         mesh = f"{larger:g}, {softer:g}"
         found = [kept.simulated((mesh, number), task, fine, each) for number, each in enumerate(folds)]
-        yield {"fold": name, "folds": len(folds), **_row(larger, softer, task, found, known)}
+        yield {"fold": name, "folds": f"{len(folds)}", **_row(larger, softer, task, found, known)}
 
 
 def _row(
     larger: float, softer: float, task: Task, found: Sequence[Simulated], known: Sequence[Simulated]
-) -> dict[str, object]:
+) -> dict[str, str]:
     here = np.array([each.objective for each in found])
     there = np.array([each.objective for each in known])
     good = there <= np.median(there)
@@ -110,7 +140,7 @@ def _row(
     return {
         "times the spacing": f"{larger:g}",
         "times softer": f"{softer:g}",
-        "vertices": len(task.fold.start),
+        "vertices": f"{len(task.fold.start)}",
         "processor seconds, each": f"{np.mean([each.seconds for each in found]):.2f}",
         "rank correlation": f"{spearmanr(here, there)[0]:.2f}",
         "of the better half": f"{spearmanr(here[good], there[good])[0]:.2f}",
@@ -124,10 +154,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--folds", type=int, default=16, help="of each garment")
+    parser.add_argument("--only", choices=CASES, action="append", help="a case; the others' rows of the docs stay")
     parser.add_argument("--write-docs", action="store_true")
     options = parser.parse_args()
-    table = []
-    for name in GARMENTS:
+    table = [row for row in published("coarser") if options.only and row["fold"] not in options.only]
+    for name in options.only or CASES:
         for row in rows(name, options.out, options.folds):
             table.append(row)
             print(row, flush=True)

@@ -6,8 +6,8 @@
     python -m benchmarks.holds two-meshes --out runs/holds      margins on two meshes against margins on the fold's own
 
 Tables of docs/notes/margins.md; with `--write-docs` they replace the ones there. Everything goes on where it stopped:
-a fold that was learned is not learned again, and no world is simulated twice. `--only CASE` restricts to some cases;
-`--known` publishes what is there, and learns nothing.
+a fold that was learned is not learned again, and no world is simulated twice. `--only CASE`, `--seeds` and `--learned`
+restrict `folds` to some rows; the others of the table stay. `--known` publishes what is there, and learns nothing.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from benchmarks.tables import markdown, publish
+from benchmarks.tables import markdown, publish, published
 
 from tatamu.disturbances import CALM, Stream, default_disturbances, drawn, judge
 from tatamu.folding.task import make_task
@@ -158,29 +158,45 @@ def row(name: str, objective: str, measured: Measured) -> dict[str, str]:
     }
 
 
-def chosen(only: str | None) -> list[Case]:
-    """The cases of those names; all where none is given."""
-    return [case for case in CASES if only is None or case.name in only.split(",")]
+@dataclass(frozen=True)
+class Chosen:
+    """The folds that are compared, as the command line names them; None: all."""
+
+    cases: str | None
+    seeds: str | None
+    objectives: str | None
+
+    def __contains__(self, fold: tuple[str, int, str]) -> bool:
+        given = (self.cases, self.seeds, self.objectives)
+        return all(names is None or str(value) in names.split(",") for names, value in zip(given, fold, strict=True))
 
 
-def compared(cases: list[Case], out: Path, known: bool) -> Iterator[dict[str, str]]:
-    """Rows of all folds, those learned in disturbed worlds first."""
-    for case in cases:
+def compared(chosen: Chosen, out: Path, known: bool) -> Iterator[dict[str, str]]:
+    """Rows of folds, those learned in disturbed worlds first."""
+    for case in CASES:
         for seed, counts in enumerate(zip(case.draws, case.draws_of_least, strict=True)):
             for objective, draws in zip(reversed(OBJECTIVES), counts, strict=True):
+                if (case.name, seed, objective) not in chosen:
+                    continue
                 steps = learned(case, seed, objective, out, known)
                 for number, folder in enumerate(steps, start=1):
                     step = f", step {number}" if len(steps) > 1 else ""
                     yield row(f"{case.name}{step}, seed {seed}", objective, judged(folder, draws))
 
 
-def folds(out: Path, only: str | None, known: bool, write: bool) -> None:
+def folds(out: Path, chosen: Chosen, known: bool, write: bool) -> None:
     """Folds learned in disturbed worlds against those of least C, in the same worlds that neither was learned in."""
     rows = []
-    for found in compared(chosen(only), out, known):
+    for found in compared(chosen, out, known):
         rows.append(found)
         print(found, flush=True)
-    show("margins: folds", rows, write)
+    show("margins: folds", merged(published("margins: folds"), rows), write)
+
+
+def merged(before: list[dict[str, str]], rows: list[dict[str, str]]) -> list[dict[str, str]]:
+    """The rows of a table, those that were measured anew in the places of the old ones; new folds at the end."""
+    found = {(each["fold"], each["learned"]): each for each in (*before, *rows)}
+    return list(found.values())
 
 
 def simulators(out: Path, known: bool, write: bool, draws: int, names: list[str]) -> None:
@@ -220,6 +236,8 @@ def main() -> None:
     parser.add_argument("what", choices=["meshes", "folds", "simulators", "two-meshes"])
     parser.add_argument("--out", type=Path, default=Path("runs/holds"))
     parser.add_argument("--only", help=f"of {', '.join(case.name for case in CASES)}")
+    parser.add_argument("--seeds", help="numbers, with commas")
+    parser.add_argument("--learned", help=f"of {', '.join(OBJECTIVES)}")
     parser.add_argument("--known", action="store_true", help="only what was learned before")
     parser.add_argument("--draws", type=int, default=48, help="of `simulators`")
     parser.add_argument("--simulators", default="native,blender", help="names, with commas")
@@ -228,7 +246,8 @@ def main() -> None:
     if options.what == "meshes":
         meshes(options.write_docs)
     elif options.what == "folds":
-        folds(options.out, options.only, options.known, options.write_docs)
+        chosen = Chosen(options.only, options.seeds, options.learned)
+        folds(options.out, chosen, options.known, options.write_docs)
     elif options.what == "simulators":
         names = options.simulators.split(",")
         simulators(options.out, options.known, options.write_docs, options.draws, names)

@@ -88,6 +88,14 @@ def markdown(rows: Sequence[Mapping[str, Any]]) -> str:
     return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in cells])
 
 
+def published(name: str) -> list[dict[str, str]]:
+    """Rows of the table that the docs have between the marks of that name; none where there is no table."""
+    found = re.search(rf"<!-- {re.escape(name)} -->\n(.*?)<!-- end -->", read_text(PLACES[name]), flags=re.S)
+    lines = [line for line in found[1].splitlines() if line.startswith("| ")] if found else []
+    head, *rows = ([cell.strip() for cell in line[1:-1].split("|")] for line in lines) if lines else [[]]
+    return [dict(zip(head, cells, strict=True)) for cells in rows]
+
+
 def publish(name: str, text: str) -> None:
     """Put a text where the docs have the marks of that name."""
     insert(name, text, PLACES[name])

@@ -75,6 +75,18 @@ def test_a_table_goes_between_its_marks(modules: Any, tmp_path: Path) -> None:
         tables.insert("three", "", page)
 
 
+def test_rows_that_are_measured_anew_take_the_places_of_the_old_ones(
+    modules: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    tables, page = modules("tables"), tmp_path / "page.md"
+    rows = [{"fold": fold, "learned": "least C", "worst": "9"} for fold in ("towel", "leg")]
+    page.write_text(f"<!-- one -->\n{tables.markdown(rows)}\n<!-- end -->\n<!-- two -->\n<!-- end -->\n")
+    monkeypatch.setattr(tables, "PLACES", {"one": page, "two": page})
+    assert tables.published("one") == rows and tables.published("two") == []
+    new = [{**rows[0], "worst": "5"}, {**rows[0], "learned": "in disturbed worlds"}]
+    assert modules("benchmarks.holds").merged(rows, new) == [new[0], rows[1], new[1]]
+
+
 def test_every_table_has_its_marks_in_the_page_that_is_named_for_it(modules: Any, tmp_path: Path) -> None:
     tables = modules("tables")
     for name, page in tables.PLACES.items():

@@ -128,6 +128,17 @@ def test_not_every_job_has_a_coarser_mesh(changes: dict[str, Any], monkeypatch: 
     assert with_coarser(job(**changes)).coarser is None
 
 
+@pytest.mark.parametrize("garment", ["towel", "tshirt"])
+def test_a_plan_of_several_steps_has_cells_of_three_quarters_of_a_bending_length(garment: str) -> None:
+    fold = {"towel": "quarters", "tshirt": "shop"}[garment]
+    coarse = with_coarser(make_job(garment, fold=fold)).coarser
+    once = with_coarser(make_job(garment)).coarser
+    assert coarse is not None and once is not None
+    bending_length = coarse.garment.material.bending_length
+    assert coarse.garment.spacing == pytest.approx(0.75 * bending_length, rel=0.01)
+    assert coarse.garment.spacing < once.garment.spacing
+
+
 def test_the_same_parameters_are_the_same_motion_on_both_meshes() -> None:
     task = with_coarser(job()).task(0)
     assert task.coarser is not None

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import optuna
 import pytest
 
 from tatamu import InputError
@@ -20,6 +21,7 @@ from tatamu.folding.task import Outcome, Task
 from tatamu.learning import Expectation, as_begun, learn
 from tatamu.learning.evaluation import submitted
 from tatamu.learning.expectation import Added, Demand, Expected, Standing, expected
+from tatamu.learning.place import NAME
 from tatamu.report.page import page
 from tatamu.results import ResultFolder, read_fold
 from tests.test_learning import task, timeless
@@ -99,11 +101,18 @@ def test_the_hardest_worlds_come_first_and_end_a_trial_sooner(asked: list[World]
 
 
 def test_the_hardest_half_of_the_worlds_is_enough_for_a_quantile(asked: list[World]) -> None:
-    whole, _ = found(None, quantile=0.9)
+    whole, demand = found(None, quantile=0.9)
     asked.clear()
-    half, _ = found(Standing(2.0, 0.0), whole.hardest, quantile=0.9)
+    half, _ = found(Standing(2.0, 0.0), demand.expectation.hardest([whole.hardest]), quantile=0.9)
     assert len(asked) == 6 and half.worlds == 7
-    assert (half.objective, half.hardest) == (whole.objective, whole.hardest)
+    assert (half.objective, half.hardest) == (whole.objective, whole.hardest[:6])
+
+
+def test_the_worlds_that_were_hardest_for_any_trial_are_simulated() -> None:
+    high, low = (6, 0, 8, 19, 4, 10), (4, 10, 13, 3, 6, 0)
+    assert usual(worlds=20, quantile=0.95).hardest([high, low]) == (6, 4, 0, 10, 8, 13, 19, 3)
+    assert usual(worlds=6).hardest([high, low]) == (6, 4, 0, 10, 8, 13, 19, 3), "the mean takes all"
+    assert usual().hardest([]) == ()
 
 
 def test_the_mean_needs_all_worlds_in_any_order(asked: list[World]) -> None:
@@ -194,6 +203,17 @@ def test_a_study_is_the_same_in_parts_and_on_other_workers(learned: Path, tmp_pa
         learn(task(), tmp_path, trials=2, expectation=usual(), baselines=False, executor=pool)
     learn(task(), tmp_path, trials=5, expectation=usual(), baselines=False)
     assert timeless(tmp_path) == timeless(learned)
+
+
+def test_later_trials_are_simulated_in_the_worlds_that_were_hardest_for_any_before(tmp_path: Path) -> None:
+    expectation = usual(worlds=10, quantile=0.9)
+    high = {**X, "z1": 0.35, "z2": 0.35}
+    low = {**X, "x1": 0.0, "z1": 0.05, "z2": 0.0}
+    learn(task(), tmp_path, trials=4, first=[high, low, X, X], parallel=2, expectation=expectation, baselines=False)
+    study = optuna.load_study(study_name=NAME, storage=f"sqlite:///{tmp_path}/study.db")
+    orders = [trial.user_attrs["hardest"] for trial in study.trials]
+    assert set(orders[0]) == set(orders[1]) == set(range(10)), "they know of no other"
+    assert set(orders[3]) == {*orders[0][:4], *orders[1][:4]} != {*orders[0][:4]}
 
 
 def test_a_study_of_other_disturbances_is_another(learned: Path) -> None:

@@ -15,7 +15,7 @@ from tatamu import InputError, Rollout, Scene, simulate
 from tatamu.folding.fold import ideal_folds
 from tatamu.folding.task import Job, Task, make_job
 from tatamu.learning import learn_job
-from tatamu.learning.space import carried_over, search_space
+from tatamu.learning.space import ARCHED, HIGH, carried_over, search_space
 from tatamu.report.plan import joined_path
 from tatamu.report.replay import hands
 from tatamu.results import ResultFolder, read_fold
@@ -94,10 +94,14 @@ def test_a_later_step_begins_from_above_and_with_what_the_one_before_it_found(le
     best = results[0]["trials"][results[0]["best"]]["parameters"]
     first, second = (folds.fold for folds in (job().task(0), job().task(1, _end(learned / "step-1"))))
     assert "first" not in results[0]
-    arched, begun = results[1]["first"]
-    assert [trial["parameters"] for trial in results[1]["trials"][:2]] == [arched, begun]
-    assert (arched["x1"], arched["x2"], arched["z1"]) == (0.0, second.span, arched["z2"])
-    assert 0.0 < arched["z1"] < second.span
+    *curves, begun = results[1]["first"]
+    assert [trial["parameters"] for trial in results[1]["trials"]] == [*curves, begun][: len(results[1]["trials"])]
+    for curve in curves:
+        assert (curve["x1"], curve["x2"], curve["z1"]) == (0.0, second.span, curve["z2"])
+        assert curve["g1"] == curve["g2"]
+    heights = [curve["z1"] / second.span for curve in curves]
+    assert heights[0] == pytest.approx(ARCHED) and heights[1:] == pytest.approx([HIGH] * (len(curves) - 1))
+    assert {curve["g1"] for curve in curves[1:]} >= {0, second.candidates - 1}
     for name in ("x1", "z1", "x2", "z2"):
         assert begun[name] / second.span == pytest.approx(best[name] / first.span)
     for name in ("g1", "g2"):

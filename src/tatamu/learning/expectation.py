@@ -1,7 +1,7 @@
 """The objective in expectation: l_x + alpha E[D] over worlds that are common to all candidates.
 
 Simulations are spent where they decide. The undisturbed world is first: where that alone is worse than the best
-expectation known, the trial cannot win. Then come the others, those in which the best trial known ended worst first; no
+expectation known, the trial cannot win. Then come the others, first those in which any trial known ended worst; no
 world is taken to be better than the undisturbed one, so that a trial ends as soon as it can no longer win.
 """
 
@@ -43,13 +43,25 @@ class Expectation:
 
     @property
     def deciding(self) -> int:
-        """How many worlds are simulated, the hardest, where it is known which those are.
+        """How many of a trial's hardest worlds others are simulated in, too.
 
         For a quantile twice as many as it is made from; for the mean all.
         """
         if self.quantile is None:
             return self.worlds
         return min(self.worlds, 2 * (self.worlds - int(self.quantile * (self.worlds - 1))))
+
+    def hardest(self, orders: Sequence[Sequence[int]]) -> tuple[int, ...]:
+        """Places of the worlds that decide: folds that differ fail in different ones, so the hardest of every trial.
+
+        Args:
+            orders: `Expected.hardest` of all trials that are known, on any mesh, the best first.
+
+        Returns:
+            The hardest world of each, then the second of each, and so on, each world once.
+        """
+        ranked = (order[rank] for rank in range(self.deciding) for order in orders if rank < len(order))
+        return tuple(dict.fromkeys(ranked))
 
     def of(self, values: Sequence[float]) -> float:
         """The mean, or the quantile, of objectives."""
@@ -84,7 +96,7 @@ class Demand:
     standing: Standing | None = None
     """None: nothing is known yet."""
     hardest: tuple[int, ...] = ()
-    """`Expected.hardest` of the best trial that is known on any mesh; none: nothing is known yet."""
+    """Places of the worlds in which it is simulated (`Expectation.hardest`); none: in all, as nothing is known yet."""
     added: Added | None = None
     """None: it was not simulated in them before."""
 
@@ -97,8 +109,8 @@ class Expected:
     worlds: int
     """How many worlds were simulated, the undisturbed one among them."""
     hardest: tuple[int, ...] = ()
-    """Places of all worlds, those of the highest objective first, then those that were not simulated, as they had been
-    easier before; none where the trial could not win."""
+    """Places of the worlds that were simulated, those of the highest objective first; none where the trial could not
+    win."""
 
 
 def expected(task: Task, manipulation: Manipulation, calm: Outcome, demand: Demand) -> Expected:
@@ -121,13 +133,11 @@ def expected(task: Task, manipulation: Manipulation, calm: Outcome, demand: Dema
     if standing is not None and own >= standing.expected:
         return Expected(own + standing.gap, 1)
     count = len(demand.worlds)
-    order = demand.hardest or tuple(range(count))
-    deciding = order[: demand.expectation.deciding] if demand.hardest else order
     known: dict[int, float] = {}
-    for number in deciding:
+    for number in demand.hardest or range(count):
         known[number] = outcome_in(task, manipulation, demand.worlds[number]).objective
         least = demand.expectation.of([known.get(each, own) for each in range(count)])
         if standing is not None and least >= standing.expected and len(known) < count:
             return Expected(max(least, own + standing.gap), 1 + len(known))
     hardest = sorted(known, key=lambda each: (-known[each], each))
-    return Expected(least, 1 + len(known), (*hardest, *order[len(deciding) :]))
+    return Expected(least, 1 + len(known), tuple(hardest))

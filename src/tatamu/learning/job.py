@@ -30,7 +30,7 @@ from tatamu.learning.place import StudyPlace, existing_place
 from tatamu.learning.reachable import check_reach
 from tatamu.learning.runner import Progress
 from tatamu.learning.schedule import Schedule, Trials
-from tatamu.learning.space import Grasps, arched_curve, carried_over, first_curves
+from tatamu.learning.space import Grasps, carried_over, first_curves, later_curves
 from tatamu.learning.study import held_identity
 from tatamu.learning.whole import write_whole
 from tatamu.material import is_preset
@@ -130,7 +130,7 @@ def learn_job(
                 first = _first(task, existing_place(own, database), sampler)
             else:
                 carried = [carried_over(parameters, fold, task.fold, grasps) for fold, parameters in found]
-                first = [arched_curve(task.fold), *carried]
+                first = [*later_curves(task.fold), *carried]
             try:
                 _learn(task, own.path, trials, opened, {**options, "first": first})
             except KeyboardInterrupt:

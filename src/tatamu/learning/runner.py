@@ -136,12 +136,13 @@ class Runner:
         """The worlds of the next trial, and the best that it has to beat: of its mesh, among the trials known."""
         if self._expectation is None:
             return None
-        able = [trial for trial in known if trial.user_attrs.get("hardest")]
+        able = sorted(
+            (trial for trial in known if trial.user_attrs.get("hardest")), key=lambda trial: (trial.value, trial.number)
+        )
         here = [trial for trial in able if self.study.is_coarse(trial) == proposal.coarse]
-        best = _least(here)
+        best = here[0] if here else None
         standing = Standing(float(best.values[0]), max(0.0, _added(best).objective)) if best else None
-        leading = best or _least(able)
-        hardest = _added(leading).hardest if leading else ()
+        hardest = self._expectation.hardest([_added(trial).hardest for trial in able])
         same = [trial for trial in able if self.study.is_coarse(trial) and trial.params == proposal.parameters]
         added = _added(same[0]) if same and not proposal.coarse else None
         return Demand(self._expectation, self._worlds, standing, hardest, added)
@@ -280,11 +281,6 @@ class Runner:
             begun = self._begin(trial.params, self.study.is_coarse(trial))
             self._kept[number] = self._ended(begun, f"trial {number}").outcome
         return self._kept[number]
-
-
-def _least(trials: Sequence[FrozenTrial]) -> FrozenTrial | None:
-    """The trial of least objective; None of none."""
-    return min(trials, key=lambda trial: (trial.value, trial.number), default=None)
 
 
 def _added(trial: FrozenTrial) -> Added:

@@ -18,6 +18,8 @@ LOW = ((0.2, 0.33), (0.1, 0.33), (0.06, 1.0))
 """Of low curves: height of P1 over the grasp and how far P2 is ahead of it, in parts of the span."""
 ARCHED = 0.2
 """Of the arched curve: height of P1 over the grasp and of P2 over the release, in parts of the span."""
+HIGH = 0.5
+"""Likewise of the high one: what was folded before is lifted off the table before it is turned over."""
 
 
 def search_space(fold: Fold, grasps: Grasps) -> dict[str, Bounds]:
@@ -39,13 +41,27 @@ def first_curves(fold: Fold) -> list[Parameters]:
     return [arched_curve(fold), arched_curve(fold, (fold.candidates - 1) // 2), *low_curves(fold)]
 
 
-def arched_curve(fold: Fold, grasp: int = 0) -> Parameters:
-    """Parameters of a curve that goes straight up first and straight down at last, at grasps so far from the corners.
+def later_curves(fold: Fold) -> list[Parameters]:
+    """Parameters to begin the search of a plan's later step with: an arched curve, and high ones.
+
+    Flaps that were folded before and lie loose come undone on low curves, and where hands hold only the corners.
+    """
+    inwards = (0, (fold.candidates - 1) // 2, fold.candidates - 1)
+    return [arched_curve(fold), *(arched_curve(fold, grasp, HIGH) for grasp in dict.fromkeys(inwards))]
+
+
+def arched_curve(fold: Fold, grasp: int = 0, spans: float = ARCHED) -> Parameters:
+    """Parameters of a curve that goes straight up first and straight down at last.
 
     Hands that come down from above do not push what lies there, as those on low curves do
     (docs/notes/own-garments.md).
+
+    Args:
+        fold: The fold.
+        grasp: Number of the grasps, from the corners inwards.
+        spans: Height of P1 over the grasp and of P2 over the release, in parts of the span.
     """
-    height = max(ARCHED * fold.span, _lowest(fold))
+    height = max(spans * fold.span, _lowest(fold))
     return {"x1": 0.0, "z1": height, "x2": fold.span, "z2": height, "g1": grasp, "g2": grasp}
 
 
