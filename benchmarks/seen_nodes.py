@@ -56,8 +56,13 @@ class Seen:
         """Nodes in a row of the camera's grid."""
         return self.recording.nodes.shape[1]
 
-    def predicted(self, late: float = 0.0) -> np.ndarray:
-        """What is predicted, so much later [m], shape (f, n, n, 3)."""
+    @cached_property
+    def predicted(self) -> np.ndarray:
+        """What is predicted [m], shape (f, n, n, 3)."""
+        return self.later(0.0)
+
+    def later(self, late: float) -> np.ndarray:
+        """The same, so much later [s]."""
         return Sheet(self.recording).nodes(self.rollout, late) - self._middle
 
     @cached_property
@@ -71,7 +76,7 @@ class Seen:
         """All nodes but those of the held edge, on a cloth of this part of its height."""
         seen = self.seen[:, :-1]
         good = np.isfinite(seen).all(axis=3)
-        return Pairs.of(height * self.predicted()[:, :-1][good], seen[good])
+        return Pairs.of(height * self.predicted[:, :-1][good], seen[good])
 
 
 Change = Callable[[Seen], np.ndarray]
@@ -80,12 +85,12 @@ Change = Callable[[Seen], np.ndarray]
 
 def displaced(by: Displacement, height: float = 1.0) -> Change:
     """Errors where the camera is displaced and the cloth is of this part of its height."""
-    return lambda each: height * each.predicted() @ by.rotation.T + by.translation - each.seen
+    return lambda each: height * each.predicted @ by.rotation.T + by.translation - each.seen
 
 
 def unmoved(each: Seen) -> np.ndarray:
     """Errors as they are."""
-    return each.predicted() - each.seen
+    return each.predicted - each.seen
 
 
 def by_grid(fitting: list[Seen]) -> tuple[str, Change]:
@@ -114,7 +119,7 @@ def per_frame(each: Seen) -> np.ndarray:
 
 def later(each: Seen) -> np.ndarray:
     """Errors with the shift of the prediction that is best for this recording."""
-    errors = [each.predicted(float(late)) - each.seen for late in LATENESS]
+    errors = [each.later(float(late)) - each.seen for late in LATENESS]
     return min(errors, key=lambda off: float(rms(off[:, :-1])))
 
 
@@ -187,7 +192,7 @@ def narrower(measured: list[Seen]) -> str:
 
 
 def _both(measured: list[Seen]) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    return [each.seen for each in measured], [each.predicted() for each in measured]
+    return [each.seen for each in measured], [each.predicted for each in measured]
 
 
 def _narrower(nodes: np.ndarray) -> float:
