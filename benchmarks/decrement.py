@@ -15,18 +15,9 @@ from pathlib import Path
 import numpy as np
 from benchmarks.tables import markdown, publish
 
-from tatamu.validation.real.motion import (
-    AMPLITUDES,
-    FILE,
-    FITTED,
-    LEFT_OUT,
-    SESSION,
-    START_SIZE,
-    decrement_line,
-    fit,
-    free_swings,
-    of_size,
-)
+from tatamu.validation.real.fading import AMPLITUDES, decrement_line, free_swings
+from tatamu.validation.real.fitted_air import START_SIZE, fit, of_size
+from tatamu.validation.real.motion import FILE, FITTED, LEFT_OUT, SESSION
 from tatamu.validation.real.pendulum import AirLaw, plate_swing
 from tatamu.validation.real.recording import Recording, load_recordings
 from tatamu.validation.real.sheet import SIDE

@@ -41,6 +41,7 @@ PLACES = {
     "real: leeds": NOTES / "real-cloth.md",
     "real: motion": NOTES / "real-cloth.md",
     "real: towel": NOTES / "real-cloth.md",
+    "real: seen nodes": NOTES / "real-cloth.md",
     "real: decrement": NOTES / "real-cloth.md",
     "real: terms": NOTES / "real-cloth.md",
     "real: cost": NOTES / "real-cloth.md",

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import gzip
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
 from tatamu.cli.app import app
@@ -16,13 +18,16 @@ from tatamu.instruments.oscillation import swings
 from tatamu.instruments.outline import PlanOutline
 from tatamu.material import Material
 from tatamu.validation.real import bench as benches
-from tatamu.validation.real import notes
-from tatamu.validation.real.bench import Bench
-from tatamu.validation.real.leeds import Leeds
+from tatamu.validation.real import fitted_drape, notes
+from tatamu.validation.real.alignment import UNMOVED, Displacement, Pairs
+from tatamu.validation.real.bench import Bench, Experiment, Values
+from tatamu.validation.real.fabric import Fabric
+from tatamu.validation.real.fitted_air import START, fit
+from tatamu.validation.real.fitted_drape import DENSITY, TYPICAL
+from tatamu.validation.real.leeds import Leeds, MeasuredHems
 from tatamu.validation.real.matsudaira import FILE, NUMBERS, Matsudaira, models
-from tatamu.validation.real.motion import START, fit
 from tatamu.validation.real.page import page
-from tatamu.validation.real.pendulum import AirLaw, plate_swing
+from tatamu.validation.real.pendulum import AirLaw, plate_nodes, plate_swing
 from tatamu.validation.real.recording import BEFORE, Recording, load_recordings
 from tatamu.validation.real.study import load, run
 
@@ -113,6 +118,38 @@ def test_a_plate_without_air_swings_like_a_physical_pendulum() -> None:
     assert recording.path[0][0] == pytest.approx(clock.min() - BEFORE)
 
 
+def test_a_displaced_camera_is_found_and_allowed_for() -> None:
+    random = np.random.default_rng(0)
+    places = random.normal(0.0, 0.1, (400, 3))
+    turn = Rotation.from_rotvec([0.03, -0.02, 0.01])
+    moved = Displacement(turn.as_matrix(), np.array([0.01, 0.0, -0.02]))
+    seen = turn.apply(places) + moved.translation + random.normal(0.0, 0.003, places.shape)
+    pairs = Pairs.from_plain(Pairs.of(places, seen).plain())
+    assert pairs.distance() == pytest.approx(np.sqrt(((seen - places) ** 2).sum(axis=1).mean()), rel=1e-9)
+    found = pairs.displacement()
+    assert found.rotation == pytest.approx(moved.rotation, abs=3e-3)
+    assert found.translation == pytest.approx(moved.translation, abs=1e-3)
+    assert pairs.distance(found) == pytest.approx(0.003 * np.sqrt(3.0), rel=0.05)
+    assert pairs.distance(found) < pairs.distance(pairs.translation()) < pairs.distance(UNMOVED)
+    assert found.angle == pytest.approx(turn.magnitude(), rel=0.05)
+
+
+def test_recordings_count_the_same_in_the_displacement_however_many_nodes_they_have() -> None:
+    few, many = np.eye(3), np.tile(np.eye(3), (100, 1))
+    mean = Pairs.mean([Pairs.of(few, few + np.array([0.02, 0.0, 0.0])), Pairs.of(many, many)])
+    assert mean.translation().translation == pytest.approx([0.01, 0.0, 0.0])
+
+
+def test_the_nodes_of_a_plate_have_its_swing_and_its_length() -> None:
+    recording = recorded(AirLaw(0.5, 0.6, 4.0))
+    swing = 0.1 * np.sin(recording.clock)
+    nodes = plate_nodes(recording, swing, 0.3)
+    across = ((nodes[:, 0] - nodes[:, -1]) * recording.normal(recording.clock)[:, None]).sum(axis=2)
+    assert across == pytest.approx(np.tile(swing[:, None], 3), abs=1e-9)
+    assert np.linalg.norm(nodes[:, 0] - nodes[:, -1], axis=2) == pytest.approx(0.3)
+    assert nodes[:, -1, [0, -1]] == pytest.approx(recording.corners(recording.clock))
+
+
 def test_a_disc_too_stiff_to_drape_keeps_its_area(tmp_path: Path) -> None:
     section = Matsudaira().run(
         Matsudaira().load(write_fabrics(tmp_path / "data")), Bench("native", tmp_path / "kept", seeds=1)
@@ -142,6 +179,66 @@ def test_another_scene_has_another_name(tmp_path: Path) -> None:
         for what in ("outline", "other")
     }
     assert len(keys) == 4
+
+
+STIFFER = np.geomspace(2e-5, 1e-3, 7)
+"""Rigidities of a sweep [N m] whose coarse meshes are quickly made."""
+
+
+class MadeUpBench(Bench):
+    """Hems of a made-up law instead of a simulator's: rounder with the rigidity, more elliptic with the anisotropy."""
+
+    def measure(self, experiments: Sequence[Experiment]) -> list[Values]:
+        return [made_up(each.scene.material) for each in experiments]
+
+
+def made_up(material: Material) -> Values:
+    warp, weft = material.bending_rigidity, material.weft_rigidity
+    outline = made_up_hem(0.5 * (warp + weft), warp / weft)
+    return {"radii": outline.radii.tolist(), "area": outline.area, "area_before": outline.area}
+
+
+def made_up_hem(bending: float, anisotropy: float) -> PlanOutline:
+    part = np.log(bending / STIFFER[0]) / np.log(STIFFER[-1] / STIFFER[0])
+    return waved(0.1 + 0.04 * part, 7, 0.008, 0.006 * np.log(anisotropy))
+
+
+def test_rigidity_and_anisotropy_of_a_weave_are_recovered_from_its_hems(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(fitted_drape, "SWEEP", STIFFER)
+    hidden = [(6e-5, 1.3), (3e-4, 2.4)]
+    hems = [MeasuredHems(f"{B:g}", [made_up_hem(B, anisotropy)]) for B, anisotropy in hidden]
+    models, nodes, lines = (table.lines for table in Leeds().run(hems, MadeUpBench("native", tmp_path, seeds=1)).tables)
+    assert [line["nodes within 1"] for line in models] == ["2 of 2"] * len(models)
+    assert all(line["typical weave"].startswith("7.0 (") for line in nodes)
+    for (bending, anisotropy), line in zip(hidden, lines, strict=True):
+        assert float(line["B/ρ [10⁻⁶ m⁴/s²]"]) == pytest.approx(1e6 * bending / DENSITY, rel=0.03)
+        assert float(line["warp over weft"]) == pytest.approx(anisotropy, abs=0.11)
+        assert line["nodes"] == "7.0, 7.0"
+
+
+def test_a_weave_of_typical_anisotropy_is_the_typical_weave() -> None:
+    fabric = Fabric("made up", "plain", 0.2, 1e-5)
+    found, typical = fabric.weave(TYPICAL), fabric.woven
+    for name in ("bending_rigidity", "bending_rigidity_weft", "bending_rigidity_bias", "shear_stiffness"):
+        assert getattr(found, name) == pytest.approx(getattr(typical, name))
+    stiffer = fabric.weave(3.0)
+    assert stiffer.bending_rigidity == pytest.approx(3.0 * stiffer.weft_rigidity)
+    assert stiffer.bending_rigidity + stiffer.weft_rigidity == pytest.approx(2e-5)
+
+
+def test_cloth_that_is_not_flat_is_wavy_beyond_the_plate_only() -> None:
+    meter = Drapemeter(0.15, 0.09, 0.004, waviness=1e-3)
+    height = meter.unstrained[:, 2]
+    beyond = np.hypot(*meter.mesh[0].T) > 0.09 + meter.row + 0.02
+    assert height[beyond].std() == pytest.approx(1e-3, rel=0.2)
+    assert not height[meter.held].any()
+    material = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-4)
+    flat = Drapemeter(0.15, 0.09, 0.004).scene(material).cloth
+    assert np.array_equal(meter.scene(material).cloth.vertices, flat.vertices)
+    assert flat.rest_vertices is not None and not np.signbit(flat.rest_vertices[:, 2]).any()
+    assert not flat.rest_vertices[:, 2].any()
 
 
 WRONG = [

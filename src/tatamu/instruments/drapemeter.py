@@ -3,7 +3,7 @@
 As in the instrument, the specimen lies flat, its middle on a plate level with a table, and the plate rises. What lies
 on the plate does not move on it: the scene holds it, and holds half a row beyond the rim as well, so that the cloth
 leaves the plate level. The mesh is a ring of concentric rows. A flat disc has no reason to buckle: small, seeded
-unevenness takes the place of the fabric's own.
+unevenness takes the place of the fabric's own. Where more is asked, the unstrained cloth itself is wavy.
 """
 
 from __future__ import annotations
@@ -30,6 +30,10 @@ FINENESS = 0.35
 """Spacing of the mesh in bending lengths."""
 UNEVENNESS = 0.02
 """Of the flat cloth's height, standard deviation in spacings of the mesh."""
+WAVE = 0.02
+"""Length of the waves of unstrained cloth that is wavy [m]: its height is correlated as exp(-d² / (2 WAVE²))."""
+WAVES = 200
+"""Of which it is the sum."""
 KNOTS = 21
 
 
@@ -45,12 +49,16 @@ class Drapemeter:
     """Edge length of the mesh [m]."""
     seed: int = 0
     """Of the unevenness, and of where the rows begin."""
+    waviness: float = 0.0
+    """Of the height of the unstrained cloth beyond the plate, standard deviation [m]."""
 
     @classmethod
-    def fine_enough(cls, specimen: float, plate: float, material: Material, seed: int = 0) -> Drapemeter:
+    def fine_enough(
+        cls, specimen: float, plate: float, material: Material, seed: int = 0, waviness: float = 0.0
+    ) -> Drapemeter:
         """With a mesh that the fabric can bend on."""
         spacing = min(FINENESS * material.bending_length, 0.2 * (specimen - plate))
-        return cls(specimen, plate, spacing, seed)
+        return cls(specimen, plate, spacing, seed, waviness)
 
     @property
     def rows(self) -> int:
@@ -78,6 +86,19 @@ class Drapemeter:
         """Vertices on the plate, and those half a row beyond its rim."""
         return np.flatnonzero(np.hypot(*self.mesh[0].T) < self.plate + self.row)
 
+    @property
+    def unstrained(self) -> np.ndarray:
+        """The cloth without strain, shape (n, 3): level where it is held, and wavy from one wave beyond on [m]."""
+        points, _ = self.mesh
+        if not self.waviness:
+            return np.column_stack([points, np.zeros(len(points))])
+        random = np.random.default_rng([self.seed, 2])
+        waves = random.standard_normal((2, WAVES)) / WAVE
+        phases = random.uniform(0.0, 2.0 * np.pi, WAVES)
+        height = self.waviness * np.sqrt(2.0 / WAVES) * np.cos(points @ waves + phases).sum(axis=1)
+        beyond = np.hypot(*points.T) - self.plate - self.row
+        return np.column_stack([points, np.clip(beyond / WAVE, 0.0, 1.0) * height])
+
     def scene(self, material: Material) -> Scene:
         """The plate rises from a table without friction, in air that damps critically."""
         points, faces = self.mesh
@@ -88,7 +109,7 @@ class Drapemeter:
         u = np.linspace(0.0, 1.0, KNOTS)
         path = np.outer(minimum_jerk(u), [0.0, 0.0, RISE])
         return Scene(
-            cloth=Cloth(vertices=flat, faces=faces, rest_vertices=np.column_stack([points, np.zeros(len(points))])),
+            cloth=Cloth(vertices=flat, faces=faces, rest_vertices=self.unstrained),
             material=material.model_copy(update={"friction_table": 0.0, "air_drag": self.damping(material)}),
             table=Table(),
             grippers=[Gripper(vertices=self.held.tolist(), times=(RISING * u).tolist(), displacements=path)],

@@ -68,13 +68,37 @@ class Draped:
 
     @property
     def mean(self) -> float:
-        """Mean drape coefficient [%]; not a number where every repeat failed."""
-        return float(self.coefficients.mean()) if self.outlines else float("nan")
+        """Mean drape coefficient [%]."""
+        return self._mean(list(self.coefficients))
 
     @property
     def nodes(self) -> float:
         """Mean number of nodes."""
-        return float(np.mean([outline.nodes for outline in self.outlines])) if self.outlines else float("nan")
+        return self._mean([outline.nodes for outline in self.outlines])
+
+    @property
+    def amplitude(self) -> float:
+        """Mean amplitude of the hem [m]."""
+        return self._mean([outline.amplitude for outline in self.outlines])
+
+    @property
+    def wavelength(self) -> float:
+        """Mean wavelength of the hem [m]."""
+        return self._mean([outline.wavelength for outline in self.outlines])
+
+    @property
+    def scatter(self) -> float:
+        """Standard deviation of the drape coefficients [points]."""
+        return float(self.coefficients.std()) if self.outlines else float("nan")
+
+    def harmonic(self, order: int) -> float:
+        """Mean amplitude of a harmonic of the hem [m]."""
+        return self._mean([outline.harmonic(order) for outline in self.outlines])
+
+    @staticmethod
+    def _mean(values: Sequence[float]) -> float:
+        """Their mean; not a number where every repeat failed."""
+        return float(np.mean(values)) if values else float("nan")
 
     @property
     def counted(self) -> str:
@@ -82,9 +106,9 @@ class Draped:
         return ", ".join(str(outline.nodes) for outline in self.outlines) or "none came to an end"
 
 
-def experiments(name: str, material: Material, size: Size, seeds: int) -> list[Experiment]:
-    """Repeats of one drape, with seeds from 0."""
-    meters = [Drapemeter.fine_enough(size.specimen, size.plate, material, seed) for seed in range(seeds)]
+def experiments(name: str, material: Material, size: Size, seeds: int, waviness: float = 0.0) -> list[Experiment]:
+    """Repeats of one drape, with seeds from 0; the unstrained cloth may be wavy [m]."""
+    meters = [Drapemeter.fine_enough(size.specimen, size.plate, material, seed, waviness) for seed in range(seeds)]
     return [_experiment(name, meter, material, size) for meter in meters]
 
 

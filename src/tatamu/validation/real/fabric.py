@@ -24,6 +24,12 @@ WARP, WEFT, TWIST = 1.265, 0.735, 1.62
 """Rigidity along warp and weft and against twist over their mean: medians of the 618 fabrics of Feng et al. 2022, of
 which the stiffer direction has 1.72 times the rigidity of the other, and strips on the bias 0.90 of the mean."""
 
+FRICTION = 22.0
+"""HB over B of a fabric whose hysteresis was not measured [1/m]: median of the four of Matsudaira et al. 2015."""
+
+WAVINESS = 1e-3
+"""Of cloth that is not quite flat [m]: assumed, nobody measured it."""
+
 
 @dataclass(frozen=True)
 class Fabric:
@@ -55,12 +61,20 @@ class Fabric:
     @property
     def woven(self) -> Material:
         """The fabric as a typical weave of that rigidity."""
+        return self._weave(WARP, WEFT)
+
+    def weave(self, anisotropy: float) -> Material:
+        """The fabric as a weave whose rigidity along the warp is so many times that along the weft."""
+        return self._weave(2.0 * anisotropy / (1.0 + anisotropy), 2.0 / (1.0 + anisotropy))
+
+    def _weave(self, warp: float, weft: float) -> Material:
+        """A weave by its rigidities along warp and weft over their mean."""
         return self.isotropic.model_copy(
             update={
                 "shear_stiffness": SHEAR,
-                "bending_rigidity": WARP * self.bending,
-                "bending_rigidity_weft": WEFT * self.bending,
-                "bending_rigidity_bias": 0.25 * (WARP + WEFT + TWIST) * self.bending,
+                "bending_rigidity": warp * self.bending,
+                "bending_rigidity_weft": weft * self.bending,
+                "bending_rigidity_bias": 0.25 * (warp + weft + TWIST) * self.bending,
             }
         )
 
@@ -68,3 +82,8 @@ class Fabric:
     def frictional(self) -> Material:
         """The same weave with the hysteresis of bending that was measured."""
         return self.woven.model_copy(update={"bending_hysteresis": 0.5 * self.hysteresis})
+
+    @property
+    def rubbing(self) -> Material:
+        """The same weave with a typical hysteresis of bending."""
+        return self.woven.model_copy(update={"bending_hysteresis": FRICTION * self.bending})

@@ -1,12 +1,13 @@
-"""Drape of eleven fabrics, one number fitted: outlines by Gong, Mao and Wang (CVPR 2024), of the University of Leeds.
+"""Drape of eleven fabrics, one or two numbers fitted: outlines by Gong, Mao and Wang (CVPR 2024), University of Leeds.
 
 Only B / rho matters for the shape of a drape, and nobody measured it: it is fitted to the mean drape coefficient of a
-fabric. Nodes, amplitude, wavelength and harmonics of the hem are then predicted.
+fabric, and in the last of the models how much stiffer the warp is than the weft to the second harmonic of the hem.
+Nodes, amplitude, wavelength and what else the hem has are then predicted.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,12 +16,14 @@ import numpy as np
 from tatamu.errors import InputError
 from tatamu.instruments.outline import ANGLES, PlanOutline
 from tatamu.presentation.chart import Chart, axis, traces
+from tatamu.simulators import capabilities
 from tatamu.validation.real import drape
 from tatamu.validation.real.bench import Bench
 from tatamu.validation.real.columns import Columns
 from tatamu.validation.real.drape import Draped, Size
-from tatamu.validation.real.fabric import SOFTENED, Fabric
-from tatamu.validation.real.section import Section, Tabulated, reached
+from tatamu.validation.real.fabric import FRICTION, SHEAR, SOFTENED, TWIST, WARP, WAVINESS, WEFT
+from tatamu.validation.real.fitted_drape import ANISOTROPIES, DENSITY, FittedFabric, FittedModel, Sweep
+from tatamu.validation.real.section import Line, Section, Tabulated, reached
 from tatamu.validation.real.test import RealTest
 
 FILE = "cusick_outlines.csv.gz"
@@ -28,14 +31,35 @@ SIZE = Size(0.15, 0.09)
 CAPTURED = "cap"
 """The set of captures that is used; the other repeats fabric 1."""
 RADII = tuple(f"r{angle:03d}" for angle in range(ANGLES))
-DENSITY = 0.2
-"""Of all simulated fabrics [kg/m^2]: only ratios to it matter."""
-SWEEP = np.geomspace(1.4e-6, 4.5e-5, 8)
-"""Rigidities that are simulated to know how the coefficient depends on them [N m]."""
+MODELS = (
+    FittedModel("isotropic", "B/ρ", lambda fabric, _: fabric.isotropic),
+    FittedModel("typical weave", "B/ρ", lambda fabric, _: fabric.woven, needs=("orthotropy",)),
+    FittedModel(
+        "typical weave with friction", "B/ρ", lambda fabric, _: fabric.rubbing, needs=("orthotropy", "hysteresis")
+    ),
+    FittedModel(
+        "typical weave, not flat", "B/ρ", lambda fabric, _: fabric.woven, waviness=WAVINESS, needs=("orthotropy",)
+    ),
+    FittedModel(
+        "weave of its own anisotropy",
+        "B/ρ; warp over weft to the 2nd harmonic",
+        lambda fabric, anisotropy: fabric.weave(anisotropy),
+        ANISOTROPIES,
+        times=3,
+        needs=("orthotropy",),
+    ),
+)
+"""The last that a simulator knows is held against the goal."""
 WITHIN = 1.0
 """Goal: predicted nodes are this near to the measured mean."""
 MOST = 9
 """Goal: of this many fabrics of eleven."""
+
+
+def models(simulator: str) -> list[FittedModel]:
+    """The models that a simulator knows."""
+    able = capabilities(simulator)
+    return [model for model in MODELS if all(getattr(able, name, False) for name in model.needs)]
 
 
 @dataclass(frozen=True)
@@ -69,76 +93,135 @@ class Leeds(RealTest):
 
     def simulations(self, measured: list[MeasuredHems], bench: Bench) -> int:
         """See `RealTest.simulations`."""
-        return (len(SWEEP) + len(measured)) * bench.seeds
+        known = models(bench.simulator)
+        return sum(model.swept + model.times * len(measured) * bench.seeds for model in known)
 
     def run(self, measured: list[MeasuredHems], bench: Bench) -> Section:
         """See `RealTest.run`."""
-        swept = _draped([_fabric(f"B = {1e6 * bending:.2g} µN m", float(bending)) for bending in SWEEP], bench)
-        fitted = [_rigidity(hems.draped().mean, swept) for hems in measured]
-        fabrics = [_fabric(f"fabric {hems.name}", bending) for hems, bending in zip(measured, fitted, strict=True)]
-        found = _draped(fabrics, bench)
+        known = models(bench.simulator)
+        predictions = [_predicted(model, measured, bench) for model in known]
+        best = predictions[-1]
         return Section(
             name=self.name,
-            title="Drape of eleven fabrics, one number fitted",
-            method=(
-                f"Discs of {SIZE.name}; of each fabric B/ρ is fitted to the mean drape coefficient, everything else is "
-                f"predicted, by {bench.seeds} repeats. Assumed: a sheet alike in all "
-                f"directions, of {SOFTENED:g} N/m and a Poisson ratio of 0.25."
-            ),
-            tables=[Tabulated("real: leeds", _lines(measured, fitted, found))],
+            title="Drape of eleven fabrics, one or two numbers fitted",
+            method=_method(bench.seeds, best.model),
+            tables=[
+                Tabulated("real: leeds models", [_summary(each, measured) for each in predictions]),
+                Tabulated("real: leeds nodes", _nodes(measured, predictions)),
+                Tabulated("real: leeds", _lines(measured, best)),
+            ],
             beat=(
                 "The authors fit a differentiable simulator to every outline and give no prediction of what was not "
                 "fitted; so there is no number of others to beat, only the scatter of the fabric itself."
             ),
-            goal=_goal(measured, found),
+            goal=_goal(measured, best),
             silent=(
                 "No rigidity of these fabrics was measured. Captures of one specimen differ by up to ten points (the "
                 "two faces, it seems), and fabric 1 loses seven from the first to the second: the scatter is the "
                 "fabric's and the handling's together. Only the plan outline was measured, not the heights."
             ),
-            charts=[_chart(measured, found, swept)],
+            charts=[_chart(measured, predictions)],
             sketches=[
                 sketch
-                for hems, drawn in list(zip(measured, found, strict=True))[:3]
+                for hems, drawn in list(zip(measured, best.drapes, strict=True))[:3]
                 for sketch in (
                     drape.sketched(f"Fabric {hems.name}, measured", hems.outlines[: bench.seeds], SIZE, colour="warm"),
-                    drape.sketched(f"Fabric {hems.name}, simulated", drawn.outlines, SIZE),
+                    drape.sketched(f"Fabric {hems.name}, simulated", drawn.outlines[: bench.seeds], SIZE),
                 )
             ],
         )
 
 
-def _fabric(name: str, bending: float) -> Fabric:
-    return Fabric(name, "unknown", DENSITY, bending)
+@dataclass(frozen=True)
+class PredictedHems:
+    """All fabrics by one model."""
+
+    model: FittedModel
+    fabrics: Sequence[FittedFabric]
+    drapes: Sequence[Draped]
+
+    def near(self, measured: Sequence[MeasuredHems]) -> int:
+        """Of how many fabrics the nodes are near to the measured ones."""
+        off = _off(measured, self, lambda drawn: drawn.nodes)
+        return int((np.abs(off) <= WITHIN).sum())
 
 
-def _draped(fabrics: Sequence[Fabric], bench: Bench) -> list[Draped]:
-    """The drapes of some fabrics."""
-    groups = [drape.experiments(fabric.name, fabric.isotropic, SIZE, bench.seeds) for fabric in fabrics]
-    values = bench.measure([experiment for group in groups for experiment in group])
-    return [Draped.of(values[k : k + bench.seeds], SIZE) for k in range(0, len(values), bench.seeds)]
+def _predicted(model: FittedModel, measured: Sequence[MeasuredHems], bench: Bench) -> PredictedHems:
+    sweep = Sweep.of(model, SIZE, bench)
+    fabrics = [
+        sweep.fitted(f"fabric {hems.name}", real.mean, real.harmonic(2))
+        for hems in measured
+        for real in [hems.draped()]
+    ]
+    return PredictedHems(model, fabrics, model.draped(fabrics, SIZE, model.times * bench.seeds, bench))
 
 
-def _rigidity(coefficient: float, swept: Sequence[Draped]) -> float:
-    """The rigidity at which the coefficient of the sweep is the measured one, by interpolation [N m]."""
-    means = np.maximum.accumulate([drawn.mean for drawn in swept])
-    return float(np.exp(np.interp(coefficient, means, np.log(SWEEP))))
+def _method(repeats: int, last: FittedModel) -> str:
+    return (
+        f"Discs of {SIZE.name}; of each fabric B/ρ is fitted to the mean drape coefficient, everything else is "
+        f"predicted, by {repeats} repeats, in the last line by {last.times * repeats}. There warp over weft is fitted "
+        f"as well, to the second harmonic of the hem, between {ANISOTROPIES[0]:g} and {ANISOTROPIES[-1]:g}. All have "
+        f"{SOFTENED:g} N/m along their yarns and a Poisson ratio of 0.25. Typical weave, as in the drape of four "
+        "fabrics: shear stiffness "
+        f"{SHEAR:g} N/m, {WARP:g}, {WEFT:g} and {TWIST:g} of the mean rigidity along warp and weft and against twist. "
+        f"Friction: HB over B of {FRICTION:g} / m, the median of those four. Not flat: unstrained, the cloth is wavy "
+        f"by {1e3 * WAVINESS:g} mm in waves of 20 mm, which is assumed. Errors are root mean squares over the fabrics."
+    )
 
 
-def _lines(measured: Sequence[MeasuredHems], fitted: Sequence[float], found: Sequence[Draped]) -> list[dict[str, str]]:
+def _off(measured: Sequence[MeasuredHems], predicted: PredictedHems, what: Callable[[Draped], float]) -> np.ndarray:
+    """Predicted less measured, of each fabric."""
+    return np.array([what(drawn) - what(hems.draped()) for hems, drawn in zip(measured, predicted.drapes, strict=True)])
+
+
+def _summary(predicted: PredictedHems, measured: Sequence[MeasuredHems]) -> Line:
+    def error(what: Callable[[Draped], float], factor: float, digits: int) -> str:
+        return f"{factor * np.sqrt(np.mean(_off(measured, predicted, what) ** 2)):.{digits}f}"
+
+    return {
+        "simulated as": predicted.model.name,
+        "fitted": predicted.model.fitted,
+        f"nodes within {WITHIN:g}": f"{predicted.near(measured)} of {len(measured)}",
+        "error of nodes": error(lambda drawn: drawn.nodes, 1.0, 1),
+        "of amplitude [mm]": error(lambda drawn: drawn.amplitude, 1e3, 1),
+        "of wavelength [mm]": error(lambda drawn: drawn.wavelength, 1e3, 0),
+        "of 2nd harmonic [mm]": error(lambda drawn: drawn.harmonic(2), 1e3, 1),
+        "of 3rd harmonic [mm]": error(lambda drawn: drawn.harmonic(3), 1e3, 1),
+        "of scatter [points]": error(lambda drawn: drawn.scatter, 1.0, 1),
+    }
+
+
+def _nodes(measured: Sequence[MeasuredHems], predictions: Sequence[PredictedHems]) -> list[Line]:
+    """Nodes, and the amplitude of the hem in brackets, by each model."""
+
+    def told(drawn: Draped) -> str:
+        return f"{drawn.nodes:.1f} ({1e3 * drawn.amplitude:.1f})"
+
+    return [
+        {
+            "nodes (amplitude [mm]) of fabric": hems.name,
+            "measured": told(hems.draped()),
+            **{each.model.name: told(each.drapes[place]) for each in predictions},
+        }
+        for place, hems in enumerate(measured)
+    ]
+
+
+def _lines(measured: Sequence[MeasuredHems], best: PredictedHems) -> list[Line]:
     return [
         {
             "fabric": hems.name,
-            "B/ρ [10⁻⁶ m⁴/s²]": f"{1e6 * bending / DENSITY:.1f}",
+            "B/ρ [10⁻⁶ m⁴/s²]": f"{1e6 * fabric.bending / DENSITY:.1f}",
+            "warp over weft": f"{fabric.anisotropy:.1f}",
             "coefficient [%]": _pair(real.mean, drawn.mean, 1),
             "nodes": _pair(real.nodes, drawn.nodes, 1),
-            "amplitude [mm]": _pair(_mean(real, "amplitude"), _mean(drawn, "amplitude"), 1, 1e3),
-            "wavelength [mm]": _pair(_mean(real, "wavelength"), _mean(drawn, "wavelength"), 0, 1e3),
-            "2nd harmonic [mm]": _pair(_harmonic(real, 2), _harmonic(drawn, 2), 1, 1e3),
-            "3rd harmonic [mm]": _pair(_harmonic(real, 3), _harmonic(drawn, 3), 1, 1e3),
-            "scatter [points]": _pair(float(real.coefficients.std()), float(drawn.coefficients.std()), 1),
+            "amplitude [mm]": _pair(real.amplitude, drawn.amplitude, 1, 1e3),
+            "wavelength [mm]": _pair(real.wavelength, drawn.wavelength, 0, 1e3),
+            "2nd harmonic [mm]": _pair(real.harmonic(2), drawn.harmonic(2), 1, 1e3),
+            "3rd harmonic [mm]": _pair(real.harmonic(3), drawn.harmonic(3), 1, 1e3),
+            "scatter [points]": _pair(real.scatter, drawn.scatter, 1),
         }
-        for hems, bending, drawn in zip(measured, fitted, found, strict=True)
+        for hems, fabric, drawn in zip(measured, best.fabrics, best.drapes, strict=True)
         for real in [hems.draped()]
     ]
 
@@ -148,35 +231,26 @@ def _pair(measured: float, predicted: float, digits: int, factor: float = 1.0) -
     return f"{factor * measured:.{digits}f}, {factor * predicted:.{digits}f}"
 
 
-def _mean(drawn: Draped, what: str) -> float:
-    return float(np.mean([getattr(outline, what) for outline in drawn.outlines]))
+def _goal(measured: Sequence[MeasuredHems], best: PredictedHems) -> str:
+    near = best.near(measured)
+    return (
+        f"Nodes within {WITHIN:g} for {MOST} of eleven fabrics, by the last line: {reached(near >= MOST)} "
+        f"({near} of {len(measured)})."
+    )
 
 
-def _harmonic(drawn: Draped, order: int) -> float:
-    return float(np.mean([outline.harmonic(order) for outline in drawn.outlines]))
-
-
-def _goal(measured: Sequence[MeasuredHems], found: Sequence[Draped]) -> str:
-    off = np.array([abs(drawn.nodes - hems.draped().nodes) for hems, drawn in zip(measured, found, strict=True)])
-    near = int((off <= WITHIN).sum())
-    return f"Nodes within {WITHIN:g} for {MOST} of eleven fabrics: {reached(near >= MOST)} ({near} of {len(off)})."
-
-
-def _chart(measured: Sequence[MeasuredHems], found: Sequence[Draped], swept: Sequence[Draped]) -> Chart:
-    def points(name: str, drapes: Sequence[Draped], place: int) -> dict[str, object]:
-        return {
+def _chart(measured: Sequence[MeasuredHems], predictions: Sequence[PredictedHems]) -> Chart:
+    shown = [("measured", [hems.draped() for hems in measured])]
+    shown += [(each.model.name, list(each.drapes)) for each in predictions]
+    lines = [
+        {
             "mode": "markers",
             "name": name,
             "x": [round(drawn.mean, 2) for drawn in drapes],
             "y": [round(drawn.nodes, 2) for drawn in drapes],
             "marker": {"color": f"@series-{place}", "size": 9},
         }
-
-    curve = points("simulated, others", swept, 2)
-    plot = traces(
-        [points("measured", [hems.draped() for hems in measured], 0), points("predicted", found, 1), curve],
-        xaxis=axis("drape coefficient [%]"),
-        yaxis=axis("nodes"),
-        showlegend=True,
-    )
+        for place, (name, drapes) in enumerate(shown)
+    ]
+    plot = traces(lines, xaxis=axis("drape coefficient [%]"), yaxis=axis("nodes"), showlegend=True)
     return Chart("Nodes", plot, "limp fabrics have more", kind="tall")

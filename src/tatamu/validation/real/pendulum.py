@@ -67,3 +67,21 @@ def plate_swing(recording: Recording, air: AirLaw, length: float) -> np.ndarray:
         rate += STEP * torque / inertia
         angle += STEP * rate
     return np.interp(recording.clock, times, length * np.sin(angles))
+
+
+def plate_nodes(recording: Recording, swing: np.ndarray, length: float) -> np.ndarray:
+    """The camera's nodes on the plate at the frames [m], shape (f, n, n, 3).
+
+    Args:
+        recording: Its robot holds the plate.
+        swing: Of the lower edge at the frames [m], shape (f,).
+        length: Of the plate [m].
+    """
+    corners = recording.corners(recording.clock)
+    count = recording.nodes.shape[1]
+    along = np.linspace(0.0, 1.0, count)[:, None]
+    bar = corners[:, None, 0] + along * (corners[:, 1] - corners[:, 0])[:, None]
+    down = swing[:, None] * recording.normal(recording.clock)
+    down[:, 2] -= np.sqrt(length**2 - swing**2)
+    part = np.linspace(1.0, 0.0, count)[:, None, None]
+    return np.asarray(bar[:, None] + part * down[:, None, None])

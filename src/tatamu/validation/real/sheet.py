@@ -62,9 +62,9 @@ class Sheet:
             frame_rate=FRAMES,
         )
 
-    def nodes(self, rollout: Rollout) -> np.ndarray:
-        """The camera's nodes at its frames, as simulated [m], shape (f, n, n, 3)."""
-        moment = self.recording.clock - self.recording.path[0][0]
+    def nodes(self, rollout: Rollout, late: float = 0.0) -> np.ndarray:
+        """The camera's nodes at its frames, as simulated and so much later [s], [m], shape (f, n, n, 3)."""
+        moment = self.recording.clock - self.recording.path[0][0] - late
         frame = np.clip(moment * FRAMES, 0.0, len(rollout.times) - 1.001)
         before = frame.astype(int)
         part = (frame - before)[:, None, None]

@@ -1,0 +1,103 @@
+"""How far nodes are from where a camera sees them, as they are and with the camera displaced.
+
+A camera whose place is known a little wrong sees everything turned and moved by the same,
+
+    y = R x + t
+
+x where a node is, y where it is seen, both from the middle of the bar. R and t of least squares follow from sums over
+the pairs (Kabsch 1976), and so does the distance that is left; so no more is kept of a rollout than these sums.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Displacement:
+    """A rotation and a translation."""
+
+    rotation: np.ndarray
+    """R, shape (3, 3)."""
+    translation: np.ndarray
+    """t [m], shape (3,)."""
+
+    @property
+    def angle(self) -> float:
+        """By how much it turns [rad]."""
+        return float(np.arccos(np.clip(0.5 * (np.trace(self.rotation) - 1.0), -1.0, 1.0)))
+
+    def __str__(self) -> str:
+        turned = f" and {np.degrees(self.angle):.1f} degrees" if self.angle else ""
+        return f"{1e3 * np.linalg.norm(self.translation):.0f} mm{turned}"
+
+
+UNMOVED = Displacement(np.eye(3), np.zeros(3))
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Means over pairs of where a node is and where it is seen."""
+
+    place: np.ndarray
+    """Of x [m], shape (3,)."""
+    seen: np.ndarray
+    """Of y [m], shape (3,)."""
+    squares: float
+    """Of |x|² + |y|² [m²]."""
+    products: np.ndarray
+    """Of y x' [m²], shape (3, 3)."""
+
+    @classmethod
+    def of(cls, places: np.ndarray, seen: np.ndarray) -> Pairs:
+        """The means of some pairs.
+
+        Args:
+            places: From the middle of the bar [m], shape (k, 3), k > 0.
+            seen: Likewise.
+        """
+        squares = float((places**2 + seen**2).sum(axis=1).mean())
+        return cls(places.mean(axis=0), seen.mean(axis=0), squares, seen.T @ places / len(places))
+
+    @classmethod
+    def mean(cls, each: Sequence[Pairs]) -> Pairs:
+        """Of several recordings, each of which counts the same."""
+        return cls(
+            np.mean([pairs.place for pairs in each], axis=0),
+            np.mean([pairs.seen for pairs in each], axis=0),
+            float(np.mean([pairs.squares for pairs in each])),
+            np.mean([pairs.products for pairs in each], axis=0),
+        )
+
+    @classmethod
+    def from_plain(cls, plain: Mapping[str, Any]) -> Pairs:
+        """What `plain` made."""
+        place, seen, products = (np.array(plain[name]) for name in ("place", "seen", "products"))
+        return cls(place, seen, float(plain["squares"]), products)
+
+    def plain(self) -> dict[str, Any]:
+        """Plain data."""
+        arrays = {"place": self.place, "seen": self.seen, "products": self.products}
+        return {"squares": self.squares, **{name: array.tolist() for name, array in arrays.items()}}
+
+    def distance(self, by: Displacement = UNMOVED) -> float:
+        """RMS distance of R x + t and y [m]."""
+        turned = by.rotation @ self.place
+        moved = float(by.translation @ (by.translation + 2.0 * (turned - self.seen)))
+        square = self.squares - 2.0 * float((by.rotation * self.products).sum()) + moved
+        return float(np.sqrt(max(square, 0.0)))
+
+    def displacement(self) -> Displacement:
+        """That which leaves the least distance."""
+        left, _, right = np.linalg.svd(self.products - np.outer(self.seen, self.place))
+        mirrored = np.sign(np.linalg.det(left @ right))
+        rotation = left @ np.diag([1.0, 1.0, mirrored]) @ right
+        return Displacement(rotation, self.seen - rotation @ self.place)
+
+    def translation(self) -> Displacement:
+        """The same without turning."""
+        return Displacement(np.eye(3), self.seen - self.place)
