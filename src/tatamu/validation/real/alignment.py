@@ -75,7 +75,7 @@ class Pairs:
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any]) -> Pairs:
-        """What `plain` made."""
+        """Read pairs from plain numbers and lists, as `plain` writes them."""
         place, seen, products = (np.array(plain[name]) for name in ("place", "seen", "products"))
         return cls(place, seen, float(plain["squares"]), products)
 

@@ -1,4 +1,4 @@
-"""What air does over the cloth's density, fitted to swings; laws with one number or several."""
+"""Drag and added mass of air, over the density of the cloth, fitted to swings; laws with one number or several."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ class FittedModel:
 
     name: str
     fitted: str
-    """What is fitted to what."""
+    """The numbers that are fitted, and what they are fitted to."""
     material: Callable[[Fabric, float], Material]
     """Of a fabric of that anisotropy."""
     anisotropies: Sequence[float] = (TYPICAL,)
