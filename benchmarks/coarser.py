@@ -1,4 +1,4 @@
-"""How far a coarser mesh can be trusted in a search: the table "coarser" of docs/notes/learning.md.
+"""How far a coarser mesh can be trusted in a search: the tables "coarser" of docs/notes/learning.md.
 
     python benchmarks/coarser.py --out runs/coarser [--folds 16] [--only CASE] [--write-docs]
 
@@ -55,6 +55,8 @@ CASES = {
     "T-shirt, shop, step 2": Case("tshirt", "shop", 1, 60, LATER),
     "T-shirt, shop, step 3": Case("tshirt", "shop", 2, 60, LATER),
 }
+MARKS = ("coarser", "coarser: later steps")
+"""Tables of the docs: of first steps, and of later ones."""
 DEFAULT = "default"
 
 
@@ -121,14 +123,20 @@ def rows(name: str, out: Path, count: int) -> Iterator[dict[str, str]]:
     kept = Kept(out / (f"{case.garment}-{case.fold}-{case.step + 1}.json" if plan else f"{case.garment}.json"))
     folds = manipulations(study, count)
     known = [kept.simulated((DEFAULT, number), fine, fine, each) for number, each in enumerate(folds)]
-    yield {"fold": name, "folds": f"{len(folds)}", **_row(1.0, 1.0, fine, known, known)}
+    yield {"fold": name, "folds": f"{len(folds)}", **_row(1.0, 1.0, fine, known, known), **_start(case, fine)}
     for larger, softer in case.meshes:
         coarse = coarsened(job, larger, softer)
         there = None if state is None else interpolated(job.garment, state, coarse.garment)
         task = coarse.task(case.step, there)
         mesh = f"{larger:g}, {softer:g}"
         found = [kept.simulated((mesh, number), task, fine, each) for number, each in enumerate(folds)]
-        yield {"fold": name, "folds": f"{len(folds)}", **_row(larger, softer, task, found, known)}
+        row = _row(larger, softer, task, found, known)
+        yield {"fold": name, "folds": f"{len(folds)}", **row, **_start(case, task)}
+
+
+def _start(case: Case, task: Task) -> dict[str, str]:
+    """How much a later step's cloth is within itself when it begins; first steps begin flat."""
+    return {"crossings at the start": f"{crossings(task.fold.start, task.fold.garment.faces)}"} if case.step else {}
 
 
 def _row(
@@ -142,7 +150,6 @@ def _row(
         "times the spacing": f"{larger:g}",
         "times softer": f"{softer:g}",
         "vertices": f"{len(task.fold.start)}",
-        "crossings at the start": f"{crossings(task.fold.start, task.fold.garment.faces)}",
         "processor seconds, each": f"{np.mean([each.seconds for each in found]):.2f}",
         "rank correlation": f"{spearmanr(here, there)[0]:.2f}",
         "of the better half": f"{spearmanr(here[good], there[good])[0]:.2f}",
@@ -159,14 +166,18 @@ def main() -> None:
     parser.add_argument("--only", choices=CASES, action="append", help="a case; the others' rows of the docs stay")
     parser.add_argument("--write-docs", action="store_true")
     options = parser.parse_args()
-    table = [row for row in published("coarser") if options.only and row["fold"] not in options.only]
-    for name in options.only or CASES:
-        for row in rows(name, options.out, options.folds):
-            table.append(row)
-            print(row, flush=True)
-    print(markdown(table))
-    if options.write_docs:
-        publish("coarser", markdown(table))
+    for mark in MARKS:
+        chosen = [name for name in options.only or CASES if MARKS[bool(CASES[name].step)] == mark]
+        if not chosen:
+            continue
+        table = [row for row in published(mark) if row["fold"] in CASES and row["fold"] not in chosen]
+        for name in chosen:
+            for row in rows(name, options.out, options.folds):
+                table.append(row)
+                print(row, flush=True)
+        print(markdown(table))
+        if options.write_docs:
+            publish(mark, markdown(table))
 
 
 if __name__ == "__main__":

@@ -19,6 +19,7 @@ PLACES = {
     "speed: short": README,
     "learning: long": NOTES / "learning.md",
     "coarser": NOTES / "learning.md",
+    "coarser: later steps": NOTES / "learning.md",
     "loop": NOTES / "learning.md",
     "times": NOTES / "learning.md",
     "search: towel": NOTES / "search.md",
