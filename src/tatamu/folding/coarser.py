@@ -26,8 +26,8 @@ from tatamu.simulators import capabilities
 COARSER = {1: 2.0, 2: 1.7}
 """Spacing of the coarser mesh over that of the finer one, by the garment's layers (docs/notes/learning.md)."""
 OF_SEVERAL_STEPS = 1.5
-"""Likewise of a plan of several steps, whatever the layers: cells are then three quarters of a bending length, and on
-larger ones the loops of earlier folds spring open (docs/notes/learning.md)."""
+"""Likewise of a plan of several steps, whatever the layers: cells are then three quarters of a bending length; on
+larger ones more loops of earlier folds spring open (docs/notes/learning.md)."""
 FEWEST = 250
 """A coarser mesh has at least this many vertices; smaller folds take no time to speak of."""
 SOON = 0.15
