@@ -120,6 +120,7 @@ def test_every_benchmark_publishes_under_names_that_have_a_place(modules: Any) -
     made |= {f"real: {name}" for name in TESTS}
     made |= {f"cluster: {part}" for part in ("storm", "overhead", "busy", "constants", "thousand")}
     made |= {f"margins: {part}" for part in ("meshes", "folds", "simulators", "two meshes")}
+    made |= set(modules("coarser").MARKS)
     made |= {"checks", "fold", "cloth", "time", "run", "outcomes", "answers"}  # of `simulators` and `paper_numbers`
     assert named | made == places
 
