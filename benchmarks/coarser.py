@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import spearmanr
-from tables import markdown, publish, published
+from tables import markdown, merged, publish, published
 
 from tatamu.crossings import crossings
 from tatamu.files import read_json, write_json
@@ -117,10 +117,11 @@ def rows(name: str, out: Path, count: int) -> Iterator[dict[str, str]]:
     case = CASES[name]
     job = make_job(case.garment, fold=case.fold)
     plan = len(job.plan.steps) > 1
-    study = learned(job, ResultFolder(out / (f"{case.garment}-{case.fold}" if plan else case.garment)), case)
+    study_name = f"{case.garment}-{case.fold}" if plan else case.garment
+    study = learned(job, ResultFolder(out / study_name), case)
     state = study.rollout.positions[0] if case.step else None
     fine = job.task(case.step, state)
-    kept = Kept(out / (f"{case.garment}-{case.fold}-{case.step + 1}.json" if plan else f"{case.garment}.json"))
+    kept = Kept(out / (f"{study_name}-{case.step + 1}.json" if plan else f"{study_name}.json"))
     folds = manipulations(study, count)
     known = [kept.simulated((DEFAULT, number), fine, fine, each) for number, each in enumerate(folds)]
     yield {"fold": name, "folds": f"{len(folds)}", **_row(1.0, 1.0, fine, known, known), **_start(case, fine)}
@@ -170,14 +171,15 @@ def main() -> None:
         chosen = [name for name in options.only or CASES if MARKS[bool(CASES[name].step)] == mark]
         if not chosen:
             continue
-        table = [row for row in published(mark) if row["fold"] in CASES and row["fold"] not in chosen]
+        found = []
         for name in chosen:
             for row in rows(name, options.out, options.folds):
-                table.append(row)
+                found.append(row)
                 print(row, flush=True)
-        print(markdown(table))
+        table = markdown(merged(published(mark), found, "fold", "times the spacing", "times softer"))
+        print(table)
         if options.write_docs:
-            publish(mark, markdown(table))
+            publish(mark, table)
 
 
 if __name__ == "__main__":

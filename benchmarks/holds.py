@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from benchmarks.tables import markdown, publish, published
+from benchmarks.tables import markdown, merged, publish, published
 
 from tatamu.disturbances import CALM, Stream, default_disturbances, drawn, judge
 from tatamu.folding.task import make_task
@@ -190,13 +190,7 @@ def folds(out: Path, chosen: Chosen, known: bool, write: bool) -> None:
     for found in compared(chosen, out, known):
         rows.append(found)
         print(found, flush=True)
-    show("margins: folds", merged(published("margins: folds"), rows), write)
-
-
-def merged(before: list[dict[str, str]], rows: list[dict[str, str]]) -> list[dict[str, str]]:
-    """The rows of a table, those that were measured anew in the places of the old ones; new folds at the end."""
-    found = {(each["fold"], each["learned"]): each for each in (*before, *rows)}
-    return list(found.values())
+    show("margins: folds", merged(published("margins: folds"), rows, "fold", "learned"), write)
 
 
 def simulators(out: Path, known: bool, write: bool, draws: int, names: list[str]) -> None:

@@ -97,6 +97,18 @@ def published(name: str) -> list[dict[str, str]]:
     return [dict(zip(head, cells, strict=True)) for cells in rows]
 
 
+def merged(before: Sequence[dict[str, str]], rows: Sequence[dict[str, str]], *names: str) -> list[dict[str, str]]:
+    """The rows of a table, those that were measured anew in the places of the old ones; new ones at the end.
+
+    Args:
+        before: The table.
+        rows: Measured anew.
+        names: Of the columns that tell one row from another.
+    """
+    found = {tuple(each[name] for name in names): each for each in (*before, *rows)}
+    return list(found.values())
+
+
 def publish(name: str, text: str) -> None:
     """Put a text where the docs have the marks of that name."""
     insert(name, text, PLACES[name])

@@ -88,7 +88,7 @@ def test_rows_that_are_measured_anew_take_the_places_of_the_old_ones(
     monkeypatch.setattr(tables, "PLACES", {"one": page, "two": page})
     assert tables.published("one") == rows and tables.published("two") == []
     new = [{**rows[0], "worst": "5"}, {**rows[0], "learned": "in disturbed worlds"}]
-    assert modules("benchmarks.holds").merged(rows, new) == [new[0], rows[1], new[1]]
+    assert tables.merged(rows, new, "fold", "learned") == [new[0], rows[1], new[1]]
 
 
 def test_every_table_has_its_marks_in_the_page_that_is_named_for_it(modules: Any, tmp_path: Path) -> None:
