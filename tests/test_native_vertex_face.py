@@ -9,6 +9,7 @@ from tatamu.material import Material
 from tatamu.scene import Cloth, Scene
 from tatamu.simulators.native.contact import vertex_face
 from tatamu.simulators.native.contact.projection import Positions
+from tatamu.simulators.native.contact.state import PARTNERS
 from tatamu.simulators.native.options import ContactOptions, Options
 from tatamu.simulators.native.simulation import Simulation
 
@@ -72,6 +73,8 @@ def test_a_vertex_too_near_is_pushed_to_a_thickness_and_momentum_stays() -> None
 def test_a_later_sweep_restores_a_part() -> None:
     simulation = simulation_of()
     simulation.contact.activity.touched[4] = 1
+    simulation.contact.vertex_face.awake[0] = PARTNERS * 4
+    simulation.contact.counters.partners_awake = 1
     positions, _ = swept(simulation, 0.2 * THICKNESS, THICKNESS, restored=0.5)
     assert over(positions.x)[2] == pytest.approx(0.5 * THICKNESS)
 
@@ -129,6 +132,9 @@ def test_a_vertex_far_enough_sleeps_until_something_may_have_come_nearer() -> No
     asleep, _ = swept(simulation, 0.5 * THICKNESS, THICKNESS)
     assert (asleep.x == asleep.predicted).all()
     simulation.contact.counters.travelled += THICKNESS
+    asleep, _ = swept(simulation, 0.5 * THICKNESS, THICKNESS)
+    assert (asleep.x == asleep.predicted).all()  # something else moved that far
+    simulation.contact.motion.reach[4] += THICKNESS
     awake, _ = swept(simulation, 0.5 * THICKNESS, THICKNESS)
     assert over(awake.x)[2] == pytest.approx(THICKNESS)
 

@@ -13,8 +13,9 @@ Unguarded, and thus not sure to stay apart, are flat edges that nothing presses,
 vertex, and edges that come near from beyond half of the margin; `make tangle` counts how often anything passes. One
 round of contact is `gauss_seidel.resolve`:
 
-    broad phase      `broad_phase.refresh`      motion is added up; candidates are searched again only when two parts of
-                                                the cloth may have come closer by the margin since the last search:
+    motion           `motion.follow`            paths of the vertices grow, by which pairs that are apart sleep
+    broad phase      `broad_phase.refresh`      candidates are searched again only when two parts of the cloth may have
+                                                come closer by the margin since the last search:
                        `vertex_face_search`     per vertex the nearest triangle below and above it, and one that it
                                                 touches and would lose to these: at most three *partners*
                        `edge_edge_search`       pairs of guarded edges (borders, creases, pressed layers) and edges near
@@ -36,7 +37,7 @@ Invariants, held by tests/test_native_contact.py, test_native_vertex_face.py and
 1. Legal positions, those at the start of a step, decide on which side something is, never predicted ones.
 2. A partner follows the cloth from triangle to neighbouring triangle, but neither around a fold that lies back to back
    nor onto another partner; only a search changes it otherwise.
-3. A pair sleeps no longer than until the bound on all relative motion, `counters.travelled`, says that it may be near.
+3. A pair sleeps no longer than until the paths of its own vertices (`motion`) say that it may be near.
 4. A pair that hands hold on both sides is never corrected.
 5. The correction of a pair is shared by inverse masses, so it changes no momentum; of what comes apart because it was
    too close when the step began, no more than the recovery speed becomes velocity.
@@ -45,14 +46,14 @@ Invariants, held by tests/test_native_contact.py, test_native_vertex_face.py and
 Who writes what of `state.ContactState`:
 
     record            search                 sweeps                               impact zones
-    vertex_face       partners, side, order  triangle, side, wake, anchors        -
-    edge_edge         pairs                  wake                                 -
+    vertex_face       partners, side, order  triangle, side, anchors, sleep       -
+    edge_edge         pairs, guarded         sleep                                -
     activity          pressed (counts down)  touched, restless, pressed           restless
-    searched_at       all                    -                                    -
-    counters          ordered, pairs, ..     newly_pressed                        -
+    motion            all, by `motion`       -                                    -
+    counters          ordered, pairs, ..     newly_pressed, pairs awake           -
 
-`gauss_seidel` counts sweeps and adds what contact moved to the distance travelled; the time step counts outer steps and
-sets the rounds of each.
+Sleep is `wake`, `meets` and `awake`. `gauss_seidel` counts sweeps; `motion` adds up paths at the start of every round;
+the time step counts outer steps and sets the rounds of each.
 
 Read them in this order: `state`, `projection`, `vertex_face`, `edge_edge`, `gauss_seidel`, then the rest.
 """

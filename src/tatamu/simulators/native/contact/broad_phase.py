@@ -10,32 +10,14 @@ from __future__ import annotations
 import numpy as np
 
 from tatamu.simulators.native.compiled import kernel
-from tatamu.simulators.native.contact import edge_edge_search, vertex_face_search
+from tatamu.simulators.native.contact import edge_edge_search, motion, vertex_face_search
 from tatamu.simulators.native.contact.projection import Positions
-from tatamu.simulators.native.contact.shape import shape_of
+from tatamu.simulators.native.contact.shape import Shape, shape_of
 from tatamu.simulators.native.contact.state import ContactMesh, ContactState
 from tatamu.simulators.native.options import ContactOptions
 
 KEPT_APART = 1.5
 """Thicknesses of the search distance that motion may not use up: pairs are known before they are too close."""
-
-
-@kernel
-def _relative_motion(x: np.ndarray, start: np.ndarray) -> float:
-    """A bound on how far any two vertices moved against each other [m]: the diagonal of the box of displacements."""
-    low_x, low_y, low_z = np.inf, np.inf, np.inf
-    high_x, high_y, high_z = -np.inf, -np.inf, -np.inf
-    for v in range(x.shape[0]):
-        dx = x[v, 0] - start[v, 0]
-        dy = x[v, 1] - start[v, 1]
-        dz = x[v, 2] - start[v, 2]
-        low_x = min(low_x, dx)
-        low_y = min(low_y, dy)
-        low_z = min(low_z, dz)
-        high_x = max(high_x, dx)
-        high_y = max(high_y, dy)
-        high_z = max(high_z, dz)
-    return np.sqrt((high_x - low_x) ** 2 + (high_y - low_y) ** 2 + (high_z - low_z) ** 2)
 
 
 @kernel
@@ -54,34 +36,35 @@ def search(x: np.ndarray, mesh: ContactMesh, contact: ContactState, options: Con
     counters = contact.counters
     pressed = contact.activity.pressed
     vertex_face_search.search(x, mesh, contact.vertex_face, shape, options)
-    counters.pairs = edge_edge_search.search(x, mesh, contact.edge_edge, pressed, shape, options)
+    contact.edge_edge.guarded[:] = False
+    counters.pairs = 0
+    _pair_edges(x, mesh, contact, shape, options)
     _order_by_height(x, contact)
-    counters.travelled = 0.0
-    counters.due = 0.0
-    counters.newly_pressed = False
-    contact.searched_at[:] = x
+    motion.begin(x, contact)
     for v in range(x.shape[0]):
         pressed[v] = max(pressed[v] - 1, 0)
 
 
 @kernel
-def refresh(positions: Positions, mesh: ContactMesh, contact: ContactState, options: ContactOptions) -> None:
-    """Count the motion since the start of the step; search again, at the start, if candidates are worn out.
-
-    They are when two vertices may have come closer by the margin since the search. What swings to and fro counts as
-    travelled, by which pairs that sleep are woken, but does not wear them out.
-    """
+def _pair_edges(x: np.ndarray, mesh: ContactMesh, contact: ContactState, shape: Shape, options: ContactOptions) -> None:
+    """Add the pairs of edges that are to be guarded and are not yet."""
     counters = contact.counters
-    motion = _relative_motion(positions.x, positions.start)
-    limit = mesh.search_distance - KEPT_APART * mesh.thickness
-    counters.travelled += motion
-    if not counters.newly_pressed:
-        if counters.travelled <= counters.due:
-            return
-        away = _relative_motion(positions.x, contact.searched_at)
-        if away < options.margin_wear * limit:
-            counters.due = counters.travelled + limit - away
-            return
-    search(positions.start, mesh, contact, options)
-    counters.travelled = motion
-    counters.due = limit
+    pressed = contact.activity.pressed
+    counters.pairs = edge_edge_search.search(x, mesh, contact.edge_edge, pressed, shape, options, counters.pairs)
+    counters.newly_pressed = False
+
+
+@kernel
+def refresh(positions: Positions, mesh: ContactMesh, contact: ContactState, options: ContactOptions) -> None:
+    """Follow the motion of the vertices; search again, at the start of the round, if candidates are worn out.
+
+    They are when two vertices may have come closer by the margin since the search. Edges that have come under pressure
+    since are paired without a new one.
+    """
+    motion.follow(positions, contact)
+    margin = mesh.search_distance - KEPT_APART * mesh.thickness
+    if motion.worn_out(positions.x, contact, options.margin_wear * margin):
+        search(positions.start, mesh, contact, options)
+        motion.follow(positions, contact)
+    elif contact.counters.newly_pressed:
+        _pair_edges(positions.start, mesh, contact, shape_of(positions.start, mesh.faces), options)

@@ -13,6 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from tatamu.simulators.native.compiled import kernel
+from tatamu.simulators.native.contact.motion import of_edges
 from tatamu.simulators.native.contact.projection import Positions, correction, move
 from tatamu.simulators.native.contact.state import Activity, ContactMesh, ContactState
 from tatamu.simulators.native.geometry import Vector, closest_between
@@ -74,7 +75,7 @@ def _measure(n: int, m: np.ndarray, out: np.ndarray) -> None:
 
 
 @kernel
-def _choose(contact: ContactState, p: int, first_sweep: bool, chosen: np.ndarray) -> tuple[int, int]:
+def _choose(contact: ContactState, p: int, chosen: np.ndarray) -> tuple[int, int]:
     """Fill `chosen` with the next pairs from number p on that may be too near.
 
     Returns:
@@ -82,29 +83,67 @@ def _choose(contact: ContactState, p: int, first_sweep: bool, chosen: np.ndarray
     """
     pairs = contact.edge_edge.pairs
     wake = contact.edge_edge.wake
-    touched = contact.activity.touched
+    meets = contact.edge_edge.meets
+    path = contact.motion.path
+    reach = contact.motion.reach
     count = contact.counters.pairs
+    longest_path = contact.counters.longest_path
     travelled = contact.counters.travelled
-    last_sweep = contact.counters.sweep - 1
     n = 0
     while p < count and n < MANY:
         if wake[p] <= travelled:
             a, b, c, d = pairs[p, 0], pairs[p, 1], pairs[p, 2], pairs[p, 3]
-            if first_sweep or max(touched[a], touched[b], touched[c], touched[d]) >= last_sweep:
+            if meets[p] <= of_edges(reach, a, b, c, d):
                 chosen[n] = p
                 n += 1
+            else:
+                wake[p] = longest_path + meets[p] - of_edges(path, a, b, c, d)
         p += 1
     return n, p
 
 
 @kernel
-def _let_sleep(
-    wake: np.ndarray, travelled: float, chosen: np.ndarray, distance: np.ndarray, n: int, kept: float
-) -> None:
-    """Pairs that are farther apart than `kept` [m] need not be looked at before they can have come too near."""
+def _choose_again(contact: ContactState, i: int, chosen: np.ndarray) -> tuple[int, int]:
+    """Fill `chosen` with pairs that are awake, from the i-th on, and of which the sweep before moved something."""
+    pairs = contact.edge_edge.pairs
+    awake = contact.edge_edge.awake
+    touched = contact.activity.touched
+    count = contact.counters.pairs_awake
+    last_sweep = contact.counters.sweep - 1
+    n = 0
+    while i < count and n < MANY:
+        p = awake[i]
+        a, b, c, d = pairs[p, 0], pairs[p, 1], pairs[p, 2], pairs[p, 3]
+        if max(touched[a], touched[b], touched[c], touched[d]) >= last_sweep:
+            chosen[n] = p
+            n += 1
+        i += 1
+    return n, i
+
+
+@kernel
+def _let_sleep(contact: ContactState, chosen: np.ndarray, distance: np.ndarray, n: int, kept: float) -> None:
+    """Pairs that are farther apart than `kept` [m] sleep before they can have come too near; list the others."""
+    pairs = contact.edge_edge.pairs
+    wake = contact.edge_edge.wake
+    meets = contact.edge_edge.meets
+    awake = contact.edge_edge.awake
+    path = contact.motion.path
+    reach = contact.motion.reach
+    counters = contact.counters
+    count = counters.pairs_awake
     for i in range(n):
         p = chosen[i]
-        wake[p] = travelled + SLEEP * (distance[i] - kept) if distance[i] > kept else wake[p]
+        if distance[i] > kept:
+            a, b, c, d = pairs[p, 0], pairs[p, 1], pairs[p, 2], pairs[p, 3]
+            far = SLEEP * (distance[i] - kept)
+            wake[p] = counters.longest_path + far
+            meets[p] = of_edges(path, a, b, c, d) + far
+            if meets[p] > of_edges(reach, a, b, c, d):
+                continue
+        awake[count] = p
+        count += 1
+    counters.pairs_awake = count
 
 
 @kernel
@@ -220,14 +259,20 @@ def sweep(
     chosen = np.empty(MANY, np.int64)
     coordinates = np.empty(24 * MANY)
     near = np.empty(4 * MANY)
+    if first_sweep:
+        counters.pairs_awake = 0
+    count = counters.pairs if first_sweep else counters.pairs_awake
     p = 0
-    while p < counters.pairs:
-        n, p = _choose(contact, p, first_sweep, chosen)
+    while p < count:
+        if first_sweep:
+            n, p = _choose(contact, p, chosen)
+        else:
+            n, p = _choose_again(contact, p, chosen)
         _gather(positions.start, pairs, chosen, n, 0, coordinates)
         _gather(positions.x, pairs, chosen, n, 12, coordinates)
         _measure(n, coordinates, near)
         if first_sweep:
-            _let_sleep(contact.edge_edge.wake, counters.travelled, chosen, near, n, kept)
+            _let_sleep(contact, chosen, near, n, kept)
         for i in range(_first_too_near(near[GAP:], n, wanted), n):
             if near[i] < TOUCHING or near[i] > farthest:
                 continue

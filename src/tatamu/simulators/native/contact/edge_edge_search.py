@@ -23,15 +23,19 @@ MARGIN_PART = 0.5
 
 
 @kernel
-def _guarded(mesh: ContactMesh, pressed: np.ndarray, face_normal: np.ndarray, ridge: float) -> np.ndarray:
-    """Which edges are guarded, shape (e,)."""
+def _newly_guarded(
+    mesh: ContactMesh, guarded: np.ndarray, pressed: np.ndarray, face_normal: np.ndarray, ridge: float
+) -> np.ndarray:
+    """Which edges are to be guarded and are not yet, shape (e,)."""
     edges = mesh.edges
-    guarded = np.empty(edges.shape[0], dtype=np.bool_)
+    newly = np.zeros(edges.shape[0], dtype=np.bool_)
     for e in range(edges.shape[0]):
+        if guarded[e]:
+            continue
         f, g = mesh.edge_faces[e, 0], mesh.edge_faces[e, 1]
-        guarded[e] = g < 0 or dot(face_normal[f], face_normal[g]) < ridge
-        guarded[e] |= pressed[edges[e, 0]] > 0 or pressed[edges[e, 1]] > 0
-    return guarded
+        newly[e] = g < 0 or dot(face_normal[f], face_normal[g]) < ridge
+        newly[e] |= pressed[edges[e, 0]] > 0 or pressed[edges[e, 1]] > 0
+    return newly
 
 
 @kernel
@@ -55,9 +59,15 @@ def _mark_near(edge: np.ndarray, e: int, near_start: np.ndarray, near: np.ndarra
 
 @kernel
 def search(
-    x: np.ndarray, mesh: ContactMesh, edge_edge: EdgeEdge, pressed: np.ndarray, shape: Shape, options: ContactOptions
+    x: np.ndarray,
+    mesh: ContactMesh,
+    edge_edge: EdgeEdge,
+    pressed: np.ndarray,
+    shape: Shape,
+    options: ContactOptions,
+    count: int,
 ) -> int:
-    """Pair each guarded edge with the edges of triangles near it, but for what is level beside it on the cloth.
+    """Pair each newly guarded edge with the edges of triangles near it, but for what is level beside it on the cloth.
 
     Args:
         x: Legal positions [m], shape (n, 3).
@@ -66,6 +76,7 @@ def search(
         pressed: Searches for which the edges at each vertex are guarded yet, shape (n,).
         shape: Of the cloth at x.
         options: What is a candidate.
+        count: How many pairs there are already.
 
     Returns:
         How many pairs there are.
@@ -76,8 +87,10 @@ def search(
     radius = shape.radius
     pairs = edge_edge.pairs
     wake = edge_edge.wake
+    meets = edge_edge.meets
     crease = options.crease_cosine
-    guarded = _guarded(mesh, pressed, face_normal, options.ridge_cosine)
+    guarded = edge_edge.guarded
+    newly = _newly_guarded(mesh, guarded, pressed, face_normal, options.ridge_cosine)
     reach = mesh.thickness + MARGIN_PART * (mesh.search_distance - mesh.thickness)
     around = reach + RADII * mesh.triangle_radius
     grid = grid_of(shape.centroid, 0.5 * around)
@@ -85,10 +98,10 @@ def search(
     is_near = np.full(mesh.faces.shape[0], -1)  # the last guarded edge that has this triangle next to it on the cloth
     seen = np.full(edges.shape[0], -1)  # the last guarded edge that this one was compared with
     middle = np.empty(3)
-    count = 0
     for e in range(edges.shape[0]):
-        if not guarded[e]:
+        if not newly[e]:
             continue
+        guarded[e] = True
         a, b = edges[e, 0], edges[e, 1]
         _mark_near(edges[e], e, mesh.near_start, mesh.near, is_near)
         ux, uy, uz = _mean_normal(mesh.edge_faces[e, 0], mesh.edge_faces[e, 1], face_normal)
@@ -115,7 +128,7 @@ def search(
                         continue
                 for q in range(3):
                     o = face_edges[t, q]
-                    if seen[o] == e or (guarded[o] and o <= e):
+                    if seen[o] == e or guarded[o]:
                         continue
                     seen[o] = e
                     c, d = edges[o, 0], edges[o, 1]
@@ -127,5 +140,6 @@ def search(
                         pairs[count, 2] = c
                         pairs[count, 3] = d
                         wake[count] = 0.0
+                        meets[count] = 0.0
                         count += 1
     return count

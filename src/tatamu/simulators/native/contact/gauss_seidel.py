@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from tatamu.simulators.native.compiled import inlined, kernel
-from tatamu.simulators.native.contact import broad_phase, edge_edge, impact_zones, table, vertex_face
+from tatamu.simulators.native.contact import broad_phase, edge_edge, impact_zones, motion, table, vertex_face
 from tatamu.simulators.native.contact.projection import Positions
 from tatamu.simulators.native.contact.state import ContactMesh, ContactState
 from tatamu.simulators.native.contact.table import TablePlane
@@ -82,8 +82,8 @@ def resolve(
             break
         gap = _sweep(positions, mesh, contact, plane, options, step, restored)
     longest = _largest_correction(positions.x, positions.predicted)
-    counters.travelled += 2.0 * longest  # what contact moves may have come nearer to something as well
     if longest > options.calm * mesh.thickness or counters.rounds > 1:
+        motion.reach(positions, contact)  # what contact moved may have come near to what sleeps
         impact_zones.hold(positions, mesh, contact, options)
     return longest
 

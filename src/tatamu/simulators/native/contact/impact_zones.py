@@ -14,6 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from tatamu.simulators.native.compiled import kernel
+from tatamu.simulators.native.contact.motion import of_edges, of_vertex_and_face
 from tatamu.simulators.native.contact.projection import Positions
 from tatamu.simulators.native.contact.state import ContactMesh, ContactState
 from tatamu.simulators.native.geometry import Vector, closest_on_segments, difference, normal_of
@@ -95,6 +96,8 @@ def _join_passed_edges(positions: Positions, mesh: ContactMesh, contact: Contact
     inverse_mass = mesh.inverse_mass
     pairs = contact.edge_edge.pairs
     wake = contact.edge_edge.wake
+    meets = contact.edge_edge.meets
+    reach = contact.motion.reach
     restless = contact.activity.restless
     now = contact.counters.outer_step
     travelled = contact.counters.travelled
@@ -103,6 +106,8 @@ def _join_passed_edges(positions: Positions, mesh: ContactMesh, contact: Contact
             continue
         a, b, c, d = pairs[p, 0], pairs[p, 1], pairs[p, 2], pairs[p, 3]
         if restless[a] < now and restless[b] < now and restless[c] < now and restless[d] < now:
+            continue
+        if meets[p] > of_edges(reach, a, b, c, d):
             continue
         if min(inverse_mass[a], inverse_mass[b]) == 0.0 and min(inverse_mass[c], inverse_mass[d]) == 0.0:
             continue  # held on both sides
@@ -122,6 +127,8 @@ def _join_passed_vertices(
     triangle = contact.vertex_face.triangle
     side = contact.vertex_face.side
     wake = contact.vertex_face.wake
+    meets = contact.vertex_face.meets
+    reach = contact.motion.reach
     restless = contact.activity.restless
     now = contact.counters.outer_step
     travelled = contact.counters.travelled
@@ -132,6 +139,8 @@ def _join_passed_vertices(
                 continue
             a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
             if restless[v] < now and restless[a] < now and restless[b] < now and restless[c] < now:
+                continue
+            if meets[v, k] > of_vertex_and_face(reach, v, a, b, c):
                 continue
             if inverse_mass[v] == 0.0 and min(inverse_mass[a], inverse_mass[b], inverse_mass[c]) == 0.0:
                 continue  # held on both sides

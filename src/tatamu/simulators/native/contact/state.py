@@ -55,7 +55,11 @@ class VertexFace(NamedTuple):
     side: np.ndarray
     """Side of the triangle's normal on which the vertex is, +1 or -1; 0 while not known; shape (n, PARTNERS)."""
     wake: np.ndarray
-    """Value of `counters.travelled` from which on the pair must be looked at [m], shape (n, PARTNERS)."""
+    """Value of `counters.travelled` before which the pair cannot be too near [m], shape (n, PARTNERS)."""
+    meets: np.ndarray
+    """Lengths of both its paths, together, before which it cannot be, shape (n, PARTNERS)."""
+    awake: np.ndarray
+    """Pairs that the last first sweep left awake, as PARTNERS v + k; `counters.partners_awake` of them are in use."""
     anchor_triangle: np.ndarray
     """Triangle that friction holds the vertex to, -1 for none, shape (n, PARTNERS)."""
     anchor: np.ndarray
@@ -70,7 +74,26 @@ class EdgeEdge(NamedTuple):
     pairs: np.ndarray
     """Ends of both edges, those of the guarded edge first, shape (p, 4); `counters.pairs` of them are in use."""
     wake: np.ndarray
-    """Value of `counters.travelled` from which on the pair must be looked at [m], shape (p,)."""
+    """Value of `counters.travelled` before which the pair cannot be too near [m], shape (p,)."""
+    meets: np.ndarray
+    """Lengths of both its paths, together, before which it cannot be [m], shape (p,)."""
+    awake: np.ndarray
+    """Numbers of the pairs that the last first sweep left awake; `counters.pairs_awake` of them are in use."""
+    guarded: np.ndarray
+    """Whether an edge was paired, shape (e,)."""
+
+
+class Motion(NamedTuple):
+    """Of the vertices since the search, against the mean motion; see `motion`. Written at the start of each round."""
+
+    path: np.ndarray
+    """Length of each vertex's path through legal positions [m], shape (n,)."""
+    reach: np.ndarray
+    """That, and how far from there it is predicted, or was corrected to, in this round [m], shape (n,)."""
+    legal: np.ndarray
+    """Positions at the start of the round [m], shape (n, 3)."""
+    searched_at: np.ndarray
+    """Positions at which candidates were searched [m], shape (n, 3)."""
 
 
 class Activity(NamedTuple):
@@ -91,7 +114,10 @@ COUNTERS = np.dtype(
         ("rounds", np.int64),  # how often contact is resolved per outer step
         ("ordered", np.int64),  # vertices in `VertexFace.order`
         ("pairs", np.int64),  # pairs in `EdgeEdge.pairs`
-        ("travelled", np.float64),  # bound on the motion of any vertex against any other since the search [m]
+        ("partners_awake", np.int64),  # pairs in `VertexFace.awake`
+        ("pairs_awake", np.int64),  # pairs in `EdgeEdge.awake`
+        ("longest_path", np.float64),  # twice the sum of the longest steps between legal positions since the search [m]
+        ("travelled", np.float64),  # that, and twice the longest way from there in this round [m]
         ("due", np.float64),  # value of `travelled` at which candidates may be worn out [m]
         ("newly_pressed", np.bool_),  # whether a vertex is pressed whose edges are not yet guarded
     ],
@@ -106,8 +132,7 @@ class ContactState(NamedTuple):
     vertex_face: VertexFace
     edge_edge: EdgeEdge
     activity: Activity
-    searched_at: np.ndarray
-    """Positions at which candidates were searched [m], shape (n, 3)."""
+    motion: Motion
     counters: Any
     """A record of type `COUNTERS`."""
 
@@ -123,16 +148,29 @@ def initial_state(mesh: ContactMesh, pairs_per_edge: int) -> ContactState:
             triangle=np.full((count, PARTNERS), -1),
             side=np.zeros((count, PARTNERS), dtype=np.int64),
             wake=np.zeros((count, PARTNERS)),
+            meets=np.zeros((count, PARTNERS)),
+            awake=np.zeros(count * PARTNERS, dtype=np.int64),
             anchor_triangle=np.full((count, PARTNERS), -1),
             anchor=np.zeros((count, PARTNERS, 3)),
             order=np.arange(count),
         ),
-        edge_edge=EdgeEdge(pairs=np.empty((room, 4), dtype=np.int64), wake=np.empty(room)),
+        edge_edge=EdgeEdge(
+            pairs=np.empty((room, 4), dtype=np.int64),
+            wake=np.empty(room),
+            meets=np.empty(room),
+            awake=np.empty(room, dtype=np.int64),
+            guarded=np.zeros(len(mesh.edges), dtype=np.bool_),
+        ),
         activity=Activity(
             touched=np.zeros(count, dtype=np.int64),
             restless=np.zeros(count, dtype=np.int64),
             pressed=np.zeros(count, dtype=np.int64),
         ),
-        searched_at=np.zeros((count, 3)),
+        motion=Motion(
+            path=np.zeros(count),
+            reach=np.zeros(count),
+            legal=np.zeros((count, 3)),
+            searched_at=np.zeros((count, 3)),
+        ),
         counters=counters,
     )

@@ -21,8 +21,9 @@ from __future__ import annotations
 import numpy as np
 
 from tatamu.simulators.native.compiled import kernel
+from tatamu.simulators.native.contact.motion import of_vertex_and_face
 from tatamu.simulators.native.contact.projection import Positions, correction, move
-from tatamu.simulators.native.contact.state import ContactMesh, ContactState
+from tatamu.simulators.native.contact.state import PARTNERS, ContactMesh, ContactState
 from tatamu.simulators.native.geometry import TINY_LENGTH, Vector, cross, difference, normal_of
 from tatamu.simulators.native.options import ContactOptions
 
@@ -83,6 +84,34 @@ def _back_to_back(x: np.ndarray, faces: np.ndarray, s: int, t: int) -> bool:
 
 
 @kernel
+def _list_awake(contact: ContactState, faces: np.ndarray) -> int:
+    """List the pairs that may be too near, vertices from the highest down; how many they are."""
+    triangle = contact.vertex_face.triangle
+    order = contact.vertex_face.order
+    wake = contact.vertex_face.wake
+    meets = contact.vertex_face.meets
+    awake = contact.vertex_face.awake
+    path = contact.motion.path
+    reach = contact.motion.reach
+    longest_path = contact.counters.longest_path
+    travelled = contact.counters.travelled
+    count = 0
+    for i in range(contact.counters.ordered):
+        v = order[i]
+        for k in range(PARTNERS):
+            t = triangle[v, k]
+            if t < 0 or wake[v, k] > travelled:
+                continue
+            a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
+            if meets[v, k] <= of_vertex_and_face(reach, v, a, b, c):
+                awake[count] = PARTNERS * v + k
+                count += 1
+            else:
+                wake[v, k] = longest_path + meets[v, k] - of_vertex_and_face(path, v, a, b, c)
+    return count
+
+
+@kernel
 def sweep(
     positions: Positions,
     mesh: ContactMesh,
@@ -116,6 +145,8 @@ def sweep(
     triangle = contact.vertex_face.triangle
     side_of = contact.vertex_face.side
     wake = contact.vertex_face.wake
+    meets = contact.vertex_face.meets
+    path = contact.motion.path
     anchor_triangle = contact.vertex_face.anchor_triangle
     anchor = contact.vertex_face.anchor
     touched = contact.activity.touched
@@ -136,116 +167,119 @@ def sweep(
     restless_until = counters.outer_step + options.restless_steps
     this_sweep = counters.sweep
     last_sweep = this_sweep - 1
-    travelled = counters.travelled
 
-    for v in contact.vertex_face.order[: counters.ordered]:
-        for k in range(triangle.shape[1]):
-            t = triangle[v, k]
-            if t < 0 or wake[v, k] > travelled:
-                continue
+    if first:
+        counters.partners_awake = _list_awake(contact, faces)
+    awake = contact.vertex_face.awake
+    for i in range(counters.partners_awake):
+        v, k = awake[i] // PARTNERS, awake[i] % PARTNERS
+        t = triangle[v, k]
+        a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
+        if not first and (
+            touched[v] < last_sweep and touched[a] < last_sweep and touched[b] < last_sweep and touched[c] < last_sweep
+        ):
+            continue  # nothing has changed here since the last sweep
+
+        # Narrow phase: follow the partner to the triangle that the vertex is over.
+        for _ in range(MOST_TRIANGLES):
             a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
-            if not first and (
-                touched[v] < last_sweep
-                and touched[a] < last_sweep
-                and touched[b] < last_sweep
-                and touched[c] < last_sweep
-            ):
-                continue  # nothing has changed here since the last sweep
-
-            # Narrow phase: follow the partner to the triangle that the vertex is over.
-            for _ in range(MOST_TRIANGLES):
-                a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
-                ba, bb, bc, nx, ny, nz, height = _barycentric(x, v, a, b, c)
-                corner = 0 if ba <= bb and ba <= bc else (1 if bb <= bc else 2)
-                lowest = min(ba, bb, bc)
-                if lowest >= inside:
-                    break
-                beyond = mesh.neighbours[t, corner]
-                if beyond < 0 or _back_to_back(x, faces, t, beyond):
-                    break
-                if beyond == triangle[v, k - 1] or beyond == triangle[v, k - 2]:
-                    break  # another partner: within a crease a vertex is kept from both of its sides
-                t = beyond
-                if faces[t, 0] == v or faces[t, 1] == v or faces[t, 2] == v:
-                    break
-            if lowest < inside:
-                if faces[t, 0] == v or faces[t, 1] == v or faces[t, 2] == v:
-                    continue
-                triangle[v, k] = t
-                side_of[v, k] = 0
+            ba, bb, bc, nx, ny, nz, height = _barycentric(x, v, a, b, c)
+            corner = 0 if ba <= bb and ba <= bc else (1 if bb <= bc else 2)
+            lowest = min(ba, bb, bc)
+            if lowest >= inside:
+                break
+            beyond = mesh.neighbours[t, corner]
+            if beyond < 0 or _back_to_back(x, faces, t, beyond):
+                break
+            if beyond == triangle[v, k - 1] or beyond == triangle[v, k - 2]:
+                break  # another partner: within a crease a vertex is kept from both of its sides
+            t = beyond
+            if faces[t, 0] == v or faces[t, 1] == v or faces[t, 2] == v:
+                break
+        if lowest < inside:
+            if faces[t, 0] == v or faces[t, 1] == v or faces[t, 2] == v:
                 continue
-            if triangle[v, k] != t:  # beyond a sharp crease the old side may be the wrong one
-                triangle[v, k] = t
-                side_of[v, k] = 0
-            if side_of[v, k] == 0:
-                side_of[v, k] = 1 if _height(start, v, a, b, c) >= 0.0 else -1
-            side = side_of[v, k]
-            gap = side * height
-            if gap >= wanted:
-                if first and gap > AWAKE * thickness:
-                    anchor_triangle[v, k] = -1
-                    wake[v, k] = travelled + SLEEP * (gap - thickness)
-                continue
+            triangle[v, k] = t
+            side_of[v, k] = 0
+            wake[v, k] = 0.0
+            meets[v, k] = 0.0
+            continue
+        if triangle[v, k] != t:  # beyond a sharp crease the old side may be the wrong one
+            triangle[v, k] = t
+            side_of[v, k] = 0
+            wake[v, k] = 0.0
+            meets[v, k] = 0.0
+        if side_of[v, k] == 0:
+            side_of[v, k] = 1 if _height(start, v, a, b, c) >= 0.0 else -1
+        side = side_of[v, k]
+        gap = side * height
+        if gap >= wanted:
+            if first and gap > AWAKE * thickness:
+                anchor_triangle[v, k] = -1
+                far = SLEEP * (side * _height(start, v, a, b, c) - thickness)
+                wake[v, k] = counters.longest_path + far
+                meets[v, k] = of_vertex_and_face(path, v, a, b, c) + far
+            continue
 
-            # How far to push.
-            if inverse_mass[v] == 0.0 and min(inverse_mass[a], inverse_mass[b], inverse_mass[c]) == 0.0:
-                continue  # where both layers are held, the hand decides how far they are apart
-            push, position_only = correction(gap, side * _height(start, v, a, b, c), wanted, clearing, recovery)
-            if push <= 0.0:
-                continue
-            smallest = min(smallest, gap)
-            if gap < pressed_gap and first:
-                for o in (v, a, b, c):
-                    counters.newly_pressed |= pressed[o] == 0
-                    pressed[o] = options.pressed_searches
-            if push > noticeable:
-                touched[v] = this_sweep
-                touched[a] = this_sweep
-                touched[b] = this_sweep
-                touched[c] = this_sweep
-            if push > hard:
-                restless[v] = restless_until
-                restless[a] = restless_until
-                restless[b] = restless_until
-                restless[c] = restless_until
-            nx = side * nx
-            ny = side * ny
-            nz = side * nz
+        # How far to push.
+        if inverse_mass[v] == 0.0 and min(inverse_mass[a], inverse_mass[b], inverse_mass[c]) == 0.0:
+            continue  # where both layers are held, the hand decides how far they are apart
+        push, position_only = correction(gap, side * _height(start, v, a, b, c), wanted, clearing, recovery)
+        if push <= 0.0:
+            continue
+        smallest = min(smallest, gap)
+        if gap < pressed_gap and first:
+            for o in (v, a, b, c):
+                counters.newly_pressed |= pressed[o] == 0
+                pressed[o] = options.pressed_searches
+        if push > noticeable:
+            touched[v] = this_sweep
+            touched[a] = this_sweep
+            touched[b] = this_sweep
+            touched[c] = this_sweep
+        if push > hard:
+            restless[v] = restless_until
+            restless[a] = restless_until
+            restless[b] = restless_until
+            restless[c] = restless_until
+        nx = side * nx
+        ny = side * ny
+        nz = side * nz
 
-            # Coulomb friction: towards the anchor, by no more than mu times the push.
-            if anchor_triangle[v, k] != t:
-                anchor_triangle[v, k] = t
-                at_start = _barycentric(start, v, a, b, c)
-                anchor[v, k, 0] = at_start[0]
-                anchor[v, k, 1] = at_start[1]
-                anchor[v, k, 2] = at_start[2]
-            at = anchor[v, k, 0], anchor[v, k, 1], anchor[v, k, 2]
-            sx, sy, sz = _slip(x, v, a, b, c, at, nx, ny, nz)
-            slip = np.sqrt(sx * sx + sy * sy + sz * sz) + TINY_LENGTH
-            held = min(1.0, mesh.friction * push / slip)
-            lag = 2.0 * mesh.friction * push / slip
-            if first and lag < 1.0:  # slides: drags the anchor along, as far behind as the next step can hold
-                anchor[v, k, 0] = ba + lag * (at[0] - ba)
-                anchor[v, k, 1] = bb + lag * (at[1] - bb)
-                anchor[v, k, 2] = bc + lag * (at[2] - bc)
+        # Coulomb friction: towards the anchor, by no more than mu times the push.
+        if anchor_triangle[v, k] != t:
+            anchor_triangle[v, k] = t
+            at_start = _barycentric(start, v, a, b, c)
+            anchor[v, k, 0] = at_start[0]
+            anchor[v, k, 1] = at_start[1]
+            anchor[v, k, 2] = at_start[2]
+        at = anchor[v, k, 0], anchor[v, k, 1], anchor[v, k, 2]
+        sx, sy, sz = _slip(x, v, a, b, c, at, nx, ny, nz)
+        slip = np.sqrt(sx * sx + sy * sy + sz * sz) + TINY_LENGTH
+        held = min(1.0, mesh.friction * push / slip)
+        lag = 2.0 * mesh.friction * push / slip
+        if first and lag < 1.0:  # slides: drags the anchor along, as far behind as the next step can hold
+            anchor[v, k, 0] = ba + lag * (at[0] - ba)
+            anchor[v, k, 1] = bb + lag * (at[1] - bb)
+            anchor[v, k, 2] = bc + lag * (at[2] - bc)
 
-            # Correct, each vertex by its part of the inverse mass.
-            weight = inverse_mass[v] + ba * ba * inverse_mass[a] + bb * bb * inverse_mass[b] + bc * bc * inverse_mass[c]
-            px = (push * nx - held * sx) / weight
-            py = (push * ny - held * sy) / weight
-            pz = (push * nz - held * sz) / weight
-            wv = inverse_mass[v]
-            wa = -ba * inverse_mass[a]
-            wb = -bb * inverse_mass[b]
-            wc = -bc * inverse_mass[c]
-            move(x, v, wv, px, py, pz)
-            move(x, a, wa, px, py, pz)
-            move(x, b, wb, px, py, pz)
-            move(x, c, wc, px, py, pz)
-            if position_only > 0.0:
-                position_only /= weight
-                move(predicted, v, wv * position_only, nx, ny, nz)
-                move(predicted, a, wa * position_only, nx, ny, nz)
-                move(predicted, b, wb * position_only, nx, ny, nz)
-                move(predicted, c, wc * position_only, nx, ny, nz)
+        # Correct, each vertex by its part of the inverse mass.
+        weight = inverse_mass[v] + ba * ba * inverse_mass[a] + bb * bb * inverse_mass[b] + bc * bc * inverse_mass[c]
+        px = (push * nx - held * sx) / weight
+        py = (push * ny - held * sy) / weight
+        pz = (push * nz - held * sz) / weight
+        wv = inverse_mass[v]
+        wa = -ba * inverse_mass[a]
+        wb = -bb * inverse_mass[b]
+        wc = -bc * inverse_mass[c]
+        move(x, v, wv, px, py, pz)
+        move(x, a, wa, px, py, pz)
+        move(x, b, wb, px, py, pz)
+        move(x, c, wc, px, py, pz)
+        if position_only > 0.0:
+            position_only /= weight
+            move(predicted, v, wv * position_only, nx, ny, nz)
+            move(predicted, a, wa * position_only, nx, ny, nz)
+            move(predicted, b, wb * position_only, nx, ny, nz)
+            move(predicted, c, wc * position_only, nx, ny, nz)
     return smallest

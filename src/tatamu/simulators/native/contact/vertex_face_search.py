@@ -161,6 +161,7 @@ def _keep_what_would_be_lost(
         sides[v, ABOVE] = 0
         sides[v, EXTRA] = extra_side
         vertex_face.wake[v, :] = 0.0
+        vertex_face.meets[v, :] = 0.0
 
 
 @kernel
