@@ -21,7 +21,7 @@ from tatamu.garments import make_garment
 from tatamu.learning import learn_job
 from tatamu.learning.evaluation import submitted
 from tatamu.learning.refining import Known, refining_proposal
-from tatamu.learning.schedule import GAIN, MOST, MOST_FINE, Schedule, ScheduledTrial
+from tatamu.learning.schedule import FINE_SHARE, GAIN, MOST, MOST_FINE, Schedule, ScheduledTrial
 from tatamu.learning.space import search_space
 from tatamu.material import Material
 from tatamu.results import ResultFolder, rebuild
@@ -246,13 +246,14 @@ def test_fine_trials_follow_what_the_meshes_differ_by() -> None:
 
 
 def test_a_schedule_of_a_number_of_trials() -> None:
-    def planned(trials: Any, meshes: int) -> list[bool]:
+    def planned(trials: Any, meshes: int, fine_share: float = FINE_SHARE) -> list[bool]:
         before: list[ScheduledTrial] = []
-        while (coarse := Schedule(trials, meshes).coarse_next(before)) is not None:
+        while (coarse := Schedule(trials, meshes, fine_share).coarse_next(before)) is not None:
             before.append(ScheduledTrial(coarse, 1.0))
         return [each.coarse for each in before]
 
     assert planned(50, 2) == [True] * 44 + [False] * 6
+    assert planned(50, 2, 0.3) == [True] * 35 + [False] * 15
     assert planned(10, 2) == [True] * 5 + [False] * 5
     assert planned(9, 2) == [False] * 9
     assert planned(50, 1) == [False] * 50

@@ -129,6 +129,23 @@ def test_what_stays_tangled_is_tried_again(monkeypatch: pytest.MonkeyPatch) -> N
     assert len(tries) == 4
 
 
+def test_what_came_apart_is_looked_at_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It may snap back within a few steps: a crumple that had come apart at 0.74 s was tangled at 0.75 s."""
+    found: list[bool] = []
+    load_kernels()
+
+    def apart(
+        x: np.ndarray, mesh: ContactMesh, lengths: np.ndarray, options: UntangleOptions
+    ) -> tuple[np.ndarray, int]:
+        found.append(len(found) == 1)  # when the hand opens; the first call is before the first step
+        return (x.copy() if found[-1] else x), 0
+
+    monkeypatch.setattr(simulation, "untangle", apart)
+    hand = Gripper(vertices=[0], times=[0.0], displacements=np.zeros((1, 3)), opens=0.1)
+    simulate(Scene(cloth=sheet(0.1, 0.1), material=LIMP, grippers=[hand], duration=0.8))
+    assert found == [False, True, False]
+
+
 def test_a_tshirt_folded_in_half_has_no_layer_through_another() -> None:
     fold = make_fold("half", make_garment("tshirt", (0.4, 0.34), None, 0.016))
     grasps = int(fold.left[2]), int(fold.right[2])

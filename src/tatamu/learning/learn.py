@@ -20,7 +20,7 @@ from tatamu.learning.expectation import Expectation
 from tatamu.learning.place import existing_place, held_place
 from tatamu.learning.runner import Progress, Runner
 from tatamu.learning.samplers import SAMPLERS
-from tatamu.learning.schedule import GAIN, Schedule, Trials
+from tatamu.learning.schedule import FINE_SHARE, FINE_SHARE_LATER, GAIN, Schedule, Trials
 from tatamu.learning.space import Grasps, search_space
 from tatamu.learning.study import Identity, OptunaStudy, held_identity
 from tatamu.results import ResultFolder, describe_task
@@ -116,7 +116,8 @@ def _gone_on(
 ) -> Path:
     """Run the trials that a study lacks, and write its folder; arguments and errors are those of `learn`."""
     done = len(study.trials)
-    schedule = Schedule(trials, 1 if study.identity.coarse is None else 2)
+    meshes = 1 if study.identity.coarse is None else 2
+    schedule = Schedule(trials, meshes, FINE_SHARE if task.step[0] == 1 else FINE_SHARE_LATER)
     most = schedule.most
     if done > most:
         raise InputError(f"trials: {results.path} has {done} trials already, given {trials}; give {done} or more")

@@ -12,6 +12,8 @@ Trials = int | Literal["auto"]
 
 FINE_SHARE, LEAST_FINE = 0.12, 5
 """Of a search that begins on a coarser mesh: the part of its trials, and the least number, on the task's own mesh."""
+FINE_SHARE_LATER = 0.5
+"""That part in later steps of a plan, which coarser meshes rank less surely (docs/notes/learning.md)."""
 GAIN = 0.001
 """A search has converged when less than this part of the best objective is expected to be gained .."""
 IN_A_ROW = 3
@@ -36,6 +38,8 @@ class Schedule:
     trials: Trials
     meshes: int
     """1, or 2 where the search begins on a coarser mesh."""
+    fine_share: float = FINE_SHARE
+    """The part of the trials that runs on the task's own mesh after a coarser one."""
 
     @property
     def most(self) -> int:
@@ -52,7 +56,7 @@ class Schedule:
             return None
         if self.trials == "auto":
             return self._auto(before)
-        fine = max(LEAST_FINE, math.ceil(FINE_SHARE * self.trials))
+        fine = max(LEAST_FINE, math.ceil(self.fine_share * self.trials))
         return self.meshes == 2 and self.trials >= 2 * fine and len(before) < self.trials - fine
 
     def _auto(self, before: Sequence[ScheduledTrial]) -> bool | None:

@@ -142,12 +142,12 @@ class Simulation:
     def _untangle(self) -> None:
         """Take apart layers that are within one another, as after a pinch; candidates are then searched again.
 
-        What does not come apart at once may do so when the cloth has moved on.
+        What does not come apart at once may do so when the cloth has moved on; what came apart may have snapped back.
         """
         x = self.state.positions.x
         apart, left = untangle(x, self.mesh, self.model.lengths, self.options.untangle)
         wait = max(1, self._grippers.step_at(self.options.untangle.again_after))
-        self._untangle_at = self.number + wait if left else -1
+        self._untangle_at = self.number + wait if left or apart is not x else -1
         if apart is not x:
             x[:] = apart
             self.state.X[:, self.state.slot] = apart.T
