@@ -131,6 +131,29 @@ def test_worlds_that_were_simulated_on_the_coarser_mesh_are_not_simulated_again(
     assert not asked and fine.expected == Expected(1.75, 5, (3, 1, 0, 2))
 
 
+def test_the_worlds_that_make_a_quantile_are_simulated_on_the_own_mesh_too(
+    asked: list[World], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The coarser mesh adds too little for this fold: what its two worst worlds come to on the own mesh counts."""
+    monkeypatch.setattr(Task, "evaluate", lambda *_: Calm(None, 1.0, None, None))
+    own = replace(task(spacing=0.02), coarser=task())
+    expectation = usual(worlds=12, quantile=0.9)
+    worlds = expectation.drawn(0)
+    offsets = [abs(world["hands.offset.up"]) for world in worlds]
+    worst = tuple(sorted(range(12), key=lambda number: -offsets[number]))[:6]
+
+    def fine(added: float, standing: Standing | None = None) -> Expected | None:
+        asked.clear()
+        demand = Demand(expectation, worlds, standing, added=Added(added, 7, worst))
+        with ThreadPoolExecutor(1) as pool:
+            return submitted(pool, own, own.manipulation(X), np.inf, X, demand=demand).ended("").expected
+
+    assert fine(1e-6) == Expected(pytest.approx(np.quantile(1.0 + np.array(offsets), 0.9)), 10, worst)
+    assert asked == [worlds[number] for number in worst[:3]]
+    assert fine(0.5) == Expected(1.5, 10, worst), "the own mesh only adds to it"
+    assert fine(0.5, Standing(1.4, 0.0)) == Expected(1.5, 7, worst) and not asked, "it could not win"
+
+
 def test_a_failed_trial_needs_no_worlds(asked: list[World]) -> None:
     small = task()
     demand = Demand(usual(), usual().drawn(0))

@@ -21,7 +21,7 @@ from tatamu.folding.coarser import (
 )
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.task import Outcome, Task
-from tatamu.learning.expectation import Demand, Expected, Standing, expected
+from tatamu.learning.expectation import Demand, Expected, Standing, at_least, expected
 from tatamu.results.result import Parameters
 
 
@@ -82,8 +82,10 @@ def _expected(
     """The expected objective: on a coarser mesh, disturbances add to the objective what they add on the task's own."""
     own = outcome.objective
     standing = demand.standing
+    most = standing.expected if standing else np.inf
     if demand.added is not None and not outcome.failed:
-        return Expected(own + demand.added.objective, demand.added.worlds, demand.added.hardest)
+        estimate = Expected(own + demand.added.objective, demand.added.worlds, demand.added.hardest)
+        return at_least(task, manipulation, outcome, demand, estimate, most)
     if surrogate is None or outcome.failed or (standing and own >= standing.expected):
         return expected(task, manipulation, outcome, demand)
     calm = surrogate.task.evaluate(surrogate.manipulation)
@@ -93,7 +95,8 @@ def _expected(
     if standing is not None:
         there = Standing(calm.objective + (standing.expected - own) / surrogate.larger, standing.gap / surrogate.larger)
     found = expected(surrogate.task, surrogate.manipulation, calm, replace(demand, standing=there))
-    return replace(found, objective=own + surrogate.larger * (found.objective - calm.objective))
+    estimate = replace(found, objective=own + surrogate.larger * (found.objective - calm.objective))
+    return at_least(task, manipulation, outcome, demand, estimate, most)
 
 
 @dataclass(frozen=True)

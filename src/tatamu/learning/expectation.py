@@ -8,7 +8,7 @@ world is taken to be better than the undisturbed one, so that a trial ends as so
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -47,9 +47,12 @@ class Expectation:
 
         For a quantile twice as many as it is made from; for the mean all.
         """
-        if self.quantile is None:
-            return self.worlds
-        return min(self.worlds, 2 * (self.worlds - int(self.quantile * (self.worlds - 1))))
+        return self.worlds if self.quantile is None else min(self.worlds, 2 * self.making)
+
+    @property
+    def making(self) -> int:
+        """How many of the worst worlds the objective is made from: with a quantile, those from it upwards."""
+        return self.worlds if self.quantile is None else self.worlds - int(self.quantile * (self.worlds - 1))
 
     def hardest(self, orders: Sequence[Sequence[int]]) -> tuple[int, ...]:
         """Places of the worlds that decide: folds that differ fail in different ones, so the hardest of every trial.
@@ -111,6 +114,31 @@ class Expected:
     hardest: tuple[int, ...] = ()
     """Places of the worlds that were simulated, those of the highest objective first; none where the trial could not
     win."""
+
+
+def at_least(
+    task: Task, manipulation: Manipulation, calm: Outcome, demand: Demand, estimate: Expected, most: float
+) -> Expected:
+    """An estimate from a coarser mesh, and no less than what its worst worlds come to on the task's own.
+
+    What disturbances add on the coarser mesh may be too little. For a quantile that is seen in the few worlds that make
+    it; for the mean it would take all, and the estimate stays.
+
+    Args:
+        task: The fold, on its own mesh.
+        manipulation: What the hands do.
+        calm: Its outcome where nothing is off, on that mesh.
+        demand: The worlds.
+        estimate: What a coarser mesh said.
+        most: An estimate of this or more cannot win, and stays.
+    """
+    worst = estimate.hardest[: demand.expectation.making]
+    if demand.expectation.quantile is None or not worst or estimate.objective >= most:
+        return estimate
+    own = [calm.objective] * (len(demand.worlds) - len(worst))
+    there = [outcome_in(task, manipulation, demand.worlds[number]).objective for number in worst]
+    least = demand.expectation.of([*own, *there])
+    return replace(estimate, objective=max(estimate.objective, least), worlds=estimate.worlds + len(worst))
 
 
 def expected(task: Task, manipulation: Manipulation, calm: Outcome, demand: Demand) -> Expected:
