@@ -14,6 +14,7 @@ import pytest
 from tatamu import InputError
 from tatamu.folding import coarser as coarser_meshes
 from tatamu.folding.coarser import SOON, as_on_finer_mesh, on_coarser_mesh, with_coarser
+from tatamu.folding.fold import ideal_folds
 from tatamu.folding.interpolation import interpolated
 from tatamu.folding.manipulation import SETTLE
 from tatamu.folding.task import Job, Outcome, make_job
@@ -137,6 +138,13 @@ def test_a_plan_of_several_steps_has_cells_of_three_quarters_of_a_bending_length
     bending_length = coarse.garment.material.bending_length
     assert coarse.garment.spacing == pytest.approx(0.75 * bending_length, rel=0.01)
     assert coarse.garment.spacing < once.garment.spacing
+
+
+def test_from_the_third_step_on_a_search_stays_on_the_own_mesh() -> None:
+    shop = with_coarser(make_job("tshirt", fold="shop"))
+    ideals = [fold.target for fold in ideal_folds(shop.garment, shop.plan, shop.hands)]
+    states = [None, *ideals[:2]]
+    assert [shop.task(number, state).coarser is not None for number, state in enumerate(states)] == [True, True, False]
 
 
 def test_the_same_parameters_are_the_same_motion_on_both_meshes() -> None:

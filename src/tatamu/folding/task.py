@@ -27,6 +27,9 @@ from tatamu.simulators import named, simulate
 
 TABLE_MARGIN = 0.5
 """The table reaches this far beyond where the cloth lay [m]; a trial whose cloth ends farther out has left it."""
+STEPS_ON_COARSER_MESH = 2
+"""Steps of a plan that a search may begin on a coarser mesh. Of many layers, from the third on, that says little about
+the finer one, and takes most of its time (docs/notes/learning.md)."""
 
 
 @dataclass(frozen=True)
@@ -199,8 +202,8 @@ class Job:
         return Task(fold, self.plan.name, self.simulator, place, step.title, self.reach, self.asked, coarser)
 
     def _coarser_task(self, number: int, state: np.ndarray | None) -> Task | None:
-        """The same step on the coarser mesh; None where there is none, or where the hands find no place on it."""
-        if self.coarser is None:
+        """The same step on the coarser mesh; None where there is none, and where that would not help."""
+        if self.coarser is None or number >= STEPS_ON_COARSER_MESH:
             return None
         coarse = None if state is None else interpolated(self.garment, state, self.coarser.garment)
         try:
