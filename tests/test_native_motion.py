@@ -9,7 +9,7 @@ from tatamu.material import Material
 from tatamu.scene import Cloth, Scene
 from tatamu.simulators.native.contact import broad_phase, motion
 from tatamu.simulators.native.contact.projection import Positions
-from tatamu.simulators.native.contact.state import ContactState, Motion
+from tatamu.simulators.native.contact.state import ContactState, VertexMotion
 from tatamu.simulators.native.simulation import Simulation
 from tests.scenes import sheet
 
@@ -23,7 +23,7 @@ def contact_at(x: np.ndarray) -> ContactState:
     """Contact that was searched at positions x, and found something near."""
     simulation = Simulation(Scene(cloth=sheet(0.1, 0.1), material=CLOTH, duration=0.1))
     count = len(x)
-    fresh = Motion(np.zeros(count), np.zeros(count), np.zeros((count, 3)), np.zeros((count, 3)))
+    fresh = VertexMotion(np.zeros(count), np.zeros(count), np.zeros((count, 3)), np.zeros((count, 3)))
     contact = simulation.contact._replace(motion=fresh)
     contact.counters.ordered = 1
     motion.begin(x, contact)

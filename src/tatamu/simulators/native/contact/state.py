@@ -83,7 +83,7 @@ class EdgeEdge(NamedTuple):
     """Whether an edge was paired, shape (e,)."""
 
 
-class Motion(NamedTuple):
+class VertexMotion(NamedTuple):
     """Of the vertices since the search, against the mean motion; see `motion`. Written at the start of each round."""
 
     path: np.ndarray
@@ -132,7 +132,7 @@ class ContactState(NamedTuple):
     vertex_face: VertexFace
     edge_edge: EdgeEdge
     activity: Activity
-    motion: Motion
+    motion: VertexMotion
     counters: Any
     """A record of type `COUNTERS`."""
 
@@ -166,7 +166,7 @@ def initial_state(mesh: ContactMesh, pairs_per_edge: int) -> ContactState:
             restless=np.zeros(count, dtype=np.int64),
             pressed=np.zeros(count, dtype=np.int64),
         ),
-        motion=Motion(
+        motion=VertexMotion(
             path=np.zeros(count),
             reach=np.zeros(count),
             legal=np.zeros((count, 3)),
