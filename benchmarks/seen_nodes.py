@@ -43,13 +43,9 @@ class Seen:
     rollout: Rollout
 
     @cached_property
-    def _middle(self) -> np.ndarray:
-        return self.recording.corners(self.recording.clock).mean(axis=1)[:, None, None]
-
-    @cached_property
     def seen(self) -> np.ndarray:
         """What the camera saw [m], shape (f, n, n, 3); not a number where it lost or misplaced a node."""
-        return np.where(self.recording.good[..., None], self.recording.nodes - self._middle, np.nan)
+        return np.where(self.recording.good[..., None], self.recording.nodes - self.recording.middle, np.nan)
 
     @property
     def size(self) -> int:
@@ -63,7 +59,7 @@ class Seen:
 
     def later(self, late: float) -> np.ndarray:
         """The same, so much later [s]."""
-        return Sheet(self.recording).nodes(self.rollout, late) - self._middle
+        return Sheet(self.recording).nodes(self.rollout, late) - self.recording.middle
 
     @cached_property
     def axes(self) -> np.ndarray:

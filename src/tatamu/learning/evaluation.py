@@ -82,10 +82,9 @@ def _expected(
     """The expected objective: on a coarser mesh, disturbances add to the objective what they add on the task's own."""
     own = outcome.objective
     standing = demand.standing
-    most = standing.expected if standing else np.inf
     if demand.added is not None and not outcome.failed:
         estimate = Expected(own + demand.added.objective, demand.added.worlds, demand.added.hardest)
-        return at_least(task, manipulation, outcome, demand, estimate, most)
+        return at_least(task, manipulation, outcome, demand, estimate)
     if surrogate is None or outcome.failed or (standing and own >= standing.expected):
         return expected(task, manipulation, outcome, demand)
     calm = surrogate.task.evaluate(surrogate.manipulation)
@@ -96,7 +95,7 @@ def _expected(
         there = Standing(calm.objective + (standing.expected - own) / surrogate.larger, standing.gap / surrogate.larger)
     found = expected(surrogate.task, surrogate.manipulation, calm, replace(demand, standing=there))
     estimate = replace(found, objective=own + surrogate.larger * (found.objective - calm.objective))
-    return at_least(task, manipulation, outcome, demand, estimate, most)
+    return at_least(task, manipulation, outcome, demand, estimate)
 
 
 @dataclass(frozen=True)

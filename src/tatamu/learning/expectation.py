@@ -116,24 +116,23 @@ class Expected:
     win."""
 
 
-def at_least(
-    task: Task, manipulation: Manipulation, calm: Outcome, demand: Demand, estimate: Expected, most: float
-) -> Expected:
+def at_least(task: Task, manipulation: Manipulation, calm: Outcome, demand: Demand, estimate: Expected) -> Expected:
     """An estimate from a coarser mesh, and no less than what its worst worlds come to on the task's own.
 
     What disturbances add on the coarser mesh may be too little. For a quantile that is seen in the few worlds that make
-    it; for the mean it would take all, and the estimate stays.
+    it; for the mean it would take all, and the estimate stays. So does one that cannot win.
 
     Args:
         task: The fold, on its own mesh.
         manipulation: What the hands do.
         calm: Its outcome where nothing is off, on that mesh.
-        demand: The worlds.
+        demand: The worlds, and what the manipulation has to beat.
         estimate: What a coarser mesh said.
-        most: An estimate of this or more cannot win, and stays.
     """
+    standing = demand.standing
+    lost = standing is not None and estimate.objective >= standing.expected
     worst = estimate.hardest[: demand.expectation.making]
-    if demand.expectation.quantile is None or not worst or estimate.objective >= most:
+    if demand.expectation.quantile is None or not worst or lost:
         return estimate
     own = [calm.objective] * (len(demand.worlds) - len(worst))
     there = [outcome_in(task, manipulation, demand.worlds[number]).objective for number in worst]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from tatamu.instruments.outline import PlanOutline
 from tatamu.material import Material
 from tatamu.presentation.drawing import Drawing
 from tatamu.rollout import Rollout
+from tatamu.simulators import capabilities
 from tatamu.validation.real.bench import Experiment, Values
 from tatamu.validation.real.section import Sketch
 
@@ -104,6 +106,23 @@ class Draped:
     def counted(self) -> str:
         """The nodes of each repeat."""
         return ", ".join(str(outline.nodes) for outline in self.outlines) or "none came to an end"
+
+
+class Needing(Protocol):
+    """A model of a fabric that not every simulator can take."""
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """Capabilities of a simulator without which it cannot."""
+
+
+Model = TypeVar("Model", bound=Needing)
+
+
+def known_to(simulator: str, models: Sequence[Model]) -> list[Model]:
+    """The models that a simulator can take."""
+    able = capabilities(simulator)
+    return [model for model in models if all(getattr(able, name, False) for name in model.needs)]
 
 
 def experiments(name: str, material: Material, size: Size, seeds: int, waviness: float = 0.0) -> list[Experiment]:

@@ -16,13 +16,12 @@ import numpy as np
 from tatamu.errors import InputError
 from tatamu.instruments.outline import ANGLES, PlanOutline
 from tatamu.presentation.chart import Chart, axis, traces
-from tatamu.simulators import capabilities
 from tatamu.validation.real import drape
 from tatamu.validation.real.bench import Bench
 from tatamu.validation.real.columns import Columns
 from tatamu.validation.real.drape import Draped, Size
 from tatamu.validation.real.fabric import FRICTION, SHEAR, SOFTENED, TWIST, WARP, WAVINESS, WEFT
-from tatamu.validation.real.fitted_drape import ANISOTROPIES, DENSITY, FittedFabric, FittedModel, Sweep
+from tatamu.validation.real.fitted_drape import ANISOTROPIES, DENSITY, ELLIPSE, FittedFabric, FittedModel, Sweep
 from tatamu.validation.real.section import Line, Section, Tabulated, reached
 from tatamu.validation.real.test import RealTest
 
@@ -58,8 +57,7 @@ MOST = 9
 
 def models(simulator: str) -> list[FittedModel]:
     """The models that a simulator knows."""
-    able = capabilities(simulator)
-    return [model for model in MODELS if all(getattr(able, name, False) for name in model.needs)]
+    return drape.known_to(simulator, MODELS)
 
 
 @dataclass(frozen=True)
@@ -149,7 +147,7 @@ class PredictedHems:
 def _predicted(model: FittedModel, measured: Sequence[MeasuredHems], bench: Bench) -> PredictedHems:
     sweep = Sweep.of(model, SIZE, bench)
     fabrics = [
-        sweep.fitted(f"fabric {hems.name}", real.mean, real.harmonic(2))
+        sweep.fitted(f"fabric {hems.name}", real.mean, real.harmonic(ELLIPSE))
         for hems in measured
         for real in [hems.draped()]
     ]

@@ -15,7 +15,6 @@ import numpy as np
 
 from tatamu.material import Material
 from tatamu.presentation.chart import Chart, axis, note, traces
-from tatamu.simulators import capabilities
 from tatamu.validation.real import drape
 from tatamu.validation.real.bench import Bench
 from tatamu.validation.real.columns import Columns
@@ -63,8 +62,7 @@ MODELS = (
 
 def models(simulator: str) -> list[DrapeModel]:
     """The models that a simulator knows."""
-    able = capabilities(simulator)
-    return [model for model in MODELS if all(getattr(able, name, False) for name in model.needs)]
+    return drape.known_to(simulator, MODELS)
 
 
 def judged(known: Sequence[DrapeModel]) -> int:

@@ -190,8 +190,7 @@ def _plate(
 
 def _seen(recording: Recording, nodes: np.ndarray) -> tuple[Pairs, Pairs]:
     """Nodes and where the camera saw them: all but those of the held edge, and those of the lower edge."""
-    middle = recording.corners(recording.clock).mean(axis=1)[:, None, None]
-    places, seen = nodes - middle, recording.nodes - middle
+    places, seen = nodes - recording.middle, recording.nodes - recording.middle
     free, lower = (recording.good[:, rows] for rows in (slice(None, -1), slice(1)))
     return Pairs.of(places[:, :-1][free], seen[:, :-1][free]), Pairs.of(places[:, :1][lower], seen[:, :1][lower])
 

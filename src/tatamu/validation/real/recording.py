@@ -108,9 +108,14 @@ class Recording:
         return times, gaussian_filter1d(self.corners(times), SMOOTHING / STEP, axis=0, mode="nearest")
 
     @cached_property
+    def middle(self) -> np.ndarray:
+        """Middle of the bar at the frames [m], shape (f, 1, 1, 3)."""
+        return np.asarray(self.corners(self.clock).mean(axis=1)[:, None, None])
+
+    @cached_property
     def good(self) -> np.ndarray:
         """Nodes that the camera did not lose or misplace, shape (f, n, n)."""
-        from_bar = self.nodes - self.corners(self.clock).mean(axis=1)[:, None, None]
+        from_bar = self.nodes - self.middle
         padded = np.pad(from_bar, ((2, 2), (0, 0), (0, 0), (0, 0)), mode="edge")
         near = np.stack([padded[k : k + len(from_bar)] for k in range(5)])
         usual = np.nanmedian(np.where(np.isfinite(near), near, np.nan), axis=0)

@@ -57,9 +57,9 @@ class VertexFace(NamedTuple):
     wake: np.ndarray
     """Value of `counters.travelled` before which the pair cannot be too near [m], shape (n, PARTNERS)."""
     meets: np.ndarray
-    """Lengths of both its paths, together, before which it cannot be, shape (n, PARTNERS)."""
+    """Lengths of both its paths, together, before which it cannot be [m], shape (n, PARTNERS)."""
     awake: np.ndarray
-    """Pairs that the last first sweep left awake, as PARTNERS v + k; `counters.partners_awake` of them are in use."""
+    """Pairs that the last first sweep looked at, as PARTNERS v + k; `counters.partners_awake` of them are in use."""
     anchor_triangle: np.ndarray
     """Triangle that friction holds the vertex to, -1 for none, shape (n, PARTNERS)."""
     anchor: np.ndarray
@@ -84,7 +84,10 @@ class EdgeEdge(NamedTuple):
 
 
 class VertexMotion(NamedTuple):
-    """Of the vertices since the search, against the mean motion; see `motion`. Written at the start of each round."""
+    """Of the vertices since the search, against the mean motion; see `motion`.
+
+    Written at the start of each round, and the reach once more before impact zones.
+    """
 
     path: np.ndarray
     """Length of each vertex's path through legal positions [m], shape (n,)."""

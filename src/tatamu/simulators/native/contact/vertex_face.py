@@ -196,19 +196,16 @@ def sweep(
             t = beyond
             if faces[t, 0] == v or faces[t, 1] == v or faces[t, 2] == v:
                 break
-        if lowest < inside:
-            if faces[t, 0] == v or faces[t, 1] == v or faces[t, 2] == v:
-                continue
-            triangle[v, k] = t
-            side_of[v, k] = 0
-            wake[v, k] = 0.0
-            meets[v, k] = 0.0
+        beside = lowest < inside
+        if beside and (faces[t, 0] == v or faces[t, 1] == v or faces[t, 2] == v):
             continue
-        if triangle[v, k] != t:  # beyond a sharp crease the old side may be the wrong one
+        if beside or triangle[v, k] != t:  # beyond a sharp crease the old side may be the wrong one
             triangle[v, k] = t
             side_of[v, k] = 0
             wake[v, k] = 0.0
             meets[v, k] = 0.0
+        if beside:
+            continue
         if side_of[v, k] == 0:
             side_of[v, k] = 1 if _height(start, v, a, b, c) >= 0.0 else -1
         side = side_of[v, k]
