@@ -4,7 +4,7 @@
 
 Each draw hides a fabric, reads it in native with other seeds and with the errors that a person makes, and calibrates.
 An interval is the parameter found, times or divided by e to twice its stated relative uncertainty. What is there is not
-run again.
+run again; rows of the table that were not asked for stay.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from tables import markdown, publish
+from tables import markdown, merged, publish, published
 
 from tatamu.calibration import Measurements, calibrate
 from tatamu.calibration.bias import Bias
@@ -213,7 +213,8 @@ def main() -> None:
         lines.append(line(name, rows))
     print(markdown(lines))
     if options.write_docs:
-        publish("calibration: readings", markdown(lines))
+        table = "calibration: readings"
+        publish(table, markdown(merged(published(table), lines, "reading")))
 
 
 if __name__ == "__main__":

@@ -74,7 +74,11 @@ def outcome_in(task: Task, manipulation: Manipulation, world: World) -> Outcome:
 
 def judge(task: Task, manipulation: Manipulation, world: World) -> Verdict:
     """How a manipulation ends in a world."""
-    outcome = outcome_in(task, manipulation, world)
+    return verdict_of(outcome_in(task, manipulation, world))
+
+
+def verdict_of(outcome: Outcome) -> Verdict:
+    """What of an outcome decides whether the fold holds."""
     if outcome.score is None:
         return Verdict(None, None, outcome.error)
     return Verdict(outcome.score.mean_vertex_distance, outcome.score.mask_iou)
