@@ -78,7 +78,7 @@ def judge(task: Task, manipulation: Manipulation, world: World) -> Verdict:
 
 
 def verdict_of(outcome: Outcome) -> Verdict:
-    """What of an outcome decides whether the fold holds."""
+    """The measures of an outcome that decide whether the fold holds."""
     if outcome.score is None:
         return Verdict(None, None, outcome.error)
     return Verdict(outcome.score.mean_vertex_distance, outcome.score.mask_iou)
