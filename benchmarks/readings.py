@@ -213,8 +213,8 @@ def main() -> None:
         lines.append(line(name, rows))
     print(markdown(lines))
     if options.write_docs:
-        table = "calibration: readings"
-        publish(table, markdown(merged(published(table), lines, "reading")))
+        before = published("calibration: readings")
+        publish("calibration: readings", markdown(merged(before, lines, "reading")))
 
 
 if __name__ == "__main__":
