@@ -160,7 +160,7 @@ def test_the_hardest_worlds_are_simulated_on_the_own_mesh_too(
 ) -> None:
     """The coarser mesh adds too little for this fold, and its worst worlds are not those of the own mesh."""
     monkeypatch.setattr(Task, "evaluate", lambda *_: Calm(None, 1.0, None, None))
-    own = replace(task(spacing=0.02), coarser=task())
+    own = replace(task(spacing=0.02), coarser=task(), step=(2, 2))
     expectation = usual(worlds=12, quantile=0.9)
     worlds = expectation.drawn(0)
     offsets = [abs(world["hands.offset.up"]) for world in worlds]
@@ -169,7 +169,7 @@ def test_the_hardest_worlds_are_simulated_on_the_own_mesh_too(
 
     def fine(added: float, standing: Standing | None = None) -> Expected | None:
         asked.clear()
-        demand = Demand(expectation, worlds, standing, added=Added(added, 7, coarsely), checked=6)
+        demand = Demand(expectation, worlds, standing, added=Added(added, 7, coarsely))
         with ThreadPoolExecutor(1) as pool:
             return submitted(pool, own, own.manipulation(X), np.inf, X, demand=demand).ended("").expected
 

@@ -12,6 +12,7 @@ from tatamu.disturbances.disturbed import disturbed_scene
 from tatamu.disturbances.world import World
 from tatamu.errors import SimulationError
 from tatamu.folding.manipulation import Manipulation
+from tatamu.folding.score import Score
 from tatamu.folding.task import Outcome, Task
 
 CONFIDENCE = 0.95
@@ -38,6 +39,13 @@ class Verdict:
     """None where the simulation failed."""
     error: str | None = None
     """Why it failed."""
+
+    @classmethod
+    def of(cls, score: Score | None, error: str | None = None) -> Verdict:
+        """The verdict on a fold of that score; None: its simulation failed."""
+        if score is None:
+            return cls(None, None, error)
+        return cls(score.mean_vertex_distance, score.mask_iou)
 
     def holds(self, limits: Limits) -> bool:
         """Whether the fold holds; one that could not be simulated does not."""
@@ -74,14 +82,8 @@ def outcome_in(task: Task, manipulation: Manipulation, world: World) -> Outcome:
 
 def judge(task: Task, manipulation: Manipulation, world: World) -> Verdict:
     """How a manipulation ends in a world."""
-    return verdict_of(outcome_in(task, manipulation, world))
-
-
-def verdict_of(outcome: Outcome) -> Verdict:
-    """The measures of an outcome that decide whether the fold holds."""
-    if outcome.score is None:
-        return Verdict(None, None, outcome.error)
-    return Verdict(outcome.score.mean_vertex_distance, outcome.score.mask_iou)
+    outcome = outcome_in(task, manipulation, world)
+    return Verdict.of(outcome.score, outcome.error)
 
 
 @dataclass(frozen=True)

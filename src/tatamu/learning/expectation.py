@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tatamu.disturbances import Disturbances, Stream, World, spread
-from tatamu.disturbances.verdict import Limits, outcome_in, verdict_of
+from tatamu.disturbances.verdict import Limits, Verdict, outcome_in
 from tatamu.errors import InputError
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.task import Outcome, Task
@@ -25,10 +25,8 @@ WORLDS = 20
 """Disturbed worlds of a trial that may win."""
 USUAL_QUANTILE = 0.95
 """Of the objective, which `tatamu learn` minimises unless somebody asks for another, or for the mean."""
-
-
 LIMITS = Limits()
-"""Of folds that hold."""
+"""Beyond which the errors of a fold count twice."""
 
 
 @dataclass(frozen=True)
@@ -130,8 +128,15 @@ class Demand:
     """Places of the worlds in which it is simulated (`Expectation.hardest`); none: in all, as nothing is known yet."""
     added: Added | None = None
     """None: it was not simulated in them before."""
-    checked: int = 0
-    """In how many worlds that are hardest on a coarser mesh it is simulated on the own one too."""
+
+    def of(self, known: Mapping[int, float], own: float) -> float:
+        """The expected objective where the worlds that are not known are as good as the undisturbed one.
+
+        Args:
+            known: Objectives in some worlds, by their places.
+            own: The objective where nothing is off.
+        """
+        return self.expectation.of([known.get(number, own) for number in range(len(self.worlds))])
 
 
 @dataclass(frozen=True)
@@ -148,7 +153,7 @@ class Expected:
 
 def counted(outcome: Outcome) -> float:
     """The objective of an outcome in some world: l_x + alpha D, or l_x + 2 alpha D where the fold does not hold."""
-    if outcome.score is None or verdict_of(outcome).holds(LIMITS):
+    if outcome.score is None or Verdict.of(outcome.score).holds(LIMITS):
         return outcome.objective
     return 2.0 * outcome.objective - outcome.score.trajectory_length
 
@@ -173,12 +178,12 @@ def at_least(task: Task, manipulation: Manipulation, calm: Outcome, demand: Dema
     lost = standing is not None and estimate.objective >= standing.expected
     if demand.expectation.quantile is None or lost:
         return estimate
+    own = counted(calm)
     known: dict[int, float] = {}
     objective = estimate.objective
-    for number in estimate.hardest[: demand.checked]:
+    for number in estimate.hardest[: demand.expectation.checked(task.step[0])]:
         known[number] = counted(outcome_in(task, manipulation, demand.worlds[number]))
-        own = demand.expectation.of([known.get(each, counted(calm)) for each in range(len(demand.worlds))])
-        objective = max(objective, own)
+        objective = max(objective, demand.of(known, own))
         if standing is not None and objective >= standing.expected:
             break
     others = (number for number in estimate.hardest if number not in known)
@@ -218,7 +223,7 @@ def expected(task: Task, manipulation: Manipulation, calm: Outcome, demand: Dema
     known: dict[int, float] = {}
     for number in demand.hardest or range(count):
         known[number] = counted(outcome_in(task, manipulation, demand.worlds[number]))
-        least = demand.expectation.of([known.get(each, own) for each in range(count)])
+        least = demand.of(known, own)
         if standing is not None and least >= standing.expected and len(known) < count:
             return Expected(max(least, own + standing.gap), 1 + len(known))
     return Expected(least, 1 + len(known), _worst_first(known))

@@ -145,8 +145,7 @@ class Runner:
         hardest = self._expectation.hardest([_added(trial).hardest for trial in able])
         same = [trial for trial in able if self.study.is_coarse(trial) and trial.params == proposal.parameters]
         added = _added(same[0]) if same and not proposal.coarse else None
-        checked = self._expectation.checked(self.task.step[0])
-        return Demand(self._expectation, self._worlds, standing, hardest, added, checked)
+        return Demand(self._expectation, self._worlds, standing, hardest, added)
 
     def _ended(self, begun: Pending, which: str) -> Evaluation:
         return begun.ended(f"seed {self.study.identity.seed}, {which}")

@@ -63,7 +63,8 @@ class Trial(Scores, _TrialHead):
     worlds: int | None = None
     """In how many worlds it was simulated, the undisturbed one among them; None: nothing was taken to be off."""
     expected_objective: float | None = None
-    """l_x + alpha E[D] over them, or a quantile; an estimate where the trial could not win."""
+    """l_x + alpha E[D] over them, or a quantile; in worlds in which the fold does not hold alpha D counts twice. An
+    estimate where the trial could not win."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -198,7 +198,7 @@ def _ended_in(task: Task, manipulation: Manipulation, world: World) -> tuple[flo
     score = outcome_in(task, manipulation, world).score
     if score is None:
         return None, False
-    return score.area_error, Verdict(score.mean_vertex_distance, score.mask_iou).holds(Limits())
+    return score.area_error, Verdict.of(score).holds(Limits())
 
 
 def _mean(errors: list[float]) -> float:
