@@ -77,6 +77,7 @@ validate: $(DEV)  ## every textbook check: docs/notes/validation.md, and a page 
 
 real-cloth: $(DEV)  ## the tables of docs/notes/real-cloth.md: published measurements of real cloth in the folder DATA; an hour
 	$(BIN)/python benchmarks/real_cloth.py --data $(DATA) --out runs/real-cloth --write-docs
+	$(BIN)/python -m benchmarks.asked_rigidity --data $(DATA) --out runs/real-cloth --write-docs
 	$(BIN)/python -m benchmarks.seen_nodes --data $(DATA) --out runs/real-cloth --write-docs
 	$(BIN)/python -m benchmarks.decrement --data $(DATA) --write-docs
 

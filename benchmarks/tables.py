@@ -39,6 +39,7 @@ PLACES = {
     "results": NOTES / "validation.md",
     "tangle": NOTES / "validation.md",
     "real: drape": NOTES / "real-cloth.md",
+    "real: asked rigidity": NOTES / "real-cloth.md",
     "real: leeds": NOTES / "real-cloth.md",
     "real: motion": NOTES / "real-cloth.md",
     "real: towel": NOTES / "real-cloth.md",

@@ -189,6 +189,15 @@ def test_crossings_of_folds_are_counted(modules: Any, monkeypatch: pytest.Monkey
     assert list(row.values()) == ["4 fast", 2, 1, 3, 1]
 
 
+def test_the_rigidity_that_a_drape_asks_for_is_read_off_between_those_simulated(modules: Any) -> None:
+    asked = modules("asked_rigidity")
+    drapes = [Namespace(mean=40.0 + 10.0 * number) for number in range(len(asked.FACTORS))]
+    first, second, last = asked.FACTORS[0], asked.FACTORS[1], asked.FACTORS[-1]
+    assert asked.asked(45.0, drapes) == f"{(first * second) ** 0.5:.2f}"
+    assert asked.asked(39.0, drapes) == f"below {first:g}"
+    assert asked.asked(99.0, drapes) == f"above {last:g}"
+
+
 def test_a_turned_camera_is_told_from_what_is_seen(modules: Any) -> None:
     seen_nodes = importlib.import_module("benchmarks.seen_nodes")
     seen = [seen_by_a_turned_camera(name, seen_nodes.Seen) for name in (FITTED[0], FITTED[1], "another")]
