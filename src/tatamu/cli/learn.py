@@ -72,8 +72,8 @@ def learn(
         str | None,
         typer.Option(
             metavar="default|none|FILE.toml",
-            help="What is not known of hands, cloth and table, and the fold is to stand; none: the paper's C. Not "
-            "given: as the study began, as the robot's .toml says, or default.",
+            help="Errors of hands, cloth and table that the fold has to tolerate; none: the paper's C. Not given: as "
+            "the study began, as the robot's .toml says, or default.",
         ),
     ] = None,
     quantile: Annotated[

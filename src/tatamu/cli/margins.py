@@ -1,4 +1,4 @@
-"""`tatamu margins`: how much a learned fold stands before it fails."""
+"""`tatamu margins`: how much error a learned fold tolerates before it fails."""
 
 from __future__ import annotations
 
