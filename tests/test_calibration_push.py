@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from tatamu import simulate
+from tatamu import InputError, simulate
 from tatamu.calibration import advice_on, calibrate
 from tatamu.calibration.measurements import Measurements
 from tatamu.calibration.page import page, shown
 from tatamu.calibration.push import Push
+from tatamu.calibration.setup import setup_of
 from tatamu.material import GRAVITY, Material
 from tatamu.simulators.blender.mapping import mapped
 from tatamu.simulators.capabilities import Capabilities
@@ -134,3 +137,17 @@ def test_blender_is_told_of_compression() -> None:
     assert told["compression_stiffness_max"] == told["compression_stiffness"]
     whole = mapped(TEST.scene(CLOTH.model_copy(update={"compression": 1.0})), 0.1).settings
     assert whole["compression_stiffness"] == whole["tension_stiffness"] == pytest.approx(told["tension_stiffness"])
+
+
+def test_a_push_is_refused_where_shear_has_a_stiffness_of_its_own(tmp_path: Path) -> None:
+    given = told(0.01).model_dump(mode="json", exclude_none=True)
+    bias = {"bias": {"width": 0.05, "L1": 0.31, "L2": 0.3}}
+    with pytest.raises(ValidationError, match="leave out push or bias"):
+        Measurements.model_validate({**given, **bias})
+    file = tmp_path / "woven.toml"
+    file.write_text(
+        "[material]\nareal_density = 0.2\nstretch_stiffness = 300\nbending_rigidity = 1e-5\nshear_stiffness = 30\n"
+    )
+    given["garment"]["material"] = str(file)
+    with pytest.raises(InputError, match="push: the garment's material has a weft or shear stiffness"):
+        setup_of(Measurements.model_validate(given))

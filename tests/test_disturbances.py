@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,9 @@ from tatamu.disturbances import (
     CALM,
     CHANNELS,
     Disturbances,
+    FoldOnMesh,
     Limits,
+    Memory,
     Share,
     Stream,
     Verdict,
@@ -279,3 +282,56 @@ def test_a_low_fold_suffers_where_hands_are_low_and_a_high_one_does_not(task: Ta
         assert calm is not None and lowered is not None
         worse.append(lowered - calm)
     assert worse[0] > 0.010 and abs(worse[1]) < 0.003
+
+
+@pytest.mark.parametrize(
+    ("field", "value"), [("shear_stiffness", 30.0), ("bending_rigidity_initial", 5e-5), ("bending_rigidity_bias", 2e-5)]
+)
+def test_no_world_has_a_material_that_cannot_be(task: Task, low: Manipulation, field: str, value: float) -> None:
+    usual = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=4e-5, friction_table=0.5)
+    woven = Material.model_validate({**usual.model_dump(), field: value})
+    garment = replace(task.fold.garment, material=woven)
+    world = World({f"material.{field}": -0.9, "material.compression": -0.2, "material.bending_rigidity": 0.1})
+    found = disturbed_scene(replace(task.fold, garment=garment), low, world).material
+    assert Material.model_validate(found.model_dump()) == found
+
+
+@pytest.mark.parametrize(
+    ("uncertainty", "says"),
+    [("shear_stiffness = 1.0", "there is no material.shear_stiffness"), ("bending_rigidity = '1'", "must be a number")],
+)
+def test_an_uncertainty_of_nothing_is_refused(tmp_path: Path, uncertainty: str, says: str) -> None:
+    file = tmp_path / "cloth.toml"
+    file.write_text(f"[uncertainty]\n{uncertainty}\n")
+    material = Material(areal_density=0.2, stretch_stiffness=100.0, bending_rigidity=2e-5)
+    with pytest.raises(InputError, match=says):
+        with_calibrated(default(), file, material)
+
+
+def test_what_a_calibration_leaves_nearly_unknown_may_still_be_disturbed(tmp_path: Path) -> None:
+    file = tmp_path / "cloth.toml"
+    file.write_text("[uncertainty]\nair_added_mass = 0.026\n")
+    material = Material(areal_density=0.2, stretch_stiffness=100.0, bending_rigidity=2e-5, air_added_mass=0.01)
+    assert with_calibrated(default(), file, material).material["air_added_mass"] == 2.0
+
+
+def test_what_another_version_of_the_simulator_said_is_not_asked(
+    task: Task, low: Manipulation, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here = FoldOnMesh(task, low).key
+    assert FoldOnMesh(task, low).key == here
+    monkeypatch.setattr("tatamu.disturbances.meshes.source_digest", lambda: "another")
+    assert FoldOnMesh(task, low).key != here
+
+
+def test_a_memory_keeps_verdicts_and_passes_over_what_is_none(tmp_path: Path) -> None:
+    file = tmp_path / "kept" / "simulated.jsonl"
+    verdict = Verdict(0.003, 0.9)
+    Memory(file).keep("a", verdict)
+    with file.open("a") as kept:
+        kept.write('{"key": "b", "mean_vertex_distance": "x", "mask_iou": 0.9, "error": null}\n{"key": "c"')
+    again = Memory(file)
+    assert again.get("a") == verdict and again.get("b") is None and again.get("c") is None
+    (tmp_path / "a-file").touch()
+    with pytest.raises(InputError, match="cannot be written"):
+        Memory(tmp_path / "a-file" / "simulated.jsonl")

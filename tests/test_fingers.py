@@ -14,8 +14,8 @@ from tatamu.folding.baselines import BASELINES
 from tatamu.folding.fingers import Fingers, lowest
 from tatamu.folding.manipulation import Manipulation, scene_of
 from tatamu.folding.task import Task, make_job, make_task
-from tatamu.learning import learn
-from tatamu.learning.space import search_space
+from tatamu.learning import learn, learn_job
+from tatamu.learning.space import first_curves, later_curves, search_space
 from tatamu.margins.subject import subject_of
 from tatamu.results import read_fold, rebuild
 
@@ -113,4 +113,22 @@ def test_a_preset_stands_for_the_sizes_of_its_hand(tmp_path: Path) -> None:
     assert Fingers.model_validate(known.fingers.model_dump()) == known.fingers
     path.write_text('[fingers]\npreset = "claw"\n')
     with pytest.raises(InputError, match=r"mine.toml: fingers: preset must be one of franka-hand, .*given 'claw'"):
+        load_disturbances(str(path))
+
+
+def test_a_search_begins_with_curves_that_fingers_can_follow(task: Task) -> None:
+    space = search_space(task.fold, "integer")
+    for curve in [*first_curves(task.fold), *later_curves(task.fold)]:
+        assert all(space[name].low <= value <= space[name].high for name, value in curve.items())
+
+
+def test_a_plain_search_with_fingers_is_learned(tmp_path: Path) -> None:
+    report = learn_job(make_job("towel", fingers=THICK, **SMALL), tmp_path, trials=6, baselines=False)  # type: ignore[arg-type]
+    assert report.exists()
+
+
+def test_a_preset_that_is_no_name_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text('[fingers]\npreset = ["franka-hand"]\n')
+    with pytest.raises(InputError, match="preset must be one of"):
         load_disturbances(str(path))

@@ -190,3 +190,12 @@ def test_a_proposal_at_fifty_trials_costs_little_beside_a_fold() -> None:
     proposal = fastest(lambda: GaussianProcessSampler(3, length).sample_relative(study, study.trials[-1], SPACE))
     product = fastest(lambda: [matrix @ matrix for _ in range(10)])
     assert proposal < 5.0 * product
+
+
+def test_the_ends_of_a_side_are_the_bounds_to_the_last_bit() -> None:
+    random = np.random.default_rng(0)
+    for low, high in random.uniform([0.001, 0.2], [0.01, 0.8], (2000, 2)):
+        space = {"z": FloatDistribution(low, high)}
+        cube = UnitCube(space)
+        for end in (0.0, 1.0):
+            assert space["z"].low <= cube.parameters(np.array([end]))["z"] <= space["z"].high

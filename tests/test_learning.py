@@ -25,6 +25,7 @@ import pytest
 from optuna.distributions import FloatDistribution
 
 from tatamu import InputError, Rollout, Scene, TatamuError, simulate
+from tatamu.folding.coarser import with_coarser
 from tatamu.folding.manipulation import Manipulation, trajectory_lengths
 from tatamu.folding.task import Outcome, Reach, Task, make_job, make_task
 from tatamu.learning import learn, learn_job
@@ -250,6 +251,23 @@ def test_a_study_in_which_all_fails_says_so(tmp_path: Path, monkeypatch: pytest.
         learn(task(), tmp_path, trials=2, baselines=False)
 
 
+def test_a_study_in_which_all_fails_on_the_own_mesh_alone_says_that(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    job = with_coarser(make_job("towel"))
+    own = len(job.garment.vertices)
+    honest = Task.evaluate
+
+    def evaluate(self: Task, manipulation: Manipulation) -> Outcome:
+        if len(self.fold.start) == own:
+            return Outcome(None, 9.0, "blew up", None)
+        return honest(self, manipulation)
+
+    monkeypatch.setattr(Task, "evaluate", evaluate)
+    with pytest.raises(TatamuError, match="all 5 trials on the garment's own mesh failed; the last said: blew up"):
+        learn(job.task(0), tmp_path, trials=10, baselines=False)
+
+
 @pytest.mark.parametrize(
     ("changes", "named"),
     [
@@ -311,10 +329,23 @@ class Low:
     def __init__(self) -> None:
         self.asked: list[float] = []
 
+    def forget(self) -> None:
+        self.asked = []
+
     def __call__(self, manipulation: Manipulation) -> float:
         height = float(manipulation.curves[0].control[1, 2])
         self.asked.append(height)
         return 0.08 - height
+
+
+def test_a_study_asks_a_robot_that_remembers_no_other_study(tmp_path: Path, simulated: list[Scene]) -> None:
+    low = Low()
+    reached = task(reach=Reach("low", low, forget=low.forget))
+    low.asked = [0.5]  # of an earlier step of a plan, which was finished before a pause
+    learn(reached, tmp_path, trials=6, baselines=False)
+    at_once = list(low.asked)
+    learn(reached, tmp_path, trials=7, baselines=False)
+    assert 0.5 not in at_once and low.asked[:6] == at_once[:6]
 
 
 def test_what_a_robot_cannot_reach_is_not_simulated_and_fails(tmp_path: Path, simulated: list[Scene]) -> None:

@@ -12,6 +12,7 @@ from tatamu import InputError
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.task import Job, Reach, make_job
 from tatamu.learning import learn_job
+from tatamu.robots import ReachConstraint, load
 
 TOO_FAR = "larm cannot follow its hand beyond frame 6"
 
@@ -61,3 +62,10 @@ def test_what_is_within_reach_is_asked_before_a_study_begins_and_not_again(
     for asked in (1, 1):
         learn_job(job(robot), tmp_path, trials=2)
         assert robot.asked == asked
+
+
+def test_hironx_forgets_where_it_stood() -> None:
+    constraint = ReachConstraint(load("hironx"))
+    constraint._known = [(load("hironx"), None)]  # type: ignore[list-item]
+    constraint.forget()
+    assert constraint._known == []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import re
 from collections import Counter
 from pathlib import Path
@@ -157,3 +158,9 @@ def test_each_side_of_each_layer_has_its_colour_from_above(lower: bool, turned: 
     light = shade(view, mesh, visible).mean(axis=0)
     wanted = rgb(colour)
     assert light / light.sum() == pytest.approx(wanted / wanted.sum(), abs=1e-6)
+
+
+def test_points_that_are_no_numbers_are_gaps() -> None:
+    plot = traces([{"x": [1.0, 2.0], "y": [float("nan"), 3]}])
+    assert plot["data"][0]["y"] == [None, 3]
+    json.dumps(plot, allow_nan=False)

@@ -273,3 +273,7 @@ def test_outlines_and_recordings_that_are_none_are_refused(tmp_path: Path) -> No
         load_recordings(tmp_path / "motion.npz", "s", ())
     with pytest.raises(InputError, match="must hold recordings"):
         load_recordings(tmp_path / "motion.npz", "other", ())
+    whole = (tmp_path / "motion.npz").read_bytes()
+    (tmp_path / "motion.npz").write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(InputError, match=r"is not an \.npz file"):
+        load_recordings(tmp_path / "motion.npz", "s", ())

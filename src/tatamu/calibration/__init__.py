@@ -1,4 +1,4 @@
-"""Calibration: three measurements with a ruler give a simulator that behaves like the cloth at hand."""
+"""Calibration: measurements with a ruler, three or more, give a simulator that behaves like the cloth at hand."""
 
 from tatamu.calibration.advice import advice_on
 from tatamu.calibration.calibrate import calibrate

@@ -210,7 +210,7 @@ Crease it, if you like: tells how much of a fold stays.                         
             guess=self.guess,
             straight=lambda value: float(np.log(max(value, 1e-6))),
             rising=True,
-            spread=textbook_spread(self.guess, arc) if arc.value > arc.uncertainty else 1.0,
+            spread=textbook_spread(self.guess, arc),
         )
 
     def sentence(self, fit: Fit) -> str:

@@ -1,4 +1,4 @@
-"""A calibration as one page that opens offline: what came out, the three fits, what to read again."""
+"""A calibration as one page that opens offline: what came out, the fits, what to read again."""
 
 from __future__ import annotations
 

@@ -28,6 +28,7 @@ from tatamu.calibration.quantity import Distances, Lengths
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.target import Target
 from tatamu.calibration.test import Changes, LaterTest, Readings, Specimen, millimetres
+from tatamu.errors import InputError
 from tatamu.garments import Garment
 from tatamu.material import GRAVITY, Material
 from tatamu.meshing import staggered_rectangle
@@ -101,6 +102,8 @@ class Push(LaterTest):
     entry = PushReadings
     needs = ("elongation", "friction")
     needs_because = "what resists a push depends on both"
+    excludes = ("bias",)
+    excludes_because = "cloth that resists compression less than tension cannot have a shear stiffness of its own"
     read = "moved"
     words = MappingProxyType(
         {
@@ -120,6 +123,11 @@ Push it, if you like: cloth that hands push along the table wrinkles or slides. 
     @classmethod
     def of(cls, entry: PushReadings, specimen: Specimen) -> Self:
         """See `CalibrationTest.of`."""
+        if specimen.base.orthotropic_membrane:
+            raise InputError(
+                "push: the garment's material has a weft or shear stiffness of its own, and cloth that resists "
+                "compression less than tension cannot; give garment.material without, or leave out push"
+            )
         return cls(float(np.mean(entry.length)), float(np.mean(entry.pushed)), specimen.spacing)
 
     @classmethod

@@ -18,6 +18,9 @@ from tatamu.material import Material
 WITHIN, FINEST = 1e-3, 1e-5
 """Readings are matched to this part of themselves, or to this length [m] where that is more."""
 
+UNKNOWN = 1.0
+"""Standard uncertainty of the logarithm of a parameter of which a reading tells only the magnitude."""
+
 
 @dataclass(frozen=True)
 class Target:
@@ -95,8 +98,15 @@ class Target:
 
 
 def textbook_spread(guess: Callable[[float, float], float], reading: Reading) -> float:
-    """Standard uncertainty of the logarithm of a parameter from that of a reading, by the textbook."""
+    """Standard uncertainty of the logarithm of a parameter from that of a reading, by the textbook.
+
+    A reading that is no more than its uncertainty leaves the parameter unknown by a factor of e.
+    """
+    if not reading.value > reading.uncertainty:
+        return UNKNOWN
     more, less = (guess(reading.value + step, 1.0) for step in (reading.uncertainty, -reading.uncertainty))
+    if not (more > 0.0 and less > 0.0):
+        return UNKNOWN
     return max(0.5 * abs(float(np.log(more / less))), 1e-6)
 
 

@@ -66,7 +66,7 @@ def slopes(reading: Callable[..., float], at: tuple[float, ...], step: float) ->
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """How the reading of a test that tells an elastic parameter depends on both."""
+    """How the reading of a test that tells an elastic parameter depends on all of `ELASTIC`."""
 
     test: type[ElasticTest] | ElasticTest
     weight: float
@@ -93,7 +93,7 @@ def contributions(
 
     Args:
         readings: By name.
-        elastic: Tests that tell stretch stiffness or bending rigidity.
+        elastic: Tests that tell one of `ELASTIC`.
         later: Tests of other parameters and how they were matched, in the order in which they were made.
     """
     found = {name: np.zeros(len(PARAMETERS)) for name in readings}

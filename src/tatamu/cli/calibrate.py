@@ -25,7 +25,7 @@ def calibrate(
 ) -> None:
     """Find the material with which a simulator does what your cloth did.
 
-    Writes MATERIAL.toml, which `--material` takes, and MATERIAL.html, the three fits and what to read again.
+    Writes MATERIAL.toml, which `--material` takes, and MATERIAL.html, the fits and what to read again.
 
     Examples:
     `tatamu measure --template towel`

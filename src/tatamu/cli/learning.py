@@ -189,4 +189,6 @@ def _reach(robot: str | None) -> Reach | None:
     constraint = ReachConstraint(loaded)
     files = files_of(Path(robot)) if robot.endswith(".toml") else []
     description = files[0].read_bytes() if files else b""
-    return Reach(loaded.name, constraint, constraint.refusal, description=description, files=tuple(files))
+    return Reach(
+        loaded.name, constraint, constraint.refusal, constraint.forget, description=description, files=tuple(files)
+    )

@@ -29,7 +29,9 @@ Angle = Annotated[Number, Field(ge=0.0, le=1.0)]
 """A standard deviation of an angle [rad]."""
 Time = Annotated[Number, Field(ge=0.0, le=2.0)]
 """A standard deviation of a time [s]."""
-Relative = Annotated[Number, Field(ge=0.0, le=2.0)]
+MOST_RELATIVE = 2.0
+"""The largest standard deviation of a logarithm: a factor of seven."""
+Relative = Annotated[Number, Field(ge=0.0, le=MOST_RELATIVE)]
 """A standard deviation of a logarithm."""
 ThreeLengths = Annotated[list[Length], Field(min_length=3, max_length=3)]
 """Along the fold, across it, up [m]."""
@@ -228,10 +230,12 @@ def _table(path: Path, value: Any) -> list[tuple[str, Any]]:
 
 
 def _relative(path: Path, name: str, given: Any, material: Material) -> float:
-    """A standard uncertainty over the value [-]."""
+    """A standard uncertainty over the value [-], `MOST_RELATIVE` at most: what is known no better is anything."""
     if name not in FIELDS:
         raise InputError(f"{path}: uncertainty.{name}: must be one of {', '.join(FIELDS)}")
     if isinstance(given, bool) or not isinstance(given, int | float) or not 0.0 <= given < np.inf:
         raise InputError(f"{path}: uncertainty.{name}: must be a number of 0 or more, given {given!r}")
-    value = float(getattr(material, name))
-    return float(given) / value if value else 0.0
+    value = getattr(material, name)
+    if value is None:
+        raise InputError(f"{path}: uncertainty.{name}: there is no material.{name} that is uncertain")
+    return min(float(given) / value, MOST_RELATIVE) if value else 0.0

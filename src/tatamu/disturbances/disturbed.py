@@ -50,8 +50,22 @@ def disturbed_scene(fold: Fold, manipulation: Manipulation, world: World) -> Sce
 def _material(usual: Material, world: World) -> Material:
     """A material whose fields are off, within what a material may be."""
     known = {name: getattr(usual, name) for name in FIELDS if getattr(usual, name) is not None}
-    changed = {name: value * _factor(name, world) for name, value in known.items()}
-    return usual.model_copy(update={name: float(np.clip(value, *_bounds(name))) for name, value in changed.items()})
+    changed = {name: float(np.clip(known[name] * _factor(name, world), *_bounds(name))) for name in known}
+    return _possible(usual.model_copy(update=changed))
+
+
+def _possible(material: Material) -> Material:
+    """The nearest material in which fields agree with one another; each by itself is what it may be."""
+    changed: dict[str, float] = {}
+    if material.orthotropic_membrane:
+        changed["compression"] = 1.0
+    if material.bending_rigidity_initial is not None:
+        above = np.nextafter(material.bending_rigidity, np.inf)
+        changed["bending_rigidity_initial"] = max(material.bending_rigidity_initial, float(above))
+    if material.bending_rigidity_bias is not None:
+        least = 0.25 * (material.bending_rigidity + material.weft_rigidity)
+        changed["bending_rigidity_bias"] = max(material.bending_rigidity_bias, least)
+    return material.model_copy(update=changed)
 
 
 def _factor(name: str, world: World) -> float:

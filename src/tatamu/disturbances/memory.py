@@ -9,19 +9,20 @@ from pathlib import Path
 from tatamu.disturbances.verdict import Verdict
 from tatamu.disturbances.world import World
 from tatamu.errors import InputError
+from tatamu.files import unwritable
 
 
 class Memory:
     """Verdicts by subject and world, one line each in a file."""
 
     def __init__(self, path: Path | None = None) -> None:
-        """Read what is there; a line that was cut off is passed over.
+        """Read what is there, and make the folder; a line that was cut off is passed over.
 
         Args:
             path: The file; None: nothing outlives the process.
 
         Raises:
-            InputError: The file cannot be read.
+            InputError: The file cannot be read, or its folder not be made.
         """
         self._path = path
         self._known: dict[str, Verdict] = {}
@@ -33,9 +34,14 @@ class Memory:
             try:
                 value = json.loads(line)
                 key = value.pop("key")
-                self._known[key] = Verdict(**value)
+                self._known[key] = _verdict(**value)
             except (ValueError, TypeError, KeyError, AttributeError):
                 continue
+        if path is not None:
+            try:
+                path.parent.mkdir(parents=True, exist_ok=True)
+            except OSError as error:
+                raise unwritable(path.parent, error) from None
         self.fresh = 0
         """How many were added."""
 
@@ -50,15 +56,33 @@ class Memory:
         return self._known.get(key)
 
     def keep(self, key: str, verdict: Verdict) -> None:
-        """Keep a verdict at once."""
+        """Keep a verdict at once.
+
+        Raises:
+            InputError: The file cannot be written.
+        """
         self._known[key] = verdict
         self.fresh += 1
         if self._path is None:
             return
-        self._path.parent.mkdir(parents=True, exist_ok=True)
-        with self._path.open("a") as file:
-            start = "" if _ends_well(self._path) else "\n"
-            file.write(start + json.dumps({"key": key, **verdict.as_dict()}) + "\n")
+        try:
+            with self._path.open("a") as file:
+                start = "" if _ends_well(self._path) else "\n"
+                file.write(start + json.dumps({"key": key, **verdict.as_dict()}) + "\n")
+        except OSError as error:
+            raise unwritable(self._path, error) from None
+
+
+def _verdict(mean_vertex_distance: float | None, mask_iou: float | None, error: str | None = None) -> Verdict:
+    """The verdict of a line.
+
+    Raises:
+        TypeError: One of the values is of another type.
+    """
+    numbers = all(isinstance(each, float | int | None) for each in (mean_vertex_distance, mask_iou))
+    if not numbers or not isinstance(error, str | None):
+        raise TypeError("not a verdict")
+    return Verdict(mean_vertex_distance, mask_iou, error)
 
 
 def _ends_well(path: Path) -> bool:

@@ -17,6 +17,7 @@ from tatamu.disturbances.verdict import Limits, Verdict
 from tatamu.folding.coarser import on_coarser_mesh
 from tatamu.folding.manipulation import Manipulation, scene_of
 from tatamu.folding.task import Task
+from tatamu.simulators.source import source_digest
 
 PAIRS = 12
 """At most so many draws are simulated on both meshes whatever their verdict: evenly from the best to the worst."""
@@ -35,9 +36,10 @@ class FoldOnMesh:
 
     @property
     def key(self) -> str:
-        """A name that differs where a simulation would."""
+        """A name that differs where a simulation would, by another version of the simulator too."""
         scene = scene_of(self.task.fold, self.manipulation)
-        return sha256(f"{self.task.simulator} {scene.model_dump_json()}".encode()).hexdigest()[:16]
+        known = f"{self.task.simulator} {source_digest()} {scene.model_dump_json()}"
+        return sha256(known.encode()).hexdigest()[:16]
 
 
 def fold_on_coarser_mesh(task: Task, manipulation: Manipulation, parameters: Mapping[str, float]) -> FoldOnMesh | None:

@@ -50,7 +50,7 @@ class Fingers(Record):
         if not isinstance(given, dict) or "preset" not in given:
             return given
         name, own = given["preset"], {field: value for field, value in given.items() if field != "preset"}
-        if name not in PRESETS:
+        if not isinstance(name, str) or name not in PRESETS:
             raise ValueError(f"preset must be one of {', '.join(PRESETS)}, given {name!r}")
         return {**PRESETS[name], **own}
 

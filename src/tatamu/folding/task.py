@@ -55,6 +55,10 @@ def _none(manipulation: Manipulation) -> None:
     """No refusal; a lambda could not be pickled."""
 
 
+def _nothing() -> None:
+    """Nothing to forget."""
+
+
 @dataclass(frozen=True)
 class Reach:
     """The manipulations that a robot can do."""
@@ -69,6 +73,8 @@ class Reach:
     """How well the robot does a manipulation on Bezier curves: negative where it cannot."""
     refusal: Callable[[Manipulation], str | None] = _none
     """Why the robot cannot do a manipulation, None where it can; asking changes no later answer of `quality`."""
+    forget: Callable[[], None] = _nothing
+    """Forget what `quality` learned from what it was asked: a search begins afresh."""
 
 
 class Asked(OpenRecord):

@@ -91,7 +91,7 @@ class SharedDatabase:
     retry_seconds: float = RETRY_SECONDS
     _storage: RDBStorage | None = None
     _holding: Connection | None = None
-    _held: dict[str, int] = field(default_factory=dict)
+    _held: set[str] = field(default_factory=set)
     _lock: RLock = field(default_factory=RLock)
 
     @property
@@ -140,12 +140,12 @@ class SharedDatabase:
                 raise UnavailableError(f"{self.address}: another client is learning {name} at this moment")
             sleep(PAUSE)
         with self._lock:
-            self._held[name] = self._held.get(name, 0) + 1
+            self._held.add(name)
 
     def release(self, name: str) -> None:
         """Let go of a study."""
         with self._lock:
-            self._held.pop(name, None)
+            self._held.discard(name)
             if self._holding is not None:
                 try:
                     self._holding.execute(sql("SELECT pg_advisory_unlock(hashtextextended(:name, 0))"), {"name": name})

@@ -19,7 +19,7 @@ from tatamu.learning.database import SharedDatabase
 from tatamu.learning.expectation import Expectation
 from tatamu.learning.place import existing_place, held_place
 from tatamu.learning.runner import Progress, Runner
-from tatamu.learning.samplers import SAMPLERS
+from tatamu.learning.samplers import check_sampler
 from tatamu.learning.schedule import FINE_SHARE, FINE_SHARE_LATER, GAIN, Schedule, Trials
 from tatamu.learning.space import Grasps, search_space
 from tatamu.learning.study import Identity, OptunaStudy, held_identity
@@ -149,8 +149,7 @@ def check_search(trials: Trials, seed: int, sampler: str) -> None:
         raise InputError(f"trials: must be from 1 to 10000, given {trials}")
     if not 0 <= seed < 2**32:
         raise InputError(f"seed: must be from 0 to {2**32 - 1}, given {seed}")
-    if sampler not in SAMPLERS:
-        raise InputError(f"sampler: must be one of {', '.join(SAMPLERS)}, given {sampler!r}")
+    check_sampler(sampler)
 
 
 def check_parallel(parallel: int | None, simulator: str) -> None:

@@ -115,7 +115,9 @@ class Runner:
                 each.evaluation.cancel()  # of a run that was interrupted; what has ended stays ended
 
     def _remind_robot(self) -> None:
-        """Ask the task's robot again what it was asked before a pause: it may have learned from it."""
+        """Ask the task's robot again what this study asked it before a pause, and only that: it learns from it."""
+        if self.task.reach is not None:
+            self.task.reach.forget()
         for trial in self.study.trials:
             self.task.refused(self.task.manipulation(trial.params))
 
@@ -229,9 +231,11 @@ class Runner:
         result = result_of(self.study.identity, self.task.asked, trials, baselines, best, outcome, judged)
         folder.write_result(result.model_copy(update={"until_gain": until_gain}))
         if best is None or outcome is None:
-            raise TatamuError(
-                f"{folder.path}: all {len(trials)} trials failed; the last said: {trials[-1].user_attrs['error']}"
-            )
+            own = [trial for trial in trials if not self.study.is_coarse(trial)]
+            where = "" if len(own) == len(trials) else " on the garment's own mesh"
+            failed = own or trials
+            last = failed[-1].user_attrs["error"]
+            raise TatamuError(f"{folder.path}: all {len(failed)} trials{where} failed; the last said: {last}")
         assert outcome.rollout is not None, "the best trial is complete"
         fold = self.task.fold
         manipulation = self.task.manipulation(trials[best].params)

@@ -49,6 +49,12 @@ OVER_ERRORS = frozenset({"lm"})
 """Those that need the errors e_i of finished trials, `lm_sampler.ERRORS`, beside their objective."""
 
 
+def check_sampler(name: str) -> None:
+    """Refuse a sampler that there is not."""
+    if name not in SAMPLERS:
+        raise InputError(f"sampler: must be one of {', '.join(SAMPLERS)}, given {name!r}")
+
+
 def make_sampler(name: str, seed: int, number: int, known: KnownPart) -> BaseSampler:
     """The sampler of one trial.
 
@@ -61,6 +67,5 @@ def make_sampler(name: str, seed: int, number: int, known: KnownPart) -> BaseSam
     Raises:
         InputError: There is no such sampler.
     """
-    if name not in SAMPLERS:
-        raise InputError(f"sampler: must be one of {', '.join(SAMPLERS)}, given {name!r}")
+    check_sampler(name)
     return SAMPLERS[name](int(np.random.SeedSequence([seed, number]).generate_state(1)[0]), known)

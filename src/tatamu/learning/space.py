@@ -71,8 +71,9 @@ def low_curves(fold: Fold) -> list[Parameters]:
     The shortest paths to a good fold are of this kind where nothing is pushed; how low, depends on the cloth, and
     coarse meshes are crushed by the last.
     """
+    lowest = _lowest(fold)
     return [
-        {"x1": 0.0, "z1": height * fold.span, "x2": ahead * fold.span, "z2": 0.0, "g1": 0, "g2": 0}
+        {"x1": 0.0, "z1": max(height * fold.span, lowest), "x2": ahead * fold.span, "z2": lowest, "g1": 0, "g2": 0}
         for height, ahead in LOW
     ]
 

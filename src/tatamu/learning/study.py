@@ -195,7 +195,7 @@ class OptunaStudy:
 
         Args:
             parameters: Of the trial.
-            objective: C of Eq. (10).
+            objective: What the study minimises: C of Eq. (10), or its expectation over disturbed worlds.
             attributes: What else is kept.
             errors: e_i of Eq. (12) [m], shape (n,), where the study wants them; None of a failed trial.
         """

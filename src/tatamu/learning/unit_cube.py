@@ -25,8 +25,8 @@ class UnitCube:
         bounds = [space[name] for name in self._names]
         self._whole = np.array([isinstance(each, IntDistribution) for each in bounds])
         self._low = np.array([float(each.low) for each in bounds])  # type: ignore[attr-defined]
-        high = np.array([float(each.high) for each in bounds])  # type: ignore[attr-defined]
-        self._size = high - self._low + self._whole  # n whole numbers share a side of length n
+        self._high = np.array([float(each.high) for each in bounds])  # type: ignore[attr-defined]
+        self._size = self._high - self._low + self._whole  # n whole numbers share a side of length n
 
     @property
     def dimensions(self) -> int:
@@ -49,6 +49,7 @@ class UnitCube:
         """Parameters of snapped points by name, each of shape (p,)."""
         values = self._low + points * self._size - 0.5 * self._whole
         values[:, self._whole] = np.round(values[:, self._whole])
+        values = np.clip(values, self._low, self._high)  # low + (high - low) may be the next number above high
         single = {name: np.full(len(points), float(value)) for name, value in self._single.items()}
         return {**dict(zip(self._names, values.T, strict=True)), **single}
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -35,8 +36,18 @@ class Chart:
 
 
 def traces(data: Sequence[dict[str, Any]], **more: Any) -> Plot:
-    """A plot of traces with the layout of `layout`."""
-    return {"data": list(data), "layout": layout(**more)}
+    """A plot of traces with the layout of `layout`; points that are no numbers are gaps."""
+    return {"data": [_with_gaps(trace) for trace in data], "layout": layout(**more)}
+
+
+def _with_gaps(trace: dict[str, Any]) -> dict[str, Any]:
+    """A trace without the values that JSON does not have."""
+    shown = {name: [_finite(value) for value in trace[name]] for name in trace if name in {"x", "y"}}
+    return {**trace, **shown}
+
+
+def _finite(value: Any) -> Any:
+    return None if isinstance(value, float) and not isfinite(value) else value
 
 
 def axis(title: str, **more: Any) -> dict[str, Any]:

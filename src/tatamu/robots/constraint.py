@@ -59,6 +59,10 @@ class ReachConstraint:
             refusals.append(out_of_reach(robot, hands, ranking))
         return str(max(refusals, key=lambda refusal: refusal.progress))
 
+    def forget(self) -> None:
+        """Forget all placements."""
+        self._known = []
+
     def _robots(self, hands: HandMotion) -> list[Robot]:
         """The robot in each pose that it may start from, with whole fingers where the fold knows them."""
         whole = hands.lift > 0.0

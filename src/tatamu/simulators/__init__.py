@@ -38,7 +38,7 @@ class Simulator(Protocol):
         ...
 
     def compilation(self) -> tuple[int, int]:
-        """How many of its functions this process has compiled, not read from disk, and of how many; 0 of 0: none."""
+        """How many of its functions are on disk, 0 where this process had to compile none; and how many there are."""
         ...
 
     def simulate(self, scene: Scene) -> Rollout:

@@ -78,14 +78,9 @@ def _trace(curve: Curve, figure: Figure, place: int, first: bool) -> dict[str, A
     )
     return {
         "name": curve.name,
-        "x": _finite(curve.x),
-        "y": _finite(curve.y),
+        "x": list(map(float, curve.x)),
+        "y": list(map(float, curve.y)),
         "legendgroup": curve.name,
         "showlegend": first,
         **style,
     }
-
-
-def _finite(values: Any) -> list[float | None]:
-    """Numbers as plain data; None, a gap, for those that are none."""
-    return [float(value) if abs(float(value)) < float("inf") else None for value in values]

@@ -1,7 +1,8 @@
 """Closed-form references: what an ideal cloth does, solved here from first principles.
 
 Symbols: g gravity [m/s^2], rho areal density [kg/m^2], Y membrane stiffness [N/m], nu Poisson ratio [-],
-mu Coulomb coefficient [-], L length [m]. Longer solutions have modules of their own: `elastica`, `loop`.
+mu Coulomb coefficient [-], L length [m]. Longer solutions have modules of
+their own: `frictional_strip`, `plate`, and the package `tatamu.heavy_strip`.
 """
 
 from __future__ import annotations

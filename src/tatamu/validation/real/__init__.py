@@ -5,7 +5,7 @@ and makes a section: tables, charts and drawings, with the number to beat and wi
 docs/notes/real-cloth.md has the results and says where the data are from.
 
 - `fabric`: what the measurements lack of a fabric, from typical ones, each with its source;
-- `drape`, `leeds`, `motion`, `towel`: the tests; `registry` lists them;
+- `matsudaira`, `leeds`, `motion`, `towel`: the tests; `registry` lists them;
 - `bench`: simulates, and keeps what it read in a folder, so that a killed run goes on;
 - `section`: what a test hands over; `notes` and `page` show it.
 """

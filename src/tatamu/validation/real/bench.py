@@ -11,20 +11,17 @@ import json
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
-import tatamu
 from tatamu.errors import SimulationError, WorkerKilledError
 from tatamu.files import read_json, write_json
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 from tatamu.simulators import simulate
 from tatamu.simulators.many import executor_of
+from tatamu.simulators.source import source_digest
 
-PARTS = ("simulators", "scene.py", "material.py")
-"""Parts of the package on which a rollout depends."""
 Values = dict[str, Any]
 """Plain data; `failed` holds the message of a simulation that gave up."""
 
@@ -56,7 +53,7 @@ class Bench:
     @property
     def version(self) -> str:
         """A digest of the source that decides a rollout."""
-        return _source()
+        return source_digest()
 
     def measure(self, experiments: Sequence[Experiment]) -> list[Values]:
         """The readings in the order of the experiments, several at a time; each is kept as soon as it is there."""
@@ -91,16 +88,3 @@ def reading(scene: Scene, read: Callable[[Rollout], Values], simulator: str) -> 
         return read(simulate(scene, simulator))
     except SimulationError as error:
         return {"failed": str(error)}
-
-
-@cache
-def _source() -> str:
-    """Digest of the source that decides a rollout."""
-    root = Path(tatamu.__file__).parent
-    files = [
-        path for part in PARTS for path in ([root / part] if part.endswith(".py") else (root / part).rglob("*.py"))
-    ]
-    digest = hashlib.sha256()
-    for path in sorted(files):
-        digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
-    return digest.hexdigest()

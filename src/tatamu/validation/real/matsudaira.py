@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 
 import numpy as np
 
@@ -74,9 +73,6 @@ NEAR, NEARER, MOST_NODES = 8.0, 3.0, 1.0
 """Goals: all coefficients within the first, two within the second [points]; nodes within the third."""
 FEW = 3
 """With fewer nodes than this a specimen bends over two sides rather than drapes: stated, not judged."""
-OTHERS = MappingProxyType({"A": (24.8, 57.3)})
-"""Drape coefficients [%] of the simulator in the repository that transcribed the measurements: elastic, and with
-hysteresis, still falling."""
 
 
 @dataclass(frozen=True)
@@ -223,6 +219,7 @@ def _chart(measured: Sequence[MeasuredDrape], found: Sequence[Sequence[Draped]],
     words = [
         note(each.coefficient, draped[best].mean + 5.0, each.fabric.name)
         for each, draped in zip(measured, found, strict=True)
+        if np.isfinite(draped[best].mean)
     ]
     plot = traces(
         lines,

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tatamu.errors import InputError, SimulationError
 from tatamu.presentation.chart import Chart, axis, traces
 from tatamu.rollout import Rollout
 from tatamu.simulators import capabilities
@@ -76,7 +77,11 @@ class SwungCloth(RealTest):
 
     def load(self, data: Path) -> list[Recording]:
         """See `RealTest.load`."""
-        return load_recordings(data / FILE, SESSION, LEFT_OUT)
+        recordings = load_recordings(data / FILE, SESSION, LEFT_OUT)
+        missing = set(FITTED) - {each.name for each in recordings}
+        if missing:
+            raise InputError(f"{data / FILE}: must hold the recordings {', '.join(FITTED)}, lacks {min(missing)}")
+        return recordings
 
     def simulations(self, measured: list[Recording], bench: Bench) -> int:
         """See `RealTest.simulations`."""
@@ -146,7 +151,11 @@ def swings_in(air: AirLaw, recordings: Sequence[Recording], bench: Bench) -> lis
 
 
 def _simulated(recordings: Sequence[Recording], air: AirLaw, bench: Bench) -> list[Values]:
-    return bench.measure([_experiment(recording, air) for recording in recordings])
+    values = bench.measure([_experiment(recording, air) for recording in recordings])
+    for recording, each in zip(recordings, values, strict=True):
+        if "failed" in each:  # left out it would say that the others are all
+            raise SimulationError(f"{recording.name}: {each['failed']}")
+    return values
 
 
 def _experiment(recording: Recording, air: AirLaw) -> Experiment:
@@ -167,7 +176,7 @@ def _experiment(recording: Recording, air: AirLaw) -> Experiment:
 
 
 def _swings(values: Sequence[Values]) -> list[np.ndarray]:
-    """Swings of rollouts [m]; of one that failed infinite ones would say nothing, so that it is an error."""
+    """Swings of rollouts [m]."""
     return [np.array(each["swing"], dtype=float) for each in values]
 
 

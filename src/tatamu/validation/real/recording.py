@@ -8,6 +8,8 @@ the robot has them.
 
 from __future__ import annotations
 
+import zipfile
+import zlib
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -156,11 +158,11 @@ def load_recordings(path: Path, session: str, left_out: tuple[str, ...]) -> list
         InputError: The file cannot be read, or holds none.
     """
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files if name.startswith(session)}
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
-    except (ValueError, EOFError, KeyError) as error:
+    except (ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error) as error:
         raise InputError(f"{path}: is not an .npz file of numbers ({error})") from None
     names = sorted({name.rsplit("__", 1)[0] for name in arrays if name.endswith("__tcp")})
     wanted = [name for name in names if not any(word in name for word in left_out)]

@@ -181,7 +181,7 @@ def _best(folder: Path) -> float:
 
 def _disturbed(folder: Path, seed: int, count: int, bench: Bench) -> list[tuple[float, bool]]:
     """E_f [%] of the learned fold in each world, and whether it holds; kept beside the fold."""
-    kept = folder / "disturbed.json"
+    kept = folder / f"disturbed-{count}.json"
     if not kept.exists():
         _, subject = subject_of(folder)
         worlds = drawn(default_disturbances(), count, seed, Stream.MARGINS)
