@@ -270,7 +270,6 @@ def test_a_share_counts_failures_and_has_the_interval_of_clopper_and_pearson() -
     assert (share.draws, share.held) == (4, 1)
     low, high = Share(200, 196).interval
     assert (low, high) == pytest.approx((0.9496, 0.9945), abs=1e-4)
-    assert str(Share(200, 196)) == "holds in 98 % of 200 (95 to 99)"
 
 
 def test_a_low_fold_suffers_where_hands_are_low_and_a_high_one_does_not(task: Task, low: Manipulation) -> None:

@@ -13,6 +13,7 @@ ORDER = [
     ["files", "records", "curves"],
     ["topology", "heavy_strip", "plate_in_air", "zbuffer", "meshing"],
     ["material"],
+    ["settling"],
     ["presets"],
     ["scene", "rollout", "crossings"],
     ["subdivision"],

@@ -285,9 +285,9 @@ def test_check_fails_on_a_wrong_answer(name: str) -> None:
 
 
 def test_order_is_one_when_the_error_halves_with_the_spacing() -> None:
-    (row, _) = bending._order(subject(rests), "", 1.0, [0.04, 0.02, 0.01])
+    (row, _) = bending._order(subject(rests), "", [0.04, 0.02, 0.01])
     assert isinstance(row, Row) and row.passed and row.got == pytest.approx(1.0)
-    (row, _) = bending._order(subject(rests), "", 1.0, [0.04, 0.03, 0.02])
+    (row, _) = bending._order(subject(rests), "", [0.04, 0.03, 0.02])
     assert isinstance(row, Row) and row.passed is False
 
 

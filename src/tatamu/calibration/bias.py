@@ -26,7 +26,6 @@ from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.parameters import PLACE
 from tatamu.calibration.quantity import Length, Lengths
 from tatamu.calibration.readings import Reading
-from tatamu.calibration.settling import settling
 from tatamu.calibration.target import Target
 from tatamu.calibration.test import POOR, Changes, LaterTest, Readings, Specimen, millimetres
 from tatamu.garments import Garment
@@ -34,6 +33,7 @@ from tatamu.material import GRAVITY, Material
 from tatamu.meshing import staggered_rectangle
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene
+from tatamu.settling import settling
 from tatamu.simulators import capabilities
 
 if TYPE_CHECKING:

@@ -26,7 +26,6 @@ from tatamu.calibration.entry import Errors, TestEntry
 from tatamu.calibration.fit import Fit
 from tatamu.calibration.quantity import Angles, Length
 from tatamu.calibration.readings import Reading, uncertainty
-from tatamu.calibration.settling import settling
 from tatamu.calibration.target import Target, textbook_spread
 from tatamu.calibration.test import ElasticTest, Readings, Specimen
 from tatamu.garments import Garment
@@ -34,6 +33,7 @@ from tatamu.material import GRAVITY, Material
 from tatamu.meshing import ROW, staggered_rectangle
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene
+from tatamu.settling import settling
 from tatamu.simulators import capabilities
 
 if TYPE_CHECKING:

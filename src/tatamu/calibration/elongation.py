@@ -21,7 +21,6 @@ from tatamu.calibration.entry import Errors, TestEntry
 from tatamu.calibration.fit import Fit
 from tatamu.calibration.quantity import Length, Lengths
 from tatamu.calibration.readings import Reading
-from tatamu.calibration.settling import settling
 from tatamu.calibration.target import Target
 from tatamu.calibration.test import POOR, ElasticTest, Readings, Specimen, millimetres
 from tatamu.errors import InputError
@@ -30,6 +29,7 @@ from tatamu.material import GRAVITY, Material
 from tatamu.records import Record
 from tatamu.rollout import Rollout
 from tatamu.scene import Gripper, Scene
+from tatamu.settling import settling
 from tatamu.topology import areas
 
 if TYPE_CHECKING:

@@ -20,7 +20,6 @@ from tatamu.calibration.entry import Errors, TestEntry
 from tatamu.calibration.fit import Fit
 from tatamu.calibration.quantity import Lengths
 from tatamu.calibration.readings import Reading
-from tatamu.calibration.settling import settling
 from tatamu.calibration.target import Target, textbook_spread
 from tatamu.calibration.test import ElasticTest, Readings, Specimen, millimetres
 from tatamu.errors import InputError
@@ -30,6 +29,7 @@ from tatamu.material import GRAVITY, Material
 from tatamu.meshing import staggered_rectangle
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene, Table
+from tatamu.settling import settling
 
 if TYPE_CHECKING:
     from tatamu.calibration.result import Calibration

@@ -23,16 +23,16 @@ from tatamu.calibration.fit import Fit
 from tatamu.calibration.loop import HEIGHT, LIFT
 from tatamu.calibration.quantity import Lengths
 from tatamu.calibration.readings import Reading
-from tatamu.calibration.settling import settling
 from tatamu.calibration.target import Target, textbook_spread
 from tatamu.calibration.test import POOR, ElasticTest, Readings, Specimen, millimetres
 from tatamu.errors import InputError
 from tatamu.garments import Garment
-from tatamu.heavy_strip.cantilever import tip
+from tatamu.heavy_strip.cantilever import slowest_frequency, tip
 from tatamu.material import GRAVITY, Material
 from tatamu.meshing import staggered_rectangle
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene
+from tatamu.settling import settling
 
 if TYPE_CHECKING:
     from tatamu.calibration.result import Calibration
@@ -167,7 +167,7 @@ sag = []                 # from the grip vertically down to the edge
         """The strip starts level and settles."""
         vertices, faces, held = self.mesh
         gamma = self.gamma(material)
-        rate = float(max(3.52 / np.sqrt(gamma), 1.2) * np.sqrt(GRAVITY / self.free_length))
+        rate = slowest_frequency(gamma, self.free_length, GRAVITY)
         return Scene(
             cloth=Cloth(vertices=vertices, faces=faces),
             material=settling(material, rate).model_copy(update={"thickness": self._thin(material)}),

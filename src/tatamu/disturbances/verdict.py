@@ -104,10 +104,6 @@ class Share:
         found = binomtest(self.held, self.draws).proportion_ci(CONFIDENCE, method="exact")
         return float(found.low), float(found.high)
 
-    def __str__(self) -> str:
-        low, high = self.interval
-        return f"holds in {100 * self.share:.0f} % of {self.draws} ({100 * low:.0f} to {100 * high:.0f})"
-
 
 def share_of(verdicts: Sequence[Verdict], limits: Limits) -> Share:
     """In how many worlds a fold holds."""

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+from tatamu.folding.plan import SIDES
 from tatamu.garments import Garment
 
 OPENING = 0.6
@@ -28,7 +29,7 @@ NOTCH = 0.35
 """An outline has legs if a notch this deep, as part of its length, ends near its middle."""
 NOTCH_ASIDE = 0.15
 """How far from the middle the end of that notch may be, as part of the width."""
-FACING = {"+y": (0.0, 1.0), "-y": (0.0, -1.0), "+x": (1.0, 0.0), "-x": (-1.0, 0.0)}
+FACING = {name: SIDES[name] for name in ("+y", "-y", "+x", "-x")}
 """The four directions in which an appendage may stand off the body, in the order of folding; +y is the left."""
 
 

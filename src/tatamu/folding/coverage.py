@@ -28,7 +28,7 @@ from scipy.spatial import cKDTree
 from tatamu.folding import layers
 from tatamu.folding.ideal import FoldLine
 from tatamu.garments import Garment
-from tatamu.topology import Topology, areas
+from tatamu.topology import Topology, areas, lumped
 
 OFF = 0.0125
 """Cloth that ends farther than this from its place is not folded [m] (BiFold 2025): twice its distance from the line,
@@ -152,8 +152,7 @@ def parts_of(garment: Garment, state: np.ndarray, line: FoldLine, hold: Coverage
 def vertex_areas(garment: Garment) -> np.ndarray:
     """A third of the triangles around each vertex [m^2], shape (n,)."""
     flat = garment.unstrained
-    each = np.repeat(areas(flat, garment.faces) / 3.0, 3)
-    return np.bincount(garment.faces.ravel(), each, minlength=len(flat))
+    return lumped(areas(flat, garment.faces), garment.faces, len(flat))
 
 
 @dataclass(frozen=True)

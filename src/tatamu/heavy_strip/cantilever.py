@@ -57,6 +57,20 @@ def tip(gamma: float) -> tuple[float, float, float]:
     return float(y[2, -1]), float(y[3, -1]), float(y[0, -1])
 
 
+def slowest_frequency(gamma: float, length: float, gravity: float) -> float:
+    """About the least angular frequency of a hanging cantilever [rad/s].
+
+    Of a beam 3.52 sqrt(B / (rho L^4)), the slowest of a clamped one; of a limp one that of a hanging chain,
+    1.2 sqrt(g / L).
+
+    Args:
+        gamma: w L^3 / B.
+        length: L [m].
+        gravity: g [m/s^2].
+    """
+    return float(max(3.52 / np.sqrt(gamma), 1.2) * np.sqrt(gravity / length))
+
+
 def chord(gamma: float) -> float:
     """Angle below the horizontal of the line from clamp to tip [rad]."""
     reach, drop, _ = tip(gamma)

@@ -14,7 +14,7 @@ from functools import partial
 
 import numpy as np
 
-from tatamu.heavy_strip.cantilever import cantilever, chord
+from tatamu.heavy_strip.cantilever import cantilever, chord, slowest_frequency
 from tatamu.heavy_strip.chain import FoldedStrip, start
 from tatamu.material import GRAVITY, Material
 from tatamu.meshing import staggered
@@ -33,7 +33,7 @@ DENSITY = 0.2
 
 def strip_material(gamma: float, length: float) -> tuple[Material, float]:
     """A fabric with w L^3 / B = gamma and drag near critical, and the time to settle [s]."""
-    slowest = max(3.52 / np.sqrt(gamma), 1.2) * np.sqrt(GRAVITY / length)
+    slowest = slowest_frequency(gamma, length, GRAVITY)
     rigidity = DENSITY * GRAVITY * length**3 / gamma
     material = Material(
         areal_density=DENSITY,
@@ -82,13 +82,13 @@ def both_sides(subject: Subject, gamma: float, layout: str) -> Findings:
         )
         if layout == "right triangles":
             yield Curve("cantilever", f"{1e3 * spacing:g} mm", 100 * shape[:, 0], -100 * shape[:, 1])
-    yield from _order(subject, layout, gamma, misses)
+    yield from _order(subject, layout, misses)
     if layout == "right triangles":
         curve = 100 * LENGTH * cantilever(gamma)
         yield Curve("cantilever", "heavy elastica", curve[:, 0], -curve[:, 1], reference=True)
 
 
-def _order(subject: Subject, layout: str, gamma: float, misses: list[float]) -> Findings:
+def _order(subject: Subject, layout: str, misses: list[float]) -> Findings:
     order = float(np.polyfit(np.log(SPACINGS), np.log(np.maximum(misses, 1e-9)), 1)[0])
     least = subject.limit("order")
     yield Row(

@@ -11,7 +11,7 @@ from tatamu.material import GRAVITY, Material
 from tatamu.scene import Cloth, Scene
 from tatamu.validation.check import Case, Check
 from tatamu.validation.checks.bending import DENSITY, strip_material, tip_of
-from tatamu.validation.checks.stretch import settling, shear
+from tatamu.validation.checks.stretch import settled, shear
 from tatamu.validation.findings import Curve, Figure, Findings, absolute, relative
 from tatamu.validation.meshes import LAYOUTS, mirrored
 from tatamu.validation.references import off_axis_rigidity, off_axis_stiffness
@@ -45,11 +45,11 @@ def pull(subject: Subject, degrees: float) -> Findings:
     length = 0.3
     plan, faces = LAYOUTS["staggered"](length, 0.02, 0.01)
     stiffness = off_axis_stiffness(WOVEN, np.radians(degrees))
-    material, settled = settling(WOVEN, np.pi / (2 * length) * np.sqrt(stiffness / WOVEN.areal_density))
+    material, duration = settled(WOVEN, np.pi / (2 * length) * np.sqrt(stiffness / WOVEN.areal_density))
     start = np.column_stack([0 * plan[:, 0], plan[:, 1], -plan[:, 0]])
     cloth = Cloth(vertices=start, rest_vertices=raised(plan), faces=faces, fibre=direction(degrees))
     hand = held(np.flatnonzero(plan[:, 0] == 0))
-    scene = Scene(cloth=cloth, material=material, grippers=[hand], duration=3 * settled)  # it sways as well
+    scene = Scene(cloth=cloth, material=material, grippers=[hand], duration=3 * duration)  # it sways as well
     end = subject.simulate(scene).positions[-1]
     middle = np.abs(plan[:, 0] - length / 2) < length / 4
     strain = float(np.polyfit(plan[middle, 0], -end[middle, 2], 1)[0]) - 1.0

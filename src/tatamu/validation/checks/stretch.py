@@ -12,6 +12,7 @@ import numpy as np
 
 from tatamu.material import GRAVITY, Material
 from tatamu.scene import Cloth, Gripper, Scene
+from tatamu.settling import settling
 from tatamu.validation.check import Case, Check
 from tatamu.validation.findings import Curve, Figure, Findings, relative, small
 from tatamu.validation.meshes import LAYOUTS, right
@@ -28,11 +29,11 @@ PLANE = Material(areal_density=0.2, stretch_stiffness=100.0, poisson_ratio=0.3, 
 MESHES = ("right triangles", "staggered", "irregular")
 
 
-def settling(material: Material, slowest: float) -> tuple[Material, float]:
+def settled(material: Material, slowest: float) -> tuple[Material, float]:
     """The material with critical drag for a slowest angular frequency [rad/s], and the time to settle [s]."""
-    drag = min(2 * slowest * material.areal_density, 1e3)
-    rate = min(slowest, drag / material.areal_density / 2)
-    return material.model_copy(update={"air_drag": drag}), 18.0 / rate
+    damped = settling(material, slowest)
+    rate = min(slowest, damped.air_drag / material.areal_density / 2)
+    return damped, 18.0 / rate
 
 
 def hang(subject: Subject, fabric: str, layout: str, spacing: float = 0.02) -> Findings:
@@ -41,7 +42,7 @@ def hang(subject: Subject, fabric: str, layout: str, spacing: float = 0.02) -> F
     plan, faces = LAYOUTS[layout](length, 0.1, spacing)
     plain = FABRICS[fabric]
     wave = np.pi / (2 * length) * np.sqrt(plain.stretch_stiffness / plain.areal_density)
-    material, duration = settling(plain, wave)
+    material, duration = settled(plain, wave)
     start = np.column_stack([0 * plan[:, 0], plan[:, 1], -plan[:, 0]])
     grippers = [held(np.flatnonzero(plan[:, 0] == 0))]
     cloth = Cloth(vertices=start, faces=faces)
@@ -74,7 +75,7 @@ def shear(subject: Subject, layout: str, plain: Material = PLANE) -> Findings:
     height = 0.4
     mesh = LAYOUTS[layout](span, height, 0.01)
     plan = mesh[0]
-    material, duration = settling(plain, np.pi / span * np.sqrt(plain.shear_modulus / plain.areal_density))
+    material, duration = settled(plain, np.pi / span * np.sqrt(plain.shear_modulus / plain.areal_density))
     sides = np.flatnonzero((plan[:, 0] == 0) | (plan[:, 0] == span))
     cloth = upright(mesh)
     scene = Scene(cloth=cloth, material=material, grippers=[held(sides)], duration=duration)
@@ -102,7 +103,7 @@ def pull(subject: Subject, layout: str, stretch: float = 1.01) -> Findings:
     mesh = LAYOUTS[layout](length, width, 0.01)
     plan = mesh[0]
     wave = np.pi / length * np.sqrt(PLANE.stretch_stiffness / PLANE.areal_density)
-    material, duration = settling(PLANE, wave)
+    material, duration = settled(PLANE, wave)
     pulled = Gripper(
         vertices=np.flatnonzero(plan[:, 0] == length).tolist(),
         times=[0.0, ramp],
