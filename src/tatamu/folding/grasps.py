@@ -40,25 +40,34 @@ def candidates(garment: Garment, state: np.ndarray, line: FoldLine, step: Step, 
     return left[:count], right[:count]
 
 
+def distances(garment: Garment, state: np.ndarray, line: FoldLine) -> dict[str, float]:
+    """Mean distance from the line of what may be grasped of each edge on the moving side [m]."""
+    parts = {name: _moving(garment, state, line, name) for name in garment.edges}
+    return {name: float(-line.split(state[part])[0].mean()) for name, part in parts.items() if len(part)}
+
+
+def farthest_edge(garment: Garment, state: np.ndarray, line: FoldLine) -> str:
+    """The edge on the moving side that is on average farthest from the line.
+
+    Raises:
+        InputError: No edge lies on the moving side.
+    """
+    far = distances(garment, state, line)
+    if not far:
+        raise InputError("fold: no edge of the garment lies on the moving side of the fold line")
+    return max(far, key=lambda name: far[name])
+
+
 def _edge(garment: Garment, state: np.ndarray, line: FoldLine, name: str) -> np.ndarray:
     """The vertices of a named edge that move, uppermost where several lie on each other."""
     if name == AUTO:
-        return _farthest(garment, state, line)
+        return _moving(garment, state, line, farthest_edge(garment, state, line))
     if name not in garment.edges:
         raise InputError(f"grasp: must be one of {', '.join(garment.edges)} or {AUTO}, given {name!r}")
     moving = _moving(garment, state, line, name)
     if not len(moving):
         raise InputError(f"grasp: no part of the edge {name!r} lies on the moving side of the fold line")
     return moving
-
-
-def _farthest(garment: Garment, state: np.ndarray, line: FoldLine) -> np.ndarray:
-    """The edge whose moving vertices are on average farthest from the line."""
-    parts = {name: _moving(garment, state, line, name) for name in garment.edges}
-    away = {name: -line.split(state[part])[0].mean() for name, part in parts.items() if len(part)}
-    if not away:
-        raise InputError("fold: no edge of the garment lies on the moving side of the fold line")
-    return parts[max(away, key=lambda name: away[name])]
 
 
 def _moving(garment: Garment, state: np.ndarray, line: FoldLine, name: str) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 
 from tatamu.errors import InputError
 from tatamu.folding.coverage import Part, uncarried
-from tatamu.folding.grasps import candidates
+from tatamu.folding.grasps import NEAREST, candidates, distances, farthest_edge
 from tatamu.folding.ideal import FoldLine
 from tatamu.folding.plan import Step
 from tatamu.garments import Garment
@@ -17,8 +17,6 @@ TWO_HANDS = 0.15
 """An edge at least this long along the fold line is grasped by both hands [m]; a cuff by one."""
 MOST_EDGES = 8
 """Pairs are tried of so many edges, those that lie farthest from the line."""
-FAR = 0.5
-"""Hands grasp an edge where it is at least this part of its farthest distance from the line."""
 
 
 def grasp_for(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[tuple[str, ...], int]:
@@ -43,7 +41,7 @@ def grasp_for(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[tupl
 
 def other_grasp(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[str, ...] | None:
     """One edge for both hands, or one for each, with which they carry all that moves; None where there is none."""
-    far = _distances(garment, state, line)
+    far = distances(garment, state, line)
     names = sorted(far, key=lambda name: -far[name])[:MOST_EDGES]
     middle = {name: float(line.split(state[garment.edges[name]])[1].mean()) for name in names}
     pairs = [tuple(sorted(pair, key=lambda name: -middle[name])) for pair in combinations(names, 2)]
@@ -68,25 +66,7 @@ def covered(
     return uncarried(garment, state, line, candidates(garment, state, line, step, hands)[:hands])
 
 
-def farthest_edge(garment: Garment, state: np.ndarray, line: FoldLine) -> str:
-    """The edge whose part on the moving side is on average farthest from the line.
-
-    Raises:
-        InputError: No edge lies on the moving side.
-    """
-    reach = _distances(garment, state, line)
-    if not reach:
-        raise InputError("fold: no edge of the garment lies on the moving side of the fold line")
-    return max(reach, key=lambda name: reach[name])
-
-
-def _distances(garment: Garment, state: np.ndarray, line: FoldLine) -> dict[str, float]:
-    """Mean distance from the line of the far part of each edge on the moving side [m]."""
-    away = {name: -line.split(state[np.unique(path)])[0] for name, path in garment.edges.items()}
-    return {name: float(far[far >= FAR * far.max()].mean()) for name, far in away.items() if far.max() > 0}
-
-
 def _extent(garment: Garment, state: np.ndarray, line: FoldLine, edge: str) -> float:
     """How long the far part of an edge is along the line [m]."""
     across, along = line.split(state[np.unique(garment.edges[edge])])
-    return float(np.ptp(along[-across >= FAR * float((-across).max())]))
+    return float(np.ptp(along[-across >= NEAREST * float((-across).max())]))

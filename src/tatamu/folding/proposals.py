@@ -14,7 +14,8 @@ import numpy as np
 from tatamu.errors import InputError
 from tatamu.folding.appendages import Appendage, appendages, has_legs, silhouette
 from tatamu.folding.coverage import Part
-from tatamu.folding.hold import covered, farthest_edge, grasp_for
+from tatamu.folding.grasps import farthest_edge
+from tatamu.folding.hold import covered, grasp_for
 from tatamu.folding.ideal import FoldLine, crease_of
 from tatamu.folding.laid import laid
 from tatamu.folding.plan import Plan, line_of
