@@ -8,6 +8,8 @@ import numpy as np
 
 WIDTH, HEIGHT = 11.0, 3.9
 """Of the drawing [in]."""
+COLOURS = (*(f"C{number}" for number in range(10)), "black")
+"""Of the searches: matplotlib's ten, and one more."""
 
 
 def draw(courses: dict[str, dict[str, list[list[float]]]], path: Path) -> None:
@@ -28,9 +30,10 @@ def draw(courses: dict[str, dict[str, list[list[float]]]], path: Path) -> None:
     for panel, (garment, searches) in zip(panels, courses.items(), strict=True):
         for number, (title, studies) in enumerate(searches.items()):
             if studies:
+                colour = COLOURS[number % len(COLOURS)]
                 count = min(map(len, studies))
                 middle = np.median([study[:count] for study in studies], axis=0)
-                style = {"color": f"C{number}", "linewidth": 2.4 if number == 0 else 1.2}
+                style = {"color": colour, "linewidth": 2.4 if number == 0 else 1.2}
                 (handles[title.replace("`", "")],) = panel.step(np.arange(1, count + 1), middle, where="post", **style)
         low = min((min(study) for studies in searches.values() for study in studies), default=0.0)
         panel.set(xscale="log", xlabel="simulations", title=garment, ylim=(0.98 * low, 1.35 * low))
