@@ -77,7 +77,7 @@ class Towel(RealTest):
             method=(
                 f"A towel of {SIZE[0]:g} x {SIZE[1]:g} m in the default terry, folded in half; the best of {TRIALS} "
                 f"trials: for {bench.seeds} seeds of the search by the objective C where nothing is off, for one by "
-                f"its {quantile} over disturbed worlds, as `tatamu learn` does. Undisturbed the simulated hands do "
+                f"its {quantile} over disturbed worlds, as tatamu learn does. Undisturbed the simulated hands do "
                 f"exactly what was planned. In {WORLDS} disturbed worlds for either objective, "
                 "hands, grasps, table and material are off as in the default disturbances, in worlds that no search "
                 "saw; a fold succeeds whose vertices are within 12.5 mm of the target in the mean and whose view from "
@@ -221,10 +221,12 @@ def _chart(groups: dict[str, list[float]]) -> Chart:
         {
             "mode": "markers",
             "name": name,
-            "x": [name] * len(errors),
-            "y": [round(error, 3) for error in errors],
+            "x": [round(error, 3) for error in errors],
+            "y": [name] * len(errors),
             "marker": {"color": f"@series-{place}", "size": 9},
         }
         for place, (name, errors) in enumerate(groups.items())
     ]
-    return Chart("E_f of each fold", traces(lines, xaxis=axis(""), yaxis=axis("E_f [%]")), kind="tall")
+    return Chart(
+        "E_f of each fold", traces(lines, xaxis=axis("E_f [%]"), yaxis=axis("", autorange="reversed")), kind="tall"
+    )
