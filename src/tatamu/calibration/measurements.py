@@ -69,8 +69,6 @@ class Measurements(_WithTests):
             if not set(test.needs) <= set(made):
                 needed = " and ".join(f"[{other}]" for other in test.needs)
                 raise ValueError(f"{name}: needs {needed} as well, as {test.needs_because}")
-            for other in set(test.excludes) & set(made):
-                raise ValueError(f"{name}: leave out {name} or {other}, as {test.excludes_because}")
         return self
 
     def entries(self) -> dict[str, TestEntry]:

@@ -102,8 +102,6 @@ class Push(LaterTest):
     entry = PushReadings
     needs = ("elongation", "friction")
     needs_because = "what resists a push depends on both"
-    excludes = ("bias",)
-    excludes_because = "cloth that resists compression less than tension cannot have a shear stiffness of its own"
     read = "moved"
     words = MappingProxyType(
         {

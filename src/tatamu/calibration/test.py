@@ -66,10 +66,6 @@ class CalibrationTest(ABC):
     """Tests without which this one tells nothing."""
     needs_because: ClassVar[str] = ""
     """Why, to be read after "as"."""
-    excludes: ClassVar[tuple[str, ...]] = ()
-    """Tests that cannot be read together with this one."""
-    excludes_because: ClassVar[str] = ""
-    """Why, to be read after "as"."""
     instructions: ClassVar[str]
     """How to measure; `$NAME` is the number of that test in the guide."""
     read: ClassVar[str]
