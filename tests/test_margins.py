@@ -19,7 +19,8 @@ from tatamu.learning import learn
 from tatamu.margins import Measured, measure
 from tatamu.margins.page import page, sureness
 from tatamu.margins.terminal import summary
-from tatamu.results import ResultFolder
+from tatamu.results import JointMargin, ResultFolder
+from tatamu.results.margins import Spread
 from tests.test_cli import tatamu
 
 UP = Disturbances.model_validate({"hands": {"offset": [0.0, 0.0, 0.003], "yaw": 0.01}})
@@ -176,3 +177,9 @@ def test_disturbances_without_any_are_refused(learned: Path, tmp_path: Path) -> 
     with pytest.raises(InputError, match="deviation"):
         measure(learned, Disturbances(), out=tmp_path)
     assert load_disturbances("none") is None
+
+
+def test_the_headline_has_the_share_with_its_interval() -> None:
+    spread = Spread(median=0.003, q90=0.006, worst=0.02)
+    joint = JointMargin(draws=200, held=196, share=0.98, interval=(0.9496, 0.9945), mean_vertex_distance=spread)
+    assert joint.headline == "holds in 98 % of 200 (95 to 99)"
