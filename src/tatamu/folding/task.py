@@ -29,7 +29,7 @@ TABLE_MARGIN = 0.5
 """The table reaches this far beyond where the cloth lay [m]; a trial whose cloth ends farther out has left it."""
 STEPS_ON_COARSER_MESH = 2
 """Steps of a plan that a search may begin on a coarser mesh. Of many layers, from the third on, that says little about
-the finer one, and takes most of its time (docs/notes/learning.md)."""
+the finer one, and takes most of its time; their trials end early instead (docs/notes/learning.md)."""
 
 
 @dataclass(frozen=True)
@@ -120,6 +120,8 @@ class Task:
     """The names and options that the task was made from; None: made by hand."""
     coarser: Task | None = None
     """The same fold on a coarser mesh, where a search may begin; None: there is none."""
+    ends_early: bool = False
+    """Whether a trial may end when its hands have arrived, where it can no longer win; a search on one mesh asks."""
 
     @property
     def bare(self) -> Task:
@@ -136,6 +138,12 @@ class Task:
         """Simulate and score; what goes wrong in the simulation is an outcome, not an exception."""
         length = manipulation.trajectory_length
         return self.outcome(scene_of(self.fold, manipulation), length)
+
+    def evaluate_on_arrival(self, manipulation: Manipulation) -> Outcome:
+        """Simulate until the hands have arrived, before they open, and score the cloth as it then lies."""
+        scene = scene_of(self.fold, manipulation)
+        until = scene.model_copy(update={"duration": manipulation.timing.arrives})
+        return self.outcome(until, manipulation.trajectory_length)
 
     def outcome(self, scene: Scene, trajectory_length: float) -> Outcome:
         """Simulate and score a scene of this fold; what goes wrong in the simulation is no exception.
@@ -205,7 +213,10 @@ class Job:
         fold = replace(fold_of(self.garment, self.plan, step, state, self.hands), fingers=self.fingers)
         place = (number + 1, len(self.plan.steps))
         coarser = self._coarser_task(number, state)
-        return Task(fold, self.plan.name, self.simulator, place, step.title, self.reach, self.asked, coarser)
+        ends_early = self.coarser is not None and number >= STEPS_ON_COARSER_MESH
+        return Task(
+            fold, self.plan.name, self.simulator, place, step.title, self.reach, self.asked, coarser, ends_early
+        )
 
     def _coarser_task(self, number: int, state: np.ndarray | None) -> Task | None:
         """The same step on the coarser mesh; None where there is none, and where that would not help."""

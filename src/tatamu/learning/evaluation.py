@@ -34,6 +34,8 @@ class Evaluation:
     seconds: float
     expected: Expected | None = None
     """Over worlds in which something is off; None: nobody asked."""
+    on_arrival: bool = False
+    """Whether the outcome is that when the hands had arrived, as the trial could no longer win."""
 
     @property
     def objective(self) -> float:
@@ -57,6 +59,7 @@ def evaluate(
     below: float = np.inf,
     demand: Demand | None = None,
     surrogate: Surrogate | None = None,
+    beaten: float = np.inf,
 ) -> Evaluation:
     """Simulate and score one manipulation; the same to the last bit wherever it runs, but for the time.
 
@@ -67,8 +70,14 @@ def evaluate(
             are not kept, and would only be carried from machine to machine.
         demand: Worlds in which it is simulated too; None: in none.
         surrogate: The same on a coarser mesh, where those worlds are simulated; None: on the task's own.
+        beaten: What the trial has to beat. Where the objective is no less when the hands have arrived, a trial of a
+            task that says so ends there: many layers only come undone afterwards. Not asked with a demand.
     """
     started = perf_counter()
+    if task.ends_early and demand is None and beaten < np.inf:
+        arrived = task.evaluate_on_arrival(manipulation)
+        if arrived.objective >= beaten:
+            return Evaluation(replace(arrived, rollout=None), perf_counter() - started, on_arrival=not arrived.failed)
     outcome = task.evaluate(manipulation)
     found = None if demand is None else _expected(task, manipulation, outcome, demand, surrogate)
     if not (outcome.objective if found is None else found.objective) < below:
@@ -141,6 +150,7 @@ def submitted(
     *,
     coarse: bool = False,
     demand: Demand | None = None,
+    beaten: float = np.inf,
 ) -> Pending:
     """Hand a trial to an executor; one that the task's robot cannot do has ended at once.
 
@@ -152,6 +162,7 @@ def submitted(
         parameters: Of the manipulation; None: it has none, and runs on the task's own mesh alone.
         coarse: Whether it is to run on the task's coarser mesh.
         demand: Worlds in which it is simulated too; where the task has a coarser mesh, there.
+        beaten: The objective that it has to beat on the task's own mesh; where it cannot, it may end early.
     """
     refused = task.refused(manipulation)
     disturbed = demand is not None
@@ -160,7 +171,7 @@ def submitted(
         at_once.set_result(Evaluation(refused, 0.0, Expected(refused.objective, 0) if disturbed else None))
         return Pending(task, manipulation, None, at_once, disturbed)
     if task.coarser is None or parameters is None or not (coarse or disturbed):
-        future = executor.submit(evaluate, task.bare, manipulation, below, demand)
+        future = executor.submit(evaluate, task.bare, manipulation, below, demand, None, beaten)
         return Pending(task, manipulation, None, future, disturbed)
     there = on_coarser_mesh(task, manipulation, parameters)
     coarser = task.coarser.bare

@@ -97,7 +97,9 @@ class Runner:
                 known = max(0, len(self.study.trials) + len(running) - pending + 1)
                 proposal = self.study.ask([each for each, _ in running], known, coarse)
                 demand = self._demand(self.study.trials[:known], proposal)
-                running.append((proposal, self._begin(proposal.parameters, coarse, self._least(coarse), demand)))
+                below = self._least(coarse, self.study.trials)
+                beaten = self._least(False, self.study.trials[:known])
+                running.append((proposal, self._begin(proposal.parameters, coarse, below, demand, beaten)))
             if baselines and self.study.baselines is None:
                 made = {name: make(self.task.fold) for name, (_, make) in BASELINES.items()}
                 others |= {name: submitted(self._executor, self.task, each, -np.inf) for name, each in made.items()}
@@ -129,10 +131,17 @@ class Runner:
         return finished + [ScheduledTrial(proposal.coarse, proposal.gain) for proposal in running]
 
     def _begin(
-        self, parameters: Parameters, coarse: bool, below: float = np.inf, demand: Demand | None = None
+        self,
+        parameters: Parameters,
+        coarse: bool,
+        below: float = np.inf,
+        demand: Demand | None = None,
+        beaten: float = np.inf,
     ) -> Pending:
         manipulation = self.task.manipulation(parameters)
-        return submitted(self._executor, self.task, manipulation, below, parameters, coarse=coarse, demand=demand)
+        return submitted(
+            self._executor, self.task, manipulation, below, parameters, coarse=coarse, demand=demand, beaten=beaten
+        )
 
     def _demand(self, known: Sequence[FrozenTrial], proposal: ProposedTrial) -> Demand | None:
         """The worlds of the next trial, and the best that it has to beat: of its mesh, among the trials known."""
@@ -152,14 +161,14 @@ class Runner:
     def _ended(self, begun: Pending, which: str) -> Evaluation:
         return begun.ended(f"seed {self.study.identity.seed}, {which}")
 
-    def _least(self, coarse: bool) -> float:
-        """The least objective so far on one of the meshes: only a trial with a lesser one may be kept.
+    def _least(self, coarse: bool, trials: Sequence[FrozenTrial]) -> float:
+        """The least objective of trials on one of the meshes: only a trial with a lesser one may be kept.
 
         Infinite where all errors are wanted.
         """
         if self.study.wants_errors:
             return np.inf
-        here = [trial for trial in self.study.trials if self.study.is_coarse(trial) == coarse]
+        here = [trial for trial in trials if self.study.is_coarse(trial) == coarse]
         return min((float(t.values[0]) for t in here if t.user_attrs["state"] == "complete"), default=np.inf)
 
     def _finish(self, proposal: ProposedTrial, begun: Pending) -> None:
@@ -172,6 +181,7 @@ class Runner:
             begun.manipulation.trajectory_length,
             evaluation.seconds,
             spacing=self._spacing(proposal.coarse),
+            ended="arrival" if evaluation.on_arrival else None,
             expected_gain=proposal.gain,
             objective=outcome.objective if found else None,
             worlds=found.worlds if found else None,

@@ -97,29 +97,35 @@ def _trials(result: Result) -> dict[str, Any]:
 
 
 def _both(result: Result, trials: list[Trial], values: list[float], text: str) -> list[dict[str, Any]]:
-    """Dots of the trials on the task's own mesh, and hollow ones of those on the coarser mesh."""
+    """Dots of the trials that ran to their end on the task's own mesh, and hollow ones of the others."""
+    shorter = [_shorter(result, trial) for trial in trials]
     plots = []
-    for coarse in (True, False):
-        here = [(t.number, value) for t, value in zip(trials, values, strict=True) if is_coarse(result, t) == coarse]
-        if here:
-            plots.append(_dots(here, text, result.coarse if coarse else None))
+    for kind in sorted(set(shorter), reverse=True):
+        here = [(t.number, v) for t, v, each in zip(trials, values, shorter, strict=True) if each == kind]
+        plots.append(_dots(here, text, kind))
     return plots
 
 
-def _dots(places: list[tuple[int, float]], text: str, spacing: float | None) -> dict[str, Any]:
-    """Dots at trial numbers and values; hollow ones on a coarser mesh of that spacing [m]."""
-    mesh = "" if spacing is None else f"<br>on the coarser mesh, {1e3 * spacing:.0f} mm"
+def _shorter(result: Result, trial: Trial) -> str:
+    """Why a trial took less time than a whole one on the task's own mesh; empty of those."""
+    if is_coarse(result, trial):
+        return f"on the coarser mesh, {1e3 * (result.coarse or 0.0):.0f} mm"
+    return "ended as its hands arrived" if trial.ended == "arrival" else ""
+
+
+def _dots(places: list[tuple[int, float]], text: str, shorter: str) -> dict[str, Any]:
+    """Dots at trial numbers and values; hollow ones of trials that are shorter."""
     return {
         "x": [number for number, _ in places],
         "y": [value for _, value in places],
         "mode": "markers",
         "marker": {
-            "symbol": "circle" if spacing is None else "circle-open",
+            "symbol": "circle-open" if shorter else "circle",
             "size": 6.5,
-            "color": "@plot" if spacing is None else "@muted",
-            "opacity": 0.5 if spacing is None else 0.8,
+            "color": "@muted" if shorter else "@plot",
+            "opacity": 0.8 if shorter else 0.5,
         },
-        "hovertemplate": f"trial %{{x}}<br>{text}{mesh}<extra></extra>",
+        "hovertemplate": f"trial %{{x}}<br>{text}{shorter and '<br>' + shorter}<extra></extra>",
     }
 
 

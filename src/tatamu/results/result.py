@@ -54,10 +54,13 @@ class _TrialHead(OpenRecord):
 class Trial(Scores, _TrialHead):
     """One trial of the study."""
 
-    UNSAID: ClassVar[frozenset[str]] = frozenset({"spacing", "expected_gain", "worlds", "expected_objective"})
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"spacing", "ended", "expected_gain", "worlds", "expected_objective"})
 
     spacing: float | None = None
     """Of the mesh that it ran on [m]; None: the task's. On a coarser mesh D is multiplied by the vertices' ratio."""
+    ended: Literal["arrival"] | None = None
+    """When it ended: on arrival of the hands, where its objective, which is that then, was no less than the best. None:
+    at the end of its scene."""
     expected_gain: float | None = None
     """Improvement that was expected of it, as a part of the best objective; None: the sampler did not say."""
     worlds: int | None = None
