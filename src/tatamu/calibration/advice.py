@@ -101,14 +101,10 @@ def _remarks(calibration: Calibration) -> list[str]:
 
 
 def _unused(calibration: Calibration) -> list[str]:
-    """Tests that were made, and that the simulator cannot do."""
-    tests = calibration.setup.tests.values()
-    simulator = calibration.simulator
-    return [
-        f"{test.name}: not used, {simulator} {test.unusable(simulator)}."
-        for test in tests
-        if calibration.fit(test.name) is None and test.unusable(simulator)
-    ]
+    """Tests that were made and not used."""
+    setup = calibration.setup
+    reasons = {name: setup.unused(test, calibration.simulator) for name, test in setup.tests.items()}
+    return [f"{name}: not used, {why}." for name, why in reasons.items() if why]
 
 
 def _restless(calibration: Calibration) -> list[str]:

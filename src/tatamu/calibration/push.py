@@ -102,6 +102,10 @@ class Push(LaterTest):
     entry = PushReadings
     needs = ("elongation", "friction")
     needs_because = "what resists a push depends on both"
+    yields_to = ("bias",)
+    yields_because = (
+        "cloth with a shear stiffness of its own, which bias gives it, resists compression as it does tension"
+    )
     read = "moved"
     words = MappingProxyType(
         {

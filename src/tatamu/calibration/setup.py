@@ -41,8 +41,18 @@ class Setup:
         return float(areas(self.garment.cloth().rest, self.garment.faces).sum())
 
     def usable(self, simulator: str) -> list[CalibrationTest]:
-        """The tests that a simulator can do."""
-        return [test for test in self.tests.values() if test.unusable(simulator) is None]
+        """The tests that a simulator can do, and that do not yield to others of them."""
+        return [test for test in self.tests.values() if self.unused(test, simulator) is None]
+
+    def unused(self, test: CalibrationTest, simulator: str) -> str | None:
+        """Why a test is not used with a simulator; None: it is."""
+        why = test.unusable(simulator)
+        if why is not None:
+            return f"{simulator} {why}"
+        made = [self.tests[name] for name in test.yields_to if name in self.tests]
+        if any(other.unusable(simulator) is None for other in made):
+            return f"as {test.yields_because}"
+        return None
 
 
 def setup_of(measurements: Measurements, spacing: float | None = None) -> Setup:

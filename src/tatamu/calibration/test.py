@@ -66,6 +66,10 @@ class CalibrationTest(ABC):
     """Tests without which this one tells nothing."""
     needs_because: ClassVar[str] = ""
     """Why, to be read after "as"."""
+    yields_to: ClassVar[tuple[str, ...]] = ()
+    """Tests beside which this one is not used: a material cannot have the parameters of both."""
+    yields_because: ClassVar[str] = ""
+    """Why, to be read after "as"."""
     instructions: ClassVar[str]
     """How to measure; `$NAME` is the number of that test in the guide."""
     read: ClassVar[str]
