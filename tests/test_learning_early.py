@@ -92,7 +92,7 @@ def test_a_study_says_which_trials_ended_early_and_the_best_is_none_of_them(lear
         assert known and trial.objective is not None and trial.objective >= min(known)
     assert all(baseline.state == "complete" for baseline in result.baselines)
     assert '"ended": "arrival"' in learned.result_file.read_text()
-    assert "ended as its hands arrived" in learned.report_file.read_text()
+    assert "ended when its hands had arrived" in learned.report_file.read_text()
 
 
 def test_an_interrupted_study_asks_as_much_of_its_trials_as_an_undisturbed_one(

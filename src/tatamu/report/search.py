@@ -110,7 +110,7 @@ def _shorter(result: Result, trial: Trial) -> str:
     """Why a trial took less time than a whole one on the task's own mesh; empty of those."""
     if is_coarse(result, trial):
         return f"on the coarser mesh, {1e3 * (result.coarse or 0.0):.0f} mm"
-    return "ended as its hands arrived" if trial.ended == "arrival" else ""
+    return "ended when its hands had arrived" if trial.ended == "arrival" else ""
 
 
 def _dots(places: list[tuple[int, float]], text: str, shorter: str) -> dict[str, Any]:
