@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from tatamu import InputError
+from tatamu.disturbances import Disturbances
 from tatamu.folding import coarser as coarser_meshes
 from tatamu.folding.coarser import SOON, as_on_finer_mesh, on_coarser_mesh, with_coarser
 from tatamu.folding.fold import ideal_folds
@@ -19,10 +20,11 @@ from tatamu.folding.interpolation import interpolated
 from tatamu.folding.manipulation import SETTLE
 from tatamu.folding.task import Job, Outcome, make_job
 from tatamu.garments import make_garment
-from tatamu.learning import learn_job
+from tatamu.learning import Expectation, learn_job
 from tatamu.learning.evaluation import submitted
+from tatamu.learning.learn import fine_share
 from tatamu.learning.refining import Known, refining_proposal
-from tatamu.learning.schedule import FINE_SHARE, GAIN, MOST, MOST_FINE, Schedule, ScheduledTrial
+from tatamu.learning.schedule import FINE_SHARE, FINE_SHARE_UNSURE, GAIN, MOST, MOST_FINE, Schedule, ScheduledTrial
 from tatamu.learning.space import search_space
 from tatamu.material import Material
 from tatamu.results import ResultFolder, rebuild
@@ -267,6 +269,15 @@ def test_a_schedule_of_a_number_of_trials() -> None:
     assert planned(50, 1) == [False] * 50
     assert planned("auto", 1) == [False] * MOST
     assert planned("auto", 2) == [True] * (MOST - MOST_FINE) + [False] * MOST_FINE
+
+
+def test_more_trials_run_on_the_own_mesh_where_a_coarser_one_is_less_sure() -> None:
+    tasks = {"one layer": job().task(0), "two layers": make_job("tshirt").task(0)}
+    tasks["later"] = replace(tasks["one layer"], step=(2, 2))
+    calm = {name: fine_share(task, None) for name, task in tasks.items()}
+    assert calm == {"one layer": FINE_SHARE, "two layers": FINE_SHARE, "later": FINE_SHARE_UNSURE}
+    disturbed = {name: fine_share(task, Expectation(Disturbances())) for name, task in tasks.items()}
+    assert disturbed == {"one layer": FINE_SHARE, "two layers": FINE_SHARE_UNSURE, "later": FINE_SHARE_UNSURE}
 
 
 def test_a_search_ends_when_little_is_expected_three_times_in_a_row() -> None:

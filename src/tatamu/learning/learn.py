@@ -20,7 +20,7 @@ from tatamu.learning.expectation import Expectation
 from tatamu.learning.place import existing_place, held_place
 from tatamu.learning.runner import Progress, Runner
 from tatamu.learning.samplers import check_sampler
-from tatamu.learning.schedule import FINE_SHARE, FINE_SHARE_LATER, GAIN, Schedule, Trials
+from tatamu.learning.schedule import FINE_SHARE, FINE_SHARE_UNSURE, GAIN, Schedule, Trials
 from tatamu.learning.space import Grasps, search_space
 from tatamu.learning.study import Identity, OptunaStudy, held_identity
 from tatamu.results import ResultFolder, describe_task
@@ -104,6 +104,15 @@ def learn(
             return _gone_on(task, study, results, trials, baselines, expectation, executor, progress)
 
 
+def fine_share(task: Task, expectation: Expectation | None) -> float:
+    """The part of a study's trials that runs on the task's own mesh after a coarser one.
+
+    More where coarser meshes are less sure: of later steps, and of how folds of two layers hold in disturbed worlds.
+    """
+    holds_unsurely = expectation is not None and task.fold.garment.layers > 1
+    return FINE_SHARE_UNSURE if task.step[0] > 1 or holds_unsurely else FINE_SHARE
+
+
 def _gone_on(
     task: Task,
     study: OptunaStudy,
@@ -117,7 +126,7 @@ def _gone_on(
     """Run the trials that a study lacks, and write its folder; arguments and errors are those of `learn`."""
     done = len(study.trials)
     meshes = 1 if study.identity.coarse is None else 2
-    schedule = Schedule(trials, meshes, FINE_SHARE if task.step[0] == 1 else FINE_SHARE_LATER)
+    schedule = Schedule(trials, meshes, fine_share(task, expectation))
     most = schedule.most
     if done > most:
         raise InputError(f"trials: {results.path} has {done} trials already, given {trials}; give {done} or more")

@@ -12,8 +12,8 @@ Trials = int | Literal["auto"]
 
 FINE_SHARE, LEAST_FINE = 0.12, 5
 """Of a search that begins on a coarser mesh: the part of its trials, and the least number, on the task's own mesh."""
-FINE_SHARE_LATER = 0.3
-"""That part in later steps of a plan, which coarser meshes rank less surely (docs/notes/learning.md)."""
+FINE_SHARE_UNSURE = 0.3
+"""That part where coarser meshes rank trials less surely (docs/notes/learning.md, docs/notes/margins.md)."""
 GAIN = 0.001
 """A search has converged when less than this part of the best objective is expected to be gained .."""
 IN_A_ROW = 3
