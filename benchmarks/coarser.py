@@ -132,19 +132,22 @@ def rows(name: str, out: Path, count: int) -> Iterator[dict[str, str]]:
     kept = Kept(out / (f"{study_name}-{case.step + 1}.json" if plan else f"{study_name}.json"))
     folds = manipulations(study, count)
     known = [kept.simulated((DEFAULT, number), partial(_objective, fine, fine, x)) for number, x in enumerate(folds)]
-    yield {"fold": name, "folds": f"{len(folds)}", **_row("1", 1.0, fine, known, known), **_start(case, fine)}
+
+    def row(spacing: str, softer: float, task: Task, found: Sequence[Simulated]) -> dict[str, str]:
+        measured = _row(spacing, softer, task, found, known)
+        return {"fold": name, "folds": f"{len(folds)}", **measured, **_start(case, task)}
+
+    yield row("1", 1.0, fine, known)
     if case.step:
         found = [kept.simulated((ON_ARRIVAL, number), partial(_on_arrival, fine, x)) for number, x in enumerate(folds)]
-        row = _row(f"1, {ON_ARRIVAL}", 1.0, fine, found, known)
-        yield {"fold": name, "folds": f"{len(folds)}", **row, **_start(case, fine)}
+        yield row(f"1, {ON_ARRIVAL}", 1.0, fine, found)
     for larger, softer in case.meshes:
         coarse = coarsened(job, larger, softer)
         there = None if state is None else interpolated(job.garment, state, coarse.garment)
         task = coarse.task(case.step, there)
         mesh = f"{larger:g}, {softer:g}"
         found = [kept.simulated((mesh, number), partial(_objective, task, fine, x)) for number, x in enumerate(folds)]
-        row = _row(f"{larger:g}", softer, task, found, known)
-        yield {"fold": name, "folds": f"{len(folds)}", **row, **_start(case, task)}
+        yield row(f"{larger:g}", softer, task, found)
 
 
 def _start(case: Case, task: Task) -> dict[str, str]:

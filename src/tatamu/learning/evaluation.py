@@ -171,7 +171,7 @@ def submitted(
         at_once.set_result(Evaluation(refused, 0.0, Expected(refused.objective, 0) if disturbed else None))
         return Pending(task, manipulation, None, at_once, disturbed)
     if task.coarser is None or parameters is None or not (coarse or disturbed):
-        future = executor.submit(evaluate, task.bare, manipulation, below, demand, None, beaten)
+        future = executor.submit(evaluate, task.bare, manipulation, below, demand, beaten=beaten)
         return Pending(task, manipulation, None, future, disturbed)
     there = on_coarser_mesh(task, manipulation, parameters)
     coarser = task.coarser.bare
