@@ -65,8 +65,8 @@ class Case:
 CASES = (
     Case("towel half", ("towel",), (500, 500, 500), (100, 60, 60)),
     Case("towel quarters", ("towel", "--fold", "quarters"), (100, 100, 100), (60, 60, 60)),
-    Case("trousers leg", ("trousers", "--fold", "leg"), (100, 100, 100), (60, 60, 60)),
-    Case("tshirt half", ("tshirt",), (100, 100, 100), (60, 60, 60)),
+    Case("trousers leg", ("trousers", "--fold", "leg"), (500, 500, 500), (60, 60, 60)),
+    Case("tshirt half", ("tshirt",), (500, 500, 500), (60, 60, 60)),
     Case("trousers half", ("trousers", "--fold", "half"), (100, 100, 100), (60, 60, 60)),
     Case("tshirt shop", ("tshirt", "--fold", "shop"), (100,), (60,)),
 )

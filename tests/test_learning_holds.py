@@ -82,6 +82,14 @@ def test_another_world_is_beyond_the_quantile_as_often_as_it_says() -> None:
     assert [usual(worlds=n, quantile=0.95).making for n in (1, 4, 20, 40)] == [1, 1, 2, 3]
 
 
+def test_later_steps_look_for_folds_that_hold_in_more_worlds() -> None:
+    first, second = (usual(quantile=0.9, worlds=20).of_step(step) for step in (1, 2))
+    assert (first.quantile, first.worlds) == (0.9, 20)
+    assert (second.quantile, second.worlds) == (pytest.approx(0.95), 40)
+    assert second.drawn(0)[:20] == first.drawn(0)
+    assert usual().of_step(2) == usual()
+
+
 def test_later_steps_are_asked_in_more_worlds_on_their_own_mesh() -> None:
     usually = usual(worlds=20, quantile=0.95)
     assert [usually.checked(step) for step in (1, 2, 3)] == [2, 8, 8]

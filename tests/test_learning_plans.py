@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 from tatamu import InputError, Rollout, Scene, simulate
+from tatamu.disturbances import Disturbances
 from tatamu.folding.fold import ideal_folds
 from tatamu.folding.task import Job, Task, make_job
-from tatamu.learning import learn_job
+from tatamu.learning import Expectation, as_begun, learn_job
 from tatamu.learning.space import ARCHED, HIGH, carried_over, search_space
 from tatamu.report.plan import joined_path
 from tatamu.report.replay import hands
@@ -107,6 +108,14 @@ def test_a_later_step_begins_from_above_and_with_what_the_one_before_it_found(le
     for name in ("g1", "g2"):
         part = best[name] / (first.candidates - 1)
         assert begun[name] == pytest.approx(part * (second.candidates - 1), abs=0.5)
+
+
+def test_later_steps_are_learned_in_more_worlds(tmp_path: Path) -> None:
+    hands_off = Disturbances.model_validate({"hands": {"offset": [0.001, 0.0, 0.0]}})
+    learn_job(job(), tmp_path, trials=1, expectation=Expectation(hands_off, 0.5, worlds=2), **SEARCH)
+    steps = [ResultFolder(tmp_path / name).result for name in ("step-1", "step-2")]
+    assert [(step.worlds, step.quantile) for step in steps] == [(2, 0.5), (4, 0.75)]
+    learn_job(job(), tmp_path, trials=1, expectation=as_begun(tmp_path)[1], **SEARCH)
 
 
 @pytest.mark.parametrize("grasps", ["integer", "continuous"])

@@ -78,7 +78,11 @@ def learn(
     ] = None,
     quantile: Annotated[
         str | None,
-        typer.Option(metavar="Q|mean", help="Minimise this quantile of the objective, or its mean; default: 0.95."),
+        typer.Option(
+            metavar="Q|mean",
+            help="Minimise this quantile of the objective, in later steps one with half as much beyond it, or its "
+            "mean; default: 0.95.",
+        ),
     ] = None,
     robot: Annotated[
         str | None,

@@ -42,6 +42,20 @@ class Expectation:
         if self.quantile is not None and not 0.0 < self.quantile < 1.0:
             raise InputError(f"quantile: must be above 0 and below 1, given {self.quantile:g}")
 
+    def of_step(self, step: int) -> Expectation:
+        """The expectation of a step of a plan.
+
+        From the second step on half as many worlds may be beyond the quantile, of twice as many. Later folds end
+        nearer to their limits, and a search finds what holds in the worlds that it asks for: a fold that holds in nine
+        worlds of ten holds in all of 20 once in 8 times, in all of 40 once in 68.
+
+        Args:
+            step: The number of the step in its plan, from 1.
+        """
+        if step == 1 or self.quantile is None:
+            return self
+        return replace(self, quantile=0.5 * (1.0 + self.quantile), worlds=2 * self.worlds)
+
     def drawn(self, seed: int) -> tuple[World, ...]:
         """The worlds of a study of that seed."""
         return tuple(spread(self.disturbances, self.worlds, seed, Stream.LEARNING))

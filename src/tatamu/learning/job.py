@@ -144,6 +144,9 @@ def learn_job(
 
 
 def _learn(task: Task, folder: Path, trials: Trials, reporting: Reporting, options: dict[str, Any]) -> Path:
+    expectation: Expectation | None = options["expectation"]
+    if expectation is not None:
+        options = {**options, "expectation": expectation.of_step(task.step[0])}
     with reporting(task, Schedule(trials, 1).most) as progress:
         return learn(task, folder, trials=trials, progress=progress, **options)
 
