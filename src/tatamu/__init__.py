@@ -1,4 +1,11 @@
-"""tatamu learns in simulation how a dual-arm robot folds cloth."""
+"""tatamu learns in simulation how a dual-arm robot folds cloth.
+
+import tatamu as tt
+
+task = tt.make_task("towel", size=(0.34, 0.80), fold="half")
+result = tt.learn(task, tt.LearnOptions(trials=50, seed=0), progress=print)
+result.write_report("towel.html")
+"""
 
 from __future__ import annotations
 
@@ -6,38 +13,133 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from tatamu.errors import InputError, SimulationError, TatamuError
+    from tatamu.api import PlanResult, Result, calibrate, check, learn, load, measure_margins, plan_for
+    from tatamu.disturbances.description import Disturbances, load_disturbances
+    from tatamu.errors import InputError, SimulationError, TatamuError, UnavailableError
+    from tatamu.evaluation.coarse import CoarseFirst
+    from tatamu.evaluation.disturbed import Disturbed
+    from tatamu.evaluation.evaluator import Evaluation, Evaluator, Wrapper
+    from tatamu.evaluation.nominal import Nominal
+    from tatamu.evaluation.reach import WithinReach
+    from tatamu.folding.manipulation import Manipulation
+    from tatamu.folding.score import Limits, Score
+    from tatamu.folding.task import Task, make_task
+    from tatamu.garments import make_garment, register_garment
+    from tatamu.garments.garment import Garment
     from tatamu.material import Material
+    from tatamu.options import LearnOptions
+    from tatamu.robots.constraint import find_reach
     from tatamu.rollout import Rollout
     from tatamu.scene import Cloth, Gripper, Scene, Table
-    from tatamu.simulators import simulate, simulate_many
+    from tatamu.search.gp import GPSearch
+    from tatamu.search.registry import register_search
+    from tatamu.search.search import Search
+    from tatamu.search.space import Bounds, Space
+    from tatamu.search.two_fidelity import TwoFidelitySearch
+    from tatamu.simulators import register_simulator, simulate, simulate_many
+    from tatamu.study.loop import Progress
+    from tatamu.study.trial import Trial
 
 __version__ = "0.1.0"
 
 _HOME = {
+    "Bounds": "tatamu.search.space",
     "Cloth": "tatamu.scene",
+    "CoarseFirst": "tatamu.evaluation.coarse",
+    "Disturbances": "tatamu.disturbances.description",
+    "Disturbed": "tatamu.evaluation.disturbed",
+    "Evaluation": "tatamu.evaluation.evaluator",
+    "Evaluator": "tatamu.evaluation.evaluator",
+    "GPSearch": "tatamu.search.gp",
+    "Garment": "tatamu.garments.garment",
     "Gripper": "tatamu.scene",
     "InputError": "tatamu.errors",
+    "LearnOptions": "tatamu.options",
+    "Limits": "tatamu.folding.score",
+    "Manipulation": "tatamu.folding.manipulation",
     "Material": "tatamu.material",
+    "Nominal": "tatamu.evaluation.nominal",
+    "PlanResult": "tatamu.api",
+    "Progress": "tatamu.study.loop",
+    "Result": "tatamu.api",
     "Rollout": "tatamu.rollout",
     "Scene": "tatamu.scene",
+    "Score": "tatamu.folding.score",
+    "Search": "tatamu.search.search",
     "SimulationError": "tatamu.errors",
+    "Space": "tatamu.search.space",
     "Table": "tatamu.scene",
+    "Task": "tatamu.folding.task",
     "TatamuError": "tatamu.errors",
+    "Trial": "tatamu.study.trial",
+    "TwoFidelitySearch": "tatamu.search.two_fidelity",
+    "UnavailableError": "tatamu.errors",
+    "WithinReach": "tatamu.evaluation.reach",
+    "Wrapper": "tatamu.evaluation.evaluator",
+    "calibrate": "tatamu.api",
+    "check": "tatamu.api",
+    "find_reach": "tatamu.robots.constraint",
+    "learn": "tatamu.api",
+    "load": "tatamu.api",
+    "load_disturbances": "tatamu.disturbances.description",
+    "make_garment": "tatamu.garments",
+    "make_task": "tatamu.folding.task",
+    "measure_margins": "tatamu.api",
+    "plan_for": "tatamu.api",
+    "register_garment": "tatamu.garments",
+    "register_search": "tatamu.search.registry",
+    "register_simulator": "tatamu.simulators",
     "simulate": "tatamu.simulators",
     "simulate_many": "tatamu.simulators",
 }
 
 __all__ = [
+    "Bounds",
     "Cloth",
+    "CoarseFirst",
+    "Disturbances",
+    "Disturbed",
+    "Evaluation",
+    "Evaluator",
+    "GPSearch",
+    "Garment",
     "Gripper",
     "InputError",
+    "LearnOptions",
+    "Limits",
+    "Manipulation",
     "Material",
+    "Nominal",
+    "PlanResult",
+    "Progress",
+    "Result",
     "Rollout",
     "Scene",
+    "Score",
+    "Search",
     "SimulationError",
+    "Space",
     "Table",
+    "Task",
     "TatamuError",
+    "Trial",
+    "TwoFidelitySearch",
+    "UnavailableError",
+    "WithinReach",
+    "Wrapper",
+    "calibrate",
+    "check",
+    "find_reach",
+    "learn",
+    "load",
+    "load_disturbances",
+    "make_garment",
+    "make_task",
+    "measure_margins",
+    "plan_for",
+    "register_garment",
+    "register_search",
+    "register_simulator",
     "simulate",
     "simulate_many",
 ]
@@ -48,3 +150,8 @@ def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module 'tatamu' has no attribute {name!r}")
     return getattr(import_module(_HOME[name]), name)
+
+
+def __dir__() -> list[str]:
+    """List the public names."""
+    return [*__all__, "__version__"]

@@ -84,30 +84,6 @@ class Bezier:
         u = np.linspace(0, 1, FINE + 1)
         return u, arc_lengths(self.at(u))
 
-    def in_order(self, points: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
-        """Where points lie that follow one another along the curve.
-
-        A curve may cross itself or turn back, so each point is looked for from the one before it onwards: it lies where
-        the curve first comes within `tolerance` [m] of it.
-
-        Returns:
-            Parameters (n,) of the points, and their distances from the curve [m] (n,).
-        """
-        u = np.linspace(0, 1, FINE + 1)
-        curve = self.at(u)
-        first = 0
-        found = []
-        distances = []
-        for point in points:
-            distance = np.linalg.norm(curve[first:] - point, axis=1)
-            near = distance < tolerance
-            start = int(near.argmax()) if near.any() else int(distance.argmin())
-            end = start + int((~near[start:]).argmax()) if (~near[start:]).any() else len(near)
-            first += start + int(distance[start : max(end, start + 1)].argmin())
-            found.append(u[first])
-            distances.append(np.linalg.norm(curve[first] - point))
-        return np.array(found), np.array(distances)
-
     def nearest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Parameters (n,) of the nearest points of the curve, and their distances [m] (n,)."""
         u = np.linspace(0, 1, FINE // 2 + 1)

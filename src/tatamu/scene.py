@@ -140,6 +140,9 @@ class Table(Record):
 class Gripper(Record):
     """Vertices held from `closes` to `opens`; they keep their arrangement and follow `displacements`."""
 
+    hand: Literal["left", "right"] | None = None
+    """The hand that it belongs to; None if the scene does not name hands. Fingers that press layers together are
+    several grippers of one hand, of which the first moves as the hand does."""
     vertices: Annotated[list[Index], Field(min_length=1)]
     """The held vertices."""
     closes: Number = Field(0.0, ge=0.0)

@@ -15,7 +15,7 @@ from tatamu.errors import InputError
 
 if TYPE_CHECKING:
     from tatamu.folding.score import Score
-    from tatamu.results import RebuiltFold
+    from tatamu.study import Result
 
 
 @app.command()
@@ -53,8 +53,8 @@ def check(
     With `--all` every simulation is kept: run the same command again to go on where it stopped.
     """
     from tatamu.cli.progress import prepare
-    from tatamu.results import rebuild
     from tatamu.simulators import require
+    from tatamu.study import Result
 
     if everything == (simulator is not None):
         raise InputError("check: give either --simulator or --all")
@@ -68,7 +68,7 @@ def check(
         raise InputError(f"--seed: must be 0 or more, given {seed}")
     names = [simulator] if simulator else [name.strip() for name in simulators.split(",") if name.strip()]
     require(*names)
-    learned = rebuild(folder)
+    learned = Result.load(folder)
     for name in names if scheduler is None else ():
         prepare(name)
     if simulator is None:
@@ -76,7 +76,7 @@ def check(
     return _one(learned, simulator, out or folder / f"check-{simulator}", material, halve)
 
 
-def _one(learned: RebuiltFold, simulator: str, out: Path, material: Path | None, halve: bool) -> int:
+def _one(learned: Result, simulator: str, out: Path, material: Path | None, halve: bool) -> int:
     from tatamu.crosscheck.check import check as run
     from tatamu.crosscheck.page import save
     from tatamu.material import load_material
@@ -101,7 +101,7 @@ def _words(score: Score) -> str:
 
 
 def _all(
-    learned: RebuiltFold, names: list[str], out: Path, count: int, seed: int, halve: bool, scheduler: str | None
+    learned: Result, names: list[str], out: Path, count: int, seed: int, halve: bool, scheduler: str | None
 ) -> int:
     from tatamu.cluster import executor_at
     from tatamu.crosscheck.agreement import compare

@@ -14,8 +14,9 @@ from tatamu.cli.cluster import SchedulerOption
 from tatamu.errors import InputError
 
 if TYPE_CHECKING:
-    from tatamu.disturbances import Disturbances, Limits
-    from tatamu.results import ResultFolder
+    from tatamu.disturbances import Disturbances
+    from tatamu.folding.score import Limits
+    from tatamu.study import ResultFolder
 
 
 @app.command()
@@ -61,15 +62,15 @@ def margins(
     Every simulation is kept: run the same command again to go on where it stopped.
     """
     from tatamu.cluster import executor_at
-    from tatamu.disturbances import Limits
-    from tatamu.results import ResultFolder
+    from tatamu.folding.score import Limits
+    from tatamu.study import ResultFolder
 
     given = None if disturbances is None else _load(disturbances)
     if not 0.0 < distance <= 1.0:
         raise InputError(f"--distance: must be above 0 and at most 1 m, given {distance:g}")
     if not 0.0 <= iou <= 1.0:
         raise InputError(f"--iou: must be from 0 to 1, given {iou:g}")
-    limits = Limits(distance, iou)
+    limits = Limits(mean_vertex_distance=distance, mask_iou=iou)
     results = ResultFolder(folder)
     steps = results.learned_steps() if results.holds_plan else [results]
     if not steps:
@@ -85,7 +86,7 @@ def _disturbances(folder: ResultFolder) -> Disturbances:
     """The disturbances in which a fold was learned, or the usual ones."""
     from tatamu.disturbances import Disturbances
 
-    used = folder.result.disturbances
+    used = folder.record.disturbances
     return _load("default") if used is None else Disturbances.model_validate(used)
 
 
@@ -116,16 +117,18 @@ def _one(
     from tatamu.margins.terminal import reporting, summary, table
     from tatamu.report import write_report
     from tatamu.simulators import require
+    from tatamu.study import Result
 
-    asked = simulator or folder.result.task.simulator
-    require(asked)
+    learned = Result.load(folder.path)
+    chosen = simulator or learned.simulator
+    require(chosen)
     if executor is None:
-        prepare(asked)
+        prepare(chosen)
     target = out or (folder.margins_folder if simulator is None else folder.path / f"margins-{simulator}")
     console = Console()
     with reporting(console, f"margins of {folder.path.name}") as progress:
         measured = measure(
-            folder.path,
+            learned,
             disturbances,
             out=target,
             draws=draws,
@@ -139,7 +142,7 @@ def _one(
     folder.write_margins(measured.result, target)
     page = write_page(measured, target)
     if target == folder.margins_folder:
-        write_report(folder.path)  # its headline says how sure the fold is
+        write_report(learned)  # its headline has the share
     console.print(table(measured.result))
     print(summary(measured.result))
     print(f"margins: {page}")

@@ -9,8 +9,8 @@ import numpy as np
 import typer
 
 from tatamu.cli.app import app
-from tatamu.cli.size import parse_size
 from tatamu.errors import InputError
+from tatamu.size import parse_size
 
 if TYPE_CHECKING:
     from tatamu.garments.photo import Photo

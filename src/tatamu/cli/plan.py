@@ -69,13 +69,14 @@ def plan(
 
 def _robot_of(folder: Path) -> str | None:
     """Name or file of the robot within whose reach a fold was learned; None: of none."""
-    from tatamu.results import ResultFolder, kept_input
+    from tatamu.study import ResultFolder
+    from tatamu.study.inputs import kept_input
 
     results = ResultFolder(folder)
     if not results.result_file.exists() or results.holds_plan:
         return None
     kept = kept_input(folder, "robot")
-    return str(kept) if kept else results.result.task.robot
+    return str(kept) if kept else results.record.task.robot
 
 
 def _height(value: float | None) -> float | None:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tatamu.cli.app import app
-from tatamu.cli.size import parse_size
 from tatamu.errors import InputError
+from tatamu.size import parse_size
 
 if TYPE_CHECKING:
     from tatamu.folding.proposals import Proposal

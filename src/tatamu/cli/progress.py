@@ -15,8 +15,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 from rich.progress import Progress as Bar
 
 if TYPE_CHECKING:
-    from tatamu.folding.task import Job, Task
-    from tatamu.learning import Progress
+    from tatamu.folding.task import Task
+    from tatamu.study import Progress
 
 LINE_EVERY = 5.0
 """Seconds between lines where there is no terminal."""
@@ -124,15 +124,15 @@ class Workload:
 
 
 class LearningDisplay:
-    """How a job is going: entered before it is learned, left when it ends; `reporting` is called for every step."""
+    """Shows how learning goes: entered before it starts, left when it ends; `show` takes its progress."""
 
     def __init__(
-        self, job: Job, trials: int, baselines: int, console: Console | None = None, *, prepares: bool = True
+        self, task: Task, trials: int, baselines: int, console: Console | None = None, *, prepares: bool = True
     ) -> None:
         """Begin nothing yet.
 
         Args:
-            job: Will be learned.
+            task: What is learned.
             trials: Of each step.
             baselines: How many fixed trajectories are folded after the trials of each step.
             console: Where it is shown.
@@ -140,20 +140,21 @@ class LearningDisplay:
         """
         from tatamu.simulators import named
 
-        self._simulator = named(job.simulator)
+        self._simulator = named(task.simulator)
         self._console = console or Console()
-        self.work = Workload(len(job.plan.steps), trials, baselines)
+        self.work = Workload(len(task.plan.steps), trials, baselines)
         self._lines: Callable[[], tuple[str, int, int]] = lambda: ("preparing", 0, trials)
         self._prepared = not prepares
         self._ends = 0.0
         self._ending = False
+        self._step: _Step | None = None
         self._how_long = ""
         self._before = signal.getsignal(signal.SIGINT)
         self._bar = self._make_bar() if self._console.is_terminal else None
         self._ticking = ticking(BAR_EVERY if self._bar else LINE_EVERY, self._look)
         self.say(
-            f"{job.garment.name} {job.garment.size[0]:g} x {job.garment.size[1]:g} m, {len(job.garment.vertices)} "
-            f"vertices, fold {job.plan.name}, simulator {job.simulator}: {self.work}"
+            f"{task.garment.name} {task.garment.size[0]:g} x {task.garment.size[1]:g} m, {len(task.garment.vertices)} "
+            f"vertices, fold {task.plan.name}, simulator {task.simulator}: {self.work}"
         )
 
     def _make_bar(self) -> Bar:
@@ -181,19 +182,20 @@ class LearningDisplay:
         if current_thread() is main_thread():
             signal.signal(signal.SIGINT, self._before)
         self._ticking.__exit__(None, None, None)
+        if self._step is not None:
+            self._step.end()
         if self._bar:
             self._bar.stop()
 
-    @contextmanager
-    def reporting(self, task: Task, trials: int) -> Iterator[Callable[[Progress], None]]:
-        """The callback of a step, which shows its progress."""
-        number, count = task.step
-        if count > 1:
-            self.say(f"step {number} of {count}{': ' if task.title else ''}{task.title}")
-        step = _Step(self, number)
-        yield step.show
-        step.end()
-        self.now("writing the report of the whole" if number == count else "preparing the next step", trials, trials)
+    def show(self, progress: Progress) -> None:
+        """Show the progress of a step."""
+        if self._step is None or self._step.number != progress.step:
+            if self._step is not None:
+                self._step.end()
+            if progress.steps > 1:
+                self.say(f"step {progress.step} of {progress.steps}{': ' if progress.title else ''}{progress.title}")
+            self._step = _Step(self, progress.step)
+        self._step.show(progress)
 
     def prepare(self) -> None:
         """Compile the simulator, or load it, once; how far it is can be seen meanwhile."""
@@ -253,7 +255,7 @@ class _Step:
 
     def __init__(self, display: LearningDisplay, number: int) -> None:
         self._display = display
-        self._number = number
+        self.number = number
         self._began: float | None = None
         self._pace = 0.0
         self._first = 0
@@ -273,10 +275,15 @@ class _Step:
             self._pace = (monotonic() - self._began) / made
         if self._pace:
             baselines = display.work.baselines
-            left = {"trials": progress.trials - progress.done + baselines, "baselines": baselines, "report": 0}
+            left = {"trials": progress.trials - progress.done + baselines, "baselines": baselines}
             known = made >= min(STEADY, progress.trials - self._first)
-            display.forecast(self._number, self._pace, left[progress.stage], known)
-        words = {"trials": "trials", "baselines": "fixed trajectories", "report": "writing the report"}
+            display.forecast(self.number, self._pace, left.get(progress.stage, 0), known)
+        words = {
+            "trials": "trials",
+            "baselines": "fixed trajectories",
+            "validation": "validating the best fold in disturbed worlds",
+            "report": "writing the report",
+        }
         display.now(f"{words[progress.stage]}: {best(progress)}", progress.done, progress.trials)
 
     def end(self) -> None:
@@ -288,6 +295,7 @@ class _Step:
 def best(progress: Progress) -> str:
     """The best trial so far, in words."""
     if progress.best is None or progress.best_distance is None:
-        return "no fold yet" if progress.done else "none has ended yet"
-    objective = "objective in disturbed worlds" if progress.disturbed else "C"
-    return f"best {objective} = {progress.best:.4f}, {1000 * progress.best_distance:.1f} mm from the target"
+        return "no fold yet" if progress.done else "the first trials are running"
+    objective = "objective under disturbances" if progress.disturbed else "C"
+    mesh = " on the coarse mesh" if progress.coarse else ""
+    return f"best {objective}{mesh} = {progress.best:.4f}, {1000 * progress.best_distance:.1f} mm from the target"

@@ -12,11 +12,11 @@ from rich.progress import Progress as Bar
 
 from tatamu.cli.app import app
 from tatamu.cli.cluster import SchedulerOption, at_a_time
-from tatamu.cli.size import parse_size
 from tatamu.errors import InputError
+from tatamu.size import parse_size
 
 if TYPE_CHECKING:
-    from tatamu.learning import Progress
+    from tatamu.study import Progress
 
 
 @app.command()

@@ -16,13 +16,12 @@ from rich.live import Live
 from tatamu.cli.app import app
 from tatamu.cli.cluster import MOST_AT_A_TIME, SchedulerOption, StorageOption
 from tatamu.cli.cluster import at_a_time as most_at_a_time
-from tatamu.cli.learning import LearnOptions
 from tatamu.errors import InputError
+from tatamu.options import TaskRequest
 
 if TYPE_CHECKING:
-    from tatamu.folding.task import Task
-    from tatamu.learning import Progress
-    from tatamu.learning.database import SharedDatabase
+    from tatamu.study import Progress
+    from tatamu.study.database import SharedDatabase
     from tatamu.sweep import SweepTask, TaskRecord
 
 
@@ -54,11 +53,11 @@ def sweep(
 
     if at_a_time is not None and not 1 <= at_a_time <= MOST_AT_A_TIME:
         raise InputError(f"--at-a-time: must be from 1 to {MOST_AT_A_TIME}, given {at_a_time}")
-    tasks = read_sweep(file, LearnOptions)
+    tasks = read_sweep(file, TaskRequest)
     check_parquet()
     _check(file, tasks)
     from tatamu.cluster import executor_at
-    from tatamu.learning.database import shared_database
+    from tatamu.study.database import shared_database
 
     warnings.simplefilter("ignore")  # of single folds: their reports say them
     with shared_database(storage) as database, executor_at(scheduler) as executor:
@@ -67,30 +66,30 @@ def sweep(
 
 def _check(file: Path, tasks: Sequence[SweepTask]) -> None:
     """Refuse a sweep of which a task cannot be, before any is begun."""
-    from tatamu.learning.learn import check_parallel, check_search
+    from tatamu.api import task_of
     from tatamu.simulators import require
+    from tatamu.study import check_pending
 
     made: set[str] = set()
     for task in tasks:
-        options = LearnOptions(**task.options)
+        options = TaskRequest(**task.options)
         same = options.model_copy(update={"seed": 0, "trials": 1, "sampler": "gp", "parallel": None})
         try:
-            check_search(options.trials, options.seed, options.sampler)
             if same.model_dump_json() not in made:
                 made.add(same.model_dump_json())
                 require(options.simulator)
-                options.job()
-            check_parallel(options.parallel, options.simulator)
+                task_of(options)
+            check_pending(options, options.simulator)
         except InputError as error:
             raise InputError(f"{file}: task {task.name}: {error}") from None
 
 
 def _pending(tasks: Sequence[SweepTask]) -> int:
     """The least number of pending trials that a task has."""
-    from tatamu.learning.learn import pending_at_first
+    from tatamu.study import usual_pending
 
-    options = [LearnOptions(**task.options) for task in tasks]
-    return min(each.parallel or pending_at_first(each.simulator) for each in options)
+    options = [TaskRequest(**task.options) for task in tasks]
+    return min(each.parallel or usual_pending(each.simulator) for each in options)
 
 
 def _run(
@@ -100,6 +99,7 @@ def _run(
     executor: Executor | None,
     database: SharedDatabase | None,
 ) -> int:
+    from tatamu.api import learn, task_of
     from tatamu.sweep import SweepFolder, run_sweep
     from tatamu.sweep.table import counts, write_results
 
@@ -107,8 +107,15 @@ def _run(
     console = Console()
 
     def learned(options: dict[str, Any], path: Path, progress: Callable[[Any], None]) -> None:
-        asked = LearnOptions(**options)
-        asked.learn(asked.job(), path, _reporting(progress), executor, database)
+        request = TaskRequest(**options)
+        learn(
+            task_of(request),
+            request.learning,
+            out=path,
+            executor=executor,
+            database=database,
+            progress=lambda now: progress(_words(now)),
+        )
 
     with _display(console, tasks) as show:
         records = run_sweep(tasks, folder, learned, at_a_time=at_a_time, show=show)
@@ -118,15 +125,10 @@ def _run(
     return 1 if any(record.state == "failed" for record in records) else 0
 
 
-def _reporting(progress: Callable[[Any], None]) -> Any:
-    """Progress of a study, in words, to `progress`."""
-
-    @contextmanager
-    def reporting(task: Task, trials: int) -> Iterator[Callable[[Progress], None]]:
-        step = f"step {task.step[0]} of {task.step[1]}, " if task.step[1] > 1 else ""
-        yield lambda now: progress(f"{step}trial {now.done}/{trials}")
-
-    return reporting
+def _words(now: Progress) -> str:
+    """Return the progress of a study in words."""
+    step = f"step {now.step} of {now.steps}, " if now.steps > 1 else ""
+    return f"{step}trial {now.done}/{now.trials}"
 
 
 @contextmanager

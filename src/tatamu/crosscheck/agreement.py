@@ -15,20 +15,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from optuna.distributions import FloatDistribution, IntDistribution
 from scipy.stats import spearmanr
 
 from tatamu import __version__
-from tatamu.crosscheck.check import asked, meets
+from tatamu.crosscheck.check import modify_scene
 from tatamu.errors import InputError, SimulationError, WorkerKilledError
+from tatamu.evaluation.nominal import penalty
 from tatamu.folding.baselines import BASELINES
-from tatamu.folding.manipulation import Manipulation, scene_of
+from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.score import Score, score
-from tatamu.learning.space import search_space
-from tatamu.results import RebuiltFold
+from tatamu.folding.trial_scene import scene_of
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 from tatamu.simulators import named
+from tatamu.study import Result
 from tatamu.subdivision import on_coarse_mesh
 
 LEARNED = "learned"
@@ -82,7 +82,7 @@ class Pair:
 class Agreement:
     """Everything that was compared."""
 
-    learned: RebuiltFold
+    learned: Result
     simulators: list[str]
     manipulations: list[str]
     entries: dict[tuple[str, str], Entry]
@@ -113,15 +113,15 @@ class Agreement:
     def holds(self) -> bool:
         """Whether the learned fold meets the thresholds of success in every simulator."""
         entries = [self.entries[LEARNED, simulator] for simulator in self.simulators]
-        return all(entry.score is not None and meets(entry.score) for entry in entries)
+        return all(entry.score is not None and entry.score.succeeds for entry in entries)
 
     def to_json(self) -> dict[str, Any]:
         """Plain data, as `agreement.json` holds it."""
         return {
             "version": 1,
             "tatamu": __version__,
-            "garment": self.learned.fold.result.task.garment,
-            "fold": self.learned.fold.result.task.fold,
+            "garment": self.learned.record.task.garment,
+            "fold": self.learned.record.task.fold,
             "learned_in": self.learned.simulator,
             "holds": self.holds,
             "pairs": [_pair_data(pair) for pair in self.pairs],
@@ -146,7 +146,7 @@ def _pair_data(pair: Pair) -> dict[str, Any]:
 
 
 def _entry_data(entry: Entry) -> dict[str, Any]:
-    measures = entry.score.as_dict() if entry.score else None
+    measures = entry.score.model_dump() if entry.score else None
     return {
         "manipulation": entry.manipulation,
         "simulator": entry.simulator,
@@ -156,34 +156,31 @@ def _entry_data(entry: Entry) -> dict[str, Any]:
     }
 
 
-def manipulations(learned: RebuiltFold, count: int, seed: int) -> dict[str, tuple[Scene, float]]:
+def manipulations(learned: Result, count: int, seed: int) -> dict[str, tuple[Scene, float]]:
     """Scene and l_x [m] of the learned fold, the baselines and `count` random manipulations, by name."""
     fold = learned.task.fold
     length = learned.score.trajectory_length
     made = {name: make(fold) for name, (_, make) in BASELINES.items()}
     made |= {f"random-{number}": drawn for number, drawn in enumerate(_random(learned, count, seed))}
     scenes = {name: (scene_of(fold, drawn), drawn.trajectory_length) for name, drawn in made.items()}
-    return {LEARNED: (learned.fold.scene, length), **scenes}
+    return {LEARNED: (learned.scene, length), **scenes}
 
 
-def _random(learned: RebuiltFold, count: int, seed: int) -> Iterator[Manipulation]:
+def _random(learned: Result, count: int, seed: int) -> Iterator[Manipulation]:
     """Manipulations drawn evenly from what the search may choose."""
     random = np.random.default_rng(seed)
     for _ in range(count):
-        drawn = {}
-        for name, among in search_space(learned.task.fold, "integer").items():
-            assert isinstance(among, FloatDistribution | IntDistribution)
-            whole = isinstance(among, IntDistribution)
-            drawn[name] = (
-                float(random.integers(int(among.low), int(among.high), endpoint=True))
-                if whole
-                else float(random.uniform(among.low, among.high))
-            )
+        drawn = {
+            name: float(random.integers(int(among.low), int(among.high), endpoint=True))
+            if among.whole
+            else float(random.uniform(among.low, among.high))
+            for name, among in learned.task.space.bounds.items()
+        }
         yield learned.task.manipulation(drawn)
 
 
 def compare(
-    learned: RebuiltFold,
+    learned: Result,
     simulators: list[str],
     folder: Path,
     *,
@@ -213,9 +210,9 @@ def compare(
     if len(simulators) < 2 or len(set(simulators)) < len(simulators):
         raise InputError(f"--simulators: must be two or more different ones, given {', '.join(simulators) or 'none'}")
     made = manipulations(learned, count, seed)
-    faces = learned.fold.faces
+    faces = learned.faces
     runs = [
-        _Run(simulator, name, asked(scene, None, halved), folder / "rollouts" / simulator / f"{name}.npz", faces)
+        _Run(simulator, name, modify_scene(scene, None, halved), folder / "rollouts" / simulator / f"{name}.npz", faces)
         for simulator in simulators
         for name, (scene, _) in made.items()
     ]
@@ -283,10 +280,10 @@ def _without_end(scene: Scene, simulator: str, faces: np.ndarray, error: Simulat
     return Rollout(np.zeros(2), np.stack([start, start]), faces, {"simulator": simulator, "error": str(error)})
 
 
-def _entry(learned: RebuiltFold, name: str, simulator: str, length: float, rollout: Rollout) -> Entry:
+def _entry(learned: Result, name: str, simulator: str, length: float, rollout: Rollout) -> Entry:
     error = rollout.info.get("error")
     if error is not None:
-        return Entry(name, simulator, learned.task.penalty(length), None, None, error)
+        return Entry(name, simulator, penalty(learned.task.fold, length), None, None, error)
     final = rollout.positions[-1]
     reached = score(learned.task.fold, length, final)
     return Entry(name, simulator, reached.objective, reached, final, None)

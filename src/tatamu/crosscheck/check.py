@@ -11,11 +11,10 @@ from tatamu import __version__
 from tatamu.errors import SimulationError
 from tatamu.folding.score import Score
 from tatamu.material import Material
-from tatamu.report.verdict import succeeds
-from tatamu.results import RebuiltFold, Scores
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 from tatamu.simulators import named
+from tatamu.study import Result
 from tatamu.subdivision import on_coarse_mesh, subdivided
 
 
@@ -23,7 +22,7 @@ from tatamu.subdivision import on_coarse_mesh, subdivided
 class Opinion:
     """The same manipulation in another simulator."""
 
-    learned: RebuiltFold
+    learned: Result
     simulator: str
     scene: Scene
     """The scene that was simulated."""
@@ -37,12 +36,12 @@ class Opinion:
     def apart(self) -> np.ndarray:
         """How far each vertex ends from where it ended when it was learned [m], shape (n,)."""
         assert self.rollout is not None
-        return np.asarray(np.linalg.norm(self.rollout.positions[-1] - self.learned.fold.final, axis=1))
+        return np.asarray(np.linalg.norm(self.rollout.positions[-1] - self.learned.final, axis=1))
 
     @property
     def holds(self) -> bool:
         """Whether the fold meets the thresholds of success there too."""
-        return self.score is not None and meets(self.score)
+        return self.score is not None and self.score.succeeds
 
     def to_json(self) -> dict[str, Any]:
         """Plain data, as `check.json` holds it."""
@@ -53,8 +52,8 @@ class Opinion:
         return {
             "version": 1,
             "tatamu": __version__,
-            "garment": self.learned.fold.result.task.garment,
-            "fold": self.learned.fold.result.task.fold,
+            "garment": self.learned.record.task.garment,
+            "fold": self.learned.record.task.fold,
             "learned_in": self.learned.simulator,
             "checked_in": self.simulator,
             "vertices_simulated": len(self.scene.cloth.vertices),
@@ -62,19 +61,14 @@ class Opinion:
             "holds": self.holds,
             "error": self.error,
             "distance_between_final_shapes": between,
-            "learned": self.learned.score.as_dict(),
-            "checked": self.score.as_dict() if self.score else None,
+            "learned": self.learned.score.model_dump(),
+            "checked": self.score.model_dump() if self.score else None,
             "warnings": info.get("warnings", []),
             "wall_seconds": info.get("wall_seconds"),
         }
 
 
-def meets(score: Score) -> bool:
-    """Whether a score meets the thresholds of success."""
-    return succeeds(Scores.model_validate(score.as_dict()))
-
-
-def check(learned: RebuiltFold, simulator: str, material: Material | None = None, halved: bool = False) -> Opinion:
+def check(learned: Result, simulator: str, material: Material | None = None, halved: bool = False) -> Opinion:
     """Simulate the best manipulation of a learned fold again.
 
     Args:
@@ -86,17 +80,17 @@ def check(learned: RebuiltFold, simulator: str, material: Material | None = None
     Raises:
         InputError: There is no such simulator, or it cannot run here.
     """
-    scene = asked(learned.fold.scene, material, halved)
+    scene = modify_scene(learned.scene, material, halved)
     try:
         rollout = named(simulator).simulate(scene)
     except SimulationError as error:
         return Opinion(learned, simulator, scene, None, None, str(error))
-    rollout = on_coarse_mesh(rollout, learned.fold.faces)
-    return Opinion(learned, simulator, scene, rollout, learned.scored(rollout.positions[-1]), None)
+    rollout = on_coarse_mesh(rollout, learned.faces)
+    return Opinion(learned, simulator, scene, rollout, learned.rate(rollout.positions[-1]), None)
 
 
-def asked(scene: Scene, material: Material | None, halved: bool) -> Scene:
-    """A scene in another material, or on half the spacing; cloth of another thickness lies as much higher."""
+def modify_scene(scene: Scene, material: Material | None, halved: bool) -> Scene:
+    """Return a scene in another material, or on half the spacing; thicker cloth lies higher."""
     if material is not None:
         raised = scene.cloth.vertices * [1.0, 1.0, material.thickness / scene.material.thickness]
         rest = scene.cloth.rest_vertices

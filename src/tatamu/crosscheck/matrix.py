@@ -51,7 +51,7 @@ def page(agreement: Agreement) -> str:
     return render(
         "crosscheck/matrix.html",
         charts={"pair": pairs},
-        title=title(agreement.learned.fold),
+        title=title(agreement.learned),
         agreement=agreement,
         fixed=len(BASELINES),
         head=HEAD,

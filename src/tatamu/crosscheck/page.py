@@ -16,12 +16,12 @@ from tatamu.presentation.page import render
 from tatamu.presentation.shading import shrink, to_pixels
 from tatamu.report.errormap import maps
 from tatamu.report.headline import title
+from tatamu.report.measures import MEASURES
 from tatamu.report.still import FINER
 from tatamu.report.still import render as still
 from tatamu.report.tables import Column
 from tatamu.report.topview import TopView, draw, extent, outlined, paths, view
-from tatamu.report.verdict import MEASURES
-from tatamu.results import LearnedFold, Scores
+from tatamu.study import Result
 
 
 def save(opinion: Opinion, folder: Path) -> Path:
@@ -33,18 +33,18 @@ def save(opinion: Opinion, folder: Path) -> Path:
     if opinion.rollout is not None:
         second = seen(opinion)
         second.rollout.save(folder / "rollout.npz")
-        both = np.hstack([to_pixels(shrink(still(fold), FINER)) for fold in (opinion.learned.fold, second)])
+        both = np.hstack([to_pixels(shrink(still(fold), FINER)) for fold in (opinion.learned, second)])
         save_png(both, folder / "check.png")
     write_json(folder / "check.json", opinion.to_json())
     write_text(folder / "check.html", page(opinion))
     return folder / "check.html"
 
 
-def seen(opinion: Opinion) -> LearnedFold:
+def seen(opinion: Opinion) -> Result:
     """The learned fold as the other simulator has it."""
     rollout = opinion.rollout
     assert rollout is not None
-    fold = opinion.learned.fold
+    fold = opinion.learned
     return replace(fold, rollout=replace(rollout, extra={"target": fold.target}))
 
 
@@ -53,10 +53,10 @@ def page(opinion: Opinion) -> str:
     shown: dict[str, Any] = {"charts": {}, "views": []}
     if opinion.rollout is not None:
         second = seen(opinion)
-        shown = {"charts": _charts(opinion, second), "views": _views(opinion.learned.fold, second, opinion)}
+        shown = {"charts": _charts(opinion, second), "views": _views(opinion.learned, second, opinion)}
     return render(
         "crosscheck/page.html",
-        title=title(opinion.learned.fold),
+        title=title(opinion.learned),
         opinion=opinion,
         apart=None if opinion.score is None else float(opinion.apart.mean()),
         columns=_columns(opinion),
@@ -66,8 +66,8 @@ def page(opinion: Opinion) -> str:
     )
 
 
-def _charts(opinion: Opinion, second: LearnedFold) -> dict[str, list[Chart]]:
-    there = replace(second.rollout, extra={"target": opinion.learned.fold.final})
+def _charts(opinion: Opinion, second: Result) -> dict[str, list[Chart]]:
+    there = replace(second.rollout, extra={"target": opinion.learned.final})
     apart = [
         replace(chart, title=f"Distance between the two: {chart.title.lower()}")
         for chart in maps(replace(second, rollout=there))
@@ -75,7 +75,7 @@ def _charts(opinion: Opinion, second: LearnedFold) -> dict[str, list[Chart]]:
     return {"apart": [Chart("From the side", _section(opinion, second)), *apart]}
 
 
-def _views(first: LearnedFold, second: LearnedFold, opinion: Opinion) -> list[TopView]:
+def _views(first: Result, second: Result, opinion: Opinion) -> list[TopView]:
     area = extent(first.target, first.final, second.final)
     hands = paths(first)
     target, wanted = draw(first, first.target, area)
@@ -88,14 +88,14 @@ def _views(first: LearnedFold, second: LearnedFold, opinion: Opinion) -> list[To
     return views
 
 
-def _section(opinion: Opinion, second: LearnedFold) -> Plot:
+def _section(opinion: Opinion, second: Result) -> Plot:
     fold = opinion.learned.task.fold
     across, along = fold.crease.split(fold.start)
     strip = np.abs(along - np.median(along)) < 0.6 * fold.garment.spacing
     strip = np.flatnonzero(strip)[np.argsort(across[strip])]
     shapes = [
         ("target", fold.target, "@target"),
-        (opinion.learned.simulator, opinion.learned.fold.final, "@plot"),
+        (opinion.learned.simulator, opinion.learned.final, "@plot"),
         (opinion.simulator, second.final, "@warm"),
     ]
     return traces(
@@ -118,8 +118,4 @@ def _section(opinion: Opinion, second: LearnedFold) -> Plot:
 
 
 def _columns(opinion: Opinion) -> list[Column]:
-    scores = [
-        Scores.model_validate(score.as_dict()) if score else Scores()
-        for score in (opinion.learned.score, opinion.score)
-    ]
-    return [Column(opinion.learned.simulator, scores[0]), Column(opinion.simulator, scores[1])]
+    return [Column(opinion.learned.simulator, opinion.learned.score), Column(opinion.simulator, opinion.score)]

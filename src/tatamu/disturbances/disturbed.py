@@ -17,7 +17,8 @@ from tatamu.disturbances.world import World
 from tatamu.errors import SimulationError
 from tatamu.folding.fingers import lowest
 from tatamu.folding.fold import PINCH, Fold
-from tatamu.folding.manipulation import Carry, Manipulation, carries_of, scene_of, scene_with
+from tatamu.folding.manipulation import HANDS, Manipulation
+from tatamu.folding.trial_scene import Carry, carries_of, scene_of, scene_with
 from tatamu.material import Material
 from tatamu.scene import Scene
 
@@ -35,7 +36,7 @@ def disturbed_scene(fold: Fold, manipulation: Manipulation, world: World) -> Sce
     Raises:
         SimulationError: The hands would grasp the same place.
     """
-    if world.calm:
+    if world.is_nominal:
         return scene_of(fold, manipulation)
     carries = [_carry(fold, manipulation, world, number) for number in range(len(manipulation.grasps))]
     held = [carry for carry in carries if carry is not None]
@@ -110,7 +111,7 @@ def _carry(fold: Fold, manipulation: Manipulation, world: World, number: int) ->
     moved = _turned(usual.displacements, -world["cloth.yaw"]) + np.hstack([share, share, np.ones_like(share)]) * off
     moved[:, 2] = np.maximum(moved[:, 2] - _borne_down(fold, grasp.vertex, moved), _floor(fold, grasp.vertex))
     opens = usual.opens + float(times[-1] - usual.times[-1]) + _delay(world, number)
-    return Carry(grasp.vertex, times, moved, opens)
+    return Carry(HANDS[number], grasp.vertex, times, moved, opens)
 
 
 def _delay(world: World, number: int) -> float:

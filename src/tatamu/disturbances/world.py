@@ -1,4 +1,4 @@
-"""A world: one draw of all that is not known. Worlds of one seed are common to all folds that are compared in them."""
+"""A disturbed world: one draw of all disturbances. All folds that are compared share the worlds of one seed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ DIRECTIONS = ("along", "across", "up")
 
 @dataclass(frozen=True)
 class Channel:
-    """One thing that may be off, by a number that is drawn from a normal distribution."""
+    """One disturbance: a number that is drawn from a normal distribution."""
 
     name: str
     """As in `margins.json`, such as "hands.offset.up"."""
@@ -29,7 +29,7 @@ class Channel:
         return self.unit == "1"
 
     def shown(self, value: float) -> float:
-        """A number as people read it: in its unit, or as a relative change."""
+        """Return a value as people read it: in its unit, or as a relative change."""
         return float(np.expm1(value)) if self.relative else value
 
 
@@ -49,53 +49,53 @@ CHANNELS = (
     Channel("table.height", "m"),
     *(Channel(f"material.{name}", "1") for name in FIELDS),
 )
-"""Everything that may be off. Worlds draw them in this order: append only, or all worlds change."""
+"""All disturbances. Worlds draw them in this order: append only, or all worlds change."""
 PLACES = {channel.name: number for number, channel in enumerate(CHANNELS)}
 
 
 DIMENSIONS = 64
-"""Of the Sobol sequence, more than there are channels: a scramble of another dimension would change all worlds."""
+"""Dimensions of the Sobol sequence, more than there are channels: another number would change all worlds."""
 
 
 class Stream(IntEnum):
-    """Purposes of worlds. Folds are not judged in the worlds in which they were learned."""
+    """Purposes of worlds. A fold is validated in worlds in which it was not learned."""
 
     LEARNING = 0
     JUDGING = 1
-    """When a study chooses and says how sure its fold is."""
+    """Held-out validation at the end of a study."""
     MARGINS = 2
 
 
 @dataclass(frozen=True)
 class World:
-    """How far everything is off in one draw."""
+    """The value of every disturbance in one draw."""
 
     values: Mapping[str, float]
-    """By the names of `CHANNELS`; relative ones as logarithms of factors. What is left out is as it should be."""
+    """By the names of `CHANNELS`; relative ones as logarithms of factors. Those left out are 0."""
 
     def __getitem__(self, name: str) -> float:
         return self.values.get(name, 0.0)
 
     def factor(self, name: str) -> float:
-        """The factor of a relative number."""
+        """Return the factor of a relative disturbance."""
         return float(np.exp(self[name]))
 
     @property
-    def calm(self) -> bool:
-        """Whether nothing is off."""
+    def is_nominal(self) -> bool:
+        """Whether there is no disturbance."""
         return not any(self.values.values())
 
     def vector(self, prefix: str) -> np.ndarray:
-        """Along the fold, across, up [m], shape (3,)."""
+        """Return a displacement along the fold, across it and up [m], shape (3,)."""
         return np.array([self[f"{prefix}.{direction}"] for direction in DIRECTIONS])
 
 
-CALM = World({})
-"""Everything is as it should be."""
+NOMINAL = World({})
+"""The world without disturbances."""
 
 
 def deviations(disturbances: Disturbances) -> dict[str, float]:
-    """Standard deviation of everything that is not known exactly, by the names of `CHANNELS`."""
+    """Return the standard deviations above 0, by the names of `CHANNELS`."""
     hands = disturbances.hands
     found = {
         **dict(zip((f"hands.offset.{d}" for d in DIRECTIONS), hands.offset, strict=True)),
@@ -113,14 +113,14 @@ def deviations(disturbances: Disturbances) -> dict[str, float]:
     return {channel.name: found[channel.name] for channel in CHANNELS if found.get(channel.name, 0.0) > 0.0}
 
 
-def drawn(disturbances: Disturbances, count: int, seed: int, stream: Stream) -> list[World]:
-    """Independent worlds; each has its own stream of random numbers, so that the first ones do not depend on `count`.
+def sample_worlds(disturbances: Disturbances, count: int, seed: int, stream: Stream) -> list[World]:
+    """Draw independent worlds. Each has its own random stream, so the first ones do not depend on `count`.
 
     Args:
-        disturbances: What is not known, and how far it may be off.
-        count: How many worlds.
-        seed: The same seed gives the same worlds.
-        stream: What they are for; worlds of different streams are independent.
+        disturbances: Standard deviations and correlations.
+        count: Number of worlds.
+        seed: Random seed.
+        stream: Purpose of the worlds; those of different purposes are independent.
     """
     rows = [
         np.random.default_rng(np.random.SeedSequence([seed, stream, number])).standard_normal(len(CHANNELS))
@@ -129,10 +129,10 @@ def drawn(disturbances: Disturbances, count: int, seed: int, stream: Stream) -> 
     return worlds_of(disturbances, rows)
 
 
-def spread(disturbances: Disturbances, count: int, seed: int, stream: Stream) -> list[World]:
-    """Worlds spread evenly over what may be, from a scrambled Sobol sequence: fewer do for an expectation.
+def sample_sobol(disturbances: Disturbances, count: int, seed: int, stream: Stream) -> list[World]:
+    """Draw worlds from a scrambled Sobol sequence, whose even spread makes fewer do for a mean or a quantile.
 
-    The first ones do not depend on `count`; see `drawn` for the arguments.
+    The first ones do not depend on `count`; see `sample_worlds` for the arguments.
     """
     generator = np.random.default_rng(np.random.SeedSequence([seed, stream]))
     engine = qmc.Sobol(DIMENSIONS, scramble=True, rng=generator)
@@ -141,7 +141,7 @@ def spread(disturbances: Disturbances, count: int, seed: int, stream: Stream) ->
 
 
 def worlds_of(disturbances: Disturbances, rows: Sequence[np.ndarray] | np.ndarray) -> list[World]:
-    """Worlds of standard normal numbers, one for each of `CHANNELS`, shape (n, k)."""
+    """Return the worlds of standard normal numbers, one for each of `CHANNELS`, shape (n, k)."""
     scales = deviations(disturbances)
     mixing = _mixing(disturbances)
     return [
@@ -151,7 +151,7 @@ def worlds_of(disturbances: Disturbances, rows: Sequence[np.ndarray] | np.ndarra
 
 
 def _mixing(disturbances: Disturbances) -> np.ndarray:
-    """The root of the correlation matrix of all channels, shape (k, k)."""
+    """Return the root of the correlation matrix of all channels, shape (k, k)."""
     mixing = np.eye(len(CHANNELS))
     correlation = disturbances.correlation
     if correlation is not None and correlation.parameters:

@@ -9,10 +9,7 @@ import numpy as np
 from tatamu.curves import SAMPLES
 from tatamu.folding.fold import Fold
 from tatamu.folding.manipulation import Manipulation, bezier_manipulation, polyline_manipulation
-
-LI_2015 = ((0.53996, 0.20555), (0.78185, 0.45923))
-"""P1 and P2 as fractions of the span, in both axes: the curve shipped with the code of Li et al. 2015
-(Yinxiaoli/iros2015_folding), which is exactly this cubic Bezier."""
+from tatamu.search.lm import LI_2015
 
 
 def li_2015(fold: Fold) -> Manipulation:

@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Self
+from pathlib import Path
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from tatamu import curves
 from tatamu.curves import Bezier
-from tatamu.folding.fingers import cleared
+from tatamu.errors import InputError
+from tatamu.files import read_json, validated, write_json
 from tatamu.folding.fold import Fold
-from tatamu.folding.pinch import pressed
-from tatamu.material import Material
 from tatamu.records import OpenRecord
-from tatamu.scene import Cloth, Gripper, Scene, Table
+from tatamu.scene import Index, Points
 
 TOP_SPEED = 0.6
 """Fastest that a hand moves [m/s]; folding twice as fast changes folds (De Gusseme and wyffels 2022)."""
@@ -26,10 +26,13 @@ WAIT, HOLD, SETTLE = 0.1, 0.4, 1.0
 FRAME_RATE = 60.0
 """Frames per second [1/s]."""
 
-HANDS = ("left", "right")
+Hand = Literal["left", "right"]
+HANDS: tuple[Hand, Hand] = ("left", "right")
 """Names of the hands, in the order of `Manipulation`."""
-_CLOSING = np.linspace(0.0, WAIT, round(WAIT * FRAME_RATE) + 1).tolist()
-"""When fingers close, frame by frame [s]: before the hands move."""
+OFF_PATH = 2e-3
+"""Via-points farther than this from the motion of their hand do not belong to it [m]."""
+VIA_EVERY = 10
+"""The robot's via-points lie this many frames apart (paper, section VI-C)."""
 
 
 class Timing(OpenRecord):
@@ -53,7 +56,91 @@ class Timing(OpenRecord):
         return self
 
 
-@dataclass(frozen=True)
+class GraspPoint(OpenRecord):
+    """The place at which a hand grasps the cloth."""
+
+    vertex: Index
+    position: Annotated[list[float], Field(min_length=3, max_length=3)]
+    """[m], shape (3,)."""
+    patch: list[Index] = Field(default_factory=list)
+    """The held vertices."""
+
+
+class ArmPath(OpenRecord):
+    """The path of one arm, as `manipulation.json` has it."""
+
+    name: Literal["left", "right"]
+    grasp: GraspPoint
+    control_points: Points
+    """P0..P3 in the scene [m], shape (4, 3)."""
+    from_grasp: Points | None = None
+    """P0..P3 relative to the grasp and without the lift [m], shape (4, 3); None in files of other programs."""
+
+    @field_validator("control_points", "from_grasp")
+    @classmethod
+    def _four(cls, points: np.ndarray | None) -> np.ndarray | None:
+        if points is not None and len(points) != 4:
+            raise ValueError(f"must be four points P0..P3, given {len(points)}")
+        return points
+
+    @property
+    def curve(self) -> Bezier:
+        """The path of the hand in the scene."""
+        return Bezier(self.control_points)
+
+
+class ViaPoints(OpenRecord):
+    """Points of the path in steps of `every_frames`, as a robot is given them."""
+
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"right"})
+
+    every_frames: int = Field(ge=1)
+    times: list[float]
+    """[s]."""
+    left: Points
+    """[m], one for each of `times`."""
+    right: Points | None = None
+    """None if one hand folds."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        hands = [self.left] if self.right is None else [self.left, self.right]
+        if any(len(points) != len(self.times) for points in hands):
+            raise ValueError("left, right and times must be equally many")
+        if not all(late > early for early, late in pairwise(self.times)):
+            raise ValueError("times must increase")
+        return self
+
+
+class ManipulationFile(OpenRecord):
+    """The file `manipulation.json`: all of a manipulation on Bezier curves, and what others read of it."""
+
+    version: Literal[1] = 1
+    frame_rate: float = Field(60.0, gt=0)
+    """Frames per second [1/s]."""
+    arms: Annotated[list[ArmPath], Field(min_length=1, max_length=2)]
+    """Left before right."""
+    timing: Timing | None = None
+    lift: float | None = None
+    """`Manipulation.lift`; None in files of other programs."""
+    settle: float = SETTLE
+    """`Manipulation.settle`."""
+    via_points: ViaPoints | None = None
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        names = [arm.name for arm in self.arms]
+        if len(set(names)) < len(names):
+            raise ValueError(f"arms must be one left and one right hand, given {' and '.join(names)}")
+        return self
+
+    @property
+    def timing_values(self) -> dict[str, float]:
+        """The timing by name, as far as the file has it."""
+        return self.timing.model_dump(exclude_none=True) if self.timing else {}
+
+
+@dataclass(frozen=True, eq=False)
 class Manipulation:
     """One trial as the hands see it; one hand, or two."""
 
@@ -64,11 +151,108 @@ class Manipulation:
     paths: tuple[np.ndarray, ...]
     """Each hand's path relative to its grasp [m], shape (s, 3), from 0 to its release."""
     control_points: tuple[np.ndarray, ...] | None
-    """P0..P3 of each hand relative to its grasp [m], shape (4, 3); None for paths that are no cubic Bezier."""
+    """P0..P3 of each hand relative to its grasp [m], shape (4, 3); None for paths that are no cubic Bezier curves."""
     lift: float = 0.0
-    """How high over their grasps the hands begin, as their fingers have closed [m]."""
+    """Height of the hands over their grasps when their fingers have closed [m]."""
     settle: float = SETTLE
-    """After opening, until the fold is scored [s]."""
+    """From the opening of the hands until the fold is scored [s]."""
+    patches: tuple[tuple[int, ...], ...] = ()
+    """The vertices that each hand holds."""
+
+    def describe(self) -> ManipulationFile:
+        """Return the manipulation as `manipulation.json` has it.
+
+        Raises:
+            ValueError: If the paths are no cubic Bezier curves.
+        """
+        times, displacements = self.motion()
+        via = np.unique(np.append(np.arange(0, len(times), VIA_EVERY), len(times) - 1))
+        patches = self.patches or ((),) * len(self.grasps)
+        arms = [
+            ArmPath(
+                name=name,
+                grasp=GraspPoint(vertex=vertex, position=position.tolist(), patch=list(patch)),
+                control_points=curve.control,
+                from_grasp=points,
+            )
+            for name, vertex, position, patch, curve, points in zip(
+                HANDS, self.grasps, self.positions, patches, self.curves, self.control_points or (), strict=False
+            )
+        ]
+        hands = zip(HANDS, self.positions, displacements, strict=False)
+        return ManipulationFile(
+            frame_rate=FRAME_RATE,
+            arms=arms,
+            timing=self.timing,
+            lift=self.lift,
+            settle=self.settle,
+            via_points=ViaPoints(
+                every_frames=VIA_EVERY,
+                times=times[via].tolist(),
+                **{name: position + moved[via] for name, position, moved in hands},
+            ),
+        )
+
+    @classmethod
+    def of(cls, file: ManipulationFile) -> Manipulation:
+        """Return the manipulation of a file: exactly the one that was saved."""
+        arms = sorted(file.arms, key=lambda arm: arm.name)
+        lift = file.lift
+        if lift is None:
+            lift = max(0.0, float(arms[0].control_points[0][2]) - arms[0].grasp.position[2])
+        points = tuple(
+            arm.from_grasp if arm.from_grasp is not None else arm.control_points - arm.control_points[0] for arm in arms
+        )
+        made = cls(
+            grasps=tuple(arm.grasp.vertex for arm in arms),
+            positions=tuple(np.array(arm.grasp.position) for arm in arms),
+            paths=tuple(map(curves.sampled_bezier, points)),
+            control_points=points,
+            lift=lift,
+            settle=file.settle,
+            patches=tuple(tuple(arm.grasp.patch) for arm in arms),
+        )
+        made.check_via_points(file.via_points)
+        return made
+
+    def check_via_points(self, via: ViaPoints | None) -> None:
+        """Refuse via-points that do not belong to the manipulation: a robot would go elsewhere than the file says.
+
+        Raises:
+            InputError: If one of them is farther from the hand's motion than `OFF_PATH`.
+        """
+        if via is None:
+            return
+        times, moved = self.motion()
+        for name, position, path in zip(HANDS, self.positions, moved, strict=False):
+            points = getattr(via, name)
+            wanted = position + np.column_stack([np.interp(via.times, times, column) for column in path.T])
+            distance = np.inf if points is None else float(np.linalg.norm(points - wanted, axis=1).max(initial=0.0))
+            if not distance <= OFF_PATH:
+                raise InputError(
+                    f"via_points.{name}: must lie on the hand's curve at their times, given {1e3 * distance:.1f} mm off"
+                )
+
+    def save(self, path: Path | str) -> None:
+        """Write `manipulation.json`.
+
+        Raises:
+            InputError: If the file cannot be written.
+        """
+        write_json(Path(path), self.describe().model_dump())
+
+    @classmethod
+    def load(cls, path: Path | str) -> Manipulation:
+        """Read `manipulation.json`: exactly the manipulation that was saved.
+
+        Raises:
+            InputError: If the file cannot be read, or a field is wrong; the message names both.
+        """
+        file = validated(ManipulationFile, read_json(Path(path)), Path(path))
+        try:
+            return cls.of(file)
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
 
     @property
     def curves(self) -> tuple[Bezier, ...]:
@@ -134,7 +318,8 @@ def bezier_manipulation(
         inner = [larger * (x1 * across + z1 * up), larger * (x2 * across + z2 * up)]
         points.append(np.stack([np.zeros(3), *inner, fold.translation(vertex)]))
     paths = tuple(map(curves.sampled_bezier, points))
-    return Manipulation(grasps, _places(fold, grasps), paths, tuple(points), fold.lift)
+    patches = tuple(tuple(fold.patch(vertex)) for vertex in grasps)
+    return Manipulation(grasps, _places(fold, grasps), paths, tuple(points), fold.lift, patches=patches)
 
 
 def trajectory_lengths(fold: Fold, parameters: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -164,87 +349,3 @@ def polyline_manipulation(fold: Fold, grasps: tuple[int, ...], paths: Sequence[n
 
 def _places(fold: Fold, grasps: tuple[int, ...]) -> tuple[np.ndarray, ...]:
     return tuple(fold.start[vertex] for vertex in grasps)
-
-
-@dataclass(frozen=True)
-class Carry:
-    """A hand that carries the vertices it holds."""
-
-    vertex: int
-    """The grasped vertex."""
-    times: np.ndarray
-    """Knots of the motion [s], shape (k,); the first is when the hand begins to move."""
-    displacements: np.ndarray
-    """From the grasp at each knot [m], shape (k, 3); the first is where the hand is as it has closed."""
-    opens: float
-    """When the hand opens [s]."""
-
-
-def carries_of(fold: Fold, manipulation: Manipulation) -> list[Carry]:
-    """Both hands of a manipulation, left before right, their fingers clear of what lies below them."""
-    times, displacements = manipulation.motion()
-    opens = manipulation.timing.opens
-    hands = zip(manipulation.grasps, displacements, strict=True)
-    return [Carry(vertex, times, cleared(fold, vertex, moved), opens) for vertex, moved in hands]
-
-
-def scene_of(fold: Fold, manipulation: Manipulation) -> Scene:
-    """The scene of one trial: the garment as it lies on the table, and the hands.
-
-    A hand is one gripper, left before right, or several where its fingers press layers together.
-    """
-    return scene_with(fold, carries_of(fold, manipulation), manipulation.timing.ends, fold.garment.material)
-
-
-def scene_with(fold: Fold, carries: Sequence[Carry], ends: float, material: Material) -> Scene:
-    """The scene of hands that carry the garment about in other manners than a manipulation says.
-
-    Args:
-        fold: The fold.
-        carries: What each hand does.
-        ends: When the scene ends [s].
-        material: Of the cloth; of another thickness it lies as much higher.
-    """
-    grippers = [
-        Gripper(vertices=held, closes=0.0, opens=carry.opens, times=knots, displacements=path)
-        for carry in carries
-        for held, down in _held(fold, carry.vertex)
-        for knots, path in [_after_closing(carry, down)]
-    ]
-    return Scene(
-        cloth=_cloth(fold, material.thickness / fold.garment.material.thickness),
-        material=material,
-        table=Table(),
-        grippers=grippers,
-        duration=ends,
-        frame_rate=FRAME_RATE,
-    )
-
-
-def _held(fold: Fold, vertex: int) -> list[tuple[list[int], float]]:
-    """The vertices of a hand in parts that its fingers press down equally far [m]; the part that stays is the first."""
-    patch = np.array(fold.patch(vertex))
-    down = pressed(fold.start[patch], fold.garment.material.thickness, fold.garment.spacing)
-    return [(patch[down == each].tolist(), float(each)) for each in np.unique(down)[::-1]]
-
-
-def _after_closing(carry: Carry, down: float) -> tuple[list[float], np.ndarray]:
-    """Knots [s] and displacements [m] of what the fingers press `down` while they close, and then carry along."""
-    pressed_down = np.array([0.0, 0.0, down])
-    shift = pressed_down + carry.displacements[0]
-    if not shift.any():
-        return carry.times.tolist(), carry.displacements
-    closing = curves.minimum_jerk(np.linspace(0.0, 1.0, len(_CLOSING)))[:-1, None] * shift
-    moved = carry.displacements + pressed_down
-    return [*_CLOSING[:-1], *carry.times.tolist()], np.concatenate([closing, moved])
-
-
-def _cloth(fold: Fold, thicker: float) -> Cloth:
-    """The cloth before the fold; once it was folded, its unstrained shape is still the flat one."""
-    garment = fold.garment
-    rest = garment.rest if fold.start is garment.vertices else garment.unstrained
-    start = fold.start if thicker == 1.0 else fold.start * [1.0, 1.0, thicker]
-    unstrained = fold.start if rest is None and start is not fold.start else rest
-    return Cloth(
-        vertices=start, faces=garment.faces, rest_vertices=unstrained, seams=garment.seams, fibre=garment.fibre
-    )

@@ -10,11 +10,12 @@ q_i are the vertices of the wanted shape S_t, y_i those of the outcome S_x, in m
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from typing import Protocol
 
 import numpy as np
 
 from tatamu.folding.fold import Fold
+from tatamu.records import OpenRecord
 from tatamu.zbuffer import mask
 
 ALPHA = 0.01
@@ -25,20 +26,60 @@ PIXEL = 0.001
 """Resolution of the top view [m]."""
 
 
-@dataclass(frozen=True)
-class Score:
+class Measured(Protocol):
+    """How a fold ended, as far as its success depends on it; None if its simulation failed."""
+
+    @property
+    def mean_vertex_distance(self) -> float | None:
+        """Mean of e_i [m]."""
+        ...
+
+    @property
+    def mask_iou(self) -> float | None:
+        """Overlap of the views from above [-]."""
+        ...
+
+
+class Limits(OpenRecord):
+    """The measures that a successful fold keeps."""
+
+    mean_vertex_distance: float = 0.0125
+    """Largest mean of e_i [m] (BiFold 2025)."""
+    mask_iou: float = 0.80
+    """Least overlap of the views from above [-] (FoldBack 2026)."""
+
+    def hold(self, measured: Measured) -> bool:
+        """Return whether a fold succeeds; one whose simulation failed does not."""
+        if measured.mean_vertex_distance is None or measured.mask_iou is None:
+            return False
+        near = measured.mean_vertex_distance <= self.mean_vertex_distance
+        return near and measured.mask_iou >= self.mask_iou
+
+    def slack(self, measured: Measured) -> float:
+        """Return how far a fold is from failing, as a part of the limits: 1 without any error, -1 twice beyond them.
+
+        Negative if it fails.
+        """
+        if measured.mean_vertex_distance is None or measured.mask_iou is None:
+            return -1.0
+        near = 1.0 - measured.mean_vertex_distance / self.mean_vertex_distance
+        room = max(1.0 - self.mask_iou, 1e-9)
+        return max(-1.0, min(near, (measured.mask_iou - self.mask_iou) / room))
+
+
+class Score(OpenRecord):
     """All measures of one fold; docs/guide/learning.md names their sources."""
 
     objective: float
-    """C of Eq. (10)."""
+    """C = l_x + alpha D, Eq. (10)."""
     trajectory_length: float
-    """l_x [m]."""
+    """l_x: length of a hand's path [m]."""
     shape_distance: float
-    """D of Eq. (11)."""
+    """D = sum of w_i e_i, Eq. (11) [m]."""
     mean_vertex_distance: float
     """Mean of e_i [m]: below 0.002 near perfect, 0.005 good, above 0.02 failed (De Gusseme and wyffels 2022)."""
     mask_iou: float
-    """Intersection over union of the outcome's and the target's view from above; success at 0.80 (FoldBack 2026)."""
+    """Intersection over union of the outcome's and the target's view from above [-]."""
     area_error: float
     """E_f = 100/r |A_f/A_i - r| [%]; r = 0.5 for a fold in half (Garcia-Camacho et al. 2020), else the target's."""
     slip: float
@@ -46,9 +87,14 @@ class Score:
     residual_bend: float
     """Largest e_i beyond mu + 1.28 sigma [m] (the paper's Fig. 2)."""
 
-    def as_dict(self) -> dict[str, float]:
-        """Plain numbers by name."""
-        return asdict(self)
+    @property
+    def succeeds(self) -> bool:
+        """Whether the fold keeps the field's limits."""
+        return Limits().hold(self)
+
+
+MEASURES = tuple(Score.model_fields)
+"""Names of all measures."""
 
 
 def vertex_distances(target: np.ndarray, outcome: np.ndarray) -> np.ndarray:
@@ -66,9 +112,9 @@ def shape_distance(e: np.ndarray) -> float:
     return float((weights(e) * e).sum())
 
 
-def residuals(trajectory_length: float, e: np.ndarray) -> np.ndarray:
-    """The vector whose squares sum to C of Eq. (10), from l_x and e_i [m], shape (1 + n,)."""
-    return np.sqrt(np.concatenate([[trajectory_length], ALPHA * weights(e) * e]))
+def residuals(e: np.ndarray) -> np.ndarray:
+    """Return the vector whose squares sum to alpha D of Eq. (10), from e_i [m], shape (n,)."""
+    return np.asarray(np.sqrt(ALPHA * weights(e) * e))
 
 
 def score(fold: Fold, trajectory_length: float, outcome: np.ndarray) -> Score:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from tatamu.errors import InputError
-from tatamu.garments.garment import Garment
+from tatamu.garments.garment import Garment, GarmentSource
 from tatamu.garments.garmentfile import SUFFIXES, load_garment
 from tatamu.garments.towel import towel
 from tatamu.garments.trousers import trousers
 from tatamu.garments.tshirt import tshirt
-from tatamu.material import Material
+from tatamu.material import Material, load_material
 
 GARMENTS: dict[str, Callable[..., Garment]] = {"towel": towel, "tshirt": tshirt, "trousers": trousers}
 """Name of each garment and the function that makes it from size, material and spacing."""
@@ -23,28 +24,69 @@ DESCRIPTIONS = {
 }
 """Each of them in a few words."""
 
-__all__ = ["DESCRIPTIONS", "GARMENTS", "Garment", "load_garment", "make_garment", "towel", "trousers", "tshirt"]
+__all__ = [
+    "DESCRIPTIONS",
+    "GARMENTS",
+    "Garment",
+    "GarmentSource",
+    "load_garment",
+    "make_garment",
+    "register_garment",
+    "towel",
+    "trousers",
+    "tshirt",
+]
+
+
+def register_garment(name: str, make: Callable[..., Garment], description: str = "") -> None:
+    """Add a garment, so that `make_garment(name)` makes it.
+
+    Args:
+        name: Name of the garment.
+        make: Makes it from the keywords `size`, `material` and `spacing`; those that are not given have its defaults.
+        description: The garment in a few words.
+
+    Raises:
+        InputError: If a garment of that name exists.
+    """
+    if name in GARMENTS:
+        raise InputError(f"name: must be new, given {name!r}, which is a garment already")
+    GARMENTS[name] = make
+    DESCRIPTIONS[name] = description
 
 
 def make_garment(
     name: str,
     size: tuple[float, float] | None = None,
-    material: Material | None = None,
+    material: Material | Path | str | None = None,
     spacing: float | None = None,
     scale: float | None = None,
 ) -> Garment:
-    """The garment of that name or file; what is not given is the garment's own default.
+    """Return the garment of a name or file; arguments that are None have the garment's own default.
 
     Args:
         name: A name of `GARMENTS`, or the path of a garment file, an outline or a mesh (docs/guide/garments.md).
         size: Width (y) and length (x) [m].
-        material: What it is made of.
+        material: Material of the cloth, or its preset or file.
         spacing: Edge length of its mesh [m].
         scale: Metres per unit of a file.
 
     Raises:
-        InputError: There is no such garment, or no garment has such a size, material or spacing, or the file is wrong.
+        InputError: If there is no such garment, if it cannot have such a size, material or spacing, or if the file is
+            wrong.
     """
+    made = load_material(Path(material)) if isinstance(material, str | Path) else material
+    source = GarmentSource(name, size, spacing, scale, str(material) if isinstance(material, str | Path) else None)
+    return replace(_make(name, size, made, spacing, scale), source=source)
+
+
+def _make(
+    name: str,
+    size: tuple[float, float] | None,
+    material: Material | None,
+    spacing: float | None,
+    scale: float | None,
+) -> Garment:
     if material is not None and not material.bending_rigidity > 0.0:
         raise InputError("material: bending_rigidity must be above zero, else a fold has no size, given 0")
     if name not in GARMENTS:

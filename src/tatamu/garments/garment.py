@@ -12,6 +12,22 @@ from tatamu.topology import facing_down
 
 
 @dataclass(frozen=True)
+class GarmentSource:
+    """What a garment was made from: the arguments of `make_garment`, by which it can be meshed again."""
+
+    name: str
+    """Name or file."""
+    size: tuple[float, float] | None = None
+    """Width and length as given [m]; None for the garment's own."""
+    spacing: float | None = None
+    """Spacing as given [m]; None for the garment's own."""
+    scale: float | None = None
+    """Metres per unit of a file."""
+    material: str | None = None
+    """Name or file of the material; None if it was not named."""
+
+
+@dataclass(frozen=True)
 class Garment:
     """A garment laid flat and centred at the origin: length along x, width along y, the left at y > 0.
 
@@ -46,6 +62,14 @@ class Garment:
     """How the size of one that came from a file was understood, such as "read in inches (DXF, $INSUNITS 1)"."""
     notes: tuple[str, ...] = ()
     """Changes that were made to a garment from a file, for its user to read."""
+
+    source: GarmentSource | None = None
+    """What it was made from; None if not by `make_garment`."""
+
+    @property
+    def spacing_given(self) -> bool:
+        """Whether the spacing was chosen by the user."""
+        return self.source is not None and self.source.spacing is not None
 
     @property
     def layers(self) -> int:

@@ -1,4 +1,4 @@
-"""Margins: how far hands, cloth and table may be off before a learned fold fails, and how often it holds."""
+"""Margins: how large each disturbance may be before a learned fold fails, and how often the fold succeeds."""
 
 from tatamu.margins.measurement import DRAWS, Measured, measure
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Generator
 from dataclasses import dataclass
 
-from tatamu.disturbances import Asking, Channel, Limits, Verdict, World
+from tatamu.disturbances import Channel, World
+from tatamu.folding.score import Limits
+from tatamu.robustness import Verdict, WorldSearch
 
 FARTHEST = 6.0
 """How far is tried, in standard deviations: what is normal goes beyond in two of a thousand million."""
@@ -24,24 +26,24 @@ class Side:
     sign: float
 
     def world(self, deviations: float) -> World:
-        """The world in which it alone is off, by so many deviations."""
+        """Return the world with this disturbance alone, by this many standard deviations."""
         return World({self.channel.name: self.sign * deviations * self.deviation})
 
     def shown(self, deviations: float) -> float:
         """The value as people read it."""
         return self.channel.shown(self.sign * deviations * self.deviation)
 
-    def search(self, limits: Limits) -> Asking:
+    def search(self, limits: Limits) -> WorldSearch:
         """Find the farthest value at which the fold still holds; None where it holds at the farthest that is tried."""
-        if (yield self.world(FARTHEST)).holds(limits):
+        if limits.hold((yield self.world(FARTHEST))):
             return None
-        near = (yield self.world(NEAR)).holds(limits)
+        near = limits.hold((yield self.world(NEAR)))
         low, high = (NEAR, FARTHEST) if near else (0.0, NEAR)
         return self.shown((yield from self._halved(low, high, limits)))
 
     def _halved(self, low: float, high: float, limits: Limits) -> Generator[World, Verdict, float]:
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
-            held = (yield self.world(middle)).holds(limits)
+            held = limits.hold((yield self.world(middle)))
             low, high = (middle, high) if held else (low, middle)
         return low

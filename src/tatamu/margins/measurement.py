@@ -4,38 +4,36 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tatamu import __version__
-from tatamu.disturbances import (
-    CHANNELS,
-    Asker,
-    Disturbances,
-    FoldOnMesh,
-    Judged,
-    Limits,
-    Memory,
-    Progress,
-    Stream,
-    Verdict,
-    World,
-    deviations,
-    drawn,
-    settled,
-)
+from tatamu.disturbances import CHANNELS, Disturbances, Stream, World, deviations, sample_worlds
 from tatamu.errors import InputError
+from tatamu.evaluation import CoarseMesh, Nominal, coarser_task, on_coarser_mesh
+from tatamu.folding.fold import Fold
+from tatamu.folding.score import Limits
 from tatamu.folding.task import Task
 from tatamu.margins.alone import FARTHEST, Side
-from tatamu.margins.subject import coarse, subject_of
-from tatamu.results import RebuiltFold
-from tatamu.results.joint import distances_of, joint_margin
-from tatamu.results.margins import AloneMargin, HoldLimits, MarginsResult, MeshUsed
+from tatamu.robustness import (
+    AloneMargin,
+    FoldOnMesh,
+    Judge,
+    MarginsResult,
+    MeshUsed,
+    MeshVerdict,
+    Progress,
+    SuccessRate,
+    Verdict,
+    VerdictCache,
+    distances_of,
+)
 from tatamu.simulators import capabilities
 from tatamu.simulators.many import executor_of, processors
+from tatamu.study import Result
 
 DRAWS = 200
-"""How many joint draws there are unless somebody asks for another number."""
+"""Default number of joint draws."""
 KEPT = "simulated.jsonl"
 """The file that keeps simulations, beside `margins.json`."""
 
@@ -57,21 +55,26 @@ class Draw:
 
 @dataclass(frozen=True)
 class Measured:
-    """Margins, and what a page shows beside them."""
+    """Margins, and what a page shows as well."""
 
-    learned: RebuiltFold
+    learned: Result
     subject: FoldOnMesh
-    """On its own mesh."""
+    """The fold on its own mesh."""
     result: MarginsResult
     draws: list[Draw]
     """From the worst to the best."""
 
+    @property
+    def share(self) -> float:
+        """The share of draws in which the fold succeeded."""
+        return self.result.joint.share
+
 
 def measure(
-    folder: Path,
+    learned: Result,
     disturbances: Disturbances,
     *,
-    out: Path,
+    out: Path | None = None,
     draws: int = DRAWS,
     seed: int = 0,
     limits: Limits | None = None,
@@ -81,58 +84,69 @@ def measure(
     executor: Executor | None = None,
     progress: Progress = lambda done, total: None,
 ) -> Measured:
-    """Measure the margins of a learned fold, or go on where it was interrupted.
+    """Measure the margins of a learned fold, or resume where it was interrupted.
 
     Args:
-        folder: The learned fold's.
-        disturbances: What is not known, and how far it may be off.
-        out: Where simulations are kept.
-        draws: How many joint draws.
-        seed: Of the draws.
-        limits: What the fold must keep in order to hold; None: the field's.
-        simulator: In which simulator; None: where it was learned.
-        fine: On the fold's own mesh, even where a coarser one does.
-        alone: Also search how far each disturbance alone may go.
-        executor: Where simulations run; None: threads on every processor, where the simulator can.
+        learned: The fold.
+        disturbances: Standard deviations of the disturbances.
+        out: Folder that keeps simulations; None to keep none.
+        draws: Number of joint draws.
+        seed: Random seed of the draws.
+        limits: The limits of success; None for the field's.
+        simulator: Name of the simulator; None for the one in which the fold was learned.
+        fine: Simulate the fold's own mesh only, even if there is a coarser one.
+        alone: Also measure the range of each disturbance alone.
+        executor: Where simulations run; None for threads on every processor, if the simulator can.
         progress: Called after every simulation.
 
     Raises:
-        InputError: An argument is out of range, or the folder holds no learned fold.
+        InputError: If an argument is out of range.
     """
     limits = limits or Limits()
     check_draws(draws, seed)
     if not deviations(disturbances):
         raise InputError("disturbances: must have a deviation above 0, given none")
-    learned, own = subject_of(folder, simulator)
-    coarser = None if fine or simulator not in (None, learned.simulator) else coarse(learned, own)
-    threads = processors() if capabilities(own.task.simulator).parallel else 1
-    worlds = drawn(disturbances, draws, seed, Stream.MARGINS)
+    task = replace(learned.task, reach=None, simulator=simulator or learned.simulator)
+    own = FoldOnMesh(Nominal(task), learned.best.parameters)
+    coarser = None if fine or simulator not in (None, learned.simulator) else _coarser(own)
+    threads = processors() if capabilities(task.simulator).parallel else 1
+    worlds = sample_worlds(disturbances, draws, seed, Stream.MARGINS)
     sides = _sides(disturbances) if alone else []
+    cache = VerdictCache(None if out is None else out / KEPT)
     with executor_of(executor, threads) as workers:
-        asker = Asker(own, coarser, workers, Memory(out / KEPT), progress)
-        found = settled(asker, worlds, limits, lambda: [side.search(limits) for side in sides])
-    calm = found.calm.verdict
+        judge = Judge(own, coarser, workers, cache, progress)
+        found = judge.judge(worlds, limits, lambda: [side.search(limits) for side in sides])
+    nominal = found.nominal.verdict
     return Measured(
         learned,
         own,
         MarginsResult(
             tatamu=__version__,
-            simulator=own.task.simulator,
+            simulator=task.simulator,
             seed=seed,
-            limits=HoldLimits(mean_vertex_distance=limits.mean_vertex_distance, mask_iou=limits.mask_iou),
-            undisturbed=calm.mean_vertex_distance,
-            alone=_alone(sides, found.ends if calm.holds(limits) else [0.0] * len(sides)),
-            joint=joint_margin(own.task, found.judged, limits),
-            mesh=_mesh(own, coarser, asker, found.pairs, limits),
-            simulations=asker.asked,
+            limits=limits,
+            undisturbed=nominal.mean_vertex_distance,
+            alone=_alone(sides, found.findings if limits.hold(nominal) else [0.0] * len(sides)),
+            joint=SuccessRate.of(task.fold, found.worlds, limits),
+            mesh=_mesh(own, coarser, judge, found.seen, limits),
+            simulations=judge.simulations,
             disturbances=disturbances.describe(),
         ),
-        _ranked(own.task, worlds, found.judged, limits),
+        _ranked(task.fold, worlds, found.worlds, limits),
     )
 
 
+def _coarser(own: FoldOnMesh) -> FoldOnMesh | None:
+    """Return the fold on a coarser mesh; None if there is none."""
+    task: Task = own.evaluator.task
+    coarse = coarser_task(task, CoarseMesh())
+    if coarse is None:
+        return None
+    return FoldOnMesh(Nominal(coarse), on_coarser_mesh(task, coarse, own.parameters))
+
+
 def check_draws(draws: int, seed: int) -> None:
-    """Refuse draws that cannot be."""
+    """Refuse a number of draws, or a seed, that is out of range."""
     if not 1 <= draws <= 100_000:
         raise InputError(f"draws: must be from 1 to 100000, given {draws}")
     if not 0 <= seed < 2**32:
@@ -161,33 +175,33 @@ def _alone(sides: Sequence[Side], ends: Sequence[float | None]) -> list[AloneMar
     ]
 
 
-def _ranked(task: Task, worlds: Sequence[World], judged: Sequence[Judged], limits: Limits) -> list[Draw]:
-    """Draws from the worst to the best."""
-    distances = distances_of(task, judged, limits)
+def _ranked(fold: Fold, worlds: Sequence[World], judged: Sequence[MeshVerdict], limits: Limits) -> list[Draw]:
+    """Return the draws from the worst to the best."""
+    distances = distances_of(fold, judged, limits)
     draws = [
-        Draw(number, world, one.verdict, distance, one.own)
+        Draw(number, world, one.verdict, distance, one.fine)
         for number, (world, one, distance) in enumerate(zip(worlds, judged, distances, strict=True))
     ]
     return sorted(draws, key=lambda draw: (-draw.distance, draw.number))
 
 
 def _mesh(
-    own: FoldOnMesh, coarse: FoldOnMesh | None, asker: Asker, pairs: Sequence[Judged], limits: Limits
+    own: FoldOnMesh, coarse: FoldOnMesh | None, judge: Judge, seen: Sequence[MeshVerdict], limits: Limits
 ) -> MeshUsed:
-    both = [(pair.verdict, pair.coarse) for pair in pairs if pair.coarse is not None]
+    both = [one.pair for one in seen if one.pair is not None]
     apart = [
-        abs(one.mean_vertex_distance - other.mean_vertex_distance)
-        for one, other in both
-        if one.mean_vertex_distance is not None and other.mean_vertex_distance is not None
+        abs(fine.mean_vertex_distance - rough.mean_vertex_distance)
+        for fine, rough in both
+        if fine.mean_vertex_distance is not None and rough.mean_vertex_distance is not None
     ]
-    fold = (coarse or own).task.fold
+    fold = (coarse or own).evaluator.task.fold
     return MeshUsed(
         spacing=fold.garment.spacing,
         vertices=len(fold.start),
         coarser=coarse is not None,
-        own_spacing=own.task.fold.garment.spacing,
-        own_simulations=asker.asked_of_own,
+        own_spacing=own.evaluator.task.garment.spacing,
+        own_simulations=judge.fine_simulations,
         checked=len(both),
-        same=sum(one.holds(limits) == other.holds(limits) for one, other in both),
+        same=sum(limits.hold(fine) == limits.hold(rough) for fine, rough in both),
         apart=max(apart, default=0.0),
     )

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.disturbances import FoldOnMesh, World
-from tatamu.disturbances.disturbed import disturbed_scene
+from tatamu.disturbances import World, disturbed_scene
 from tatamu.errors import SimulationError
 from tatamu.files import write_text
+from tatamu.folding.manipulation import HANDS
 from tatamu.margins.measurement import Draw, Measured
 from tatamu.margins.words import TITLES, amount, reach, simulated
 from tatamu.presentation.chart import Chart, Plot, axis, line, traces
@@ -20,7 +20,7 @@ from tatamu.presentation.page import render
 from tatamu.presentation.replay import HAND_COLOURS, HandTrack, replay_data
 from tatamu.report.errormap import largest
 from tatamu.report.headline import title
-from tatamu.results import AloneMargin, MarginsResult
+from tatamu.robustness import AloneMargin, FoldOnMesh, MarginsResult
 from tatamu.rollout import Rollout
 from tatamu.scene import Gripper, Scene
 from tatamu.simulators import capabilities, simulate
@@ -57,14 +57,14 @@ def page(measured: Measured) -> str:
         charts={"alone": [Chart("Each alone", _tornado(result), kind="tall broad")], "joint": [_histogram(measured)]},
         replay=_replay(measured, shown) if shown else None,
         events=_events(shown),
-        title=title(measured.learned.fold),
+        title=title(measured.learned),
         result=result,
         tone=result.joint.tone,
         rows=[
             (TITLES.get(m.name, m.name), amount(m.deviation, m.unit).lstrip("+"), *reach(m)) for m in _sorted(result)
         ],
         worst=[_described(measured, draw) for draw in measured.draws[: 2 * REPLAYED]],
-        fold=measured.learned.fold,
+        fold=measured.learned,
         simulated=simulated(result),
     )
 
@@ -166,7 +166,7 @@ def _replayed(measured: Measured) -> list[Replayed]:
     """The worst draws that did not fail in the simulator, simulated again."""
     subject = measured.subject
     worst = [draw for draw in measured.draws if draw.verdict.error is None][:REPLAYED]
-    with executor_of(None, REPLAYED if capabilities(subject.task.simulator).parallel else 1) as workers:
+    with executor_of(None, REPLAYED if capabilities(subject.evaluator.task.simulator).parallel else 1) as workers:
         found = list(workers.map(lambda draw: _simulated(subject, draw), worst))
     return [each for each in found if each is not None]
 
@@ -174,15 +174,16 @@ def _replayed(measured: Measured) -> list[Replayed]:
 def _simulated(subject: FoldOnMesh, draw: Draw) -> Replayed | None:
     """A draw, simulated again on the fold's own mesh; None where that fails, as it may where the coarse one decided."""
     try:
-        scene = disturbed_scene(subject.task.fold, subject.manipulation, draw.world)
-        return Replayed(draw, scene, simulate(scene, subject.task.simulator))
+        task = subject.evaluator.task
+        scene = disturbed_scene(task.fold, task.manipulation(subject.parameters), draw.world)
+        return Replayed(draw, scene, simulate(scene, task.simulator))
     except SimulationError:
         return None
 
 
 def _replay(measured: Measured, shown: Sequence[Replayed]) -> dict[str, Any]:
     """The data of the viewer: the worst draws one after another."""
-    goal = measured.subject.task.fold.target
+    goal = measured.subject.evaluator.task.fold.target
     scale = largest(np.linalg.norm(shown[0].rollout.positions[-1] - goal, axis=1))
     return replay_data(_joined(measured, shown), shown[0].scene, _hands(shown), scale)
 
@@ -192,7 +193,7 @@ def _joined(measured: Measured, shown: Sequence[Replayed]) -> Rollout:
     starts = _starts(shown)
     times = [each.rollout.times + start for each, start in zip(shown, starts, strict=True)]
     positions = np.concatenate([each.rollout.positions for each in shown])
-    target = {"target": measured.subject.task.fold.target}
+    target = {"target": measured.subject.evaluator.task.fold.target}
     return Rollout(np.concatenate(times), positions, shown[0].rollout.faces, shown[0].rollout.info, target)
 
 
@@ -203,18 +204,17 @@ def _starts(shown: Sequence[Replayed]) -> list[float]:
 
 
 def _hands(shown: Sequence[Replayed]) -> list[HandTrack]:
-    """Both hands through all draws; one that missed the cloth is where the other is."""
+    """Return both hands through all draws; one that missed the cloth is drawn at the other."""
     tracks = []
     starts = _starts(shown)
-    for number, colour in enumerate(HAND_COLOURS):
+    for hand, colour in zip(HANDS, HAND_COLOURS, strict=True):
         paths = []
         holds: list[tuple[float, float | None]] = []
         for each, start in zip(shown, starts, strict=True):
-            grippers = _leading(each.scene)
-            if not grippers:
+            gripper = _leading(each.scene, hand)
+            if gripper is None:
                 paths.append(each.rollout.positions[:, 0])
                 continue
-            gripper = grippers[min(number, len(grippers) - 1)]
             grasp = each.scene.cloth.vertices[gripper.vertices].mean(axis=0)
             paths.append(grasp + gripper.path(each.rollout.times))
             holds.append((start + gripper.closes, None if gripper.opens is None else start + gripper.opens))
@@ -222,20 +222,10 @@ def _hands(shown: Sequence[Replayed]) -> list[HandTrack]:
     return tracks
 
 
-def _leading(scene: Scene) -> list[Gripper]:
-    """The first gripper of each hand: those of one hand open at one time and move alike."""
-    found: list[Gripper] = []
-    for gripper in scene.grippers:
-        alike = found and np.allclose(
-            found[-1].path(np.array(gripper.times[-1:])), gripper.displacements[-1:], atol=0.03
-        )
-        if not alike or abs(_middle(scene, found[-1]) - _middle(scene, gripper)) > 0.03:
-            found.append(gripper)
-    return found
-
-
-def _middle(scene: Scene, gripper: Gripper) -> float:
-    return float(scene.cloth.vertices[gripper.vertices, 1].mean())
+def _leading(scene: Scene, hand: str) -> Gripper | None:
+    """Return the first gripper of a hand, or of the other one if this one missed the cloth; None if both did."""
+    own = [gripper for gripper in scene.grippers if gripper.hand == hand]
+    return next(iter([*own, *scene.grippers]), None)
 
 
 def _events(shown: Sequence[Replayed]) -> list[tuple[float, str]]:

@@ -11,7 +11,7 @@ from rich.table import Table
 
 from tatamu.margins.page import sureness
 from tatamu.margins.words import TITLES, amount, reach, simulated
-from tatamu.results import MarginsResult
+from tatamu.robustness import MarginsResult
 
 EVERY = 50
 """Simulations per printed line where there is no terminal."""
@@ -34,8 +34,8 @@ def summary(margins: MarginsResult) -> str:
     """How sure the fold is, and on what meshes that was found, in two lines."""
     spread = margins.joint.mean_vertex_distance
     return (
-        f"{margins.headline}: mean distance {1e3 * spread.median:.1f} mm in the median, {1e3 * spread.q90:.1f} mm at "
-        f"90 %, {1e3 * spread.worst:.1f} mm at worst\n"
+        f"{margins.joint.headline}: mean distance {1e3 * spread.median:.1f} mm in the median, "
+        f"{1e3 * spread.q90:.1f} mm at 90 %, {1e3 * spread.worst:.1f} mm at worst\n"
         f"{simulated(margins)}"
     )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tatamu.results import AloneMargin, MarginsResult
+from tatamu.robustness import AloneMargin, MarginsResult
 
 TITLES = {
     "hands.offset.along": "both hands too far along the fold",

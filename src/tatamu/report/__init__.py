@@ -1,7 +1,7 @@
 """The pages of a learned fold, of a whole plan and of a garment, and a picture of a fold.
 
 Built on `presentation`, which knows no fold. Each page collects its data from the modules beside it: `headline`,
-`tables`, `verdict` (the measures and their thresholds), `topview`, `errormap`, `histogram`, `search`, `paths`,
+`tables`, `measures` (the measures and their thresholds), `topview`, `errormap`, `histogram`, `search`, `paths`,
 `replay`, `command`; those read a `fold`. `still` draws a picture without a browser.
 """
 

@@ -3,47 +3,86 @@
 from __future__ import annotations
 
 import shlex
+from pathlib import Path
 
-from tatamu.folding.task import Asked
-from tatamu.results import LearnedFold
-from tatamu.results.folder import SCENE
-
-
-def learn(fold: LearnedFold) -> str:
-    """The command that runs the same study, but for a material of the user's."""
-    task = fold.result.task
-    result = fold.result
-    default = Asked(garment=task.garment, fold=task.fold, size=task.size, spacing=task.spacing, hands=task.hands)
-    asked = result.asked or default
-    folder = fold.folder.resolve()
-    words = ["tatamu", "learn", asked.garment, "--out", folder.parent.name if task.step else folder.name]
-    if asked.size:
-        words += ["--size", "x".join(f"{side:g}" for side in asked.size)]
-    if asked.scale:
-        words += ["--scale", repr(asked.scale)]
-    words += ["--fold", asked.fold, "--simulator", task.simulator, "--sampler", result.sampler]
-    trials = str(len(result.trials)) if result.until_gain is None else "auto"
-    words += ["--trials", trials, "--seed", str(result.seed)]
-    if asked.hands:
-        words += ["--hands", str(asked.hands)]
-    if result.grasps != "integer":
-        words += ["--grasps", result.grasps]
-    if asked.spacing:
-        words += ["--spacing", repr(asked.spacing)]
-    if task.robot:
-        words += ["--robot", task.robot]
-    words += ["--parallel", str(result.parallel)]
-    if result.coarse is None and not asked.spacing:
-        words += ["--no-coarse"]
-    if result.disturbances is None:
-        words += ["--disturbances", "none"]
-    if not result.baselines:
-        words += ["--no-baselines"]
-    return shlex.join(words)
+from tatamu.disturbances import default_disturbances
+from tatamu.folding.task import TaskOptions
+from tatamu.options import USUAL_QUANTILE, TaskRequest
+from tatamu.study import Result, ResultRecord
+from tatamu.study.folder import SCENE
+from tatamu.study.inputs import kept_input
 
 
-def simulate(fold: LearnedFold) -> str:
-    """The command that simulates the best trial alone."""
-    scene = f"{fold.folder.resolve().name}/{SCENE}"
-    words = ["tatamu", "simulate", scene, "--out", "again.npz", "--simulator", fold.result.task.simulator]
+def learn(fold: Result) -> str:
+    """Return the command that runs the same study."""
+    folder = (fold.folder or Path("fold")).resolve()
+    if fold.record.task.step:
+        folder = folder.parent
+    words = request(fold.record, fold.folder).words()
+    return shlex.join(["tatamu", "learn", words[0], "--out", folder.name, *words[1:]])
+
+
+def request(record: ResultRecord, folder: Path | None) -> TaskRequest:
+    """Return the options of a study.
+
+    Args:
+        record: Of the study.
+        folder: Its folder, which has copies of the user's files; None if it is in memory.
+    """
+    task = record.task
+    asked = record.asked or TaskOptions(
+        garment=task.garment, fold=task.fold, size=task.size, spacing=task.spacing, hands=task.hands
+    )
+    return TaskRequest(
+        garment=asked.garment,
+        size="x".join(f"{side:g}" for side in asked.size) if asked.size else None,
+        scale=asked.scale,
+        fold=asked.fold,
+        hands=asked.hands,
+        material=asked.material,
+        spacing=asked.spacing,
+        simulator=task.simulator,
+        robot=asked.robot or task.robot,
+        trials=len(record.trials) if record.until_gain is None else "auto",
+        seed=record.seed,
+        sampler=record.sampler,
+        grasps=record.grasps,
+        disturbances=_disturbances(record, folder),
+        quantile=_quantile(record),
+        coarse=False if record.coarse is None and not asked.spacing and not _is_late(record) else None,
+        parallel=record.parallel,
+        baselines=bool(record.baselines),
+    )
+
+
+def _is_late(record: ResultRecord) -> bool:
+    """Return whether the study is of a step that has no coarser mesh in any case."""
+    return record.task.step is not None and record.task.step[0] > 1
+
+
+def _disturbances(record: ResultRecord, folder: Path | None) -> str | None:
+    """Return the name or the file of the disturbances; None for the default ones."""
+    if record.disturbances is None:
+        return "none"
+    if record.disturbances == default_disturbances().describe():
+        return None
+    kept = kept_input(folder, "disturbances") if folder else None
+    return None if kept is None else f"{kept.parent.parent.parent.name}/{'/'.join(kept.parts[-3:])}"
+
+
+def _quantile(record: ResultRecord) -> float | str | None:
+    """Return the quantile of the first step as it was given; None for the default."""
+    if record.disturbances is None:
+        return None
+    if record.quantile is None:
+        return "mean"
+    later = record.task.step is not None and record.task.step[0] > 1
+    given = round(2.0 * record.quantile - 1.0, 12) if later else record.quantile
+    return None if given == USUAL_QUANTILE else given
+
+
+def simulate(fold: Result) -> str:
+    """Return the command that simulates the best trial alone."""
+    scene = f"{(fold.folder or Path('fold')).resolve().name}/{SCENE}"
+    words = ["tatamu", "simulate", scene, "--out", "again.npz", "--simulator", fold.record.task.simulator]
     return shlex.join(words)

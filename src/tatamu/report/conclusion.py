@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from tatamu.report.verdict import OVERLAP, SUCCESS, grade, succeeds
-from tatamu.results import FromFlat, PlanResult, Result, Scores
+from tatamu.folding.score import Limits, Measured
+from tatamu.report.measures import OVERLAP, SUCCESS, grade
+from tatamu.study import PlanRecord, ResultRecord
 
 LATE = 0.6
 """The best of a search that still gets better came after this part of its trials."""
@@ -43,10 +44,10 @@ class Conclusion:
         return f"{'succeeded' if self.succeeded else 'failed'}: {', '.join(self.measures)}"
 
 
-def of_fold(result: Result) -> Conclusion:
+def of_fold(result: ResultRecord) -> Conclusion:
     """The verdict on a single fold, or on a step of a plan."""
-    best = result.best_trial
-    succeeded = succeeds(best)
+    best = result.best_score
+    succeeded = best.succeeds
     return Conclusion(
         succeeded,
         _measures(best, "from the target"),
@@ -55,7 +56,7 @@ def of_fold(result: Result) -> Conclusion:
     )
 
 
-def of_plan(plan: PlanResult, results: Sequence[Result]) -> Conclusion:
+def of_plan(plan: PlanRecord, results: Sequence[ResultRecord]) -> Conclusion:
     """The verdict on a plan of several steps.
 
     Args:
@@ -64,17 +65,17 @@ def of_plan(plan: PlanResult, results: Sequence[Result]) -> Conclusion:
     """
     steps = [of_fold(result) for result in results]
     names = [f"step {n}, {step.title or 'fold'}" for n, step in enumerate(plan.steps, start=1)]
-    succeeded = succeeds(_scores(plan.final))
+    succeeded = Limits().hold(plan.final)
     return Conclusion(
         succeeded,
-        _measures(_scores(plan.final), "from where ideal folds of the flat garment would lay it"),
+        _measures(plan.final, "from where ideal folds of the flat garment would lay it"),
         notes=[f"{name}: {note}" for name, step in zip(names, steps, strict=True) for note in step.notes],
         advice=[] if succeeded else _about_steps(plan, steps, names),
         steps=list(zip(names, steps, strict=True)),
     )
 
 
-def on_bounds(result: Result) -> list[str]:
+def on_bounds(result: ResultRecord) -> list[str]:
     """A note where the best trial lies on a bound of the search; a grasp at the corner is none, as cloth ends there."""
     chosen = result.best_trial.parameters
     found = []
@@ -93,36 +94,32 @@ def on_bounds(result: Result) -> list[str]:
     return [f"the best trial lies on a bound of the search: {'; '.join(found)}; a better fold may lie beyond"]
 
 
-def _measures(scores: Scores, apart: str) -> list[str]:
-    distance = scores.mean_vertex_distance or 0.0
+def _measures(measured: Measured, apart: str) -> list[str]:
+    distance = measured.mean_vertex_distance or 0.0
     return [
         f"{grade(distance)}, {1e3 * distance:.1f} mm {apart} on average (success below {1e3 * SUCCESS:g} mm)",
-        f"mask IoU {scores.mask_iou or 0.0:.3f} (success from {OVERLAP:.2f})",
+        f"mask IoU {measured.mask_iou or 0.0:.3f} (success from {OVERLAP:.2f})",
     ]
 
 
-def _scores(whole: FromFlat) -> Scores:
-    return Scores(mean_vertex_distance=whole.mean_vertex_distance, mask_iou=whole.mask_iou)
-
-
-def _about_search(result: Result) -> list[str]:
+def _about_search(result: ResultRecord) -> list[str]:
     """Things to do after a search that found no fold that succeeds, from its own trials."""
     trials = result.trials
     best = result.best_trial
     failed = [trial for trial in trials if trial.state == "failed"]
     lines = []
     if 2 * len(failed) > len(trials):
-        lines.append(f"{len(failed)} of {len(trials)} trials came to nothing; the last said: {failed[-1].error}")
-    other = next((trial for trial in trials if succeeds(trial)), None)
-    if other is not None:
+        lines.append(f"{len(failed)} of {len(trials)} trials failed; last error: {failed[-1].error}")
+    other = next((trial for trial in trials if trial.score is not None and trial.score.succeeds), None)
+    if other is not None and other.score is not None:
         lines.append(
-            f"trial {other.number} succeeds ({1e3 * (other.mean_vertex_distance or 0.0):.1f} mm) by a longer path: "
+            f"trial {other.number} succeeds ({1e3 * other.score.mean_vertex_distance:.1f} mm) by a longer path: "
             "on a coarse mesh C weighs the distance less; try a finer one (--spacing)"
         )
     lines += [
-        f"the fixed trajectory {each.label!r} succeeds: {1e3 * (each.mean_vertex_distance or 0.0):.1f} mm"
+        f"the fixed trajectory {each.label!r} succeeds: {1e3 * each.score.mean_vertex_distance:.1f} mm"
         for each in result.baselines
-        if succeeds(each)
+        if each.score is not None and each.score.succeeds
     ][:1]
     more = f"more trials: the same command with --trials {2 * len(trials)} goes on from here"
     if best.number >= LATE * len(trials):
@@ -133,7 +130,7 @@ def _about_search(result: Result) -> list[str]:
     return lines
 
 
-def _about_steps(plan: PlanResult, steps: Sequence[Conclusion], names: Sequence[str]) -> list[str]:
+def _about_steps(plan: PlanRecord, steps: Sequence[Conclusion], names: Sequence[str]) -> list[str]:
     """Which step to look at."""
     failing = [number for number, step in enumerate(steps) if not step.succeeded]
     if failing:

@@ -10,7 +10,7 @@ from tatamu.presentation.chart import Chart, Plot, axis, traces
 from tatamu.presentation.palette import SCALE
 from tatamu.presentation.raster import rasterise
 from tatamu.report.topview import Extent, extent
-from tatamu.results import LearnedFold
+from tatamu.study import Result
 
 CELLS = 45_000
 """About how many cells a map has."""
@@ -26,7 +26,7 @@ def largest(errors: np.ndarray) -> float:
     return float(next(end for end in rounds if end >= goal * (1 - 1e-9)))
 
 
-def maps(fold: LearnedFold) -> list[Chart]:
+def maps(fold: Result) -> list[Chart]:
     """One map, or one of the upper and one of the lower layer."""
     area = extent(fold.start, margin=0.012)
     upper, lower = (_seen(fold, area, sign) for sign in (1.0, -1.0))
@@ -37,7 +37,7 @@ def maps(fold: LearnedFold) -> list[Chart]:
     return [Chart(name, _plot(fold, area, values)) for name, values in chosen]
 
 
-def _seen(fold: LearnedFold, area: Extent, sign: float) -> tuple[np.ndarray, np.ndarray]:
+def _seen(fold: Result, area: Extent, sign: float) -> tuple[np.ndarray, np.ndarray]:
     """Triangle and e_i [mm] in each cell, seen from above (1) or below (-1), shapes (h, w)."""
     view = area.view(round(np.sqrt(CELLS * area.size[0] / area.size[1])))
     projected = view.project(fold.start) * [1.0, 1.0, sign]
@@ -47,7 +47,7 @@ def _seen(fold: LearnedFold, area: Extent, sign: float) -> tuple[np.ndarray, np.
     return visible.face, values
 
 
-def _plot(fold: LearnedFold, area: Extent, values: np.ndarray) -> Plot:
+def _plot(fold: Result, area: Extent, values: np.ndarray) -> Plot:
     height, width = values.shape
     step = 1e3 * area.size / [width, height]
     heat = {
@@ -81,7 +81,7 @@ def _plain(values: np.ndarray) -> list[list[float | None]]:
     return [[None if value != value else value for value in row] for row in values.round(2).tolist()]
 
 
-def _grasps(fold: LearnedFold) -> list[dict[str, Any]]:
+def _grasps(fold: Result) -> list[dict[str, Any]]:
     return [
         {
             "x": [1e3 * arm.grasp.position[0]],
@@ -91,12 +91,12 @@ def _grasps(fold: LearnedFold) -> list[dict[str, Any]]:
             "marker": {"size": 12, "color": colour, "line": {"color": "@card", "width": 2}},
             "hovertemplate": f"grasp, vertex {arm.grasp.vertex}<extra></extra>",
         }
-        for colour, arm in zip(("@left", "@right"), fold.manipulation.arms, strict=False)
+        for colour, arm in zip(("@left", "@right"), fold.arms, strict=False)
     ]
 
 
-def _crease(fold: LearnedFold) -> list[dict[str, Any]]:
-    ends = fold.result.task.fold_line
+def _crease(fold: Result) -> list[dict[str, Any]]:
+    ends = fold.record.task.fold_line
     if not ends or any(len(end) < 2 for end in ends) or len(ends) != 2:
         return []
     (x0, y0), (x1, y1) = ((1e3 * end[0], 1e3 * end[1]) for end in ends)

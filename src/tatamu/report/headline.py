@@ -7,17 +7,17 @@ from itertools import pairwise
 
 import numpy as np
 
-from tatamu.report.verdict import FAILED, GRADES, MEASURES, SUCCESS, Measure, grade
-from tatamu.results import LearnedFold, ResultFolder
+from tatamu.report.measures import FAILED, GRADES, MEASURES, SUCCESS, Measure, grade
+from tatamu.study import Result, ResultFolder
 
 GAUGE = (0.0005, 0.08)
 """Ends of the gauge [m], on a logarithmic scale."""
 TILES = ("mean_vertex_distance", "mask_iou", "area_error", "slip", "residual_bend", "trajectory_length")
 
 
-def title(fold: LearnedFold) -> str:
+def title(fold: Result) -> str:
     """The garment and its fold in plain text: "Towel, half fold"."""
-    task = fold.result.task
+    task = fold.record.task
     step = f", step {task.step[0]} of {task.step[1]}" if task.step else ""
     return f"{spelled(task.garment)}, {task.fold} fold{step}"
 
@@ -27,15 +27,15 @@ def spelled(garment: str) -> str:
     return "T-shirt" if garment == "tshirt" else garment[:1].upper() + garment[1:]
 
 
-def word(fold: LearnedFold) -> str:
+def word(fold: Result) -> str:
     """The grade: near perfect, good, fair or failed."""
-    return grade(fold.result.best_trial.mean_vertex_distance)
+    return grade(fold.record.best_score.mean_vertex_distance)
 
 
-def sureness(fold: LearnedFold) -> tuple[str, str] | None:
-    """How sure the fold is, and the tone of that: by its margins, else as it was judged; None: nobody asked."""
-    margins = ResultFolder(fold.folder).margins
-    joint = margins.joint if margins else fold.result.judged
+def sureness(fold: Result) -> tuple[str, str] | None:
+    """Return headline and tone from the margins, otherwise from the study; None if neither has any."""
+    margins = ResultFolder(fold.folder).margins if fold.folder else None
+    joint = margins.joint if margins else fold.record.judged
     return None if joint is None else (joint.headline, joint.tone)
 
 
@@ -53,7 +53,7 @@ class Gauge:
     """The fold's place."""
 
 
-def gauge(fold: LearnedFold) -> Gauge:
+def gauge(fold: Result) -> Gauge:
     """The gauge of a learned fold."""
     ends = [GAUGE[0], *(end for end, _ in GRADES), GAUGE[1]]
     words = [*(name for _, name in GRADES), FAILED]
@@ -62,7 +62,7 @@ def gauge(fold: LearnedFold) -> Gauge:
         zones=list(zip(words, widths, strict=True)),
         ticks=[(_share(end), f"{1e3 * end:g}{' mm' if end == ends[-2] else ''}") for end, _ in GRADES],
         success=(_share(SUCCESS), f"success below {1e3 * SUCCESS:g} mm"),
-        needle=_share(fold.result.best_trial.mean_vertex_distance or 0.0),
+        needle=_share(fold.record.best_score.mean_vertex_distance),
     )
 
 
@@ -72,10 +72,10 @@ def _share(distance: float) -> float:
     return float(np.clip(100 * (np.log(max(distance, 1e-9)) - low) / (high - low), 1.0, 99.0))
 
 
-def events(fold: LearnedFold) -> list[tuple[float, str]]:
+def events(fold: Result) -> list[tuple[float, str]]:
     """Marks under the time slider, at parts of the whole time: when the hands start, arrive and open."""
     end = float(fold.rollout.times[-1])
-    timing = fold.manipulation.timing_values
+    timing = fold.description.timing_values
     known = (("starts", "start"), ("arrives", "arrive"), ("opens", "open"))
     return [(min(timing[name] / end, 1.0), word) for name, word in known if name in timing and end > 0]
 

@@ -5,40 +5,48 @@ from __future__ import annotations
 from pathlib import Path
 
 from tatamu import __version__
+from tatamu.errors import InputError
 from tatamu.files import write_text
 from tatamu.presentation.chart import Chart
 from tatamu.presentation.page import Charts, render
 from tatamu.report import command, errormap, headline, histogram, paths, search, tables, topview
 from tatamu.report.conclusion import of_fold
+from tatamu.report.measures import MEASURES, SUCCESS
 from tatamu.report.replay import replay
-from tatamu.report.verdict import MEASURES, SUCCESS
-from tatamu.results import LearnedFold, ResultFolder, read_fold
+from tatamu.study import Result, ResultFolder
 
 
-def write_report(folder: Path) -> Path:
-    """Write `report.html` into a result folder and return its path.
+def write_report(fold: Result, file: Path | None = None) -> Path:
+    """Write the page of a learned fold, and return its path.
+
+    Args:
+        fold: The learned fold.
+        file: Where it goes; None for `report.html` in the fold's folder.
 
     Raises:
-        InputError: A file is missing, broken, of another version or does not fit the others.
+        InputError: If the file cannot be written, or the fold has no folder and no file is given.
     """
-    out = ResultFolder(Path(folder)).report_file
-    write_text(out, page(read_fold(Path(folder))))
+    if file is None and fold.folder is None:
+        raise InputError("file: must be given, as the result is in memory only")
+    out = file or ResultFolder(Path(fold.folder or "")).report_file
+    write_text(out, page(fold))
     return out
 
 
-def page(fold: LearnedFold) -> str:
+def page(fold: Result) -> str:
     """The whole page; the same fold gives the same bytes."""
     return render(
         "report/page.html",
         charts=_charts(fold),
         replay=replay(fold, errormap.largest(fold.errors)),
-        version=fold.result.tatamu or __version__,
+        version=fold.record.tatamu or __version__,
         title=headline.title(fold),
         verdict=headline.word(fold),
         sureness=headline.sureness(fold),
-        least=fold.result.least_objective,
-        result=fold.result,
-        best=fold.result.best_trial,
+        least=fold.record.lowest_objective,
+        result=fold.record,
+        best=fold.record.best_score,
+        given=fold.record.best_is_given,
         success=SUCCESS,
         gauge=headline.gauge(fold),
         events=headline.events(fold),
@@ -52,19 +60,19 @@ def page(fold: LearnedFold) -> str:
         material=tables.material(fold),
         task=tables.task(fold),
         warnings=tables.warnings(fold),
-        conclusion=of_fold(fold.result),
+        conclusion=of_fold(fold.record),
         learn_command=command.learn(fold),
         simulate_command=command.simulate(fold),
     )
 
 
-def _charts(fold: LearnedFold) -> Charts:
+def _charts(fold: Result) -> Charts:
     own = histogram.histogram(fold.errors, histogram.bin_width(float(fold.errors.max())))
     return {
         "map": errormap.maps(fold),
         "own": [Chart("Errors at their own scale", own)],
         "moment": histogram.along(fold.moments),
-        "objective": [Chart("Best so far", search.objective(fold.result))],
-        "distance": [Chart("Each trial’s error", search.distance(fold.result))],
+        "objective": [Chart("Best so far", search.objective(fold.record))],
+        "distance": [Chart("Each trial’s error", search.distance(fold.record))],
         "paths": [Chart("Hands in the plane of the fold", paths.plot(fold), kind="tall")],
     }

@@ -8,18 +8,18 @@ from typing import Any
 import numpy as np
 
 from tatamu.presentation.chart import LEGEND, Plot, axis, traces
-from tatamu.results import LearnedFold
+from tatamu.study import Result
 
 DASHES = ("dash", "dot", "dashdot", "longdash", "longdashdot")
 ALIKE = 0.01
 """Paths nearer to one another than this [m] are drawn once."""
 
 
-def plot(fold: LearnedFold) -> Plot:
+def plot(fold: Result) -> Plot:
     """The paths relative to the grasp, in millimetres, both axes alike."""
     lines = [
         _line(_in_plane(baseline.path), baseline.label, color="@muted", width=1.8, dash=DASHES[number % len(DASHES)])
-        for number, baseline in enumerate(fold.result.baselines)
+        for number, baseline in enumerate(fold.record.baselines)
     ]
     for name, colour, control, path in _learned(fold):
         lines += [_handles(control, colour), _line(path, name, color=colour, width=3)]
@@ -33,9 +33,9 @@ def plot(fold: LearnedFold) -> Plot:
     )
 
 
-def _learned(fold: LearnedFold) -> list[tuple[str, str, np.ndarray, np.ndarray]]:
+def _learned(fold: Result) -> list[tuple[str, str, np.ndarray, np.ndarray]]:
     """Name, colour, control points (4, 2) and path (f, 2) in the plane of the fold; once for hands that move alike."""
-    arms = fold.manipulation.arms
+    arms = fold.arms
     paths = [_in_plane(fold.hand(arm) - np.array(arm.grasp.position)) for arm in arms]
     controls = [_in_plane(arm.control_points - arm.control_points[0]) for arm in arms]
     if len(arms) == 2 and np.abs(paths[1] - paths[0]).max() < ALIKE:

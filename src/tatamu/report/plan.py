@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tatamu.errors import InputError
 from tatamu.files import write_text
 from tatamu.presentation.page import render
 from tatamu.presentation.replay import HAND_COLOURS, HandTrack, replay_data
@@ -13,29 +14,35 @@ from tatamu.report import command, topview
 from tatamu.report.conclusion import of_plan
 from tatamu.report.errormap import largest
 from tatamu.report.headline import spelled
+from tatamu.report.measures import grade
 from tatamu.report.replay import hands
-from tatamu.report.verdict import grade
-from tatamu.results import LearnedFold, PlanResult, ResultFolder, read_fold
 from tatamu.rollout import Rollout
+from tatamu.study import PlanResult, Result, ResultFolder
 
 LIFT = 0.10
 """Height by which hands rise between a release and the next grasp, in the replay [m]."""
 
 
-def write_plan_report(folder: Path, result: PlanResult) -> Path:
-    """Write `report.html` of a plan; `rollout.npz` and the steps are there.
+def write_plan_report(whole: PlanResult, file: Path | None = None) -> Path:
+    """Write the page of a plan, and return its path.
+
+    Args:
+        whole: The learned plan.
+        file: Where it goes; None for `report.html` in the plan's folder.
 
     Raises:
-        InputError: A step's folder does not hold a learned fold.
+        InputError: If the file cannot be written, or the plan has no folder and no file is given.
     """
-    folds = [read_fold(folder / step.folder) for step in result.steps]
-    results = ResultFolder(folder)
-    write_text(results.report_file, page(folder, result, folds, results.rollout))
-    return results.report_file
+    if file is None and whole.folder is None:
+        raise InputError("file: must be given, as the result is in memory only")
+    out = file or ResultFolder(Path(whole.folder or "")).report_file
+    write_text(out, page(whole))
+    return out
 
 
-def page(folder: Path, result: PlanResult, folds: list[LearnedFold], rollout: Rollout) -> str:
-    """The whole page; the same plan gives the same bytes."""
+def page(whole: PlanResult) -> str:
+    """Return the whole page; the same plan gives the same bytes."""
+    result, folds, rollout = whole.record, whole.steps, whole.rollout
     target = rollout.extra["target"]
     final = result.final
     plan = result.plan
@@ -49,7 +56,7 @@ def page(folder: Path, result: PlanResult, folds: list[LearnedFold], rollout: Ro
         events=_events(rollout),
         result=result,
         final=final,
-        conclusion=of_plan(result, [fold.result for fold in folds]),
+        conclusion=of_plan(result, [fold.record for fold in folds]),
         trials=sum(step.trials for step in result.steps),
         views=views,
         whole=topview.beside(folds[-1], target),
@@ -57,9 +64,9 @@ def page(folder: Path, result: PlanResult, folds: list[LearnedFold], rollout: Ro
     )
 
 
-def _count(folds: list[LearnedFold]) -> str:
+def _count(folds: list[Result]) -> str:
     """How many folds there are; of a plan that was interrupted, how many of them are learned."""
-    step = folds[0].result.task.step
+    step = folds[0].record.task.step
     count = step[1] if step else len(folds)
     return f" in {count} folds" if count == len(folds) else f", the first {len(folds)} of {count} folds"
 
@@ -70,7 +77,7 @@ def _events(rollout: Rollout) -> list[tuple[float, str]]:
     return [(float(place), str(number)) for number, place in enumerate(places, start=1)]
 
 
-def _hands(folds: list[LearnedFold], rollout: Rollout) -> list[HandTrack]:
+def _hands(folds: list[Result], rollout: Rollout) -> list[HandTrack]:
     """The hands through all steps; while the cloth settles they go to their next grasp."""
     starts = rollout.extra["step_starts"]
     found = []
@@ -93,7 +100,7 @@ def _hands(folds: list[LearnedFold], rollout: Rollout) -> list[HandTrack]:
     return found
 
 
-def _hand(fold: LearnedFold, number: int) -> HandTrack | None:
+def _hand(fold: Result, number: int) -> HandTrack | None:
     known = hands(fold)
     return known[number] if number < len(known) else None
 
@@ -103,7 +110,7 @@ def _next(parts: list[HandTrack | None]) -> np.ndarray | None:
     return next((part.path[0] for part in parts if part is not None), None)
 
 
-def _onwards(part: HandTrack, fold: LearnedFold, goal: np.ndarray | None) -> np.ndarray:
+def _onwards(part: HandTrack, fold: Result, goal: np.ndarray | None) -> np.ndarray:
     """The path of a hand [m], shape (f, 3), that after opening goes on to its next grasp."""
     opens = part.holds[-1][1]
     if goal is None or opens is None:
@@ -114,7 +121,7 @@ def _onwards(part: HandTrack, fold: LearnedFold, goal: np.ndarray | None) -> np.
     return part.path + smooth * (goal - part.path[-1]) + np.sin(np.pi * smooth) * [0.0, 0.0, LIFT]
 
 
-def joined_path(paths: list[np.ndarray | None], folds: list[LearnedFold]) -> np.ndarray:
+def joined_path(paths: list[np.ndarray | None], folds: list[Result]) -> np.ndarray:
     """The paths of all steps as one [m]; a hand that does not work in a step waits."""
     joined: list[np.ndarray] = []
     for path, fold in zip(paths, folds, strict=True):

@@ -5,19 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 from tatamu.presentation.replay import HAND_COLOURS, HandTrack, replay_data
-from tatamu.results import LearnedFold
+from tatamu.study import Result
 
 
-def replay(fold: LearnedFold, largest: float) -> dict[str, Any]:
+def replay(fold: Result, largest: float) -> dict[str, Any]:
     """The data of the viewer; `largest` is the end of the scale of e_i [m]."""
     return replay_data(fold.rollout, fold.scene, hands(fold), largest)
 
 
-def hands(fold: LearnedFold) -> list[HandTrack]:
+def hands(fold: Result) -> list[HandTrack]:
     """The hands of a learned fold."""
-    timing = fold.manipulation.timing
+    timing = fold.description.timing
     hold = (timing.closes, timing.opens) if timing else (0.0, None)
-    return [
-        HandTrack(colour, fold.hand(arm), [hold])
-        for colour, arm in zip(HAND_COLOURS, fold.manipulation.arms, strict=False)
-    ]
+    return [HandTrack(colour, fold.hand(arm), [hold]) for colour, arm in zip(HAND_COLOURS, fold.arms, strict=False)]

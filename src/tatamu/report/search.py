@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 
 from tatamu.presentation.chart import Plot, axis, line, note, traces
-from tatamu.report.verdict import GRADES
-from tatamu.results import Result, Trial
+from tatamu.report.measures import GRADES
+from tatamu.study import ResultRecord, Trial
 
 
-def objective(result: Result) -> Plot:
+def objective(result: ResultRecord) -> Plot:
     """Objective of each trial and the best so far on its mesh."""
     done = [trial for trial in result.trials if trial.state == "complete" and trial.objective is not None]
-    values = [_minimised(trial) for trial in done]
+    values = [trial.minimised for trial in done]
     top = max(values) + 0.08 * (max(values) - min(values) or 1.0)
-    least = _minimised(result.best_trial)
+    least = result.best_trial.minimised
     return traces(
         [
             *_both(result, done, values, "C = %{y:.4f}"),
@@ -31,21 +31,11 @@ def objective(result: Result) -> Plot:
     )
 
 
-def _minimised(trial: Trial) -> float:
-    """The value that the search minimised: C, or its expectation."""
-    return float((trial.expected_objective if trial.worlds is not None else trial.objective) or 0.0)
-
-
-def is_coarse(result: Result, trial: Trial) -> bool:
-    """Whether a trial ran on the coarser mesh."""
-    return result.coarse is not None and trial.spacing == result.coarse
-
-
-def _steps(result: Result, coarse: bool) -> dict[str, Any]:
+def _steps(result: ResultRecord, coarse: bool) -> dict[str, Any]:
     """Best so far on one of the meshes, up to its last trial."""
-    here = [trial for trial in result.trials if is_coarse(result, trial) == coarse]
+    here = [trial for trial in result.trials if result.is_coarse(trial) == coarse]
     done = [trial for trial in here if trial.state == "complete" and trial.objective is not None]
-    best = np.minimum.accumulate([_minimised(trial) for trial in done]).tolist()
+    best = np.minimum.accumulate([trial.minimised for trial in done]).tolist()
     numbers = [trial.number for trial in done]
     return {
         "x": [*numbers, *(trial.number for trial in here[-1:] if numbers)],
@@ -56,13 +46,14 @@ def _steps(result: Result, coarse: bool) -> dict[str, Any]:
     }
 
 
-def distance(result: Result) -> Plot:
+def distance(result: ResultRecord) -> Plot:
     """Mean vertex distance of each trial against the field's thresholds."""
-    done = [trial for trial in result.trials if trial.mean_vertex_distance is not None]
-    values = [1e3 * max(trial.mean_vertex_distance or 0.0, 1e-5) for trial in done]
+    scored = [(trial, trial.score) for trial in result.trials if trial.score is not None]
+    done = [trial for trial, _ in scored]
+    values = [1e3 * max(score.mean_vertex_distance, 1e-5) for _, score in scored]
     low = min([*values, 1.0]) / 1.4
     high = max([*values, 30.0]) * 1.4
-    best = 1e3 * (result.best_trial.mean_vertex_distance or 0.0)
+    best = 1e3 * result.best_score.mean_vertex_distance
     marks = [line("y", 1e3 * end, opacity=0.8) for end, _ in GRADES]
     ends = [low, *(1e3 * end for end, _ in GRADES), high]
     words = [*(word for _, word in GRADES), "failed"]
@@ -91,12 +82,12 @@ def distance(result: Result) -> Plot:
     )
 
 
-def _trials(result: Result) -> dict[str, Any]:
+def _trials(result: ResultRecord) -> dict[str, Any]:
     last = result.trials[-1].number
     return axis("trial", range=[-0.03 * last - 0.5, last * 1.03 + 0.5], showgrid=False)
 
 
-def _both(result: Result, trials: list[Trial], values: list[float], text: str) -> list[dict[str, Any]]:
+def _both(result: ResultRecord, trials: list[Trial], values: list[float], text: str) -> list[dict[str, Any]]:
     """Dots of the trials that ran to their end on the task's own mesh, and hollow ones of the others."""
     shorter = [_shorter(result, trial) for trial in trials]
     plots = []
@@ -106,9 +97,9 @@ def _both(result: Result, trials: list[Trial], values: list[float], text: str) -
     return plots
 
 
-def _shorter(result: Result, trial: Trial) -> str:
+def _shorter(result: ResultRecord, trial: Trial) -> str:
     """Why a trial took less time than a whole one on the task's own mesh; empty of those."""
-    if is_coarse(result, trial):
+    if result.is_coarse(trial):
         return f"on the coarser mesh, {1e3 * (result.coarse or 0.0):.0f} mm"
     return "ended when its hands had arrived" if trial.ended == "arrival" else ""
 

@@ -12,7 +12,7 @@ from tatamu.presentation.palette import LEFT, RIGHT, TABLE, rgb
 from tatamu.presentation.raster import View
 from tatamu.presentation.shading import SUN, PaintedMesh, cloth, see, shade, shrink, to_pixels
 from tatamu.presentation.tube import tube
-from tatamu.results import LearnedFold, read_fold
+from tatamu.study import Result
 
 SIZE = (720, 1280)
 """Height and width of the picture [pixels]."""
@@ -28,12 +28,12 @@ def picture(folder: Path, out_png: Path) -> Path:
     Raises:
         InputError: The folder does not hold a learned fold, or the file cannot be written.
     """
-    fold = read_fold(Path(folder))
+    fold = Result.load(Path(folder))
     save_png(to_pixels(shrink(render(fold), FINER)), Path(out_png))
     return Path(out_png)
 
 
-def render(fold: LearnedFold, hands: tuple[str, ...] = (LEFT, RIGHT), *, flying: bool = True) -> np.ndarray:
+def render(fold: Result, hands: tuple[str, ...] = (LEFT, RIGHT), *, flying: bool = True) -> np.ndarray:
     """The picture in linear light, shape (h, w, 4), FINER times as large as it will be.
 
     Args:
@@ -41,7 +41,7 @@ def render(fold: LearnedFold, hands: tuple[str, ...] = (LEFT, RIGHT), *, flying:
         hands: Colours of the hands' paths; of those that have none nothing is drawn.
         flying: Whether the cloth is also drawn as it was when a hand was highest.
     """
-    paths = [fold.hand(arm) for arm in fold.manipulation.arms]
+    paths = [fold.hand(arm) for arm in fold.arms]
     body = cloth(fold.final, fold.faces, fold.start, fold.lower)
     flight = cloth(fold.rollout.positions[_highest(paths[0])], fold.faces, fold.start, fold.lower)
     view = _eye(np.vstack([fold.final, flight.points, *paths]))
@@ -63,7 +63,7 @@ def _highest(path: np.ndarray) -> int:
     return int(np.argmax(path[:, 2]))
 
 
-def _height(fold: LearnedFold) -> float:
+def _height(fold: Result) -> float:
     """Where the table is drawn [m]: half a thickness below the lowest vertex at the start."""
     return float(fold.start[:, 2].min()) - fold.scene.material.thickness / 2
 

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tatamu.report.verdict import grade
-from tatamu.results import LearnedFold, Scores
+from tatamu.folding.score import Score
+from tatamu.report.measures import grade
+from tatamu.study import Result
 
 Facts = list[tuple[str, str]]
 """Names and values, plain text."""
@@ -18,31 +19,32 @@ class Column:
     """A fold among those that a table compares."""
 
     name: str
-    scores: Scores
+    score: Score | None
+    """None if the fold failed."""
 
     @property
     def verdict(self) -> str:
         """Its grade by the mean vertex distance."""
-        return grade(self.scores.mean_vertex_distance)
+        return grade(None if self.score is None else self.score.mean_vertex_distance)
 
 
-def measures(fold: LearnedFold) -> list[Column]:
+def measures(fold: Result) -> list[Column]:
     """The learned fold and, beside it, the trial of least C where that is another, and the fixed trajectories."""
-    least = fold.result.least_objective
-    other = [] if least is None or least.number == fold.result.best else [Column("least C", least)]
-    fixed = [Column(each.label, each) for each in fold.result.baselines]
-    return [Column("learned", fold.result.best_trial), *other, *fixed]
+    least = fold.record.lowest_objective
+    other = [] if least is None or least.number == fold.record.best else [Column("lowest C", least.score)]
+    fixed = [Column(each.label, each.score) for each in fold.record.baselines]
+    return [Column("learned", fold.best.score), *other, *fixed]
 
 
-def parameters(fold: LearnedFold) -> Facts:
+def parameters(fold: Result) -> Facts:
     """The parameters that the search chose, Eq. (9)."""
-    given = fold.result.best_trial.parameters
+    given = fold.record.best_trial.parameters
     lengths = [
         (f"{name[0]}{'₁₂'[int(name[1]) - 1]} of P{'₁₂'[int(name[1]) - 1]}", f"{1e3 * given[name]:.1f} mm")
         for name in ("x1", "z1", "x2", "z2")
         if name in given
     ]
-    count = fold.result.task.candidates
+    count = fold.record.task.candidates
     of = f" of {count}" if count else ""
     # The paper searches g1 and g2 as continuous numbers and takes their floor.
     grasps = [
@@ -53,7 +55,7 @@ def parameters(fold: LearnedFold) -> Facts:
     return [*lengths, *grasps]
 
 
-def control_points(fold: LearnedFold) -> list[tuple[str, str, list[str]]]:
+def control_points(fold: Result) -> list[tuple[str, str, list[str]]]:
     """Each hand with its grasp and its control points [mm]."""
     return [
         (
@@ -61,7 +63,7 @@ def control_points(fold: LearnedFold) -> list[tuple[str, str, list[str]]]:
             f"vertex {arm.grasp.vertex}" + (f", holds {len(arm.grasp.patch)}" if arm.grasp.patch else ""),
             [_place(point) for point in arm.control_points],
         )
-        for arm in fold.manipulation.arms
+        for arm in fold.arms
     ]
 
 
@@ -69,7 +71,7 @@ def _place(point: np.ndarray) -> str:
     return ", ".join(f"{1e3 * value:.0f}".replace("-", "−") for value in point)
 
 
-def timing(fold: LearnedFold) -> Facts:
+def timing(fold: Result) -> Facts:
     """The times at which the hands close, start, arrive and open."""
     known = {
         "closes": "hands close",
@@ -79,7 +81,7 @@ def timing(fold: LearnedFold) -> Facts:
         "ends": "rollout ends",
         "top_speed": "top speed",
     }
-    given = fold.manipulation.timing_values
+    given = fold.description.timing_values
     return [
         (word, f"{given[name]:.3g} {'m/s' if name == 'top_speed' else 's'}")
         for name, word in known.items()
@@ -97,9 +99,9 @@ _AIR = (
 )
 
 
-def material(fold: LearnedFold) -> Facts:
+def material(fold: Result) -> Facts:
     """The cloth's material in SI units."""
-    cloth = fold.result.task.material
+    cloth = fold.record.task.material
     return [
         ("areal density", f"{1e3 * cloth.areal_density:.4g} g/m²"),
         ("stretch stiffness", f"{cloth.stretch_stiffness:.4g} N/m"),
@@ -119,11 +121,11 @@ def material(fold: LearnedFold) -> Facts:
     ]
 
 
-def task(fold: LearnedFold) -> Facts:
+def task(fold: Result) -> Facts:
     """The task, its simulation and its search."""
-    chosen = fold.result.task
+    chosen = fold.record.task
     info = fold.rollout.info
-    result = fold.result
+    result = fold.record
     size = " × ".join(f"{side:g}" for side in chosen.size) + " m" if chosen.size else ""
     simulated = info.get("wall_seconds")
     pairs = [
@@ -141,6 +143,6 @@ def task(fold: LearnedFold) -> Facts:
     return [pair for pair in pairs if pair[1]]
 
 
-def warnings(fold: LearnedFold) -> list[str]:
+def warnings(fold: Result) -> list[str]:
     """Warnings of the simulator."""
     return [str(warning) for warning in fold.rollout.info.get("warnings") or []]

@@ -16,7 +16,7 @@ from tatamu.presentation.raster import View
 from tatamu.presentation.replay import HAND_COLOURS
 from tatamu.presentation.shading import cloth, occlusion, see, shade, shrink, to_pixels
 from tatamu.presentation.shapes import Dot, Picture
-from tatamu.results import LearnedFold
+from tatamu.study import Result
 
 WIDE = 600
 """Width of the images [pixels], before the screen scales them."""
@@ -51,7 +51,7 @@ def extent(*shapes: np.ndarray, margin: float = 0.03) -> Extent:
     return Extent(points.min(axis=0) - margin, points.max(axis=0) + margin)
 
 
-def draw(fold: LearnedFold, points: np.ndarray, area: Extent) -> tuple[np.ndarray, np.ndarray]:
+def draw(fold: Result, points: np.ndarray, area: Extent) -> tuple[np.ndarray, np.ndarray]:
     """The cloth (n, 3) from above, FINER than it will be: linear light (h, w, 4), and where it is (h, w)."""
     view = area.view(WIDE * FINER)
     mesh = cloth(points, fold.faces, fold.start, fold.lower)
@@ -83,7 +83,7 @@ class TopView:
     svg: Markup
 
 
-def beside(fold: LearnedFold, goal: np.ndarray, name: str = "Learned fold") -> list[TopView]:
+def beside(fold: Result, goal: np.ndarray, name: str = "Learned fold") -> list[TopView]:
     """A goal (n, 3), where the cloth came to rest under a name, and one on the other."""
     area = extent(goal, fold.final)
     target, wanted = draw(fold, goal, area)
@@ -95,9 +95,9 @@ def beside(fold: LearnedFold, goal: np.ndarray, name: str = "Learned fold") -> l
     ]
 
 
-def paths(fold: LearnedFold) -> list[np.ndarray]:
+def paths(fold: Result) -> list[np.ndarray]:
     """The places of the hands at each frame [m], shapes (f, 3)."""
-    return [fold.hand(arm) for arm in fold.manipulation.arms]
+    return [fold.hand(arm) for arm in fold.arms]
 
 
 def view(title: str, note: str, image: np.ndarray, area: Extent, hands: Sequence[np.ndarray] = ()) -> TopView:

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import median_abs_deviation
 
 from tatamu.reproduction.experiment import Study
-from tatamu.results import MOMENTS, LearnedFold, Trial
+from tatamu.study import MOMENTS, Result, Trial
 
 AFTER = tuple(count for count, _ in MOMENTS.values())
 """Numbers of trials after which the paper's Fig. 6 shows the errors."""
@@ -53,7 +53,7 @@ class Claims:
 def claims(garment: str, studies: list[Study]) -> Claims:
     """Answer the claims from the studies of one garment."""
     folds = [study.fold for study in studies if study.garment == garment]
-    count = len(folds[0].result.trials)
+    count = len(folds[0].record.trials)
     moments = [after for after in AFTER if after <= count] + ([count] if count not in AFTER else [])
     found = [[best(fold, after) for after in moments] for fold in folds]
     return Claims(
@@ -66,13 +66,13 @@ def claims(garment: str, studies: list[Study]) -> Claims:
     )
 
 
-def best(fold: LearnedFold, after: int) -> Trial | None:
+def best(fold: Result, after: int) -> Trial | None:
     """The complete trial of least C, Eq. (10), among the first `count`; None if all failed."""
-    complete = [trial for trial in fold.result.trials[:after] if trial.state == "complete"]
+    complete = [trial for trial in fold.record.trials[:after] if trial.state == "complete"]
     return min(complete, key=lambda trial: (trial.objective, trial.number)) if complete else None
 
 
-def separation(fold: LearnedFold) -> float:
+def separation(fold: Result) -> float:
     """Ashman's D = sqrt(2) |m_1 - m_2| / sqrt(s_1^2 + s_2^2) between e_i of the upper and of the lower part.
 
     The paper explains two peaks so: the upper side lies right while the lower side has slipped. m is the median and s
@@ -92,11 +92,11 @@ def _moment(after: int, trials: list[Trial | None]) -> Moment:
 
 
 def _distance(trial: Trial | None) -> float:
-    return np.inf if trial is None or trial.mean_vertex_distance is None else trial.mean_vertex_distance
+    return np.inf if trial is None or trial.score is None else trial.score.mean_vertex_distance
 
 
 def _slip(trial: Trial | None) -> float:
-    return np.inf if trial is None or trial.slip is None else trial.slip
+    return np.inf if trial is None or trial.score is None else trial.score.slip
 
 
 def _length(trial: Trial | None) -> float:

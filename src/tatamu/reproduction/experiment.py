@@ -8,13 +8,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from tatamu.errors import InputError
-from tatamu.folding.task import Task, make_job
+from tatamu.folding.task import Task, make_task
 from tatamu.garments import GARMENTS
-from tatamu.learning import Progress, learn
-from tatamu.learning.samplers import SAMPLERS
 from tatamu.material import Material, load_material
-from tatamu.results import LearnedFold, read_fold
+from tatamu.options import LearnOptions
+from tatamu.report import write_report
+from tatamu.search import check_search
 from tatamu.simulators import named
+from tatamu.study import Places, Progress, Result, learn
 
 FOLDS = {"towel": "half", "tshirt": "half", "trousers": "leg"}
 """Fold of each garment: Fig. 5 of the paper shows one each, but not its direction."""
@@ -52,8 +53,7 @@ class Choices:
             raise InputError(
                 f"--garments: must be one or more different ones, given {','.join(self.garments) or 'none'}"
             )
-        if self.sampler not in SAMPLERS:
-            raise InputError(f"sampler: must be one of {', '.join(SAMPLERS)}, given {self.sampler!r}")
+        check_search(self.sampler)
 
     def material(self, garment: str) -> Material:
         """The material of a garment."""
@@ -62,7 +62,7 @@ class Choices:
     def task(self, garment: str) -> Task:
         """The task that is learned for a garment."""
         fold = self.folds.get(garment, FOLDS.get(garment, "half"))
-        job = make_job(
+        task = make_task(
             garment,
             size=self.sizes.get(garment),
             fold=fold,
@@ -70,9 +70,9 @@ class Choices:
             spacing=self.spacings.get(garment, SPACING),
             simulator=self.simulator,
         )
-        if len(job.plan.steps) > 1:
-            raise InputError(f"--fold: {garment}={fold} has {len(job.plan.steps)} steps; give a plan of one step")
-        return job.task(0)
+        if len(task.plan.steps) > 1:
+            raise InputError(f"--fold: {garment}={fold} has {len(task.plan.steps)} steps; give a plan of one step")
+        return task
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class Study:
 
     garment: str
     seed: int
-    fold: LearnedFold
+    fold: Result
 
 
 def run(
@@ -109,19 +109,23 @@ def run(
 
     def study(garment: str, seed: int) -> Study:
         where = folder / garment / f"seed-{seed}"
-        learn(
-            tasks[garment],
-            where,
+        options = LearnOptions(
             trials=choices.trials,
             seed=seed,
             sampler=choices.sampler,
             grasps="continuous",
+            disturbances="none",
+            coarse=False,
             baselines=False,
-            parallel=1,  # as the paper: each trial knows all before it
+            parallel=1,  # as in the paper, each trial knows all before it
+        )
+        places = Places(
+            out=where,
             executor=executor,
             progress=lambda now: progress(garment, seed, now),
+            written=write_report,  # type: ignore[arg-type]
         )
-        return Study(garment, seed, read_fold(where))
+        return Study(garment, seed, learn(tasks[garment], options, places))  # type: ignore[arg-type]
 
     if at_a_time == 1:
         return [study(garment, seed) for garment, seed in wanted]

@@ -17,12 +17,12 @@ from tatamu.presentation.image import data_uri, save_png
 from tatamu.presentation.page import render
 from tatamu.presentation.shading import shrink, to_pixels
 from tatamu.report.histogram import along
+from tatamu.report.measures import MEASURES, Measure
 from tatamu.report.still import FINER
 from tatamu.report.still import render as still
-from tatamu.report.verdict import MEASURES, Measure
 from tatamu.reproduction.claims import claims
 from tatamu.reproduction.experiment import Choices, Study
-from tatamu.results import LearnedFold
+from tatamu.study import Result
 
 BLACK = "#111111"
 TABLES = (
@@ -53,9 +53,9 @@ def data(choices: Choices, studies: list[Study]) -> dict[str, Any]:
         found = claims(name, studies)
         garments[name] = {
             "medians": {measure.key: _median(measure, own) for measure in MEASURES},
-            "mean_vertex_distance_by_seed": [study.fold.result.best_trial.mean_vertex_distance for study in own],
+            "mean_vertex_distance_by_seed": [study.fold.record.best_score.mean_vertex_distance for study in own],
             "crossings_by_seed": [crossed(study) for study in own],
-            "seconds_by_seed": [study.fold.result.wall_seconds for study in own],
+            "seconds_by_seed": [study.fold.record.wall_seconds for study in own],
             "moments": [{k: _finite(v) for k, v in vars(moment).items()} for moment in found.moments],
             "moved_left": found.moved_left,
             "separation_of_peaks": found.peaks,
@@ -98,7 +98,7 @@ def _finite(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
 
-def drawn(fold: LearnedFold) -> tuple[np.ndarray, np.ndarray]:
+def drawn(fold: Result) -> tuple[np.ndarray, np.ndarray]:
     """The target, and the learned fold with the hands' paths in black, as pixels."""
     ideal = replace(
         fold.rollout, times=fold.rollout.times[:1], positions=fold.target[None], extra={"target": fold.target}
@@ -131,14 +131,14 @@ def crossed(study: Study) -> int:
 
 
 def _median(measure: Measure, studies: list[Study]) -> float | None:
-    values = [measure.value(study.fold.result.best_trial) for study in studies]
+    values = [measure.value(study.fold.record.best_score) for study in studies]
     known = [value for value in values if value is not None]
     return float(np.median(known)) if known else None
 
 
 def _chosen(choices: Choices, shown: list[Study]) -> list[tuple[str, list[str]]]:
     """The choices that the paper leaves open: their names and those made for each garment."""
-    tasks = [study.fold.result.task for study in shown]
+    tasks = [study.fold.record.task for study in shown]
     return [
         ("size (width × length)", [" × ".join(f"{side:g}" for side in task.size or []) for task in tasks]),
         ("fold", [task.fold for task in tasks]),

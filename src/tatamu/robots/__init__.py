@@ -6,9 +6,9 @@ hands ─▶ reach ─▶ paths ─▶ motion ─▶ checks ─▶ plan ─▶ f
 from __future__ import annotations
 
 from tatamu.robots.catalog import load
-from tatamu.robots.constraint import ReachConstraint
+from tatamu.robots.constraint import ReachConstraint, find_reach
 from tatamu.robots.folder import check_out, save
 from tatamu.robots.model import Arm, Robot
 from tatamu.robots.plan import RobotPlan, plan_fold
 
-__all__ = ["Arm", "ReachConstraint", "Robot", "RobotPlan", "check_out", "load", "plan_fold", "save"]
+__all__ = ["Arm", "ReachConstraint", "Robot", "RobotPlan", "check_out", "find_reach", "load", "plan_fold", "save"]

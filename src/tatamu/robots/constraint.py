@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from tatamu.folding.manipulation import Manipulation
+from tatamu.folding.task import Reach
+from tatamu.robots.catalog import load
+from tatamu.robots.description import disturbances_of, files_of
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.model import Robot
 from tatamu.robots.placement import FINE_HOLDS, Placement
@@ -79,3 +84,27 @@ class ReachConstraint:
         if ranking.good:
             self._known = [(robot, ranking.placements[0]), *self._known][:REMEMBERED]
         return float(ranking.quality[0])
+
+
+def find_reach(name: str) -> Reach:
+    """Return what a robot can do, as a task has it.
+
+    Args:
+        name: Name of a robot, or a .toml that describes one.
+
+    Raises:
+        InputError: If there is no such robot, or its description is wrong.
+    """
+    robot = load(name)
+    constraint = ReachConstraint(robot)
+    files = files_of(Path(name)) if name.endswith(".toml") else []
+    own = disturbances_of(Path(name)) if files else None
+    return Reach(
+        robot.name,
+        constraint,
+        constraint.refusal,
+        constraint.forget,
+        description=files[0].read_bytes() if files else b"",
+        files=tuple(files),
+        disturbances=own.describe() if own else None,
+    )

@@ -14,7 +14,6 @@ import numpy as np
 from tatamu import __version__
 from tatamu.errors import InputError
 from tatamu.files import write_json, write_text
-from tatamu.results.folder import MANIPULATION, RESULT, ROLLOUT, SCENE
 from tatamu.robots.bags import write_ros1, write_ros2
 from tatamu.robots.chain import Chain
 from tatamu.robots.paths import tool_poses
@@ -24,6 +23,7 @@ from tatamu.robots.planfile import FoldPose, PlanFile, StageTime, ToolViaPoints
 from tatamu.robots.planned import FOLD
 from tatamu.robots.stage import stage_xml
 from tatamu.robots.tables import joint_csv, pattern_json, trajectory_json
+from tatamu.study.folder import MANIPULATION, RESULT, ROLLOUT, SCENE
 
 FOLD_FILES = (MANIPULATION, SCENE, ROLLOUT, RESULT)
 """Files of the learned fold that a plan carries along; all but the first may be missing."""

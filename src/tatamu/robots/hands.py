@@ -1,4 +1,4 @@
-"""The motion of the hands in a fold: exact where the manipulation is at hand, fitted where only its file is.
+"""The motion of the hands in a fold, as its manipulation has it.
 
 F is the fold's frame: the scene's, z = 0 at the table top. Time is the simulation's.
 """
@@ -10,21 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from tatamu.curves import Bezier, arc_lengths, minimum_jerk
 from tatamu.errors import InputError
-from tatamu.folding.manipulation import FRAME_RATE, HANDS, Manipulation, Timing
-from tatamu.results import ManipulationDescription, ResultFolder, ViaPoints
-from tatamu.results.manipulation import VIA_EVERY, ArmPath
+from tatamu.folding.manipulation import FRAME_RATE, HANDS, VIA_EVERY, Manipulation, Timing
 from tatamu.scene import Gripper, Scene
+from tatamu.study import ResultFolder
 
-OFF_CURVE = 2e-3
-"""Via-points farther than this from their Bezier curve do not belong to it [m]."""
-SAME_PATH = 1e-9
-"""Displacements of one hand's grippers differ by a constant shift, to within this [m]."""
-SAME_HEIGHT = 1e-6
-"""A hand that begins this little above its grasp begins at it [m]."""
 ONE_HAND = "arms: must be two, and the fold has one: robots here fold with both; learn it with --hands 2"
 
 Travel = Callable[[np.ndarray], np.ndarray]
@@ -65,7 +57,10 @@ class HandMotion:
             raise InputError(f"{path}: must be the folder of a learned fold, and is no folder")
         if not folder.manipulation_file.exists():
             raise InputError(f"{path}: {_no_fold(folder)}")
-        return cls.fitted(folder.manipulation, folder.manipulation_file)
+        try:
+            return cls.exact(folder.manipulation)
+        except InputError as error:
+            raise InputError(f"{folder.manipulation_file}: {str(error).removeprefix('manipulation: ')}") from None
 
     @classmethod
     def exact(cls, manipulation: Manipulation) -> HandMotion:
@@ -85,40 +80,6 @@ class HandMotion:
         left, right = (_minimum_jerk(curve, manipulation.timing) for curve in curves)
         return cls(
             FRAME_RATE, VIA_EVERY, manipulation.timing, times, (curves[0], curves[1]), (left, right), manipulation.lift
-        )
-
-    @classmethod
-    def fitted(cls, description: ManipulationDescription, source: Path | str) -> HandMotion:
-        """The motion along the Bezier curves that passes the via-points at their times.
-
-        Raises:
-            InputError: The description has not two hands or no via-points, or these lie beside the curves; the message
-                names `source`.
-        """
-        via, timing = _of_two_hands(description, source)
-        arms = sorted(description.arms, key=lambda arm: arm.name)  # left, right
-        curves = [arm.curve for arm in arms]
-        values = []
-        for arm, curve in zip(arms, curves, strict=True):
-            u, distance = curve.in_order(getattr(via, arm.name), OFF_CURVE)
-            if not distance.max() <= OFF_CURVE:
-                raise InputError(
-                    f"{source}: via_points.{arm.name}.{int(distance.argmax())}: must lie on the hand's curve, "
-                    f"given {1e3 * distance.max():.1f} mm beside it"
-                )
-            _check_moves(curve, arm.name, source)
-            values.append(u)
-        times, moving = _moving(np.array(via.times), np.array(values), timing)
-        lengths = [np.interp(u, *curve.arc_lengths()) for curve, u in zip(curves, moving, strict=True)]
-        left, right = (_smooth(times, length) for length in lengths)
-        return cls(
-            description.frame_rate,
-            via.every_frames,
-            timing,
-            times,
-            (curves[0], curves[1]),
-            (left, right),
-            _lift(arms[0]),
         )
 
     def at(self, times: np.ndarray) -> np.ndarray:
@@ -150,51 +111,16 @@ class HandMotion:
 
 
 def grippers_by_hand(scene: Scene) -> list[list[Gripper]]:
-    """The grippers of each hand of a scene, which follow one another; the first moves as the hand does.
+    """Return the grippers of the left and of the right hand of a scene; the first of each moves as the hand does.
 
-    A scene file does not say which grippers are one hand's. Fingers that press layers together are several grippers
-    with one motion, apart from the constant shift by which the later ones are first pressed onto the first.
+    Raises:
+        InputError: If a gripper does not say whose hand it is.
     """
-    hands: list[list[Gripper]] = []
-    for gripper in scene.grippers:
-        if hands and _goes_with(gripper, hands[-1][0]):
-            hands[-1].append(gripper)
-        else:
-            hands.append([gripper])
-    return hands
-
-
-def _goes_with(gripper: Gripper, first: Gripper) -> bool:
-    """Whether a gripper moves as another does, but for a constant shift that is not zero."""
-    count = len(first.times)
-    if len(gripper.times) < count:
-        return False
-    apart = gripper.displacements[-count:] - first.displacements
-    return bool(np.ptp(apart, axis=0).max() < SAME_PATH < np.abs(apart).max())
-
-
-def _lift(arm: ArmPath) -> float:
-    """How high over its grasp a hand begins [m]."""
-    above = arm.control_points[0][2] - arm.grasp.position[2]
-    return above if above > SAME_HEIGHT else 0.0
-
-
-def _of_two_hands(description: ManipulationDescription, source: Path | str) -> tuple[ViaPoints, Timing]:
-    """The parts of a description that a robot needs, which others may lack."""
-    if len(description.arms) == 1:
-        raise InputError(f"{source}: {ONE_HAND}")
-    if sorted(arm.name for arm in description.arms) != ["left", "right"]:
-        raise InputError(f"{source}: arms: must be one left and one right hand")
-    if description.timing is None:
-        raise InputError(f"{source}: timing: Field required")
-    via = description.via_points
-    if via is None:
-        raise InputError(f"{source}: via_points: Field required")
-    if via.right is None:
-        raise InputError(f"{source}: via_points.right: Field required")
-    if len(via.times) < 2:
-        raise InputError(f"{source}: via_points.times: must be at least two, given {len(via.times)}")
-    return via, description.timing
+    for number, gripper in enumerate(scene.grippers):
+        if gripper.hand is None:
+            raise InputError(f"scene.json: grippers.{number}.hand: must be left or right, given none; learn it again")
+    hands = [[gripper for gripper in scene.grippers if gripper.hand == name] for name in HANDS]
+    return [each for each in hands if each]
 
 
 def _check_moves(curve: Bezier, name: str, source: Path | str) -> None:
@@ -215,28 +141,3 @@ def _minimum_jerk(curve: Bezier, timing: Timing) -> Travel:
     length = curve.arc_lengths()[1][-1]
     duration = timing.arrives - timing.starts
     return lambda times: length * minimum_jerk((times - timing.starts) / duration)
-
-
-def _moving(times: np.ndarray, values: np.ndarray, timing: Timing) -> tuple[np.ndarray, np.ndarray]:
-    """Via-points while the hands move; both ends of the curve are made to be there."""
-    if values[:, 0].max() > 1e-6:
-        start = min(timing.starts, times[0] - 1e-3)
-        times, values = np.append(start, times), np.hstack([np.zeros((2, 1)), values])
-    if values[:, -1].min() < 1 - 1e-6:
-        end = max(timing.arrives, times[-1] + 1e-3)
-        times, values = np.append(times, end), np.hstack([values, np.ones((2, 1))])
-    before = np.flatnonzero((values < 1e-6).all(axis=0))
-    after = np.flatnonzero((values > 1 - 1e-6).all(axis=0))
-    first = int(before[-1])
-    last = int(after[0])
-    times = times[first : last + 1].copy()
-    times[0] = timing.starts if times[0] < timing.starts < times[1] else times[0]
-    times[-1] = timing.arrives if times[-2] < timing.arrives < times[-1] else times[-1]
-    return times, values[:, first : last + 1]
-
-
-def _smooth(times: np.ndarray, lengths: np.ndarray) -> Travel:
-    """Travel through given lengths [m] at given times [s]: at rest at both ends, and never backwards."""
-    spline = CubicSpline(times, lengths, bc_type="clamped")
-    fine = np.diff(spline(np.linspace(times[0], times[-1], 40 * len(times))))
-    return spline if fine.min() >= -1e-9 else PchipInterpolator(times, lengths)

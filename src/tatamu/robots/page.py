@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 
 from tatamu.files import write_text
+from tatamu.folding.score import Score
 from tatamu.presentation.chart import Chart, Plot, axis, line, traces
 from tatamu.presentation.page import render
 from tatamu.presentation.replay import FRAMES, HAND_COLOURS, HandTrack, replay_data
 from tatamu.report.errormap import largest, maps
 from tatamu.report.headline import title
+from tatamu.report.measures import MEASURES
 from tatamu.report.tables import Column
 from tatamu.report.topview import TopView, beside
-from tatamu.report.verdict import MEASURES
-from tatamu.results import Scores
 from tatamu.robots.checks import in_words
 from tatamu.robots.links import link_boxes
 from tatamu.robots.planned import ARMS
@@ -44,7 +44,7 @@ def page(rehearsal: Rehearsal, figures: dict[str, Any], fold: Refold | None) -> 
         "robots/page.html",
         charts={"apart": _apart(fold), "following": _following(rehearsal)},
         replay=_replay(rehearsal, fold) if fold else None,
-        title=f"{title(fold.learned.fold)}, {robot}" if fold and fold.learned else robot,
+        title=f"{title(fold.learned)}, {robot}" if fold and fold.learned else robot,
         good=not rehearsal.contacts and (fold is None or fold.apart.mean() <= AS_FLOATING),
         events=_events(rehearsal),
         figures=figures,
@@ -69,13 +69,13 @@ def page(rehearsal: Rehearsal, figures: dict[str, Any], fold: Refold | None) -> 
 def _columns(figures: dict[str, Any]) -> list[Column]:
     """The scores of the fold by the robot, by floating hands, and where it was learned."""
     scores = figures["fold"]["scores"] if figures["fold"] else {}
-    return [Column(name, Scores.model_validate(score)) for name, score in scores.items()]
+    return [Column(name, Score.model_validate(score)) for name, score in scores.items()]
 
 
 def _views(fold: Refold | None) -> list[TopView]:
     if fold is None or fold.learned is None:
         return []
-    learned = fold.learned.fold
+    learned = fold.learned
     return beside(replace(learned, rollout=fold.robot), learned.target, "The robot’s fold")
 
 
@@ -86,7 +86,7 @@ def _apart(fold: Refold | None) -> list[Chart]:
     floating = replace(fold.robot, extra={"target": fold.floating.positions[-1]})
     return [
         replace(chart, title=f"Distance between the two: {chart.title.lower()}")
-        for chart in maps(replace(fold.learned.fold, rollout=floating))
+        for chart in maps(replace(fold.learned, rollout=floating))
     ]
 
 

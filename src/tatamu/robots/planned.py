@@ -11,8 +11,8 @@ import numpy as np
 
 from tatamu.errors import InputError
 from tatamu.files import read_json, read_text, validated
-from tatamu.results import ResultFolder
 from tatamu.robots.planfile import PlanFile
+from tatamu.study import ResultFolder
 
 ARMS = ("larm", "rarm")
 FOLD = "fold"

@@ -12,11 +12,11 @@ import numpy as np
 
 from tatamu.errors import InputError
 from tatamu.folding.score import Score
-from tatamu.results import RebuiltFold, ResultFolder, rebuild
 from tatamu.robots.rehearsal import Rehearsal
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 from tatamu.simulators import capabilities, named
+from tatamu.study import Result, ResultFolder
 from tatamu.subdivision import on_coarse_mesh, subdivided
 from tatamu.topology import Topology, edge_lengths
 
@@ -39,7 +39,7 @@ class Refold:
     """As learned: the hands move as fast as they did then, which may be faster than the robot."""
     target: np.ndarray | None
     """The wanted shape [m], shape (n, 3), where the plan carries it."""
-    learned: RebuiltFold | None = None
+    learned: Result | None = None
     """The learned fold with its task; None: it cannot be scored."""
     unscored: str | None = None
     """Why not."""
@@ -55,8 +55,8 @@ class Refold:
         if self.learned is None:
             return {}
         return {
-            "robot": self.learned.scored(self.robot.positions[-1]),
-            "floating": self.learned.scored(self.floating.positions[-1]),
+            "robot": self.learned.rate(self.robot.positions[-1]),
+            "floating": self.learned.rate(self.floating.positions[-1]),
             "learned": self.learned.score,
         }
 
@@ -101,11 +101,11 @@ def _target(folder: ResultFolder, count: int) -> np.ndarray | None:
     return target if target is not None and target.shape == (count, 3) else None
 
 
-def _rebuilt(folder: ResultFolder) -> tuple[RebuiltFold | None, str | None]:
+def _rebuilt(folder: ResultFolder) -> tuple[Result | None, str | None]:
     """The learned fold that the plan carries, or why it cannot be scored."""
     if not folder.result_file.is_file():
         return None, "the plan carries no result.json of the learned fold"
     try:
-        return rebuild(folder.path), None
+        return Result.load(folder.path), None
     except InputError as error:
         return None, str(error)

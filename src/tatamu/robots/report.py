@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from tatamu.files import write_json, write_npz
-from tatamu.report.verdict import MEASURES
-from tatamu.results import Scores
+from tatamu.folding.score import Score
+from tatamu.report.measures import MEASURES
 from tatamu.robots.refold import Refold
 from tatamu.robots.rehearsal import Rehearsal
 
@@ -67,7 +67,7 @@ def _fold_figures(fold: Refold) -> dict[str, Any]:
         "largest_distance_to_floating_hands": float(fold.apart.max()),
         "mean_vertex_distance": None,
         "floating_mean_vertex_distance": None,
-        "scores": {name: score.as_dict() for name, score in fold.scores.items()},
+        "scores": {name: score.model_dump() for name, score in fold.scores.items()},
         "unscored": fold.unscored,
         "warnings": fold.robot.info.get("warnings", []),
     }
@@ -113,7 +113,7 @@ def _fold_summary(fold: dict[str, Any]) -> list[str]:
         lines.append(f"  {'':28}" + "".join(f"{name:>12}" for name in fold["scores"]))
     measures = MEASURES if fold["scores"] else ()
     for measure in measures:
-        cells = [measure.text(Scores.model_validate(score)) for score in fold["scores"].values()]
+        cells = [measure.text(Score.model_validate(score)) for score in fold["scores"].values()]
         unit = f" [{measure.unit}]" if measure.unit else ""
         lines.append(f"  {measure.key.replace('_', ' ') + unit:28}" + "".join(f"{cell:>12}" for cell in cells))
     return lines + [f"warning: {warning}" for warning in fold["warnings"]]

@@ -11,13 +11,6 @@ from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 from tatamu.simulators.capabilities import Capabilities
 
-SIMULATORS = {
-    "native": "tatamu.simulators.native",
-    "blender": "tatamu.simulators.blender",
-    "mujoco": "tatamu.simulators.mujoco",
-}
-"""Name of each simulator and the module that is a `Simulator`; imported when first used."""
-
 
 class Simulator(Protocol):
     """The names that the module of a simulator has."""
@@ -54,6 +47,14 @@ class Simulator(Protocol):
         ...
 
 
+SIMULATORS: dict[str, str | Simulator] = {
+    "native": "tatamu.simulators.native",
+    "blender": "tatamu.simulators.blender",
+    "mujoco": "tatamu.simulators.mujoco",
+}
+"""Name of each simulator and the module that is a `Simulator`, imported when first used, or one that was registered."""
+
+
 def named(name: str) -> Simulator:
     """The simulator called `name`.
 
@@ -62,7 +63,23 @@ def named(name: str) -> Simulator:
     """
     if name not in SIMULATORS:
         raise InputError(f"simulator: must be one of {', '.join(SIMULATORS)}, given {name!r}")
-    return cast(Simulator, import_module(SIMULATORS[name]))
+    found = SIMULATORS[name]
+    return cast(Simulator, import_module(found)) if isinstance(found, str) else found
+
+
+def register_simulator(name: str, simulator: Simulator) -> None:
+    """Add a simulator, so that `simulate(scene, name)`, tasks and checks use it.
+
+    Args:
+        name: Name of the simulator.
+        simulator: A module or an object with the attributes of `Simulator`.
+
+    Raises:
+        InputError: If a simulator of that name exists.
+    """
+    if name in SIMULATORS:
+        raise InputError(f"name: must be new, given {name!r}, which is a simulator already")
+    SIMULATORS[name] = simulator
 
 
 def capabilities(name: str) -> Capabilities:

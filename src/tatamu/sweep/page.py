@@ -10,7 +10,7 @@ from typing import Any
 from tatamu.presentation.chart import Chart, Plot, axis, line, log_axis, traces
 from tatamu.presentation.page import render
 from tatamu.presentation.palette import SERIES
-from tatamu.report.verdict import SUCCESS, grade
+from tatamu.report.measures import SUCCESS, grade
 from tatamu.sweep.records import TaskRecord
 from tatamu.sweep.table import counts, varied
 

@@ -13,7 +13,7 @@ from tatamu import __version__
 from tatamu.errors import InputError
 from tatamu.files import read_json, validated, write_json
 from tatamu.records import OpenRecord
-from tatamu.results import PlanResult, Result, ResultFolder
+from tatamu.study import PlanRecord, ResultFolder, ResultRecord
 
 State = Literal["waiting", "running", "complete", "failed"]
 
@@ -101,7 +101,7 @@ def completed(record: TaskRecord, folder: Path) -> TaskRecord:
         InputError: The folder cannot be read.
     """
     results = ResultFolder(folder)
-    measures = _of_plan(results.plan_result) if results.holds_plan else _of_fold(results.result)
+    measures = _of_plan(results.plan_record) if results.holds_plan else _of_fold(results.record)
     return record.model_copy(update={"state": "complete", "error": None, **measures})
 
 
@@ -111,18 +111,17 @@ def holds_task(record: TaskRecord, folder: Path, trials: int) -> bool:
     if record.state != "complete" or not (folder / "report.html").exists():
         return False
     try:
-        steps = results.plan_result.steps if results.holds_plan else [results.result]
+        steps = results.plan_record.steps if results.holds_plan else [results.record]
         counts = [step.trials if isinstance(step.trials, int) else len(step.trials) for step in steps]
     except InputError:
         return False
     return all(count == trials for count in counts)
 
 
-def _of_fold(result: Result) -> dict[str, Any]:
-    best = result.best_trial
+def _of_fold(result: ResultRecord) -> dict[str, Any]:
     names = ("objective", "trajectory_length", "mean_vertex_distance", "mask_iou", "area_error")
     return {
-        **{name: getattr(best, name) for name in names},
+        **{name: getattr(result.best_score, name) for name in names},
         "trials": len(result.trials),
         "failed_trials": sum(trial.state == "failed" for trial in result.trials),
         "crossings": result.crossings.final if result.crossings else None,
@@ -130,7 +129,7 @@ def _of_fold(result: Result) -> dict[str, Any]:
     }
 
 
-def _of_plan(result: PlanResult) -> dict[str, Any]:
+def _of_plan(result: PlanRecord) -> dict[str, Any]:
     final = result.final
     return {
         "mean_vertex_distance": final.mean_vertex_distance,

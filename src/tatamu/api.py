@@ -1,0 +1,255 @@
+"""The Python interface: what joins several packages, so that a script and the command line do the same."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from tatamu import study
+from tatamu.calibration import Calibration, Measurements, load_measurements
+from tatamu.calibration import calibrate as calibrate_measurements
+from tatamu.crosscheck import Opinion
+from tatamu.crosscheck import check as check_result
+from tatamu.disturbances import Disturbances, default_disturbances, load_disturbances
+from tatamu.errors import InputError
+from tatamu.evaluation import NOTHING, Evaluation, Evaluator, Incumbent, Nominal, Wrapper
+from tatamu.folding.task import Task, make_task
+from tatamu.margins import DRAWS, Measured, measure
+from tatamu.options import FoldOptions, LearnOptions
+from tatamu.report import write_plan_report, write_report
+from tatamu.robots import RobotPlan, find_reach, plan_fold, save
+from tatamu.robots import load as load_robot
+from tatamu.size import parse_size
+from tatamu.study.database import SharedDatabase
+
+
+class Result(study.Result):
+    """A learned fold: `.best`, `.score`, `.manipulation`, `.scene`, `.rollout`, `.held`, `.table()`, `.save()`."""
+
+    def write_report(self, file: Path | str | None = None) -> Path:
+        """Write the page of the fold, and return its path.
+
+        Args:
+            file: Where it goes; None for `report.html` in the fold's folder.
+
+        Raises:
+            InputError: If the file cannot be written, or none is given and the fold has no folder.
+        """
+        return write_report(self, None if file is None else Path(file))
+
+
+class PlanResult(study.PlanResult):
+    """A learned plan of several steps: `.steps`, `.final`, `.rollout`, `.save(folder)`."""
+
+    def write_report(self, file: Path | str | None = None) -> Path:
+        """Write the page of the plan, and return its path.
+
+        Args:
+            file: Where it goes; None for `report.html` in the plan's folder.
+
+        Raises:
+            InputError: If the file cannot be written, or none is given and the plan has no folder.
+        """
+        return write_plan_report(self, None if file is None else Path(file))
+
+
+def _public(found: study.Result | study.PlanResult) -> Result | PlanResult:
+    """Return a result with the pages that it can write."""
+    given = {each.name: getattr(found, each.name) for each in fields(found)}
+    if isinstance(found, study.Result):
+        return Result(**given)
+    return PlanResult(**{**given, "steps": [_public(step) for step in found.steps]})
+
+
+def task_of(options: FoldOptions) -> Task:
+    """Return the task of options as the command line has them.
+
+    Raises:
+        InputError: If an option is wrong; the message names it.
+    """
+    return make_task(
+        options.garment,
+        size=None if options.size is None else parse_size(options.size),
+        scale=options.scale,
+        fold=options.fold,
+        material=options.material,
+        spacing=options.spacing,
+        simulator=options.simulator,
+        hands=options.hands,
+        reach=None if options.robot is None else find_reach(options.robot),
+    )
+
+
+@dataclass(frozen=True)
+class OwnObjective(Wrapper):
+    """Minimises a function of the parameters; the fold is simulated and scored as well."""
+
+    function: Callable[[Mapping[str, int | float]], float]
+
+    def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
+        """Evaluate a manipulation."""
+        found = self.inner(parameters)
+        return found if found.failed else replace(found, objective=float(self.function(parameters)))
+
+
+def learn(
+    task: Task,
+    options: LearnOptions | None = None,
+    *,
+    out: Path | str | None = None,
+    evaluate: Evaluator | Callable[[Mapping[str, int | float]], float] | None = None,
+    executor: Executor | None = None,
+    database: SharedDatabase | None = None,
+    progress: Callable[[study.Progress], object] = lambda now: None,
+) -> Result | PlanResult:
+    """Learn a task; `tatamu learn` is the same computation.
+
+    Args:
+        task: The fold, made by `make_task`. The first step of a plan of several learns them all.
+        options: Options of the study; None for the defaults.
+        out: Folder that keeps the study while it runs; an unfinished one is resumed. None to keep it in memory.
+        evaluate: Minimised in place of the objective of the options: an evaluator, or a function of the parameters.
+        executor: Where simulations run; None for threads on every processor.
+        database: Keeps the study; None for the file `study.db` of the folder.
+        progress: Called with a `Progress` when the study is opened, after every trial, and when a stage starts.
+
+    Raises:
+        InputError: If an option is wrong, or the folder cannot be used; the message names it.
+        UnavailableError: If workers, the database or the disk fail; what was finished is kept.
+        TatamuError: If every trial failed.
+    """
+    evaluator = evaluate if isinstance(evaluate, Evaluator | None) else OwnObjective(Nominal(task), evaluate)
+    places = study.Places(
+        out=None if out is None else Path(out),
+        executor=executor,
+        database=database,
+        progress=progress,
+        written=_write_page,
+    )
+    return _public(study.learn(task, options, places, evaluator))
+
+
+def _write_page(found: study.Result | study.PlanResult) -> None:
+    """Write the page of a result into its folder."""
+    if isinstance(found, study.Result):
+        write_report(found)
+    else:
+        write_plan_report(found)
+
+
+def load(folder: Path | str) -> Result | PlanResult:
+    """Read the folder of a learned fold, or of a plan of several steps.
+
+    Raises:
+        InputError: If a file is missing, broken, of another version, or does not fit the others.
+    """
+    is_plan = study.ResultFolder(Path(folder)).holds_plan
+    return _public(study.PlanResult.load(folder) if is_plan else study.Result.load(folder))
+
+
+def measure_margins(
+    result: study.Result,
+    draws: int = DRAWS,
+    *,
+    disturbances: Disturbances | str | None = None,
+    seed: int = 0,
+    simulator: str | None = None,
+    out: Path | str | None = None,
+    alone: bool = True,
+    executor: Executor | None = None,
+) -> Measured:
+    """Measure how large each disturbance may be before a fold fails, and in what share of draws it succeeds.
+
+    Args:
+        result: The learned fold.
+        draws: Number of draws in which all disturbances act at once.
+        disturbances: `Disturbances`, "default" or a file; None for those of the study, or the default ones.
+        seed: Random seed of the draws.
+        simulator: Name of the simulator; None for the one in which the fold was learned.
+        out: Folder that keeps simulations; None to keep none.
+        alone: Also measure the range of each disturbance alone.
+        executor: Where simulations run; None for threads on every processor.
+
+    Raises:
+        InputError: If an argument is out of range.
+    """
+    if disturbances is None:
+        held = result.record.disturbances
+        given = default_disturbances() if held is None else Disturbances.model_validate(held)
+    else:
+        loaded = load_disturbances(disturbances) if isinstance(disturbances, str) else disturbances
+        if loaded is None:
+            raise InputError("disturbances: must be default or a file .toml, given 'none', in which every fold holds")
+        given = loaded
+    folder = None if out is None else Path(out)
+    return measure(
+        result, given, out=folder, draws=draws, seed=seed, simulator=simulator, alone=alone, executor=executor
+    )
+
+
+def check(result: study.Result, simulator: str) -> Opinion:
+    """Simulate the best manipulation of a fold again in another simulator: `.score`, `.holds`.
+
+    Raises:
+        InputError: If there is no such simulator, or it cannot run here.
+    """
+    return check_result(result, simulator)
+
+
+def calibrate(measurements: Measurements | Path | str, simulator: str = "native") -> Calibration:
+    """Find the material with which a simulator gives what was measured: `.material`, `.save(file)`.
+
+    Args:
+        measurements: What was measured, or the file of it.
+        simulator: Name of the simulator.
+
+    Raises:
+        InputError: If the file is wrong, or a reading is beyond the simulator.
+    """
+    given = measurements if isinstance(measurements, Measurements) else load_measurements(Path(measurements))
+    return calibrate_measurements(given, simulator)
+
+
+@dataclass(frozen=True)
+class FoldPlan:
+    """The motion of a robot that carries out a learned fold, and passed all checks."""
+
+    plan: RobotPlan
+    result: study.Result
+
+    def export(self, folder: Path | str) -> Path:
+        """Write the plan's folder: joint trajectories, ROS bags, checks. Return the folder.
+
+        Raises:
+            InputError: If it cannot be written, or contains something else.
+        """
+        with TemporaryDirectory() as temporary:
+            source = self.result.folder or self.result.save(temporary).path
+            save(replace(self.plan, task=replace(self.plan.task, source=source)), Path(folder))
+        return Path(folder)
+
+
+def plan_for(
+    result: study.Result,
+    robot: str = "hironx",
+    *,
+    place: tuple[float, float, float] | None = None,
+    table_height: float | None = None,
+) -> FoldPlan:
+    """Plan a learned fold for a robot.
+
+    Args:
+        result: The learned fold.
+        robot: Name of a robot, or a .toml that describes one.
+        place: Where the fold's frame lies in the robot's base [m, m, rad]; None to search it.
+        table_height: Height of the table top in the base [m]; None to search it.
+
+    Raises:
+        InputError: If there is no such robot, or the fold is out of its reach.
+    """
+    with TemporaryDirectory() as temporary:
+        folder = result.folder or result.save(temporary).path
+        return FoldPlan(plan_fold(folder, load_robot(robot), place, table_height), result)

@@ -1,0 +1,99 @@
+"""Options of commands, generated from the records of the library that have them."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+import typer
+from pydantic.fields import FieldInfo
+
+from tatamu.errors import InputError
+from tatamu.options import Options
+from tatamu.records import Record
+
+PLAIN = (bool, int, float)
+
+
+def options_from(record: type[Record], argument: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Give a command one option for each field of a record, in place of its parameter `options`.
+
+    Args:
+        record: The record; defaults and descriptions of its fields are those of the options.
+        argument: Name of the field that is the command's argument.
+    """
+
+    def decorate(command: Callable[..., Any]) -> Callable[..., Any]:
+        own = list(inspect.signature(command, eval_str=True).parameters.values())[1:]
+        made = {name: _parameter(name, field, name == argument) for name, field in record.model_fields.items()}
+        first = made.pop(argument)
+        required = [each for each in own if each.default is inspect.Parameter.empty]
+        optional = [each for each in own if each.default is not inspect.Parameter.empty]
+
+        def generated(**given: Any) -> Any:
+            values = {name: given.pop(name) for name in record.model_fields}
+            return command(parse(record, values), **given)
+
+        generated.__name__, generated.__doc__ = command.__name__, command.__doc__
+        ordered = [first, *required, *made.values(), *optional]
+        generated.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
+            [each.replace(kind=inspect.Parameter.KEYWORD_ONLY) for each in ordered]
+        )
+        return generated
+
+    return decorate
+
+
+def _parameter(name: str, field: FieldInfo, is_argument: bool) -> inspect.Parameter:
+    """Return the parameter of a command for a field of a record."""
+    extra = field.json_schema_extra
+    metavar = str(extra["metavar"]) if isinstance(extra, dict) and "metavar" in extra else None
+    if is_argument:
+        shown: Any = typer.Argument(metavar=metavar, help=field.description)
+        return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=Annotated[str, shown])
+    kind = _plain_type(field)
+    shown = typer.Option(metavar=metavar, help=field.description, show_default=field.default is not None)
+    default = field.default if kind is not str or field.default is None else str(field.default)
+    wanted: Any = kind | None if field.default is None else kind
+    annotation: Any = Annotated[wanted, shown]
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
+
+
+def _kinds(annotation: Any) -> list[Any]:
+    """Return the types of a union, without None and without what pydantic adds to them."""
+    if get_origin(annotation) is Annotated:
+        return _kinds(get_args(annotation)[0])
+    if get_origin(annotation) in (Union, UnionType):
+        return [kind for each in get_args(annotation) for kind in _kinds(each) if kind is not NoneType]
+    return [annotation]
+
+
+def _plain_type(field: FieldInfo) -> type:
+    """Return bool, int or float if the field has that type, otherwise str: what cannot be told apart is parsed."""
+    kinds = _kinds(field.annotation)
+    return kinds[0] if len(kinds) == 1 and kinds[0] in PLAIN else str
+
+
+def parse(record: type[Record], given: Mapping[str, Any]) -> Any:
+    """Return the record of a command's options; numbers of options that take words as well are parsed.
+
+    Raises:
+        InputError: If a value is wrong; the message names the option.
+    """
+    values = {name: _parsed(name, record.model_fields[name], value) for name, value in given.items()}
+    assert issubclass(record, Options)
+    return record(**values)
+
+
+def _parsed(name: str, field: FieldInfo, value: Any) -> Any:
+    numbers = [kind for kind in _kinds(field.annotation) if kind in PLAIN]
+    words = [word for kind in _kinds(field.annotation) if get_origin(kind) is Literal for word in get_args(kind)]
+    if not isinstance(value, str) or not numbers or not words or value in words:
+        return value
+    try:
+        return numbers[0](value)
+    except ValueError:
+        kind = "a whole number" if numbers[0] is int else "a number"
+        raise InputError(f"{name}: must be {kind} or {' or '.join(words)}, given {value!r}") from None

@@ -1,0 +1,251 @@
+"""Two fidelities: most trials simulate a coarser mesh, which takes a part of the time.
+
+A manipulation keeps its parameters: hands move along the same curves, from the nearest vertices. A sum over vertices,
+as D of Eq. (11) is, grows with their number; on the finer mesh it is larger in proportion.
+
+Cells that do not shear lock: what they cannot bend they would have to stretch, and the larger they are for their
+stiffness, the stiffer they drape. How much depends on Y h^2 / B, with the stretch stiffness Y, the spacing h and the
+bending rigidity B. So the coarser mesh is softer to stretch, Y proportional to h^-2, and locks as the finer one does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+
+import numpy as np
+
+from tatamu.errors import InputError
+from tatamu.evaluation.disturbed import Disturbed
+from tatamu.evaluation.evaluator import NOTHING, Evaluation, Evaluator, Incumbent, Wrapper
+from tatamu.folding.fold import ideal_folds
+from tatamu.folding.interpolation import interpolated
+from tatamu.folding.score import vertex_distances
+from tatamu.folding.task import Task
+from tatamu.garments import Garment, make_garment
+from tatamu.material import ORTHOTROPIC_MEMBRANE, Material
+from tatamu.search import HIGH, LOW, Parameters
+from tatamu.simulators import capabilities
+
+
+@dataclass(frozen=True)
+class CoarseMesh:
+    """How coarse the coarser mesh is, and for which folds there is one (docs/notes/learning.md)."""
+
+    one_layer: float = 2.0
+    """Spacing of the coarser mesh over that of the finer one, for a garment of one layer."""
+    two_layers: float = 1.7
+    """The same for a garment of two layers."""
+    several_steps: float = 1.5
+    """The same for a plan of several steps: on larger cells more loops of earlier folds spring open."""
+    fewest: int = 250
+    """A coarser mesh has at least this many vertices; smaller folds take little time anyway."""
+    settle: float = 0.15
+    """From the opening of the hands until a fold on the coarser mesh is scored [s]: it moves little later."""
+    steps: int = 2
+    """Steps of a plan that are simulated on a coarser mesh. From the third on, of many layers, it ranks manipulations
+    poorly and takes most of the time."""
+
+    def ratio(self, garment: Garment, steps: int) -> float:
+        """Return the spacing of the coarser mesh over that of the finer one."""
+        if steps > 1:
+            return self.several_steps
+        return self.one_layer if garment.layers == 1 else self.two_layers
+
+
+def coarsened(garment: Garment, larger: float, softer: float) -> Garment:
+    """Return a garment on larger cells, of cloth that is softer to stretch.
+
+    Args:
+        garment: Made by `make_garment`.
+        larger: Spacing over that of `garment`.
+        softer: Stretch stiffness of `garment` over that of the result.
+
+    Raises:
+        InputError: If the garment cannot be meshed so, or was not made by `make_garment`.
+    """
+    source = garment.source
+    if source is None:
+        raise InputError("garment: must be made by make_garment, so that it can be meshed again")
+    material = _soften(garment.material, softer)
+    return make_garment(source.name, source.size, material, larger * garment.spacing, source.scale)
+
+
+def _soften(material: Material, times: float) -> Material:
+    """Return a material that is softer to stretch and to shear."""
+    known = {name: getattr(material, name) for name in ("stretch_stiffness", *ORTHOTROPIC_MEMBRANE)}
+    return material.model_copy(update={name: value / times for name, value in known.items() if value is not None})
+
+
+def coarser_task(task: Task, settings: CoarseMesh | None = None) -> Task | None:
+    """Return the same task on a coarser mesh; None if there is none.
+
+    There is none if the simulator folds differently on coarser cells, if the mesh is small already, for late steps of
+    plans, and if the garment cannot be meshed or grasped with larger cells.
+    """
+    settings = settings or CoarseMesh()
+    if task.number >= settings.steps:
+        return None
+    garment = _coarser_garment(task, settings)
+    if garment is None:
+        return None
+    state = None if task.state is None else interpolated(task.garment, task.state, garment)
+    coarse = replace(task, garment=garment, state=state, settle=settings.settle, reach=None)
+    try:
+        _ = coarse.fold
+    except InputError:
+        return None
+    return coarse
+
+
+def _coarser_garment(task: Task, settings: CoarseMesh) -> Garment | None:
+    if task.garment.source is None or not capabilities(task.simulator).coarse_search:
+        return None
+    larger = settings.ratio(task.garment, len(task.plan.steps))
+    try:
+        garment = coarsened(task.garment, larger, larger**2)
+        ideal_folds(garment, task.plan, task.hands)
+    except InputError:
+        return None
+    return garment if settings.fewest <= len(garment.vertices) < len(task.garment.vertices) else None
+
+
+def on_coarser_mesh(fine: Task, coarse: Task, parameters: Mapping[str, int | float]) -> Parameters:
+    """Return the parameters of the same manipulation on the coarser mesh: the same curve, from the nearest grasps.
+
+    Args:
+        fine: The task.
+        coarse: The same task on the coarser mesh.
+        parameters: On the finer mesh.
+    """
+    grasps = fine.manipulation(parameters).grasps
+    hands = zip(("g1", "g2"), grasps, (coarse.fold.left, coarse.fold.right), strict=False)
+    near = {name: _nearest(fine.fold.start[vertex], coarse.fold.start[side]) for name, vertex, side in hands}
+    larger = coarse.fold.span / fine.fold.span
+    return {**{name: larger * parameters[name] for name in ("x1", "z1", "x2", "z2")}, "g1": 0, "g2": 0, **near}
+
+
+def _nearest(point: np.ndarray, points: np.ndarray) -> int:
+    """Return the number of the point (n, 3) that lies nearest to another, seen from above."""
+    return int(np.linalg.norm(points[:, :2] - point[:2], axis=1).argmin())
+
+
+@dataclass(frozen=True)
+class CoarseFirst(Wrapper):
+    """Evaluates proposals of low fidelity on a coarser mesh, in the numbers of the finer one.
+
+    At high fidelity it estimates what disturbances add on the coarser mesh. If there is no coarser mesh (see
+    `coarser_task`), it does what the inner evaluator does.
+    """
+
+    settings: CoarseMesh = field(default_factory=CoarseMesh)
+
+    @cached_property
+    def coarse(self) -> Evaluator | None:
+        """The inner evaluator on the coarser mesh; None if there is none."""
+        task = None if self.task.garment.spacing_given else coarser_task(self.task, self.settings)
+        return None if task is None else self.inner.on(task)
+
+    @cached_property
+    def _fine(self) -> Evaluator:
+        """The evaluator on the task's own mesh: trials of late steps, which have no coarser mesh, end early."""
+        late = self.task.number >= self.settings.steps and not self.task.garment.spacing_given
+        return self.inner.ending_early() if late and _coarser_garment(self.task, self.settings) else self.inner
+
+    @property
+    def fidelities(self) -> int:
+        """2 if there is a coarser mesh, otherwise 1."""
+        return 1 if self.coarse is None else 2
+
+    def low_fidelity(self, parameters: Mapping[str, int | float]) -> tuple[Evaluator, Parameters] | None:
+        """Return the evaluator of the coarser mesh, and the same manipulation's parameters there; None without one."""
+        if self.coarse is None:
+            return None
+        return self.coarse, on_coarser_mesh(self.task, self.coarse.task, parameters)
+
+    @property
+    def ratio(self) -> float:
+        """D on the finer mesh over D on the coarser one: the ratio of their numbers of vertices."""
+        assert self.coarse is not None
+        return len(self.task.fold.start) / len(self.coarse.task.fold.start)
+
+    def incumbent(self, known: Sequence[Evaluation], parameters: Mapping[str, int | float]) -> Incumbent:
+        """Return the best evaluation of the same fidelity, with the hardest worlds of both."""
+        fidelity = getattr(parameters, "fidelity", HIGH)
+        here = self.inner.incumbent([each for each in known if each.fidelity == fidelity], parameters)
+        beat = replace(here, hardest=self.inner.incumbent(known, parameters).hardest)
+        if fidelity == LOW:
+            return beat
+        same = [each for each in known if each.fidelity == LOW and each.parameters == dict(parameters) and each.hardest]
+        return replace(beat, estimate=min(same, key=lambda each: each.objective, default=None))
+
+    def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
+        """Evaluate a manipulation; proposals of low fidelity on the coarser mesh."""
+        if self.coarse is None:
+            return self._fine(parameters, beat)
+        if getattr(parameters, "fidelity", HIGH) == LOW:
+            return self._low(self.coarse, parameters, beat)
+        if isinstance(self.inner, Disturbed):
+            return self.inner(parameters, beat, partial(self._estimate, parameters))
+        return self.inner(parameters, beat)
+
+    def _low(self, coarse: Evaluator, parameters: Mapping[str, int | float], beat: Incumbent) -> Evaluation:
+        """Evaluate on the coarser mesh, in the numbers of the finer one: l_x is the finer one's, D is multiplied."""
+        there = on_coarser_mesh(self.task, coarse.task, parameters)
+        length = self.task.manipulation(parameters).trajectory_length
+        coarse_length = coarse.task.manipulation(there).trajectory_length
+        scaled = Incumbent(coarse_length + (beat.objective - length) / self.ratio, beat.cost / self.ratio, beat.hardest)
+        found = coarse(there, scaled)
+        nominal = length + self.ratio * (found.nominal - coarse_length)
+        changes = {"objective": nominal, "trajectory_length": length}
+        if found.score is not None:
+            changes["shape_distance"] = self.ratio * found.score.shape_distance
+        return replace(
+            found,
+            parameters=dict(parameters),
+            trajectory_length=length,
+            objective=nominal + self.ratio * found.cost,
+            nominal=nominal,
+            score=None if found.score is None else found.score.model_copy(update=changes),
+            fidelity=LOW,
+        )
+
+    def _estimate(
+        self, parameters: Mapping[str, int | float], nominal: Evaluation, beat: Incumbent
+    ) -> Evaluation | None:
+        """Estimate the objective: disturbances add on the finer mesh what they add on the coarser one, multiplied.
+
+        Returns:
+            None if the trial cannot win, or fails on the coarser mesh.
+        """
+        if beat.estimate is not None:
+            return replace(beat.estimate, objective=nominal.objective + beat.estimate.cost)
+        coarse = self.coarse
+        if nominal.objective >= beat.objective or not isinstance(coarse, Disturbed):
+            return None
+        there = on_coarser_mesh(self.task, coarse.task, parameters)
+        start = coarse.inner(there)
+        if start.failed:
+            return None
+        scaled = Incumbent(
+            start.objective + (beat.objective - nominal.objective) / self.ratio, beat.cost / self.ratio, beat.hardest
+        )
+        found = coarse.add_worlds(there, start, scaled)
+        return replace(found, objective=nominal.objective + self.ratio * (found.objective - start.objective))
+
+    def fail(self, parameters: Mapping[str, int | float], error: str) -> Evaluation:
+        """Return the evaluation of a manipulation that could not be simulated."""
+        return replace(self.inner.fail(parameters, error), fidelity=getattr(parameters, "fidelity", HIGH))
+
+    def refuse(self, parameters: Mapping[str, int | float]) -> Evaluation | None:
+        """Return an evaluation that needs no simulation, since the manipulation is not allowed; None if it is."""
+        refused = self.inner.refuse(parameters)
+        return None if refused is None else replace(refused, fidelity=getattr(parameters, "fidelity", HIGH))
+
+    def errors(self, evaluation: Evaluation) -> np.ndarray:
+        """Return e_i of Eq. (12) [m] on the task's mesh, shape (n,); of low fidelity interpolated to its vertices."""
+        if evaluation.fidelity == HIGH or self.coarse is None or evaluation.rollout is None:
+            return self.inner.errors(evaluation)
+        final = interpolated(self.coarse.task.garment, evaluation.rollout.positions[-1], self.task.garment)
+        return vertex_distances(self.task.fold.target, final)

@@ -1,0 +1,249 @@
+"""An evaluator is a function from the parameters of a manipulation to an evaluation: how good the fold is.
+
+    evaluate = CoarseFirst(Disturbed(Nominal(task), disturbances, quantile=0.95))
+    evaluate(task.space.middle()).objective
+
+`Nominal` simulates and scores. Wrappers change what is evaluated (`Disturbed`), how (`CoarseFirst`), or what is allowed
+(`WithinReach`); a wrapper of your own overrides `__call__`:
+
+    class Gentle(Wrapper):
+        def __call__(self, parameters, beat=NOTHING):
+            found = self.inner(parameters, beat)
+            return replace(found, objective=found.objective + 0.1 * parameters["z1"])
+
+Evaluators are immutable and can be pickled; an evaluation depends on nothing but the arguments.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor, Future
+from dataclasses import dataclass, replace
+from time import perf_counter
+from typing import Literal, Self
+
+import numpy as np
+
+from tatamu.disturbances import World
+from tatamu.errors import InputError
+from tatamu.folding.score import Score, residuals, vertex_distances
+from tatamu.folding.task import Task
+from tatamu.rollout import Rollout
+from tatamu.search import HIGH, Parameters
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """The result of evaluating the parameters of one manipulation."""
+
+    parameters: Mapping[str, int | float]
+    trajectory_length: float
+    """l_x of Eq. (10) [m]."""
+    objective: float
+    """The value that a search minimises."""
+    nominal: float
+    """C of Eq. (10) without disturbances, or a penalty if the fold failed."""
+    score: Score | None
+    """All measures without disturbances; None if the fold failed."""
+    error: str | None = None
+    """Why it failed."""
+    rollout: Rollout | None = None
+    """The motion without disturbances; None if it was not simulated to its end, or not kept."""
+    simulations: int = 1
+    """How many simulations the objective took."""
+    hardest: tuple[int, ...] = ()
+    """Numbers of the disturbed worlds that were simulated, hardest first; empty if the evaluation was ended early."""
+    fidelity: int = HIGH
+    """`LOW` if a coarser mesh was simulated."""
+    ended: Literal["arrival"] | None = None
+    """"arrival" if the simulation ended when the hands arrived, because the fold could not win any more."""
+    seconds: float = 0.0
+    """Wall time."""
+    errors: np.ndarray | None = None
+    """e_i of Eq. (12) [m], shape (n,); None if they were not requested."""
+
+    @property
+    def failed(self) -> bool:
+        """Whether there is no fold to score."""
+        return self.score is None
+
+    @property
+    def cost(self) -> float:
+        """What disturbances add to the objective."""
+        return self.objective - self.nominal
+
+    @property
+    def residuals(self) -> np.ndarray | None:
+        """The vector whose squares sum to alpha D of Eq. (10), shape (n,); to single precision, as studies keep it."""
+        return None if self.errors is None else residuals(self.errors.astype(np.float32).astype(float))
+
+
+@dataclass(frozen=True)
+class Incumbent:
+    """What an evaluation has to beat; one that cannot may end early, with an objective that is worse."""
+
+    objective: float = np.inf
+    """The lowest objective known."""
+    cost: float = 0.0
+    """What disturbances add to it."""
+    hardest: tuple[int, ...] = ()
+    """Numbers of the disturbed worlds that decide, hardest first; empty for all."""
+    estimate: Evaluation | None = None
+    """An evaluation of the same parameters at low fidelity, if one is known."""
+
+
+NOTHING = Incumbent()
+"""Nothing has to be beaten: every evaluation is complete."""
+
+
+class Evaluator(ABC):
+    """Base of all evaluators."""
+
+    @property
+    @abstractmethod
+    def task(self) -> Task:
+        """The fold that is evaluated."""
+
+    @abstractmethod
+    def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
+        """Evaluate a manipulation; a failed simulation is a result, not an exception.
+
+        Args:
+            parameters: x1, z1, x2, z2 [m], g1 and g2 of Eq. (9).
+            beat: What the evaluation has to beat; if it cannot, it may end early.
+
+        Raises:
+            InputError: If a parameter is wrong; the message names it.
+        """
+
+    @abstractmethod
+    def on(self, task: Task) -> Self:
+        """Return the same evaluator for another task."""
+
+    @abstractmethod
+    def in_world(self, parameters: Mapping[str, int | float], world: World) -> Evaluation:
+        """Evaluate a manipulation in one disturbed world."""
+
+    @abstractmethod
+    def fail(self, parameters: Mapping[str, int | float], error: str) -> Evaluation:
+        """Return the evaluation of a manipulation that could not be simulated."""
+
+    def refuse(self, parameters: Mapping[str, int | float]) -> Evaluation | None:
+        """Return an evaluation that needs no simulation, since the manipulation is not allowed; None if it is."""
+        return None
+
+    def ending_early(self) -> Evaluator:
+        """Return the evaluator that ends a simulation when the hands have arrived, if the fold cannot win any more."""
+        return self
+
+    def without_disturbances(self) -> Evaluator:
+        """Return the evaluator that does the same without disturbances."""
+        return self
+
+    @property
+    def fidelities(self) -> int:
+        """2 if the evaluator has a low fidelity as well, otherwise 1."""
+        return 1
+
+    def low_fidelity(self, parameters: Mapping[str, int | float]) -> tuple[Evaluator, Parameters] | None:
+        """Return the evaluator of low fidelity by itself, and the same manipulation's parameters; None without one."""
+        return None
+
+    def incumbent(self, known: Sequence[Evaluation], parameters: Mapping[str, int | float]) -> Incumbent:
+        """Return what an evaluation has to beat.
+
+        Args:
+            known: Evaluations of earlier trials, in order.
+            parameters: Of the evaluation.
+        """
+        return Incumbent(min((each.objective for each in known if not each.failed), default=np.inf))
+
+    def errors(self, evaluation: Evaluation) -> np.ndarray:
+        """Return e_i of Eq. (12) [m] on the task's mesh, shape (n,), of an evaluation with a rollout."""
+        if evaluation.rollout is None:
+            raise InputError("evaluation: must have a rollout")
+        return vertex_distances(self.task.fold.target, evaluation.rollout.positions[-1])
+
+    def submit(
+        self, executor: Executor, parameters: Mapping[str, int | float], beat: Incumbent, *, keep: bool = False
+    ) -> Future[Evaluation]:
+        """Evaluate on an executor; a manipulation that is not allowed is answered at once.
+
+        Args:
+            executor: Threads, processes or a cluster.
+            parameters: Of the manipulation.
+            beat: What the evaluation has to beat.
+            keep: Return the rollout of a losing evaluation, too; otherwise it is dropped where it was made.
+        """
+        refused = self.refuse(parameters)
+        if refused is None:
+            return executor.submit(_timed, self, parameters, beat, keep)
+        answer: Future[Evaluation] = Future()
+        answer.set_result(refused)
+        return answer
+
+
+def _timed(evaluator: Evaluator, parameters: Mapping[str, int | float], beat: Incumbent, keep: bool) -> Evaluation:
+    """Evaluate, and measure how long it took."""
+    started = perf_counter()
+    found = evaluator(parameters, beat)
+    rollout = found.rollout if keep or found.objective < beat.objective else None
+    return replace(found, rollout=rollout, seconds=perf_counter() - started)
+
+
+@dataclass(frozen=True)
+class Wrapper(Evaluator):
+    """Base of evaluators that change what another one does; it does the same unless a method is overridden."""
+
+    inner: Evaluator
+
+    @property
+    def task(self) -> Task:
+        """The fold that is evaluated."""
+        return self.inner.task
+
+    def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
+        """Evaluate a manipulation."""
+        return self.inner(parameters, beat)
+
+    def on(self, task: Task) -> Self:
+        """Return the same evaluator for another task."""
+        return replace(self, inner=self.inner.on(task))
+
+    def in_world(self, parameters: Mapping[str, int | float], world: World) -> Evaluation:
+        """Evaluate a manipulation in one disturbed world."""
+        return self.inner.in_world(parameters, world)
+
+    def fail(self, parameters: Mapping[str, int | float], error: str) -> Evaluation:
+        """Return the evaluation of a manipulation that could not be simulated."""
+        return self.inner.fail(parameters, error)
+
+    def refuse(self, parameters: Mapping[str, int | float]) -> Evaluation | None:
+        """Return an evaluation that needs no simulation, since the manipulation is not allowed; None if it is."""
+        return self.inner.refuse(parameters)
+
+    def ending_early(self) -> Evaluator:
+        """Return the evaluator that ends a simulation when the hands have arrived, if the fold cannot win any more."""
+        return replace(self, inner=self.inner.ending_early())
+
+    def without_disturbances(self) -> Evaluator:
+        """Return the evaluator that does the same without disturbances."""
+        return replace(self, inner=self.inner.without_disturbances())
+
+    @property
+    def fidelities(self) -> int:
+        """2 if the evaluator has a low fidelity as well, otherwise 1."""
+        return self.inner.fidelities
+
+    def low_fidelity(self, parameters: Mapping[str, int | float]) -> tuple[Evaluator, Parameters] | None:
+        """Return the evaluator of low fidelity by itself, and the same manipulation's parameters; None without one."""
+        return self.inner.low_fidelity(parameters)
+
+    def incumbent(self, known: Sequence[Evaluation], parameters: Mapping[str, int | float]) -> Incumbent:
+        """Return what an evaluation has to beat."""
+        return self.inner.incumbent(known, parameters)
+
+    def errors(self, evaluation: Evaluation) -> np.ndarray:
+        """Return e_i of Eq. (12) [m] on the task's mesh, shape (n,), of an evaluation with a rollout."""
+        return self.inner.errors(evaluation)

@@ -1,0 +1,109 @@
+"""The nominal evaluator: one simulation without disturbances, scored by C of Eq. (10)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tatamu.disturbances import World, disturbed_scene
+from tatamu.errors import SimulationError
+from tatamu.evaluation.evaluator import NOTHING, Evaluation, Evaluator, Incumbent
+from tatamu.folding.fold import Fold
+from tatamu.folding.manipulation import Manipulation
+from tatamu.folding.score import ALPHA, score, shape_distance, vertex_distances
+from tatamu.folding.task import Task
+from tatamu.folding.trial_scene import scene_of
+from tatamu.scene import Scene
+from tatamu.simulators import simulate
+
+TABLE_MARGIN = 0.5
+"""The table reaches this far beyond the place where the cloth lay [m]; cloth that ends farther out has left it."""
+
+
+@dataclass(frozen=True)
+class Nominal(Evaluator):
+    """Simulates a manipulation and scores the outcome."""
+
+    subject: Task
+    """The fold that is evaluated."""
+    ends_early: bool = False
+    """End a simulation when the hands have arrived, if the fold cannot win any more: many layers only come undone
+    later."""
+
+    @property
+    def task(self) -> Task:
+        """The fold that is evaluated."""
+        return self.subject
+
+    def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
+        """Evaluate a manipulation."""
+        manipulation = self.task.manipulation(parameters)
+        scene = scene_of(self.task.fold, manipulation)
+        if self.ends_early and beat.objective < np.inf:
+            until = scene.model_copy(update={"duration": manipulation.timing.arrives})
+            arrived = self._evaluate(parameters, manipulation, until)
+            if arrived.objective >= beat.objective:
+                return replace(arrived, rollout=None, ended=None if arrived.failed else "arrival")
+        return self._evaluate(parameters, manipulation, scene)
+
+    def on(self, task: Task) -> Nominal:
+        """Return the same evaluator for another task."""
+        return replace(self, subject=task)
+
+    def ending_early(self) -> Nominal:
+        """Return the evaluator that ends a simulation when the hands have arrived, if the fold cannot win any more."""
+        return replace(self, ends_early=True)
+
+    def in_world(self, parameters: Mapping[str, int | float], world: World) -> Evaluation:
+        """Evaluate a manipulation in one disturbed world."""
+        manipulation = self.task.manipulation(parameters)
+        try:
+            scene = disturbed_scene(self.task.fold, manipulation, world)
+        except SimulationError as error:
+            return self.fail(parameters, str(error))
+        return self._evaluate(parameters, manipulation, scene)
+
+    def fixed(self, manipulation: Manipulation) -> Evaluation:
+        """Evaluate a manipulation that has no parameters, such as one along polylines."""
+        return self._evaluate({}, manipulation, scene_of(self.task.fold, manipulation))
+
+    def fail(self, parameters: Mapping[str, int | float], error: str) -> Evaluation:
+        """Return the evaluation of a manipulation that could not be simulated."""
+        return replace(self.fail_fixed(self.task.manipulation(parameters), error), parameters=dict(parameters))
+
+    def fail_fixed(self, manipulation: Manipulation, error: str) -> Evaluation:
+        """Return the evaluation of a manipulation without parameters that could not be simulated."""
+        return replace(_failed(self.task.fold, {}, manipulation.trajectory_length, error), simulations=0)
+
+    def _evaluate(self, parameters: Mapping[str, int | float], manipulation: Manipulation, scene: Scene) -> Evaluation:
+        """Simulate and score a scene of this fold."""
+        fold, length = self.task.fold, manipulation.trajectory_length
+        try:
+            rollout = simulate(scene, self.task.simulator)
+        except SimulationError as error:
+            return _failed(fold, parameters, length, str(error))
+        final = rollout.positions[-1]
+        if _left_table(fold, final):
+            return replace(_failed(fold, parameters, length, "the cloth left the table"), rollout=rollout)
+        reached = score(fold, length, final)
+        return Evaluation(dict(parameters), length, reached.objective, reached.objective, reached, rollout=rollout)
+
+
+def penalty(fold: Fold, trajectory_length: float) -> float:
+    """Return the objective of a failed trial: twice as far from the target as a cloth that was not touched."""
+    untouched = shape_distance(vertex_distances(fold.target, fold.start))
+    return trajectory_length + 2.0 * ALPHA * untouched
+
+
+def _failed(fold: Fold, parameters: Mapping[str, int | float], length: float, error: str) -> Evaluation:
+    objective = penalty(fold, length)
+    return Evaluation(dict(parameters), length, objective, objective, None, error)
+
+
+def _left_table(fold: Fold, positions: np.ndarray) -> bool:
+    flat = fold.start[:, :2]
+    low = flat.min(0) - TABLE_MARGIN
+    high = flat.max(0) + TABLE_MARGIN
+    return bool((positions[:, :2] < low).any() or (positions[:, :2] > high).any())

@@ -1,0 +1,45 @@
+"""Only manipulations that a robot can do: others fail without a simulation, by how far they are out of reach."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from concurrent.futures import Executor, Future
+from dataclasses import dataclass, replace
+
+from tatamu.evaluation.evaluator import NOTHING, Evaluation, Incumbent, Wrapper
+from tatamu.folding.task import Reach
+
+
+@dataclass(frozen=True)
+class WithinReach(Wrapper):
+    """Refuses manipulations that are out of a robot's reach.
+
+    The robot remembers placements that served earlier manipulations, so it is asked in the order of the trials, and in
+    the process that proposes them.
+    """
+
+    reach: Reach
+
+    def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
+        """Evaluate a manipulation; one out of reach is not simulated."""
+        return self.refuse(parameters) or self.inner(parameters, beat)
+
+    def refuse(self, parameters: Mapping[str, int | float]) -> Evaluation | None:
+        """Return a failed evaluation if the robot cannot do the manipulation, otherwise None."""
+        short = -self.reach.quality(self.task.manipulation(parameters))
+        if short <= 0.0:
+            return self.inner.refuse(parameters)
+        failed = self.inner.fail(parameters, f"out of reach of {self.reach.robot}")
+        objective = failed.objective + short
+        return replace(failed, objective=objective, nominal=objective, simulations=0)
+
+    def submit(
+        self, executor: Executor, parameters: Mapping[str, int | float], beat: Incumbent, *, keep: bool = False
+    ) -> Future[Evaluation]:
+        """Evaluate on an executor; the robot is asked here, and does not travel to the workers."""
+        refused = self.refuse(parameters)
+        if refused is None:
+            return self.inner.submit(executor, parameters, beat, keep=keep)
+        answer: Future[Evaluation] = Future()
+        answer.set_result(refused)
+        return answer

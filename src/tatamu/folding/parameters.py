@@ -1,0 +1,96 @@
+"""The parameters of a manipulation, x = (x1, z1, x2, z2, g1, g2) of Eq. (9): their space, and curves to start from."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Literal
+
+from tatamu.folding.fold import Fold
+from tatamu.folding.manipulation import trajectory_lengths
+from tatamu.search.space import Bounds, Parameters, Space
+
+Grasps = Literal["integer", "continuous"]
+"""Grasps as whole numbers 0 .. M-1, or as the paper's real numbers 0 .. M that are floored when used."""
+
+HIGHEST = 0.75
+"""P1 and P2 lie at most this part of the span over the grasp."""
+LOW = ((0.2, 0.33), (0.1, 0.33), (0.06, 1.0))
+"""Of low curves: height of P1 over the grasp and how far P2 is ahead of it, in parts of the span."""
+ARCHED = 0.2
+"""Of the arched curve: height of P1 over the grasp and of P2 over the release, in parts of the span."""
+HIGH = 0.5
+"""The same of the high curve: layers that were folded before are lifted off the table before they are turned over."""
+
+
+def search_space(fold: Fold, grasps: Grasps = "integer") -> Space:
+    """Return the search space of a fold, with l_x of Eq. (10) as the known part of the objective.
+
+    P1 and P2 lie between grasp and release, from the height of the grasp up to `HIGHEST` spans. Fingers must clear what
+    lies at the release, so with fingers the lower bound is the height of the release.
+    """
+    ahead = Bounds(0.0, fold.span)
+    up = Bounds(_lowest(fold), HIGHEST * fold.span)
+    count = fold.candidates
+    grasp = Bounds(0, count - 1, whole=True) if grasps == "integer" else Bounds(0.0, float(count))
+    bounds = {"x1": ahead, "z1": up, "x2": ahead, "z2": up, "g1": grasp, "g2": grasp}
+    return Space(bounds, known_part=partial(trajectory_lengths, fold))
+
+
+def first_curves(fold: Fold) -> list[Parameters]:
+    """Return curves to start a search with: arched at the corners, arched further inwards, then low ones."""
+    return [arched_curve(fold), arched_curve(fold, (fold.candidates - 1) // 2), *low_curves(fold)]
+
+
+def later_curves(fold: Fold) -> list[Parameters]:
+    """Return curves to start the search of a later step with: an arched one, then high ones.
+
+    Loose flaps of earlier folds come undone on low curves, and if the hands hold only the corners.
+    """
+    inwards = (0, (fold.candidates - 1) // 2, fold.candidates - 1)
+    return [arched_curve(fold), *(arched_curve(fold, grasp, HIGH) for grasp in dict.fromkeys(inwards))]
+
+
+def arched_curve(fold: Fold, grasp: int = 0, spans: float = ARCHED) -> Parameters:
+    """Return a curve that starts straight up and ends straight down.
+
+    Hands that come down from above do not push what lies there, as those on low curves do
+    (docs/notes/own-garments.md).
+
+    Args:
+        fold: The fold.
+        grasp: Number of both grasps, from the corners inwards.
+        spans: Height of P1 over the grasp and of P2 over the release, in parts of the span.
+    """
+    height = max(spans * fold.span, _lowest(fold))
+    return {"x1": 0.0, "z1": height, "x2": fold.span, "z2": height, "g1": grasp, "g2": grasp}
+
+
+def low_curves(fold: Fold) -> list[Parameters]:
+    """Return curves from the corners that rise a little and pass low over the part that lies still.
+
+    The shortest paths to a good fold are of this kind if nothing is pushed. How low they may be depends on the cloth,
+    and coarse meshes are crushed by the last.
+    """
+    lowest = _lowest(fold)
+    return [
+        {"x1": 0.0, "z1": max(height * fold.span, lowest), "x2": ahead * fold.span, "z2": lowest, "g1": 0, "g2": 0}
+        for height, ahead in LOW
+    ]
+
+
+def _lowest(fold: Fold) -> float:
+    """Return the lowest height of P1 and P2 over P0 [m]."""
+    return max(0.0, *(float(hand[:, 1].max()) for hand in fold.releases)) if fold.lift else 0.0
+
+
+def transfer(parameters: Parameters, before: Fold, fold: Fold, grasps: Grasps) -> Parameters:
+    """Return the parameters that mean for `fold` what `parameters` mean for another fold.
+
+    P1 and P2 keep their place in parts of the span, grasps theirs among the candidates from the corner inwards.
+    """
+    old = search_space(before, grasps).bounds
+    new = search_space(fold, grasps).bounds
+    larger = fold.span / before.span
+    moved = {name: larger * parameters[name] for name in ("x1", "z1", "x2", "z2")}
+    held = {name: new[name].high * parameters[name] / max(old[name].high, 1) for name in ("g1", "g2")}
+    return {name: new[name].nearest(value) for name, value in {**moved, **held}.items()}

@@ -1,0 +1,104 @@
+"""The scene of a manipulation: the garment as it lies on the table, and the hands that carry it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tatamu import curves
+from tatamu.folding.fingers import cleared
+from tatamu.folding.fold import Fold
+from tatamu.folding.manipulation import FRAME_RATE, HANDS, WAIT, Hand, Manipulation
+from tatamu.folding.pinch import pressed
+from tatamu.material import Material
+from tatamu.scene import Cloth, Gripper, Scene, Table
+
+_CLOSING = np.linspace(0.0, WAIT, round(WAIT * FRAME_RATE) + 1).tolist()
+"""When fingers close, frame by frame [s]: before the hands move."""
+
+
+@dataclass(frozen=True)
+class Carry:
+    """A hand that carries the vertices it holds."""
+
+    hand: Hand
+    vertex: int
+    """The grasped vertex."""
+    times: np.ndarray
+    """Knots of the motion [s], shape (k,); the first is when the hand begins to move."""
+    displacements: np.ndarray
+    """From the grasp at each knot [m], shape (k, 3); the first is where the hand is as it has closed."""
+    opens: float
+    """When the hand opens [s]."""
+
+
+def carries_of(fold: Fold, manipulation: Manipulation) -> list[Carry]:
+    """Both hands of a manipulation, left before right, their fingers clear of what lies below them."""
+    times, displacements = manipulation.motion()
+    opens = manipulation.timing.opens
+    hands = zip(HANDS, manipulation.grasps, displacements, strict=False)
+    return [Carry(hand, vertex, times, cleared(fold, vertex, moved), opens) for hand, vertex, moved in hands]
+
+
+def scene_of(fold: Fold, manipulation: Manipulation) -> Scene:
+    """The scene of one trial: the garment as it lies on the table, and the hands.
+
+    A hand is one gripper, left before right, or several where its fingers press layers together.
+    """
+    return scene_with(fold, carries_of(fold, manipulation), manipulation.timing.ends, fold.garment.material)
+
+
+def scene_with(fold: Fold, carries: Sequence[Carry], ends: float, material: Material) -> Scene:
+    """The scene of hands that carry the garment about in other manners than a manipulation says.
+
+    Args:
+        fold: The fold.
+        carries: What each hand does.
+        ends: When the scene ends [s].
+        material: Of the cloth; of another thickness it lies as much higher.
+    """
+    grippers = [
+        Gripper(hand=carry.hand, vertices=held, closes=0.0, opens=carry.opens, times=knots, displacements=path)
+        for carry in carries
+        for held, down in _held(fold, carry.vertex)
+        for knots, path in [_after_closing(carry, down)]
+    ]
+    return Scene(
+        cloth=_cloth(fold, material.thickness / fold.garment.material.thickness),
+        material=material,
+        table=Table(),
+        grippers=grippers,
+        duration=ends,
+        frame_rate=FRAME_RATE,
+    )
+
+
+def _held(fold: Fold, vertex: int) -> list[tuple[list[int], float]]:
+    """The vertices of a hand in parts that its fingers press down equally far [m]; the part that stays is the first."""
+    patch = np.array(fold.patch(vertex))
+    down = pressed(fold.start[patch], fold.garment.material.thickness, fold.garment.spacing)
+    return [(patch[down == each].tolist(), float(each)) for each in np.unique(down)[::-1]]
+
+
+def _after_closing(carry: Carry, down: float) -> tuple[list[float], np.ndarray]:
+    """Knots [s] and displacements [m] of what the fingers press `down` while they close, and then carry along."""
+    pressed_down = np.array([0.0, 0.0, down])
+    shift = pressed_down + carry.displacements[0]
+    if not shift.any():
+        return carry.times.tolist(), carry.displacements
+    closing = curves.minimum_jerk(np.linspace(0.0, 1.0, len(_CLOSING)))[:-1, None] * shift
+    moved = carry.displacements + pressed_down
+    return [*_CLOSING[:-1], *carry.times.tolist()], np.concatenate([closing, moved])
+
+
+def _cloth(fold: Fold, thicker: float) -> Cloth:
+    """The cloth before the fold; once it was folded, its unstrained shape is still the flat one."""
+    garment = fold.garment
+    rest = garment.rest if fold.start is garment.vertices else garment.unstrained
+    start = fold.start if thicker == 1.0 else fold.start * [1.0, 1.0, thicker]
+    unstrained = fold.start if rest is None and start is not fold.start else rest
+    return Cloth(
+        vertices=start, faces=garment.faces, rest_vertices=unstrained, seams=garment.seams, fibre=garment.fibre
+    )

@@ -1,0 +1,149 @@
+"""The measures of a fold in the field's words: titles, grades, thresholds and their sources."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tatamu.folding.score import Limits, Score
+
+DE_GUSSEME = "De Gusseme and wyffels 2022, Front. Neurorobot. 16:989702"
+BIFOLD = "BiFold 2025"
+FOLDBACK = "FoldBack 2026"
+GARCIA = "Garcia-Camacho et al. 2020"
+
+GRADES = ((0.002, "near perfect"), (0.005, "good"), (0.020, "fair"))
+"""Upper ends of the mean vertex distance [m] and their words; beyond the last: failed."""
+FAILED = "failed"
+LIMITS = Limits()
+SUCCESS = LIMITS.mean_vertex_distance
+"""Mean particle position error that counts as success [m]."""
+OVERLAP = LIMITS.mask_iou
+"""Intersection over union of the views from above that counts as success."""
+AREA = 2.77
+"""Area error that others reach [%]."""
+
+
+def grade(mean_vertex_distance: float | None) -> str:
+    """A word for a mean vertex distance [m]; None, a failed trial, has failed."""
+    if mean_vertex_distance is None:
+        return FAILED
+    below = (word for end, word in GRADES if mean_vertex_distance < end)
+    return next(below, FAILED)
+
+
+@dataclass(frozen=True)
+class Measure:
+    """One measure of a fold: how it is shown and what it is compared with."""
+
+    key: str
+    """Its field in result.json."""
+    title: str
+    """Its name, as HTML."""
+    unit: str
+    scale: float
+    """From the file's unit to the shown one."""
+    digits: int
+    meaning: str
+    """In a few words, as HTML."""
+    threshold: str = ""
+    limit: str = ""
+    """The threshold that counts, in a few words."""
+    source: str = ""
+    most: float | None = None
+    """Largest value that passes, in the file's unit."""
+    least: float | None = None
+    """Smallest value that passes."""
+
+    def value(self, score: Score | None) -> float | None:
+        """Return its value in the file's unit; None if the fold failed."""
+        return None if score is None else float(getattr(score, self.key))
+
+    def text(self, score: Score | None) -> str:
+        """Return its value in the shown unit."""
+        value = self.value(score)
+        return "–" if value is None else f"{value * self.scale:.{self.digits}f}"
+
+    def passes(self, score: Score | None) -> bool | None:
+        """Return whether the threshold is met; None if there is none, or no value."""
+        value = self.value(score)
+        if value is None or (self.most is None and self.least is None):
+            return None
+        return (self.most is None or value <= self.most) and (self.least is None or value >= self.least)
+
+
+MEASURES = (
+    Measure(
+        "mean_vertex_distance",
+        "Mean vertex distance",
+        "mm",
+        1e3,
+        1,
+        "mean of e<sub>i</sub> over the mesh",
+        "below {:g} near perfect, to {:g} good, above {:g} failed; ".format(*(1e3 * end for end, _ in GRADES))
+        + f"below {1e3 * SUCCESS:g} success",
+        f"success below {1e3 * SUCCESS:g} mm",
+        f"{DE_GUSSEME}; success: {BIFOLD}",
+        most=SUCCESS,
+    ),
+    Measure(
+        "mask_iou",
+        "Mask IoU",
+        "",
+        1.0,
+        3,
+        "overlap of the two top views, intersection over union",
+        f"at least {OVERLAP:.2f}",
+        f"success from {OVERLAP:.2f}",
+        FOLDBACK,
+        least=OVERLAP,
+    ),
+    Measure(
+        "area_error",
+        "Area error E<sub>f</sub>",
+        "%",
+        1.0,
+        2,
+        "folded area against what the fold should leave (half, for a fold in half)",
+        f"{AREA:g} reached",
+        f"others reach {AREA:g} %",
+        GARCIA,
+        most=AREA,
+    ),
+    Measure("slip", "Slip", "mm", 1e3, 1, "how far the part that should lie still moved"),
+    Measure(
+        "residual_bend",
+        "Residual bend",
+        "mm",
+        1e3,
+        1,
+        "largest e<sub>i</sub> beyond μ + 1.28 σ",
+        source="the paper, Fig. 2",
+    ),
+    Measure(
+        "trajectory_length",
+        "Path length l<sub>x</sub>",
+        "m",
+        1.0,
+        3,
+        "length of a hand’s path",
+        source="the paper, Eq. (10)",
+    ),
+    Measure(
+        "shape_distance",
+        "Shape distance D",
+        "m",
+        1.0,
+        3,
+        "Σ w<sub>i</sub> e<sub>i</sub>; depends on the mesh",
+        source="the paper, Eq. (11), Eq. (12), Eq. (13)",
+    ),
+    Measure(
+        "objective",
+        "Objective C",
+        "",
+        1.0,
+        4,
+        "l<sub>x</sub> + 0.01 D, what the search minimised",
+        source="the paper, Eq. (10)",
+    ),
+)

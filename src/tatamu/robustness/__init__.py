@@ -1,0 +1,24 @@
+"""Robustness: in which disturbed worlds a fold still succeeds, judged on one mesh or on two."""
+
+from tatamu.robustness.cache import VerdictCache
+from tatamu.robustness.judge import Judge, Judged, Progress, WorldSearch
+from tatamu.robustness.meshes import FoldOnMesh, MeshVerdict
+from tatamu.robustness.record import AloneMargin, MarginsResult, MeshUsed, Spread, SuccessRate, distances_of
+from tatamu.robustness.verdict import Verdict
+
+__all__ = [
+    "AloneMargin",
+    "FoldOnMesh",
+    "Judge",
+    "Judged",
+    "MarginsResult",
+    "MeshUsed",
+    "MeshVerdict",
+    "Progress",
+    "Spread",
+    "SuccessRate",
+    "Verdict",
+    "VerdictCache",
+    "WorldSearch",
+    "distances_of",
+]

@@ -1,0 +1,78 @@
+"""Verdicts that are kept, so that an interrupted measurement resumes and no simulation runs twice."""
+
+from __future__ import annotations
+
+import json
+from hashlib import sha256
+from pathlib import Path
+
+from pydantic import TypeAdapter, ValidationError
+
+from tatamu.disturbances import World
+from tatamu.files import read_text, unwritable
+from tatamu.robustness.verdict import Verdict
+
+_LINE = TypeAdapter(Verdict)
+
+
+class VerdictCache:
+    """Verdicts by fold and world, one line each in a file."""
+
+    def __init__(self, path: Path | None = None) -> None:
+        """Read the file if it exists, and make its folder; a line that was cut off is skipped.
+
+        Args:
+            path: The file; None to keep verdicts in memory only.
+
+        Raises:
+            InputError: If the file cannot be read, or its folder cannot be made.
+        """
+        self._path = path
+        self._known: dict[str, Verdict] = {}
+        if path is None:
+            return
+        for line in read_text(path).splitlines() if path.exists() else ():
+            try:
+                value = json.loads(line)
+                self._known[value.pop("key")] = _LINE.validate_python(value)
+            except (ValueError, TypeError, KeyError, AttributeError, ValidationError):
+                continue
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise unwritable(path.parent, error) from None
+
+    @staticmethod
+    def key(fold: str, world: World) -> str:
+        """Return the name of a simulation."""
+        values = sorted((name, value.hex()) for name, value in world.values.items() if value)
+        return sha256(json.dumps([fold, values]).encode()).hexdigest()[:24]
+
+    def get(self, key: str) -> Verdict | None:
+        """Return the verdict of a simulation; None if it is not known."""
+        return self._known.get(key)
+
+    def keep(self, key: str, verdict: Verdict) -> None:
+        """Add a verdict, and write it at once.
+
+        Raises:
+            InputError: If the file cannot be written.
+        """
+        self._known[key] = verdict
+        if self._path is None:
+            return
+        try:
+            with self._path.open("a") as file:
+                start = "" if _ends_with_line(self._path) else "\n"
+                file.write(start + json.dumps({"key": key, **_LINE.dump_python(verdict)}) + "\n")
+        except OSError as error:
+            raise unwritable(self._path, error) from None
+
+
+def _ends_with_line(path: Path) -> bool:
+    """Return whether a file is empty or ends with a whole line."""
+    with path.open("rb") as file:
+        if not file.seek(0, 2):
+            return True
+        file.seek(-1, 2)
+        return file.read(1) == b"\n"

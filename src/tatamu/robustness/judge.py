@@ -1,0 +1,177 @@
+"""Judges a fold in disturbed worlds, on one mesh or on two, with every simulation kept."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Mapping, Sequence
+from concurrent.futures import Executor, Future, as_completed
+from dataclasses import dataclass, field
+
+from tatamu.disturbances import NOMINAL, World
+from tatamu.errors import WorkerKilledError
+from tatamu.evaluation import Evaluator
+from tatamu.folding.score import Limits
+from tatamu.robustness.cache import VerdictCache
+from tatamu.robustness.meshes import FoldOnMesh, MeshVerdict, SlackRange, select_pairs
+from tatamu.robustness.verdict import Verdict
+
+Progress = Callable[[int, int], None]
+"""Called with how many simulations have ended, and how many are known to be needed."""
+WorldSearch = Generator[World, Verdict, float | None]
+"""Yields worlds, is sent the verdicts on them, and returns its finding."""
+
+
+@dataclass(frozen=True)
+class Judged:
+    """Verdicts that the mesh does not change."""
+
+    nominal: MeshVerdict
+    worlds: list[MeshVerdict]
+    """On the given worlds, in their order."""
+    findings: list[float | None]
+    """What the searches returned, in their order."""
+    seen: list[MeshVerdict]
+    """All of these, and those on the worlds of the searches."""
+
+
+@dataclass
+class _Mesh:
+    """A fold on one mesh, and the worlds in which it was simulated."""
+
+    fold: FoldOnMesh
+    requested: set[str] = field(default_factory=set)
+    """Keys of the simulations that were needed."""
+
+    def __post_init__(self) -> None:
+        self.name = self.fold.key
+
+    def key(self, world: World) -> str:
+        return VerdictCache.key(self.name, world)
+
+
+class Judge:
+    """Simulates worlds on the coarse mesh, and on the fine one those whose verdict it could change."""
+
+    def __init__(
+        self,
+        fine: FoldOnMesh,
+        coarse: FoldOnMesh | None,
+        workers: Executor,
+        cache: VerdictCache,
+        progress: Progress = lambda done, total: None,
+    ) -> None:
+        """Make a judge.
+
+        Args:
+            fine: The fold on its own mesh.
+            coarse: The same fold on a coarser mesh; None if there is none.
+            workers: Where simulations run.
+            cache: Earlier simulations, and where new ones are kept.
+            progress: Called after every simulation.
+        """
+        self._fine = _Mesh(fine)
+        self._coarse = None if coarse is None else _Mesh(coarse)
+        self._workers = workers
+        self._cache = cache
+        self._progress = progress
+        self._ended = 0
+
+    @property
+    def simulations(self) -> int:
+        """How many simulations were needed, those from the cache among them."""
+        return self.fine_simulations + (len(self._coarse.requested) if self._coarse else 0)
+
+    @property
+    def fine_simulations(self) -> int:
+        """How many of them were on the fine mesh."""
+        return len(self._fine.requested)
+
+    def judge(
+        self, worlds: Sequence[World], limits: Limits, searches: Callable[[], list[WorldSearch]] = list
+    ) -> Judged:
+        """Judge the nominal world and others, and follow searches, each on the mesh that its verdict needs.
+
+        Args:
+            worlds: The worlds.
+            limits: The limits of success.
+            searches: Starts the searches; they start again whenever more is known about the meshes.
+        """
+        everything = [NOMINAL, *worlds]
+        slack = SlackRange(limits)
+        if self._coarse is not None:
+            rough = [one.verdict for one in self._judge(everything, slack)[1:]]
+            sample = [NOMINAL, *(worlds[number] for number in select_pairs(rough, limits))]
+            slack = slack.including(self._judge(sample, SlackRange.unbounded(limits)))
+        while True:
+            nominal, *found = self._judge(everything, slack)
+            findings, others = self._follow(searches(), slack)
+            seen = [nominal, *found, *others]
+            wider = slack.including(seen)
+            if wider == slack:
+                return Judged(nominal, found, findings, seen)
+            slack = wider
+
+    def _follow(
+        self, searches: Sequence[WorldSearch], slack: SlackRange
+    ) -> tuple[list[float | None], list[MeshVerdict]]:
+        """Follow searches to their ends, one world of each at a time; return their findings and all verdicts."""
+        findings: list[float | None] = [None] * len(searches)
+        seen: list[MeshVerdict] = []
+        wanted = {number: next(search) for number, search in enumerate(searches)}
+        while wanted:
+            judged = self._judge(list(wanted.values()), slack)
+            seen += judged
+            numbers, wanted = list(wanted), {}
+            for number, one in zip(numbers, judged, strict=True):
+                try:
+                    wanted[number] = searches[number].send(one.verdict)
+                except StopIteration as stop:
+                    findings[number] = stop.value
+        return findings, seen
+
+    def _judge(self, worlds: Sequence[World], slack: SlackRange) -> list[MeshVerdict]:
+        """Judge worlds on the coarse mesh, and on the fine one if the coarse verdict is not final."""
+        if self._coarse is None:
+            return [MeshVerdict(verdict) for verdict in self._simulate(self._fine, worlds)]
+        coarse = self._simulate(self._coarse, worlds)
+        settled = [
+            slack.is_conclusive(verdict) and self._fine.key(world) not in self._fine.requested
+            for world, verdict in zip(worlds, coarse, strict=True)
+        ]
+        open_worlds = [world for world, done in zip(worlds, settled, strict=True) if not done]
+        fine = iter(self._simulate(self._fine, open_worlds))
+        return [
+            MeshVerdict(verdict, verdict, fine=False) if done else MeshVerdict(next(fine), verdict)
+            for verdict, done in zip(coarse, settled, strict=True)
+        ]
+
+    def _simulate(self, mesh: _Mesh, worlds: Sequence[World]) -> list[Verdict]:
+        """Return the verdicts on worlds on one mesh, from the cache if they are there."""
+        keys = [mesh.key(world) for world in worlds]
+        mesh.requested.update(keys)
+        missing = {key: world for key, world in zip(keys, worlds, strict=True) if self._cache.get(key) is None}
+        fold = mesh.fold
+        futures = {
+            self._workers.submit(_verdict, fold.evaluator, fold.parameters, world): key
+            for key, world in missing.items()
+        }
+        try:
+            for future in as_completed(futures):
+                self._cache.keep(futures[future], _result(future))
+                self._progress(self.simulations - sum(not each.done() for each in futures), self.simulations)
+        finally:
+            for future in futures:
+                future.cancel()  # if it was interrupted
+        return [verdict for key in keys if (verdict := self._cache.get(key)) is not None]
+
+
+def _verdict(evaluator: Evaluator, parameters: Mapping[str, int | float], world: World) -> Verdict:
+    """Simulate a manipulation in a world."""
+    return Verdict.of(evaluator.in_world(parameters, world))
+
+
+def _result(future: Future[Verdict]) -> Verdict:
+    """Return the verdict of a simulation; one that ended the processes it ran in has failed."""
+    try:
+        return future.result()
+    except WorkerKilledError as error:
+        return Verdict(None, None, str(error))

@@ -1,0 +1,110 @@
+"""Two meshes of one fold: which verdicts of the coarse one are final, and what its distances are on the fine one.
+
+All worlds are simulated on the coarse mesh, some of them, and the nominal one, on the fine mesh as well. The largest
+differences between both show which other verdicts the fine mesh could change. Those worlds are simulated there too, and
+count as pairs in turn, until nothing changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from hashlib import sha256
+
+import numpy as np
+
+from tatamu.evaluation import Evaluator
+from tatamu.folding.score import Limits
+from tatamu.folding.trial_scene import scene_of
+from tatamu.robustness.verdict import Verdict
+from tatamu.simulators.source import source_digest
+
+PAIRS = 12
+"""Largest number of draws that are simulated on both meshes whatever their verdict, evenly from best to worst."""
+DRAWS_PER_PAIR = 8
+"""One draw in this many runs on both meshes, if that is fewer."""
+FEWEST = 3
+"""Least number of pairs, and of those that a line is fitted to."""
+
+
+@dataclass(frozen=True)
+class FoldOnMesh:
+    """A manipulation, by its parameters, and the evaluator of its mesh."""
+
+    evaluator: Evaluator
+    parameters: Mapping[str, int | float]
+
+    @property
+    def key(self) -> str:
+        """A name that differs if a simulation does, also of another version of the simulator."""
+        task = self.evaluator.task
+        scene = scene_of(task.fold, task.manipulation(self.parameters))
+        known = f"{task.simulator} {source_digest()} {scene.model_dump_json()}"
+        return sha256(known.encode()).hexdigest()[:16]
+
+
+@dataclass(frozen=True)
+class MeshVerdict:
+    """The verdict of a world, from the finest mesh that it was simulated on."""
+
+    verdict: Verdict
+    coarse: Verdict | None = None
+    """The verdict on the coarse mesh; None if it was not simulated there."""
+    fine: bool = True
+    """Whether `verdict` is from the fine mesh."""
+
+    @property
+    def pair(self) -> tuple[Verdict, Verdict] | None:
+        """Verdicts on the fine and the coarse mesh; None if it was simulated on one of them only."""
+        return (self.verdict, self.coarse) if self.fine and self.coarse is not None else None
+
+
+@dataclass(frozen=True)
+class SlackRange:
+    """The range of the slack on the fine mesh less that on the coarse one; see `Limits.slack`."""
+
+    limits: Limits
+    low: float = 0.0
+    high: float = 0.0
+
+    @staticmethod
+    def unbounded(limits: Limits) -> SlackRange:
+        """Return the unbounded range: no verdict of the coarse mesh is final."""
+        return SlackRange(limits, -np.inf, np.inf)
+
+    def including(self, judged: Iterable[MeshVerdict]) -> SlackRange:
+        """Return this range extended by the differences of the pairs among `judged`."""
+        pairs = [one.pair for one in judged if one.pair is not None]
+        differences = [self.limits.slack(fine) - self.limits.slack(coarse) for fine, coarse in pairs]
+        return SlackRange(self.limits, min([self.low, *differences]), max([self.high, *differences]))
+
+    def is_conclusive(self, coarse: Verdict) -> bool:
+        """Return whether the verdict of the coarse mesh is final. False if the simulation failed."""
+        if coarse.error is not None:
+            return False
+        slack = self.limits.slack(coarse)
+        return (slack + self.low >= 0.0) == (slack + self.high >= 0.0)
+
+
+def select_pairs(verdicts: Sequence[Verdict], limits: Limits) -> list[int]:
+    """Return the numbers of the draws that are simulated on both meshes: evenly from the worst to the best."""
+    ranked = sorted(range(len(verdicts)), key=lambda number: (limits.slack(verdicts[number]), number))
+    count = min(PAIRS, max(FEWEST, len(ranked) // DRAWS_PER_PAIR), len(ranked))
+    places = np.linspace(0, len(ranked) - 1, count).round().astype(int)
+    return sorted(ranked[place] for place in places)
+
+
+def fit_distances(judged: Sequence[MeshVerdict], limits: Limits) -> Callable[[float], float]:
+    """Fit mean distances on the fine mesh [m] to those on the coarse one: a line through the pairs.
+
+    Distances beyond twice the limit count as twice the limit, as it does not matter how far beyond they are.
+    """
+    known = [
+        (one.pair[1].mean_vertex_distance, one.pair[0].mean_vertex_distance) for one in judged if one.pair is not None
+    ]
+    pairs = np.array([pair for pair in known if None not in pair], dtype=float).reshape(-1, 2)
+    pairs = np.minimum(pairs, 2.0 * limits.mean_vertex_distance)
+    if len(pairs) < FEWEST or not np.ptp(pairs[:, 0]) > 0.0:
+        return lambda distance: distance
+    slope, intercept = np.polyfit(pairs[:, 0], pairs[:, 1], 1)
+    return lambda distance: max(0.0, float(intercept + slope * distance))

@@ -1,0 +1,153 @@
+"""The share of disturbed worlds in which a fold succeeds, and the file `margins.json`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field
+from scipy.stats import binomtest
+
+from tatamu.files import read_json, validated
+from tatamu.folding.fold import Fold
+from tatamu.folding.score import Limits, vertex_distances
+from tatamu.records import OpenRecord
+from tatamu.robustness.meshes import MeshVerdict, fit_distances
+
+
+class AloneMargin(OpenRecord):
+    """The range of one disturbance within which a fold succeeds, without any other."""
+
+    name: str
+    unit: str
+    """m, rad or s; 1 for a relative change."""
+    low: float | None
+    """Farthest below zero at which the fold still succeeded; None if it did as far as was tried."""
+    high: float | None
+    """Farthest above zero; None if it succeeded as far as was tried."""
+    deviation: float
+    """Its standard deviation, in the same unit; of a relative change that of the logarithm."""
+    tried: tuple[float, float]
+    """The range that was tried."""
+
+
+class Spread(OpenRecord):
+    """Mean vertex distances of all draws [m]; a simulation that failed counts as twice that of untouched cloth."""
+
+    median: float
+    q90: float
+    worst: float
+
+
+class SuccessRate(OpenRecord):
+    """In how many disturbed worlds a fold succeeded."""
+
+    draws: int
+    held: int
+    share: float
+    interval: tuple[float, float]
+    """Confidence interval of the share (Clopper and Pearson 1934), at 95 %."""
+    mean_vertex_distance: Spread
+
+    @classmethod
+    def of(cls, fold: Fold, judged: Sequence[MeshVerdict], limits: Limits) -> SuccessRate:
+        """Return the share of worlds in which a fold succeeded, and how far from its target it ended.
+
+        Args:
+            fold: The fold, on its own mesh.
+            judged: Verdicts on the worlds.
+            limits: The limits of success.
+        """
+        held = sum(limits.hold(one.verdict) for one in judged)
+        found = binomtest(held, len(judged)).proportion_ci(CONFIDENCE, method="exact")
+        distances = distances_of(fold, judged, limits)
+        median, q90 = np.quantile(distances, [0.5, 0.9])
+        return cls(
+            draws=len(judged),
+            held=held,
+            share=held / len(judged),
+            interval=(float(found.low), float(found.high)),
+            mean_vertex_distance=Spread(median=float(median), q90=float(q90), worst=float(max(distances))),
+        )
+
+    @property
+    def headline(self) -> str:
+        """The share in words: "held in 196 of 200 disturbed simulations (98 %, 95 % interval 95 to 99 %)"."""
+        low, high = self.interval
+        return (
+            f"held in {self.held} of {self.draws} disturbed simulations "
+            f"({100 * self.share:.0f} %, 95 % interval {100 * low:.0f} to {100 * high:.0f} %)"
+        )
+
+    @property
+    def tone(self) -> str:
+        """How good that is, as a grade of the page."""
+        return "near-perfect" if self.interval[0] >= SURE else "fair" if self.share >= LIKELY else "failed"
+
+
+def distances_of(fold: Fold, judged: Sequence[MeshVerdict], limits: Limits) -> list[float]:
+    """Return mean vertex distances on the fine mesh [m], predicted from the coarse one if it was not simulated there.
+
+    A failed simulation counts as twice the distance of untouched cloth.
+    """
+    predict = fit_distances(judged, limits)
+    failed = 2.0 * float(vertex_distances(fold.target, fold.start).mean())
+    found = [(one, one.verdict.mean_vertex_distance) for one in judged]
+    return [failed if d is None else d if one.fine else predict(d) for one, d in found]
+
+
+CONFIDENCE = 0.95
+"""Of the interval of a share."""
+SURE, LIKELY = 0.9, 0.8
+"""A fold is sure if the interval of its share lies above the first, likely if the share lies above the second."""
+
+
+class MeshUsed(OpenRecord):
+    """The meshes that were simulated."""
+
+    spacing: float
+    """Of the mesh on which all was simulated [m]."""
+    vertices: int
+    coarser: bool
+    """Than the one that the fold was learned on; then all verdicts that hang on the mesh are from the latter."""
+    own_spacing: float | None = None
+    """Of the fold's own mesh [m]; None: written before it was said."""
+    own_simulations: int | None = None
+    """How many simulations ran on the fold's own mesh; None: written before it was said."""
+    checked: int = 0
+    """How many worlds were simulated on both meshes."""
+    same: int = 0
+    """In how many of these both agree whether the fold holds."""
+    apart: float = 0.0
+    """Largest difference of the mean vertex distance in these [m]."""
+
+
+class MarginsResult(OpenRecord):
+    """The margins of one learned fold."""
+
+    version: Literal[1] = 1
+    tatamu: str = ""
+    """The version that wrote it."""
+    simulator: str
+    seed: int
+    limits: Limits
+    undisturbed: float | None
+    """Mean vertex distance where nothing is off [m]; None: the simulation failed."""
+    alone: list[AloneMargin]
+    joint: SuccessRate
+    mesh: MeshUsed
+    simulations: Annotated[int, Field(ge=0)]
+    """How many there were."""
+    disturbances: dict[str, Any]
+    """As used."""
+
+    @classmethod
+    def load(cls, path: Path) -> MarginsResult:
+        """Read `margins.json`.
+
+        Raises:
+            InputError: If the file cannot be read, or a field is wrong; the message names both.
+        """
+        return validated(cls, read_json(path), path)

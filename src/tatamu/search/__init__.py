@@ -1,0 +1,25 @@
+"""Searches: ask for parameters, tell what was found. They know vectors only: neither cloth nor simulators."""
+
+from tatamu.search.registry import check_search, find_search, register_search, search_names
+from tatamu.search.schedule import Schedule, Trials
+from tatamu.search.search import HIGH, LOW, Observation, Proposal, Search
+from tatamu.search.space import Bounds, Parameters, Space
+from tatamu.search.two_fidelity import TwoFidelitySearch
+
+__all__ = [
+    "HIGH",
+    "LOW",
+    "Bounds",
+    "Observation",
+    "Parameters",
+    "Proposal",
+    "Schedule",
+    "Search",
+    "Space",
+    "Trials",
+    "TwoFidelitySearch",
+    "check_search",
+    "find_search",
+    "register_search",
+    "search_names",
+]

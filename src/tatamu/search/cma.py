@@ -1,0 +1,44 @@
+"""Covariance matrix adaptation evolution strategy (Hansen 2016), on the package `cmaes`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from cmaes import CMA
+
+from tatamu.search.search import Observation, Search
+from tatamu.search.space import Parameters, Space
+
+FIRST_SPREAD = 1.0 / 6.0
+"""Standard deviation of the first generation, about the middle, in sides of the unit cube; as Optuna's."""
+
+
+class CMASearch(Search):
+    """Draws each proposal from the normal distribution that the generations before it have led to.
+
+    The strategy is replayed from the observations, so that a proposal depends on them, its number and the seed only.
+    The first proposal is random, as with Optuna's sampler.
+    """
+
+    def propose(self) -> tuple[Parameters, float | None]:
+        """Return the next parameters; the strategy does not estimate an improvement."""
+        seed = self.sub_seed()
+        if not self.known:
+            return self.space.random(seed), None
+        strategy = replay_strategy(self.space, self.known)
+        strategy.reseed_rng(seed % 2**32)
+        return self.space.parameters(self.space.snap(strategy.ask()[None])[0]), None
+
+
+def replay_strategy(space: Space, observations: Sequence[Observation]) -> CMA:
+    """Return the strategy after all whole generations of observations, in the order given."""
+    dimensions = space.dimensions
+    bounds = np.tile([0.0, 1.0], (dimensions, 1))
+    strategy = CMA(np.full(dimensions, 0.5), FIRST_SPREAD, bounds, seed=0, n_max_resampling=10 * dimensions)
+    points = space.points([each.parameters for each in observations])
+    size = strategy.population_size
+    for first in range(0, len(points) - size + 1, size):
+        generation = range(first, first + size)
+        strategy.tell([(points[number], observations[number].objective) for number in generation])
+    return strategy

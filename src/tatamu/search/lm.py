@@ -1,0 +1,73 @@
+"""The method of Li et al. (2015), with which the paper compares itself.
+
+Levenberg-Marquardt on the inner control points P1 and P2 of the Bezier curve, over the vector of errors e_i, Eq. (12);
+derivatives by finite differences, each of which is a trial; hands at the corners; from three starting curves. Their
+paper does not say how steps and damping are chosen, nor which curves these are: here one is the curve that was shipped
+with their code, the others are a high and a low arch. When all three have converged, further searches start from the
+points of a Halton sequence.
+
+The squares of the residuals sum to the objective, so the method minimises what it is judged by. Observations are its
+only state: each proposal runs the searches again on them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+
+import numpy as np
+from scipy.stats import qmc
+
+from tatamu.search.levenberg_marquardt import Key, Residuals, key_of, next_point
+from tatamu.search.search import Observation, Search
+from tatamu.search.space import Parameters, Space
+
+LI_2015 = ((0.53996, 0.20555), (0.78185, 0.45923))
+"""P1 and P2 as fractions of the span, in both axes: the curve shipped with the code of Li et al. 2015
+(Yinxiaoli/iros2015_folding), which is exactly this cubic Bezier."""
+CURVES = (LI_2015, ((1 / 3, 0.6), (2 / 3, 0.6)), ((1 / 3, 0.2), (2 / 3, 0.2)))
+"""P1 and P2 of the starting curves, as fractions of the span in both axes."""
+SEARCHED = ("x1", "x2", "z1", "z2")
+"""Names of the parameters that are searched."""
+GRASPS = ("g1", "g2")
+FURTHER = 1000
+"""Starting points beyond the three curves: more than any study needs."""
+
+
+class LMSearch(Search):
+    """Proposes the next evaluation of Levenberg-Marquardt; it has no use for a seed, since nothing is drawn."""
+
+    needs_residuals = True
+
+    def propose(self) -> tuple[Parameters, float | None]:
+        """Return the next parameters; the method does not estimate an improvement."""
+        known = {key: self._all_residuals(each) for key, each in self._by_point(self.known).items()}
+        pending = self._by_point([Observation(each.parameters, 0.0) for each in self.pending])
+        point = next_point(self._starts(), known, pending.keys())
+        corners = {name: self.space.bounds[name].low for name in GRASPS}
+        return {**self._curves.parameters(point), **corners}, None
+
+    @cached_property
+    def _curves(self) -> Space:
+        """The space of P1 and P2 alone."""
+        return Space({name: self.space.bounds[name] for name in SEARCHED})
+
+    def _all_residuals(self, observation: Observation) -> Residuals:
+        """Return the vector whose squares sum to C of Eq. (10); None for a failed trial."""
+        if observation.residuals is None or self.space.known_part is None:
+            return None
+        columns = {name: np.array([value]) for name, value in observation.parameters.items()}
+        return np.concatenate([np.sqrt(self.space.known_part(columns)), observation.residuals])
+
+    def _by_point(self, observations: Sequence[Observation]) -> Mapping[Key, Observation]:
+        """Return the observations whose hands grasp the corners, by their points."""
+        chosen = [each for each in observations if not any(int(each.parameters[name]) for name in GRASPS)]
+        points = self._curves.points([each.parameters for each in chosen])
+        return {key_of(point): each for point, each in zip(points, chosen, strict=True)}
+
+    def _starts(self) -> Iterator[np.ndarray]:
+        """Yield the points of the unit cube from which searches start, shape (4,)."""
+        highest = round(self.space.bounds["z1"].high / self.space.bounds["x1"].high, 9)  # 0.75 without rounding errors
+        for (x1, z1), (x2, z2) in CURVES:
+            yield np.array([x1, x2, z1 / highest, z2 / highest])
+        yield from qmc.Halton(len(SEARCHED), scramble=False).random(FURTHER)

@@ -1,0 +1,86 @@
+"""Optuna's samplers as searches, by their public interface."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+
+import optuna
+from optuna.distributions import BaseDistribution, FloatDistribution, IntDistribution
+from optuna.samplers import BaseSampler, RandomSampler, TPESampler
+from optuna.trial import create_trial
+
+from tatamu.search.search import HIGH, Evaluated, Proposal, Search
+from tatamu.search.space import Parameters, Space
+
+optuna.logging.set_verbosity(optuna.logging.ERROR)
+
+
+def distributions(space: Space) -> dict[str, BaseDistribution]:
+    """Return the bounds of a space as Optuna has them."""
+    return {
+        name: IntDistribution(int(each.low), int(each.high)) if each.whole else FloatDistribution(each.low, each.high)
+        for name, each in space.bounds.items()
+    }
+
+
+class OptunaSearch(Search):
+    """Base of searches that let a sampler of Optuna propose; subclasses make the sampler of one proposal from a seed.
+
+    Each proposal has a sampler of its own, seeded by the study's seed and the number of the proposal, so that it does
+    not depend on how often a study was interrupted.
+    """
+
+    def __init__(self, space: Space, seed: int = 0, first: Sequence[Parameters] = ()) -> None:
+        """Start a search; the arguments are those of `Search`."""
+        super().__init__(space, seed, first)
+        self._distributions = distributions(space)
+        self._study = optuna.create_study(direction="minimize")
+        self._asked: dict[int, optuna.Trial] = {}
+        self._trial: optuna.Trial | None = None
+
+    @abstractmethod
+    def make_sampler(self, seed: int) -> BaseSampler:
+        """Return the sampler of one proposal."""
+
+    def propose(self) -> tuple[Parameters, float | None]:
+        """Return the next parameters; the samplers do not report the improvement that they expect."""
+        self._study.sampler = self.make_sampler(self.sub_seed())
+        self._trial = self._study.ask(self._distributions)
+        return dict(self._trial.params), None
+
+    def ask(self, fidelity: int = HIGH) -> Proposal:
+        """Return the next proposal; it is pending until it is told."""
+        self._trial = None
+        proposal = super().ask(fidelity)
+        if self._trial is not None:
+            self._asked[id(proposal)] = self._trial
+        return proposal
+
+    def tell(self, proposal: Mapping[str, int | float], found: Evaluated | float) -> None:
+        """Report what was found."""
+        super().tell(proposal, found)
+        objective = self.told[-1].objective
+        asked = self._asked.pop(id(proposal), None)
+        if asked is not None:
+            self._study.tell(asked, objective)
+        else:
+            self._study.add_trial(
+                create_trial(value=objective, params=dict(proposal), distributions=self._distributions)
+            )
+
+
+class RandomSearch(OptunaSearch):
+    """Draws every proposal from the whole space."""
+
+    def make_sampler(self, seed: int) -> BaseSampler:
+        """Return the sampler of one proposal."""
+        return RandomSampler(seed=seed)
+
+
+class TPESearch(OptunaSearch):
+    """Tree-structured Parzen estimator (Bergstra et al. 2011)."""
+
+    def make_sampler(self, seed: int) -> BaseSampler:
+        """Return the sampler of one proposal."""
+        return TPESampler(seed=seed)

@@ -1,0 +1,150 @@
+"""A search proposes points of a space and is told what was found there: `ask` and `tell`.
+
+A search knows vectors only. It depends on neither cloth nor simulators, so it serves any objective:
+
+    search = GPSearch(space, seed=0)
+    x = search.ask()
+    search.tell(x, objective(x))
+
+A proposal depends on what was told, on what is pending, on the seed and on the number of the proposal only. A search
+that is told the same again proposes the same again, so an interrupted study continues as if nothing had happened.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from tatamu.errors import InputError
+from tatamu.search.space import Parameters, Space
+
+LOW, HIGH = 0, 1
+"""Fidelities of an evaluation: of a cheaper model, and of the model itself."""
+
+
+@dataclass(frozen=True)
+class Proposal(Mapping[str, int | float]):
+    """Parameters that a search proposes; a mapping of their names to their values."""
+
+    parameters: Parameters
+    fidelity: int = HIGH
+    """Of the model that is to be evaluated."""
+    gain: float | None = None
+    """Expected improvement as a part of the best objective; None if the search does not estimate it."""
+
+    def __getitem__(self, name: str) -> int | float:
+        return self.parameters[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.parameters)
+
+    def __len__(self) -> int:
+        return len(self.parameters)
+
+
+@dataclass(frozen=True)
+class Observation:
+    """What a search was told about one proposal."""
+
+    parameters: Parameters
+    objective: float
+    residuals: np.ndarray | None = None
+    """The vector whose squares sum to the unknown part of the objective, shape (n,); None if it was not told."""
+
+
+class Evaluated(Protocol):
+    """An evaluation as a search sees it."""
+
+    @property
+    def objective(self) -> float:
+        """The value that is minimised."""
+        ...
+
+    @property
+    def residuals(self) -> np.ndarray | None:
+        """The vector whose squares sum to the unknown part of the objective, shape (n,); None if it is not known."""
+        ...
+
+
+class Search(ABC):
+    """Base of all searches: keeps what was told and what is pending; subclasses implement `propose`."""
+
+    needs_residuals = False
+    """Whether the search needs the residuals of an evaluation as well as its objective."""
+
+    def __init__(self, space: Space, seed: int = 0, first: Sequence[Parameters] = ()) -> None:
+        """Start a search.
+
+        Args:
+            space: Bounds of the parameters.
+            seed: Random seed of the search.
+            first: Parameters of the first proposals. The next one is random: from given points that all fail alike, a
+                search would learn only the part of the objective that needs no simulation.
+        """
+        self.space = space
+        self.seed = seed
+        self.first = [dict(each) for each in first]
+        self.told: list[Observation] = []
+        self.pending: list[Proposal] = []
+
+    @property
+    def number(self) -> int:
+        """The number of the next proposal, from 0."""
+        return len(self.told) + len(self.pending)
+
+    @property
+    def known(self) -> list[Observation]:
+        """The observations that the next proposal may depend on."""
+        return [] if self.number == len(self.first) else self.told
+
+    @abstractmethod
+    def propose(self) -> tuple[Parameters, float | None]:
+        """Return the next parameters, and the expected improvement as a part of the best objective if estimated."""
+
+    def ask(self, fidelity: int = HIGH) -> Proposal:
+        """Return the next proposal; it is pending until it is told.
+
+        Args:
+            fidelity: Of the model that will be evaluated. Searches with one fidelity pass it on.
+        """
+        given = self.number < len(self.first)
+        parameters, gain = (self.first[self.number], None) if given else self.propose()
+        proposal = Proposal(dict(parameters), fidelity, gain)
+        self.expect(proposal)
+        return proposal
+
+    def expect(self, proposal: Proposal) -> None:
+        """Take a proposal as asked for, such as one of an interrupted study."""
+        self.pending.append(proposal)
+
+    def tell(self, proposal: Mapping[str, int | float], found: Evaluated | float) -> None:
+        """Report what was found.
+
+        Args:
+            proposal: Parameters that were asked for, or others.
+            found: An evaluation, or its objective.
+
+        Raises:
+            InputError: If the objective is not finite.
+        """
+        self._settle(proposal)
+        residuals = None if isinstance(found, int | float) or not self.needs_residuals else found.residuals
+        objective = float(found) if isinstance(found, int | float) else found.objective
+        if not np.isfinite(objective):
+            raise InputError(f"objective: must be a finite number, given {objective}")
+        self.told.append(Observation(dict(proposal), objective, residuals))
+
+    def _settle(self, proposal: Mapping[str, int | float]) -> None:
+        """Drop a proposal from the pending ones."""
+        for number, each in enumerate(self.pending):
+            if each is proposal or each.parameters == dict(proposal):
+                del self.pending[number]
+                return
+
+    def sub_seed(self) -> int:
+        """Return the random seed of the next proposal."""
+        return int(np.random.SeedSequence([self.seed, self.number]).generate_state(1)[0])

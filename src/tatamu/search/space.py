@@ -1,0 +1,144 @@
+"""The search space: named numbers between bounds, and the unit cube in which searches compute."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from numbers import Real
+from typing import Any
+
+import numpy as np
+
+from tatamu.errors import InputError
+
+Parameters = dict[str, int | float]
+"""A point of a search space by name; whole numbers are `int`."""
+KnownPart = Callable[[Mapping[str, np.ndarray]], np.ndarray]
+"""The part of an objective that is known without a simulation: from parameters by name, shape (p,) each, to (p,)."""
+ROUNDING = 1e-9
+"""Part of a range by which rounding may take a value beyond a bound."""
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """The range of one parameter."""
+
+    low: float
+    high: float
+    whole: bool = False
+    """Whether only whole numbers are allowed."""
+
+    @property
+    def single(self) -> bool:
+        """Whether only one value is allowed."""
+        return self.low == self.high
+
+    def nearest(self, value: float) -> int | float:
+        """Return the allowed value that is nearest to `value`."""
+        inside = min(max(value, self.low), self.high)
+        return round(inside) if self.whole else float(inside)
+
+    def check(self, name: str, value: Any) -> None:
+        """Refuse a value outside the range.
+
+        Raises:
+            InputError: If `value` is not a number within the bounds; the message begins with `name`.
+        """
+        slack = ROUNDING * (self.high - self.low)
+        number = isinstance(value, Real) and not isinstance(value, bool)
+        if not number or not self.low - slack <= value <= self.high + slack or (self.whole and value != int(value)):
+            kind = "a whole number" if self.whole else "a number"
+            raise InputError(f"{name}: must be {kind} from {self.low:g} to {self.high:g}, given {value!r}")
+
+
+@dataclass(frozen=True, eq=False)
+class Space:
+    """Bounds of named parameters, and the unit cube that stands for them.
+
+    In the cube, whole numbers are the middles of equal parts of a side. Parameters with a single value have no side.
+    """
+
+    bounds: Mapping[str, Bounds]
+    known_part: KnownPart | None = field(default=None, kw_only=True)
+    """The part of the objective that is known without a simulation; None if nothing is known."""
+
+    def middle(self) -> Parameters:
+        """Return the parameters in the middle of the space."""
+        return {name: each.nearest(0.5 * (each.low + each.high)) for name, each in self.bounds.items()}
+
+    def random(self, seed: int) -> Parameters:
+        """Return parameters drawn evenly from the space, those that Optuna's `RandomSampler` of this seed draws."""
+        generator = np.random.RandomState(seed)
+        drawn: Parameters = {}
+        for name, each in self.bounds.items():
+            half = 0.5 * each.whole
+            value = each.low if each.single else float(generator.uniform(each.low - half, each.high + half))
+            drawn[name] = each.nearest(value)
+        return drawn
+
+    def check(self, parameters: Mapping[str, Any]) -> None:
+        """Refuse parameters outside the space.
+
+        Raises:
+            InputError: If a parameter is missing, unknown, or outside its bounds; the message names it.
+        """
+        if wrong := next(iter(set(parameters) ^ set(self.bounds)), None):
+            raise InputError(f"parameters: must be {', '.join(self.bounds)}; {wrong} is missing or unknown")
+        for name, each in self.bounds.items():
+            each.check(name, parameters[name])
+
+    @cached_property
+    def _names(self) -> list[str]:
+        """Names of the parameters with more than one value, in the order of the cube's axes."""
+        return sorted(name for name, each in self.bounds.items() if not each.single)
+
+    @cached_property
+    def _whole(self) -> np.ndarray:
+        return np.array([self.bounds[name].whole for name in self._names])
+
+    @cached_property
+    def _low(self) -> np.ndarray:
+        return np.array([float(self.bounds[name].low) for name in self._names])
+
+    @cached_property
+    def _high(self) -> np.ndarray:
+        return np.array([float(self.bounds[name].high) for name in self._names])
+
+    @cached_property
+    def _size(self) -> np.ndarray:
+        return self._high - self._low + self._whole  # n whole numbers share a side of length n
+
+    @property
+    def dimensions(self) -> int:
+        """How many parameters have more than one value."""
+        return len(self._names)
+
+    def points(self, parameters: Sequence[Mapping[str, Any]]) -> np.ndarray:
+        """Return the points of the unit cube that stand for parameters, shape (n, d)."""
+        rows = np.array([[float(each[name]) for name in self._names] for each in parameters])
+        rows = rows.reshape(len(parameters), self.dimensions)
+        return np.asarray((rows - self._low + 0.5 * self._whole) / self._size)
+
+    def snap(self, points: np.ndarray) -> np.ndarray:
+        """Return the nearest points that stand for parameters, shape (p, d)."""
+        inside = np.clip(points, 0.0, 1.0)
+        middles = (np.minimum(np.floor(inside * self._size), self._size - 1.0) + 0.5) / self._size
+        return np.where(self._whole, middles, inside)
+
+    def values(self, points: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the parameters of snapped points (p, d) by name, shape (p,) each."""
+        values = self._low + points * self._size - 0.5 * self._whole
+        values[:, self._whole] = np.round(values[:, self._whole])
+        values = np.clip(values, self._low, self._high)  # low + (high - low) may be the next number above high
+        single = {n: np.full(len(points), float(each.low)) for n, each in self.bounds.items() if each.single}
+        return {**dict(zip(self._names, values.T, strict=True)), **single}
+
+    def parameters(self, point: np.ndarray) -> Parameters:
+        """Return the parameters of one snapped point, shape (d,)."""
+        values = self.values(point[None])
+        searched = {
+            name: int(values[name][0]) if whole else float(values[name][0])
+            for name, whole in zip(self._names, self._whole, strict=True)
+        }
+        return {**searched, **{name: each.low for name, each in self.bounds.items() if each.single}}

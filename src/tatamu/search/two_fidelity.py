@@ -1,0 +1,140 @@
+"""A search over two fidelities: most trials evaluate a cheap model, the last ones the model itself.
+
+With y the logarithm of the part of the objective that is not known beforehand (alpha D of Eq. (10)),
+
+    y_high(x) = y_low(x) + d(x)                    co-kriging (Kennedy and O'Hagan 2000)
+
+and y_low and d each a Gaussian process. The first proposals at high fidelity are the best trials of low fidelity, each
+at some distance from those before it. Once a few of them are known, the largest expected improvement over the best
+trial of high fidelity is proposed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tatamu.search.expected_improvement import log_expected_improvement_beyond
+from tatamu.search.gp import THREADS, Maximisation, fit_standardised, leading, log_unknown, maximise
+from tatamu.search.search import HIGH, LOW, Evaluated, Observation, Proposal, Search
+from tatamu.search.space import Parameters, Space
+
+
+@dataclass(frozen=True)
+class CoKriging:
+    """Settings of the model of both fidelities."""
+
+    handful: int = 3
+    """How many trials of high fidelity must be known before the difference d is modelled."""
+    different: float = 0.1
+    """Two trials are different if one parameter differs by this part of its range."""
+    least_difference: float = 1.0
+    """Least standard deviation of d: without data, alpha D may differ by a factor of three."""
+
+
+class TwoFidelitySearch(Search):
+    """Proposes at low fidelity what another search proposes, and at high fidelity what both fidelities suggest."""
+
+    settings = CoKriging()
+    maximisation = Maximisation()
+
+    def __init__(
+        self,
+        make: Callable[[Space, int, Sequence[Parameters]], Search],
+        space: Space,
+        seed: int = 0,
+        first: Sequence[Parameters] = (),
+    ) -> None:
+        """Start a search.
+
+        Args:
+            make: Makes the search of low fidelity from a space, a seed and first parameters.
+            space: Bounds of the parameters, with the part of the objective that is known.
+            seed: Random seed of the search.
+            first: Parameters of the first proposals; the last of them are those of the first one at high fidelity.
+        """
+        super().__init__(space, seed, first[-1:])
+        self.low = make(space, seed, first[:-1])
+        self.needs_residuals = self.low.needs_residuals
+
+    @property
+    def number(self) -> int:
+        """The number of the next proposal, from 0."""
+        return self.low.number + super().number
+
+    def ask(self, fidelity: int = HIGH) -> Proposal:
+        """Return the next proposal at a fidelity; it is pending until it is told."""
+        if fidelity == LOW:
+            return self.low.ask(LOW)
+        given = bool(self.first) and super().number == 0
+        parameters, gain = (self.first[0], None) if given else self.propose()
+        proposal = Proposal(dict(parameters), HIGH, gain)
+        self.expect(proposal)
+        return proposal
+
+    def expect(self, proposal: Proposal) -> None:
+        """Take a proposal as asked for, such as one of an interrupted study."""
+        (self.low.pending if proposal.fidelity == LOW else self.pending).append(proposal)
+
+    def tell(self, proposal: Mapping[str, int | float], found: Evaluated | float) -> None:
+        """Report what was found."""
+        if getattr(proposal, "fidelity", HIGH) == LOW:
+            self.low.tell(proposal, found)
+        else:
+            super().tell(proposal, found)
+
+    def propose(self) -> tuple[Parameters, float | None]:
+        """Return the next parameters at high fidelity, and their expected improvement as a part of the best."""
+        if not self.low.told:
+            return self.space.random(self.sub_seed()), None
+        if len(self.told) < self.settings.handful:
+            return self._best_different(), None
+        random = np.random.default_rng([self.seed, self.number])
+        low, high = (_arrays(self.space, each) for each in (self.low.told, self.told))
+        best = np.concatenate([leading(*each, self.maximisation.best_trials) for each in (high, low)])
+        with THREADS.limit(limits=1):
+            point, height = maximise(self._acquisition(low, high), self.space, best, random, self.maximisation)
+        return self.space.parameters(point), float(np.exp(height) / high[1].min())
+
+    def _best_different(self) -> Parameters:
+        """Return the best trial of low fidelity that differs from those of high fidelity; the best if none does."""
+        points, objectives = _arrays(self.space, self.low.told)
+        known = [each.parameters for each in self.told] + [each.parameters for each in self.pending]
+        taken = self.space.points(known)
+        order = np.argsort(objectives, kind="stable")
+        apart = np.abs(points[:, None] - taken[None]).max(axis=2) >= self.settings.different
+        different = [number for number in order if apart[number].all()]
+        return dict(self.low.told[(different or order)[0]].parameters)
+
+    def _acquisition(
+        self, low: tuple[np.ndarray, np.ndarray], high: tuple[np.ndarray, np.ndarray]
+    ) -> Callable[[np.ndarray], np.ndarray]:
+        """Return log expected improvement over the best trial of high fidelity, from points (p, d) to (p,)."""
+        space = self.space
+        known_part = space.known_part
+        assert known_part is not None
+        pending = space.points([each.parameters for each in self.pending])
+        lower, centre, spread = fit_standardised(low[0], log_unknown(space, *low), pending)
+        predicted = centre + spread * lower.predict(high[0])[0]
+        least = self.settings.least_difference
+        beside, shift, deviation = fit_standardised(high[0], log_unknown(space, *high) - predicted, pending, least)
+
+        def improvement(at: np.ndarray) -> np.ndarray:
+            mean, wide = lower.predict(at)
+            mean_beside, wide_beside = beside.predict(at)
+            return log_expected_improvement_beyond(
+                float(high[1].min()),
+                known_part(space.values(at)),
+                centre + spread * mean + shift + deviation * mean_beside,
+                np.hypot(spread * wide, deviation * wide_beside),
+            )
+
+        return improvement
+
+
+def _arrays(space: Space, observations: Sequence[Observation]) -> tuple[np.ndarray, np.ndarray]:
+    """Return points (n, d) and objectives (n,)."""
+    points = space.points([each.parameters for each in observations])
+    return points, np.array([each.objective for each in observations])

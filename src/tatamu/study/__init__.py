@@ -1,0 +1,32 @@
+"""Studies: the options of learning, the loop, the store, and the result in memory and in its folder."""
+
+from tatamu.study.folder import ResultFolder
+from tatamu.study.learn import Places, check_pending, learn, usual_pending
+from tatamu.study.loop import Progress
+from tatamu.study.plan import PlanResult
+from tatamu.study.plan_record import FromFlat, PlanRecord, StepRecord
+from tatamu.study.record import Crossings, ResultRecord, StudyRecord, TaskDescription
+from tatamu.study.result import MOMENTS, Result
+from tatamu.study.trial import Baseline, Scored, Trial
+
+__all__ = [
+    "MOMENTS",
+    "Baseline",
+    "Crossings",
+    "FromFlat",
+    "Places",
+    "PlanRecord",
+    "PlanResult",
+    "Progress",
+    "Result",
+    "ResultFolder",
+    "ResultRecord",
+    "Scored",
+    "StepRecord",
+    "StudyRecord",
+    "TaskDescription",
+    "Trial",
+    "check_pending",
+    "learn",
+    "usual_pending",
+]

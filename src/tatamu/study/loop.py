@@ -1,0 +1,277 @@
+"""The loop of a study: ask, evaluate, tell; trials are evaluated anywhere, and recorded in order."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Executor, Future
+from dataclasses import dataclass, replace
+from time import perf_counter
+from typing import Literal
+
+import numpy as np
+
+from tatamu.disturbances import Disturbances, Stream, sample_worlds
+from tatamu.errors import WorkerKilledError
+from tatamu.evaluation import NOTHING, Evaluation, Evaluator, Nominal
+from tatamu.folding.baselines import BASELINES
+from tatamu.folding.manipulation import Manipulation
+from tatamu.folding.score import Limits
+from tatamu.robustness import FoldOnMesh, Judge, SuccessRate, VerdictCache
+from tatamu.search import HIGH, Proposal, Schedule, Search
+from tatamu.study.record import StudyRecord
+from tatamu.study.result import MOMENTS
+from tatamu.study.store import StudyStore
+from tatamu.study.trial import Baseline, Trial
+
+Stage = Literal["trials", "baselines", "validation", "report"]
+"""Stages of a study: trials, fixed trajectories, held-out validation of the best fold, files and page."""
+VALIDATION_WORLDS = 48
+"""Worlds in which the best fold is validated."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Progress of a study, given to the caller after every trial and when a stage starts."""
+
+    done: int
+    trials: int
+    """How many trials there will be, at most."""
+    best: float | None = None
+    """Lowest objective so far, of trials that can be compared: those on the task's own mesh once there are any."""
+    best_distance: float | None = None
+    """Mean vertex distance of that trial [m]."""
+    coarse: bool = False
+    """Whether that trial ran on the coarser mesh, whose objectives are not those of the fine one."""
+    stage: Stage = "trials"
+    disturbed: bool = False
+    """Whether the objective is one over disturbed worlds; otherwise it is C of Eq. (10)."""
+    step: int = 1
+    """Number of the step of a plan."""
+    steps: int = 1
+    title: str = ""
+    """The fold of the step in a few words."""
+
+    def __str__(self) -> str:
+        step = f"step {self.step} of {self.steps}, " if self.steps > 1 else ""
+        found = "" if self.best is None else f", best objective {self.best:.4f}"
+        return f"{step}{self.stage}: {self.done}/{self.trials}{found}"
+
+
+class Study:
+    """The trials of one study; rollouts that the result needs are kept in memory, others are dropped."""
+
+    def __init__(
+        self, evaluator: Evaluator, search: Search, store: StudyStore, record: StudyRecord, executor: Executor
+    ) -> None:
+        """Open a study.
+
+        Args:
+            evaluator: Evaluates the proposals.
+            search: Proposes.
+            store: Keeps the trials.
+            record: Settings of the study.
+            executor: Where evaluations run.
+
+        Raises:
+            InputError: If the store cannot be read, or has another study.
+        """
+        self.evaluator = evaluator
+        self.record = record
+        self.trials = store.open(record)
+        self._stored = len(self.trials)
+        self._search = search
+        self._store = store
+        self._executor = executor
+        self._kept: dict[int, Evaluation] = {}
+
+    @property
+    def baselines(self) -> list[Baseline] | None:
+        """The fixed trajectories; None if they were not scored."""
+        return self._store.baselines
+
+    def is_over(self, schedule: Schedule) -> bool:
+        """Return whether no trial is left to run."""
+        return schedule.next_fidelity([trial.proposal(self.record.coarse) for trial in self.trials]) is None
+
+    def run(self, schedule: Schedule, baselines: bool) -> Iterator[Stage]:
+        """Run the trials that are left, and the fixed trajectories.
+
+        A proposal knows all trials before it except the last `parallel` - 1, whether these have ended or not. So a
+        study does not depend on the number of processors, and one that is resumed repeats the same asks and tells.
+
+        Args:
+            schedule: How many trials there are, and at which fidelity.
+            baselines: Also score the fixed trajectories, unless they were scored before.
+
+        Yields:
+            The stage, after each new trial and when the fixed trajectories are left.
+        """
+        proposals: list[Proposal] = []
+        known: list[Evaluation] = []
+        running: deque[tuple[Proposal, Future[Evaluation]]] = deque()
+        fixed: dict[str, tuple[Manipulation, Future[Evaluation]]] = {}
+        try:
+            while (fidelity := self._next_fidelity(schedule, proposals)) is not None:
+                if len(running) == self.record.parallel and self._finish(known, *running.popleft()):
+                    yield "trials"
+                begun = self._replay(len(proposals)) or self._begin(fidelity, known)
+                proposals.append(begun[0])
+                running.append(begun)
+            if baselines and self.baselines is None:
+                fixed = self._begin_baselines()
+            while running:
+                if self._finish(known, *running.popleft()):
+                    yield "trials"
+            if fixed:
+                yield "baselines"
+                self._store.baselines = [
+                    Baseline.of(name, manipulation, self._fixed_result(name, manipulation, future))
+                    for name, (manipulation, future) in fixed.items()
+                ]
+        finally:
+            for future in [*(each for _, each in running), *(each for _, each in fixed.values())]:
+                future.cancel()  # if it was interrupted; what has ended stays ended
+
+    def _next_fidelity(self, schedule: Schedule, proposals: Sequence[Proposal]) -> int | None:
+        return HIGH if len(proposals) < self._stored else schedule.next_fidelity(proposals)
+
+    def _replay(self, number: int) -> tuple[Proposal, Future[Evaluation]] | None:
+        """Return a trial that was run before; the search takes it as asked for. None if it was not run."""
+        if number >= self._stored:
+            return None
+        trial = self.trials[number]
+        proposal = trial.proposal(self.record.coarse)
+        self._search.expect(proposal)
+        self.evaluator.refuse(proposal)  # a robot remembers what it was asked
+        known: Future[Evaluation] = Future()
+        known.set_result(trial.evaluation(self.record.coarse))
+        return proposal, known
+
+    def _begin(self, fidelity: int, known: Sequence[Evaluation]) -> tuple[Proposal, Future[Evaluation]]:
+        """Propose a trial and submit it."""
+        proposal = self._search.ask(fidelity)
+        beat = self.evaluator.incumbent(known, proposal)
+        keep = self._search.needs_residuals
+        return proposal, self.evaluator.submit(self._executor, proposal, NOTHING if keep else beat, keep=keep)
+
+    def _finish(self, known: list[Evaluation], proposal: Proposal, future: Future[Evaluation]) -> bool:
+        """Wait for a trial, record it and tell the search; return whether it was new."""
+        number = len(known)
+        found = self._result(proposal, future, f"trial {number}")
+        new = number >= self._stored
+        if new:
+            if self._search.needs_residuals and not found.failed:
+                found = replace(found, errors=self.evaluator.errors(found))
+            trial = Trial.of(
+                number,
+                proposal,
+                found,
+                disturbed=self.record.disturbances is not None,
+                spacing=self._spacing(proposal),
+            )
+            self._store.add(trial, self._search.space)
+            self.trials.append(trial)
+            self._keep(number, found)
+        self._search.tell(proposal, found)
+        known.append(replace(found, rollout=None))
+        return new
+
+    def _result(self, proposal: Proposal, future: Future[Evaluation], which: str) -> Evaluation:
+        """Return an evaluation; one that ended the processes it ran in has failed."""
+        try:
+            return future.result()
+        except WorkerKilledError as error:
+            return self.evaluator.fail(proposal, f"{error} (seed {self.record.seed}, {which})")
+
+    def _spacing(self, proposal: Proposal) -> float | None:
+        """Return the spacing of the mesh of a trial [m]; None in a study with one mesh."""
+        if self.record.coarse is None or proposal.fidelity != HIGH:
+            return self.record.coarse
+        return self.evaluator.task.garment.spacing
+
+    def _keep(self, number: int, found: Evaluation) -> None:
+        """Keep a rollout while the result needs it."""
+        self._kept[number] = found
+        needed = {self.best(), *(self.best(count) for count, _ in MOMENTS.values() if count <= len(self.trials))}
+        self._kept = {each: kept for each, kept in self._kept.items() if each in needed}
+
+    def best(self, count: int | None = None) -> int | None:
+        """Return the number of the complete trial of lowest objective; None if all failed.
+
+        Args:
+            count: How many trials count; None for all. Trials on the coarser mesh count only if no other is complete.
+        """
+        complete = [trial for trial in self.trials[:count] if trial.state == "complete"]
+        fine = [trial for trial in complete if trial.proposal(self.record.coarse).fidelity == HIGH]
+        return min(fine or complete, key=lambda each: (each.minimised, each.number)).number if complete else None
+
+    @property
+    def succeeded(self) -> bool:
+        """Whether any trial on the task's own mesh is complete."""
+        best = self.best()
+        return best is not None and self.trials[best].proposal(self.record.coarse).fidelity == HIGH
+
+    def evaluation(self, number: int) -> Evaluation:
+        """Return the evaluation of a complete trial with its rollout, simulated again if it was not kept."""
+        if number not in self._kept or self._kept[number].rollout is None:
+            proposal = self.trials[number].proposal(self.record.coarse)
+            nominal = self.evaluator.without_disturbances()
+            future = nominal.submit(self._executor, proposal, NOTHING, keep=True)
+            self._kept[number] = self._result(proposal, future, f"trial {number}")
+        return self._kept[number]
+
+    def moments(self) -> dict[str, np.ndarray]:
+        """Return e_i of Eq. (12) [m], shape (n,), of the best of the first trials, by the names of `MOMENTS`."""
+        counts = {name: count for name, (count, _) in MOMENTS.items() if count <= len(self.trials)}
+        numbers = {name: self.best(count) for name, count in counts.items()}
+        return {
+            name: self.evaluator.errors(self.evaluation(number))
+            for name, number in numbers.items()
+            if number is not None
+        }
+
+    def validate(self, disturbances: Disturbances, parameters: Mapping[str, int | float]) -> SuccessRate:
+        """Return how often a fold succeeds in worlds in which it was not learned (held-out validation)."""
+        low = self.evaluator.low_fidelity(parameters)
+        coarse = None if low is None else FoldOnMesh(*low)
+        worlds = sample_worlds(disturbances, VALIDATION_WORLDS, self.record.seed, Stream.JUDGING)
+        judge = Judge(FoldOnMesh(self.evaluator, parameters), coarse, self._executor, VerdictCache())
+        return SuccessRate.of(self.evaluator.task.fold, judge.judge(worlds, Limits()).worlds, Limits())
+
+    def _begin_baselines(self) -> dict[str, tuple[Manipulation, Future[Evaluation]]]:
+        nominal = Nominal(self.evaluator.task)
+        made = {name: make(nominal.task.fold) for name, (_, make) in BASELINES.items()}
+        return {name: (each, self._executor.submit(_timed_fixed, nominal, each)) for name, each in made.items()}
+
+    def _fixed_result(self, name: str, manipulation: Manipulation, future: Future[Evaluation]) -> Evaluation:
+        try:
+            return future.result()
+        except WorkerKilledError as error:
+            reason = f"{error} (seed {self.record.seed}, baseline {name})"
+            return Nominal(self.evaluator.task).fail_fixed(manipulation, reason)
+
+    def progress(self, trials: int, stage: Stage = "trials") -> Progress:
+        """Return how far the study is."""
+        best = self.best()
+        found = None if best is None else self.trials[best]
+        task = self.evaluator.task
+        return Progress(
+            done=len(self.trials),
+            trials=trials,
+            best=None if found is None else found.minimised,
+            best_distance=None if found is None or found.score is None else found.score.mean_vertex_distance,
+            coarse=found is not None and not self.succeeded,
+            stage=stage,
+            disturbed=self.record.disturbances is not None,
+            step=task.step[0],
+            steps=task.step[1],
+            title=task.title,
+        )
+
+
+def _timed_fixed(nominal: Nominal, manipulation: Manipulation) -> Evaluation:
+    """Evaluate a fixed trajectory, without its rollout, and measure how long it took."""
+    started = perf_counter()
+    found = nominal.fixed(manipulation)
+    return replace(found, rollout=None, seconds=perf_counter() - started)

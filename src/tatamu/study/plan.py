@@ -1,0 +1,140 @@
+"""The result of learning a plan of several steps: one after the other, each from the state that the last one left."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from tatamu import __version__
+from tatamu.folding.fold import ideal_folds
+from tatamu.folding.score import intersection_over_union, top_views, vertex_distances
+from tatamu.folding.task import Task
+from tatamu.rollout import Rollout
+from tatamu.study.folder import ResultFolder, step_name
+from tatamu.study.plan_record import FromFlat, PlanRecord, StepRecord, describe_plan
+from tatamu.study.result import Result
+
+
+@dataclass(frozen=True, eq=False)
+class PlanResult:
+    """A learned plan of several steps."""
+
+    record: PlanRecord
+    steps: list[Result]
+    rollout: Rollout
+    """The motion of the cloth in all steps; `extra` has the `target` and `step_starts`."""
+    folder: Path | None = field(default=None)
+    """Where it is kept; None if it is in memory only."""
+
+    @property
+    def final(self) -> FromFlat:
+        """How far the garment is from the ideal of all folds, made from the flat garment."""
+        return self.record.final
+
+    def save(self, path: Path | str) -> ResultFolder:
+        """Write `result.json`, `rollout.npz` and the folders of the steps.
+
+        Raises:
+            InputError: If the folder cannot be written.
+        """
+        for number, step in enumerate(self.steps):
+            step.save(Path(path) / step_name(number))
+        return self.write_whole(Path(path))
+
+    def write_whole(self, path: Path) -> ResultFolder:
+        """Write `result.json` and `rollout.npz` of the whole."""
+        folder = ResultFolder(path)
+        folder.result_file.unlink(missing_ok=True)  # written last: it says that the rollout is this plan's
+        folder.write_rollout(self.rollout)
+        folder.write_record(self.record)
+        return folder
+
+    @classmethod
+    def load(cls, path: Path | str) -> PlanResult:
+        """Read the folder of a learned plan.
+
+        Raises:
+            InputError: If a file is missing, broken, of another version, or does not fit the others.
+        """
+        folder = ResultFolder(Path(path))
+        steps = [Result.load(Path(path) / step.folder) for step in folder.plan_record.steps]
+        return cls(folder.plan_record, steps, folder.rollout, Path(path))
+
+    @classmethod
+    def of(cls, task: Task, steps: Sequence[Result], folder: Path | None) -> PlanResult:
+        """Return the result of the steps that are learned.
+
+        Args:
+            task: The first step.
+            steps: Results of the steps in order, at least one.
+            folder: Where it is kept; None if it is in memory only.
+        """
+        ideals = [fold.target for fold in ideal_folds(task.garment, task.plan, task.hands)]
+        faces = task.garment.faces
+        records = [
+            _step(number, task, step, from_flat(faces, ideals[number], step.final)) for number, step in enumerate(steps)
+        ]
+        first = steps[0].record
+        record = PlanRecord(
+            tatamu=__version__,
+            plan=describe_plan(task),
+            sampler=first.sampler,
+            grasps=first.grasps,
+            seed=first.seed,
+            wall_seconds=round(sum(step.record.wall_seconds or 0.0 for step in steps), 3),
+            steps=records,
+            final=records[-1].whole,
+        )
+        return cls(record, list(steps), join([step.rollout for step in steps], ideals[len(steps) - 1]), folder)
+
+
+def join(rollouts: Sequence[Rollout], target: np.ndarray) -> Rollout:
+    """Return rollouts that follow on one another as one; `target` is the target shape at the end [m], shape (n, 3)."""
+    starts = np.concatenate([[0.0], np.cumsum([rollout.times[-1] for rollout in rollouts])])
+    times = [rollout.times[1:] + start for rollout, start in zip(rollouts, starts[:-1], strict=True)]
+    first = rollouts[0]
+    info = {
+        **first.info,
+        "wall_seconds": sum(rollout.info["wall_seconds"] for rollout in rollouts),
+        "setup_seconds": sum(rollout.info["setup_seconds"] for rollout in rollouts),
+        "steps": sum(rollout.info["steps"] for rollout in rollouts),
+        "warnings": sorted({warning for rollout in rollouts for warning in rollout.info["warnings"]}),
+    }
+    return Rollout(
+        np.concatenate([first.times[:1], *times]),
+        np.concatenate([first.positions[:1], *(rollout.positions[1:] for rollout in rollouts)]),
+        first.faces,
+        info,
+        {"target": target, "step_starts": starts[:-1]},
+    )
+
+
+def _step(number: int, task: Task, result: Result, whole: FromFlat) -> StepRecord:
+    record = result.record
+    best = record.best_trial
+    assert record.crossings is not None, "a trial is complete"
+    return StepRecord(
+        folder=step_name(number),
+        title=task.plan.steps[number].title,
+        hands=record.task.hands,
+        trials=len(record.trials),
+        best=best.number,
+        crossings=record.crossings,
+        whole=whole,
+        objective=best.objective,
+        trajectory_length=best.trajectory_length,
+        score=best.score,
+    )
+
+
+def from_flat(faces: np.ndarray, ideal: np.ndarray, state: np.ndarray) -> FromFlat:
+    """Return how far a state is from the flat garment's ideal, both of shape (n, 3) [m]."""
+    reached, wanted = top_views(faces, state, ideal)
+    return FromFlat(
+        mean_vertex_distance=float(vertex_distances(ideal, state).mean()),
+        mask_iou=intersection_over_union(reached, wanted),
+        area_error=float(100.0 * abs(reached.sum() / wanted.sum() - 1.0)),
+    )

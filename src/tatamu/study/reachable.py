@@ -1,0 +1,57 @@
+"""Whether a robot can do a task at all, checked before the first trial: out of reach, a search learns nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from tatamu.errors import InputError
+from tatamu.folding.fold import Fold, ideal_folds
+from tatamu.folding.task import Reach, Task
+
+HEIGHTS = (0.2, 0.5)
+"""Of P1 and P2 of the folds that are asked for, in spans: a low curve and a high one."""
+
+
+def check_reach(task: Task) -> None:
+    """Refuse a plan with a step that its robot cannot do, each step from what the one before it ideally leaves.
+
+    Typical folds are tried, easy ones first: with grasps at the corners, at the last candidates and half-way, on a low
+    curve and a high one. The first within reach will do.
+
+    Raises:
+        InputError: If none of them is within reach, or one hand is to fold; the message says why.
+    """
+    if task.reach is None:
+        return
+    folds = ideal_folds(task.garment, task.plan, task.hands)
+    for number in range(task.number, len(folds)):
+        _check_step(task.at(number, folds[number - 1].target if number else None), task.reach)
+
+
+def _check_step(task: Task, reach: Reach) -> None:
+    if task.fold.hands == 1:
+        raise InputError(f"hands: {reach.robot} folds with both, and {_name(task)} has one; give --hands 2")
+    refusals = []
+    for parameters in _typical(task.fold):
+        refusal = reach.refusal(task.manipulation(parameters))
+        if refusal is None:
+            return
+        refusals.append(refusal)
+    raise InputError(
+        f"robot: {_name(task)} is out of reach of {reach.robot} in all of {len(refusals)} typical folds; of the first, "
+        f"{refusals[0]}"
+    )
+
+
+def _typical(fold: Fold) -> Iterator[dict[str, float]]:
+    """Yield the parameters of typical folds."""
+    last = fold.candidates - 1
+    for grasp in dict.fromkeys((0, last // 2, last)):
+        for height in HEIGHTS:
+            up = height * fold.span
+            yield {"x1": 0.1 * fold.span, "z1": up, "x2": 0.8 * fold.span, "z2": up, "g1": grasp, "g2": grasp}
+
+
+def _name(task: Task) -> str:
+    number, count = task.step
+    return f"step {number}, {task.title}," if count > 1 else f"the fold {task.title or task.plan.name}"

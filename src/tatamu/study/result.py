@@ -1,0 +1,258 @@
+"""The result of learning one fold, in memory: the study, and the best manipulation with its scene and rollout."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from tatamu.errors import InputError
+from tatamu.folding.manipulation import ArmPath, Manipulation, ManipulationFile
+from tatamu.folding.score import MEASURES, Score, score, vertex_distances
+from tatamu.folding.task import Task, TaskOptions, make_task
+from tatamu.robustness import SuccessRate
+from tatamu.rollout import Rollout
+from tatamu.scene import Gripper, Scene
+from tatamu.study.folder import ResultFolder
+from tatamu.study.inputs import kept_input
+from tatamu.study.record import ResultRecord, TaskDescription
+from tatamu.study.trial import Trial
+from tatamu.topology import facing_down
+
+MOMENTS = {
+    "error_first": (1, "First trial"),
+    "error_10": (10, "Best after 10"),
+    "error_50": (50, "Best after 50"),
+}
+"""Arrays of `rollout.npz` with e_i [m], shape (n,), of the best of the first trials: how many, and a title."""
+SAME = 1e-6
+"""A target that is made again may differ by this much from the one in the folder [m]: rounding of another version."""
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """A learned fold."""
+
+    record: ResultRecord
+    """The study: its task, its search, its trials."""
+    manipulation: Manipulation
+    """The best manipulation."""
+    scene: Scene
+    """The best manipulation as a scene."""
+    rollout: Rollout
+    """The motion of the cloth without disturbances; `extra` has the `target` and errors of earlier trials."""
+    folder: Path | None = None
+    """Where it is kept; None if it is in memory only."""
+    made_from: Task | None = field(default=None, repr=False)
+    """The task; None if it is to be made again from the record."""
+
+    @property
+    def best(self) -> Trial:
+        """The best trial: `.number`, `.parameters`, `.score`."""
+        return self.record.best_trial
+
+    @property
+    def held(self) -> SuccessRate | None:
+        """How often the fold succeeded in disturbed worlds in which it was not learned; None without disturbances."""
+        return self.record.judged
+
+    @property
+    def trials(self) -> list[Trial]:
+        """All trials in order."""
+        return self.record.trials
+
+    def table(self) -> dict[str, list[object]]:
+        """Return the trials as columns, as `pandas.DataFrame` takes them: parameters, measures and how it ended."""
+        names = list(self.best.parameters)
+        columns: dict[str, list[object]] = {"number": [trial.number for trial in self.trials]}
+        columns |= {name: [trial.parameters[name] for trial in self.trials] for name in names}
+        columns["minimised"] = [trial.minimised for trial in self.trials]
+        for name in MEASURES:
+            columns[name] = [getattr(trial.score, name, None) for trial in self.trials]
+        columns["state"] = [trial.state for trial in self.trials]
+        columns["coarse"] = [self.record.is_coarse(trial) for trial in self.trials]
+        columns["seconds"] = [trial.seconds for trial in self.trials]
+        return columns
+
+    @property
+    def start(self) -> np.ndarray:
+        """The cloth before the fold [m], shape (n, 3)."""
+        return self.rollout.positions[0]
+
+    @property
+    def final(self) -> np.ndarray:
+        """The cloth after the fold [m], shape (n, 3)."""
+        return self.rollout.positions[-1]
+
+    @property
+    def target(self) -> np.ndarray:
+        """The target shape [m], shape (n, 3)."""
+        return self.rollout.extra["target"]
+
+    @property
+    def faces(self) -> np.ndarray:
+        """Triangles, shape (m, 3)."""
+        return self.rollout.faces
+
+    @property
+    def lower(self) -> np.ndarray:
+        """Which triangles are of the lower layer, shape (m,): the back of a garment of two layers."""
+        return facing_down(self.scene.cloth.rest, self.faces)
+
+    @property
+    def errors(self) -> np.ndarray:
+        """e_i of the learned fold, Eq. (12) [m], shape (n,)."""
+        return vertex_distances(self.target, self.final)
+
+    @property
+    def moments(self) -> list[tuple[str, np.ndarray]]:
+        """e_i [m] along the search: title and shape (n,); ends with the learned fold."""
+        known = {name: moment for name, moment in MOMENTS.items() if name in self.rollout.extra}
+        titled = [(title, self.rollout.extra[name]) for name, (_, title) in known.items()]
+        count = len(self.trials)
+        ended = count in [after for after, _ in known.values()]
+        return titled if ended else [*titled, (f"Best of all {count}", self.errors)]
+
+    @cached_property
+    def arms(self) -> list[ArmPath]:
+        """The paths of the arms, left before right."""
+        return self.description.arms
+
+    @cached_property
+    def description(self) -> ManipulationFile:
+        """The manipulation as `manipulation.json` has it."""
+        return self.manipulation.describe()
+
+    def hand(self, arm: ArmPath) -> np.ndarray:
+        """Return the positions of a hand at each frame [m], shape (f, 3)."""
+        return np.array(arm.grasp.position) + self._gripper(arm).path(self.rollout.times)
+
+    def _gripper(self, arm: ArmPath) -> Gripper:
+        """Return the first gripper of a hand, which moves as the hand does."""
+        for gripper in self.scene.grippers:
+            if gripper.hand == arm.name:
+                return gripper
+        raise InputError(
+            f"{self.folder or 'scene'}: grippers: none belongs to the {arm.name} hand; learn the fold again"
+        )
+
+    @property
+    def name(self) -> str:
+        """Garment and fold: "towel, half"."""
+        return f"{self.record.task.garment}, {self.record.task.fold}"
+
+    @property
+    def simulator(self) -> str:
+        """Name of the simulator in which it was learned."""
+        return self.record.task.simulator
+
+    @cached_property
+    def task(self) -> Task:
+        """The task, made again from the record if the result was loaded.
+
+        Raises:
+            InputError: If it cannot be made again, or has another target today.
+        """
+        if self.made_from is not None:
+            return self.made_from
+        task = _make_task(self.record, self.folder, self.start)
+        target = task.fold.target
+        if target.shape != self.target.shape or not np.abs(target - self.target).max() < SAME:
+            raise InputError(
+                f"{self.folder}: its task has another target today than when it was learned; learn it again"
+            )
+        return task
+
+    @property
+    def score(self) -> Score:
+        """How good the fold is in the simulator in which it was learned, without disturbances."""
+        return self.rate(self.final)
+
+    def rate(self, final: np.ndarray) -> Score:
+        """Return how good another outcome of the same manipulation is, positions of shape (n, 3) [m]."""
+        return score(self.task.fold, self.manipulation.trajectory_length, final)
+
+    def save(self, folder: Path | str) -> ResultFolder:
+        """Write `result.json`, `manipulation.json`, `scene.json` and `rollout.npz`.
+
+        Raises:
+            InputError: If the folder cannot be written.
+        """
+        kept = ResultFolder(Path(folder))
+        kept.write_record(self.record)
+        kept.write_best(self.manipulation, self.scene, self.rollout)
+        return kept
+
+    @classmethod
+    def load(cls, path: Path | str) -> Result:
+        """Read the folder of a learned fold.
+
+        Raises:
+            InputError: If a file is missing, broken, of another version, or does not fit the others.
+        """
+        folder = ResultFolder(Path(path))
+        if folder.holds_plan:
+            raise InputError(f"{path}: holds a plan of several steps; name one of them, such as {folder.step(0).path}")
+        if folder.record.best is None:
+            raise InputError(f"{path}: all of its trials failed; there is no learned fold in it")
+        result = cls(folder.record, folder.manipulation, folder.scene, folder.rollout, Path(path))
+        _check_arrays(folder)
+        _check_order(folder)
+        return result
+
+
+def _make_task(record: ResultRecord, folder: Path | None, start: np.ndarray) -> Task:
+    """Make the task of a record again; files that were not kept are looked for where they were."""
+    description, asked = record.task, record.asked
+    named: TaskOptions | TaskDescription = asked or description
+    kept = {kind: kept_input(folder, kind) if folder else None for kind in ("garment", "fold")}
+    task = make_task(
+        str(kept["garment"] or named.garment),
+        size=(named.size[0], named.size[1]) if named.size else None,
+        fold=str(kept["fold"] or named.fold),
+        material=description.material,
+        spacing=named.spacing,
+        scale=asked.scale if asked else None,
+        simulator=description.simulator,
+        hands=asked.hands if asked else 1 if description.hands == 1 else None,
+        fingers=description.fingers,
+    )
+    number, _ = description.step or (1, 1)
+    return task.at(number - 1, start if number > 1 else None)
+
+
+def _check_arrays(folder: ResultFolder) -> None:
+    """Refuse a rollout whose arrays do not fit the scene."""
+    rollout = folder.rollout
+    frames = len(rollout.times)
+    count = len(folder.scene.cloth.vertices)
+    arrays: Mapping[str, np.ndarray] = {
+        "positions": rollout.positions,
+        "target": folder.target,
+        **{name: rollout.extra[name] for name in MOMENTS if name in rollout.extra},
+    }
+    shapes = {"positions": (frames, count, 3), "target": (count, 3)}
+    for name, array in arrays.items():
+        shape = shapes.get(name, (count,))
+        if array.shape != shape or not frames:
+            raise InputError(
+                f"{folder.rollout_file}: {name} must have shape {shape} as scene.json has, given {array.shape}"
+            )
+        if array.dtype.kind != "f" or not np.isfinite(array).all():
+            raise InputError(f"{folder.rollout_file}: {name} must be finite numbers in metres")
+
+
+def _check_order(folder: ResultFolder) -> None:
+    """Refuse times that do not increase, and faces of vertices that are not there."""
+    times = folder.rollout.times
+    faces = folder.rollout.faces
+    count = len(folder.scene.cloth.vertices)
+    if times.ndim != 1 or not (np.diff(times) > 0).all() or not np.isfinite(times).all():
+        raise InputError(f"{folder.rollout_file}: times must increase from frame to frame")
+    if faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype.kind not in "iu" or not len(faces):
+        raise InputError(f"{folder.rollout_file}: faces must be whole numbers of shape (m, 3), given {faces.shape}")
+    if faces.min() < 0 or faces.max() >= count:
+        raise InputError(f"{folder.rollout_file}: faces must use vertices 0 to {count - 1}")

@@ -1,0 +1,302 @@
+"""The trials of a study in an Optuna storage: a file, a shared database, or memory.
+
+Only finished trials are written, each in one transaction, so a run that is killed leaves nothing half done. Optuna is
+used by its public interface only; `optuna-dashboard` opens the file and the database.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from hashlib import sha256
+from typing import Any, TypeVar
+
+import optuna
+from optuna.storages import BaseStorage, InMemoryStorage, RDBStorage
+from optuna.trial import TrialState, create_trial
+from pydantic import ValidationError
+
+from tatamu.errors import InputError, UnavailableError
+from tatamu.files import describe
+from tatamu.search import Space
+from tatamu.search.optuna_search import distributions
+from tatamu.study.database import SharedDatabase
+from tatamu.study.folder import ResultFolder
+from tatamu.study.record import SharedStudyRecord, StudyRecord
+from tatamu.study.trial import Baseline, Trial
+
+Value = TypeVar("Value")
+
+KEY = "tatamu"
+"""User attribute of the Optuna study with the `StudyRecord`; also the name of the only study in a file."""
+BASELINES_KEY = "baselines"
+"""User attribute with the fixed trajectories."""
+TRANSIENT = {
+    "is full": "the disk is full",
+    "is locked": "another program holds it",
+    "already exists": "another program is making it at this moment",
+    "readonly": "cannot be written",
+    "disk I/O error": "cannot be read or written now",
+}
+"""Messages of SQLite if the file is not damaged, and their meaning."""
+
+
+class StudyStore:
+    """The trials of one study."""
+
+    def __init__(self, label: str, run: Callable[..., Any], open_storage: Callable[[], BaseStorage], name: str) -> None:
+        """Make a store; nothing is opened yet.
+
+        Args:
+            label: Name of the storage, for messages.
+            run: Runs an operation on the storage, with errors as those of tatamu.
+            open_storage: Opens the storage.
+            name: Name of the study in it.
+        """
+        self.label = label
+        self._run = run
+        self._open_storage = open_storage
+        self._name = name
+        self._study: optuna.Study | None = None
+        self._known = 0
+
+    def load(self) -> StudyRecord | None:
+        """Return the settings of the study; None if there is no study, or none of tatamu.
+
+        Raises:
+            InputError: If the storage cannot be read.
+        """
+        held = self._run(self._held)
+        try:
+            return None if held is None else StudyRecord.model_validate(held)
+        except ValidationError as error:
+            raise InputError(f"{self.label}: {describe(error)}; give another folder") from None
+
+    def _held(self) -> Any:
+        storage = self._open_storage()
+        names = [each.study_name for each in optuna.get_all_study_summaries(storage)]
+        if self._name not in names:
+            return None
+        return optuna.load_study(study_name=self._name, storage=storage).user_attrs.get(KEY)
+
+    def open(self, record: StudyRecord) -> list[Trial]:
+        """Open the study or start it, and return its trials.
+
+        Args:
+            record: Its settings, which must be those that it started with.
+
+        Raises:
+            InputError: If the storage is no readable study, or has another one.
+        """
+        wanted = json.loads(record.model_dump_json())
+        study = self._run(
+            lambda: optuna.create_study(
+                storage=self._open_storage(), study_name=self._name, direction="minimize", load_if_exists=True
+            )
+        )
+        held, trials = self._run(lambda: (study.user_attrs.get(KEY), study.get_trials(deepcopy=False)))
+        if held is None and trials:
+            raise InputError(f"{self.label}: contains a study that is not tatamu's; give another folder")
+        if held is None:
+            self._run(lambda: study.set_user_attr(KEY, wanted))
+        elif held != wanted:
+            difference = _difference(held, wanted)
+            raise InputError(f"{self.label}: contains another study ({difference}); give another folder")
+        self._study = study
+        self._known = len(trials)
+        return [self._read(number, trial) for number, trial in enumerate(trials)]
+
+    def _read(self, number: int, trial: optuna.trial.FrozenTrial) -> Trial:
+        """Return a trial of the storage, which must be a finished one of tatamu."""
+        if trial.state != TrialState.COMPLETE or trial.number != number:
+            raise InputError(
+                f"{self.label}: trial {trial.number}: must be a finished trial of tatamu, given one in state "
+                f"{trial.state.name} (from Optuna's ask or enqueue_trial); delete it there, or give another folder"
+            )
+        known = {"number": number, "parameters": trial.params, "objective": trial.value, **trial.user_attrs}
+        try:
+            return Trial.model_validate(known)
+        except ValidationError as error:
+            raise InputError(f"{self.label}: trial {number}: {describe(error)}; give another folder") from None
+
+    def add(self, trial: Trial, space: Space) -> None:
+        """Add a finished trial, in one transaction."""
+        study = self._study
+        assert study is not None, "the study is open"
+        frozen = create_trial(
+            state=TrialState.COMPLETE,
+            value=trial.minimised,
+            params=trial.parameters,
+            distributions=distributions(space),
+            user_attrs=trial.attributes(),
+        )
+        self._run(lambda: study.add_trial(frozen), lambda: len(study.get_trials(deepcopy=False)) > self._known)
+        self._known += 1
+
+    @property
+    def baselines(self) -> list[Baseline] | None:
+        """The fixed trajectories; None if they were not scored yet."""
+        study = self._study
+        assert study is not None, "the study is open"
+        held = self._run(lambda: study.user_attrs.get(BASELINES_KEY))
+        try:
+            return None if held is None else [Baseline.model_validate(baseline) for baseline in held]
+        except (ValidationError, TypeError):
+            raise InputError(f"{self.label}: {BASELINES_KEY}: cannot be read; give another folder") from None
+
+    @baselines.setter
+    def baselines(self, value: Sequence[Baseline]) -> None:
+        study = self._study
+        assert study is not None, "the study is open"
+        plain = [baseline.model_dump() for baseline in value]
+        self._run(lambda: study.set_user_attr(BASELINES_KEY, plain))
+
+
+@contextmanager
+def file_store(folder: ResultFolder) -> Iterator[StudyStore]:
+    """The store in the file `study.db` of a folder; the file is closed at the end."""
+    label = str(folder.study_file)
+    opened: list[RDBStorage] = []
+
+    def open_storage() -> BaseStorage:
+        if not opened:
+            opened.append(RDBStorage(f"sqlite:///{folder.study_file}"))
+        return opened[0]
+
+    def run(operation: Callable[[], Value], done: Callable[[], bool] | None = None) -> Value:
+        try:
+            return operation()
+        except (InputError, UnavailableError):
+            raise
+        except Exception as error:  # whatever a damaged database, or one of another Optuna, makes of a read
+            raise _file_error(label, error) from None
+
+    try:
+        yield StudyStore(label, run, open_storage, KEY)
+    finally:
+        for storage in opened:
+            storage.remove_session()
+            storage.engine.dispose()
+
+
+def _file_error(label: str, error: BaseException) -> Exception:
+    """Return the error of tatamu for one of Optuna or SQLite, whose last cause tells most."""
+    cause = error
+    while cause.__cause__ is not None:
+        cause = cause.__cause__
+    reason = " ".join(str(cause).split("[SQL")[0].split())[:120] or type(cause).__name__
+    for word, meaning in TRANSIENT.items():
+        if word in reason:
+            return UnavailableError(f"{label}: {meaning}; what was finished is kept, try again then")
+    return InputError(f"{label}: is not a readable Optuna study ({reason}); remove it or give another folder")
+
+
+@contextmanager
+def memory_store() -> Iterator[StudyStore]:
+    """A store that ends with the process."""
+    storage = InMemoryStorage()
+    yield StudyStore("study", lambda operation, done=None: operation(), lambda: storage, KEY)
+
+
+@contextmanager
+def shared_store(database: SharedDatabase, name: str) -> Iterator[StudyStore]:
+    """The store of a study in a shared database."""
+
+    def run(operation: Callable[[], Value], done: Callable[[], bool] | None = None) -> Value | None:
+        try:
+            return database.run(operation, done)
+        except (optuna.exceptions.OptunaError, KeyError, AssertionError) as error:
+            reason = " ".join(str(error).split())
+            raise InputError(f"{database.address}: {name}: is not a readable Optuna study ({reason})") from None
+
+    yield StudyStore(f"{database.address}: {name}", run, lambda: database.storage, name)
+
+
+@contextmanager
+def held_store(
+    folder: ResultFolder | None, database: SharedDatabase | None, record: StudyRecord
+) -> Iterator[StudyStore]:
+    """The store of a study, which no other client may use until the end.
+
+    Args:
+        folder: Folder of the study; None to keep it in memory.
+        database: A shared database; None for the folder's own file.
+        record: Settings of the study, from which its name in a shared database is made.
+
+    Raises:
+        InputError: If the study of this folder is elsewhere.
+        UnavailableError: If the database does not answer, or another client holds the study.
+    """
+    if folder is None:
+        with memory_store() as store:
+            yield store
+        return
+    kept = _shared_name(folder, database)
+    if database is None:
+        with file_store(folder) as store:
+            yield store
+        return
+    name = kept or _make_name(folder, record.model_dump())
+    database.hold(name)
+    try:
+        if kept is None:
+            folder.write_shared_study(SharedStudyRecord(version=1, storage=database.address, name=name))
+        with shared_store(database, name) as store:
+            yield store
+    finally:
+        database.release(name)
+
+
+def load_settings(folder: ResultFolder | None, database: SharedDatabase | None) -> StudyRecord | None:
+    """Return the settings of the study of a folder; None if it has none.
+
+    Raises:
+        InputError: If the study of this folder is elsewhere, or cannot be read.
+    """
+    if folder is None:
+        return None
+    kept = _shared_name(folder, database)
+    if database is not None:
+        if kept is None:
+            return None
+        with shared_store(database, kept) as store:
+            return store.load()
+    if not os.path.exists(folder.study_file):
+        return None
+    with file_store(folder) as store:
+        return store.load()
+
+
+def _shared_name(folder: ResultFolder, database: SharedDatabase | None) -> str | None:
+    """Return the name of a folder's study in the shared database; None if it has none there."""
+    kept = folder.shared_study
+    if database is None:
+        if kept is not None:
+            raise InputError(f"{folder.path}: its study is in {kept.storage}; give --storage, or another folder")
+        return None
+    if kept is None and folder.study_file.exists():
+        raise InputError(f"{folder.path}: its study is in study.db; leave --storage out, or give another folder")
+    if kept is not None and kept.storage != database.address:
+        raise InputError(f"{folder.path}: its study is in {kept.storage}, given {database.address}")
+    return kept.name if kept else None
+
+
+def _make_name(folder: ResultFolder, record: Mapping[str, Any]) -> str:
+    """Return a name that this folder and this task have alone, on every machine that has the folder at this path."""
+    task = record["task"]
+    fixed = {name: value for name, value in record.items() if name != "parallel"}
+    whole = json.dumps([str(folder.path.absolute()), fixed], sort_keys=True)
+    words = re.sub(r"[^\w.]+", "-", f"{task['garment']}-{task['fold']}")
+    return f"{words}-seed-{record['seed']}-{sha256(whole.encode()).hexdigest()[:12]}"
+
+
+def _difference(held: Any, wanted: Any, where: str = "") -> str:
+    """Return the first place in which two plain structures differ."""
+    if isinstance(held, dict) and isinstance(wanted, dict):
+        for key in [*held, *(k for k in wanted if k not in held)]:
+            if held.get(key) != wanted.get(key):
+                return _difference(held.get(key), wanted.get(key), f"{where}.{key}" if where else key)
+    return f"{where} is {json.dumps(held)} there, {json.dumps(wanted)} here"
