@@ -128,10 +128,11 @@ def _start(setup: Setup, readings: Readings, groups: Groups) -> Material:
             f"mass: {readings['mass'].value:g} kg over the garment's {setup.area:.3f} m² is {density:.3g} kg/m², but "
             f"fabrics weigh {LIGHTEST:g} to {HEAVIEST:g} kg/m²; are mass (kg) and size (m) those of this garment?"
         )
+    material = setup.base.model_copy(update={"areal_density": density})
     guesses = {
-        parameter: _mean(group, [target.start(density) for target in group]) for parameter, group in groups.items()
+        parameter: _mean(group, [target.start(material) for target in group]) for parameter, group in groups.items()
     }
-    return setup.base.model_copy(update={"areal_density": density, **guesses})
+    return material.model_copy(update=guesses)
 
 
 def _elastic(laboratory: Laboratory, groups: Groups, material: Material) -> ElasticMatch:

@@ -101,7 +101,8 @@ def _run(
     database: SharedDatabase | None,
 ) -> int:
     from tatamu.sweep import SweepFolder, run_sweep
-    from tatamu.sweep.table import counts, write_results
+    from tatamu.sweep.page import write_results
+    from tatamu.sweep.table import counts
 
     folder = SweepFolder(out)
     console = Console()

@@ -5,7 +5,7 @@ plan. A package that has something to show collects the data and names a templat
 
 - `page`: data and a template to one HTML file that opens offline; `base.html`, `parts.html`, `style.css`;
 - `chart`: 2-D charts as plain Plotly data in the colours of the page;
-- `drawing`: lines, dots, words and dimensions to scale, as SVG and as PNG;
+- `drawing`: lines, dots, words and dimensions to scale, as SVG and as PNG; `projection` and `canvas` serve it;
 - `replay`: the data of the viewer in `scripts/`; `packing` makes them small;
 - `raster`, `shading`, `tube`, `image`: pictures of cloth without a browser;
 - `palette`: every colour, by day and by night.

@@ -4,20 +4,36 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from pathlib import Path
 from statistics import median
 from typing import Any
 
+from tatamu.files import write_text
 from tatamu.presentation.chart import Chart, Plot, axis, line, log_axis, traces
 from tatamu.presentation.page import render
 from tatamu.presentation.palette import SERIES
 from tatamu.report.verdict import SUCCESS, grade
-from tatamu.sweep.records import TaskRecord
-from tatamu.sweep.table import counts, varied
+from tatamu.sweep.records import SweepFolder, TaskRecord
+from tatamu.sweep.table import counts, varied, write_parquet
 
 LEAST = 1e-5
 """Distances below this are drawn at it: the axis is logarithmic [m]."""
 MOST_POINTS = 5000
 """Tasks in a chart at most; the table has all."""
+
+
+def write_results(folder: SweepFolder, records: Sequence[TaskRecord]) -> Path:
+    """Write `sweep.parquet` and the page of a sweep.
+
+    Returns:
+        The file of the page.
+
+    Raises:
+        InputError: If a file cannot be written.
+    """
+    write_parquet(records, folder.table_file)
+    write_text(folder.page_file, page(records))
+    return folder.page_file
 
 
 def page(records: Sequence[TaskRecord]) -> str:
