@@ -32,7 +32,6 @@ ORDER = [
     ["validation"],
     ["robots"],
     ["sweep"],
-    ["reproduction"],
     ["cli"],
 ]
 """Each part may import itself and what stands above it."""

@@ -1,4 +1,4 @@
-"""What the drawings of the tests have in common; each test draws itself."""
+"""Style and projection that the drawings of the tests share; each test draws itself."""
 
 from __future__ import annotations
 

@@ -11,5 +11,5 @@ plan. A package that has something to show collects the data and names a templat
 - `palette`: every colour, by day and by night.
 
 The pages themselves stand where their data are: `report` (a learned fold, a plan, a garment), `calibration`,
-`validation`, `crosscheck`, `reproduction`, `robots`; each is a `page.py` beside its `page.html`.
+`validation`, `crosscheck`, `robots`; each is a `page.py` beside its `page.html`.
 """
