@@ -377,8 +377,8 @@ def test_a_scene_that_never_settles_does_not_grow_from_reading_to_reading(monkey
     lab = laboratory.Laboratory("native")
     for stiffness in (100.0, 200.0, 300.0):
         lab.reading(Sag(FREE), HIDDEN.model_copy(update={"stretch_stiffness": stiffness}))
-    assert max(durations) <= laboratory.LONGEST * min(durations) and lab.simulations == len(durations) == 6
-    assert lab.unsettled > laboratory.SETTLED
+    assert max(durations) <= lab.options.longest * min(durations) and lab.simulations == len(durations) == 6
+    assert lab.unsettled > lab.options.settled
 
 
 def test_cloth_that_does_not_come_to_rest_is_said(found: Calibration) -> None:

@@ -19,7 +19,7 @@ from tatamu.material import Material
 
 DENSITY = 0.2
 """Of all simulated fabrics [kg/m^2]: only ratios to it matter."""
-SWEEP = np.geomspace(7e-7, 4e-5, 7)
+RIGIDITIES = tuple(np.geomspace(7e-7, 4e-5, 7).tolist())
 """Rigidities that are simulated to know how the coefficient depends on them [N m]."""
 SWEPT = 2
 """Repeats of each of these."""
@@ -48,11 +48,13 @@ class FittedModel:
     """How many times as often as others it is repeated."""
     needs: tuple[str, ...] = ()
     """Capabilities of a simulator without which it cannot."""
+    rigidities: Sequence[float] = RIGIDITIES
+    """Rigidities of the sweep [N m]."""
 
     @property
     def swept(self) -> int:
         """How many drapes a sweep simulates."""
-        return len(self.anisotropies) * len(SWEEP) * SWEPT
+        return len(self.anisotropies) * len(self.rigidities) * SWEPT
 
     def draped(self, fabrics: Sequence[FittedFabric], size: Size, repeats: int, bench: Bench) -> list[Draped]:
         """Drapes of some fabrics."""
@@ -83,9 +85,11 @@ class FittedFabric:
 
 @dataclass(frozen=True)
 class Sweep:
-    """Drapes over the rigidities of `SWEEP`, for each of some anisotropies."""
+    """Drapes over the rigidities of a model, for each of its anisotropies."""
 
     anisotropies: Sequence[float]
+    rigidities: Sequence[float]
+    """[N m]"""
     drapes: Sequence[Sequence[Draped]]
 
     @classmethod
@@ -94,27 +98,28 @@ class Sweep:
         fabrics = [
             FittedFabric(f"B = {1e6 * bending:.2g} µN m", float(bending), anisotropy)
             for anisotropy in model.anisotropies
-            for bending in SWEEP
+            for bending in model.rigidities
         ]
         drapes = model.draped(fabrics, size, SWEPT, bench)
-        return cls(model.anisotropies, [drapes[k : k + len(SWEEP)] for k in range(0, len(drapes), len(SWEEP))])
+        count = len(model.rigidities)
+        groups = [drapes[k : k + count] for k in range(0, len(drapes), count)]
+        return cls(model.anisotropies, model.rigidities, groups)
 
     def fitted(self, name: str, coefficient: float, ellipse: float) -> FittedFabric:
         """The fabric with that drape coefficient [%] and, where there is a choice, that second harmonic [m]."""
-        bendings = [_rigidity(coefficient, drapes) for drapes in self.drapes]
-        ellipses = [_ellipse(bending, drapes) for bending, drapes in zip(bendings, self.drapes, strict=True)]
+        bendings = [self._rigidity(coefficient, drapes) for drapes in self.drapes]
+        ellipses = [self._ellipse(bending, drapes) for bending, drapes in zip(bendings, self.drapes, strict=True)]
         rising = np.maximum.accumulate(ellipses)
         sought = float(np.interp(ellipse, rising, np.log(self.anisotropies)))
         bending = float(np.exp(np.interp(sought, np.log(self.anisotropies), np.log(bendings))))
         return FittedFabric(name, bending, float(np.exp(sought)))
 
+    def _rigidity(self, coefficient: float, drapes: Sequence[Draped]) -> float:
+        """Return the rigidity at which the sweep has the measured coefficient [N m]."""
+        means = np.maximum.accumulate([drawn.mean for drawn in drapes])
+        return float(np.exp(np.interp(coefficient, means, np.log(self.rigidities))))
 
-def _rigidity(coefficient: float, drapes: Sequence[Draped]) -> float:
-    """The rigidity at which the coefficient of the sweep is the measured one [N m]."""
-    means = np.maximum.accumulate([drawn.mean for drawn in drapes])
-    return float(np.exp(np.interp(coefficient, means, np.log(SWEEP))))
-
-
-def _ellipse(bending: float, drapes: Sequence[Draped]) -> float:
-    """The second harmonic of a rigidity [m]."""
-    return float(np.interp(np.log(bending), np.log(SWEEP), [drawn.harmonic(ELLIPSE) for drawn in drapes]))
+    def _ellipse(self, bending: float, drapes: Sequence[Draped]) -> float:
+        """Return the second harmonic of a rigidity [m]."""
+        harmonics = [drawn.harmonic(ELLIPSE) for drawn in drapes]
+        return float(np.interp(np.log(bending), np.log(self.rigidities), harmonics))

@@ -24,7 +24,7 @@ from threadpoolctl import threadpool_limits
 
 def run(out: Path, seeds: int, pair_seeds: int) -> None:
     """Run what is not there, what matters most first, seed by seed: the towel's, as its folds are the quickest."""
-    settings = {name: Setting(name, out / "rollouts") for name in GARMENTS}
+    settings = {name: Setting(name, coarse, out / "rollouts") for name, coarse in GARMENTS.items()}
     studies = Studies(out)
     softer = tuple(name for name, coarse in GARMENTS.items() if coarse.softer != 1.0)
     all_garments = tuple(name for name in GARMENTS if name not in softer)

@@ -57,15 +57,15 @@ class Simulated:
 class Setting:
     """One garment to fold, and the simulations of it that are there."""
 
-    def __init__(self, name: str, folder: Path) -> None:
+    def __init__(self, name: str, chosen: Coarse, folder: Path) -> None:
         """Open the simulations of a garment.
 
         Args:
-            name: A key of `GARMENTS`.
-            folder: Where they are kept.
+            name: Name of the garment in tables and files.
+            chosen: Garment, fold and mesh.
+            folder: Folder of the simulations.
         """
         self.name = name
-        chosen = GARMENTS[name]
         job = make_job(chosen.garment, fold=chosen.fold, spacing=chosen.spacing)
         self.task: Task = coarsened(job, 1.0, chosen.softer).task(0)
         folder.mkdir(parents=True, exist_ok=True)

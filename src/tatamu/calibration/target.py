@@ -15,9 +15,6 @@ from tatamu.calibration.readings import Reading
 from tatamu.errors import SimulationError
 from tatamu.material import Material
 
-WITHIN, FINEST = 1e-3, 1e-5
-"""Readings are matched to this part of themselves, or to this length [m] where that is more."""
-
 UNKNOWN = 1.0
 """Standard uncertainty of the logarithm of a parameter of which a reading tells only the magnitude."""
 Guess = Callable[[float, Material], float]
@@ -73,7 +70,7 @@ class Target:
         def reading(value: float) -> float:
             return laboratory.reading(self.test, material.model_copy(update={self.parameter: value}))
 
-        within = max(WITHIN * self.aim, FINEST)
+        within = max(laboratory.options.within * self.aim, laboratory.options.finest)
         found = match(reading, self.aim, start, self.limits, within, self.straight, self.rising)
         if not np.isfinite(found.reading):
             raise SimulationError(f"{self.test.name}: {laboratory.simulator} gave up: {laboratory.failure}")
