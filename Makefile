@@ -37,7 +37,7 @@ learning: $(READY)  ## the figures of docs/notes/learning.md: five seeds, agains
 	$(BIN)/python benchmarks/learning.py --out runs/learning --write-docs
 
 search: $(DEV)  ## the tables of docs/notes/search.md: the search against its alternatives; hours; `pip install torch` for one row
-	$(BIN)/python benchmarks/search.py --out runs/search --write-docs
+	$(BIN)/python -m studies.search --out runs/search --write-docs
 
 holds: $(DEV)  ## the tables of docs/notes/margins.md: folds learned in disturbed worlds against those of least C; hours
 	$(BIN)/python -m benchmarks.holds meshes --write-docs
@@ -76,10 +76,10 @@ validate: $(DEV)  ## every textbook check: docs/notes/validation.md, and a page 
 	$(BIN)/python benchmarks/textbook.py --out runs/validation --write-docs
 
 real-cloth: $(DEV)  ## the tables of docs/notes/real-cloth.md: published measurements of real cloth in the folder DATA; an hour
-	$(BIN)/python benchmarks/real_cloth.py --data $(DATA) --out runs/real-cloth --write-docs
-	$(BIN)/python -m benchmarks.asked_rigidity --data $(DATA) --out runs/real-cloth --write-docs
-	$(BIN)/python -m benchmarks.seen_nodes --data $(DATA) --out runs/real-cloth --write-docs
-	$(BIN)/python -m benchmarks.decrement --data $(DATA) --write-docs
+	$(BIN)/python -m studies.real_cloth --data $(DATA) --out runs/real-cloth --write-docs
+	$(BIN)/python -m studies.real_cloth.asked_rigidity --data $(DATA) --out runs/real-cloth --write-docs
+	$(BIN)/python -m studies.real_cloth.seen_nodes --data $(DATA) --out runs/real-cloth --write-docs
+	$(BIN)/python -m studies.real_cloth.decrement --data $(DATA) --write-docs
 
 robots: $(DEV)  ## the table of docs/notes/robots.md: an hour, most of it MuJoCo's
 	for case in trousers-leg-0.28 towel-half-0.50 tshirt-half-0.40; do \
@@ -109,7 +109,7 @@ bench: $(DEV) $(NEWTON)  ## native, Blender, MuJoCo and Newton side by side: doc
 	$(BIN)/python benchmarks/speed.py --out runs/speed --write-docs
 
 cluster: $(DEV)  ## 200 studies while workers, PostgreSQL and client are killed; overhead; 1,000 workers: docs/notes/cluster.md; half an hour
-	$(BIN)/python -m benchmarks.cluster --write-docs
+	$(BIN)/python -m studies.cluster_storm --write-docs
 
 abuse: $(READY)  ## ten thousand random scenes: each a rollout or a clear error
 	$(BIN)/python -m benchmarks.abuse --out runs/abuse.json --write-docs
@@ -126,8 +126,8 @@ crosscheck: $(DEV)  ## the figures of docs/notes/second-opinion.md: hours; needs
 	$(BIN)/python benchmarks/crosscheck.py --out runs/crosscheck --write-docs
 
 paper: $(READY)  ## section VI of the paper in Blender, all garments and seeds, and docs/notes/reproduction.md: hours; needs `make blender`
-	$(BIN)/tatamu reproduce --out runs/paper
-	$(BIN)/python benchmarks/paper_numbers.py --run runs/paper --write-docs
+	$(BIN)/python -m studies.paper --out runs/paper
+	$(BIN)/python -m studies.paper.numbers --run runs/paper --write-docs
 
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)

@@ -24,7 +24,6 @@ from tables import IMAGES, publish
 from tatamu.calibration import Calibration, calibrate
 from tatamu.calibration.bias import Bias
 from tatamu.calibration.crease import PressedCrease
-from tatamu.calibration.drawing import creased, hanging, looped, on_bias, over_plate, pushed, sagging, sliding, swung
 from tatamu.calibration.elongation import Elongation, Grasp
 from tatamu.calibration.friction import Slope
 from tatamu.calibration.loop import Loop
@@ -32,6 +31,7 @@ from tatamu.calibration.plate import Plate
 from tatamu.calibration.push import Push
 from tatamu.calibration.sag import Sag
 from tatamu.calibration.swing import Swinging
+from tatamu.calibration.test import CalibrationTest
 from tatamu.files import write_json, write_text
 from tatamu.garments import make_garment
 from tatamu.material import GRAVITY, Material, load_material
@@ -183,29 +183,25 @@ def pinch_table(out: Path) -> str:
 
 
 def drawings() -> None:
-    """The drawings of docs/guide/calibration.md, from simulated shapes."""
+    """Write the drawings of docs/guide/calibration.md, from simulated shapes."""
+    terry = load_material(Path("terry"))
     for name, edges in (("towel", ["bottom"]), ("tshirt", ["left_shoulder", "right_shoulder"])):
         test = Elongation(make_garment(name, spacing=0.04), [Grasp(edge=edge) for edge in edges])
-        shape = simulate(test.scene(test.garment.material)).positions[-1]
-        write_text(IMAGES / f"measure-hang-{name}.svg", hanging(test, shape))
-    strip, terry = Sag(0.05), load_material(Path("terry"))
-    write_text(IMAGES / "measure-sag.svg", sagging(strip, simulate(strip.scene(terry)).positions[-1]))
-    loop = Loop(0.034, 0.002)
-    write_text(IMAGES / "measure-loop.svg", looped(loop, simulate(loop.scene(terry)).positions[-1]))
-    crease = PressedCrease(0.01, 0.007, terry.bending_length)
+        draw(f"hang-{name}", test, test.garment.material)
+    draw("sag", Sag(0.05), terry)
+    draw("loop", Loop(0.034, 0.002), terry)
     rough = terry.model_copy(update={"bending_hysteresis": 50.0 * terry.bending_rigidity})
-    write_text(IMAGES / "measure-crease.svg", creased(crease, simulate(crease.scene(rough)).positions[-1]))
-    push = Push(0.4, 0.06, 0.01)
-    wrinkled = terry.model_copy(update={"compression": 0.12, "stretch_stiffness": 60.0})
-    write_text(IMAGES / "measure-push.svg", pushed(push, simulate(push.scene(wrinkled)).positions[-1]))
-    plate = Plate(0.15, 0.09, 0.6)
-    write_text(IMAGES / "measure-plate.svg", over_plate(plate, simulate(plate.scene(terry)).positions[-1]))
-    bias = Bias(0.6, 0.08)
-    woven = terry.model_copy(update={"shear_stiffness": 20.0})
-    write_text(IMAGES / "measure-bias.svg", on_bias(bias, simulate(bias.scene(woven)).positions[-1]))
-    swinging = Swinging(make_garment("towel"), "bottom", 0.2)
-    write_text(IMAGES / "measure-swing.svg", swung(swinging, swinging.scene(terry, 1.0).cloth.vertices))
-    write_text(IMAGES / "measure-slide.svg", sliding(Slope(float(np.arctan(terry.friction_table)))))
+    draw("crease", PressedCrease(0.01, 0.007, terry.bending_length), rough)
+    draw("push", Push(0.4, 0.06, 0.01), terry.model_copy(update={"compression": 0.12, "stretch_stiffness": 60.0}))
+    draw("plate", Plate(0.15, 0.09, 0.6), terry)
+    draw("bias", Bias(0.6, 0.08), terry.model_copy(update={"shear_stiffness": 20.0}))
+    write_text(IMAGES / "measure-swing.svg", Swinging(make_garment("towel"), "bottom", 0.2).drawing())
+    write_text(IMAGES / "measure-slide.svg", Slope(float(np.arctan(terry.friction_table))).drawing(None))
+
+
+def draw(name: str, test: CalibrationTest, material: Material) -> None:
+    """Write the drawing of a test with the shape of a material at rest."""
+    write_text(IMAGES / f"measure-{name}.svg", test.drawing(simulate(test.scene(material)).positions[-1]))
 
 
 def main() -> None:

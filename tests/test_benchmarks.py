@@ -11,15 +11,18 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from studies.real_cloth import asked_rigidity, seen_nodes
+from studies.real_cloth.motion import FITTED
+from studies.real_cloth.recording import Recording
+from studies.real_cloth.registry import TESTS
+from studies.real_cloth.sheet import Sheet
+from studies.search.settings import GARMENTS
 
 from tatamu.rollout import Rollout
 from tatamu.simulators import simulate
-from tatamu.validation.real.motion import FITTED
-from tatamu.validation.real.recording import Recording
-from tatamu.validation.real.registry import TESTS
-from tatamu.validation.real.sheet import Sheet
 
 FOLDER = Path(__file__).parent.parent / "benchmarks"
+STUDIES = FOLDER.parent / "studies"
 
 
 @pytest.fixture
@@ -110,18 +113,19 @@ def test_every_mark_of_the_docs_is_written_by_a_benchmark(modules: Any) -> None:
             assert FOLDER.parent / places[name] == page
 
 
-def test_every_benchmark_publishes_under_names_that_have_a_place(modules: Any) -> None:
+def test_every_benchmark_and_study_publishes_under_names_that_have_a_place(modules: Any) -> None:
     places = set(modules("tables").PLACES)
-    named = {name for file in FOLDER.glob("*.py") for name in re.findall(r'publish\(f?"([^"{]+)"', file.read_text())}
+    files = [*FOLDER.glob("*.py"), *STUDIES.rglob("*.py")]
+    named = {name for file in files for name in re.findall(r'publish\(f?"([^"{]+)"', file.read_text())}
     made = set(modules("speed").PARTS) | {f"calibration: {what}" for what in ("pinch", "recovery")}
     made |= {f"agreement: {part}" for part in modules("crosscheck").PARTS}
     made |= {f"agreement: {part}, each" for part in ("small", "towel")}
-    made |= {f"search: {part}" for part in (*modules("search").GARMENTS, "answers", "pair")}
+    made |= {f"search: {part}" for part in (*GARMENTS, "answers", "pair")}
     made |= {f"real: {name}" for name in TESTS}
     made |= {f"cluster: {part}" for part in ("storm", "overhead", "busy", "constants", "thousand")}
     made |= {f"margins: {part}" for part in ("meshes", "folds", "simulators", "two meshes")}
     made |= set(modules("coarser").MARKS)
-    made |= {"checks", "fold", "cloth", "time", "run", "outcomes", "answers"}  # of `simulators` and `paper_numbers`
+    made |= {"checks", "fold", "cloth", "time", "run", "outcomes", "answers"}  # of `simulators` and `studies.paper`
     assert named | made == places
 
 
@@ -189,17 +193,15 @@ def test_crossings_of_folds_are_counted(modules: Any, monkeypatch: pytest.Monkey
     assert list(row.values()) == ["4 fast", 2, 1, 3, 1]
 
 
-def test_the_rigidity_that_a_drape_asks_for_is_read_off_between_those_simulated(modules: Any) -> None:
-    asked = modules("asked_rigidity")
-    drapes = [Namespace(mean=40.0 + 10.0 * number) for number in range(len(asked.FACTORS))]
-    first, second, last = asked.FACTORS[0], asked.FACTORS[1], asked.FACTORS[-1]
-    assert asked.asked(45.0, drapes) == f"{(first * second) ** 0.5:.2f}"
-    assert asked.asked(39.0, drapes) == f"below {first:g}"
-    assert asked.asked(99.0, drapes) == f"above {last:g}"
+def test_the_rigidity_that_a_drape_asks_for_is_read_off_between_those_simulated() -> None:
+    drapes: Any = [Namespace(mean=40.0 + 10.0 * number) for number in range(len(asked_rigidity.FACTORS))]
+    first, second, last = asked_rigidity.FACTORS[0], asked_rigidity.FACTORS[1], asked_rigidity.FACTORS[-1]
+    assert asked_rigidity.asked(45.0, drapes) == f"{(first * second) ** 0.5:.2f}"
+    assert asked_rigidity.asked(39.0, drapes) == f"below {first:g}"
+    assert asked_rigidity.asked(99.0, drapes) == f"above {last:g}"
 
 
-def test_a_turned_camera_is_told_from_what_is_seen(modules: Any) -> None:
-    seen_nodes = importlib.import_module("benchmarks.seen_nodes")
+def test_a_turned_camera_is_told_from_what_is_seen() -> None:
     seen = [seen_by_a_turned_camera(name, seen_nodes.Seen) for name in (FITTED[0], FITTED[1], "another")]
     rows = {line["compared"]: float(line["all nodes [mm]"]) for line in seen_nodes.table(seen)[:3]}
     assert rows["as it is"] > 4.0

@@ -36,14 +36,12 @@ MEASURED: dict[str, dict[str, Any]] = {
 }
 """A reading of each test; a new test adds its own."""
 ALLOWED = {
-    "sag": {"loop"},
     "push": {"elongation", "friction", "bias"},
     "bias": {"elongation"},
     "fading": {"swing"},
     "crease": {"sag"},
-    "drawing": {"sag", "plate"},
 }
-"""Modules that may name another test: those that need it or yield to it, and where the name is a word of a drawing."""
+"""Modules that may name another test: those that need it or yield to it."""
 
 
 def made() -> Measurements:

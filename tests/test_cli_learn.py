@@ -303,7 +303,6 @@ def test_a_folder_without_a_fold_has_no_verdict(tmp_path: Path) -> None:
 COMMANDS = [
     ["learn", "towel", "--out", "OUT", "--simulator", "blender"],
     ["simulate", "SCENE", "--out", "OUT", "--simulator", "blender"],
-    ["reproduce", "--out", "OUT"],
     ["validate", "--simulator", "blender", "--out", "OUT"],
     ["calibrate", "MEASUREMENTS", "--out", "OUT.toml", "--simulator", "blender"],
     ["check", "FOLDER", "--simulator", "blender", "--out", "OUT"],

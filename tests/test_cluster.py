@@ -18,9 +18,11 @@ import pytest
 pytest.importorskip("distributed", reason="Dask is not installed")
 
 import cloudpickle
+from studies.real_cloth.__main__ import app
+from studies.real_cloth.bench import Bench, Experiment
+from studies.real_cloth.matsudaira import models
 from typer.testing import CliRunner
 
-from tatamu.cli.app import app
 from tatamu.cluster import connected, executor_at
 from tatamu.cluster.address import parse_address
 from tatamu.cluster.arguments import LARGE, SharedArguments, unbound
@@ -33,8 +35,6 @@ from tatamu.errors import InputError, UnavailableError, WorkerKilledError
 from tatamu.folding.task import Task, make_task
 from tatamu.learning import learn
 from tatamu.learning.evaluation import evaluate
-from tatamu.validation.real.bench import Bench, Experiment
-from tatamu.validation.real.matsudaira import models
 from tests.scenes import scene
 from tests.test_learning import COARSE, timeless
 from tests.test_real_cloth import write_fabrics
@@ -264,7 +264,7 @@ def bytes_in(folder: Path) -> dict[str, bytes]:
 
 def test_real_cloth_on_workers_is_that_of_one_machine(tmp_path: Path) -> None:
     data = write_fabrics(tmp_path / "data")
-    arguments = ["validate", "--real", str(data), "--only", "drape", "--quick", "--out"]
+    arguments = ["--data", str(data), "--only", "drape", "--quick", "--out"]
     for options in ([], ["--scheduler", "local:2"]):
         done = CliRunner().invoke(app, [*arguments, str(tmp_path / f"out-{len(options)}"), *options])
         assert done.exit_code == 0, done.output

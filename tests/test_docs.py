@@ -7,9 +7,12 @@ from collections.abc import Iterator
 from dataclasses import fields
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import pytest
 import typer
+from studies.paper.__main__ import app as paper
+from studies.real_cloth.__main__ import app as real_cloth
 
 from tatamu.cli.app import app
 from tatamu.simulators import SIMULATORS, capabilities
@@ -73,16 +76,20 @@ def test_the_index_has_every_page_and_every_picture_is_shown() -> None:
 @pytest.mark.parametrize("name", [name for name in NAMES if name.startswith("docs/")])
 def test_a_page_begins_by_saying_whom_it_serves(name: str) -> None:
     title, first = read(name).split("\n\n")[:2]
-    assert re.fullmatch(r"# [^\n]+", title) and re.match(r"For (whoever|scripts|everybody)\b", first), name
+    assert re.fullmatch(r"# [^\n]+", title) and re.match(r"(For (whoever|scripts|everybody)|This page)\b", first), name
 
 
 def commands() -> dict[str, set[str]]:
     """Every command of the command line with its options."""
     group = typer.main.get_command(app)
     return {
-        name: {option for p in command.params for option in [*p.opts, *p.secondary_opts] if option.startswith("-")}
+        name: options_of(command)
         for name, command in group.commands.items()  # type: ignore[attr-defined]
     }
+
+
+def options_of(command: Any) -> set[str]:
+    return {option for p in command.params for option in [*p.opts, *p.secondary_opts] if option.startswith("-")}
 
 
 def uses(name: str) -> Iterator[tuple[str, list[str]]]:
@@ -109,13 +116,15 @@ def test_every_command_and_option_of_a_page_exists(name: str) -> None:
 def test_every_option_named_alone_belongs_to_some_command(name: str) -> None:
     ours = set().union(*commands().values()) | {"--help", "--version"}
     for text in re.findall(r"`(--[^`]*)`", prose(name)):
-        assert set(re.findall(r"(?<!\S)--[a-z][a-z-]*", text)) <= ours | benchmark_options(), f"{name}: {text}"
+        assert set(re.findall(r"(?<!\S)--[a-z][a-z-]*", text)) <= ours | options_of_programs(), f"{name}: {text}"
 
 
 @cache
-def benchmark_options() -> frozenset[str]:
-    texts = (path.read_text() for path in (ROOT / "benchmarks").glob("*.py"))
-    return frozenset(option for text in texts for option in re.findall(r'add_argument\(\s*"(--[a-z-]+)"', text))
+def options_of_programs() -> frozenset[str]:
+    files = [path for folder in ("benchmarks", "studies") for path in (ROOT / folder).rglob("*.py")]
+    given = {option for file in files for option in re.findall(r'add_argument\(\s*"(--[a-z-]+)"', file.read_text())}
+    typed = {option for app in (paper, real_cloth) for option in options_of(typer.main.get_command(app))}
+    return frozenset(given | typed)
 
 
 def test_the_reference_of_the_command_line_has_every_command_and_option() -> None:
@@ -139,13 +148,13 @@ def test_every_make_target_of_a_page_exists(name: str) -> None:
 
 @pytest.mark.parametrize("name", GUIDES)
 def test_every_file_of_the_repository_that_a_page_names_exists(name: str) -> None:
-    named = set(re.findall(r"\b(?:src/tatamu|tests|benchmarks|examples)/[\w/-]+\.\w+", read(name)))
+    named = set(re.findall(r"\b(?:src/tatamu|tests|benchmarks|studies|examples)/[\w/-]+\.\w+", read(name)))
     missing = sorted(path for path in named if not (ROOT / path).exists())
     assert not missing, f"{name} names {missing}"
 
 
 def test_every_page_that_the_code_names_exists() -> None:
-    folders = [ROOT / part for part in ("src", "tests", "benchmarks", "examples")]
+    folders = [ROOT / part for part in ("src", "tests", "benchmarks", "studies", "examples")]
     files = [path for folder in folders for path in folder.rglob("*") if path.suffix in TEXT]
     missing = [
         f"{file.relative_to(ROOT)}: {page}"

@@ -4,32 +4,33 @@ from __future__ import annotations
 
 import gzip
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from studies.real_cloth import bench as benches
+from studies.real_cloth import notes
+from studies.real_cloth.__main__ import app
+from studies.real_cloth.alignment import UNMOVED, Displacement, Pairs
+from studies.real_cloth.bench import Bench, Experiment, Values
+from studies.real_cloth.fabric import Fabric
+from studies.real_cloth.fitted_air import START, fit
+from studies.real_cloth.fitted_drape import DENSITY, TYPICAL
+from studies.real_cloth.leeds import MODELS, Leeds, MeasuredHems
+from studies.real_cloth.matsudaira import FILE, NUMBERS, Matsudaira, models
+from studies.real_cloth.page import page
+from studies.real_cloth.pendulum import AirLaw, plate_nodes, plate_swing
+from studies.real_cloth.recording import BEFORE, Recording, load_recordings
+from studies.real_cloth.study import load, run
 from typer.testing import CliRunner
 
-from tatamu.cli.app import app
 from tatamu.errors import InputError
 from tatamu.instruments.drapemeter import Drapemeter
 from tatamu.instruments.oscillation import swings
 from tatamu.instruments.outline import PlanOutline
 from tatamu.material import Material
-from tatamu.validation.real import bench as benches
-from tatamu.validation.real import fitted_drape, notes
-from tatamu.validation.real.alignment import UNMOVED, Displacement, Pairs
-from tatamu.validation.real.bench import Bench, Experiment, Values
-from tatamu.validation.real.fabric import Fabric
-from tatamu.validation.real.fitted_air import START, fit
-from tatamu.validation.real.fitted_drape import DENSITY, TYPICAL
-from tatamu.validation.real.leeds import Leeds, MeasuredHems
-from tatamu.validation.real.matsudaira import FILE, NUMBERS, Matsudaira, models
-from tatamu.validation.real.page import page
-from tatamu.validation.real.pendulum import AirLaw, plate_nodes, plate_swing
-from tatamu.validation.real.recording import BEFORE, Recording, load_recordings
-from tatamu.validation.real.study import load, run
 
 ANGLES = 2.0 * np.pi * np.arange(360) / 360
 STIFF = "S,stiff,3.0,0.1,20.0,0.5,97.0,4"
@@ -181,7 +182,7 @@ def test_another_scene_has_another_name(tmp_path: Path) -> None:
     assert len(keys) == 4
 
 
-STIFFER = np.geomspace(2e-5, 1e-3, 7)
+STIFFER = tuple(np.geomspace(2e-5, 1e-3, 7).tolist())
 """Rigidities of a sweep [N m] whose coarse meshes are quickly made."""
 
 
@@ -203,13 +204,11 @@ def made_up_hem(bending: float, anisotropy: float) -> PlanOutline:
     return waved(0.1 + 0.04 * part, 7, 0.008, 0.006 * np.log(anisotropy))
 
 
-def test_rigidity_and_anisotropy_of_a_weave_are_recovered_from_its_hems(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(fitted_drape, "SWEEP", STIFFER)
+def test_rigidity_and_anisotropy_of_a_weave_are_recovered_from_its_hems(tmp_path: Path) -> None:
+    test = Leeds([replace(model, rigidities=STIFFER) for model in MODELS])
     hidden = [(6e-5, 1.3), (3e-4, 2.4)]
     hems = [MeasuredHems(f"{B:g}", [made_up_hem(B, anisotropy)]) for B, anisotropy in hidden]
-    models, nodes, lines = (table.lines for table in Leeds().run(hems, MadeUpBench("native", tmp_path, seeds=1)).tables)
+    models, nodes, lines = (table.lines for table in test.run(hems, MadeUpBench("native", tmp_path, seeds=1)).tables)
     assert [line["nodes within 1"] for line in models] == ["2 of 2"] * len(models)
     assert all(line["typical weave"].startswith("7.0 (") for line in nodes)
     for (bending, anisotropy), line in zip(hidden, lines, strict=True):
@@ -255,7 +254,7 @@ def test_a_wrong_file_is_refused_in_one_line(rows: str, said: str, tmp_path: Pat
 
 def test_missing_data_end_with_2_and_write_nothing(tmp_path: Path) -> None:
     for data, only in ((tmp_path / "none", "drape"), (tmp_path, "drape"), (tmp_path, "motion"), (tmp_path, "nothing")):
-        arguments = ["validate", "--real", str(data), "--only", only, "--out", str(tmp_path / "out")]
+        arguments = ["--data", str(data), "--only", only, "--out", str(tmp_path / "out")]
         assert isinstance(CliRunner().invoke(app, arguments).exception, InputError)
     assert not (tmp_path / "out").exists()
 

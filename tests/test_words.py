@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parent.parent
-MODULES = sorted((ROOT / "src").rglob("*.py"))
+MODULES = sorted(file for folder in ("src", "studies") for file in (ROOT / folder).rglob("*.py"))
 PROSE = [*MODULES, *sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
 ELSEWISE = re.compile(
     r"""

@@ -14,30 +14,31 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 from pydantic import model_validator
 
-from tatamu.calibration.drawing import on_bias
 from tatamu.calibration.entry import Errors, TestEntry
+from tatamu.calibration.estimate import Estimate
 from tatamu.calibration.fit import Fit
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.parameters import PLACE
+from tatamu.calibration.picture import CLOTH
 from tatamu.calibration.quantity import Length, Lengths
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.target import Target
-from tatamu.calibration.test import POOR, Changes, LaterTest, Readings, Specimen, millimetres
+from tatamu.calibration.test import POOR, Changes, LaterTest, Readings, RestTest, Specimen, millimetres
 from tatamu.garments import Garment
 from tatamu.material import GRAVITY, Material
 from tatamu.meshing import staggered_rectangle
+from tatamu.presentation.drawing import Drawing
+from tatamu.presentation.shapes import Segments
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene
 from tatamu.settling import settling
 from tatamu.simulators import capabilities
-
-if TYPE_CHECKING:
-    from tatamu.calibration.result import Calibration
+from tatamu.topology import Topology
 
 COLUMNS = 6
 """Of the mesh."""
@@ -79,7 +80,7 @@ class BiasReadings(TestEntry):
 
 
 @dataclass(frozen=True)
-class Bias(LaterTest):
+class Bias(LaterTest, RestTest):
     """A strip on the bias, hung by one end."""
 
     length: float
@@ -153,12 +154,12 @@ Hang a strip cut on the bias, if you like: for woven cloth.                     
         end = self.mesh[0][:, 0] > self.length - 1e-9
         return float(-rollout.positions[frame, end, 2].mean()) - self.length
 
-    def guess(self, longer: float, density: float) -> float:
-        """Shear stiffness of a strip that hangs longer by this, did its yarns not stretch [N/m]."""
-        return density * GRAVITY * self.length**2 / (8.0 * longer)
+    def guess(self, longer: float, material: Material) -> float:
+        """Return the shear stiffness of a strip of this elongation whose yarns do not stretch [N/m]."""
+        return material.areal_density * GRAVITY * self.length**2 / (8.0 * longer)
 
     def target(self, readings: Readings) -> Target:
-        """See `ElasticTest.target`."""
+        """See `RestTest.target`."""
         hung, lying = (readings[name] for name in ("bias_L1", "bias_L2"))
         longer = hung.value - lying.value
         error = float(np.hypot(hung.uncertainty, lying.uncertainty))
@@ -175,7 +176,7 @@ Hang a strip cut on the bias, if you like: for woven cloth.                     
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
         """Search the shear stiffness."""
         target = self.target(readings)
-        found = target.matched(laboratory, material, target.start(material.areal_density))
+        found = target.matched(laboratory, material, target.start(material))
         if len(found.samples) < 2:  # right at once; its slope is wanted all the same
             beside = ASIDE * found.parameter
             also = laboratory.reading(self, material.model_copy(update={self.parameter: beside}))
@@ -201,20 +202,39 @@ Hang a strip cut on the bias, if you like: for woven cloth.                     
             if name == "L1" and bounded:
                 change[shear] += yarns * UNKNOWN
 
-    def advice(self, calibration: Calibration, fit: Fit) -> list[str]:
+    def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
         """See `CalibrationTest.advice`."""
-        shear = getattr(calibration.material, self.parameter)
+        shear = getattr(estimate.material, self.parameter)
         read = f"bias: {millimetres(fit.measured)}"
         if fit.bound:
             return [
                 f"{read} is within the error of reading it ({millimetres(fit.uncertainty)}): G is {fit.bound} "
                 f"{shear:.3g} N/m. A longer strip would tell: it is longer by the square of its length."
             ]
-        relative = calibration.relative(self.parameter)
+        relative = estimate.relative(self.parameter)
         return (
             [] if relative <= POOR else [f"{read} tells G to {100 * relative:.0f} % only: read L1 and L2 more often."]
         )
 
     def drawing(self, shape: np.ndarray | None) -> str:
-        """See `CalibrationTest.drawing`."""
-        return "" if shape is None else on_bias(self, shape)
+        """Draw the strip hanging with its yarns, and lying beside it."""
+        if shape is None:
+            return ""
+        hung = shape[:, 1:]
+        flat = self.mesh[0][:, ::-1] * [1.0, -1.0]
+        aside = np.array([0.45 * self.length, 0.0])
+        room = np.array([0.2 * self.length, 0.03 * self.length])
+        drawing = Drawing.around(np.concatenate([hung - room, hung + room, flat + aside + room]), 240.0, 300.0)
+        edges = Topology(self.mesh[1]).edges
+        for view, end, name in ((hung, hung[:, 1].min(), "L1"), (flat + aside, -self.length, "L2")):
+            drawing.add(Segments(view[edges], CLOTH, 0.5, opacity=0.6))
+            right = view[:, 0].max() + 0.04 * self.length
+            drawing.dimension(np.array([right, 0.0]), np.array([right, end]), name)
+        half = 0.5 * self.width
+        drawing.line(np.array([[-half, 0.0], [half, 0.0]]), "muted", 7.0)
+        middle = aside - [0.0, 0.5 * self.length]
+        for turn in (1.0, -1.0):
+            yarn = 0.8 * half * np.array([1.0, turn])
+            drawing.arrow(np.array([middle - yarn, middle + yarn]), "ink", 1.2, both=True)
+        drawing.label(middle - np.array([0.0, 0.9 * half]), "yarns", "ink", (0.0, -1.0))
+        return drawing.svg()

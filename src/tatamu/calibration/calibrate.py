@@ -18,6 +18,7 @@ from tatamu.calibration.fit import Fit
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.match import Match
 from tatamu.calibration.measurements import Measurements
+from tatamu.calibration.options import DEFAULTS, CalibrationOptions
 from tatamu.calibration.parameters import OPTIONAL, PARAMETERS, PLACE, UNMEASURED
 from tatamu.calibration.result import Calibration
 from tatamu.calibration.setup import Setup, setup_of
@@ -28,10 +29,6 @@ from tatamu.errors import InputError
 from tatamu.material import Material
 from tatamu.simulators import named
 
-SAME = 5e-3
-"""Parameters that change by less than this part from pass to pass agree."""
-MOST_PASSES, MOST_WITH_FRICTION = 5, 10
-"""Friction of bending moves what a sag says of bending by as much again, so that both take more passes."""
 LIGHTEST, HEAVIEST = 0.02, 5.0
 """Areal densities that a fabric has [kg/m^2]."""
 Groups = dict[str, list[Target]]
@@ -43,24 +40,26 @@ def calibrate(
     simulator: str = "native",
     spacing: float | None = None,
     tick: Callable[[str], None] = lambda what: None,
+    options: CalibrationOptions = DEFAULTS,
 ) -> Calibration:
-    """Find the material with which a simulator gives the readings.
+    """Find the material with which a simulator reproduces the readings.
 
     Args:
-        measurements: What was measured.
+        measurements: Readings of the garment.
         simulator: Name of the simulator.
-        spacing: Mesh spacing of the tests [m]; None: fine enough that it does not matter in `native`.
-        tick: Called before each simulation with the name of its test.
+        spacing: Mesh spacing of the tests [m]; None for a mesh so fine that it does not matter in `native`.
+        tick: Function that is called before each simulation with the name of its test.
+        options: Accuracy of the matches, and durations.
 
     Raises:
-        InputError: The garment or the simulator does not exist, or a reading is beyond the simulator.
-        SimulationError: The simulator gave up on a test whatever the parameter.
+        InputError: If the garment or the simulator does not exist, or a reading is beyond the simulator.
+        SimulationError: If the simulator fails a test for every parameter.
     """
     named(simulator)
     setup = setup_of(measurements, spacing)
     readings = measurements.readings()
     tests = setup.usable(simulator)
-    laboratory = Laboratory(simulator, tick)
+    laboratory = Laboratory(simulator, tick, options)
     groups = by_parameter([test.target(readings) for test in tests if isinstance(test, ElasticTest)])
     elastic = _elastic(laboratory, groups, _start(setup, readings, groups))
     material = elastic.material
@@ -128,10 +127,11 @@ def _start(setup: Setup, readings: Readings, groups: Groups) -> Material:
             f"mass: {readings['mass'].value:g} kg over the garment's {setup.area:.3f} m² is {density:.3g} kg/m², but "
             f"fabrics weigh {LIGHTEST:g} to {HEAVIEST:g} kg/m²; are mass (kg) and size (m) those of this garment?"
         )
+    material = setup.base.model_copy(update={"areal_density": density})
     guesses = {
-        parameter: _mean(group, [target.start(density) for target in group]) for parameter, group in groups.items()
+        parameter: _mean(group, [target.start(material) for target in group]) for parameter, group in groups.items()
     }
-    return setup.base.model_copy(update={"areal_density": density, **guesses})
+    return material.model_copy(update=guesses)
 
 
 def _elastic(laboratory: Laboratory, groups: Groups, material: Material) -> ElasticMatch:
@@ -140,8 +140,9 @@ def _elastic(laboratory: Laboratory, groups: Groups, material: Material) -> Elas
     passes = 0
     before: Material | None = None
     rubs = "bending_hysteresis" in groups
-    most = MOST_WITH_FRICTION if rubs else MOST_PASSES
-    while passes < most and (before is None or _moved(material, before, groups)):
+    options = laboratory.options
+    most = options.passes_with_friction if rubs else options.passes
+    while passes < most and (before is None or _moved(material, before, groups, options.agreement)):
         passes += 1
         before = material
         for parameter, group in groups.items():
@@ -167,10 +168,10 @@ def _telling(group: list[Target], matches: dict[str, Match]) -> list[Target]:
     return [target for target in group if target.bound_by(matches[target.test.name]) is None]
 
 
-def _moved(material: Material, before: Material, groups: Groups) -> bool:
-    """Whether a pass changed a parameter."""
+def _moved(material: Material, before: Material, groups: Groups, agreement: float) -> bool:
+    """Return whether a pass changed a parameter by more than `agreement` of its logarithm."""
     ratios = [getattr(material, parameter) / getattr(before, parameter) for parameter in groups]
-    return any(abs(np.log(ratio)) > SAME for ratio in ratios)
+    return any(abs(np.log(ratio)) > agreement for ratio in ratios)
 
 
 def _contributions(

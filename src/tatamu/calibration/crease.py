@@ -16,14 +16,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 from pydantic import model_validator
 
-from tatamu.calibration.drawing import creased
 from tatamu.calibration.entry import Errors, TestEntry
+from tatamu.calibration.estimate import Estimate
 from tatamu.calibration.fit import Fit
+from tatamu.calibration.picture import CLOTH, DASH
 from tatamu.calibration.quantity import Angles, Length
 from tatamu.calibration.readings import Reading, uncertainty
 from tatamu.calibration.target import Target, textbook_spread
@@ -31,13 +32,11 @@ from tatamu.calibration.test import ElasticTest, Readings, Specimen
 from tatamu.garments import Garment
 from tatamu.material import GRAVITY, Material
 from tatamu.meshing import ROW, staggered_rectangle
+from tatamu.presentation.drawing import Drawing
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene
 from tatamu.settling import settling
 from tatamu.simulators import capabilities
-
-if TYPE_CHECKING:
-    from tatamu.calibration.result import Calibration
 
 ARM = 0.03
 """The angle is matched as the arc of a point so far from the hinge [m]."""
@@ -193,12 +192,12 @@ Crease it, if you like: tells how much of a fold stays.                         
         """The band from the side: the mean of each row [m], shape (rows, 2)."""
         return np.array([positions[self._rows == row][:, [0, 2]].mean(axis=0) for row in range(self._rows.max() + 1)])
 
-    def guess(self, arc: float, density: float) -> float:
-        """Friction of bending by the formula above, of the bending length of the garment's usual fabric [N]."""
-        return arc / ARM / self.gap * density * GRAVITY * self.usual**3
+    def guess(self, arc: float, material: Material) -> float:
+        """Return the friction of bending by the formula above, with the bending length of the usual fabric [N]."""
+        return arc / ARM / self.gap * material.areal_density * GRAVITY * self.usual**3
 
     def target(self, readings: Readings) -> Target:
-        """See `ElasticTest.target`."""
+        """See `RestTest.target`."""
         arc = readings["angle"]
         widest = ARM * np.radians(WIDEST)
         return Target(
@@ -220,11 +219,11 @@ Crease it, if you like: tells how much of a fold stays.                         
         )
         return f"Angle that stays measured: {measured:.1f} ± {error:.1f}°; simulated: {simulated:.1f}°."
 
-    def advice(self, calibration: Calibration, fit: Fit) -> list[str]:
+    def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
         """See `CalibrationTest.advice`."""
         if fit.bound is None:
             return []
-        friction = 1e3 * calibration.material.bending_hysteresis
+        friction = 1e3 * estimate.material.bending_hysteresis
         stays, other = ("hardly bent", "longer") if fit.bound == "at most" else ("nearly closed", "shorter")
         return [
             f"crease: the hinge stays {stays}, which says only that HB is {fit.bound} {friction:.2g} mN; a {other} gap "
@@ -232,5 +231,23 @@ Crease it, if you like: tells how much of a fold stays.                         
         ]
 
     def drawing(self, shape: np.ndarray | None) -> str:
-        """See `CalibrationTest.drawing`."""
-        return "" if shape is None else creased(self, shape)
+        """Draw the hinge and its two boards, from above."""
+        if shape is None:
+            return ""
+        side = self.side(shape)
+        board = 2.0 * self.gap
+        first, last = (side[near] - side[next_] for near, next_ in ((0, 1), (-1, -2)))
+        outer = [at + board * way / np.linalg.norm(way) for at, way in ((side[0], first), (side[-1], last))]
+        flat = side[-1] - board * first / np.linalg.norm(first)
+        middle = side[-1]
+        drawing = Drawing.around(np.concatenate([side, outer, [flat - np.array([0.0, 0.2 * board])]]), 320.0, 200.0)
+        drawing.line(np.vstack([middle - [self.gap, 0.0], flat]), "muted", 1.0, dash=DASH)
+        for at, far in zip((side[0], side[-1]), outer, strict=True):
+            drawing.line(np.array([at, far]), "muted", 7.0)
+        drawing.line(side, CLOTH, 3.5)
+        turn = np.linspace(0.0, self.angle_of(shape), 24)
+        drawing.line(middle + 0.8 * board * np.column_stack([np.cos(turn), np.sin(turn)]), "reading", 1.2)
+        half = 0.5 * turn[-1]
+        drawing.label(middle + 0.95 * board * np.array([np.cos(half), np.sin(half)]), "angle", "reading")
+        drawing.label((0.5 * (side[0] + side[-1])) + [0.0, -0.25 * board], "gap", "ink")
+        return drawing.svg()

@@ -10,15 +10,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated, Self
+from typing import Annotated, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from tatamu.calibration.drawing import hanging
 from tatamu.calibration.edges import longest_edge, named_edge
 from tatamu.calibration.entry import Errors, TestEntry
+from tatamu.calibration.estimate import Estimate
 from tatamu.calibration.fit import Fit
+from tatamu.calibration.picture import CLOTH
 from tatamu.calibration.quantity import Length, Lengths
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.target import Target
@@ -26,14 +27,13 @@ from tatamu.calibration.test import POOR, ElasticTest, Readings, Specimen, milli
 from tatamu.errors import InputError
 from tatamu.garments import Garment
 from tatamu.material import GRAVITY, Material
+from tatamu.presentation.drawing import Drawing
+from tatamu.presentation.shapes import Segments
 from tatamu.records import Record
 from tatamu.rollout import Rollout
 from tatamu.scene import Gripper, Scene
 from tatamu.settling import settling
-from tatamu.topology import areas
-
-if TYPE_CHECKING:
-    from tatamu.calibration.result import Calibration
+from tatamu.topology import Topology, areas
 
 RELAXATIONS = 14.0
 """Duration of the scene in units of 1 / rate of its slowest motion, of which e^-14 is then left."""
@@ -175,9 +175,9 @@ L2 = []                  # lying
         """L2: from the grip to the end, unstrained [m]."""
         return float(self.plan[self.end, 1].mean())
 
-    def guess(self, elongation: float, density: float) -> float:
-        """Stretch stiffness of a strip that is longer by this elongation when it hangs, rho g L^2 / 2 e [N/m]."""
-        return density * GRAVITY * self.length**2 / (2.0 * elongation)
+    def guess(self, elongation: float, material: Material) -> float:
+        """Return the stretch stiffness of a hanging strip of this elongation e, rho g L^2 / 2 e [N/m]."""
+        return material.areal_density * GRAVITY * self.length**2 / (2.0 * elongation)
 
     def scene(self, material: Material) -> Scene:
         """The garment starts unstrained in a vertical plane and settles."""
@@ -199,7 +199,7 @@ L2 = []                  # lying
         return float(-rollout.positions[frame, self.end, 2].mean()) - self.length
 
     def target(self, readings: Readings) -> Target:
-        """See `ElasticTest.target`."""
+        """See `RestTest.target`."""
         longer, error = self.measured(readings)
         return Target(
             test=self,
@@ -211,16 +211,16 @@ L2 = []                  # lying
             straight=lambda value: float(np.log(max(value, 1e-9))),
         )
 
-    def advice(self, calibration: Calibration, fit: Fit) -> list[str]:
+    def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
         """See `CalibrationTest.advice`."""
-        stiffness = calibration.material.stretch_stiffness
+        stiffness = estimate.material.stretch_stiffness
         read = f"elongation: {millimetres(fit.measured)}"
         if fit.bound:
             return [
                 f"{read} is within the error of reading it ({millimetres(fit.uncertainty)}): the cloth is stiffer than "
                 f"a ruler can tell, Y is at least {stiffness:.0f} N/m. Folding asks for no more."
             ]
-        relative = calibration.relative("stretch_stiffness")
+        relative = estimate.relative("stretch_stiffness")
         if relative <= POOR:
             return []
         return [
@@ -229,8 +229,28 @@ L2 = []                  # lying
         ]
 
     def drawing(self, shape: np.ndarray | None) -> str:
-        """See `CalibrationTest.drawing`."""
-        return "" if shape is None else hanging(self, shape)
+        """Draw the garment hanging, and lying beside it."""
+        if shape is None:
+            return ""
+        hung = shape[:, 1:]
+        flat = self.plan * [1.0, -1.0]
+        aside = np.array([1.45 * np.ptp(flat[:, 0]), 0.0])
+        room = np.array([[0.25 * aside[0], 0.06 * np.ptp(flat[:, 1])]])
+        drawing = Drawing.around(np.concatenate([hung, flat + aside, (flat + aside).max(0)[None] + room]), 340.0, 260.0)
+        edges = Topology(self.garment.faces).edges
+        for view in (hung, flat + aside):
+            drawing.add(Segments(view[edges], CLOTH, 0.5, opacity=0.6))
+        for held in self.held:
+            grip = hung[held]
+            ends = grip[[grip[:, 0].argmin(), grip[:, 0].argmax()]]
+            drawing.line(ends, "muted", 7.0)
+        for view, end, name in ((hung, hung[self.end, 1].mean(), "L1"), (flat + aside, -self.length, "L2")):
+            right = view[:, 0].max() + 0.04 * aside[0]
+            drawing.dimension(np.array([right, 0.0]), np.array([right, end]), name)
+        top = hung[:, 1].max() + 0.01 * np.ptp(flat[:, 1])
+        drawing.label((hung[:, 0].mean(), top), "hanging", "muted", (0.0, 1.0))
+        drawing.label(((flat + aside)[:, 0].mean(), top), "lying", "muted", (0.0, 1.0))
+        return drawing.svg()
 
 
 def held_vertices(garment: Garment, grasp: Grasp) -> np.ndarray:

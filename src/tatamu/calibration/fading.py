@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated, Self
+from typing import Annotated, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -20,6 +20,7 @@ from pydantic import Field, model_validator
 from tatamu.calibration.edges import longest_edge
 from tatamu.calibration.elongation import HUNG_BY
 from tatamu.calibration.entry import Errors, TestEntry
+from tatamu.calibration.estimate import Estimate
 from tatamu.calibration.fit import Fit
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.parameters import LIMITS, PLACE
@@ -33,9 +34,6 @@ from tatamu.material import Material
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 from tatamu.simulators import capabilities
-
-if TYPE_CHECKING:
-    from tatamu.calibration.result import Calibration
 
 MORE = 1.3
 """The simulation is longer than what was counted by this factor."""
@@ -160,7 +158,7 @@ Let it fade, if you like: with $swing.                                       [fa
             f"{1e3 * self.swinging.aside:.0f} to {1e3 * self.to:.0f} mm aside."
         )
 
-    def advice(self, calibration: Calibration, fit: Fit) -> list[str]:
+    def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
         """See `CalibrationTest.advice`."""
         if fit.bound is None:
             return []

@@ -10,27 +10,26 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 from pydantic import model_validator
 
-from tatamu.calibration.drawing import sliding
 from tatamu.calibration.entry import Errors, TestEntry
+from tatamu.calibration.estimate import Estimate
 from tatamu.calibration.fit import Fit
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.parameters import PLACE
+from tatamu.calibration.picture import CLOTH
 from tatamu.calibration.quantity import Lengths
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.test import Changes, LaterTest, Readings, Specimen
 from tatamu.garments import Garment
 from tatamu.material import Material
 from tatamu.meshing import staggered_rectangle
+from tatamu.presentation.drawing import Drawing
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Scene, Table
-
-if TYPE_CHECKING:
-    from tatamu.calibration.result import Calibration
 
 SIZE, SPACING = (0.10, 0.20), 0.02
 """Width, length and mesh spacing of the sheet [m]."""
@@ -187,26 +186,41 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
             f"tan θ = {self.textbook:.3f}."
         )
 
-    def advice(self, calibration: Calibration, fit: Fit) -> list[str]:
+    def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
         """See `CalibrationTest.advice`."""
         if not fit.bound:
             return []
         does = "slides on this slope whatever the coefficient" if fit.bound == "at least" else "sticks without friction"
-        return [f"friction: {calibration.simulator} {does}; tan(theta) is taken, which it cannot follow."]
+        return [f"friction: {estimate.simulator} {does}; tan(theta) is taken, which it cannot follow."]
 
-    def remark(self, calibration: Calibration, fit: Fit) -> list[str]:
+    def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
         """A search that did not end where the textbook does says something of the simulator."""
-        off = calibration.material.friction_table / self.textbook - 1.0
+        off = estimate.material.friction_table / self.textbook - 1.0
         if abs(off) < EFFECTIVE:
             return []
         return [
-            f"friction: {calibration.simulator} needs a coefficient {100 * off:+.0f} % off tan(theta) = "
+            f"friction: {estimate.simulator} needs a coefficient {100 * off:+.0f} % off tan(theta) = "
             f"{self.textbook:.3f} to slide on this slope: an effective one, for this simulator."
         ]
 
     def drawing(self, shape: np.ndarray | None) -> str:
-        """See `CalibrationTest.drawing`."""
-        return sliding(self)
+        """Draw the board, the cloth on it, and the lengths to read; no shape is needed."""
+        board = 0.6
+        foot = np.zeros(2)
+        top = board * np.array([np.cos(self.angle), np.sin(self.angle)])
+        normal = np.array([-np.sin(self.angle), np.cos(self.angle)])
+        drawing = Drawing.around(np.array([foot, (top[0] + 0.08, top[1] + 0.05), (top[0] + 0.1, 0.0)]), 320.0, 240.0)
+        drawing.line(np.array([foot - [0.02, 0.0], [top[0] + 0.1, 0.0]]), "muted", 1.5)
+        drawing.line(np.array([foot, top]), "muted", 5.0)
+        middle = 0.55 * top
+        half = 0.5 * 1.2 * self.sheet[1] * top / board
+        drawing.line(np.array([middle - half, middle + half]) + 0.012 * normal, CLOTH, 5.0)
+        drawing.dimension(np.array([top[0] + 0.03, 0.0]), np.array([top[0] + 0.03, top[1]]), "H_s")
+        drawing.dimension(foot + 0.05 * normal, top + 0.05 * normal, "L_t")
+        turn = np.linspace(0.0, self.angle, 24)
+        drawing.line(0.12 * np.column_stack([np.cos(turn), np.sin(turn)]), "ink", 1.0)
+        drawing.label((0.16 * np.cos(self.angle / 2), 0.16 * np.sin(self.angle / 2) - 0.008), "θ")
+        return drawing.svg()
 
 
 @dataclass(frozen=True)

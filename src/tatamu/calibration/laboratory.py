@@ -8,16 +8,12 @@ from typing import Protocol
 
 import numpy as np
 
+from tatamu.calibration.options import DEFAULTS, CalibrationOptions
 from tatamu.errors import SimulationError
 from tatamu.material import Material
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 from tatamu.simulators import simulate
-
-SETTLED = 5e-5
-"""A reading that moves less than this over the last quarter of its scene has settled [m]."""
-LONGER, LONGEST = 2.0, 8.0
-"""A scene that has not settled is lengthened by the first factor; by at most the second over what the test wants."""
 
 
 class LengthTest(Protocol):
@@ -43,7 +39,8 @@ class Laboratory:
 
     simulator: str
     tick: Callable[[str], None] = lambda what: None
-    """Called before each simulation with the name of its test."""
+    """Function that is called before each simulation with the name of its test."""
+    options: CalibrationOptions = DEFAULTS
     simulations: int = 0
     failure: str = ""
     """The message of the simulator when it last gave up."""
@@ -80,15 +77,16 @@ class Laboratory:
 
     def _settled(self, test: LengthTest, scene: Scene) -> tuple[float, np.ndarray]:
         """Simulate, longer where it has to be; what once was long enough is where the next begins."""
+        options = self.options
         factor = self._durations.get(test.name, 1.0)
         while True:
             longer = scene.model_copy(update={"duration": factor * scene.duration})
             rollout = self.run(longer, test.name)
             reading = test.reading(rollout)
             late = [test.reading(rollout, frame) for frame in range(len(rollout.times) * 3 // 4, len(rollout.times))]
-            if np.ptp(late) < SETTLED or factor >= LONGEST:
+            if np.ptp(late) < options.settled or factor >= options.longest:
                 break
-            factor *= LONGER
+            factor *= options.lengthening
         self._durations[test.name] = factor
         self.unsettled = max(self.unsettled, float(np.ptp(late)))
-        return (reading if np.ptp(late) < SETTLED else float(np.mean(late))), rollout.positions[-1]
+        return (reading if np.ptp(late) < options.settled else float(np.mean(late))), rollout.positions[-1]

@@ -10,14 +10,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 from pydantic import model_validator
 
-from tatamu.calibration.drawing import looped
 from tatamu.calibration.entry import Errors, TestEntry
+from tatamu.calibration.estimate import Estimate
 from tatamu.calibration.fit import Fit
+from tatamu.calibration.picture import CLOTH, DASH, strip_profile
 from tatamu.calibration.quantity import Lengths
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.target import Target, textbook_spread
@@ -27,12 +28,10 @@ from tatamu.garments import Garment
 from tatamu.heavy_strip.chain import start
 from tatamu.material import GRAVITY, Material
 from tatamu.meshing import staggered_rectangle
+from tatamu.presentation.drawing import Drawing
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene, Table
 from tatamu.settling import settling
-
-if TYPE_CHECKING:
-    from tatamu.calibration.result import Calibration
 
 HEIGHT, LIFT = 0.906, 1.1
 """Height of the loop: 0.906 l_b + 1.1 thickness, by the heavy chain (`heavy_strip.chain`) [its top over the table]."""
@@ -170,12 +169,12 @@ Let it loop, if you like: for cloth that hangs straight down in $sag, or bends o
         rows = np.unique(self.mesh[0][:, 0].round(6), return_inverse=True)[1]
         return float((np.bincount(rows, positions[:, 2]) / np.bincount(rows)).max()) + 0.5 * self.thickness
 
-    def guess(self, height: float, density: float) -> float:
-        """Bending rigidity of an ideal strip with this loop, rho g l_b^3 [N m]."""
-        return density * GRAVITY * (max(height - LIFT * self.thickness, 0.1 * height) / HEIGHT) ** 3
+    def guess(self, height: float, material: Material) -> float:
+        """Return the bending rigidity of an ideal strip with this loop, rho g l_b^3 [N m]."""
+        return material.areal_density * GRAVITY * (max(height - LIFT * self.thickness, 0.1 * height) / HEIGHT) ** 3
 
     def target(self, readings: Readings) -> Target:
-        """See `ElasticTest.target`."""
+        """See `RestTest.target`."""
         height = readings["height"]
         layers = 2.0 * self.thickness
         return Target(
@@ -190,15 +189,32 @@ Let it loop, if you like: for cloth that hangs straight down in $sag, or bends o
             spread=textbook_spread(self.guess, height),
         )
 
-    def advice(self, calibration: Calibration, fit: Fit) -> list[str]:
+    def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
         """See `CalibrationTest.advice`."""
         if fit.bound is None:
             return []
         return [
             f"loop: {millimetres(fit.measured)} is as low as two layers: the cloth has no loop that a ruler could "
-            f"read, B is at most {1e6 * calibration.material.bending_rigidity:.2g} µN m."
+            f"read, B is at most {1e6 * estimate.material.bending_rigidity:.2g} µN m."
         ]
 
     def drawing(self, shape: np.ndarray | None) -> str:
-        """See `CalibrationTest.drawing`."""
-        return "" if shape is None else looped(self, shape)
+        """Draw the strip folded over itself, from the side."""
+        if shape is None:
+            return ""
+        side = strip_profile(self.mesh[0][:, 0], shape)
+        height = self.height_of(shape)
+        reach = side[:, 0].max()
+        side = side[side[:, 0] > reach - 3.2 * height]
+        left = side[:, 0].min()
+        corners = [[left, 0.0], [reach + 0.9 * height, 1.15 * height]]
+        drawing = Drawing.around(np.concatenate([side, corners]), 320.0, 220.0)
+        table = np.array([[left, 0.0], [reach + 0.9 * height, 0.0]])
+        drawing.line(table, "muted", 3.0)
+        half = side[:, 0].argmax()
+        for part in (side[: half + 1], side[half:]):
+            drawing.line(part, CLOTH, max(2.0, self.thickness * drawing.scale * 0.8))
+        read = reach + 0.35 * height
+        drawing.line(np.array([[side[side[:, 1].argmax(), 0], height], [read, height]]), "muted", 1.0, dash=DASH)
+        drawing.dimension(np.array([read, 0.0]), np.array([read, height]), "height")
+        return drawing.svg()

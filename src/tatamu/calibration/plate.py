@@ -16,14 +16,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
-from tatamu.calibration.drawing import over_plate
 from tatamu.calibration.entry import Errors, TestEntry
+from tatamu.calibration.estimate import Estimate
 from tatamu.calibration.fit import Fit
+from tatamu.calibration.picture import CLOTH, DASH
 from tatamu.calibration.quantity import Length
 from tatamu.calibration.readings import Reading, uncertainty
 from tatamu.calibration.target import Target, textbook_spread
@@ -32,11 +33,9 @@ from tatamu.garments import Garment
 from tatamu.instruments.drapemeter import Drapemeter
 from tatamu.instruments.outline import PlanOutline
 from tatamu.material import GRAVITY, Material
+from tatamu.presentation.drawing import Drawing
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene
-
-if TYPE_CHECKING:
-    from tatamu.calibration.result import Calibration
 
 HALF, POWER = 0.2545, 2.95
 """Bending length over overhang at DC = 1/2, and the power by which DC / (1 - DC) grows with it."""
@@ -224,12 +223,12 @@ Drape it, if you like: a disc of the same cloth, as a napkin.       [plate] disc
         """The drape coefficient of a mean radius of the hem [m]."""
         return (radius**2 - self.plate**2) / (self.disc**2 - self.plate**2)
 
-    def guess(self, radius: float, density: float) -> float:
-        """Bending rigidity by the formula above [N m]."""
-        return density * GRAVITY * (self.overhang * length_share(self.coefficient_of(radius))) ** 3
+    def guess(self, radius: float, material: Material) -> float:
+        """Return the bending rigidity by the formula above [N m]."""
+        return material.areal_density * GRAVITY * (self.overhang * length_share(self.coefficient_of(radius))) ** 3
 
     def target(self, readings: Readings) -> Target:
-        """See `ElasticTest.target`."""
+        """See `RestTest.target`."""
         hem = readings["hem"]
         low, high = (self.coefficient_of(hem.value + sign * hem.uncertainty) for sign in (-1.0, 1.0))
         return Target(
@@ -250,19 +249,19 @@ Drape it, if you like: a disc of the same cloth, as a napkin.       [plate] disc
         error = 100.0 * fit.uncertainty * 2.0 * fit.measured / (self.disc**2 - self.plate**2)
         return f"Drape coefficient measured: {measured:.1f} ± {error:.1f} %; simulated: {simulated:.1f} %."
 
-    def advice(self, calibration: Calibration, fit: Fit) -> list[str]:
+    def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
         """See `CalibrationTest.advice`."""
         if fit.bound is None:
             return []
         side, other = ("limp", "smaller") if fit.bound == "at most" else ("stiff", "larger")
         return [
             f"plate: the cloth is too {side} for this plate to tell B, which is {fit.bound} "
-            f"{1e6 * calibration.material.bending_rigidity:.2g} µN m; a disc with {other} overhang would tell."
+            f"{1e6 * estimate.material.bending_rigidity:.2g} µN m; a disc with {other} overhang would tell."
         ]
 
-    def remark(self, calibration: Calibration, fit: Fit) -> list[str]:
+    def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
         """Folds that were counted tell whether the cloth drapes like the simulated one."""
-        shape = calibration.shapes.get(self.name)
+        shape = estimate.shapes.get(self.name)
         if shape is None or self.folds is None:
             return []
         simulated = float(np.mean([outline.nodes for outline in self.outlines(shape)]))
@@ -274,8 +273,19 @@ Drape it, if you like: a disc of the same cloth, as a napkin.       [plate] disc
         ]
 
     def drawing(self, shape: np.ndarray | None) -> str:
-        """See `CalibrationTest.drawing`."""
-        return "" if shape is None else over_plate(self, shape)
+        """Draw the disc on its plate, from above."""
+        if shape is None:
+            return ""
+        turn = np.linspace(0.0, 2.0 * np.pi, 181)
+        circle = np.column_stack([np.cos(turn), np.sin(turn)])
+        drawing = Drawing.around(np.array([[-1.05, -1.25], [1.05, 1.05]]) * self.disc, 300.0, 260.0)
+        drawing.line(self.disc * circle, "muted", 1.0, dash=DASH)
+        drawing.line(self.outlines(shape)[0].curve, CLOTH, 2.5, fill="cloth")
+        drawing.line(self.plate * circle, "muted", 1.5, fill="grip")
+        drawing.dimension(np.array([-self.plate, 0.0]), np.array([self.plate, 0.0]), "plate")
+        low = -1.15 * self.disc
+        drawing.dimension(np.array([-self.disc, low]), np.array([self.disc, low]), "disc")
+        return drawing.svg()
 
 
 def length_share(coefficient: float) -> float:

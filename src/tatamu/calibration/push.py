@@ -14,30 +14,30 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 from pydantic import model_validator
 
-from tatamu.calibration.drawing import pushed
 from tatamu.calibration.entry import Errors, TestEntry
+from tatamu.calibration.estimate import Estimate
 from tatamu.calibration.fit import Fit
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.parameters import PLACE
+from tatamu.calibration.picture import CLOTH, DASH, strip_profile
 from tatamu.calibration.quantity import Distances, Lengths
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.target import Target
-from tatamu.calibration.test import Changes, LaterTest, Readings, Specimen, millimetres
+from tatamu.calibration.test import Changes, LaterTest, Readings, RestTest, Specimen, millimetres
 from tatamu.errors import InputError
 from tatamu.garments import Garment
 from tatamu.material import GRAVITY, Material
 from tatamu.meshing import staggered_rectangle
+from tatamu.presentation.drawing import Drawing
+from tatamu.presentation.shapes import Box
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene, Table
 from tatamu.simulators import capabilities
-
-if TYPE_CHECKING:
-    from tatamu.calibration.result import Calibration
 
 CELL, COLUMNS = 0.02, 4
 """Edge length of the strip's mesh [m], and its width in cells."""
@@ -86,7 +86,7 @@ class PushReadings(TestEntry):
 
 
 @dataclass(frozen=True)
-class Push(LaterTest):
+class Push(LaterTest, RestTest):
     """The test of a cloth pushed along a table."""
 
     length: float
@@ -181,12 +181,12 @@ Push it, if you like: cloth that hands push along the table wrinkles or slides. 
         return along > along.max() - 1e-9
 
     def guess(self, moved: float, material: Material) -> float:
-        """Compression by the formula above."""
+        """Return the compression by the formula above."""
         weight = material.friction_table * material.areal_density * GRAVITY
         return weight * self.length**2 / (2.0 * material.stretch_stiffness * max(self.pushed - moved, 1e-4))
 
-    def target(self, readings: Readings, material: Material) -> Target:
-        """How far the far edge has to move."""
+    def target(self, readings: Readings) -> Target:
+        """See `RestTest.target`."""
         pushed = readings["pushed"]
         moved = readings["moved"]
         error = float(np.hypot(pushed.uncertainty, moved.uncertainty))
@@ -196,7 +196,7 @@ Push it, if you like: cloth that hands push along the table wrinkles or slides. 
             measured=moved.value,
             uncertainty=error,
             bound="at most" if moved.value < error else "at least" if moved.value > pushed.value - error else None,
-            guess=lambda reading, _: self.guess(reading, material),
+            guess=self.guess,
             straight=lambda value: float(-np.log(max(pushed.value - value, 1e-5))),
             rising=True,
         )
@@ -207,8 +207,8 @@ Push it, if you like: cloth that hands push along the table wrinkles or slides. 
         Cloth that is known to resist at least as much as it did keeps that: a sheet that slides as a whole before a
         ruler gives no reason to think that it wrinkles where nobody looked.
         """
-        target = self.target(readings, material)
-        found = target.matched(laboratory, material, target.start(material.areal_density))
+        target = self.target(readings)
+        found = target.matched(laboratory, material, target.start(material))
         if target.bound_by(found) == "at least" and found.parameter < material.compression:
             return material, target.fit(found, laboratory.reading(self, material), shared=True)
         return material.model_copy(update={"compression": found.parameter}), target.fit(found, found.reading)
@@ -224,9 +224,9 @@ Push it, if you like: cloth that hands push along the table wrinkles or slides. 
                 moved += own[name] * readings[name].uncertainty
             change[PLACE[self.parameter]] = moved
 
-    def advice(self, calibration: Calibration, fit: Fit) -> list[str]:
+    def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
         """See `CalibrationTest.advice`."""
-        compression = calibration.material.compression
+        compression = estimate.material.compression
         error = millimetres(fit.uncertainty)
         if fit.bound == "at most":
             return [
@@ -241,5 +241,23 @@ Push it, if you like: cloth that hands push along the table wrinkles or slides. 
         return []
 
     def drawing(self, shape: np.ndarray | None) -> str:
-        """See `CalibrationTest.drawing`."""
-        return "" if shape is None else pushed(self, shape)
+        """Draw the strip after the push, from the side, and where its ends were before."""
+        if shape is None:
+            return ""
+        side = strip_profile(self.mesh[0][:, 0], shape)
+        low = 0.12 * self.length
+        high = 0.05 * self.length
+        right = self.length + max(0.08 * self.length, self.pushed)
+        corners = np.array([[-0.08 * self.length, -low], [right, 2.2 * high]])
+        drawing = Drawing.around(np.concatenate([side, corners]), 420.0, 220.0)
+        drawing.line(np.array([[corners[0, 0], 0.0], [corners[1, 0], 0.0]]), "muted", 3.0)
+        drawing.line(side + np.array([0.0, 2.0 / drawing.scale]), CLOTH, 3.5)
+        ruler = side[0]
+        drawing.add(Box(ruler, ruler + np.array([-0.03 * self.length, 2.0 * high]), "grip", "muted"))
+        for start, now, name in ((0.0, side[0, 0], "pushed"), (self.length, side[-1, 0], "moved")):
+            drawing.line(np.array([[start, -0.7 * low], [start, 1.6 * high]]), "muted", 1.0, dash=DASH)
+            if now - start > 1e-3:
+                drawing.dimension(np.array([start, -0.4 * low]), np.array([now, -0.4 * low]), "")
+            drawing.label((0.5 * (start + now), -0.9 * low), name, "reading")
+        drawing.dimension(np.array([0.0, 1.8 * high]), np.array([self.length, 1.8 * high]), "length")
+        return drawing.svg()

@@ -10,17 +10,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 from pydantic import model_validator
 from scipy.special import logit
 
-from tatamu.calibration.drawing import sagging
 from tatamu.calibration.edges import longest_edge, named_edge
 from tatamu.calibration.entry import Errors, TestEntry
+from tatamu.calibration.estimate import Estimate
 from tatamu.calibration.fit import Fit
-from tatamu.calibration.loop import HEIGHT, LIFT
+from tatamu.calibration.loop import HEIGHT, LIFT, Loop
+from tatamu.calibration.picture import CLOTH, DASH, strip_profile
 from tatamu.calibration.quantity import Lengths
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.target import Target, textbook_spread
@@ -30,12 +31,11 @@ from tatamu.garments import Garment
 from tatamu.heavy_strip.cantilever import slowest_frequency, tip
 from tatamu.material import GRAVITY, Material
 from tatamu.meshing import staggered_rectangle
+from tatamu.presentation.drawing import Drawing
+from tatamu.presentation.shapes import Box
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene
 from tatamu.settling import settling
-
-if TYPE_CHECKING:
-    from tatamu.calibration.result import Calibration
 
 CELLS = 12
 """Rows of the mesh in front of the grip."""
@@ -190,17 +190,17 @@ sag = []                 # from the grip vertically down to the edge
         """Gamma = rho g d^3 / B."""
         return material.areal_density * GRAVITY * self.free_length**3 / max(material.bending_rigidity, 1e-12)
 
-    def guess(self, sag: float, density: float) -> float:
-        """Bending rigidity of an ideal strip of this sag, by the heavy elastica [N m]."""
-        return density * GRAVITY * self.free_length**3 / gamma_of(sag / self.free_length)
+    def guess(self, sag: float, material: Material) -> float:
+        """Return the bending rigidity of an ideal strip of this sag, by the heavy elastica [N m]."""
+        return material.areal_density * GRAVITY * self.free_length**3 / gamma_of(sag / self.free_length)
 
     def target(self, readings: Readings) -> Target:
-        """See `ElasticTest.target`."""
+        """See `RestTest.target`."""
         sag = readings["sag"]
         length = readings["free_length"]
         free = self.free_length
         by_sag = textbook_spread(self.guess, sag)
-        by_length = textbook_spread(lambda free, density: Sag(free).guess(sag.value, density), length)
+        by_length = textbook_spread(lambda free, material: Sag(free).guess(sag.value, material), length)
         return Target(
             test=self,
             parameter=self.parameter,
@@ -212,17 +212,17 @@ sag = []                 # from the grip vertically down to the edge
             spread=float(np.hypot(by_sag, by_length)),
         )
 
-    def advice(self, calibration: Calibration, fit: Fit) -> list[str]:
+    def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
         """See `CalibrationTest.advice`."""
-        material = calibration.material
+        material = estimate.material
         length = material.bending_length
         rigidity = 1e6 * material.bending_rigidity
-        free = calibration.readings["free_length"].value
+        free = estimate.readings["free_length"].value
         share = f"{millimetres(fit.measured)} of a free length of {millimetres(free)}"
         if fit.bound == "at most":
             return [
                 f"sag: {share}: the cloth hangs straight down, which says only that B is at most {rigidity:.2g} µN m "
-                f"(bending length {100 * length:.1f} cm or less). " + _longer_or_loop(length, calibration)
+                f"(bending length {100 * length:.1f} cm or less). " + _longer_or_loop(length, estimate)
             ]
         if fit.bound == "at least":
             return [
@@ -230,25 +230,46 @@ sag = []                 # from the grip vertically down to the edge
                 f"(bending length {100 * length:.1f} cm or more). "
                 f"Read it with a free length of {100 * BEST * length:.0f} cm or more."
             ]
-        relative = calibration.relative("bending_rigidity")
+        relative = estimate.relative("bending_rigidity")
         if relative <= POOR:
             return []
-        return [f"sag: {share} tells B to {100 * relative:.0f} % only. {_longer_or_loop(length, calibration)}"]
+        return [f"sag: {share} tells B to {100 * relative:.0f} % only. {_longer_or_loop(length, estimate)}"]
 
     def drawing(self, shape: np.ndarray | None) -> str:
-        """See `CalibrationTest.drawing`."""
-        return "" if shape is None else sagging(self, shape)
+        """Draw the strip in front of its grip, from the side."""
+        if shape is None:
+            return ""
+        rows = np.unique(self.mesh[0][:, 0].round(6))
+        side = strip_profile(self.mesh[0][:, 0], shape)
+        front = self.free_length
+        back = rows[-1] + 0.25 * front
+        thick = 0.07 * front
+        corners = np.array([[front, thick], [back, -thick], side.min(axis=0), [side[0, 0] - 0.3 * front, 0.2 * front]])
+        drawing = Drawing.around(np.concatenate([side, corners]), 320.0, 220.0)
+        for sign in (1.0, -1.0):
+            drawing.add(Box(np.array([front, 0.0]), np.array([back, sign * thick]), "grip", "muted"))
+        drawing.line(side, CLOTH, 3.5)
+        drawing.line(np.array([[front, 0.0], [side[0, 0] - 0.2 * front, 0.0]]), "muted", 1.0, dash=DASH)
+        drawing.dimension(
+            np.array([side[0, 0] - 0.12 * front, 0.0]), np.array([side[0, 0] - 0.12 * front, side[0, 1]]), "sag"
+        )
+        away = 0.1 * front
+        lifted = side[rows <= front] + [0.0, away]
+        drawing.arrow(np.vstack([lifted, [front, away]]), "reading", 1.2, both=True)
+        drawing.label((0.72 * front, 0.16 * front), "free_length", "reading")
+        drawing.label(((front + back) / 2, -0.22 * front), "grip", "muted")
+        return drawing.svg()
 
 
-def _longer_or_loop(length: float, calibration: Calibration) -> str:
+def _longer_or_loop(length: float, estimate: Estimate) -> str:
     """Propose a free length that would tell, or the loop test where that is too short to be held."""
     better = BEST * length
     if better >= SHORTEST:
         expected = 1e3 * better * tip(BEST**3)[1]
         return f"Read it with a free length of about {100 * better:.1f} cm: the edge should then sag {expected:.0f} mm."
-    if "loop" in calibration.setup.tests:
+    if Loop.was_made(estimate.readings):
         return f"A free length that would tell ({100 * better:.1f} cm) is too short to hold."
-    height = HEIGHT * length + LIFT * calibration.material.thickness
+    height = HEIGHT * length + LIFT * estimate.material.thickness
     return (
         f"A free length that would tell ({100 * better:.1f} cm) is too short to hold. Fold it over itself on the table "
         f"instead, without pressing, and read the height of the loop, here {1e3 * height:.0f} mm or less: table "

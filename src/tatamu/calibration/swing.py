@@ -14,19 +14,20 @@ from abc import abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import ClassVar, Self
 
 import numpy as np
 from pydantic import model_validator
 
-from tatamu.calibration.drawing import swung
 from tatamu.calibration.edges import longest_edge
 from tatamu.calibration.elongation import HUNG_BY, Elongation, Grasp
 from tatamu.calibration.entry import Errors, TestEntry
+from tatamu.calibration.estimate import Estimate
 from tatamu.calibration.fit import Fit
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.match import Match, match
 from tatamu.calibration.parameters import LIMITS, PLACE
+from tatamu.calibration.picture import CLOTH, DASH
 from tatamu.calibration.quantity import Lengths, Times
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.test import Changes, LaterTest, Readings, Specimen
@@ -34,12 +35,10 @@ from tatamu.errors import InputError
 from tatamu.garments import Garment
 from tatamu.instruments.oscillation import swings
 from tatamu.material import GRAVITY, Material
+from tatamu.presentation.drawing import Drawing
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 from tatamu.simulators import capabilities
-
-if TYPE_CHECKING:
-    from tatamu.calibration.result import Calibration
 
 TEN = 10
 """Swings that are timed."""
@@ -130,6 +129,22 @@ class Swinging:
         """How far the far edge is aside at each frame [m], shape (f,)."""
         return np.asarray(rollout.positions[:, self.hung.end, 0].mean(axis=1))
 
+    def drawing(self) -> str:
+        """Draw the garment from the side as it is let go, and as it hangs."""
+        start = self.scene(self.garment.material, 1.0).cloth.vertices
+        length = self.hung.length
+        end = start[self.hung.end].mean(axis=0)[[0, 2]]
+        top = np.zeros(2)
+        corners = np.array([[-0.35 * length, 0.05 * length], [1.2 * end[0] + 0.1 * length, -1.12 * length]])
+        drawing = Drawing.around(corners, 260.0, 260.0)
+        drawing.line(np.array([top, end]), CLOTH, 4.0)
+        drawing.line(np.array([top, [0.0, -length]]), "muted", 1.0, dash=DASH)
+        drawing.line(np.array([top, end * [-0.9, 1.0]]), "mesh", 2.0)
+        drawing.line(np.array([[-0.06 * length, 0.0], [0.06 * length, 0.0]]), "muted", 7.0)
+        low = -1.06 * length
+        drawing.dimension(np.array([0.0, low]), np.array([end[0], low]), "aside")
+        return drawing.svg()
+
 
 @dataclass(frozen=True)
 class SwungTest(LaterTest):
@@ -184,7 +199,7 @@ class SwungTest(LaterTest):
 
     def drawing(self, shape: np.ndarray | None) -> str:
         """See `CalibrationTest.drawing`."""
-        return swung(self.swinging, self.scene(self.swinging.garment.material).cloth.vertices)
+        return self.swinging.drawing()
 
 
 @dataclass(frozen=True)
@@ -273,7 +288,7 @@ Swing it, if you like: for cloth that hands move fast.                       [sw
         """See `CalibrationTest.sentence`."""
         return f"Ten swings measured: {fit.measured:.1f} ± {fit.uncertainty:.1f} s; simulated: {fit.simulated:.2f} s."
 
-    def advice(self, calibration: Calibration, fit: Fit) -> list[str]:
+    def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
         """See `CalibrationTest.advice`."""
         if fit.bound is None:
             return []

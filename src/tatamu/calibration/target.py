@@ -15,11 +15,12 @@ from tatamu.calibration.readings import Reading
 from tatamu.errors import SimulationError
 from tatamu.material import Material
 
-WITHIN, FINEST = 1e-3, 1e-5
-"""Readings are matched to this part of themselves, or to this length [m] where that is more."""
-
 UNKNOWN = 1.0
 """Standard uncertainty of the logarithm of a parameter of which a reading tells only the magnitude."""
+Guess = Callable[[float, Material], float]
+"""From a reading, and a cloth whose other parameters are known, to the parameter by a textbook."""
+UNIT = Material(areal_density=1.0, stretch_stiffness=1.0, bending_rigidity=1.0)
+"""Any cloth: the textbooks' parameters are proportional to its density, their relative spread does not depend on it."""
 
 
 @dataclass(frozen=True)
@@ -34,8 +35,8 @@ class Target:
     """Standard uncertainty of the reading [m]."""
     bound: str | None
     """None, or "at least" or "at most" where the reading tells only that much of the parameter."""
-    guess: Callable[[float, float], float]
-    """(reading, density) to the parameter by a textbook."""
+    guess: Guess
+    """The parameter by a textbook."""
     straight: Callable[[float], float]
     """Of the reading: nearly a straight line of the logarithm of the parameter."""
     rising: bool = False
@@ -55,9 +56,9 @@ class Target:
         towards = {None: 0.0, "at least": 1.0, "at most": -1.0}[self.bound] * (-1.0 if self.rising else 1.0)
         return self.measured + towards * self.uncertainty
 
-    def start(self, density: float) -> float:
-        """The parameter by the textbook, within its limits: where the search begins."""
-        return float(np.clip(self.guess(max(self.aim, 1e-5), density), *self.limits))
+    def start(self, material: Material) -> float:
+        """Return the parameter by the textbook, within its limits, where the search starts."""
+        return float(np.clip(self.guess(max(self.aim, 1e-5), material), *self.limits))
 
     def matched(self, laboratory: Laboratory, material: Material, start: float) -> Match:
         """The parameter at which the laboratory's simulator gives the aim, all else as in `material`.
@@ -69,7 +70,7 @@ class Target:
         def reading(value: float) -> float:
             return laboratory.reading(self.test, material.model_copy(update={self.parameter: value}))
 
-        within = max(WITHIN * self.aim, FINEST)
+        within = max(laboratory.options.within * self.aim, laboratory.options.finest)
         found = match(reading, self.aim, start, self.limits, within, self.straight, self.rising)
         if not np.isfinite(found.reading):
             raise SimulationError(f"{self.test.name}: {laboratory.simulator} gave up: {laboratory.failure}")
@@ -97,14 +98,14 @@ class Target:
         )
 
 
-def textbook_spread(guess: Callable[[float, float], float], reading: Reading) -> float:
-    """Standard uncertainty of the logarithm of a parameter from that of a reading, by the textbook.
+def textbook_spread(guess: Guess, reading: Reading) -> float:
+    """Return the standard uncertainty of a parameter's logarithm that follows from that of a reading, by the textbook.
 
-    A reading that is no more than its uncertainty leaves the parameter unknown by a factor of e.
+    A reading that does not exceed its uncertainty leaves the parameter uncertain by a factor of e.
     """
     if not reading.value > reading.uncertainty:
         return UNKNOWN
-    more, less = (guess(reading.value + step, 1.0) for step in (reading.uncertainty, -reading.uncertainty))
+    more, less = (guess(reading.value + step, UNIT) for step in (reading.uncertainty, -reading.uncertainty))
     if not (more > 0.0 and less > 0.0):
         return UNKNOWN
     return max(0.5 * abs(float(np.log(more / less))), 1e-6)

@@ -14,11 +14,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 
 from tatamu.calibration.entry import TestEntry
+from tatamu.calibration.estimate import Estimate
 from tatamu.calibration.fit import Fit
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.readings import Reading
@@ -27,9 +28,6 @@ from tatamu.garments import Garment
 from tatamu.material import Material
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
-
-if TYPE_CHECKING:
-    from tatamu.calibration.result import Calibration
 
 POOR = 0.25
 """A relative standard uncertainty above this is said to tell hardly anything."""
@@ -93,6 +91,11 @@ class CalibrationTest(ABC):
     def template(cls, garment: Garment) -> str:
         """Its part of a file to be filled in."""
 
+    @classmethod
+    def was_made(cls, readings: Readings) -> bool:
+        """Return whether the measurements have the readings of this test."""
+        return cls.words.keys() <= readings.keys()
+
     @abstractmethod
     def scene(self, material: Material) -> Scene:
         """The scene of a material."""
@@ -122,16 +125,28 @@ class CalibrationTest(ABC):
         )
 
     @abstractmethod
-    def advice(self, calibration: Calibration, fit: Fit) -> list[str]:
+    def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
         """Sentences for the person who measured, on a fit that decided its parameter."""
 
-    def remark(self, calibration: Calibration, fit: Fit) -> list[str]:
+    def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
         """Sentences on a fit that follow all advice."""
         return []
 
 
-class ElasticTest(CalibrationTest):
-    """A length at rest that depends on stretch stiffness and on bending, and tells one of them."""
+class RestTest(CalibrationTest):
+    """A test whose reading is a length of cloth at rest."""
+
+    @abstractmethod
+    def reading(self, rollout: Rollout, frame: int = -1) -> float:
+        """Return the length that a ruler would read [m]."""
+
+    @abstractmethod
+    def target(self, readings: Readings) -> Target:
+        """Return the target of the simulated reading."""
+
+
+class ElasticTest(RestTest):
+    """A length at rest that depends on stretch stiffness and on bending, and determines one of them."""
 
     reads: ClassVar[Mapping[str, float]]
     """The readings that make up the length, each with its factor."""
@@ -141,14 +156,6 @@ class ElasticTest(CalibrationTest):
     """The reading by which all lengths of the test scale; None: none that was read."""
     step: ClassVar[float] = 0.1
     """Of the logarithm of a parameter, for differences of the length."""
-
-    @abstractmethod
-    def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """The length that a ruler would read [m]."""
-
-    @abstractmethod
-    def target(self, readings: Readings) -> Target:
-        """The target of the simulated reading."""
 
     def chance(self, shapes: Sequence[np.ndarray]) -> float:
         """Standard uncertainty of the simulated length [m] where chance decides it, too.

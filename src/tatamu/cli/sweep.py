@@ -101,7 +101,8 @@ def _run(
 ) -> int:
     from tatamu.api import learn, task_of
     from tatamu.sweep import SweepFolder, run_sweep
-    from tatamu.sweep.table import counts, write_results
+    from tatamu.sweep.page import write_results
+    from tatamu.sweep.table import counts
 
     folder = SweepFolder(out)
     console = Console()

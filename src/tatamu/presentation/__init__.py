@@ -5,11 +5,11 @@ plan. A package that has something to show collects the data and names a templat
 
 - `page`: data and a template to one HTML file that opens offline; `base.html`, `parts.html`, `style.css`;
 - `chart`: 2-D charts as plain Plotly data in the colours of the page;
-- `drawing`: lines, dots, words and dimensions to scale, as SVG and as PNG;
+- `drawing`: lines, dots, words and dimensions to scale, as SVG and as PNG; `projection` and `canvas` serve it;
 - `replay`: the data of the viewer in `scripts/`; `packing` makes them small;
 - `raster`, `shading`, `tube`, `image`: pictures of cloth without a browser;
 - `palette`: every colour, by day and by night.
 
 The pages themselves stand where their data are: `report` (a learned fold, a plan, a garment), `calibration`,
-`validation`, `crosscheck`, `reproduction`, `robots`; each is a `page.py` beside its `page.html`.
+`validation`, `crosscheck`, `robots`; each is a `page.py` beside its `page.html`.
 """

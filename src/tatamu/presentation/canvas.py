@@ -1,56 +1,66 @@
-"""A drawing as pixels: every kind of shape onto a canvas of Pillow."""
+"""Painting of a drawing's shapes on a canvas of Pillow."""
 
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from tatamu.presentation.palette import day
+from tatamu.presentation.projection import Projection
 from tatamu.presentation.shapes import FONT, Box, Dot, Label, Polyline, Segments, Shape
 
-if TYPE_CHECKING:
-    from tatamu.presentation.drawing import Drawing
-
 FINER = 3
-"""Drawn this much larger and averaged, for smooth lines."""
+"""Shapes are painted this many times larger and averaged, for smooth lines."""
 
 
-def painted(drawing: Drawing) -> bytes:
-    """The drawing by day, without its caption, as the bytes of a PNG file."""
-    ground = day(drawing.background or "card")
-    image = Image.new("RGB", (drawing.wide * FINER, drawing.tall * FINER), ground)
+def paint(projection: Projection, shapes: Sequence[Shape], background: str) -> bytes:
+    """Paint shapes by day.
+
+    Args:
+        projection: Place of the shapes.
+        shapes: Shapes of the drawing, the lowest first.
+        background: Name of a colour of `palette`.
+
+    Returns:
+        The bytes of a PNG file.
+
+    Raises:
+        TypeError: If a shape is a picture.
+    """
+    ground = day(background)
+    image = Image.new("RGB", (projection.wide * FINER, projection.tall * FINER), ground)
     canvas = ImageDraw.Draw(image)
-    for shape in drawing.shapes:
-        _paint(canvas, drawing, shape, ground)
+    for shape in shapes:
+        _paint(canvas, projection, shape, ground)
     buffer = io.BytesIO()
     image.reduce(FINER).save(buffer, "PNG", optimize=True)
     return buffer.getvalue()
 
 
-def _paint(canvas: Any, drawing: Drawing, shape: Shape, ground: str) -> None:
+def _paint(canvas: Any, projection: Projection, shape: Shape, ground: str) -> None:
     if isinstance(shape, Polyline):
-        path = drawing.pixels(shape.points) * FINER
+        path = projection.pixels(shape.points) * FINER
         if shape.fill:
             canvas.polygon([tuple(p) for p in path], fill=day(shape.fill))
         for piece in _dashes(path, shape.dash * FINER) if shape.width else ():
             canvas.line([tuple(p) for p in piece], day(shape.colour), round(shape.width * FINER), joint="curve")
     elif isinstance(shape, Segments):
-        for ends in drawing.pixels(shape.ends.reshape(-1, 2)).reshape(-1, 4) * FINER:
+        for ends in projection.pixels(shape.ends.reshape(-1, 2)).reshape(-1, 4) * FINER:
             canvas.line(tuple(ends), day(shape.colour), round(shape.width * FINER))
     elif isinstance(shape, Dot):
-        x, y = drawing.pixels(shape.place[None])[0] * FINER
+        x, y = projection.pixels(shape.place[None])[0] * FINER
         radius = shape.radius * FINER
         canvas.ellipse((x - radius, y - radius, x + radius, y + radius), fill=day(shape.colour))
     elif isinstance(shape, Box):
-        corner, size = drawing.box(shape)
+        corner, size = projection.box(shape)
         outline = day(shape.edge) if shape.edge else None
         canvas.rectangle((*(corner * FINER), *((corner + size) * FINER)), day(shape.fill), outline, FINER)
     elif isinstance(shape, Label):
-        (x, y), anchor = drawing.beside(shape)
+        (x, y), anchor = projection.beside(shape)
         look = {"anchor": anchor + "m", "stroke_width": 4, "stroke_fill": ground}
         font = ImageFont.load_default(FONT * FINER)
         canvas.text((x * FINER, y * FINER), shape.text, day(shape.colour), font, **look)
@@ -59,7 +69,7 @@ def _paint(canvas: Any, drawing: Drawing, shape: Shape, ground: str) -> None:
 
 
 def _dashes(path: np.ndarray, length: float) -> Iterable[np.ndarray]:
-    """A polyline cut into dashes of a length, with gaps as long; whole if the length is zero."""
+    """Cut a polyline into dashes of a length, with gaps of the same length; whole if the length is zero."""
     if not length:
         return [path]
     arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])

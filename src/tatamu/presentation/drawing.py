@@ -15,34 +15,21 @@ from typing import Any
 import numpy as np
 
 from tatamu.presentation.palette import COLOURS, day
+from tatamu.presentation.projection import FROM_ABOVE, Projection
 from tatamu.presentation.shapes import FONT, Box, Dot, Label, Picture, Polyline, Segments, Shape
 
-LETTER = 0.55
-"""Mean width of a letter over the height."""
+__all__ = ["FROM_ABOVE", "Drawing"]
+
 HEAD = 7.0
 """Length of an arrow's head [pixels]."""
 CAPTION = 22
 """Height of a line of the caption [pixels]."""
-FROM_ABOVE = np.array([[0.0, -1.0], [1.0, 0.0]])
-"""A place (x, y) on the table in the drawing: x up, y to the left, as a robot sees it before itself."""
-UPRIGHT = np.eye(2)
-"""A place in the drawing as it is given: the first number to the right, the second up."""
 
 
 @dataclass
-class Drawing:
+class Drawing(Projection):
     """Shapes in a rectangle of a plane."""
 
-    low: np.ndarray
-    """Smallest coordinates shown [m], shape (2,)."""
-    high: np.ndarray
-    """Largest coordinates shown [m], shape (2,)."""
-    scale: float
-    """Pixels per metre."""
-    axes: np.ndarray = field(default_factory=lambda: UPRIGHT)
-    """From the plane to right and up, shape (2, 2): `FROM_ABOVE` or `UPRIGHT`."""
-    margin: float = 0.0
-    """Around that rectangle [pixels]."""
     shapes: list[Shape] = field(default_factory=list)
     caption: Sequence[str] = ()
     """Lines of text under the drawing."""
@@ -52,36 +39,11 @@ class Drawing:
 
     @classmethod
     def around(cls, points: np.ndarray, width: float, height: float, *, margin: float = 34.0) -> Drawing:
-        """An upright drawing that holds points [m], shape (n, 2), within width x height [pixels] and a margin."""
+        """Make an upright drawing around points [m], shape (n, 2), of width x height [pixels] inside the margin."""
         low = points.min(axis=0)
         high = points.max(axis=0)
         scale = float(min(np.array([width, height]) / np.maximum(high - low, 1e-9)))
         return cls(low, high, scale, margin=margin)
-
-    @property
-    def _corner(self) -> np.ndarray:
-        """Right and up of the upper left corner of the rectangle [m], shape (2,)."""
-        ends = np.array([self.low, self.high]) @ self.axes.T
-        return np.array([ends[:, 0].min(), ends[:, 1].max()])
-
-    @property
-    def size(self) -> np.ndarray:
-        """Width and height without the caption [pixels], shape (2,)."""
-        return self.scale * np.abs(self.axes @ (self.high - self.low)) + 2 * self.margin
-
-    @property
-    def wide(self) -> int:
-        """Width of the drawing [pixels]."""
-        return round(float(self.size[0]))
-
-    @property
-    def tall(self) -> int:
-        """Height of the drawing without its caption [pixels]."""
-        return round(float(self.size[1]))
-
-    def pixels(self, points: np.ndarray) -> np.ndarray:
-        """Places in the plane [m] as pixels, x to the right and y down, shape (k, 2)."""
-        return (points @ self.axes.T - self._corner) * [self.scale, -self.scale] + self.margin
 
     def add(self, *shapes: Shape) -> None:
         """Draw shapes over what is there."""
@@ -128,7 +90,7 @@ class Drawing:
         self.label(end + 0.5 * left, "10 cm", colour, up)
 
     def svg(self) -> str:
-        """The drawing as an SVG element."""
+        """Return the drawing as an SVG element."""
         total = self.tall + (CAPTION * len(self.caption) + 16 if self.caption else 0)
         body = "".join(self._element(shape) for shape in self.shapes)
         if self.caption:  # an inner element of its own cuts off what reaches beyond the drawing
@@ -172,26 +134,11 @@ class Drawing:
             f"{_look(shape.colour, self.background, 3.0)}>{escape(shape.text)}</text>"
         )
 
-    def box(self, box: Box) -> tuple[np.ndarray, np.ndarray]:
-        """Upper left corner, and width and height [pixels]."""
-        corners = self.pixels(np.array([box.low, box.high]))
-        return corners.min(axis=0), np.ptp(corners, axis=0)
-
-    def beside(self, label: Label) -> tuple[np.ndarray, str]:
-        """Place a word within the drawing: pixels, and the part of it that is there, l(eft), m(iddle) or r(ight)."""
-        right, up = self.axes @ label.towards
-        at = self.pixels(label.place[None])[0] + np.array([right, -up]) * 0.9 * FONT
-        anchor = "l" if right > 0.4 else "r" if right < -0.4 else "m"
-        long = LETTER * FONT * len(label.text)
-        before = {"l": 0.0, "m": 0.5, "r": 1.0}[anchor] * long
-        at[0] = np.clip(at[0], before, max(self.wide - long + before, before))
-        return at, anchor
-
     def png(self) -> bytes:
-        """The drawing by day, without its caption, as the bytes of a PNG file."""
-        from tatamu.presentation.canvas import painted
+        """Return the drawing by day, without its caption, as the bytes of a PNG file."""
+        from tatamu.presentation.canvas import paint  # Pillow is needed for pixels only
 
-        return painted(self)
+        return paint(self, self.shapes, self.background or "card")
 
 
 def _look(fill: str | None, stroke: str | None = None, width: float = 0.0, opacity: float = 1.0) -> str:

@@ -1,7 +1,7 @@
 """Data and a template to one HTML file: its style, scripts, charts and replay inside, nothing to fetch.
 
-Templates are files of the package, named by their path in it, such as "report/page.html"; each extends
-"presentation/base.html" and has the macros of "presentation/parts.html" as `parts`. Texts are escaped unless a
+Templates are files of the package, named by their path in it, such as "report/page.html", or files elsewhere; each
+extends "presentation/base.html" and has the macros of "presentation/parts.html" as `parts`. Texts are escaped unless a
 template or a `Markup` says that they are HTML.
 """
 
@@ -12,6 +12,7 @@ import re
 from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -27,12 +28,12 @@ Charts = Mapping[str, Sequence[Chart]]
 
 
 def render(
-    template: str, *, charts: Charts | None = None, replay: Mapping[str, Any] | None = None, **values: Any
+    template: str | Path, *, charts: Charts | None = None, replay: Mapping[str, Any] | None = None, **values: Any
 ) -> str:
     """Fill a template; the same values give the same bytes.
 
     Args:
-        template: Path in the package, such as "report/page.html".
+        template: Path in the package, such as "report/page.html", or a file outside the package.
         charts: What scripts/charts.js draws into the places of the page.
         replay: What scripts/replay.js shows, see `presentation.replay`; the page has a replay if it is given.
         **values: What the template names.
@@ -50,7 +51,10 @@ def render(
         "has_robot": bool(replay and "robot" in replay),
         "script": script("replay_page.js" if replay else "plain_page.js"),
     }
-    return _environment().get_template(template).render(**inside, **values)
+    environment = _environment()
+    if isinstance(template, Path):
+        return environment.from_string(template.read_text(encoding="utf-8")).render(**inside, **values)
+    return environment.get_template(template).render(**inside, **values)
 
 
 @cache

@@ -13,7 +13,7 @@ from rich.table import Table
 
 from tatamu.errors import InputError
 from tatamu.files import replacing
-from tatamu.sweep.records import SweepFolder, TaskRecord
+from tatamu.sweep.records import TaskRecord
 
 MEASURES = (
     "trials",
@@ -128,13 +128,3 @@ def said(record: TaskRecord) -> str:
     distance = "no fold" if record.mean_vertex_distance is None else f"{1e3 * record.mean_vertex_distance:.1f} mm"
     objective = "" if record.objective is None else f", C = {record.objective:.4f}"
     return f"{distance} from the target{objective}"
-
-
-def write_results(folder: SweepFolder, records: Sequence[TaskRecord]) -> Path:
-    """Write `sweep.parquet` and the page; returns the page."""
-    from tatamu.files import write_text
-    from tatamu.sweep.page import page
-
-    write_parquet(records, folder.table_file)
-    write_text(folder.page_file, page(records))
-    return folder.page_file

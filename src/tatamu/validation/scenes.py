@@ -21,6 +21,11 @@ def flat(mesh: Mesh, height: float = 0.0) -> Cloth:
     return Cloth(vertices=raised(mesh[0], height), faces=mesh[1])
 
 
+def hanging(plan: np.ndarray) -> np.ndarray:
+    """Return plan points, shape (n, 2), in the y-z plane with x straight down, shape (n, 3) [m]."""
+    return np.column_stack([0 * plan[:, 0], plan[:, 1], -plan[:, 0]])
+
+
 def raised(plan: np.ndarray, height: float = 0.0) -> np.ndarray:
     """Points of shape (n, 2) at one height, shape (n, 3)."""
     return np.column_stack([plan, np.full(len(plan), height)])

@@ -12,7 +12,7 @@ from tatamu.scene import Cloth, Scene
 from tatamu.validation.check import Case, Check
 from tatamu.validation.findings import Curve, Figure, Findings, absolute, relative
 from tatamu.validation.plate import falling, hanging, swing_of
-from tatamu.validation.scenes import held, raised
+from tatamu.validation.scenes import held, on_incline, raised
 from tatamu.validation.subject import Subject
 
 CLOTH = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-4)
@@ -54,7 +54,7 @@ def fall(subject: Subject, tilt: float) -> Findings:
     plan, faces = staggered(0.2, 0.15, 0.02)
     slope = np.array([np.cos(tilt), 0.0, -np.sin(tilt)])
     normal = np.array([np.sin(tilt), 0.0, np.cos(tilt)])
-    start = plan[:, :1] * slope + plan[:, 1:] * [0.0, 1.0, 0.0]
+    start = on_incline(plan, 0.0, tilt)
     scene = Scene(cloth=Cloth(vertices=start, faces=faces), material=material, duration=1.5, frame_rate=100)
     rollout = subject.simulate(scene)
     moved = (rollout.positions - start).mean(axis=1)

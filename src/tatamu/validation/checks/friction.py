@@ -15,7 +15,7 @@ from tatamu.material import GRAVITY, Material
 from tatamu.meshing import staggered
 from tatamu.scene import Cloth, Scene, Table
 from tatamu.validation.check import Case, Check
-from tatamu.validation.findings import Curve, Figure, Findings, Row, absolute, relative, small
+from tatamu.validation.findings import Curve, Figure, Findings, absolute, relative, small
 from tatamu.validation.meshes import right
 from tatamu.validation.references import incline_acceleration, incline_threshold
 from tatamu.validation.scenes import joined, on_incline
@@ -101,7 +101,7 @@ def on_table(subject: Subject, mu: float) -> Findings:
     around = np.linspace(mu - 0.1, mu + 0.1, 21)
     yield Curve("threshold", "arctan μ", around, np.degrees(np.arctan(around)), reference=True)
     creep = abs(final_speed(*travel(subject, incline(mu, wanted - np.radians(0.2), 2.0))))
-    yield _speed("creep 0.2 deg below [mm/s]", creep, subject.limit("creep"))
+    yield small("creep 0.2 deg below [mm/s]", 1e3 * creep, subject.limit("creep", 1e3), "mm/s")
     for degrees in (1.0, 10.0):
         tilt = wanted + np.radians(degrees)
         acceleration = incline_acceleration(tilt, mu, GRAVITY)
@@ -113,10 +113,6 @@ def on_table(subject: Subject, mu: float) -> Findings:
             yield Curve(
                 "acceleration", "g (sin θ - μ cos θ) t² / 2", times, 0.5 * acceleration * times**2, reference=True
             )
-
-
-def _speed(quantity: str, speed: float, limit: float | None) -> Row:
-    return small(quantity, 1e3 * speed, None if limit is None else 1e3 * limit, "mm/s")
 
 
 def _acceleration(times: np.ndarray, distance: np.ndarray) -> float:
@@ -142,7 +138,7 @@ def on_cloth(subject: Subject, count: int, mu: float = 0.5) -> Findings:
     for degrees in (1.0, 5.0):
         scene, members = layers(count, mu, wanted - np.radians(degrees), 2.0)
         creep = abs(final_speed(*travel(subject, scene, members[-1])))
-        yield _speed(f"creep of the top layer {degrees:g} deg below [mm/s]", creep, None)
+        yield small(f"creep of the top layer {degrees:g} deg below [mm/s]", 1e3 * creep, None, "mm/s")
     scene, members = layers(count, mu, wanted + np.radians(3.0), 0.25)
     if count == 2:
         acceleration = incline_acceleration(wanted + np.radians(3.0), mu, GRAVITY)

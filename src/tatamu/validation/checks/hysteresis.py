@@ -10,11 +10,11 @@ from tatamu.material import GRAVITY, Material
 from tatamu.meshing import ROW, staggered
 from tatamu.scene import Cloth, Gripper, Scene
 from tatamu.validation.check import Case, Check
-from tatamu.validation.checks.bending import LENGTH, WIDTH, strip_material, tip_of
+from tatamu.validation.checks.bending import LENGTH, WIDTH, chord_of, strip_material, tip_of
 from tatamu.validation.checks.motion import rolled
 from tatamu.validation.findings import Curve, Figure, Findings, absolute
 from tatamu.validation.frictional_strip import loop, residual_curvature, turned_strip
-from tatamu.validation.scenes import raised
+from tatamu.validation.scenes import hanging, raised
 from tatamu.validation.subject import Subject
 
 FRICTION = 10.0
@@ -73,8 +73,7 @@ def turn(subject: Subject, gamma: float) -> Findings:
     rows = np.unique(plan[:, 0])
     along = plan[:, 0] - rows[2]  # three rows are held
     hands = [_turning(np.flatnonzero(plan[:, 0] == row), row - rows[2]) for row in rows[:3]]
-    start = np.column_stack([0 * along, plan[:, 1], -along])
-    cloth = Cloth(vertices=start, faces=faces, rest_vertices=raised(plan))
+    cloth = Cloth(vertices=hanging(np.column_stack([along, plan[:, 1]])), faces=faces, rest_vertices=raised(plan))
     scene = Scene(cloth=cloth, material=material, grippers=hands, duration=CLAMPS[-1][0] + REST, frame_rate=20)
     rollout = subject.simulate(scene)
     behind = 0.5 * (rows[1] - rows[0])  # a clamp is half a cell behind the last row that is held
@@ -85,7 +84,7 @@ def turn(subject: Subject, gamma: float) -> Findings:
         frame = round((time + REST) * scene.frame_rate)
         back = behind * np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
         tip = tip_of(along, rollout.positions[frame][:, ::2] * [1, -1], float(along.max())) + back
-        right, got, plainly = (float(np.degrees(np.arctan2(p[1], p[0]))) for p in (shape[-1], tip, elastic[-1]))
+        right, got, plainly = (chord_of(p) for p in (shape[-1], tip, elastic[-1]))
         note = f"without hysteresis {plainly:.1f}"
         limit = subject.limit("frictional chord")
         yield absolute(f"chord, clamp at {angle:g} degrees [deg]", right, got, limit, "deg", note)

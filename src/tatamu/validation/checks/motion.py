@@ -60,10 +60,9 @@ def free_fall(subject: Subject) -> Findings:
     height = rollout.positions[:, :, 2]
     wanted = fall(rollout.times, scene.gravity)
     worst = height[-1, np.argmax(np.abs(height[-1] - wanted[-1]))]
-    limit = subject.limit("fall")
-    yield relative("height after 0.5 s [m]", float(wanted[-1]), float(worst), limit)
+    yield relative("height after 0.5 s [m]", float(wanted[-1]), float(worst), subject.limit("fall"))
     course = float(np.abs(height - wanted[:, None]).max() / -wanted[-1])
-    yield small("largest error on the way / height", 100 * course, None if limit is None else 100 * limit, "%")
+    yield small("largest error on the way / height", 100 * course, subject.limit("fall", 100), "%")
     yield Curve("fall", "z = -g t²/2", rollout.times, wanted, reference=True)
     yield Curve("fall", subject.name, rollout.times[::5], height[::5].mean(axis=1))
 

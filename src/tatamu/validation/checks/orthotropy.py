@@ -8,14 +8,15 @@ import numpy as np
 
 from tatamu.heavy_strip.cantilever import chord
 from tatamu.material import GRAVITY, Material
-from tatamu.scene import Cloth, Scene
+from tatamu.scene import Cloth
 from tatamu.validation.check import Case, Check
-from tatamu.validation.checks.bending import DENSITY, strip_material, tip_of
+from tatamu.validation.checks.bending import DENSITY, chord_of, strip_material, tip_of
+from tatamu.validation.checks.bending import droop as hung_over
 from tatamu.validation.checks.stretch import settled, shear
 from tatamu.validation.findings import Curve, Figure, Findings, absolute, relative
 from tatamu.validation.meshes import LAYOUTS, mirrored
 from tatamu.validation.references import off_axis_rigidity, off_axis_stiffness
-from tatamu.validation.scenes import held, raised
+from tatamu.validation.scenes import hanging, raised
 from tatamu.validation.subject import Subject
 
 WOVEN = Material(
@@ -46,11 +47,8 @@ def pull(subject: Subject, degrees: float) -> Findings:
     plan, faces = LAYOUTS["staggered"](length, 0.02, 0.01)
     stiffness = off_axis_stiffness(WOVEN, np.radians(degrees))
     material, duration = settled(WOVEN, np.pi / (2 * length) * np.sqrt(stiffness / WOVEN.areal_density))
-    start = np.column_stack([0 * plan[:, 0], plan[:, 1], -plan[:, 0]])
-    cloth = Cloth(vertices=start, rest_vertices=raised(plan), faces=faces, fibre=direction(degrees))
-    hand = held(np.flatnonzero(plan[:, 0] == 0))
-    scene = Scene(cloth=cloth, material=material, grippers=[hand], duration=3 * duration)  # it sways as well
-    end = subject.simulate(scene).positions[-1]
+    cloth = Cloth(vertices=hanging(plan), rest_vertices=raised(plan), faces=faces, fibre=direction(degrees))
+    end = subject.end(cloth, material, np.flatnonzero(plan[:, 0] == 0), 3 * duration)  # it sways as well
     middle = np.abs(plan[:, 0] - length / 2) < length / 4
     strain = float(np.polyfit(plan[middle, 0], -end[middle, 2], 1)[0]) - 1.0
     tension = WOVEN.areal_density * GRAVITY * (length - float(plan[middle, 0].mean()))
@@ -67,18 +65,14 @@ def droop(subject: Subject, degrees: float, gamma: float = 10.0) -> Findings:
     plain, duration = strip_material(gamma, LENGTH)
     parts = {name: part * plain.bending_rigidity for name, part in BENT.items()}
     material = Material.model_validate(plain.model_dump() | parts)
-    plan, faces = mirrored(LAYOUTS["staggered"](LENGTH, 0.12, 0.01))
-    cloth = Cloth(vertices=raised(plan), faces=faces, fibre=direction(degrees))
-    hand = held(np.flatnonzero(np.abs(plan[:, 0]) < 1e-12))
-    end = subject.simulate(Scene(cloth=cloth, material=material, grippers=[hand], duration=duration)).positions[-1]
-    inner = np.abs(plan[:, 1] - 0.06) < 0.03
-    shape = np.column_stack([np.abs(end[inner, 0]), -end[inner, 2]])
-    tip = tip_of(np.abs(plan[inner, 0]), shape, LENGTH)
+    mesh = mirrored(LAYOUTS["staggered"](LENGTH, 0.12, 0.01))
+    along, shape = hung_over(subject, mesh, material, duration, direction(degrees))
+    inner = np.abs(mesh[0][:, 1] - 0.06) < 0.03
+    tip = tip_of(along[inner], shape[inner], LENGTH)
     rigidity = off_axis_rigidity(material, np.radians(degrees))
     wanted = np.degrees(chord(DENSITY * GRAVITY * LENGTH**3 / rigidity))
-    got = float(np.degrees(np.arctan2(tip[1], tip[0])))
     note = f"{rigidity / plain.bending_rigidity:.3f} of the rigidity along the warp"
-    yield absolute("chord in the middle [deg]", wanted, got, subject.limit("off-axis chord"), "deg", note)
+    yield absolute("chord in the middle [deg]", wanted, chord_of(tip), subject.limit("off-axis chord"), "deg", note)
 
 
 CHECKS = (

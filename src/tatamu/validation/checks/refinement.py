@@ -56,12 +56,12 @@ def half_the_mesh(subject: Subject, spacing: float, depth: float = EDGE, count: 
         "-",
         "error is 1 minus it",
     )
-    limit = subject.limit("best")
+    limit = subject.limit("best", 1e3)
     yield absolute(
         f"best score of {count} [mm]",
         1e3 * float(fine.min()),
         1e3 * float(coarse.min()),
-        None if limit is None else 1e3 * limit,
+        limit,
         "mm",
         "reference: finer mesh",
     )
@@ -69,7 +69,7 @@ def half_the_mesh(subject: Subject, spacing: float, depth: float = EDGE, count: 
     yield small(
         "finer mesh's score of the coarse mesh's best, above the best [mm]",
         1e3 * chosen,
-        None if limit is None else 1e3 * limit,
+        limit,
         "mm",
     )
     held = "" if depth == EDGE else f", held {1e3 * depth:g} mm deep"

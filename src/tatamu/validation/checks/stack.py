@@ -47,13 +47,8 @@ def at_rest(subject: Subject, count: int, duration: float = 10.0) -> Findings:
     yield relative("height of the top layer [mm]", 1e3 * top, 1e3 * float(heights[-1]), limit, "the weight is carried")
     second = round(1.0 * scene.frame_rate)
     crept = float(np.linalg.norm(positions[-1][:, :2] - positions[second][:, :2], axis=1).max())
-    limit = subject.limit("stack creep")
-    yield small(
-        f"creep in the {duration - 1:g} s after the first [mm]",
-        1e3 * crept,
-        None if limit is None else 1e3 * limit,
-        "mm",
-    )
+    quantity = f"creep in the {duration - 1:g} s after the first [mm]"
+    yield small(quantity, 1e3 * crept, subject.limit("stack creep", 1e3), "mm")
     layer = np.arange(count) + 1
     yield Curve("stack", "a thickness apart", layer, 1e3 * thickness * (layer - 0.5), reference=True)
     yield Curve("stack", f"{count} layers", np.arange(count) + 1, 1e3 * heights)

@@ -1,0 +1,73 @@
+"""Parameters found from readings, with the uncertainty that each reading contributes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from tatamu.calibration.fit import Fit
+from tatamu.calibration.parameters import OPTIONAL, PARAMETERS, PLACE
+from tatamu.calibration.readings import Reading
+from tatamu.material import Material
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A material for one simulator, the fits that determined it, and how certain its parameters are."""
+
+    material: Material
+    simulator: str
+    """Name of the simulator; another simulator needs another material."""
+    fits: tuple[Fit, ...]
+    contributions: Mapping[str, np.ndarray]
+    """Reading to the change of each parameter's logarithm with one standard uncertainty of the reading, shape (k,)."""
+    readings: Mapping[str, Reading]
+    """Readings by their names in the file."""
+    assumed: tuple[str, ...]
+    """Fields of the material that no reading determines."""
+    shapes: Mapping[str, np.ndarray | None]
+    """Test to the positions of the simulated garment or strip at rest [m], shape (n, 3)."""
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """Covariance of the logarithms of `PARAMETERS`, shape (k, k)."""
+        parts = np.array([np.zeros(len(PARAMETERS)), *self.contributions.values()])
+        return np.asarray(parts.T @ parts)
+
+    @property
+    def listed(self) -> tuple[str, ...]:
+        """Parameters to show; optional parameters only if a test of them was made."""
+        made = {fit.parameter for fit in self.fits}
+        return tuple(name for name in PARAMETERS if name not in OPTIONAL or name in made)
+
+    @property
+    def known(self) -> tuple[str, ...]:
+        """Parameters whose values the readings determine."""
+        return tuple(name for name in self.listed if name not in self.assumed and self.bounding(name) is None)
+
+    def relative(self, parameter: str) -> float:
+        """Return the standard uncertainty of a parameter over its value."""
+        place = PLACE[parameter]
+        return float(np.sqrt(self.covariance[place, place]))
+
+    def uncertainty(self, parameter: str) -> float:
+        """Return the standard uncertainty of a parameter, in its unit."""
+        return self.relative(parameter) * float(getattr(self.material, parameter))
+
+    def correlation(self) -> np.ndarray:
+        """Return the correlations of the known parameters, shape (k, k)."""
+        rows = [PLACE[name] for name in self.known]
+        part = self.covariance[np.ix_(rows, rows)]
+        scale = np.sqrt(np.diag(part))
+        return np.asarray(part / np.outer(scale, scale))
+
+    def bounding(self, parameter: str) -> Fit | None:
+        """Return the fit that bounds a parameter; None if a test determines its value, or if no test was made."""
+        fits = [fit for fit in self.fits if fit.parameter == parameter]
+        return fits[-1] if fits and all(fit.bound for fit in fits) else None
+
+    def fit(self, test: str) -> Fit | None:
+        """Return the fit of a test; None if the test was not made."""
+        return next((fit for fit in self.fits if fit.test == test), None)

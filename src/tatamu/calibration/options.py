@@ -1,0 +1,32 @@
+"""Options of a calibration that a study may vary; the defaults are those of `tatamu calibrate`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class CalibrationOptions:
+    """How closely readings are matched, and how long the simulated cloth settles."""
+
+    settled: float = 5e-5
+    """A reading that moves less than this over the last quarter of its scene has settled [m]."""
+    lengthening: float = 2.0
+    """Factor by which a scene that has not settled is lengthened."""
+    longest: float = 8.0
+    """Largest duration of a scene over the duration that its test sets."""
+    within: float = 1e-3
+    """Largest difference between the simulated and the measured reading, as a part of the reading."""
+    finest: float = 1e-5
+    """Largest difference between the simulated and the measured reading, if larger than `within` gives [m]."""
+    agreement: float = 5e-3
+    """Parameters whose logarithms change by less than this from pass to pass agree."""
+    passes: int = 5
+    """Largest number of passes over the tests at rest."""
+    passes_with_friction: int = 10
+    """Largest number of passes if friction of bending is measured: it changes what a sag tells of bending by as much
+    again, so both take more passes."""
+
+
+DEFAULTS = CalibrationOptions()
+"""Options of `tatamu calibrate`."""

@@ -1,0 +1,62 @@
+"""The frame of a command line: exit codes, and one line on standard error for what went wrong."""
+
+from __future__ import annotations
+
+import errno
+import io
+import os
+import sys
+from typing import NoReturn
+
+import typer
+
+from tatamu.cli.app import Interrupted
+from tatamu.errors import InputError, TatamuError
+
+UNWRITABLE = (errno.ENOSPC, errno.EIO, errno.EPIPE)
+"""Errors of standard output: it is full, broken, or closed."""
+INTERRUPTED = 130
+"""Exit code of a program that Ctrl-C ended: 128 + SIGINT."""
+
+
+def run(app: typer.Typer, name: str) -> NoReturn:
+    """Run a command line; a wrong input is one line on standard error and exit code 2.
+
+    Args:
+        app: The commands.
+        name: Name of the program, which every message on standard error begins with.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal without Greek letters shows question marks
+    try:
+        code = app(standalone_mode=False)
+        sys.stdout.flush()
+    except InputError as error:
+        _stop(name, str(error), 2)
+    except TatamuError as error:
+        _stop(name, str(error), 1)
+    except Interrupted as error:
+        _stop(name, str(error), INTERRUPTED)
+    except typer.Abort:
+        _stop(name, "aborted", INTERRUPTED)
+    except KeyboardInterrupt:
+        code = INTERRUPTED  # as typer says where it sees the exception first
+    except OSError as error:
+        if error.errno not in UNWRITABLE:  # errors of other files are reported where they are opened
+            raise
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the rest of the output is dropped
+        _stop(name, f"the output cannot be written ({error.strerror})", 1)
+    except Exception as error:
+        if not hasattr(error, "format_message"):
+            raise
+        _stop(name, error.format_message(), 2)
+    if code == INTERRUPTED:
+        _stop(name, "interrupted; what was finished is kept", INTERRUPTED)
+    sys.exit(code if isinstance(code, int) else 0)
+
+
+def _stop(name: str, message: str, code: int) -> NoReturn:
+    if message:  # a program without arguments has printed its help
+        print(f"{name}: {' '.join(message.split())}", file=sys.stderr)
+    sys.exit(code)

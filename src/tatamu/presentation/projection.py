@@ -1,0 +1,76 @@
+"""The projection of a drawing: which rectangle of a plane is shown, at which scale, and which way is up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tatamu.presentation.shapes import FONT, Box, Label
+
+LETTER = 0.55
+"""Mean width of a letter over the height."""
+FROM_ABOVE = np.array([[0.0, -1.0], [1.0, 0.0]])
+"""A place (x, y) on the table in the drawing: x up, y to the left, as a robot sees it before itself."""
+UPRIGHT = np.eye(2)
+"""A place in the drawing as it is given: the first number to the right, the second up."""
+
+
+@dataclass
+class Projection:
+    """A rectangle of a plane on a grid of pixels."""
+
+    low: np.ndarray
+    """Smallest coordinates shown [m], shape (2,)."""
+    high: np.ndarray
+    """Largest coordinates shown [m], shape (2,)."""
+    scale: float
+    """Pixels per metre."""
+    axes: np.ndarray = field(default_factory=lambda: UPRIGHT)
+    """Matrix from the plane to right and up, shape (2, 2): `FROM_ABOVE` or `UPRIGHT`."""
+    margin: float = 0.0
+    """Width of the border around the rectangle [pixels]."""
+
+    @property
+    def _corner(self) -> np.ndarray:
+        """Distance of the upper left corner from the origin, to the right and up [m], shape (2,)."""
+        ends = np.array([self.low, self.high]) @ self.axes.T
+        return np.array([ends[:, 0].min(), ends[:, 1].max()])
+
+    @property
+    def size(self) -> np.ndarray:
+        """Width and height with the margin [pixels], shape (2,)."""
+        return self.scale * np.abs(self.axes @ (self.high - self.low)) + 2 * self.margin
+
+    @property
+    def wide(self) -> int:
+        """Width in whole pixels."""
+        return round(float(self.size[0]))
+
+    @property
+    def tall(self) -> int:
+        """Height in whole pixels."""
+        return round(float(self.size[1]))
+
+    def pixels(self, points: np.ndarray) -> np.ndarray:
+        """Project places in the plane [m], shape (k, 2), to pixels, x to the right and y down."""
+        return (points @ self.axes.T - self._corner) * [self.scale, -self.scale] + self.margin
+
+    def box(self, box: Box) -> tuple[np.ndarray, np.ndarray]:
+        """Return the upper left corner of a box, and its width and height [pixels]."""
+        corners = self.pixels(np.array([box.low, box.high]))
+        return corners.min(axis=0), np.ptp(corners, axis=0)
+
+    def beside(self, label: Label) -> tuple[np.ndarray, str]:
+        """Place a word inside the rectangle.
+
+        Returns:
+            The place [pixels], and the part of the word that is anchored there: l(eft), m(iddle) or r(ight).
+        """
+        right, up = self.axes @ label.towards
+        at = self.pixels(label.place[None])[0] + np.array([right, -up]) * 0.9 * FONT
+        anchor = "l" if right > 0.4 else "r" if right < -0.4 else "m"
+        long = LETTER * FONT * len(label.text)
+        before = {"l": 0.0, "m": 0.5, "r": 1.0}[anchor] * long
+        at[0] = np.clip(at[0], before, max(self.wide - long + before, before))
+        return at, anchor

@@ -1,0 +1,370 @@
+"""A cluster under stress: workers, database and client killed; overhead; what 1,000 workers would need.
+
+Writes the tables of docs/notes/cluster.md:
+
+    python -m studies.cluster_storm [storm] [overhead] [busy] [constants] [--studies 200] [--write-docs]
+
+Needs `tatamu[cluster]` and, for `storm` and `constants`, PostgreSQL: a server of its own, in a folder that is thrown
+away. Everything runs on this machine in real processes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from threading import Event, Thread
+from typing import Any
+
+from benchmarks.tables import markdown, publish
+from tests import postgres
+
+WORKERS = 4
+KILL_EVERY = 8.0
+"""Seconds between two workers killed."""
+CLIENT_KILLED_AT = (0.3, 0.6)
+DATABASE_RESTARTED_AT = ((0.2, "fast"), (0.5, "immediate"))
+"""When, in parts of the studies that are complete, and how."""
+ROUNDS = 3
+"""Times that naps are taken; the quietest counts, as other work disturbs the others."""
+CALLS = 30
+"""Naps of each worker in a round."""
+TOGETHER = 16
+"""Workers that share a process where they only sleep."""
+HERE = ("--host", "127.0.0.1")
+CLIENT = """
+import sys
+import tatamu.report.topview
+tatamu.report.topview.WIDE = 60  # pictures are most of a small study
+from tatamu.cli import main
+main()
+"""
+
+
+def sweep_file(folder: Path, studies: int) -> Path:
+    """A sweep of small studies."""
+    path = folder / "sweep.toml"
+    seeds = list(range(studies))
+    path.write_text(
+        '[all]\ngarment = "towel"\nsize = "0.24x0.50"\nspacing = 0.04\ntrials = 3\nbaselines = false\n'
+        'disturbances = "none"\n'
+        f"[grid]\nseed = {seeds}\n"
+    )
+    return path
+
+
+def start(file: Path, out: Path, *options: str) -> subprocess.Popen[bytes]:
+    """Start a client."""
+    command = [sys.executable, "-c", CLIENT, "sweep", str(file), "--out", str(out), *options]
+    environment = {**os.environ, "PGPASSWORD": postgres.PASSWORD}
+    return subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+
+
+def complete(out: Path) -> int:
+    """How many tasks of a sweep are complete."""
+    try:
+        tasks = json.loads((out / "sweep.json").read_text())["tasks"]
+    except (OSError, ValueError):
+        return 0
+    return sum(task["state"] == "complete" for task in tasks)
+
+
+def results(out: Path) -> dict[str, str]:
+    """A digest of each study: trials without their times, manipulation, scene, and the bytes of the rollout."""
+    import numpy as np
+
+    found = {}
+    for folder in sorted(path for path in out.iterdir() if (path / "result.json").exists()):
+        data = json.loads((folder / "result.json").read_text())
+        del data["wall_seconds"]
+        for trial in data["trials"]:
+            del trial["seconds"]
+        digest = hashlib.sha256(json.dumps(data).encode())
+        for name in ("manipulation.json", "scene.json"):
+            digest.update((folder / name).read_bytes())
+        with np.load(folder / "rollout.npz") as rollout:
+            for name in ("times", "positions", "faces", "target"):
+                digest.update(rollout[name].tobytes())
+        found[folder.name] = digest.hexdigest()
+    return found
+
+
+class Cluster:
+    """A scheduler, and workers that are started again when they end, as Slurm and Kubernetes do; all are processes."""
+
+    def __init__(self, folder: Path, workers: int, together: int | None = None) -> None:
+        """Start all.
+
+        Args:
+            folder: Of their files.
+            workers: How many processes work.
+            together: Workers of each process, without a nanny; None: one, as `dask worker` starts it.
+        """
+        self._folder = folder
+        self._together = together
+        self._environment = {
+            **os.environ,
+            "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "3",  # Dask's own default
+            "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False",  # these two as in examples/cluster
+            "DASK_DISTRIBUTED__ADMIN__TICK__INTERVAL": "1s",
+            "DASK_LOGGING__DISTRIBUTED": "error",
+        }
+        said = folder / "scheduler.json"
+        own = ["--scheduler-file", str(said), "--port", "0", "--dashboard-address", "127.0.0.1:0", *HERE]
+        self._scheduler = self._start("dask", "scheduler", *own)
+        while not said.exists() or not said.read_text():
+            time.sleep(0.1)
+        self.address: str = json.loads(said.read_text())["address"]
+        self._workers = [self._worker() for _ in range(workers)]
+
+    def _start(self, *arguments: str) -> subprocess.Popen[bytes]:
+        quiet: dict[str, Any] = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        return subprocess.Popen([sys.executable, "-m", *arguments], env=self._environment, **quiet)
+
+    def _worker(self) -> subprocess.Popen[bytes]:
+        if self._together is not None:
+            return self._start("studies.cluster_storm.sleeping_workers", self.address, str(self._together))
+        own = ["--local-directory", str(self._folder), "--memory-limit", "0", "--dashboard-address", "127.0.0.1:0"]
+        return self._start("dask", "worker", self.address, "--nworkers", "1", "--nthreads", "1", *own, *HERE)
+
+    def kill_one(self, chance: random.Random) -> bool:
+        """Kill the process that works under one of the nannies; whether there was one."""
+        lists = Path(f"/proc/{chance.choice(self._workers).pid}/task").glob("*/children")
+        children = [int(word) for path in lists for word in path.read_text().split()]
+        working = [child for child in children if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()]
+        for child in working:
+            os.kill(child, signal.SIGKILL)
+        return bool(working)
+
+    def start_again(self) -> None:
+        """Start workers whose nannies have ended: one that is killed while it starts takes its nanny with it."""
+        self._workers = [self._worker() if worker.poll() is not None else worker for worker in self._workers]
+
+    def stop(self) -> None:
+        """End all."""
+        for process in [*self._workers, self._scheduler]:
+            process.terminate()
+        for process in [*self._workers, self._scheduler]:
+            process.wait(60)
+
+
+@dataclass
+class Storm:
+    """Counts of what was killed."""
+
+    workers: int = 0
+    databases: int = 0
+    clients: int = 0
+    seconds: float = 0.0
+
+
+def kill_workers(cluster: Cluster, storm: Storm, calm: Event) -> None:
+    """Kill a worker every few seconds."""
+    chance = random.Random(0)
+    while not calm.wait(KILL_EVERY):
+        cluster.start_again()
+        with suppress(OSError):  # it ended by itself
+            storm.workers += cluster.kill_one(chance)
+
+
+def run_storm(file: Path, out: Path, studies: int, server: postgres.Server) -> Storm:
+    """A sweep to its end, whatever is killed meanwhile."""
+    storm, calm, begun = Storm(), Event(), time.monotonic()
+    restarts, kills = list(DATABASE_RESTARTED_AT), list(CLIENT_KILLED_AT)
+    with TemporaryDirectory() as scratch:
+        cluster = Cluster(Path(scratch), WORKERS)
+        options = ["--scheduler", cluster.address, "--storage", server.address]
+        killer = Thread(target=kill_workers, args=(cluster, storm, calm))
+        killer.start()
+        client = start(file, out, *options)
+        try:
+            while (code := client.poll()) is None or code < 0:
+                done = complete(out) / studies
+                if restarts and done >= restarts[0][0]:
+                    server.control("restart", "-m", restarts.pop(0)[1])
+                    storm.databases += 1
+                if code is not None:
+                    client = start(file, out, *options)
+                elif kills and done >= kills[0]:
+                    kills.pop(0)
+                    client.kill()
+                    client.wait()
+                    storm.clients += 1
+                time.sleep(0.2)
+            if code != 0:
+                raise SystemExit(
+                    f"the client ended with {code}: {client.stderr.read().decode() if client.stderr else ''}"
+                )
+        finally:
+            calm.set()
+            killer.join()
+            client.kill()
+            cluster.stop()
+    storm.seconds = time.monotonic() - begun
+    return storm
+
+
+def proof(studies: int) -> str:
+    """The storm against the undisturbed sweep, as a table."""
+    with TemporaryDirectory() as folder, postgres.running() as server:
+        file = sweep_file(Path(folder), studies)
+        calm = start(file, Path(folder) / "calm", "--at-a-time", "4")  # beside the storm: it needs one core
+        storm = run_storm(file, Path(folder) / "storm", studies, server)
+        if calm.wait() != 0:
+            raise SystemExit(calm.stderr.read().decode() if calm.stderr else "")
+        expected, found = results(Path(folder) / "calm"), results(Path(folder) / "storm")
+        trials = int(server.query("SELECT count(*) FROM trials"))
+        twice = int(
+            server.query("SELECT count(*) FROM (SELECT 1 FROM trials GROUP BY study_id, number HAVING count(*) > 1) t")
+        )
+        held = int(server.query("SELECT count(*) FROM studies"))
+    equal = sum(found.get(name) == digest for name, digest in expected.items())
+    rows = [
+        ("studies", f"{len(found)} of {studies}"),
+        ("studies in the database", str(held)),
+        ("trials in the database", f"{trials} of {3 * studies}, {twice} twice"),
+        ("workers killed", str(storm.workers)),
+        ("PostgreSQL restarted", str(storm.databases)),
+        ("clients killed", str(storm.clients)),
+        ("results equal to the undisturbed ones", f"{equal} of {len(expected)}"),
+    ]
+    table = markdown([{"": name, "result": value} for name, value in rows])
+    print(table, flush=True)
+    sound = (len(found), held, trials, twice, equal) == (studies, studies, 3 * studies, 0, studies)
+    if not sound or (storm.databases, storm.clients) != (2, 2) or not storm.workers:
+        raise SystemExit("something was lost, doubled or not tried")
+    return table
+
+
+def nap(seconds: float) -> float:
+    """A call that sleeps as long as a rollout takes."""
+    time.sleep(seconds)
+    return seconds
+
+
+def rounds(executor: Executor, workers: int, seconds: float) -> tuple[float, float]:
+    """Of the quietest of a few rounds of naps: the share of time that workers were busy, and what a call costs [ms]."""
+    had = []
+    calls = workers * CALLS
+    for _ in range(ROUNDS):
+        begun = time.monotonic()
+        futures = [executor.submit(nap, seconds) for _ in range(calls)]
+        for future in futures:
+            future.result()
+        had.append(workers * (time.monotonic() - begun))
+    slept = calls * seconds
+    return slept / min(had), 1e3 * (min(had) - slept) / calls
+
+
+def napped(processes: int, together: int | None, seconds: float) -> tuple[float, float, float]:
+    """`rounds` on Dask workers, so many processes of so many, and the time of a core of a call at the client [ms].
+
+    Scheduler and workers are processes of their own, as on a cluster.
+    """
+    from tatamu.cluster import connected
+
+    workers = processes * (together or 1)
+    with TemporaryDirectory() as scratch:
+        cluster = Cluster(Path(scratch), processes, together)
+        try:
+            with connected(cluster.address) as executor:
+                while executor.threads < workers:
+                    time.sleep(0.2)
+                list(executor.map(nap, [0.01] * 4 * workers))
+                worked = time.process_time()
+                busy, beside = rounds(executor, workers, seconds)
+                worked = time.process_time() - worked
+        finally:
+            cluster.stop()
+    return busy, beside, 1e3 * worked / (workers * CALLS * ROUNDS)
+
+
+@cache
+def rollout() -> float:
+    """Seconds that a rollout of the default towel takes here: the quickest of three."""
+    from tatamu.folding.task import make_task
+
+    task = make_task("towel")
+    manipulation = task.manipulation({"x1": 0.1, "z1": 0.1, "x2": 0.3, "z2": 0.1, "g1": 0, "g2": 0})
+    found = [task.evaluate(manipulation).rollout for _ in range(3)]
+    return round(min(each.info["wall_seconds"] for each in found if each is not None), 2)
+
+
+def overhead() -> str:
+    """Time of a call beside its sleep, on four processes: by Dask, and by Python's own pool."""
+    busy, beside, here = napped(WORKERS, None, rollout())
+    with ProcessPoolExecutor(WORKERS) as pool:
+        list(pool.map(nap, [0.01] * 4 * WORKERS))
+        pool_busy, pool_beside = rounds(pool, WORKERS, rollout())
+    head = (
+        "four processes",
+        f"beside a sleep of {rollout():g} s, each call [ms]",
+        "busy",
+        "client, each call, of a core [ms]",
+    )
+    rows = [
+        ("Dask", f"{beside:.1f}", f"{100 * busy:.1f} %", f"{here:.1f}"),
+        ("`ProcessPoolExecutor`", f"{pool_beside:.1f}", f"{100 * pool_busy:.1f} %", "-"),
+    ]
+    table = markdown([dict(zip(head, row, strict=True)) for row in rows])
+    print(table, flush=True)
+    if not beside < 5.0:
+        raise SystemExit(f"a call costs {beside:.1f} ms beside its rollout, not below 5")
+    return table
+
+
+def busy() -> str:
+    """64 workers of one thread that sleep, in four processes: they need no core each."""
+    share, _, here = napped(64 // TOGETHER, TOGETHER, rollout())
+    row = {
+        "workers": "64",
+        "sleep [s]": f"{rollout():g}",
+        "busy": f"{100 * share:.1f} %",
+        "client, each call, of a core [ms]": f"{here:.1f}",
+    }
+    table = markdown([row])
+    print(table, flush=True)
+    if share < 0.95:
+        raise SystemExit(f"64 workers were busy {100 * share:.1f} % of the time, not 95")
+    return table
+
+
+def main() -> None:
+    """Parse and run."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("only", nargs="*", choices=["storm", "overhead", "busy", "constants", []])
+    parser.add_argument("--studies", type=int, default=200)
+    parser.add_argument("--write-docs", action="store_true")
+    options = parser.parse_args()
+    from studies.cluster_storm.constants import constants
+
+    runs: dict[str, Callable[[], str | dict[str, str]]] = {
+        "overhead": overhead,
+        "busy": busy,
+        "constants": constants,
+        "storm": lambda: proof(options.studies),
+    }
+    for name, run in runs.items():
+        if options.only and name not in options.only:
+            continue
+        table = run()
+        if options.write_docs:
+            for part, text in table.items() if isinstance(table, dict) else [(name, table)]:
+                publish(f"cluster: {part}", text)
+
+
+if __name__ == "__main__":
+    main()

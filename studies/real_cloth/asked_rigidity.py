@@ -1,0 +1,85 @@
+"""The bending rigidity with which `native` would drape each fabric as it was measured to drape.
+
+    python -m studies.real_cloth.asked_rigidity --data DATA --out runs/real-cloth [--write-docs]
+
+Fabrics and model are those against which the goals of the test "drape" are held. All rigidities of a fabric are
+multiplied by one factor, its hysteresis stays, and the factor of the measured coefficient is read off between those
+that were simulated. It explains a miss; nothing is fitted by it.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from benchmarks.tables import markdown, publish
+
+from studies.real_cloth import drape
+from studies.real_cloth.bench import Bench
+from studies.real_cloth.drape import Draped
+from studies.real_cloth.matsudaira import DrapeModel, Matsudaira, MeasuredDrape, judged, models
+
+FACTORS = (0.35, 0.5, 0.7, 0.85, 1.0, 1.3)
+"""Of the measured rigidity."""
+SIMULATOR = "native"
+Row = dict[str, str]
+
+
+def swept(each: MeasuredDrape, model: DrapeModel, bench: Bench) -> list[Draped]:
+    """Drapes of a fabric over the factors."""
+    groups = [
+        drape.experiments(
+            f"{each.fabric.name}, {factor:g} times as stiff",
+            model.material(replace(each.fabric, bending=factor * each.fabric.bending)),
+            model.size,
+            bench.seeds,
+            model.waviness,
+        )
+        for factor in FACTORS
+    ]
+    values = bench.measure([experiment for group in groups for experiment in group])
+    return [Draped.of(values[k : k + bench.seeds], model.size) for k in range(0, len(values), bench.seeds)]
+
+
+def asked(coefficient: float, drapes: Sequence[Draped]) -> str:
+    """The factor at which the coefficient is the one given, or beyond which it must lie."""
+    means = np.maximum.accumulate([drawn.mean for drawn in drapes])
+    if coefficient < means[0]:
+        return f"below {FACTORS[0]:g}"
+    if coefficient > means[-1]:
+        return f"above {FACTORS[-1]:g}"
+    return f"{np.exp(np.interp(coefficient, means, np.log(FACTORS))):.2f}"
+
+
+def row(each: MeasuredDrape, drapes: Sequence[Draped]) -> Row:
+    """A line of the table."""
+    means = {f"{factor:g} B": f"{drawn.mean:.1f}" for factor, drawn in zip(FACTORS, drapes, strict=True)}
+    return {
+        "fabric": f"{each.fabric.name} {each.fabric.kind}",
+        "measured [%]": f"{each.coefficient:.1f}",
+        **means,
+        "B asked for, over the measured": asked(each.coefficient, drapes),
+    }
+
+
+def main() -> None:
+    """Parse and run."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--data", type=Path, required=True)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--write-docs", action="store_true", help="write the table into docs/notes/real-cloth.md")
+    options = parser.parse_args()
+    bench = Bench(SIMULATOR, options.out / "kept", tick=lambda label: print(label, flush=True))
+    known = models(SIMULATOR)
+    model = known[judged(known)]
+    table = markdown([row(each, swept(each, model, bench)) for each in Matsudaira().load(options.data)])
+    print(table)
+    if options.write_docs:
+        publish("real: asked rigidity", table)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,153 @@
+"""A drape that is simulated several times, each with other unevenness."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
+
+import numpy as np
+
+from studies.real_cloth.bench import Experiment, Values
+from studies.real_cloth.section import Sketch
+from tatamu.instruments.drapemeter import Drapemeter
+from tatamu.instruments.outline import PlanOutline
+from tatamu.material import Material
+from tatamu.presentation.drawing import Drawing
+from tatamu.rollout import Rollout
+from tatamu.simulators import capabilities
+
+EARLIER = 5
+"""Frames from the reading back to where it is seen whether the cloth still moves: half a second."""
+TURN = np.linspace(0.0, 2.0 * np.pi, 181)
+
+
+@dataclass(frozen=True)
+class Size:
+    """A drapemeter by its radii [m]."""
+
+    specimen: float
+    plate: float
+
+    @property
+    def name(self) -> str:
+        """The diameters in millimetres."""
+        return f"{2e3 * self.specimen:.0f}/{2e3 * self.plate:.0f} mm"
+
+    @property
+    def ring(self) -> float:
+        """Area of the cloth beyond the plate [m^2]."""
+        return float(np.pi * (self.specimen**2 - self.plate**2))
+
+    def coefficient(self, outline: PlanOutline) -> float:
+        """The drape coefficient [%]."""
+        return 100.0 * outline.drape_coefficient(self.specimen, self.plate)
+
+
+@dataclass(frozen=True)
+class Draped:
+    """Repeats of one simulated drape; those in which the simulator gave up are left out."""
+
+    size: Size
+    outlines: Sequence[PlanOutline]
+    moving: float
+    """Largest change of a drape coefficient over the last half second [points]."""
+    failures: Sequence[str] = ()
+
+    @classmethod
+    def of(cls, values: Sequence[Values], size: Size) -> Draped:
+        """The drape of some readings."""
+        good = [each for each in values if "failed" not in each]
+        moved = [abs(each["area"] - each["area_before"]) / size.ring for each in good]
+        outlines = [PlanOutline(np.array(each["radii"])) for each in good]
+        failures = [str(each["failed"]) for each in values if "failed" in each]
+        return cls(size, outlines, 100.0 * max(moved, default=0.0), failures)
+
+    @property
+    def coefficients(self) -> np.ndarray:
+        """Drape coefficients [%], shape (repeats,)."""
+        return np.array([self.size.coefficient(outline) for outline in self.outlines])
+
+    @property
+    def mean(self) -> float:
+        """Mean drape coefficient [%]."""
+        return self._mean(list(self.coefficients))
+
+    @property
+    def nodes(self) -> float:
+        """Mean number of nodes."""
+        return self._mean([outline.nodes for outline in self.outlines])
+
+    @property
+    def amplitude(self) -> float:
+        """Mean amplitude of the hem [m]."""
+        return self._mean([outline.amplitude for outline in self.outlines])
+
+    @property
+    def wavelength(self) -> float:
+        """Mean wavelength of the hem [m]."""
+        return self._mean([outline.wavelength for outline in self.outlines])
+
+    @property
+    def scatter(self) -> float:
+        """Standard deviation of the drape coefficients [points]."""
+        return float(self.coefficients.std()) if self.outlines else float("nan")
+
+    def harmonic(self, order: int) -> float:
+        """Mean amplitude of a harmonic of the hem [m]."""
+        return self._mean([outline.harmonic(order) for outline in self.outlines])
+
+    @staticmethod
+    def _mean(values: Sequence[float]) -> float:
+        """Their mean; not a number where every repeat failed."""
+        return float(np.mean(values)) if values else float("nan")
+
+    @property
+    def counted(self) -> str:
+        """The nodes of each repeat."""
+        return ", ".join(str(outline.nodes) for outline in self.outlines) or "none came to an end"
+
+
+class Needing(Protocol):
+    """A model of a fabric that not every simulator can take."""
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """Capabilities of a simulator without which it cannot."""
+
+
+Model = TypeVar("Model", bound=Needing)
+
+
+def known_to(simulator: str, models: Sequence[Model]) -> list[Model]:
+    """The models that a simulator can take."""
+    able = capabilities(simulator)
+    return [model for model in models if all(getattr(able, name, False) for name in model.needs)]
+
+
+def experiments(name: str, material: Material, size: Size, seeds: int, waviness: float = 0.0) -> list[Experiment]:
+    """Repeats of one drape, with seeds from 0; the unstrained cloth may be wavy [m]."""
+    meters = [Drapemeter.fine_enough(size.specimen, size.plate, material, seed, waviness) for seed in range(seeds)]
+    return [_experiment(name, meter, material, size) for meter in meters]
+
+
+def _experiment(name: str, meter: Drapemeter, material: Material, size: Size) -> Experiment:
+    def read(rollout: Rollout) -> Values:
+        last = meter.outline(rollout)
+        earlier = meter.outline(rollout, -1 - EARLIER)
+        radii = [round(float(radius), 6) for radius in last.radii]
+        return {"radii": radii, "area": last.area, "area_before": earlier.area}
+
+    return Experiment(f"{name}, {size.name}", meter.scene(material), "outline", read)
+
+
+def sketched(title: str, outlines: Sequence[PlanOutline], size: Size, note: str = "", colour: str = "plot") -> Sketch:
+    """Outlines from above over specimen and plate."""
+    circle = np.column_stack([np.cos(TURN), np.sin(TURN)])
+    drawing = Drawing.around(1.02 * size.specimen * circle, 210.0, 210.0, margin=6.0)
+    drawing.line(size.specimen * circle, "muted", 1.0, dash=4.0)
+    drawing.line(size.plate * circle, "muted", 1.0, fill="grip")
+    for number, outline in enumerate(outlines):
+        drawing.line(outline.curve, colour, 1.0 if number else 2.0)
+    drawing.words = f"{title}, from above. {note}"
+    return Sketch(title, drawing.svg(), note)

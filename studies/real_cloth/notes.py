@@ -1,0 +1,52 @@
+"""The sections as Markdown and as plain data."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from studies.real_cloth.section import Line, Section
+from tatamu import __version__
+
+
+def markdown(lines: Sequence[Line]) -> str:
+    """A table."""
+    head = list(lines[0])
+    rows = [[line[name].replace("|", "\\|") for name in head] for line in lines]
+    return "\n".join("| " + " | ".join(row) + " |" for row in [head, ["---"] * len(head), *rows])
+
+
+def text(section: Section) -> str:
+    """Method, tables, the number to beat, goal and what it cannot show."""
+    parts = [
+        section.method,
+        *(markdown(table.lines) for table in section.tables),
+        f"To beat: {section.beat}",
+        f"Goal: {section.goal}",
+        f"Cannot show: {section.silent}",
+    ]
+    return "\n\n".join(parts)
+
+
+def page(sections: Sequence[Section], simulator: str) -> str:
+    """The whole file."""
+    head = f"# Real cloth, simulated by {simulator}\n\nMade by tatamu {__version__} from published measurements.\n"
+    return "\n".join([head, *(f"## {section.title}\n\n{text(section)}\n" for section in sections)])
+
+
+def data(sections: Sequence[Section], simulator: str) -> dict[str, Any]:
+    """For programs."""
+    return {
+        "version": 1,
+        "tatamu": __version__,
+        "simulator": simulator,
+        "sections": [
+            {
+                "name": section.name,
+                "title": section.title,
+                "goal": section.goal,
+                "tables": {table.name: [dict(line) for line in table.lines] for table in section.tables},
+            }
+            for section in sections
+        ],
+    }

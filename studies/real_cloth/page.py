@@ -1,0 +1,19 @@
+"""The sections as one page that opens offline."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from studies.real_cloth.section import Section
+from tatamu.presentation.page import render
+
+
+def page(sections: Sequence[Section], simulator: str) -> str:
+    """The whole page as HTML."""
+    return render(
+        Path(__file__).with_name("page.html"),
+        charts={section.name: list(section.charts) for section in sections},
+        title=f"Real cloth, simulated by {simulator}",
+        sections=sections,
+    )

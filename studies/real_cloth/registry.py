@@ -1,0 +1,12 @@
+"""All tests on real cloth, in the order of the notes; a further one is a module of its own and a name here."""
+
+from __future__ import annotations
+
+from studies.real_cloth.leeds import Leeds
+from studies.real_cloth.matsudaira import Matsudaira
+from studies.real_cloth.motion import SwungCloth
+from studies.real_cloth.test import RealTest
+from studies.real_cloth.towel import Towel
+
+TESTS: dict[str, RealTest] = {test.name: test for test in (Matsudaira(), Leeds(), SwungCloth(), Towel())}
+"""Name to test."""

@@ -1,0 +1,219 @@
+"""Where the distance of all nodes of a swung cloth from where the camera sees them comes from.
+
+    python -m studies.real_cloth.seen_nodes --data DATA --out runs/real-cloth [--write-docs]
+
+`native` with fitted air, as in the test `motion` of `studies.real_cloth`; its nodes beside the seen ones, as they are
+and after what a wrongly placed camera, another size of the cloth, another clock or a moving whole would take away.
+Rollouts of the fit that are kept in OUT are not simulated again.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from benchmarks.tables import markdown, publish
+from scipy.optimize import minimize_scalar
+
+from studies.real_cloth.alignment import Displacement, Pairs
+from studies.real_cloth.bench import Bench
+from studies.real_cloth.fitted_air import START_TURNING, fit, turning
+from studies.real_cloth.motion import FILE, FITTED, LEFT_OUT, SESSION, swings_in
+from studies.real_cloth.recording import Recording, load_recordings
+from studies.real_cloth.sheet import Sheet
+from tatamu.rollout import Rollout
+from tatamu.simulators import simulate
+
+SIMULATOR = "native"
+LATENESS = np.arange(-0.1, 0.11, 0.02)
+"""Shifts of the predicted motion that are tried [s]."""
+SHORTEST = 0.9
+"""Heights of the cloth that are tried, over 0.3 m, from here to 1.1."""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """One recording and its rollout; places are from the middle of the bar."""
+
+    recording: Recording
+    rollout: Rollout
+
+    @cached_property
+    def seen(self) -> np.ndarray:
+        """Nodes that the camera saw [m], shape (f, n, n, 3); NaN if the camera lost or misplaced a node."""
+        return np.where(self.recording.good[..., None], self.recording.nodes - self.recording.middle, np.nan)
+
+    @property
+    def size(self) -> int:
+        """Nodes in a row of the camera's grid."""
+        return self.recording.nodes.shape[1]
+
+    @cached_property
+    def predicted(self) -> np.ndarray:
+        """Predicted nodes [m], shape (f, n, n, 3)."""
+        return self.later(0.0)
+
+    def later(self, late: float) -> np.ndarray:
+        """The same, so much later [s]."""
+        return Sheet(self.recording).nodes(self.rollout, late) - self.recording.middle
+
+    @cached_property
+    def axes(self) -> np.ndarray:
+        """Across the bar, along it and up at each frame, shape (f, 3, 3)."""
+        across = self.recording.normal(self.recording.clock)
+        up = np.tile([0.0, 0.0, 1.0], (len(across), 1))
+        return np.stack([across, np.cross(across, up), up], axis=1)
+
+    def pairs(self, height: float = 1.0) -> Pairs:
+        """All nodes but those of the held edge, on a cloth of this part of its height."""
+        seen = self.seen[:, :-1]
+        good = np.isfinite(seen).all(axis=3)
+        return Pairs.of(height * self.predicted[:, :-1][good], seen[good])
+
+
+Change = Callable[[Seen], np.ndarray]
+"""Errors of the nodes of a recording [m], shape (f, n, n, 3)."""
+
+
+def displaced(by: Displacement, height: float = 1.0) -> Change:
+    """Errors where the camera is displaced and the cloth is of this part of its height."""
+    return lambda each: height * each.predicted @ by.rotation.T + by.translation - each.seen
+
+
+def unmoved(each: Seen) -> np.ndarray:
+    """Errors as they are."""
+    return each.predicted - each.seen
+
+
+def by_grid(fitting: list[Seen]) -> tuple[str, Change]:
+    """Errors after the displacement by the recordings with a grid of the same size, and those displacements."""
+    sizes = sorted({each.size for each in fitting})
+    found = {size: Pairs.mean([each.pairs() for each in fitting if each.size == size]).displacement() for size in sizes}
+    return ", ".join(str(by) for by in found.values()), lambda each: displaced(found[each.size])(each)
+
+
+def by_itself(each: Seen) -> np.ndarray:
+    """Errors after the displacement that is best for this recording."""
+    return displaced(each.pairs().displacement())(each)
+
+
+def per_node(each: Seen) -> np.ndarray:
+    """Errors without the mean of each node over the recording."""
+    off = unmoved(each)
+    return np.asarray(off - np.nanmean(off, axis=0))
+
+
+def per_frame(each: Seen) -> np.ndarray:
+    """Errors without the mean of each frame over its nodes: what the shape alone has."""
+    off = unmoved(each)
+    return np.asarray(off - np.nanmean(off, axis=(1, 2), keepdims=True))
+
+
+def later(each: Seen) -> np.ndarray:
+    """Errors with the shift of the prediction that is best for this recording."""
+    errors = [each.later(float(late)) - each.seen for late in LATENESS]
+    return min(errors, key=lambda off: float(rms(off[:, :-1])))
+
+
+def rms(off: np.ndarray) -> float:
+    """RMS of errors [m], shape (.., 3); those that are not a number are left out."""
+    return float(np.sqrt(np.nanmean((off**2).sum(axis=-1))))
+
+
+def row(name: str, numbers: str, change: Change, held_out: list[Seen]) -> dict[str, str]:
+    """Medians over the recordings that were not fitted [mm]."""
+    found = []
+    for each in held_out:
+        off = change(each)
+        parts = np.einsum("fax,fijx->fija", each.axes, off[:, :-1])
+        found.append(
+            [rms(off[:, :-1]), *(rms(parts[..., [axis]]) for axis in range(3)), rms(off[:, 0]), rms(off[:, -1])]
+        )
+    everything, *others = 1e3 * np.median(found, axis=0)
+    noise = 1e3 * float(np.median([each.recording.noise for each in held_out]))
+    names = ("across the bar", "along it", "up", "lower edge", "held edge")
+    return {
+        "compared": name,
+        "fitted": numbers,
+        "all nodes [mm]": f"{everything:.1f}",
+        "over the noise": f"{everything / noise:.2f}",
+        **{what: f"{value:.1f}" for what, value in zip(names, others, strict=True)},
+    }
+
+
+def table(measured: list[Seen]) -> list[dict[str, str]]:
+    """The rows, what is taken away growing."""
+    fitting = [each for each in measured if each.recording.name in FITTED]
+    sizes = ", ".join(str(size) for size in sorted({each.size for each in fitting}))
+    others = [each for each in measured if each.recording.name not in FITTED]
+    pairs = Pairs.mean([each.pairs() for each in fitting])
+    moved, turned = pairs.translation(), pairs.displacement()
+
+    def of_height(height: float) -> Pairs:
+        return Pairs.mean([each.pairs(height) for each in fitting])
+
+    def left(height: float) -> float:
+        return of_height(height).distance(of_height(height).displacement())
+
+    height = float(minimize_scalar(left, bounds=(SHORTEST, 2.0 - SHORTEST), method="bounded").x)
+    smaller = of_height(height).displacement()
+    each_grid, of_grid = by_grid(fitting)
+    return [
+        row("as it is", "nothing", unmoved, others),
+        row("the camera moved", f"on six: {moved}", displaced(moved), others),
+        row("moved and turned", f"on six: {turned}", displaced(turned), others),
+        row(f"moved and turned, grids of {sizes}", f"on those of the six: {each_grid}", of_grid, others),
+        row(
+            "moved, turned, another height",
+            f"on six: {smaller}, height {height:.3f}",
+            displaced(smaller, height),
+            others,
+        ),
+        row("moved and turned", "on each recording itself", by_itself, others),
+        row("without the mean of each node", "on each recording itself", per_node, others),
+        row("later or earlier", "on each recording itself", later, others),
+        row("without the mean of each frame", "on each frame itself", per_frame, others),
+    ]
+
+
+def narrower(measured: list[Seen]) -> str:
+    """How much narrower than the held edge the lower one is."""
+    others = [each for each in measured if each.recording.name not in FITTED]
+    seen, predicted = (1e3 * np.median([_narrower(nodes) for nodes in group]) for group in _both(others))
+    return f"The lower edge is seen {seen:.0f} mm narrower than the bar; predicted are {predicted:.0f} mm."
+
+
+def _both(measured: list[Seen]) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    return [each.seen for each in measured], [each.predicted for each in measured]
+
+
+def _narrower(nodes: np.ndarray) -> float:
+    """Median over frames of the held edge's width less that of the lower one [m]."""
+    width = np.linalg.norm(nodes[:, :, -1] - nodes[:, :, 0], axis=2)
+    return float(np.nanmedian(width[:, -1] - width[:, 0]))
+
+
+def main() -> None:
+    """Parse and run."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--data", type=Path, required=True)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--write-docs", action="store_true", help="write the table into docs/notes/real-cloth.md")
+    options = parser.parse_args()
+    recordings = load_recordings(options.data / FILE, SESSION, LEFT_OUT)
+    fitting = [recording for recording in recordings if recording.name in FITTED]
+    bench = Bench(SIMULATOR, options.out / "kept" / "motion")
+    air = fit(lambda law: swings_in(law, fitting, bench), fitting, turning, START_TURNING)
+    measured = [Seen(each, simulate(Sheet(each).scene(air), SIMULATOR)) for each in recordings]
+    text = f"{markdown(table(measured))}\n\n{narrower(measured)}"
+    print(text)
+    if options.write_docs:
+        publish("real: seen nodes", text)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,99 @@
+"""A simulated sheet that hangs from the bar of a recording."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.interpolate import LinearNDInterpolator
+
+from studies.real_cloth.pendulum import AirLaw
+from studies.real_cloth.recording import Recording
+from tatamu.material import Material
+from tatamu.meshing import staggered_rectangle
+from tatamu.rollout import Rollout
+from tatamu.scene import Cloth, Gripper, Scene
+
+SIDE = 0.3
+"""Of the cloth [m]."""
+SPACING = 0.02
+"""Of its mesh [m]."""
+DENSITY = 0.2
+"""Its areal density [kg/m^2]: not stated; only ratios to it matter."""
+STRETCH, BENDING = 200.0, 2e-5
+"""[N/m], [N m]; neither shows in the swing."""
+FRAMES = 50.0
+"""Per second."""
+KNOT = 2
+"""A hand's path has a knot every so many steps of the recording's path."""
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """The cloth of one recording."""
+
+    recording: Recording
+
+    @cached_property
+    def mesh(self) -> tuple[np.ndarray, np.ndarray]:
+        """Places on the sheet, along the bar and down from it as parts of its side, shape (n, 2), and triangles."""
+        flat, faces = staggered_rectangle(SIDE, SIDE, SPACING)
+        return np.column_stack([flat[:, 1] / SIDE + 0.5, 0.5 - flat[:, 0] / SIDE]), faces
+
+    def scene(self, air: AirLaw) -> Scene:
+        """The sheet hangs still, then the bar moves as the robot moved it."""
+        times, corners = self.recording.path
+        parts, faces = self.mesh
+        held = np.flatnonzero(parts[:, 1] < 1e-9)
+        knots = slice(None, None, KNOT)
+        start = corners[0]
+        hung = start[0] + parts[:, :1] * (start[1] - start[0]) - parts[:, 1:] * [0.0, 0.0, SIDE]
+        paths = corners[knots, 0, None] + parts[held, :1] * (corners[knots, 1] - corners[knots, 0])[:, None]
+        clock = times[knots] - times[0]
+        return Scene(
+            cloth=Cloth(vertices=hung, faces=faces),
+            material=material(air),
+            grippers=[
+                Gripper(vertices=[int(vertex)], times=clock.tolist(), displacements=paths[:, k] - hung[vertex])
+                for k, vertex in enumerate(held)
+            ],
+            duration=float(clock[-1]),
+            frame_rate=FRAMES,
+        )
+
+    def nodes(self, rollout: Rollout, late: float = 0.0) -> np.ndarray:
+        """The camera's nodes at its frames, as simulated and so much later [s], [m], shape (f, n, n, 3)."""
+        moment = self.recording.clock - self.recording.path[0][0] - late
+        frame = np.clip(moment * FRAMES, 0.0, len(rollout.times) - 1.001)
+        before = frame.astype(int)
+        part = (frame - before)[:, None, None]
+        positions = (1.0 - part) * rollout.positions[before] + part * rollout.positions[before + 1]
+        count = self.recording.nodes.shape[1]
+        u, v = np.meshgrid(np.linspace(0.0, 1.0, count), np.linspace(1.0, 0.0, count))
+        at = LinearNDInterpolator(self.mesh[0], positions.transpose(1, 0, 2).reshape(len(self.mesh[0]), -1))
+        inside = np.clip(np.stack([u, v], axis=-1), 1e-9, 1.0 - 1e-9)
+        return np.asarray(at(inside)).reshape(count, count, len(frame), 3).transpose(2, 0, 1, 3)
+
+
+def material(air: AirLaw) -> Material:
+    """The cloth in that air."""
+    return Material(
+        areal_density=DENSITY,
+        stretch_stiffness=STRETCH,
+        bending_rigidity=BENDING,
+        thickness=5e-4,
+        **air_fields(air),
+    )
+
+
+def air_fields(air: AirLaw) -> dict[str, float]:
+    """The fields of a material that say what its air does; linear drag alone is what every simulator knows."""
+    if air.added_mass == air.quadratic == air.turning == 0.0:
+        return {"air_drag": DENSITY * air.linear}
+    return {
+        "air_drag_normal": DENSITY * air.linear,
+        "air_drag_quadratic": DENSITY * air.quadratic,
+        "air_drag_turning": DENSITY * air.turning,
+        "air_added_mass": DENSITY * air.added_mass,
+    }

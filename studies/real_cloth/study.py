@@ -1,0 +1,51 @@
+"""Running the tests on real cloth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from studies.real_cloth.bench import Bench
+from studies.real_cloth.registry import TESTS
+from studies.real_cloth.section import Section
+from studies.real_cloth.test import RealTest
+from tatamu.errors import InputError
+
+Loaded = list[tuple[RealTest, Any]]
+"""Tests, each with what was measured."""
+
+
+def load(data: Path, only: Sequence[str] = ()) -> Loaded:
+    """The chosen tests, all if none is named, with what was measured.
+
+    Raises:
+        InputError: The folder, a test or a file is not there, or something in a file is wrong.
+    """
+    for name in only:
+        if name not in TESTS:
+            raise InputError(f"--only: must be one of {', '.join(TESTS)}, given {name!r}")
+    if not data.is_dir():
+        raise InputError(f"{data}: must be a folder with measurements of real cloth (docs/notes/real-cloth.md)")
+    return [(test, test.load(data)) for name, test in TESTS.items() if not only or name in only]
+
+
+def run(tests: Loaded, bench: Bench, done: Callable[[Section], None] = lambda section: None) -> list[Section]:
+    """Run tests one after the other.
+
+    Args:
+        tests: Of `load`.
+        bench: Where they simulate.
+        done: Called after each.
+    """
+    sections = []
+    for test, measured in tests:
+        sections.append(test.run(measured, replace(bench, folder=bench.folder / test.name)))
+        done(sections[-1])
+    return sections
+
+
+def simulations(tests: Loaded, bench: Bench) -> int:
+    """About how many simulations that is."""
+    return sum(test.simulations(measured, bench) for test, measured in tests)

@@ -1,0 +1,33 @@
+"""A test on real cloth: the file it reads, and the section it makes."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from pathlib import Path
+from typing import Any, ClassVar
+
+from studies.real_cloth.bench import Bench
+from studies.real_cloth.section import Section
+
+
+class RealTest(ABC):
+    """Base of all tests on real cloth."""
+
+    name: ClassVar[str]
+    """Name that `--only` takes."""
+
+    @abstractmethod
+    def load(self, data: Path) -> Any:
+        """Read the measurements.
+
+        Raises:
+            InputError: A file is missing in the folder, or something in it is wrong.
+        """
+
+    @abstractmethod
+    def simulations(self, measured: Any, bench: Bench) -> int:
+        """About how often it simulates."""
+
+    @abstractmethod
+    def run(self, measured: Any, bench: Bench) -> Section:
+        """Simulate, compare, and tell."""

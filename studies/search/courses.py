@@ -1,0 +1,67 @@
+"""The studies that are compared, kept in files."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from studies.search.methods import METHODS
+from studies.search.settings import Setting, Simulated
+
+from tatamu.files import write_text
+
+
+@dataclass(frozen=True)
+class Course:
+    """Objectives and mean vertex distances [m] of a study's trials in order."""
+
+    objectives: list[float]
+    distances: list[float]
+
+    def best(self, count: int) -> tuple[float, float]:
+        """Least objective of the first trials, and the mean vertex distance of that trial."""
+        place = int(np.argmin(self.objectives[:count]))
+        return self.objectives[place], self.distances[place]
+
+
+class Studies:
+    """The studies that are there."""
+
+    def __init__(self, out: Path) -> None:
+        """Open a folder."""
+        self._folder = out / "studies"
+        self._folder.mkdir(parents=True, exist_ok=True)
+
+    def run(self, method: str, setting: Setting, seed: int, trials: int) -> None:
+        """Run a study of so many trials, unless it is there."""
+        held = self.course(setting.name, method, seed)
+        if held is not None and len(held.objectives) >= trials:
+            return
+        before: list[tuple[Any, Simulated]] = []
+        for number in range(trials):
+            parameters, manipulation = METHODS[method].propose(setting, seed, number, before)
+            before.append((parameters, setting.simulated(manipulation)))
+        records = [
+            {"parameters": parameters, "objective": simulated.objective, "distance": simulated.distance}
+            for parameters, simulated in before
+        ]
+        write_text(self._path(setting.name, method, seed), json.dumps(records))
+
+    def course(self, garment: str, method: str, seed: int) -> Course | None:
+        """The course of a study; None if it is not there."""
+        path = self._path(garment, method, seed)
+        if not path.exists():
+            return None
+        records = json.loads(path.read_text())
+        return Course([each["objective"] for each in records], [each["distance"] for each in records])
+
+    def courses(self, garment: str, method: str, count: int, seeds: int = 100) -> list[Course]:
+        """All studies of a method that have so many trials, of the first `seeds` seeds."""
+        found = [self.course(garment, method, seed) for seed in range(seeds)]
+        return [each for each in found if each is not None and len(each.objectives) >= count]
+
+    def _path(self, garment: str, method: str, seed: int) -> Path:
+        return self._folder / f"{garment}-{method}-{seed}.json"

@@ -1,0 +1,111 @@
+"""Garments to fold on coarse meshes, and the simulations of them that are kept."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from tatamu.folding.coarser import coarsened
+from tatamu.learning.space import Grasps, search_space
+
+from tatamu.folding.fold import Fold
+from tatamu.folding.manipulation import Manipulation, trajectory_lengths
+from tatamu.folding.score import vertex_distances
+from tatamu.folding.task import Task, digest, make_job
+
+
+class Coarse(NamedTuple):
+    """A garment to fold on cells so coarse that a fold takes a fraction of a second."""
+
+    garment: str
+    fold: str
+    spacing: float
+    """Of the mesh [m]."""
+    softer: float = 1.0
+    """How much softer to stretch than the garment's own cloth; by the square of the spacings' ratio, the cells lock as
+    those of the default mesh do."""
+
+
+GARMENTS = {
+    "towel": Coarse("towel", "half", 0.03),
+    "T-shirt": Coarse("tshirt", "half", 0.045),
+    "trousers": Coarse("trousers", "leg", 0.045),
+    "trousers, softer": Coarse("trousers", "leg", 0.045, (45.0 / 14.0) ** 2),
+}
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """One simulation."""
+
+    objective: float
+    """C of Eq. (10)."""
+    errors: np.ndarray | None
+    """e_i of Eq. (12) [m], shape (n,); None where the trial failed."""
+
+    @property
+    def distance(self) -> float:
+        """Mean vertex distance [m]; infinite where the trial failed."""
+        return float("inf") if self.errors is None else float(self.errors.mean())
+
+
+class Setting:
+    """One garment to fold, and the simulations of it that are there."""
+
+    def __init__(self, name: str, chosen: Coarse, folder: Path) -> None:
+        """Open the simulations of a garment.
+
+        Args:
+            name: Name of the garment in tables and files.
+            chosen: Garment, fold and mesh.
+            folder: Folder of the simulations.
+        """
+        self.name = name
+        job = make_job(chosen.garment, fold=chosen.fold, spacing=chosen.spacing)
+        self.task: Task = coarsened(job, 1.0, chosen.softer).task(0)
+        folder.mkdir(parents=True, exist_ok=True)
+        self._file = folder / f"{chosen.garment}{'' if chosen.softer == 1.0 else '-softer'}.jsonl"
+        self._known: dict[str, Simulated] = {}
+        if self._file.exists():
+            for line in self._file.read_text().splitlines():
+                record = json.loads(line)
+                errors = np.array(record["errors"]) if record["errors"] is not None else None
+                self._known[record["key"]] = Simulated(record["objective"], errors)
+
+    @property
+    def fold(self) -> Fold:
+        """The task of folding."""
+        return self.task.fold
+
+    @cached_property
+    def spaces(self) -> dict[Grasps, dict[str, Any]]:
+        """Bounds of the search, with whole and with floored grasps."""
+        return {grasps: dict(search_space(self.fold, grasps)) for grasps in ("integer", "continuous")}
+
+    def lengths(self, parameters: Mapping[str, np.ndarray]) -> np.ndarray:
+        """l_x of Eq. (10) of parameters [m]."""
+        return trajectory_lengths(self.fold, parameters)
+
+    def simulated(self, manipulation: Manipulation) -> Simulated:
+        """The simulation of a manipulation; run only if it is not there."""
+        assert manipulation.control_points is not None
+        key = digest(np.array(manipulation.grasps), *manipulation.control_points)
+        if key not in self._known:
+            outcome = self.task.evaluate(manipulation)
+            errors = None
+            if not outcome.failed and outcome.rollout is not None:
+                errors = vertex_distances(self.fold.target, outcome.rollout.positions[-1])
+            record = {
+                "key": key,
+                "objective": outcome.objective,
+                "errors": None if errors is None else errors.tolist(),
+            }
+            with self._file.open("a") as file:
+                file.write(json.dumps(record) + "\n")
+            self._known[key] = Simulated(outcome.objective, errors)
+        return self._known[key]
