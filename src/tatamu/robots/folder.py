@@ -22,7 +22,7 @@ from tatamu.robots.picture import reach_svg
 from tatamu.robots.plan import RobotPlan
 from tatamu.robots.planfile import FoldPose, PlanFile, StageTime, ToolViaPoints
 from tatamu.robots.planned import FOLD
-from tatamu.robots.stage import stage_xml
+from tatamu.robots.stage import save_stage
 from tatamu.robots.tables import joint_csv, pattern_json, trajectory_json
 
 FOLD_FILES = (MANIPULATION, SCENE, ROLLOUT, RESULT)
@@ -56,7 +56,7 @@ def save(plan: RobotPlan, out: Path) -> None:
         write_json(folder / "play_pattern.json", pattern_json(plan))
         write_ros1(plan, folder / "joint_trajectory.bag")
         write_ros2(plan, folder / "joint_trajectory_ros2")
-        write_text(folder / "robot.xml", stage_xml(robot, plan.task.placement.z))
+        save_stage(robot, plan.task.placement.z, folder)
         write_text(folder / "reach.svg", reach_svg(plan))
         _carry_fold(plan.task.source, folder / FOLD)
 
