@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from tatamu.errors import InputError
+from tatamu.robots.clearance import Clearance
 from tatamu.robots.description import (
     ArmDescription,
     Description,
@@ -14,7 +16,7 @@ from tatamu.robots.description import (
     model_of,
     read_description,
 )
-from tatamu.robots.extras import needed
+from tatamu.robots.extras import needed, quiet
 from tatamu.robots.model import Arm, Robot, StartPose
 from tatamu.robots.modelfile import ModelFile, give
 from tatamu.robots.pose import to_quaternion
@@ -57,7 +59,14 @@ def described(path: Path) -> Robot:
         notes=_notes(path, above),
     )
     check_description(path, robot, prefixes)
-    return robot
+    return replace(robot, notes=(*robot.notes, *_untested(path, robot)))
+
+
+def _untested(path: Path, robot: Robot) -> list[str]:
+    found = [" and ".join(names) for names in Clearance(robot).untested]
+    if not found:
+        return []
+    return [f"{path}: taken to stand on each other, as they touch at the start, so not held apart: {', '.join(found)}"]
 
 
 def _standing(description: Description, prefixes: dict[str, str]) -> dict[str, float]:
@@ -127,7 +136,8 @@ def _pair(arms: dict[str, ArmDescription], files: dict[str, ModelFile], prefixes
     for name, arm in arms.items():
         X_BM = arm.mount.matrix
         frame = spec.worldbody.add_frame(pos=X_BM[:3, 3], quat=to_quaternion(X_BM[:3, :3]))
-        spec.attach(files[name].spec.copy(), prefix=prefixes[name], frame=frame)
+        with quiet():  # of options that the arms' models do not share
+            spec.attach(files[name].spec.copy(), prefix=prefixes[name], frame=frame)
         contents |= files[name].contents
     give(spec, contents, tuple(prefixes.values()))
     return spec

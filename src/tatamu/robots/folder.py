@@ -100,6 +100,7 @@ def plan_file(plan: RobotPlan) -> PlanFile:
         robot=robot.name,
         base_frame=robot.base,
         task_in_base=FoldPose(xyz=(placement.x, placement.y, placement.z), yaw=placement.yaw),
+        notes=list(robot.notes),
         initial_pose=robot.start,
         trunk_turning=placement.turning,
         tool_in_wrist={arm.name: arm.tool_in_wrist.tolist() for arm in robot.arms},

@@ -186,6 +186,8 @@ def _stage(planned: Planned, mujoco: Any) -> Any:
         raise InputError(f"{path}: cannot be rehearsed ({one_line(error)})") from None
     for body in spec.bodies:
         body.gravcomp = 1.0
+    for joint in spec.joints:  # the robot's controller overcomes these
+        joint.damping, joint.frictionloss, joint.stiffness = 0 * joint.damping, 0.0, 0 * joint.stiffness
     for gain, kind in zip((STIFFNESS**2, 2 * RATIO * STIFFNESS), DRIVES, strict=True):
         for joint, mass in zip((*planned.plan.joints, *others), inertia, strict=True):
             drive = spec.add_actuator(name=f"{joint}_{kind}", target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
