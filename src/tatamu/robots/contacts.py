@@ -30,7 +30,7 @@ def touches(
     """
     mujoco = needed("mujoco")
     model = stage(robot, table_height, limits).compile()
-    kinds = _kinds(robot, table_height, model)
+    pairs = _pairs(robot, table_height, model)
     data = mujoco.MjData(model)
     found: dict[str, Distance] = {}
     for row, q in enumerate(configurations):
@@ -39,18 +39,18 @@ def touches(
         mujoco.mj_comPos(model, data)
         mujoco.mj_collision(model, data)
         for contact in data.contact[: data.ncon]:
-            first, second = (int(geom) for geom in contact.geom)
-            kind = kinds[frozenset((first, second))]
+            kind, links = pairs[frozenset(contact.geom.tolist())]
             if contact.dist < limits[kind] and (kind not in found or contact.dist < found[kind].value):
-                found[kind] = Distance(float(contact.dist), row, (link_name(model, first), link_name(model, second)))
+                found[kind] = Distance(float(contact.dist), row, links)
     return found
 
 
-def _kinds(robot: Robot, table_height: float, model: Any) -> dict[frozenset[int], str]:
-    """The kind of each pair of shapes, by their numbers in the model."""
+def _pairs(robot: Robot, table_height: float, model: Any) -> dict[frozenset[int], tuple[str, tuple[str, str]]]:
+    """Kind and links of each pair of shapes, by their numbers in the model."""
     clearance = Clearance(robot)
     clearance.set_table(table_height)
-    return {
-        frozenset((int(model.geom(first).id), int(model.geom(second).id))): kind
-        for kind, first, second in clearance.pairs
-    }
+    found = {}
+    for kind, *names in clearance.pairs:
+        first, second = (int(model.geom(name).id) for name in names)
+        found[frozenset((first, second))] = (kind, (link_name(model, first), link_name(model, second)))
+    return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,13 +11,17 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+import trimesh
+
 from tatamu.errors import InputError
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.packages import located
 from tatamu.robots.urdf import read_urdf
 
 MESHES = (".stl", ".obj", ".msh")
-"""Formats of meshes that MuJoCo reads."""
+"""Formats of meshes that MuJoCo reads; of .stl the binary one."""
+CONVERTED = (".ply", ".off")
+"""Formats that are turned into binary STL, as ASCII STL is: lengths in them have no unit to mistake."""
 
 
 @dataclass(frozen=True)
@@ -80,12 +85,28 @@ class _Store:
         self.contents: dict[str, bytes] = {}
 
     def mesh(self, file: Path) -> str:
-        if file.suffix.lower() not in MESHES:
-            raise InputError(f"{self._path}: mesh {file}: must be .stl, .obj or .msh, which MuJoCo reads; convert it")
-        return self.keep(file)
+        """Read a mesh file; returns the name of its content."""
+        suffix = file.suffix.lower()
+        if suffix not in (*MESHES, *CONVERTED):
+            formats = ", ".join((*MESHES, *CONVERTED))
+            raise InputError(
+                f"{self._path}: mesh {file}: must be one of {formats}; convert it, its lengths as they are"
+            )
+        content = self._read(file)
+        if suffix in CONVERTED or (suffix == ".stl" and _is_ascii(content)):
+            content, suffix = _as_stl(file, content, suffix), ".stl"
+        return self._store(content, suffix)
 
     def keep(self, file: Path) -> str:
-        """Read a file; returns the name of its content."""
+        """Read any file; returns the name of its content."""
+        return self._store(self._read(file), file.suffix.lower())
+
+    def _store(self, content: bytes, suffix: str) -> str:
+        name = hashlib.sha256(content).hexdigest()[:16] + suffix
+        self.contents[name] = content
+        return name
+
+    def _read(self, file: Path) -> bytes:
         file = Path(os.path.normpath(file))
         if not file.is_file():
             raise InputError(f"{self._path}: there is no file {file}")
@@ -93,23 +114,37 @@ class _Store:
             content = file.read_bytes()
         except OSError as error:
             raise InputError(f"{file}: cannot be read ({error.strerror or error})") from None
-        name = hashlib.sha256(content).hexdigest()[:16] + file.suffix.lower()
-        self.contents[name] = content
         self.files.append(file)
-        return name
+        return content
+
+
+def _is_ascii(content: bytes) -> bool:
+    """Whether an STL is text: a binary one is as long as its count of triangles says."""
+    count = int.from_bytes(content[80:84], "little")
+    return content.lstrip()[:5] == b"solid" and len(content) != 84 + 50 * count
+
+
+def _as_stl(file: Path, content: bytes, suffix: str) -> bytes:
+    try:
+        mesh = trimesh.load_mesh(io.BytesIO(content), file_type=suffix[1:], process=False)
+        return trimesh.exchange.stl.export_stl(mesh)
+    except Exception as error:  # whatever a broken file raises in its reader
+        raise InputError(f"{file}: is no mesh that can be read ({one_line(error)})") from None
 
 
 def _keep_assets(spec: Any, path: Path, store: _Store) -> None:
     """Replace the names of an MJCF's asset files by those of their contents."""
+    meshes = spec.meshes
     for assets, place in (
-        (spec.meshes, spec.meshdir),
+        (meshes, spec.meshdir),
         (spec.hfields, spec.meshdir),
         (spec.textures, spec.texturedir),
     ):
         for asset in assets:
             if asset.file:
                 file = Path(asset.file)
-                asset.file = store.keep(path.parent / place / (file.name if spec.strippath else file))
+                place_of = path.parent / place / (file.name if spec.strippath else file)
+                asset.file = store.mesh(place_of) if assets is meshes else store.keep(place_of)
     for texture in spec.textures:
         if any(texture.cubefiles):
             texture.cubefiles = [
@@ -119,35 +154,32 @@ def _keep_assets(spec: Any, path: Path, store: _Store) -> None:
 
 
 def _root(path: Path) -> ElementTree.Element:
+    """The root element of a URDF or MJCF."""
     if not path.is_file():
         raise InputError(f"{path}: there is no such file")
-    try:
-        root = ElementTree.fromstring(path.read_bytes())
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
-    except (ElementTree.ParseError, ValueError, LookupError) as error:
-        raise InputError(f"{path}: is no URDF or MJCF, as it is not XML ({error})") from None
+    root = _parsed(path)
     if root.tag not in ("robot", "mujoco"):
         raise InputError(f"{path}: must be a URDF (<robot>) or an MJCF (<mujoco>), given <{root.tag[:40]}>")
     return root
 
 
+def _parsed(path: Path) -> ElementTree.Element:
+    try:
+        return ElementTree.fromstring(path.read_bytes())
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+    except (ElementTree.ParseError, ValueError, LookupError) as error:
+        raise InputError(f"{path}: is no URDF or MJCF, as it is not XML ({error})") from None
+
+
 def _included(path: Path, root: ElementTree.Element) -> list[Path]:
-    """The files that an MJCF includes, and that these include; MuJoCo itself refuses those that cannot be read."""
+    """The files that an MJCF includes, and that these include in turn."""
     found: list[Path] = []
     todo = [root]
     while todo:
         for include in todo.pop().iter("include"):
             file = path.parent / include.get("file", "")
-            if file.is_file() and file not in found:
+            if file.is_file() and file not in found:  # MuJoCo says which one is missing
                 found.append(file)
-                todo.append(_root(file) if _is_xml(file) else ElementTree.Element("mujoco"))
+                todo.append(_parsed(file))
     return found
-
-
-def _is_xml(path: Path) -> bool:
-    try:
-        ElementTree.fromstring(path.read_bytes())
-    except (OSError, ElementTree.ParseError, ValueError, LookupError):
-        return False
-    return True

@@ -47,8 +47,8 @@ def check_description(path: Path, robot: Robot, prefixes: dict[str, str]) -> Non
     for arm in robot.arms:
         _check_arm(path, robot, arm, prefixes[arm.name])
     _check_base(path, robot)
-    _check_standing(path, robot)
     _check_equalities(path, robot)
+    _check_standing(path, robot)
     for arm in robot.arms:
         _check_directions(path, robot, arm)
     for arm in robot.arms:
@@ -207,12 +207,12 @@ def _check_equalities(path: Path, robot: Robot) -> None:
 
 def _equality(model: Any, number: int) -> str:
     """An equality constraint in words."""
-    kinds = needed("mujoco").mjtEq
-    kind, first, second = model.eq_type[number], int(model.eq_obj1id[number]), int(model.eq_obj2id[number])
-    if kind == kinds.mjEQ_JOINT:
+    kinds, body = needed("mujoco").mjtEq, int(needed("mujoco").mjtObj.mjOBJ_BODY)
+    kind, first, second = int(model.eq_type[number]), int(model.eq_obj1id[number]), int(model.eq_obj2id[number])
+    if kind == int(kinds.mjEQ_JOINT):
         leader = f"follows {model.joint(second).name}" if second >= 0 else "stands still"
         return f"joint {model.joint(first).name} {leader}"
-    if kind in (kinds.mjEQ_CONNECT, kinds.mjEQ_WELD) and model.eq_objtype[number] == needed("mujoco").mjtObj.mjOBJ_BODY:
+    if kind in (int(kinds.mjEQ_CONNECT), int(kinds.mjEQ_WELD)) and int(model.eq_objtype[number]) == body:
         return f"bodies {model.body(first).name} and {model.body(second).name} are joined"
     return f"equality {model.eq(number).name or number} holds"
 
