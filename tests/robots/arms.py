@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 JOINTS = (
     # name, axis, height above the joint before [m], limits [rad]
@@ -15,8 +17,11 @@ JOINTS = (
 )
 
 
-def urdf() -> str:
-    """The arm as URDF."""
+BOX = '<box size="0.06 0.06 0.05"/>'
+
+
+def urdf(shape: str = BOX, more: str = "") -> str:
+    """The arm as URDF, its links of one shape, with more elements at the end."""
     parts = ['<robot name="arm"><link name="foot"/>']
     parent = "foot"
     for name, axis, height, limit in JOINTS:
@@ -24,26 +29,35 @@ def urdf() -> str:
         parts.append(
             f'<link name="{name}_link"><inertial><mass value="1"/>'
             '<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>'
-            '<collision><origin xyz="0 0 0.03"/><geometry><box size="0.06 0.06 0.05"/></geometry></collision></link>'
+            f'<collision><origin xyz="0 0 0.03"/><geometry>{shape}</geometry></collision></link>'
             f'<joint name="{name}" type="revolute"><parent link="{parent}"/><child link="{name}_link"/>'
             f'<origin xyz="0 0 {height}"/><axis xyz="{x} {y} {z}"/>'
             f'<limit lower="-{limit}" upper="{limit}" velocity="2" effort="50"/></joint>'
         )
         parent = f"{name}_link"
-    return "".join(parts) + "</robot>"
+    return "".join(parts) + more + "</robot>"
 
 
-def mjcf() -> str:
-    """The same arm as MJCF."""
-    opened = '<mujoco model="arm"><compiler angle="radian"/><worldbody><body name="foot">'
+def mjcf(world: str = "", more: str = "", hand: str = "", refs: Mapping[str, float] = MappingProxyType({})) -> str:
+    """The same arm as MJCF.
+
+    Args:
+        world: More elements of the world.
+        more: More elements of the model.
+        hand: More elements of the last link.
+        refs: What joints are said to stand at where the model draws them [rad].
+    """
+    opened = f'<mujoco model="arm"><compiler angle="radian"/>{more}<worldbody>{world}<body name="foot">'
     for name, axis, height, limit in JOINTS:
+        ref = refs.get(name, 0.0)
         opened += (
             f'<body name="{name}_link" pos="0 0 {height}">'
-            f'<joint name="{name}" axis="{axis[0]} {axis[1]} {axis[2]}" range="-{limit} {limit}"/>'
+            f'<joint name="{name}" axis="{axis[0]} {axis[1]} {axis[2]}" '
+            f'range="{ref - limit} {ref + limit}" ref="{ref}"/>'
             '<inertial pos="0 0 0" mass="1" diaginertia="0.01 0.01 0.01"/>'
             '<geom type="box" size="0.03 0.03 0.025" pos="0 0 0.03"/>'
         )
-    return opened + "</body>" * 7 + "</worldbody></mujoco>"
+    return opened + hand + "</body>" * 7 + "</worldbody></mujoco>"
 
 
 ARM = """
@@ -59,11 +73,17 @@ acceleration = [3.0, 3.0, 3.0, 3.0, 3.0, 3.0]
 """
 
 
+def pair_of(folder: Path, left: str, right: str | None = None, top: str = "", arm: str = "") -> Path:
+    """A description of two arms of models in a folder, with more fields before the first table and in each arm's."""
+    text = f'name = "pair"\nfront = 0.15\n{top}\n'
+    for side, model, y in (("larm", left, 0.25), ("rarm", right or left, -0.25)):
+        text += ARM.format(side=side, model=model, y=y) + arm + "\n"
+    (folder / "pair.toml").write_text(text)
+    return folder / "pair.toml"
+
+
 def pair(folder: Path) -> Path:
     """A description of two arms, the left one read from URDF, the right one from MJCF."""
     (folder / "arm.urdf").write_text(urdf())
     (folder / "arm.xml").write_text(mjcf())
-    text = 'name = "pair"\nfront = 0.15\n'
-    text += ARM.format(side="larm", model="arm.urdf", y=0.25) + ARM.format(side="rarm", model="arm.xml", y=-0.25)
-    (folder / "pair.toml").write_text(text)
-    return folder / "pair.toml"
+    return pair_of(folder, "arm.urdf", "arm.xml")

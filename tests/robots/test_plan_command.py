@@ -12,7 +12,8 @@ pytest.importorskip("mujoco", reason="no MuJoCo here: pip install 'tatamu[robot]
 
 from tatamu.cli import main
 from tatamu.results import Sources, keep_inputs
-from tatamu.robots.description import described, files_of
+from tatamu.robots.assembly import described
+from tatamu.robots.description import files_of
 from tatamu.robots.plan import NoPlacement
 from tests.fabricated import changed, write_fold
 from tests.robots.arms import pair

@@ -243,6 +243,44 @@ def test_a_broken_plan_is_named(
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.parametrize(
+    ("row", "column", "value", "named"),
+    [
+        (5, 3, "inf", "two rows of finite numbers"),
+        (5, 3, "nan", "two rows of finite numbers"),
+        (5, 3, "fast", "a number in every field"),
+        (5, 3, "1e300", "CHEST.*|HEAD.*: must be within 100 rad, given 1e"),
+        (-1, 0, "1e9", "time: must increase from row to row, from 0 to at most 3600 s"),
+        (1, 0, "-1", "time: must increase from row to row, from 0"),
+        (9, 0, "0", "time: must increase from row to row, from 0"),
+        (5, 3, "9" * 200_000, "is no table of numbers"),
+        (5, 3, "1,1", "a number in every field"),
+    ],
+)
+def test_a_table_that_is_none_of_a_robot_is_one_line(
+    plan_folder: Path, tmp_path: Path, row: int, column: int, value: str, named: str
+) -> None:
+    shutil.copytree(plan_folder, tmp_path / "broken")
+    path = tmp_path / "broken" / "joint_trajectory.csv"
+    rows = [line.split(",") for line in path.read_text().splitlines()]
+    rows[row][column] = value
+    path.write_text("\n".join(",".join(fields) for fields in rows))
+    with pytest.raises(InputError, match=named) as error:
+        Planned.load(tmp_path / "broken")
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("value", [1e308, "NaN", "far"])
+def test_a_place_that_is_none_is_one_line(plan_folder: Path, tmp_path: Path, value: float | str) -> None:
+    shutil.copytree(plan_folder, tmp_path / "broken")
+    path = tmp_path / "broken" / "plan.json"
+    plan = json.loads(path.read_text())
+    plan["task_in_base"]["yaw"] = float("nan") if value == "NaN" else value
+    path.write_text(json.dumps(plan))
+    with pytest.raises(InputError, match=r"task_in_base\.yaw"):
+        Planned.load(tmp_path / "broken")
+
+
 def test_a_table_that_ends_before_the_hands_open_is_refused(plan_folder: Path, tmp_path: Path) -> None:
     shutil.copytree(plan_folder, tmp_path / "short")
     path = tmp_path / "short" / "joint_trajectory.csv"

@@ -53,6 +53,8 @@ def plan(
     learned_for = _robot_of(folder)
     chosen = robot or learned_for or "hironx"
     loaded = load(chosen, wrist_offset, fingertip)
+    for note in loaded.notes:
+        print(f"note: {note}")
     try:
         result = plan_fold(folder, loaded, _place(place), _height(table_height))
     except NoPlacement as error:

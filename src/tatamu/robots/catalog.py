@@ -6,9 +6,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 from tatamu.errors import InputError
-from tatamu.robots.description import described
+from tatamu.robots.assembly import described
 from tatamu.robots.kawada import kawada
 from tatamu.robots.model import Robot
+from tatamu.robots.soundness import check_kinematics
 
 NAMED: dict[str, Callable[[float | None, float | None], Robot]] = {
     "hironx": lambda wrist, tip: kawada("hironx", wrist, tip),
@@ -27,6 +28,12 @@ def load(name: str, wrist_offset: float | None = None, fingertip: float | None =
     Raises:
         InputError: There is no such robot, or the description is wrong.
     """
+    robot = _named(name, wrist_offset, fingertip)
+    check_kinematics(robot)
+    return robot
+
+
+def _named(name: str, wrist_offset: float | None, fingertip: float | None) -> Robot:
     if name in NAMED:
         return NAMED[name](wrist_offset, fingertip)
     if not name.endswith(".toml"):

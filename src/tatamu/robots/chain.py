@@ -10,82 +10,66 @@ from functools import cached_property
 
 import numpy as np
 
-from tatamu.errors import InputError
-from tatamu.robots.extras import needed
 from tatamu.robots.model import Arm, Robot
-from tatamu.robots.pose import from_quaternion, inverse, pose, rotation_vector
+from tatamu.robots.pose import inverse, pose, rotation_vector
 
 LENGTH = 0.25
 """Characteristic length that weighs rotations against translations, about wrist to elbow [m per rad]."""
 
 
 @dataclass(frozen=True)
-class Link:
-    """A fixed pose, then a revolute joint."""
-
-    X_PL: np.ndarray
-    """Link frame in the parent's, at zero, shape (4, 4)."""
-    axis: np.ndarray
-    """Unit vector in the link's frame, shape (3,)."""
-    moves: bool
-    """Whether it is one of the arm's joints; else it stays at zero."""
-
-
-@dataclass(frozen=True)
 class Chain:
-    """Base B to tool T of one arm with k joints."""
+    """Base B to tool T of one arm with k joints, as a product of exponentials.
 
-    links: tuple[Link, ...]
+    With the robot at rest, joint i turns about the axis w_i through the point o_i, both in B, and the tool is at
+    X_BT(0): X_BT(q) = exp(w_1, o_1, q_1 - r_1) .. exp(w_k, o_k, q_k - r_k) X_BT(0). All of these come from MuJoCo's own
+    kinematics, and with them whatever lies between two joints: fixed bodies, slides that stand still, a joint's `ref`.
+    """
+
+    offsets: np.ndarray
+    """From B to the first joint's origin, then from each joint's to the next one's, at rest, in B [m], shape (k, 3)."""
+    axes: np.ndarray
+    """Unit vectors at rest, in B, shape (k, 3)."""
+    rest: np.ndarray
+    """Joint angles r at rest [rad], shape (k,)."""
     X_LT: np.ndarray
-    """Tool in the last link, shape (4, 4)."""
+    """Tool in a frame at the last joint's origin that is parallel to B at rest, shape (4, 4)."""
     limits: np.ndarray
     """Lower and upper joint limits [rad], shape (k, 2)."""
+    trunk_origin: np.ndarray
+    """A point of the trunk's axis in B [m], shape (3,)."""
 
     @classmethod
     def of(cls, robot: Robot, arm: Arm) -> Chain:
-        """Build the chain from the robot's model.
-
-        Raises:
-            InputError: A joint between base and tool is not revolute, or is not one of the arm's.
-        """
-        model, mujoco = robot.model, needed("mujoco")
-        body, base = model.body(arm.link).id, model.body(robot.base).id
-        links: list[Link] = []
-        X = np.eye(4)  # from the frame of `body` out to the next link's frame
-        tail: np.ndarray | None = None
-        while body != base:
-            if body == 0:
-                raise InputError(f"robot {robot.name}: {arm.link} does not hang on {robot.base}")
-            X_PB = pose(from_quaternion(model.body_quat[body]), model.body_pos[body])
-            for number in reversed(range(model.body_jntnum[body])):
-                joint = model.joint(int(model.body_jntadr[body]) + number)
-                if joint.type[0] != mujoco.mjtJoint.mjJNT_HINGE:
-                    raise InputError(f"robot {robot.name}: joint {joint.name} must be a hinge")
-                shift = pose(np.eye(3), np.array(joint.pos))
-                if tail is None:
-                    tail = inverse(shift) @ X
-                else:
-                    links[-1] = Link(inverse(shift) @ X @ links[-1].X_PL, links[-1].axis, links[-1].moves)
-                links.append(Link(np.eye(4), np.array(joint.axis), joint.name in arm.joints))
-                X = shift
-            X = X_PB @ X
-            body = int(model.body_parentid[body])
-        links[-1] = Link(X @ links[-1].X_PL, links[-1].axis, links[-1].moves)
-        assert tail is not None
-        return cls(tuple(reversed(links)), tail @ arm.tool_in_wrist, robot.limits(arm))
+        """Read the chain from the robot's model."""
+        data = robot.at_rest()
+        base, tool = data.body(robot.base), data.site(arm.site)
+        X_BW = inverse(pose(base.xmat.reshape(3, 3), base.xpos))
+        joints = [data.joint(name) for name in arm.joints]
+        origins = np.array([joint.xanchor for joint in joints]) @ X_BW[:3, :3].T + X_BW[:3, 3]
+        axes = np.array([joint.xaxis for joint in joints]) @ X_BW[:3, :3].T
+        X_BT = X_BW @ pose(tool.xmat.reshape(3, 3), tool.xpos)
+        trunk = np.zeros(3) if robot.trunk is None else X_BW[:3, :3] @ data.joint(robot.trunk).xanchor + X_BW[:3, 3]
+        return cls(
+            offsets=np.diff(origins, axis=0, prepend=0.0),
+            axes=axes,
+            rest=robot.rest[[robot.columns[name] for name in arm.joints]],
+            X_LT=pose(X_BT[:3, :3], X_BT[:3, 3] - origins[-1]),
+            limits=robot.limits(arm),
+            trunk_origin=trunk * [1, 1, 0],
+        )
 
     @cached_property
-    def _fixed(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray, bool]]:
-        skews = [np.cross(np.eye(3), link.axis) for link in self.links]
-        return [(link.X_PL, K, K @ K, link.moves) for link, K in zip(self.links, skews, strict=True)]
+    def _skews(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        skews = [np.cross(np.eye(3), axis) for axis in self.axes]
+        return [(K, K @ K) for K in skews]
 
     def trunk_pose(self, trunk: np.ndarray) -> np.ndarray:
         """X_BC for trunk angles [rad] (..), shape (.., 4, 4): C is B rotated by the trunk about its axis."""
-        origin = self.links[0].X_PL[:3, 3] * [1, 1, 0] if not self.links[0].moves else np.zeros(3)
         cosine, sine, zero = np.cos(trunk), np.sin(trunk), np.zeros_like(trunk)
         R = np.stack([cosine, -sine, zero, sine, cosine, zero, zero, zero, zero + 1], axis=-1)
         R = R.reshape(*np.shape(trunk), 3, 3)
-        return pose(R, origin - R @ origin)
+        return pose(R, self.trunk_origin - R @ self.trunk_origin)
 
     def before_trunk(self, X_BT: np.ndarray, trunk: np.ndarray) -> np.ndarray:
         """Tool poses with the trunk's rotation undone, shape (.., 4, 4): the targets of `solve`."""
@@ -102,17 +86,14 @@ class Chain:
         """
         count = len(angles)
         R, p = np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 3))
-        axes, origins, column = [], [], 0
-        for (X_PL, K, K2, moves), link in zip(self._fixed, self.links, strict=True):
-            p = p + R @ X_PL[:3, 3]
-            R = _times(R, X_PL[:3, :3])
-            if not moves:
-                continue
-            axes.append(R @ link.axis)
+        turned = angles - self.rest
+        axes, origins = [], []
+        for column, (K, K2) in enumerate(self._skews):
+            p = p + R @ self.offsets[column]
+            axes.append(R @ self.axes[column])
             origins.append(p)
-            angle = angles[:, column, None, None]
+            angle = turned[:, column, None, None]
             R = R + np.sin(angle) * _times(R, K) + (1 - np.cos(angle)) * _times(R, K2)  # Rodrigues
-            column += 1
         p = p + R @ self.X_LT[:3, 3]
         R = _times(R, self.X_LT[:3, :3])
         jacobian = np.empty((count, 6, len(axes)))
@@ -158,22 +139,16 @@ class Chain:
         error = np.concatenate([targets[:, :3, 3] - X_BT[:, :3, 3], LENGTH * turn], axis=1)
         return error, jacobian * np.array([1, 1, 1, LENGTH, LENGTH, LENGTH])[:, None]
 
-    @cached_property
+    @property
     def shoulder(self) -> np.ndarray:
-        """Position of the arm's first joint in B, the others at zero [m], shape (3,)."""
-        X = np.eye(4)
-        for link in self.links:
-            X = X @ link.X_PL
-            if link.moves:
-                break
-        return X[:3, 3]
+        """Position of the arm's first joint in B at rest [m], shape (3,)."""
+        return self.offsets[0]
 
     @cached_property
     def reach(self) -> float:
         """Upper bound on the distance from shoulder to tool [m]."""
-        first = next(number for number, link in enumerate(self.links) if link.moves)
-        offsets = [link.X_PL[:3, 3] for link in self.links[first + 1 :]] + [self.X_LT[:3, 3]]
-        return float(sum(np.linalg.norm(offset) for offset in offsets))
+        between = [*self.offsets[1:], self.X_LT[:3, 3]]
+        return float(sum(np.linalg.norm(offset) for offset in between))
 
     def near(self, positions: np.ndarray) -> np.ndarray:
         """Whether all of each row's positions (n, m, 3) [m] are within reach, shape (n,)."""

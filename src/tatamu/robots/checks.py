@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from tatamu.robots.clearance import KINDS, Clearance
+from tatamu.robots.clearance import Clearance, Distance
+from tatamu.robots.contacts import touches
 from tatamu.robots.model import Arm
 from tatamu.robots.motion import Motion
+from tatamu.robots.pairs import KINDS
 from tatamu.robots.paths import Paths, PlacedFold, tool_poses
 from tatamu.robots.planfile import PlanCheck
 from tatamu.robots.pose import into, rotation_vector
 
 EVERY = 4
-"""Samples from one distance query to the next: 50 queries a second."""
-LEAST_DISTANCE = {"between arms": 0.015, "to the trunk": 0.005, "within an arm": 0.005, "to the table": 0.002}
+"""Samples from one distance query to the next: 50 queries a second. MuJoCo's contacts are asked of every sample."""
+LEAST_DISTANCE = {
+    "between arms": 0.015,
+    "to the trunk": 0.005,
+    "within an arm": 0.005,
+    "to obstacles": 0.005,
+    "to the table": 0.002,
+}
 """Least distances [m], between boxes that contain the links. In a fold that knows no fingers their outermost centimetre
 is not counted: it would lie on the table."""
 LEAST_MARGIN = 0.01
@@ -120,21 +130,31 @@ class Checks:
         return self._check(speed.max(), limit, "m/s", int(self._fold[row]), self._task.robot.arms[arm].name)
 
     def _distances(self) -> dict[str, PlanCheck]:
-        clearance = Clearance(self._task.robot)
-        clearance.set_table(self._task.placement.z)
-        found = clearance.least(self._motion.angles[::EVERY])
+        found = self._nearest()
         return {
             f"distance_{kind.replace(' ', '_')}": self._check(
                 found[kind].value,
                 LEAST_DISTANCE[kind],
                 "m",
-                found[kind].row * EVERY,
+                found[kind].row,
                 " and ".join(filter(None, found[kind].pair)),
                 least=True,
             )
             for kind in KINDS
             if kind in found
         }
+
+    def _nearest(self) -> dict[str, Distance]:
+        """The least distance of each kind: of some samples, and of all where anything comes too near."""
+        robot, height, angles = self._task.robot, self._task.placement.z, self._motion.angles
+        clearance = Clearance(robot)
+        clearance.set_table(height)
+        some = clearance.least(angles[::EVERY])
+        found = {kind: replace(distance, row=distance.row * EVERY) for kind, distance in some.items()}
+        for kind, touch in touches(robot, height, angles, LEAST_DISTANCE).items():
+            if kind not in found or touch.value < found[kind].value:
+                found[kind] = touch
+        return found
 
     def _singularity(self) -> PlanCheck:
         worst = np.array(

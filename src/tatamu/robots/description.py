@@ -15,11 +15,11 @@ from tatamu.disturbances import Disturbances, disturbances_in, read_disturbances
 from tatamu.errors import InputError
 from tatamu.files import read_toml, validated
 from tatamu.records import Record
-from tatamu.robots.clearance import Clearance
-from tatamu.robots.extras import needed, one_line
-from tatamu.robots.model import Arm, Robot, StartPose
-from tatamu.robots.pose import from_rpy, pose, to_quaternion
+from tatamu.robots.modelfile import ModelFile, read_model
+from tatamu.robots.pose import from_rpy, pose
 
+DIRECTIONS = 6
+"""In which a tool moves and turns: an arm needs as many joints."""
 Vector = tuple[float, float, float]
 Numbers = Annotated[list[float], Field(min_length=1)]
 
@@ -45,7 +45,7 @@ class ArmDescription(Record):
     """URDF or MJCF of this arm alone, when two single arms make a pair; beside the description."""
     mount: Frame = Frame()
     """Pose of that arm's model in the pair's base."""
-    joints: Annotated[list[str], Field(min_length=5)]
+    joints: list[str]
     """Joint names of the model, from the base outwards."""
     link: str
     """The body of the last joint, or one fixed to it: the wrist."""
@@ -57,14 +57,26 @@ class ArmDescription(Record):
     """Greatest speed of each joint [rad/s]."""
     acceleration: Numbers
     """Greatest acceleration of each joint [rad/s^2]."""
+    faster_than_model: list[str] = Field(default_factory=list)
+    """Joints whose `speed` counts although the model's own limit is below it."""
+    standing: dict[str, float] = Field(default_factory=dict)
+    """Where joints of this arm's model outside `joints` stand [rad, m], when two single arms make a pair."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
+        if len(self.joints) < DIRECTIONS:
+            raise ValueError(
+                f"joints must be at least {DIRECTIONS}, given {len(self.joints)}: the tool moves in three directions "
+                "and keeps its orientation about three axes; an arm with fewer joints cannot"
+            )
         for name in ("initial", "speed", "acceleration"):
             if len(getattr(self, name)) != len(self.joints):
                 raise ValueError(f"{name} must be as many as joints ({len(self.joints)})")
         if len(set(self.joints)) < len(self.joints):
             raise ValueError("joints must differ")
+        for name in self.faster_than_model:
+            if name not in self.joints:
+                raise ValueError(f"faster_than_model must name joints of this arm, given {name!r}")
         if min(self.speed) <= 0 or min(self.acceleration) <= 0:
             raise ValueError("speed and acceleration must be above 0")
         return self
@@ -82,6 +94,10 @@ class Description(Record):
     """Lowest and highest table top that may be chosen, in the base [m]."""
     front: float = 0.1
     """Near edge of the table, along x of the base [m]."""
+    packages: dict[str, str] = Field(default_factory=dict)
+    """Folders of ROS packages that URDFs name; relative to the description."""
+    standing: dict[str, float] = Field(default_factory=dict)
+    """Where joints outside the arms stand [rad, m], by their names in the model of the whole robot."""
     disturbances: str | dict[str, Any] | None = None
     """Of this robot: a file of disturbances beside the description, or what such a file holds."""
     larm: ArmDescription
@@ -94,6 +110,12 @@ class Description(Record):
             raise ValueError(f"must be the name of a file .toml, or a table, given {value!r}")
         return value
 
+    @property
+    def models(self) -> list[str]:
+        """The models that it names, each once."""
+        named = (self.model, self.larm.model, self.rarm.model)
+        return list(dict.fromkeys(name for name in named if name is not None))
+
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.table_heights[0] > self.table_heights[1]:
@@ -105,39 +127,11 @@ class Description(Record):
             raise ValueError("must have a model for the whole robot, or one in each arm, not both")
         if self.model is None and self.base != "world":
             raise ValueError("base must be 'world' for a pair of single arms: each arm's mount says where it stands")
+        if self.model is None and self.standing:
+            raise ValueError("standing must stand in each arm's own table for a pair of single arms")
+        if self.model is not None and (self.larm.standing or self.rarm.standing):
+            raise ValueError("standing must stand before the first table for a model of the whole robot")
         return self
-
-
-def described(path: Path) -> Robot:
-    """Load the robot of a description and the models that it names.
-
-    Raises:
-        InputError: A file cannot be read, a field is wrong, or the model has no such joint or body.
-    """
-    description = _read_description(path)
-    _disturbances(path, description)
-    arms = {"larm": description.larm, "rarm": description.rarm}
-    spec = _pair(path, arms) if description.model is None else _read(path, description.model)
-    prefix = {name: f"{name}_" if description.model is None else "" for name in arms}
-    larm, rarm = (_arm(name, arm, prefix[name]) for name, arm in arms.items())
-    robot = Robot(
-        name=description.name,
-        spec=spec,
-        base=description.base,
-        larm=larm,
-        rarm=rarm,
-        joints=(*larm.joints, *rarm.joints),
-        trunk=None,
-        trunk_speed=(1.0, 1.0),
-        trunk_acceleration=1.0,
-        poses=(StartPose("initial", larm.initial, rarm.initial),),
-        table_heights=description.table_heights,
-        front=description.front,
-    )
-    _check(path, robot)
-    for arm in robot.arms:
-        _check_chain(path, robot, arm, prefix[arm.name])
-    return robot
 
 
 def files_of(path: Path) -> list[Path]:
@@ -146,19 +140,14 @@ def files_of(path: Path) -> list[Path]:
     Raises:
         InputError: The description or another file cannot be read.
     """
-    description = _read_description(path)
-    _disturbances(path, description)
-    parts = (description, description.larm, description.rarm)
-    models = dict.fromkeys(part.model for part in parts if part.model is not None)
+    description = read_description(path)
+    disturbances_in_description(path, description)
     found = [path]
-    for model in models:
-        spec = _read(path, model)
-        file = path.parent / model
-        meshes = (file.parent / spec.meshdir / mesh.file for mesh in spec.meshes)
-        found += [file, *(mesh for mesh in dict.fromkeys(meshes) if mesh.is_file())]
+    for model in description.models:
+        found += model_of(path, description, model).files
     if isinstance(description.disturbances, str):
         found.append(path.parent / description.disturbances)
-    return found
+    return list(dict.fromkeys(found))
 
 
 def disturbances_of(path: Path) -> Disturbances | None:
@@ -167,14 +156,20 @@ def disturbances_of(path: Path) -> Disturbances | None:
     Raises:
         InputError: The description or the file that it names cannot be read, or a field is wrong.
     """
-    return _disturbances(path, _read_description(path))
+    return disturbances_in_description(path, read_description(path))
 
 
-def _read_description(path: Path) -> Description:
+def read_description(path: Path) -> Description:
+    """Read and validate a description.
+
+    Raises:
+        InputError: If it cannot be read, or a field is wrong.
+    """
     return validated(Description, read_toml(path), path)
 
 
-def _disturbances(path: Path, description: Description) -> Disturbances | None:
+def disturbances_in_description(path: Path, description: Description) -> Disturbances | None:
+    """The disturbances of a description that was read; None if it has none of its own."""
     own = description.disturbances
     if own is None:
         return None
@@ -183,98 +178,14 @@ def _disturbances(path: Path, description: Description) -> Disturbances | None:
     return disturbances_in(own, f"{path}: disturbances")
 
 
-def _arm(name: str, arm: ArmDescription, prefix: str) -> Arm:
-    speed = np.array(arm.speed)
-    return Arm(
-        name=name,
-        joints=tuple(prefix + joint for joint in arm.joints),
-        link=prefix + arm.link,
-        tool_in_wrist=arm.tool.matrix,
-        initial=np.array(arm.initial),
-        speed=speed,
-        planned_speed=speed,
-        planned_acceleration=np.array(arm.acceleration),
-    )
+def model_of(path: Path, description: Description, model: str) -> ModelFile:
+    """Read a model that a description names, with every file that it names in turn.
 
-
-def _read(path: Path, model: str) -> Any:
-    """Read a model file beside the description."""
-    mujoco = needed("mujoco")
+    Raises:
+        InputError: If one of them cannot be read.
+    """
     file = path.parent / model
     if not file.is_file():
         raise InputError(f"{path}: model: there is no file {file}")
-    try:
-        spec = mujoco.MjSpec.from_file(str(file))
-    except ValueError as error:
-        raise InputError(f"{file}: is no URDF or MJCF that MuJoCo reads ({one_line(error)})") from None
-    spec.compiler.fusestatic = False
-    return spec
-
-
-def _pair(path: Path, arms: dict[str, ArmDescription]) -> Any:
-    """Join two single arms in one model; their names get `larm_` and `rarm_` in front."""
-    mujoco = needed("mujoco")
-    spec = mujoco.MjSpec()
-    spec.compiler.degree = False
-    for name, arm in arms.items():
-        assert arm.model is not None
-        X_BM = arm.mount.matrix
-        frame = spec.worldbody.add_frame(pos=X_BM[:3, 3], quat=to_quaternion(X_BM[:3, :3]))
-        spec.attach(_read(path, arm.model), prefix=f"{name}_", frame=frame)
-    return spec
-
-
-def _check(path: Path, robot: Robot) -> None:
-    """Refuse names of the description that the model does not have."""
-    for arm in robot.arms:
-        if robot.spec.body(arm.link) is None:
-            raise InputError(f"{path}: {arm.name}.link: the model has no body {arm.link!r}")
-        for joint in arm.joints:
-            if robot.spec.joint(joint) is None:
-                raise InputError(f"{path}: {arm.name}.joints: the model has no joint {joint!r}")
-    for joint in robot.rarm.joints:
-        if joint in robot.larm.joints:
-            raise InputError(f"{path}: rarm.joints: {joint} is larm's already")
-    if robot.base != "world" and robot.spec.body(robot.base) is None:
-        raise InputError(f"{path}: base: the model has no body {robot.base!r}")
-    try:
-        model = robot.model
-    except ValueError as error:
-        raise InputError(f"{path}: the model does not compile ({one_line(error)})") from None
-    if model.nq != model.njnt:
-        raise InputError(f"{path}: model: every joint must be a hinge or a slide")
-    for arm in robot.arms:
-        for joint, angle in zip(arm.joints, arm.initial, strict=True):
-            low, high = model.joint(joint).range
-            if not model.joint(joint).limited[0]:
-                raise InputError(f"{path}: {arm.name}.joints: {joint} has no limits in the model")
-            if not low <= angle <= high:
-                raise InputError(
-                    f"{path}: {arm.name}.initial: {joint} must be from {low:.4g} to {high:.4g} rad, given {angle:.4g}"
-                )
-
-
-def _check_chain(path: Path, robot: Robot, arm: Arm, prefix: str) -> None:
-    """Refuse joints that do not lead to the wrist in this order, or move no collision shapes."""
-    where = f"{path}: {arm.name}.joints:"
-    names = [name.removeprefix(prefix) for name in arm.joints]
-    on_the_way = [joint.removeprefix(prefix) for joint in _joints_to(robot.model, arm.link)]
-    for name in names:
-        if name not in on_the_way:
-            raise InputError(f"{where} {name} does not move {arm.link.removeprefix(prefix)}")
-    ordered = [name for name in on_the_way if name in names]
-    if names != ordered:
-        raise InputError(f"{where} must go from the base outwards: {', '.join(ordered)}")
-    if not Clearance(robot, ("to the table",), arm.name).kinds:
-        raise InputError(f"{path}: {arm.name}: the model has no collision shapes, which distances are taken between")
-
-
-def _joints_to(model: Any, link: str) -> list[str]:
-    """The joints that move a body, from the base outwards."""
-    found: list[str] = []
-    body = model.body(link).id
-    while body:
-        first = int(model.body_jntadr[body])
-        found = [str(model.joint(first + number).name) for number in range(model.body_jntnum[body])] + found
-        body = int(model.body_parentid[body])
-    return found
+    packages = {name: path.parent / folder for name, folder in description.packages.items()}
+    return read_model(file, packages)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from typing import Any
 
@@ -21,6 +23,18 @@ def needed(module: str) -> Any:
         raise InputError(
             f"robots need the package {package}, which is not installed: pip install 'tatamu[robot]'"
         ) from None
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Keep MuJoCo's warnings off standard error, which it writes to by itself."""
+    mujoco = needed("mujoco")
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda _: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(before)
 
 
 def one_line(error: Exception) -> str:

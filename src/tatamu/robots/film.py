@@ -14,6 +14,7 @@ from tatamu.robots.extras import needed, one_line
 from tatamu.robots.model import TABLE
 from tatamu.robots.pose import into, pose
 from tatamu.robots.rehearsal import Rehearsal
+from tatamu.robots.stage import data_of, load_stage
 from tatamu.rollout import Rollout
 
 RATE = 10
@@ -41,10 +42,10 @@ def save_film(rehearsal: Rehearsal, fold: Rollout | None, path: Path) -> str | N
 def _frames(rehearsal: Rehearsal, fold: Rollout | None) -> list[np.ndarray]:
     mujoco = needed("mujoco")
     planned = rehearsal.planned
-    spec = mujoco.MjSpec.from_file(str(planned.folder / "robot.xml"))
+    spec = load_stage(planned.folder)
     _dressed(spec, rehearsal, fold, mujoco)
     model = spec.compile()
-    data = mujoco.MjData(model)
+    data = data_of(model)
     columns = [int(model.joint(name).qposadr[0]) for name in planned.plan.joints]
     found = []
     with mujoco.Renderer(model, HEIGHT, WIDTH) as renderer:

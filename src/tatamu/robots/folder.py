@@ -21,7 +21,7 @@ from tatamu.robots.picture import reach_svg
 from tatamu.robots.plan import RobotPlan
 from tatamu.robots.planfile import FoldPose, PlanFile, StageTime, ToolViaPoints
 from tatamu.robots.planned import FOLD
-from tatamu.robots.stage import stage_xml
+from tatamu.robots.stage import save_stage
 from tatamu.robots.tables import joint_csv, pattern_json, trajectory_json
 from tatamu.study.folder import MANIPULATION, RESULT, ROLLOUT, SCENE
 
@@ -56,7 +56,7 @@ def save(plan: RobotPlan, out: Path) -> None:
         write_json(folder / "play_pattern.json", pattern_json(plan))
         write_ros1(plan, folder / "joint_trajectory.bag")
         write_ros2(plan, folder / "joint_trajectory_ros2")
-        write_text(folder / "robot.xml", stage_xml(robot, plan.task.placement.z))
+        save_stage(robot, plan.task.placement.z, folder)
         write_text(folder / "reach.svg", reach_svg(plan))
         _carry_fold(plan.task.source, folder / FOLD)
 
@@ -100,6 +100,7 @@ def plan_file(plan: RobotPlan) -> PlanFile:
         robot=robot.name,
         base_frame=robot.base,
         task_in_base=FoldPose(xyz=(placement.x, placement.y, placement.z), yaw=placement.yaw),
+        notes=list(robot.notes),
         initial_pose=robot.start,
         trunk_turning=placement.turning,
         tool_in_wrist={arm.name: arm.tool_in_wrist.tolist() for arm in robot.arms},

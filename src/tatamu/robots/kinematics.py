@@ -23,8 +23,10 @@ class Missed:
     point: int
     """Index of the pose."""
     arm: str
-    error: float
-    """Residual error [m, and rad times LENGTH]."""
+    distance: float
+    """How far the tool is from the pose [m]."""
+    turn: float
+    """How far it is turned from the pose [rad]."""
     joint: str | None
     """A joint that stands at its limit there, if any."""
 
@@ -44,9 +46,7 @@ class Kinematics:
         self._limits = [mink.ConfigurationLimit(model)]
         self._frozen = [mink.DofFreezingTask(model, still)] if still else None
         self._configuration = mink.Configuration(model)
-        world = needed("mujoco").MjData(model)
-        needed("mujoco").mj_kinematics(model, world)
-        base = world.body(robot.base)
+        base = robot.at_rest().body(robot.base)
         self.R_WB, self.p_WB = base.xmat.reshape(3, 3).copy(), base.xpos.copy()
 
     def path(
@@ -85,18 +85,29 @@ class Kinematics:
         for _ in range(STEPS):
             if max(errors) < REACHED:
                 return self._configuration.q.copy(), None
-            velocity = self._mink.solve_ik(
-                self._configuration,
-                self._tasks,
-                1.0,
-                "daqp",
-                damping=1e-9,
-                limits=self._limits,
-                constraints=self._frozen,
-            )
+            velocity = self._step()
+            if velocity is None:
+                break
             self._configuration.integrate_inplace(velocity / max(1.0, np.abs(velocity).max() / 0.3), 1.0)
             errors = self._errors()
         return start, self._missed(point, errors)
+
+    def _step(self) -> np.ndarray | None:
+        """Velocity of every joint towards the targets; None if no velocity satisfies the limits."""
+        try:
+            return np.asarray(
+                self._mink.solve_ik(
+                    self._configuration,
+                    self._tasks,
+                    1.0,
+                    "daqp",
+                    damping=1e-9,
+                    limits=self._limits,
+                    constraints=self._frozen,
+                )
+            )
+        except self._mink.NoSolutionFound:
+            return None
 
     def _target(self, X_BT: np.ndarray) -> object:
         R_WT, p_WT = self.R_WB @ X_BT[:3, :3], self.R_WB @ X_BT[:3, 3] + self.p_WB
@@ -112,4 +123,5 @@ class Kinematics:
         angles = self._configuration.q[[self._robot.columns[name] for name in arm.joints]]
         room = np.abs(angles[:, None] - self._robot.limits(arm)).min(axis=1)
         joint = arm.joints[int(room.argmin())] if room.min() < 1e-4 else None
-        return Missed(point, arm.name, errors[worst], joint)
+        error = self._tasks[worst].compute_error(self._configuration)
+        return Missed(point, arm.name, float(np.linalg.norm(error[:3])), float(np.linalg.norm(error[3:])), joint)

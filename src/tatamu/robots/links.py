@@ -10,6 +10,7 @@ from tatamu.robots.extras import needed
 from tatamu.robots.model import TABLE
 from tatamu.robots.planned import Planned
 from tatamu.robots.pose import into, pose
+from tatamu.robots.stage import data_of, load_stage
 
 _SIDES = [(axis, sign) for axis in range(3) for sign in (-1.0, 1.0)]
 
@@ -38,8 +39,8 @@ def link_boxes(planned: Planned, angles: np.ndarray) -> tuple[np.ndarray, np.nda
         angles: Of the plan's joints at each frame [rad], shape (f, j).
     """
     mujoco = needed("mujoco")
-    model = mujoco.MjModel.from_xml_path(str(planned.folder / "robot.xml"))
-    data = mujoco.MjData(model)
+    model = load_stage(planned.folder).compile()
+    data = data_of(model)
     columns = [int(model.joint(name).qposadr[0]) for name in planned.plan.joints]
     shown = [k for k in range(model.ngeom) if model.geom(k).name != TABLE and np.isfinite(model.geom_rbound[k])]
     shown = [k for k in shown if model.geom_type[k] != mujoco.mjtGeom.mjGEOM_PLANE]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -69,7 +70,7 @@ class Robot:
     larm: Arm
     rarm: Arm
     joints: tuple[str, ...]
-    """Every joint in the robot's own order; those of no arm stay at zero, but for the trunk's."""
+    """Every joint in the robot's own order."""
     trunk: str | None
     """A joint that carries both arms and turns about z of B, if it has one."""
     trunk_speed: tuple[float, float]
@@ -84,6 +85,10 @@ class Robot:
     """Near edge of the table, along x of B [m]."""
     whole: Any = None
     """mujoco.MjSpec in which the outermost part of the fingers is an obstacle too; None: it is one in `spec`."""
+    standing: Mapping[str, float] = field(default_factory=dict)
+    """Angles or positions of joints outside the arms that do not stand where the model draws them [rad, m]."""
+    notes: tuple[str, ...] = ()
+    """What the user should know of how the robot's files were read, one line each."""
 
     @property
     def arms(self) -> tuple[Arm, Arm]:
@@ -118,12 +123,38 @@ class Robot:
         """Lower and upper joint limits [rad], shape (k, 2)."""
         return np.array([self.model.joint(name).range for name in arm.joints])
 
-    def configuration(self, larm: np.ndarray, rarm: np.ndarray, trunk: np.ndarray | float = 0.0) -> np.ndarray:
-        """Full qpos from both arms' angles [rad], shapes (.., k) each, and the trunk's (..); the rest at zero."""
-        qpos = np.zeros((*larm.shape[:-1], self.model.nq))
+    @cached_property
+    def rest(self) -> np.ndarray:
+        """Configuration with every joint where it stands when no arm moves it [rad, m], shape (nq,).
+
+        A joint stands at the allowed value nearest to where the model draws it, unless `standing` names it. Joints that
+        follow others by an equality of the model do so.
+        """
+        model = self.model
+        qpos = np.array(model.qpos0)
+        for name, value in self.standing.items():
+            qpos[model.joint(name).qposadr[0]] = value
+        limited = [number for number in range(model.njnt) if model.jnt_limited[number]]
+        columns = model.jnt_qposadr[limited]
+        qpos[columns] = np.clip(qpos[columns], *model.jnt_range[limited].T)
+        for equality in joint_equalities(model) * model.neq:  # a leader may follow another joint
+            equality.apply(model, qpos)
+        return qpos
+
+    def at_rest(self) -> Any:
+        """A new mujoco.MjData with the robot at rest, its kinematics computed."""
+        mujoco = needed("mujoco")
+        data = mujoco.MjData(self.model)
+        data.qpos[:] = self.rest
+        mujoco.mj_kinematics(self.model, data)
+        return data
+
+    def configuration(self, larm: np.ndarray, rarm: np.ndarray, trunk: np.ndarray | float | None = None) -> np.ndarray:
+        """Full qpos from both arms' angles [rad], shapes (.., k) each, and the trunk's (..); the others at rest."""
+        qpos = np.broadcast_to(self.rest, (*larm.shape[:-1], self.model.nq)).copy()
         for arm, angles in zip(self.arms, (larm, rarm), strict=True):
             qpos[..., [self.columns[name] for name in arm.joints]] = angles
-        if self.trunk is not None:
+        if self.trunk is not None and trunk is not None:
             qpos[..., self.columns[self.trunk]] = trunk
         return qpos
 
@@ -144,12 +175,49 @@ class Robot:
         return self.configuration(self.larm.initial, self.rarm.initial)
 
 
+@dataclass(frozen=True)
+class JointEquality:
+    """A joint that follows another: q1 - q1_0 = c0 + c1 (q2 - q2_0) + c2 (q2 - q2_0)^2 + .., as MuJoCo has it."""
+
+    follower: int
+    """Number of the joint that follows."""
+    leader: int | None
+    """Number of the joint that it follows; None if it is held at a constant."""
+    coefficients: np.ndarray
+    """c0 to c4, shape (5,)."""
+
+    def apply(self, model: Any, qpos: np.ndarray) -> None:
+        """Set the follower's value in a configuration (nq,)."""
+        moved = 0.0
+        if self.leader is not None:
+            at = model.jnt_qposadr[self.leader]
+            moved = qpos[at] - model.qpos0[at]
+        at = model.jnt_qposadr[self.follower]
+        qpos[at] = model.qpos0[at] + np.polynomial.polynomial.polyval(moved, self.coefficients)
+
+
+def joint_equalities(model: Any) -> list[JointEquality]:
+    """The active equalities between joints of a model; MuJoCo reads URDF's mimic joints as such."""
+    kind = needed("mujoco").mjtEq.mjEQ_JOINT
+    return [
+        JointEquality(int(model.eq_obj1id[k]), _leader(int(model.eq_obj2id[k])), np.array(model.eq_data[k, :5]))
+        for k in range(model.neq)
+        if model.eq_type[k] == kind and model.eq_active0[k]
+    ]
+
+
+def _leader(number: int) -> int | None:
+    return number if number >= 0 else None
+
+
 def with_tools(spec: Any, arms: tuple[Arm, ...]) -> Any:
     """A copy of the model with each arm's tool frame as a site, and a table."""
     mujoco = needed("mujoco")
     copy = spec.copy()
     for number, geom in enumerate(copy.geoms):
         geom.name = geom.name or f"{geom.parent.name}_geom{number}"
+    for number, joint in enumerate(copy.joints):
+        joint.name = joint.name or f"{joint.parent.name}_joint{number}"
     for arm in arms:
         X_WT = arm.tool_in_wrist
         copy.body(arm.link).add_site(name=arm.site, pos=X_WT[:3, 3], quat=to_quaternion(X_WT[:3, :3]))

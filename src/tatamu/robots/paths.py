@@ -187,6 +187,6 @@ class Paths:
         why = f"{missed.joint} stands at its limit" if missed.joint else "it is out of reach"
         return Unreachable(
             f"{missed.arm} cannot follow its hand at frame {frame} ({time:.2f} s): {why}, "
-            f"{1e3 * missed.error:.1f} mm are left ({self.task.placement})",
+            f"{1e3 * missed.distance:.1f} mm and {np.degrees(missed.turn):.1f} deg are left ({self.task.placement})",
             progress,
         )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field
@@ -11,13 +11,15 @@ from tatamu.records import OpenRecord
 from tatamu.robots.pose import pose, turn
 from tatamu.scene import Points
 
+Place = Annotated[float, Field(ge=-100, le=100)]
+
 
 class FoldPose(OpenRecord):
     """X_BF: the pose of the fold's frame in the robot's base frame."""
 
-    xyz: tuple[float, float, float]
+    xyz: tuple[Place, Place, Place]
     """[m]."""
-    yaw: float
+    yaw: float = Field(ge=-100, le=100)
     """[rad]."""
 
     @property
@@ -87,6 +89,8 @@ class PlanFile(OpenRecord):
     robot: str
     base_frame: str
     task_in_base: FoldPose
+    notes: list[str] = Field(default_factory=list)
+    """What the user should know of how the robot's files were read."""
     initial_pose: str = ""
     """Name of the pose that the motion starts from."""
     trunk_turning: float = 0.0

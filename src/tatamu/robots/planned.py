@@ -18,6 +18,11 @@ ARMS = ("larm", "rarm")
 FOLD = "fold"
 """Where the plan's folder carries the learned fold along."""
 
+LONGEST = 3600.0
+"""A plan that lasts longer is none [s]."""
+FARTHEST = 100.0
+"""A joint that turns farther is none of a robot's [rad]."""
+
 
 @dataclass(frozen=True)
 class Planned:
@@ -67,13 +72,25 @@ class Planned:
 
 
 def _table(path: Path, joints: list[str]) -> tuple[np.ndarray, np.ndarray]:
-    rows = list(csv.reader(io.StringIO(read_text(path))))
+    try:
+        rows = list(csv.reader(io.StringIO(read_text(path))))
+    except csv.Error as error:
+        raise InputError(f"{path}: is no table of numbers ({error})") from None
     if not rows or rows[0] != ["time", *joints]:
         raise InputError(f"{path}: header: must be time and the joints of plan.json")
     try:
         table = np.array(rows[1:], dtype=float)
     except ValueError:
         raise InputError(f"{path}: must hold a number in every field") from None
-    if table.ndim != 2 or len(table) < 2 or not np.isfinite(table).all() or not (np.diff(table[:, 0]) > 0).all():
-        raise InputError(f"{path}: must hold at least two rows of finite numbers whose times increase")
-    return table[:, 0], table[:, 1:]
+    if table.ndim != 2 or len(table) < 2 or not np.isfinite(table).all():
+        raise InputError(f"{path}: must hold at least two rows of finite numbers")
+    times, angles = table[:, 0], table[:, 1:]
+    if not (times[0] >= 0 and times[-1] <= LONGEST and (times[1:] > times[:-1]).all()):
+        raise InputError(f"{path}: time: must increase from row to row, from 0 to at most {LONGEST:g} s")
+    if not np.abs(angles).max(initial=0.0) <= FARTHEST:
+        row, column = np.unravel_index(int(np.abs(angles).argmax()), angles.shape)
+        raise InputError(
+            f"{path}: {joints[column]}: must be within {FARTHEST:g} rad, given {angles[row, column]:.4g} at "
+            f"{times[row]:g} s"
+        )
+    return times, angles

@@ -40,18 +40,6 @@ def into(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
     return np.asarray((points - matrix[:3, 3]) @ matrix[:3, :3])
 
 
-def from_quaternion(quaternion: np.ndarray) -> np.ndarray:
-    """Rotation from a unit quaternion w, x, y, z, as MuJoCo orders it, shape (3, 3)."""
-    w, x, y, z = quaternion
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-
-
 def to_quaternion(rotation: np.ndarray) -> np.ndarray:
     """Unit quaternion w, x, y, z of a rotation (3, 3); w >= 0 (Bar-Itzhack 2000: the largest eigenvector)."""
     (a, b, c), (d, e, f), (g, h, i) = rotation

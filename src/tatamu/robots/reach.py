@@ -28,9 +28,12 @@ DISTANCES = {
     "between arms": (0.018, 0.06),
     "to the trunk": (0.008, 0.04),
     "within an arm": (0.008, 0.04),
+    "to obstacles": (0.008, 0.04),
     "to the table": (0.003, 0.012),
 }
 """Less distance than the first is not possible, more than the second counts no further [m]."""
+ALONE = ("to the trunk", "within an arm", "to obstacles", "to the table")
+"""Kinds of distances that one arm alone decides."""
 TABLE_ROOM = 0.01
 """A table is chosen at least this far below the robot at its start [m]."""
 HOPELESS = -1.0
@@ -183,7 +186,7 @@ def _keep_clear(
     """
     quality = np.minimum(larm.quality.max(axis=1), rarm.quality.max(axis=1))
     chosen = np.stack([larm.quality.argmax(axis=1), rarm.quality.argmax(axis=1)])
-    alone = [Clearance(robot, ("to the trunk", "within an arm", "to the table"), arm.name) for arm in robot.arms]
+    alone = [Clearance(robot, ALONE, arm.name) for arm in robot.arms]
     between = Clearance(robot, ("between arms",))
     promising = np.argsort(-quality, kind="stable")[: int((quality > HOPELESS).sum())]
     quality[promising[ASKED:]] = HOPELESS

@@ -20,8 +20,9 @@ from tatamu.errors import InputError
 from tatamu.folding.manipulation import WAIT
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.hands import grippers_by_hand
-from tatamu.robots.model import TABLE
+from tatamu.robots.pairs import link_name
 from tatamu.robots.planned import ARMS, Planned
+from tatamu.robots.stage import MODEL, data_of, load_stage
 from tatamu.scene import Gripper, Scene
 
 STEP = 0.001
@@ -30,6 +31,8 @@ SAMPLE = 5
 """Steps between samples."""
 STIFFNESS, RATIO = 60.0, 1.0
 """Natural frequency of the joints' control [rad/s], about that of industrial drives, and its damping ratio."""
+
+DRIVES = ("position", "velocity")
 
 
 @dataclass(frozen=True)
@@ -141,14 +144,16 @@ def rehearse(planned: Planned) -> Rehearsal:
     mujoco = needed("mujoco")
     model = _stage(planned, mujoco)
     columns = [int(model.joint(name).qposadr[0]) for name in planned.plan.joints]
-    data = mujoco.MjData(model)
+    data = data_of(model)
     data.qpos[columns] = planned.angles[0]
     mujoco.mj_forward(model, data)
+    drives = [[int(model.actuator(f"{joint}_{kind}").id) for joint in planned.plan.joints] for kind in DRIVES]
+    _hold(model, data, planned)
     touched: dict[tuple[str, str], Contact] = {}
     samples: list[tuple[float, np.ndarray, np.ndarray]] = []
     begun = time.perf_counter()
     for step, (wanted, speed) in enumerate(_commands(planned)):
-        data.ctrl[: len(columns)], data.ctrl[len(columns) :] = wanted, speed
+        data.ctrl[drives[0]], data.ctrl[drives[1]] = wanted, speed
         if step % SAMPLE == 0:
             samples.append((data.time, data.qpos[columns].copy(), _tools(data, planned)))
         mujoco.mj_step(model, data)
@@ -168,24 +173,38 @@ def rehearse(planned: Planned) -> Rehearsal:
 
 def _stage(planned: Planned, mujoco: Any) -> Any:
     """The plan's model with drives on its joints, and contacts between the pairs that must not touch."""
-    path = planned.folder / "robot.xml"
-    if not path.is_file():
-        raise InputError(f"{path}: there is no such file; plan again")
+    path = planned.folder / MODEL
+    spec = load_stage(planned.folder)
     try:
-        spec = mujoco.MjSpec.from_file(str(path))
         spec.option.timestep = STEP
         _check_names(spec, planned)
         spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-        inertia = _inertia(spec.compile(), planned)
+        model = spec.compile()
+        others = _others(model, planned)
+        inertia = [float(model.dof_M0[int(model.joint(name).dofadr[0])]) for name in (*planned.plan.joints, *others)]
     except (ValueError, KeyError) as error:
         raise InputError(f"{path}: cannot be rehearsed ({one_line(error)})") from None
     for body in spec.bodies:
         body.gravcomp = 1.0
-    for gain, kind in ((STIFFNESS**2, "position"), (2 * RATIO * STIFFNESS, "velocity")):
-        for joint, mass in zip(planned.plan.joints, inertia, strict=True):
+    for joint in spec.joints:  # the robot's controller overcomes these
+        joint.damping, joint.frictionloss, joint.stiffness = 0 * joint.damping, 0.0, 0 * joint.stiffness
+    for gain, kind in zip((STIFFNESS**2, 2 * RATIO * STIFFNESS), DRIVES, strict=True):
+        for joint, mass in zip((*planned.plan.joints, *others), inertia, strict=True):
             drive = spec.add_actuator(name=f"{joint}_{kind}", target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
             getattr(drive, f"set_to_{kind}")(**{"kp" if kind == "position" else "kv": gain * mass})
     return spec.compile()
+
+
+def _others(model: Any, planned: Planned) -> list[str]:
+    """Names of the joints that the plan does not move, which hold where they stand."""
+    names = [str(model.joint(number).name) for number in range(model.njnt)]
+    return [name for name in names if name not in planned.plan.joints]
+
+
+def _hold(model: Any, data: Any, planned: Planned) -> None:
+    """Let the joints that the plan does not move hold where they stand."""
+    for joint in _others(model, planned):
+        data.actuator(f"{joint}_position").ctrl[0] = data.joint(joint).qpos[0]
 
 
 def _check_names(spec: Any, planned: Planned) -> None:
@@ -194,11 +213,6 @@ def _check_names(spec: Any, planned: Planned) -> None:
     missing += [f"{arm}_tool" for arm in ARMS if spec.site(f"{arm}_tool") is None]
     if missing:
         raise ValueError(f"it has no {missing[0]}")
-
-
-def _inertia(model: Any, planned: Planned) -> np.ndarray:
-    """Inertia that each joint moves, all others at zero [kg m^2], shape (j,); its drive is tuned to it."""
-    return np.array([model.dof_M0[int(model.joint(name).dofadr[0])] for name in planned.plan.joints])
 
 
 def _commands(planned: Planned) -> Iterator[tuple[np.ndarray, np.ndarray]]:
@@ -219,7 +233,7 @@ def _tools(data: Any, planned: Planned) -> np.ndarray:
 
 def _wanted(planned: Planned, model: Any, columns: list[int], times: np.ndarray, mujoco: Any) -> np.ndarray:
     """Planned positions of the tools at times [m], shape (2, n, 3)."""
-    data, found = mujoco.MjData(model), []
+    data, found = data_of(model), []
     wanted = np.array([np.interp(times, planned.times, column) for column in planned.angles.T]).T
     for row in wanted:
         data.qpos[columns] = row
@@ -234,13 +248,7 @@ def _note(model: Any, data: Any, touched: dict[tuple[str, str], Contact]) -> Non
         contact = data.contact[number]
         if contact.dist > 0:
             continue
-        names = tuple(sorted(_link(model, int(geom)) for geom in contact.geom))
+        names = tuple(sorted(link_name(model, int(geom)) for geom in contact.geom))
         known = touched.get((names[0], names[1]))
         first, depth = (known.first, known.depth) if known else (float(data.time), 0.0)
         touched[names[0], names[1]] = Contact((names[0], names[1]), first, max(depth, -float(contact.dist)))
-
-
-def _link(model: Any, geom: int) -> str:
-    if model.geom(geom).name == TABLE:
-        return "table"
-    return str(model.body(model.geom_bodyid[geom]).name)

@@ -1,31 +1,84 @@
-"""The robot with its tools and the table, as one MuJoCo model that stands alone."""
+"""The robot with its tools and the table, as one MuJoCo model that stands alone: a file and a folder of its meshes."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
+from tatamu.errors import InputError
+from tatamu.files import replacing, write_text
 from tatamu.robots.clearance import Clearance
-from tatamu.robots.extras import needed
+from tatamu.robots.extras import needed, one_line
 from tatamu.robots.model import TABLE, Robot, with_tools
 
+MODEL = "robot.xml"
+ASSETS = "assets"
+"""Folder of meshes, height fields and textures beside the model."""
+START = "start"
+"""Keyframe of the pose in which motions start."""
 
-def stage(robot: Robot, table_height: float) -> Any:
-    """A mujoco.MjSpec with the table top at a height in B [m]; what a plan checks, and nothing else, can touch."""
-    mujoco = needed("mujoco")
+
+def stage(robot: Robot, table_height: float, margins: Mapping[str, float] | None = None) -> Any:
+    """Build the model with the table top at a height in B [m].
+
+    What a plan checks, and nothing else, can touch.
+
+    Args:
+        robot: The robot.
+        table_height: Height of the table top in B [m].
+        margins: Distance at which each kind of pair counts as touching [m]; 0 by default.
+
+    Returns:
+        A mujoco.MjSpec.
+    """
     spec = with_tools(robot.spec, robot.arms)
-    data = mujoco.MjData(robot.model)
-    mujoco.mj_kinematics(robot.model, data)
     table = spec.geom(TABLE)
-    table.pos = [0, 0, data.body(robot.base).xpos[2] + table_height - table.size[2]]
+    table.pos = [0, 0, robot.at_rest().body(robot.base).xpos[2] + table_height - table.size[2]]
     for geom in spec.geoms:
         geom.contype = geom.conaffinity = 0
-    for first, second in Clearance(robot).pairs:
-        spec.add_pair(geomname1=first, geomname2=second)
+    for pair in list(spec.pairs):
+        spec.delete(pair)
+    clearance = Clearance(robot)
+    clearance.set_table(table_height)
+    for kind, first, second in clearance.pairs:
+        spec.add_pair(geomname1=first, geomname2=second, margin=(margins or {}).get(kind, 0.0))
+    spec.add_key(name=START, qpos=robot.initial)
     return spec
 
 
-def stage_xml(robot: Robot, table_height: float) -> str:
-    """The stage as MJCF text."""
+def save_stage(robot: Robot, table_height: float, folder: Path) -> None:
+    """Write the model as MJCF with every file that it names."""
     spec = stage(robot, table_height)
     spec.compile()
-    return str(spec.to_xml())
+    used = {asset.file for asset in (*spec.meshes, *spec.hfields, *spec.textures)}
+    for name, content in spec.assets.items():
+        if name in used:
+            with replacing(folder / ASSETS / name) as temporary:
+                temporary.write_bytes(content)
+    spec.meshdir = spec.texturedir = ASSETS
+    write_text(folder / MODEL, str(spec.to_xml()))
+
+
+def load_stage(folder: Path) -> Any:
+    """Read the model of a plan's folder as a mujoco.MjSpec.
+
+    Raises:
+        InputError: If there is none, or MuJoCo cannot read it.
+    """
+    path = folder / MODEL
+    if not path.is_file():
+        raise InputError(f"{path}: there is no such file; plan again")
+    try:
+        return needed("mujoco").MjSpec.from_file(str(path))
+    except ValueError as error:
+        raise InputError(f"{path}: cannot be rehearsed ({one_line(error)})") from None
+
+
+def data_of(model: Any) -> Any:
+    """New mujoco.MjData of a compiled stage, in the pose in which motions start."""
+    mujoco = needed("mujoco")
+    data = mujoco.MjData(model)
+    if model.nkey:
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+    return data

@@ -1,0 +1,143 @@
+"""The robot of a description, made from the models that it names."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from tatamu.errors import InputError
+from tatamu.robots.clearance import Clearance
+from tatamu.robots.description import (
+    ArmDescription,
+    Description,
+    disturbances_in_description,
+    model_of,
+    read_description,
+)
+from tatamu.robots.extras import needed, quiet
+from tatamu.robots.model import Arm, Robot, StartPose
+from tatamu.robots.modelfile import ModelFile, give
+from tatamu.robots.pose import to_quaternion
+from tatamu.robots.soundness import check_description
+
+FASTEST = 20.0
+"""Speed limit of joints whose model states none [rad/s]: degrees typed for radians are above it."""
+
+
+def described(path: Path) -> Robot:
+    """Load the robot of a description and the models that it names.
+
+    Raises:
+        InputError: A file cannot be read, a field is wrong, or the model has no such joint or body.
+    """
+    description = read_description(path)
+    disturbances_in_description(path, description)
+    arms = {"larm": description.larm, "rarm": description.rarm}
+    pair = description.model is None
+    prefixes = {name: f"{name}_" if pair else "" for name in arms}
+    models = {name: model_of(path, description, name) for name in description.models}
+    files = {name: models[arm.model or description.model or ""] for name, arm in arms.items()}
+    spec = _pair(arms, files, prefixes) if pair else _whole(files["larm"])
+    above: list[str] = []
+    larm, rarm = (_arm(path, name, arm, prefixes[name], files[name], above) for name, arm in arms.items())
+    robot = Robot(
+        name=description.name,
+        spec=spec,
+        base=description.base,
+        larm=larm,
+        rarm=rarm,
+        joints=(*larm.joints, *rarm.joints),
+        trunk=None,
+        trunk_speed=(1.0, 1.0),
+        trunk_acceleration=1.0,
+        poses=(StartPose("initial", larm.initial, rarm.initial),),
+        table_heights=description.table_heights,
+        front=description.front,
+        standing=_standing(description, prefixes),
+        notes=_notes(path, above),
+    )
+    check_description(path, robot, prefixes)
+    return replace(robot, notes=(*robot.notes, *_untested(path, robot)))
+
+
+def _untested(path: Path, robot: Robot) -> list[str]:
+    found = [" and ".join(names) for names in Clearance(robot).untested]
+    if not found:
+        return []
+    return [f"{path}: taken to stand on each other, as they touch at the start, so not held apart: {', '.join(found)}"]
+
+
+def _standing(description: Description, prefixes: dict[str, str]) -> dict[str, float]:
+    found = dict(description.standing)
+    for name, arm in (("larm", description.larm), ("rarm", description.rarm)):
+        found |= {prefixes[name] + joint: value for joint, value in arm.standing.items()}
+    return found
+
+
+def _arm(path: Path, name: str, arm: ArmDescription, prefix: str, file: ModelFile, above: list[str]) -> Arm:
+    speed, acceleration = _within_model(path, name, arm, file, above)
+    return Arm(
+        name=name,
+        joints=tuple(prefix + joint for joint in arm.joints),
+        link=prefix + arm.link,
+        tool_in_wrist=arm.tool.matrix,
+        initial=np.array(arm.initial),
+        speed=speed,
+        planned_speed=speed,
+        planned_acceleration=acceleration,
+    )
+
+
+def _within_model(
+    path: Path, name: str, arm: ArmDescription, file: ModelFile, above: list[str]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Speeds and accelerations that plans keep to, shape (k,) each; joints whose speed is lowered go to `above`.
+
+    An acceleration is lowered as its joint's speed is, so that the joint takes as long to reach it. Otherwise degrees
+    typed for radians would leave the acceleration 57 times too high.
+    """
+    limits = []
+    for joint, speed in zip(arm.joints, arm.speed, strict=True):
+        own = file.speeds.get(joint)
+        if own is None and speed > FASTEST and joint not in arm.faster_than_model:
+            raise InputError(
+                f"{path}: {name}.speed: {joint} must be at most {FASTEST:g} rad/s, as the model states no limit, "
+                f"given {speed:g}; write radians, or name the joint in faster_than_model"
+            )
+        lowered = own is not None and speed > own * (1 + 1e-6) and joint not in arm.faster_than_model
+        limits.append(own if lowered and own is not None else speed)
+        if lowered:
+            above.append(f"{name} {joint} {speed:g} ({own:g})")
+    kept = np.array(limits)
+    return kept, np.array(arm.acceleration) * kept / np.array(arm.speed)
+
+
+def _notes(path: Path, above: list[str]) -> tuple[str, ...]:
+    if not above:
+        return ()
+    return (
+        f"{path}: speed: above the model's own limit [rad/s], which plans keep to, "
+        f"with accelerations lowered likewise: {', '.join(above)}; to keep yours, name the joints in faster_than_model",
+    )
+
+
+def _whole(file: ModelFile) -> object:
+    give(file.spec, file.contents)
+    return file.spec
+
+
+def _pair(arms: dict[str, ArmDescription], files: dict[str, ModelFile], prefixes: dict[str, str]) -> object:
+    """Join two single arms in one model; their names get `larm_` and `rarm_` in front."""
+    spec = needed("mujoco").MjSpec()
+    spec.compiler.degree = False
+    contents: dict[str, bytes] = {}
+    for name, arm in arms.items():
+        X_BM = arm.mount.matrix
+        frame = spec.worldbody.add_frame(pos=X_BM[:3, 3], quat=to_quaternion(X_BM[:3, :3]))
+        with quiet():  # of options that the arms' models do not share
+            spec.attach(files[name].spec.copy(), prefix=prefixes[name], frame=frame)
+        contents |= files[name].contents
+    give(spec, contents, tuple(prefixes.values()))
+    return spec

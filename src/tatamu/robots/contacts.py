@@ -1,0 +1,56 @@
+"""What comes too near along a motion, by MuJoCo's collision detection: a second opinion on `clearance`.
+
+It shares the pairs, and nothing else: no broad phase of ours, and every sample.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from tatamu.robots.clearance import Clearance, Distance
+from tatamu.robots.extras import needed
+from tatamu.robots.model import Robot
+from tatamu.robots.pairs import link_name
+from tatamu.robots.stage import stage
+
+
+def touches(
+    robot: Robot, table_height: float, configurations: np.ndarray, limits: Mapping[str, float]
+) -> dict[str, Distance]:
+    """The deepest contact of each kind of pair that comes nearer than its limit.
+
+    Args:
+        robot: The robot.
+        table_height: Height of the table top in B [m].
+        configurations: Configurations [rad], shape (n, nq).
+        limits: Least distance of each kind [m].
+    """
+    mujoco = needed("mujoco")
+    model = stage(robot, table_height, limits).compile()
+    pairs = _pairs(robot, table_height, model)
+    data = mujoco.MjData(model)
+    found: dict[str, Distance] = {}
+    for row, q in enumerate(configurations):
+        data.qpos[:] = q
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_collision(model, data)
+        for contact in data.contact[: data.ncon]:
+            kind, links = pairs[frozenset(contact.geom.tolist())]
+            if contact.dist < limits[kind] and (kind not in found or contact.dist < found[kind].value):
+                found[kind] = Distance(float(contact.dist), row, links)
+    return found
+
+
+def _pairs(robot: Robot, table_height: float, model: Any) -> dict[frozenset[int], tuple[str, tuple[str, str]]]:
+    """Kind and links of each pair of shapes, by their numbers in the model."""
+    clearance = Clearance(robot)
+    clearance.set_table(table_height)
+    found = {}
+    for kind, *names in clearance.pairs:
+        first, second = (int(model.geom(name).id) for name in names)
+        found[frozenset((first, second))] = (kind, (link_name(model, first), link_name(model, second)))
+    return found

@@ -1,0 +1,185 @@
+"""A robot's URDF or MJCF with every file that it names, read into memory: a model that stands alone."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import trimesh
+
+from tatamu.errors import InputError
+from tatamu.robots.extras import needed, one_line
+from tatamu.robots.packages import located
+from tatamu.robots.urdf import read_urdf
+
+MESHES = (".stl", ".obj", ".msh")
+"""Formats of meshes that MuJoCo reads; of .stl the binary one."""
+CONVERTED = (".ply", ".off")
+"""Formats that are turned into binary STL, as ASCII STL is: lengths in them have no unit to mistake."""
+
+
+@dataclass(frozen=True)
+class ModelFile:
+    """A model as read."""
+
+    spec: Any
+    """mujoco.MjSpec whose assets are named by their content; `give` hands them to it or to a model that holds it."""
+    speeds: Mapping[str, float]
+    """Speed limits of joints that state one [rad/s, m/s]."""
+    contents: Mapping[str, bytes]
+    """Content of each asset."""
+    files: tuple[Path, ...]
+    """Every file that was read, the model first."""
+
+
+def read_model(path: Path, packages: Mapping[str, Path]) -> ModelFile:
+    """Read a URDF or an MJCF.
+
+    Args:
+        path: The file.
+        packages: Folders of ROS packages by name; see `located`.
+
+    Raises:
+        InputError: If it or a file that it names cannot be read.
+    """
+    mujoco = needed("mujoco")
+    root = _root(path)
+    store = _Store(path)
+    try:
+        if root.tag == "robot":
+            urdf = read_urdf(path, root, lambda name: store.mesh(located(name, path, packages)))
+            spec, speeds = mujoco.MjSpec.from_string(urdf.text), urdf.speeds
+        else:
+            store.files += _included(path, root)
+            spec, speeds = mujoco.MjSpec.from_file(str(path)), {}
+            _keep_assets(spec, path, store)
+    except ValueError as error:
+        raise InputError(f"{path}: is no URDF or MJCF that MuJoCo reads ({one_line(error)})") from None
+    spec.compiler.fusestatic = False
+    spec.option.disableflags = spec.option.enableflags = 0  # a model may switch contacts off
+    for part in (*spec.sensors, *spec.actuators, *spec.keys, *spec.skins):  # a plan has its own drives
+        spec.delete(part)
+    return ModelFile(spec, speeds, store.contents, tuple(dict.fromkeys(store.files)))
+
+
+def give(spec: Any, contents: Mapping[str, bytes], prefixes: tuple[str, ...] = ()) -> None:
+    """Give a model its assets; attaching a model may have put a prefix before their names."""
+    for asset in (*spec.meshes, *spec.hfields, *spec.textures):
+        for prefix in prefixes:
+            asset.file = asset.file.removeprefix(prefix)
+    spec.assets = dict(contents)
+
+
+class _Store:
+    """Assets named by their content, so that two files of one name do not meet and one file is kept once."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self.files = [path]
+        self.contents: dict[str, bytes] = {}
+
+    def mesh(self, file: Path) -> str:
+        """Read a mesh file; returns the name of its content."""
+        suffix = file.suffix.lower()
+        if suffix not in (*MESHES, *CONVERTED):
+            formats = ", ".join((*MESHES, *CONVERTED))
+            raise InputError(
+                f"{self._path}: mesh {file}: must be one of {formats}; convert it, its lengths as they are"
+            )
+        content = self._read(file)
+        if suffix in CONVERTED or (suffix == ".stl" and _is_ascii(content)):
+            content, suffix = _as_stl(file, content, suffix), ".stl"
+        return self._store(content, suffix)
+
+    def keep(self, file: Path) -> str:
+        """Read any file; returns the name of its content."""
+        return self._store(self._read(file), file.suffix.lower())
+
+    def _store(self, content: bytes, suffix: str) -> str:
+        name = hashlib.sha256(content).hexdigest()[:16] + suffix
+        self.contents[name] = content
+        return name
+
+    def _read(self, file: Path) -> bytes:
+        file = Path(os.path.normpath(file))
+        if not file.is_file():
+            raise InputError(f"{self._path}: there is no file {file}")
+        try:
+            content = file.read_bytes()
+        except OSError as error:
+            raise InputError(f"{file}: cannot be read ({error.strerror or error})") from None
+        self.files.append(file)
+        return content
+
+
+def _is_ascii(content: bytes) -> bool:
+    """Whether an STL is text: a binary one is as long as its count of triangles says."""
+    count = int.from_bytes(content[80:84], "little")
+    return content.lstrip()[:5] == b"solid" and len(content) != 84 + 50 * count
+
+
+def _as_stl(file: Path, content: bytes, suffix: str) -> bytes:
+    try:
+        mesh = trimesh.load_mesh(io.BytesIO(content), file_type=suffix[1:], process=False)
+        return trimesh.exchange.stl.export_stl(mesh)
+    except Exception as error:  # whatever a broken file raises in its reader
+        raise InputError(f"{file}: is no mesh that can be read ({one_line(error)})") from None
+
+
+def _keep_assets(spec: Any, path: Path, store: _Store) -> None:
+    """Replace the names of an MJCF's asset files by those of their contents."""
+    meshes = spec.meshes
+    for assets, place in (
+        (meshes, spec.meshdir),
+        (spec.hfields, spec.meshdir),
+        (spec.textures, spec.texturedir),
+    ):
+        for asset in assets:
+            if asset.file:
+                file = Path(asset.file)
+                place_of = path.parent / place / (file.name if spec.strippath else file)
+                asset.file = store.mesh(place_of) if assets is meshes else store.keep(place_of)
+    for texture in spec.textures:
+        if any(texture.cubefiles):
+            texture.cubefiles = [
+                store.keep(path.parent / spec.texturedir / name) if name else "" for name in texture.cubefiles
+            ]
+    spec.meshdir = spec.texturedir = ""
+
+
+def _root(path: Path) -> ElementTree.Element:
+    """The root element of a URDF or MJCF."""
+    if not path.is_file():
+        raise InputError(f"{path}: there is no such file")
+    root = _parsed(path)
+    if root.tag not in ("robot", "mujoco"):
+        raise InputError(f"{path}: must be a URDF (<robot>) or an MJCF (<mujoco>), given <{root.tag[:40]}>")
+    return root
+
+
+def _parsed(path: Path) -> ElementTree.Element:
+    try:
+        return ElementTree.fromstring(path.read_bytes())
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+    except (ElementTree.ParseError, ValueError, LookupError) as error:
+        raise InputError(f"{path}: is no URDF or MJCF, as it is not XML ({error})") from None
+
+
+def _included(path: Path, root: ElementTree.Element) -> list[Path]:
+    """The files that an MJCF includes, and that these include in turn."""
+    found: list[Path] = []
+    todo = [root]
+    while todo:
+        for include in todo.pop().iter("include"):
+            file = path.parent / include.get("file", "")
+            if file.is_file() and file not in found:  # MuJoCo says which one is missing
+                found.append(file)
+                todo.append(_parsed(file))
+    return found

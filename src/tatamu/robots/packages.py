@@ -1,0 +1,65 @@
+"""Files that a URDF names by `package://NAME/PATH`, found as ROS finds them, or beside the URDF."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from urllib.parse import unquote
+
+from tatamu.errors import InputError
+
+DEPTH = 3
+"""A package is looked for in the folders of ROS_PACKAGE_PATH and at most this many levels below."""
+
+
+def located(uri: str, urdf: Path, packages: Mapping[str, Path]) -> Path:
+    """Find the file of a URI in a URDF: `package://`, `file://`, or a path relative to the URDF.
+
+    Packages are looked for in the description's own table, then above the URDF, then where ROS says that they are.
+
+    Args:
+        uri: As the URDF has it.
+        urdf: The URDF.
+        packages: Folders of packages by name.
+
+    Raises:
+        InputError: If no folder of that package holds the file.
+    """
+    scheme, _, rest = uri.partition("://")
+    if scheme == "file" and rest:
+        return Path(unquote(rest))
+    if scheme not in ("package", "model") or not rest:
+        return urdf.parent / uri
+    name, _, path = unquote(rest).partition("/")
+    tried = [folder for folder in _folders(name, urdf, packages) if folder.is_dir()]
+    for folder in tried:
+        if (folder / path).is_file():
+            return folder / path
+    if tried:
+        raise InputError(f"{urdf}: {uri}: there is no file {tried[0] / path}")
+    raise InputError(
+        f"{urdf}: {uri}: no folder {name} stands above this file or in ROS_PACKAGE_PATH; "
+        f'write packages = {{ {name} = "FOLDER" }} in the description, before its first table'
+    )
+
+
+def _folders(name: str, urdf: Path, packages: Mapping[str, Path]) -> Iterator[Path]:
+    """Folders that may be the package, the likeliest first."""
+    if name in packages:
+        yield packages[name]
+    for above in Path(os.path.abspath(urdf)).parents:
+        if above.name == name:
+            yield above
+        yield above / name
+    for root in _paths("ROS_PACKAGE_PATH"):
+        if root.name == name:
+            yield root
+        for depth in range(DEPTH):
+            yield from sorted(root.glob("*/" * depth + name)) if "*" not in name else ()
+    for root in _paths("AMENT_PREFIX_PATH"):
+        yield root / "share" / name
+
+
+def _paths(variable: str) -> list[Path]:
+    return [Path(part) for part in os.environ.get(variable, "").split(os.pathsep) if part]

@@ -1,0 +1,138 @@
+"""Which of a robot's collision shapes are held against which, when distances are taken.
+
+- *between arms*: every shape of one arm with every shape of the other;
+- *within an arm*: shapes with three or more of the arm's joints between them;
+- *to the trunk*: what an arm hangs on, and what else moves with it, with links beyond the arm's second joint;
+- *to obstacles*: everything else that stands still (walls, floors, furniture, the other arm's foot), with every link;
+- *to the table*: the table of the plan, with every link.
+
+Shapes that a joint or two connect are left out, as the joints' ranges keep them apart. Likewise an obstacle that an
+arm's first or second link touches at the pose in which motions start: the arm stands on it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from tatamu.robots.extras import needed
+from tatamu.robots.model import TABLE, Robot
+
+ON_TABLE, OBSTACLES = "to the table", "to obstacles"
+KINDS = ("between arms", "to the trunk", "within an arm", OBSTACLES, ON_TABLE)
+STANDS_ON = 0.005
+"""An arm's first links that start this near to an obstacle are taken to stand on it [m]."""
+JOINTS_BETWEEN = 3
+"""With fewer of an arm's joints between them, two shapes are not held against each other."""
+
+
+@dataclass(frozen=True)
+class ShapePairs:
+    """ShapePairs of shapes by kind."""
+
+    rows: dict[str, np.ndarray]
+    """Numbers of the shapes, the arm's first, shape (n, 2) for each kind."""
+    untested: list[tuple[str, str]]
+    """Names of links and of obstacles that they stand on, which are not tested."""
+
+
+@dataclass(frozen=True)
+class _Shape:
+    """A collision shape and what moves it."""
+
+    geom: int
+    arm: str
+    """The arm that moves it; empty if none does."""
+    depth: int
+    """How many of the arm's joints carry it."""
+    carries: frozenset[str]
+    """The arms that hang on its body."""
+    still: bool
+    """Whether no joint at all moves it."""
+
+
+def pairs_of(robot: Robot, only: str | None = None) -> ShapePairs:
+    """The pairs of a robot, those of one arm alone if it is given."""
+    model = robot.model
+    shapes = _shapes(robot)
+    rows: dict[str, list[tuple[int, int]]] = {kind: [] for kind in KINDS}
+    near: list[tuple[int, int]] = []
+    table = int(model.geom(TABLE).id)
+    for number, a in enumerate(shapes):
+        if a.depth >= 1 and only in (None, a.arm):
+            rows[ON_TABLE].append((a.geom, table))
+        for b in shapes[number + 1 :]:
+            first, second = (a, b) if a.arm else (b, a)
+            kind = _kind(first, second)
+            if kind is None or only not in (None, a.arm, b.arm):
+                continue
+            (near if kind == OBSTACLES and first.depth < JOINTS_BETWEEN else rows[kind]).append(
+                (first.geom, second.geom)
+            )
+    stands = _standing(robot, near)
+    rows[OBSTACLES] += [pair for pair in near if pair not in stands]
+    untested = [(link_name(model, a), link_name(model, b)) for a, b in stands]
+    return ShapePairs({kind: np.array(pairs) for kind, pairs in rows.items() if pairs}, list(dict.fromkeys(untested)))
+
+
+def link_name(model: Any, geom: int) -> str:
+    """The name of a shape in words: of its link, or its own if it stands in the world."""
+    if model.geom(geom).name == TABLE:
+        return "table"
+    body = int(model.geom_bodyid[geom])
+    return str(model.geom(geom).name if body == 0 else model.body(body).name)
+
+
+def _kind(a: _Shape, b: _Shape) -> str | None:
+    """Kind of the pair that a shape of an arm and another one make; None if it is not held."""
+    if not a.arm:
+        return None
+    if b.arm:
+        if a.arm != b.arm:
+            return "between arms"
+        return "within an arm" if abs(a.depth - b.depth) >= JOINTS_BETWEEN else None
+    if b.still and a.arm not in b.carries:
+        return OBSTACLES
+    return "to the trunk" if a.depth >= JOINTS_BETWEEN else None
+
+
+def _shapes(robot: Robot) -> list[_Shape]:
+    model = robot.model
+    arm_of = {int(model.joint(name).id): arm.name for arm in robot.arms for name in arm.joints}
+    roots = {arm.name: set(_ancestors(model, int(model.joint(arm.joints[0]).bodyid[0]))[1:]) for arm in robot.arms}
+    found = []
+    for geom in range(model.ngeom):
+        if not (model.geom_contype[geom] or model.geom_conaffinity[geom]) or model.geom(geom).name == TABLE:
+            continue
+        body = int(model.geom_bodyid[geom])
+        joints = [
+            number
+            for above in _ancestors(model, body)
+            for number in range(model.body_jntadr[above], model.body_jntadr[above] + model.body_jntnum[above])
+        ]
+        moved_by = [arm_of[number] for number in joints if number in arm_of]
+        carries = frozenset(name for name, bodies in roots.items() if body in bodies)
+        found.append(_Shape(geom, moved_by[0] if moved_by else "", len(moved_by), carries, not joints))
+    return found
+
+
+def _ancestors(model: Any, body: int) -> list[int]:
+    """A body and those that carry it, without the world."""
+    found = []
+    while body:
+        found.append(body)
+        body = int(model.body_parentid[body])
+    return found
+
+
+def _standing(robot: Robot, pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
+    """The pairs that touch at the pose in which motions start, or nearly so."""
+    if not pairs:
+        return []
+    mujoco = needed("mujoco")
+    data = robot.at_rest()
+    data.qpos[:] = robot.initial
+    mujoco.mj_kinematics(robot.model, data)
+    return [pair for pair in pairs if mujoco.mj_geomDistance(robot.model, data, *pair, 2 * STANDS_ON, None) < STANDS_ON]

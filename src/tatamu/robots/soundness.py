@@ -1,0 +1,228 @@
+"""What a robot must be for its plans to be right: checked when it is loaded, and refused in one line otherwise.
+
+Names that the model has, joints that move on their own and reach every direction, one kinematics. Figures come from the
+arms' whole ranges: configurations are drawn evenly from them, with a fixed seed.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tatamu.errors import InputError
+from tatamu.robots.chain import Chain
+from tatamu.robots.clearance import Clearance
+from tatamu.robots.extras import needed, one_line
+from tatamu.robots.model import Arm, Robot
+from tatamu.robots.pose import inverse, pose
+
+DRAWS = 32
+SAME_POSE = 1e-6
+"""Chain and MuJoCo put a tool in one place to within this [m, and as an entry of the rotation]."""
+FOLLOWS = 1e-3
+"""An equality of the model is broken if it is off by more [m, rad]."""
+LEAST_RANK = 1e-4
+"""An arm whose Jacobian's least singular value is nowhere above this lacks a direction; see `Chain.singularity`."""
+
+
+def check_description(path: Path, robot: Robot, prefixes: dict[str, str]) -> None:
+    """Refuse a description that does not fit its model.
+
+    Args:
+        path: The description, for messages.
+        robot: The robot made from it.
+        prefixes: What stands before the names of each arm's model in the robot's.
+
+    Raises:
+        InputError: If a name is unknown, a value is out of range, or the arms cannot be planned.
+    """
+    _check_names(path, robot)
+    try:
+        model = robot.model
+    except ValueError as error:
+        raise InputError(f"{path}: the model does not compile ({one_line(error)})") from None
+    _check_joints(path, model)
+    for arm in robot.arms:
+        _check_arm(path, robot, arm, prefixes[arm.name])
+    _check_base(path, robot)
+    _check_equalities(path, robot)
+    _check_standing(path, robot)
+    for arm in robot.arms:
+        _check_directions(path, robot, arm)
+    for arm in robot.arms:
+        if not Clearance(robot, ("to the table",), arm.name).kinds:
+            raise InputError(
+                f"{path}: {arm.name}: the model has no collision shapes, which distances are taken between"
+            )
+
+
+def check_kinematics(robot: Robot) -> None:
+    """Hold the chains that plans are made with against MuJoCo's kinematics, which rehearsals use.
+
+    Raises:
+        InputError: If they put a tool in different places; the message says how far apart.
+    """
+    mujoco = needed("mujoco")
+    data = robot.at_rest()
+    base = data.body(robot.base)
+    X_BW = inverse(pose(base.xmat.reshape(3, 3), base.xpos))
+    for configuration in _draws(robot):
+        data.qpos[:] = configuration
+        mujoco.mj_kinematics(robot.model, data)
+        trunk = np.array(0.0 if robot.trunk is None else configuration[robot.columns[robot.trunk]])
+        for arm in robot.arms:
+            chain = Chain.of(robot, arm)
+            angles = configuration[[robot.columns[name] for name in arm.joints]]
+            X_BT = chain.trunk_pose(trunk) @ chain.tool(angles[None])[0][0]
+            tool = data.site(arm.site)
+            error = np.abs(X_BT - X_BW @ pose(tool.xmat.reshape(3, 3), tool.xpos))
+            if not error.max() <= SAME_POSE:
+                raise InputError(
+                    f"robot {robot.name}: {arm.name}: two ways to compute where the tool is differ by "
+                    f"{1e3 * error[:3, 3].max():.3g} mm: this model cannot be planned with"
+                )
+
+
+def _draws(robot: Robot) -> np.ndarray:
+    """Configurations of the arms, and of the trunk, all over their ranges, shape (DRAWS, nq)."""
+    random = np.random.default_rng(0)
+    larm, rarm = (_within(robot.limits(arm), random) for arm in robot.arms)
+    trunk = None if robot.trunk is None else _within(robot.model.joint(robot.trunk).range[None], random)[:, 0]
+    return robot.configuration(larm, rarm, trunk)
+
+
+def _within(limits: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    """Values drawn evenly between limits (k, 2), shape (DRAWS, k)."""
+    low, high = limits.T
+    return low + random.random((DRAWS, len(limits))) * (high - low)
+
+
+def _check_names(path: Path, robot: Robot) -> None:
+    """Refuse names of the description that the model does not have."""
+    for arm in robot.arms:
+        if robot.spec.body(arm.link) is None:
+            raise InputError(f"{path}: {arm.name}.link: the model has no body {arm.link!r}")
+        for joint in arm.joints:
+            if robot.spec.joint(joint) is None:
+                raise InputError(f"{path}: {arm.name}.joints: the model has no joint {joint!r}")
+    for joint in robot.rarm.joints:
+        if joint in robot.larm.joints:
+            raise InputError(f"{path}: rarm.joints: {joint} is larm's already")
+    for joint in robot.standing:
+        if robot.spec.joint(joint) is None:
+            raise InputError(f"{path}: standing: the model has no joint {joint!r}")
+        if joint in robot.joints:
+            raise InputError(f"{path}: standing: {joint} is one of an arm's joints, which plans move")
+    if robot.base != "world" and robot.spec.body(robot.base) is None:
+        raise InputError(f"{path}: base: the model has no body {robot.base!r}")
+
+
+def _check_joints(path: Path, model: Any) -> None:
+    """Refuse joints that have no single angle."""
+    kinds = needed("mujoco").mjtJoint
+    words = {int(kinds.mjJNT_FREE): "free", int(kinds.mjJNT_BALL): "ball"}
+    for number in range(model.njnt):
+        word = words.get(int(model.jnt_type[number]))
+        if word is not None:
+            body = model.body(model.jnt_bodyid[number]).name
+            name = model.joint(number).name
+            raise InputError(
+                f"{path}: model: the {word} joint {name} of body {body!r} cannot be planned with: every joint must be "
+                "a hinge or a slide; fix the body to what carries it, or take it out of the model"
+            )
+
+
+def _check_arm(path: Path, robot: Robot, arm: Arm, prefix: str) -> None:
+    """Refuse joints that are no hinges with limits, or do not lead to the wrist in this order."""
+    model, where = robot.model, f"{path}: {arm.name}.joints:"
+    for joint, angle in zip(arm.joints, arm.initial, strict=True):
+        if model.joint(joint).type[0] != needed("mujoco").mjtJoint.mjJNT_HINGE:
+            raise InputError(f"{where} {joint.removeprefix(prefix)} is a slide; every joint of an arm must be a hinge")
+        if not model.joint(joint).limited[0]:
+            raise InputError(f"{where} {joint} has no limits in the model")
+        low, high = model.joint(joint).range
+        if not low <= angle <= high:
+            raise InputError(
+                f"{path}: {arm.name}.initial: {joint} must be from {low:.4g} to {high:.4g} rad, given {angle:.4g}"
+            )
+    names = [name.removeprefix(prefix) for name in arm.joints]
+    on_the_way = [joint.removeprefix(prefix) for joint in _joints_to(model, model.body(arm.link).id)]
+    for name in names:
+        if name not in on_the_way:
+            raise InputError(f"{where} {name} does not move {arm.link.removeprefix(prefix)}")
+    ordered = [name for name in on_the_way if name in names]
+    if names != ordered:
+        raise InputError(f"{where} must go from the base outwards: {', '.join(ordered)}")
+
+
+def _joints_to(model: Any, body: int) -> list[str]:
+    """The joints that move a body, from the base outwards."""
+    found: list[str] = []
+    while body:
+        first = int(model.body_jntadr[body])
+        found = [str(model.joint(first + number).name) for number in range(model.body_jntnum[body])] + found
+        body = int(model.body_parentid[body])
+    return found
+
+
+def _check_base(path: Path, robot: Robot) -> None:
+    """Refuse a base that an arm moves, or that is not upright."""
+    for joint in _joints_to(robot.model, robot.model.body(robot.base).id):
+        if joint in robot.joints:
+            raise InputError(f"{path}: base: must not move, and {joint} moves {robot.base}")
+    tilt = np.degrees(np.arccos(np.clip(robot.at_rest().body(robot.base).xmat[8], -1, 1)))
+    if not tilt < 1e-3:
+        raise InputError(f"{path}: base: z of {robot.base} must point up, and is {tilt:.3g} deg from it")
+
+
+def _check_standing(path: Path, robot: Robot) -> None:
+    """Refuse joints that would stand outside their range."""
+    model = robot.model
+    for number in range(model.njnt):
+        name, (low, high) = model.joint(number).name, model.jnt_range[number]
+        value = robot.standing.get(name, robot.rest[model.jnt_qposadr[number]])
+        if model.jnt_limited[number] and not low - 1e-9 <= value <= high + 1e-9:
+            raise InputError(f"{path}: standing: {name} must be from {low:.4g} to {high:.4g}, given {value:.4g}")
+
+
+def _check_equalities(path: Path, robot: Robot) -> None:
+    """Refuse arms whose joints do not move on their own: mimic joints, coupled joints, closed loops of links."""
+    mujoco, model = needed("mujoco"), robot.model
+    data = mujoco.MjData(model)
+    worst = np.zeros(model.neq)
+    for configuration in (robot.initial, *_draws(robot)):
+        data.qpos[:] = configuration
+        mujoco.mj_fwdPosition(model, data)
+        rows = np.flatnonzero(data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY)
+        np.maximum.at(worst, data.efc_id[rows], np.abs(data.efc_pos[rows]))
+    broken = [_equality(model, int(number)) for number in np.flatnonzero(worst > FOLLOWS)]
+    if broken:
+        raise InputError(
+            f"{path}: the model says that {', '.join(broken)}; a plan would break this by up to {worst.max():.3g}: "
+            "the joints of an arm must each move on their own, and others must stand where the model allows"
+        )
+
+
+def _equality(model: Any, number: int) -> str:
+    """An equality constraint in words."""
+    kinds, body = needed("mujoco").mjtEq, int(needed("mujoco").mjtObj.mjOBJ_BODY)
+    kind, first, second = int(model.eq_type[number]), int(model.eq_obj1id[number]), int(model.eq_obj2id[number])
+    if kind == int(kinds.mjEQ_JOINT):
+        leader = f"follows {model.joint(second).name}" if second >= 0 else "stands still"
+        return f"joint {model.joint(first).name} {leader}"
+    if kind in (int(kinds.mjEQ_CONNECT), int(kinds.mjEQ_WELD)) and int(model.eq_objtype[number]) == body:
+        return f"bodies {model.body(first).name} and {model.body(second).name} are joined"
+    return f"equality {model.eq(number).name or number} holds"
+
+
+def _check_directions(path: Path, robot: Robot, arm: Arm) -> None:
+    """Refuse arms that cannot move and turn the tool in all six directions anywhere."""
+    angles = _within(robot.limits(arm), np.random.default_rng(0))
+    best = float(Chain.of(robot, arm).singularity(angles).max())
+    if not best > LEAST_RANK:
+        raise InputError(
+            f"{path}: {arm.name}.joints: move and turn the tool in fewer than six directions (the Jacobian's least "
+            f"singular value is {best:.1e} at best): six joints are needed that do not repeat one another"
+        )

@@ -1,0 +1,76 @@
+"""URDF as far as MuJoCo does not read it: where its mesh files are, and how fast its joints may move.
+
+MuJoCo reads all else: links, joints, limits, shapes, and mimic joints as equalities.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from xml.etree import ElementTree
+
+from tatamu.errors import InputError
+
+XACRO = ("{http://www.ros.org/wiki/xacro}", "{http://ros.org/wiki/xacro}", "{http://wiki.ros.org/xacro}")
+
+
+@dataclass(frozen=True)
+class Urdf:
+    """A URDF with its mesh files renamed."""
+
+    text: str
+    speeds: dict[str, float]
+    """Speed limits of the joints that have one [rad/s, m/s]."""
+
+
+def read_urdf(path: Path, root: ElementTree.Element, keep: Callable[[str], str]) -> Urdf:
+    """Prepare a URDF for MuJoCo; shapes that are only seen are left out, as distances are taken between collisions.
+
+    Args:
+        path: The file, for messages.
+        root: Its root element, which is changed.
+        keep: From the name of a mesh file, as the URDF has it, to the name that MuJoCo shall find it by.
+
+    Raises:
+        InputError: If the file is xacro, or a field is wrong.
+    """
+    if any(element.tag.startswith(XACRO) for element in root.iter()):
+        raise InputError(f"{path}: is xacro, from which URDF is made: run `xacro {path.name} > robot.urdf`")
+    folder, strip = _meshes_of(root)
+    for link in root.iter("link"):
+        for visual in link.findall("visual"):
+            link.remove(visual)
+    for mesh in root.iter("mesh"):
+        name = mesh.get("filename", "")
+        if "://" not in name:
+            name = str(PurePosixPath(folder) / (PurePosixPath(name).name if strip else name))
+        mesh.set("filename", keep(name))
+    return Urdf(ElementTree.tostring(root, encoding="unicode"), _speeds(path, root))
+
+
+def _meshes_of(root: ElementTree.Element) -> tuple[str, bool]:
+    """Folder of relative mesh names and whether their paths are dropped, as MuJoCo's extension of URDF says them."""
+    folder, strip = "", False
+    for compiler in root.iterfind("mujoco/compiler"):
+        folder = compiler.attrib.pop("meshdir", compiler.attrib.pop("assetdir", folder))
+        strip = compiler.attrib.pop("strippath", "false") == "true"
+    return folder, strip
+
+
+def _speeds(path: Path, root: ElementTree.Element) -> dict[str, float]:
+    """Speed limits by joint; many exporters write 0 for a limit that nobody gave."""
+    found = {}
+    for joint in root.iterfind("joint"):
+        limit = joint.find("limit")
+        text = None if limit is None else limit.get("velocity")
+        if text is None:
+            continue
+        name = joint.get("name", "")
+        try:
+            speed = float(text)
+        except ValueError:
+            raise InputError(f"{path}: joint {name}: velocity must be a number, given {text[:40]!r}") from None
+        if speed > 0:
+            found[name] = speed
+    return found
