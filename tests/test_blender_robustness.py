@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tatamu.learning import learn
 
 from tatamu.folding.task import make_task
-from tatamu.learning import learn
 from tatamu.simulators.blender import process, simulate
 from tatamu.simulators.blender.process import Worker
 from tests.scenes import scene, sheet

@@ -13,14 +13,14 @@ from typing import Any
 
 import pytest
 from rich.console import Console
+from tatamu.learning import Progress, learn_job
+from tatamu.results import ResultFolder
 
 from tatamu.cli import main
 from tatamu.cli.progress import LearningDisplay, Workload, duration, prepare
 from tatamu.cli.verdict import conclusion, kept, spoken
 from tatamu.errors import InputError
 from tatamu.folding.task import Job, make_job
-from tatamu.learning import Progress, learn_job
-from tatamu.results import ResultFolder
 from tests.fabricated import changed, write_fold
 from tests.scenes import scene
 

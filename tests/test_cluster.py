@@ -21,6 +21,8 @@ import cloudpickle
 from studies.real_cloth.__main__ import app
 from studies.real_cloth.bench import Bench, Experiment
 from studies.real_cloth.matsudaira import models
+from tatamu.learning import learn
+from tatamu.learning.evaluation import evaluate
 from typer.testing import CliRunner
 
 from tatamu.cluster import connected, executor_at
@@ -33,8 +35,6 @@ from tatamu.cluster.versions import difference, versions
 from tatamu.cluster.watch import Patience, Watch
 from tatamu.errors import InputError, UnavailableError, WorkerKilledError
 from tatamu.folding.task import Task, make_task
-from tatamu.learning import learn
-from tatamu.learning.evaluation import evaluate
 from tests.scenes import scene
 from tests.test_learning import COARSE, timeless
 from tests.test_real_cloth import write_fabrics

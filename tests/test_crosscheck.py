@@ -9,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tatamu.learning import learn
+from tatamu.results import RebuiltFold, describe_task, rebuild
 
 from tatamu.cli import main
 from tatamu.crosscheck import check, compare
@@ -16,10 +18,8 @@ from tatamu.crosscheck.agreement import LEARNED, rank_correlation
 from tatamu.crosscheck.check import asked
 from tatamu.errors import InputError
 from tatamu.folding.task import make_task
-from tatamu.learning import learn
 from tatamu.material import Material
 from tatamu.report import command
-from tatamu.results import RebuiltFold, describe_task, rebuild
 from tatamu.scene import Cloth, Gripper, Scene
 from tatamu.simulators import SIMULATORS, simulate
 from tatamu.subdivision import subdivided

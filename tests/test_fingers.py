@@ -7,6 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tatamu.learning import learn, learn_job
+from tatamu.learning.space import first_curves, later_curves, search_space
+from tatamu.margins.subject import subject_of
+from tatamu.results import read_fold, rebuild
 
 from tatamu import InputError
 from tatamu.disturbances import Disturbances, World, disturbed_scene, load_disturbances
@@ -14,10 +18,6 @@ from tatamu.folding.baselines import BASELINES
 from tatamu.folding.fingers import Fingers, lowest
 from tatamu.folding.manipulation import Manipulation, scene_of
 from tatamu.folding.task import Task, make_job, make_task
-from tatamu.learning import learn, learn_job
-from tatamu.learning.space import first_curves, later_curves, search_space
-from tatamu.margins.subject import subject_of
-from tatamu.results import read_fold, rebuild
 
 SMALL = {"spacing": 0.04, "size": (0.24, 0.5)}
 THICK = Fingers(thickness=0.008, width=0.02)

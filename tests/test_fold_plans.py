@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
+from tatamu.learning import learn_job
+from tatamu.results import ResultFolder
 
 from tatamu.folding.advice import UncarriedWarning, advice, left_behind
 from tatamu.folding.appendages import appendages, has_legs, silhouette
@@ -23,9 +25,7 @@ from tatamu.folding.task import make_job
 from tatamu.garments import Garment, make_garment
 from tatamu.garments.outline import Outline
 from tatamu.garments.sewing import one_layer
-from tatamu.learning import learn_job
 from tatamu.presets import load_preset
-from tatamu.results import ResultFolder
 
 DRAWN = Path(__file__).parent.parent / "examples" / "garments"
 COARSE = 0.025

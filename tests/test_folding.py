@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tatamu.results import describe_manipulation
 
 from tatamu import InputError, curves
 from tatamu.folding.baselines import BASELINES, li_2015
@@ -12,7 +13,6 @@ from tatamu.folding.manipulation import TOP_SPEED, bezier_manipulation, scene_of
 from tatamu.folding.score import score, shape_distance, top_views
 from tatamu.garments import make_garment
 from tatamu.heavy_strip.crease import crease
-from tatamu.results import describe_manipulation
 
 
 @pytest.fixture(scope="module")

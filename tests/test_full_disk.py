@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tatamu.learning import learn
 
 from tatamu.errors import UnavailableError
 from tatamu.files import write_text
-from tatamu.learning import learn
 from tatamu.sweep import SweepFolder, SweepTask, run_sweep
 from tests.fabricated import write_fold
 from tests.test_learning import task as coarse_towel
@@ -62,7 +62,6 @@ def test_a_commit_that_finds_the_disk_full_does_not_call_the_study_unreadable(tm
     from sqlite3 import OperationalError
 
     from optuna.exceptions import StorageInternalError
-
     from tatamu.learning.place import FilePlace
 
     def commits() -> None:

@@ -11,7 +11,6 @@ import pytest
 from optuna.distributions import FloatDistribution, IntDistribution
 from optuna.trial import TrialState, create_trial
 from scipy.optimize import approx_fprime
-
 from tatamu.learning.expected_improvement import log_expected_improvement, log_expected_improvement_beyond
 from tatamu.learning.gaussian_process import GaussianProcess, _Posterior
 from tatamu.learning.gp_sampler import GaussianProcessSampler, KnownPart

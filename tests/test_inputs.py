@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tatamu.learning import learn_job
+from tatamu.results import Sources, keep_inputs, kept_input, rebuild
 
 from tatamu.errors import InputError
 from tatamu.folding.task import make_job
-from tatamu.learning import learn_job
 from tatamu.material import load_material
-from tatamu.results import Sources, keep_inputs, kept_input, rebuild
 from tests.foreign import svg
 
 LOOP = '<path id="o" d="M50 20 L250 20 L290 380 L10 380 Z"/>'

@@ -23,17 +23,17 @@ import numpy as np
 import optuna
 import pytest
 from optuna.distributions import FloatDistribution
-
-from tatamu import InputError, Rollout, Scene, TatamuError, simulate
 from tatamu.folding.coarser import with_coarser
-from tatamu.folding.manipulation import Manipulation, trajectory_lengths
-from tatamu.folding.task import Outcome, Reach, Task, make_job, make_task
 from tatamu.learning import learn, learn_job
 from tatamu.learning.evaluation import evaluate
 from tatamu.learning.place import FilePlace
 from tatamu.learning.space import search_space
 from tatamu.learning.study import Identity, OptunaStudy
 from tatamu.results import ResultFolder, describe_task
+
+from tatamu import InputError, Rollout, Scene, TatamuError, simulate
+from tatamu.folding.manipulation import Manipulation, trajectory_lengths
+from tatamu.folding.task import Outcome, Reach, Task, make_job, make_task
 
 COARSE: dict[str, Any] = {"spacing": 0.04, "size": (0.24, 0.5)}
 

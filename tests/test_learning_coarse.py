@@ -10,24 +10,24 @@ from typing import Any
 
 import numpy as np
 import pytest
-
-from tatamu import InputError
-from tatamu.disturbances import Disturbances
-from tatamu.folding import coarser as coarser_meshes
 from tatamu.folding.coarser import SOON, as_on_finer_mesh, on_coarser_mesh, with_coarser
-from tatamu.folding.fold import ideal_folds
-from tatamu.folding.interpolation import interpolated
-from tatamu.folding.manipulation import SETTLE
-from tatamu.folding.task import Job, Outcome, make_job
-from tatamu.garments import make_garment
 from tatamu.learning import Expectation, learn_job
 from tatamu.learning.evaluation import submitted
 from tatamu.learning.learn import fine_share
 from tatamu.learning.refining import Known, refining_proposal
 from tatamu.learning.schedule import FINE_SHARE, FINE_SHARE_UNSURE, GAIN, MOST, MOST_FINE, Schedule, ScheduledTrial
 from tatamu.learning.space import search_space
-from tatamu.material import Material
 from tatamu.results import ResultFolder, rebuild
+
+from tatamu import InputError
+from tatamu.disturbances import Disturbances
+from tatamu.folding import coarser as coarser_meshes
+from tatamu.folding.fold import ideal_folds
+from tatamu.folding.interpolation import interpolated
+from tatamu.folding.manipulation import SETTLE
+from tatamu.folding.task import Job, Outcome, make_job
+from tatamu.garments import make_garment
+from tatamu.material import Material
 
 SIZE = (0.16, 0.40)
 PARAMETERS = {"x1": 0.1, "z1": 0.15, "x2": 0.3, "z2": 0.1, "g1": 1, "g2": 0}

@@ -9,16 +9,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-
 from tatamu.folding.coarser import with_coarser
-from tatamu.folding.fold import ideal_folds
-from tatamu.folding.score import score
-from tatamu.folding.task import Task, make_job
 from tatamu.learning import learn
 from tatamu.learning.evaluation import Evaluation, Pending, evaluate, submitted
 from tatamu.learning.expectation import Demand, Standing
 from tatamu.learning.learn import PENDING
 from tatamu.results import ResultFolder
+
+from tatamu.folding.fold import ideal_folds
+from tatamu.folding.score import score
+from tatamu.folding.task import Task, make_job
 from tests.test_learning import task as small
 from tests.test_learning_holds import X, usual
 

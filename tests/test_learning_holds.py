@@ -12,19 +12,19 @@ from typing import Any
 import numpy as np
 import optuna
 import pytest
-
-from tatamu import InputError
-from tatamu.disturbances import CALM, Disturbances, Limits, World, load_disturbances
 from tatamu.folding.coarser import larger_on_finer_mesh, on_coarser_mesh
-from tatamu.folding.manipulation import Manipulation
-from tatamu.folding.score import Score
-from tatamu.folding.task import Outcome, Task
 from tatamu.learning import Expectation, as_begun, learn
 from tatamu.learning.evaluation import submitted
 from tatamu.learning.expectation import Added, Demand, Expected, Standing, counted, expected
 from tatamu.learning.place import NAME
-from tatamu.report.page import page
 from tatamu.results import ResultFolder, read_fold
+
+from tatamu import InputError
+from tatamu.disturbances import CALM, Disturbances, Limits, World, load_disturbances
+from tatamu.folding.manipulation import Manipulation
+from tatamu.folding.score import Score
+from tatamu.folding.task import Outcome, Task
+from tatamu.report.page import page
 from tests.test_learning import task, timeless
 
 X = {"x1": 0.05, "z1": 0.2, "x2": 0.4, "z2": 0.1, "g1": 0, "g2": 0}

@@ -10,16 +10,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tatamu.learning import Expectation, as_begun, learn_job
+from tatamu.learning.space import ARCHED, HIGH, carried_over, search_space
+from tatamu.results import ResultFolder, read_fold
 
 from tatamu import InputError, Rollout, Scene, simulate
 from tatamu.disturbances import Disturbances
 from tatamu.folding.fold import ideal_folds
 from tatamu.folding.task import Job, Task, make_job
-from tatamu.learning import Expectation, as_begun, learn_job
-from tatamu.learning.space import ARCHED, HIGH, carried_over, search_space
 from tatamu.report.plan import joined_path
 from tatamu.report.replay import hands
-from tatamu.results import ResultFolder, read_fold
 
 COARSE: dict[str, Any] = {"spacing": 0.04, "size": (0.24, 0.5)}
 SEARCH: dict[str, Any] = {"sampler": "random", "baselines": False}

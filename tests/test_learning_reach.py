@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tatamu.learning import learn_job
 
 from tatamu import InputError
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.task import Job, Reach, make_job
-from tatamu.learning import learn_job
 from tatamu.robots import ReachConstraint, load
 
 TOO_FAR = "larm cannot follow its hand beyond frame 6"

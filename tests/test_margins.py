@@ -10,17 +10,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tatamu.learning import learn
+from tatamu.results import JointMargin, ResultFolder
+from tatamu.results.margins import Spread
 
 from tatamu import InputError
 from tatamu.disturbances import Disturbances, Limits, Verdict, World, load_disturbances
 from tatamu.errors import WorkerKilledError
 from tatamu.folding.task import make_task
-from tatamu.learning import learn
 from tatamu.margins import Measured, measure
 from tatamu.margins.page import page, sureness
 from tatamu.margins.terminal import summary
-from tatamu.results import JointMargin, ResultFolder
-from tatamu.results.margins import Spread
 from tests.test_cli import tatamu
 
 UP = Disturbances.model_validate({"hands": {"offset": [0.0, 0.0, 0.003], "yaw": 0.01}})

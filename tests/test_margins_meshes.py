@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tatamu.disturbances.meshes import Apart, Judged, on_own_mesh, sampled
 
 from tatamu.disturbances import Limits, Verdict, World
-from tatamu.disturbances.meshes import Apart, Judged, on_own_mesh, sampled
 from tatamu.folding import coarser
 from tatamu.margins import Measured, measure
 from tatamu.margins.page import page

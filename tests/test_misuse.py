@@ -10,6 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tatamu.learning import learn
+from tatamu.results import read_fold
 
 from tatamu.calibration import load_measurements
 from tatamu.errors import InputError, TatamuError
@@ -18,9 +20,7 @@ from tatamu.folding.plan import load_plan
 from tatamu.folding.task import Task, make_task
 from tatamu.garments import load_garment, make_garment
 from tatamu.garments.meshfile import read_mesh
-from tatamu.learning import learn
 from tatamu.material import Material
-from tatamu.results import read_fold
 from tests.foreign import svg
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "measurements-towel.toml"

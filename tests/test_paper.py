@@ -12,12 +12,12 @@ from studies.paper import Choices, Study, run
 from studies.paper.__main__ import app
 from studies.paper.claims import claims, separation
 from studies.paper.page import TABLES, page
+from tatamu.learning import Progress
+from tatamu.results import LearnedFold, read_fold
 
 from tatamu.cli.program import run as run_program
 from tatamu.errors import InputError
-from tatamu.learning import Progress
 from tatamu.material import PRESETS, load_material
-from tatamu.results import LearnedFold, read_fold
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth
 from tatamu.simulators.blender.quads import joined

@@ -7,6 +7,7 @@ from textwrap import dedent
 
 import numpy as np
 import pytest
+from tatamu.results import describe_manipulation, describe_task
 
 from tatamu import InputError
 from tatamu.crossings import crossings
@@ -19,7 +20,6 @@ from tatamu.folding.score import score
 from tatamu.folding.task import make_job
 from tatamu.garments import Garment, make_garment
 from tatamu.heavy_strip.crease import crease
-from tatamu.results import describe_manipulation, describe_task
 from tatamu.topology import Topology
 from tests.foreign import GOOD
 

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 from jinja2 import UndefinedError
+from tatamu.report.verdict import MEASURES, grade
+from tatamu.results import Scores, read_fold
 
 from tatamu.errors import InputError
 from tatamu.presentation.page import inline, render
 from tatamu.report import write_report
-from tatamu.report.verdict import MEASURES, grade
-from tatamu.results import Scores, read_fold
 from tatamu.rollout import Rollout
 from tests.fabricated import changed, rewritten, write_fold
 from tests.pages import charts, replay, shown

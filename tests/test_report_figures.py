@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from PIL import Image
+from tatamu.results import read_fold
 
 from tatamu.presentation.packing import motion
 from tatamu.presentation.raster import View, rasterise, vertex_normals
@@ -21,7 +22,6 @@ from tatamu.report.errormap import largest, maps
 from tatamu.report.histogram import bin_width, histogram
 from tatamu.report.paths import plot
 from tatamu.report.replay import replay
-from tatamu.results import read_fold
 from tests.fabricated import changed, grid, rewritten, write_fold
 from tests.pages import shown, unpacked
 

@@ -13,10 +13,6 @@ import numpy as np
 import optuna
 import pytest
 from optuna.distributions import FloatDistribution, IntDistribution
-
-from tatamu.folding.baselines import LI_2015, li_2015
-from tatamu.folding.score import ALPHA, residuals, shape_distance
-from tatamu.folding.task import Outcome, Task, make_task
 from tatamu.learning import learn
 from tatamu.learning.cma_es import EvolutionSampler, adapted
 from tatamu.learning.levenberg_marquardt import (
@@ -30,6 +26,10 @@ from tatamu.learning.levenberg_marquardt import (
 )
 from tatamu.learning.lm_sampler import packed, unpacked
 from tatamu.results import ResultFolder
+
+from tatamu.folding.baselines import LI_2015, li_2015
+from tatamu.folding.score import ALPHA, residuals, shape_distance
+from tatamu.folding.task import Outcome, Task, make_task
 
 LEAST = np.array([0.3, 0.55])
 

@@ -14,12 +14,12 @@ from threading import Thread
 
 import pytest
 from optuna.trial import create_trial
-
 from tatamu.cli.learning import LearnOptions
-from tatamu.errors import InputError, UnavailableError
-from tatamu.folding.task import Task, make_task
 from tatamu.learning import Progress, learn
 from tatamu.learning.database import SharedDatabase, parse_storage, shared_database
+
+from tatamu.errors import InputError, UnavailableError
+from tatamu.folding.task import Task, make_task
 from tests import postgres
 from tests.test_learning import COARSE, timeless
 

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-
 from tatamu.cli.learning import LearnOptions, counted
+
 from tatamu.errors import InputError, TatamuError, UnavailableError
 from tatamu.sweep import SweepFolder, TaskRecord, read_sweep, run_sweep
 from tatamu.sweep.page import page

@@ -16,7 +16,6 @@ import pytest
 from optuna.distributions import FloatDistribution, IntDistribution
 from optuna.storages import RDBStorage
 from optuna.trial import FrozenTrial, TrialState, create_trial
-
 from tatamu.learning.place import FilePlace
 from tatamu.learning.trial_rows import write_trial
 

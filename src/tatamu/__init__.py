@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from tatamu.study.loop import Progress
     from tatamu.study.trial import Trial
 
-__version__ = "0.1.0"
+from tatamu.version import __version__ as __version__
 
 _HOME = {
     "Bounds": "tatamu.search.space",

@@ -1,3 +1,108 @@
 """The paper's claims about its results, checked on ours. Every answer is a number with its definition."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.stats import median_abs_deviation
+
+from studies.paper.experiment import Study
+from tatamu.study import MOMENTS, Result, Trial
+
+AFTER = tuple(count for count, _ in MOMENTS.values())
+"""Numbers of trials after which the paper's Fig. 6 shows the errors."""
+TWO_PEAKS = 2.0
+"""Ashman's D beyond which two groups are cleanly apart (Ashman, Bird and Zepf 1994)."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """The best trial up to one moment of the search, over the seeds."""
+
+    after: int
+    mean_vertex_distance: float
+    """Mean e_i, Eq. (12), median over the seeds [m]."""
+    slip: float
+    """Median over the seeds [m]."""
+    trajectory_length: float
+    """l_x, median over the seeds [m]: C weighs it against the errors."""
+
+
+@dataclass(frozen=True)
+class Claims:
+    """The claims, answered for one garment."""
+
+    garment: str
+    seeds: int
+    moments: list[Moment]
+    moved_left: int
+    """Seeds whose mean e_i fell from each of these moments to the next, or stayed where the best trial did."""
+    peaks: list[float]
+    """Ashman's D between e_i of what moves and of what should lie still, for each seed."""
+    slipped_less: int
+    """Seeds whose best fold slips less than their first trial."""
+
+    @property
+    def two_peaked(self) -> int:
+        """Seeds with two cleanly separate peaks."""
+        return sum(peak > TWO_PEAKS for peak in self.peaks)
+
+
+def claims(garment: str, studies: list[Study]) -> Claims:
+    """Answer the claims from the studies of one garment."""
+    folds = [study.fold for study in studies if study.garment == garment]
+    count = len(folds[0].record.trials)
+    moments = [after for after in AFTER if after <= count] + ([count] if count not in AFTER else [])
+    found = [[best(fold, after) for after in moments] for fold in folds]
+    return Claims(
+        garment,
+        len(folds),
+        [_moment(after, [row[k] for row in found]) for k, after in enumerate(moments)],
+        sum(_falls([_distance(trial) for trial in row]) for row in found),
+        [separation(fold) for fold in folds],
+        sum(_slip(row[-1]) < _slip(row[0]) for row in found),
+    )
+
+
+def best(fold: Result, after: int) -> Trial | None:
+    """The complete trial of least C, Eq. (10), among the first `count`; None if all failed."""
+    complete = [trial for trial in fold.record.trials[:after] if trial.state == "complete"]
+    return min(complete, key=lambda trial: (trial.objective, trial.number)) if complete else None
+
+
+def separation(fold: Result) -> float:
+    """Ashman's D = sqrt(2) |m_1 - m_2| / sqrt(s_1^2 + s_2^2) between e_i of the upper and of the lower part.
+
+    The paper explains two peaks so: the upper side lies right while the lower side has slipped. m is the median and s
+    the median absolute deviation scaled to that of a normal distribution, so that the loop between the parts, a long
+    tail of either group that is no peak, does not count.
+    """
+    lower = np.linalg.norm(fold.target - fold.start, axis=1) < 1e-6
+    if not lower.any() or lower.all():
+        return 0.0
+    upper, still = fold.errors[~lower], fold.errors[lower]
+    spread = np.hypot(*(median_abs_deviation(part, scale="normal") for part in (upper, still)))
+    return float(np.sqrt(2.0) * abs(np.median(upper) - np.median(still)) / max(spread, 1e-12))
+
+
+def _moment(after: int, trials: list[Trial | None]) -> Moment:
+    return Moment(after, *(float(np.median([of(trial) for trial in trials])) for of in (_distance, _slip, _length)))
+
+
+def _distance(trial: Trial | None) -> float:
+    return np.inf if trial is None or trial.score is None else trial.score.mean_vertex_distance
+
+
+def _slip(trial: Trial | None) -> float:
+    return np.inf if trial is None or trial.score is None else trial.score.slip
+
+
+def _length(trial: Trial | None) -> float:
+    return np.inf if trial is None or trial.trajectory_length is None else trial.trajectory_length
+
+
+def _falls(values: list[float]) -> bool:
+    """Whether the values never rise, and the last is less than the first."""
+    return values[-1] < values[0] and all(later <= earlier for earlier, later in pairwise(values))

@@ -1,3 +1,149 @@
 """The page of the paper's experiment: its Fig. 5, Fig. 6, Tables I and II, medians over seeds, and its claims."""
 
 from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from markupsafe import Markup
+
+from studies.paper.claims import claims
+from studies.paper.experiment import Choices, Study
+from tatamu import __version__
+from tatamu.crossings import crossings
+from tatamu.files import write_json, write_text
+from tatamu.presentation.chart import Chart
+from tatamu.presentation.image import data_uri, save_png
+from tatamu.presentation.page import render
+from tatamu.presentation.shading import shrink, to_pixels
+from tatamu.report.histogram import along
+from tatamu.report.measures import MEASURES, Measure
+from tatamu.report.still import FINER
+from tatamu.report.still import render as still
+from tatamu.study import Result
+
+BLACK = "#111111"
+TABLES = (
+    ("Table I: weight", "mass", "mass"),
+    ("Table I: structure", "tension_stiffness", "tension, compression, shear stiffness"),
+    ("Table I: spring", "tension_damping", "tension, compression, shear damping"),
+    ("Table II: structural rigidity", "tension_stiffness_max", "the same, most (without effect, see the docs)"),
+    ("Table II: friction", "cloth_friction", "cloth friction of the table"),
+    ("Table II: bending of fabric", "bending_stiffness", "bending stiffness, linear model"),
+    ("Table II: bending resistance", "bending_stiffness_max", "bending stiffness, most (without effect)"),
+)
+
+
+def save(choices: Choices, studies: list[Study], folder: Path) -> Path:
+    """Write `reproduction.json`, `figure-5.png` and `reproduction.html`; returns the page."""
+    write_json(folder / "reproduction.json", data(choices, studies))
+    shown = [drawn(_of(studies, name)[0].fold) for name in choices.garments]
+    save_png(np.hstack([np.vstack(pair) for pair in shown]), folder / "figure-5.png")
+    write_text(folder / "reproduction.html", page(choices, studies))
+    return folder / "reproduction.html"
+
+
+def data(choices: Choices, studies: list[Study]) -> dict[str, Any]:
+    """Medians, claims and choices as plain data; what no seed has is null."""
+    garments = {}
+    for name in choices.garments:
+        own = _of(studies, name)
+        found = claims(name, studies)
+        garments[name] = {
+            "medians": {measure.key: _median(measure, own) for measure in MEASURES},
+            "mean_vertex_distance_by_seed": [study.fold.record.best_score.mean_vertex_distance for study in own],
+            "crossings_by_seed": [crossed(study) for study in own],
+            "seconds_by_seed": [study.fold.record.wall_seconds for study in own],
+            "moments": [{k: _finite(v) for k, v in vars(moment).items()} for moment in found.moments],
+            "moved_left": found.moved_left,
+            "separation_of_peaks": found.peaks,
+            "slipped_less": found.slipped_less,
+        }
+    return {
+        "version": 1,
+        "tatamu": __version__,
+        "simulator": choices.simulator,
+        "seeds": choices.seeds,
+        "trials": choices.trials,
+        "garments": garments,
+    }
+
+
+def page(choices: Choices, studies: list[Study]) -> str:
+    """The whole page."""
+    shown = [_of(studies, name)[0] for name in choices.garments]
+    pictures = [(study, [data_uri(pixels) for pixels in drawn(study.fold)]) for study in shown]
+    materials = [choices.material(name).blender or {} for name in choices.garments]
+    return render(
+        Path(__file__).with_name("page.html"),
+        charts={study.garment: _histograms(study) for study in shown},
+        title="Section VI",
+        choices=choices,
+        shown=shown,
+        pictures=pictures,
+        claims=[claims(name, studies) for name in choices.garments],
+        medians=_medians(choices, studies),
+        tables=[(name, [numbers.get(key, "–") for numbers in materials], today) for name, key, today in TABLES],
+        chosen=_chosen(choices, shown),
+    )
+
+
+def _of(studies: list[Study], garment: str) -> list[Study]:
+    return [study for study in studies if study.garment == garment]
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+def drawn(fold: Result) -> tuple[np.ndarray, np.ndarray]:
+    """The target, and the learned fold with the hands' paths in black, as pixels."""
+    ideal = replace(
+        fold.rollout, times=fold.rollout.times[:1], positions=fold.target[None], extra={"target": fold.target}
+    )
+    pictures = ((replace(fold, rollout=ideal), ()), (fold, (BLACK, BLACK)))
+    target, result = (to_pixels(shrink(still(seen, hands, flying=False), 2 * FINER)) for seen, hands in pictures)
+    return target, result
+
+
+def _histograms(study: Study) -> list[Chart]:
+    return [replace(chart, title=f"{study.garment}, {chart.title.lower()}") for chart in along(study.fold.moments)]
+
+
+def _medians(choices: Choices, studies: list[Study]) -> list[tuple[Markup, list[str], str]]:
+    """For each measure its name, its medians over the seeds of each garment, and the threshold of the field."""
+    rows = []
+    for measure in MEASURES:
+        unit = f" [{measure.unit}]" if measure.unit else ""
+        values = [_median(measure, _of(studies, name)) for name in choices.garments]
+        shown = ["–" if value is None else f"{value * measure.scale:.{measure.digits}f}" for value in values]
+        rows.append((Markup(measure.title + unit), shown, measure.threshold))
+    counts = [np.median([crossed(study) for study in _of(studies, name)]) for name in choices.garments]
+    crossing = [f"{count:g}" for count in counts]
+    return [*rows, (Markup("Edges through triangles"), crossing, "0: no layer through another")]
+
+
+def crossed(study: Study) -> int:
+    """The number of edges that pass through triangles of the same cloth in the learned fold."""
+    return crossings(study.fold.final, study.fold.faces)
+
+
+def _median(measure: Measure, studies: list[Study]) -> float | None:
+    values = [measure.value(study.fold.record.best_score) for study in studies]
+    known = [value for value in values if value is not None]
+    return float(np.median(known)) if known else None
+
+
+def _chosen(choices: Choices, shown: list[Study]) -> list[tuple[str, list[str]]]:
+    """The choices that the paper leaves open: their names and those made for each garment."""
+    tasks = [study.fold.record.task for study in shown]
+    return [
+        ("size (width × length)", [" × ".join(f"{side:g}" for side in task.size or []) for task in tasks]),
+        ("fold", [task.fold for task in tasks]),
+        ("mesh spacing", [f"{1e3 * (task.spacing or 0):g} mm" for task in tasks]),
+        ("vertices", [str(len(study.fold.start)) for study in shown]),
+        ("grasp candidates M", [str(task.candidates) for task in tasks]),
+        ("material", [choices.materials.get(study.garment, f"paper-{study.garment}") for study in shown]),
+    ]

@@ -4,12 +4,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tatamu.results import describe_manipulation
 
 from tatamu.errors import InputError
 from tatamu.folding.fold import make_fold
 from tatamu.folding.manipulation import bezier_manipulation
 from tatamu.garments import make_garment
-from tatamu.results import describe_manipulation
 from tatamu.robots.hands import HandMotion
 from tests.robots.folds import bezier, folder, manipulation
 

@@ -11,11 +11,12 @@ import pytest
 pytest.importorskip("mujoco", reason="no MuJoCo here: pip install 'tatamu[robot]'")
 pytest.importorskip("mink")
 
-from tatamu.cli import main
 from tatamu.cli.learning import LearnOptions
+from tatamu.results import Sources, keep_inputs
+
+from tatamu.cli import main
 from tatamu.disturbances import Disturbances, load_disturbances
 from tatamu.errors import InputError
-from tatamu.results import Sources, keep_inputs
 from tatamu.robots import load
 from tatamu.robots.description import disturbances_of, files_of
 from tests.robots.arms import pair

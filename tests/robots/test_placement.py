@@ -4,6 +4,7 @@ import pytest
 pytest.importorskip("mujoco")
 
 from tatamu.results import ManipulationDescription
+
 from tatamu.robots import load
 from tatamu.robots.chain import Chain
 from tatamu.robots.hands import HandMotion

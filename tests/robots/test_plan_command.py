@@ -10,8 +10,9 @@ import pytest
 
 pytest.importorskip("mujoco", reason="no MuJoCo here: pip install 'tatamu[robot]'")
 
-from tatamu.cli import main
 from tatamu.results import Sources, keep_inputs
+
+from tatamu.cli import main
 from tatamu.robots.assembly import described
 from tatamu.robots.description import files_of
 from tatamu.robots.plan import NoPlacement

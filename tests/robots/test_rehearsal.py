@@ -9,10 +9,11 @@ import pytest
 pytest.importorskip("mink")
 pytest.importorskip("toppra")
 
+from tatamu.learning import learn_job
+
 from tatamu.cli import main
 from tatamu.errors import InputError
 from tatamu.folding.task import make_job
-from tatamu.learning import learn_job
 from tatamu.material import Material
 from tatamu.robots import load, plan_fold
 from tatamu.robots import save as save_plan

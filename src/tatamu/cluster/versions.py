@@ -9,7 +9,7 @@ from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-import tatamu
+from tatamu.version import __version__
 
 COMPUTING = ("numpy", "numba", "scipy")
 """Packages beside tatamu whose versions results may depend on."""
@@ -20,7 +20,7 @@ Versions = Mapping[str, str]
 @cache
 def versions() -> Versions:
     """The versions here, by name."""
-    found = {"Python": platform.python_version(), "tatamu": f"{tatamu.__version__} ({source_digest()})"}
+    found = {"Python": platform.python_version(), "tatamu": f"{__version__} ({source_digest()})"}
     return found | {name: _version(name) for name in COMPUTING}
 
 
@@ -35,7 +35,7 @@ def difference(there: Versions) -> str | None:
 @cache
 def source_digest() -> str:
     """A short name of tatamu's own code that differs when a byte of it does."""
-    root = Path(tatamu.__file__).parent
+    root = Path(__file__).parent.parent
     digest = sha256()
     for file in sorted(root.rglob("*.py")):
         digest.update(file.relative_to(root).as_posix().encode())

@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 from scipy.stats import spearmanr
 
-from tatamu import __version__
 from tatamu.crosscheck.check import modify_scene
 from tatamu.errors import InputError, SimulationError, WorkerKilledError
 from tatamu.evaluation.nominal import penalty
@@ -30,6 +29,7 @@ from tatamu.scene import Scene
 from tatamu.simulators import named
 from tatamu.study import Result
 from tatamu.subdivision import on_coarse_mesh
+from tatamu.version import __version__
 
 LEARNED = "learned"
 

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from tatamu import __version__
 from tatamu.errors import SimulationError
 from tatamu.folding.score import Score
 from tatamu.material import Material
@@ -16,6 +15,7 @@ from tatamu.scene import Scene
 from tatamu.simulators import named
 from tatamu.study import Result
 from tatamu.subdivision import on_coarse_mesh, subdivided
+from tatamu.version import __version__
 
 
 @dataclass(frozen=True)

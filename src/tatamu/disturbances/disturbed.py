@@ -15,7 +15,7 @@ from tatamu import curves
 from tatamu.disturbances.description import FIELDS
 from tatamu.disturbances.world import World
 from tatamu.errors import SimulationError
-from tatamu.folding.fingers import lowest
+from tatamu.folding.finger_clearance import lowest_lift
 from tatamu.folding.fold import PINCH, Fold
 from tatamu.folding.manipulation import HANDS, Manipulation
 from tatamu.folding.trial_scene import Carry, carries_of, scene_of, scene_with
@@ -176,7 +176,7 @@ def _borne_down(fold: Fold, vertex: int, moved: np.ndarray) -> np.ndarray:
     """
     if not fold.lift:
         return np.zeros(len(moved))
-    pressed = lowest(fold, vertex, moved) - moved[:, 2]
+    pressed = lowest_lift(fold, vertex, moved) - moved[:, 2]
     return fold.lift * np.clip(pressed / BEARS_DOWN, 0.0, 1.0)
 
 

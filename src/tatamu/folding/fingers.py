@@ -7,21 +7,12 @@ the finger is drawn out from under it.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
-import numpy as np
 from pydantic import Field, model_validator
 
-from tatamu.folding.layers import Surface
 from tatamu.material import Number
 from tatamu.records import Record
-
-if TYPE_CHECKING:
-    from tatamu.folding.fold import Fold
-
-LIES = 0.02
-"""Cloth lies below a hand again where it has come this far [m]; nearer to its grasp the cloth hangs from it."""
-
 
 PRESETS = {
     # the box of the rubber tip in franka_description/robots/common/franka_hand.xacro of frankaemika/franka_ros
@@ -53,37 +44,3 @@ class Fingers(Record):
         if not isinstance(name, str) or name not in PRESETS:
             raise ValueError(f"preset must be one of {', '.join(PRESETS)}, given {name!r}")
         return {**PRESETS[name], **own}
-
-
-def lowest(fold: Fold, vertex: int, moved: np.ndarray) -> np.ndarray:
-    """The least displacement upwards at which the lower finger clears what lies below it [m], shape (k,).
-
-    Args:
-        fold: The fold.
-        vertex: The grasped one.
-        moved: Displacements of the hand [m], shape (k, 3).
-    """
-    half = 0.5 * fold.garment.material.thickness
-    underside = fold.start[fold.patch(vertex), 2].min() - half
-    come = np.linalg.norm(moved[:, :2], axis=1)
-    below = _lying(fold).height(fold.start[vertex, :2] + moved[:, :2])
-    return np.clip(come / LIES, 0.0, 1.0) * below + fold.lift - underside
-
-
-def cleared(fold: Fold, vertex: int, moved: np.ndarray) -> np.ndarray:
-    """Displacements of a hand [m], shape (k, 3), raised where its lower finger would touch what lies below it.
-
-    The release stays as it is: it is as high as the finger must be over the layers there.
-    """
-    if not fold.lift:
-        return moved
-    raised = moved.copy()
-    raised[:-1, 2] = np.maximum(moved[:-1, 2], lowest(fold, vertex, moved)[:-1])
-    return raised
-
-
-def _lying(fold: Fold) -> Surface:
-    """The upper surface of the cloth before the fold, its loops pressed."""
-    garment = fold.garment
-    pressed = np.column_stack([fold.start[:, :2], fold.stacks.middle])
-    return Surface.of(pressed, garment.faces, garment.material.thickness, 0.5 * garment.spacing)

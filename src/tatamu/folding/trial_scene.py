@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tatamu import curves
-from tatamu.folding.fingers import cleared
+from tatamu.folding.finger_clearance import raise_clear
 from tatamu.folding.fold import Fold
 from tatamu.folding.manipulation import FRAME_RATE, HANDS, WAIT, Hand, Manipulation
 from tatamu.folding.pinch import pressed
@@ -39,7 +39,7 @@ def carries_of(fold: Fold, manipulation: Manipulation) -> list[Carry]:
     times, displacements = manipulation.motion()
     opens = manipulation.timing.opens
     hands = zip(HANDS, manipulation.grasps, displacements, strict=False)
-    return [Carry(hand, vertex, times, cleared(fold, vertex, moved), opens) for hand, vertex, moved in hands]
+    return [Carry(hand, vertex, times, raise_clear(fold, vertex, moved), opens) for hand, vertex, moved in hands]
 
 
 def scene_of(fold: Fold, manipulation: Manipulation) -> Scene:

@@ -7,7 +7,6 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from tatamu import __version__
 from tatamu.disturbances import CHANNELS, Disturbances, Stream, World, deviations, sample_worlds
 from tatamu.errors import InputError
 from tatamu.evaluation import CoarseMesh, Nominal, coarser_task, on_coarser_mesh
@@ -31,6 +30,7 @@ from tatamu.robustness import (
 from tatamu.simulators import capabilities
 from tatamu.simulators.many import executor_of, processors
 from tatamu.study import Result
+from tatamu.version import __version__
 
 DRAWS = 200
 """Default number of joint draws."""

@@ -18,10 +18,10 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from tatamu import __version__
 from tatamu.presentation import palette
 from tatamu.presentation.chart import Chart
 from tatamu.presentation.packing import packed
+from tatamu.version import __version__
 
 Charts = Mapping[str, Sequence[Chart]]
 """Groups of charts by name; `parts.plots` puts the group `name` into places `name-0`, `name-1` .. of a page."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tatamu import __version__
 from tatamu.errors import InputError
 from tatamu.files import write_text
 from tatamu.presentation.chart import Chart
@@ -14,6 +13,7 @@ from tatamu.report.conclusion import of_fold
 from tatamu.report.measures import MEASURES, SUCCESS
 from tatamu.report.replay import replay
 from tatamu.study import Result, ResultFolder
+from tatamu.version import __version__
 
 
 def write_report(fold: Result, file: Path | None = None) -> Path:

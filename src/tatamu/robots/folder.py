@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 
-from tatamu import __version__
 from tatamu.errors import InputError
 from tatamu.files import write_json, write_text
 from tatamu.robots.bags import write_ros1, write_ros2
@@ -24,6 +23,7 @@ from tatamu.robots.planned import FOLD
 from tatamu.robots.stage import save_stage
 from tatamu.robots.tables import joint_csv, pattern_json, trajectory_json
 from tatamu.study.folder import MANIPULATION, RESULT, ROLLOUT, SCENE
+from tatamu.version import __version__
 
 FOLD_FILES = (MANIPULATION, SCENE, ROLLOUT, RESULT)
 """Files of the learned fold that a plan carries along; all but the first may be missing."""

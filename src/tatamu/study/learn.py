@@ -16,7 +16,6 @@ from typing import Any
 import tomli_w
 from filelock import FileLock, Timeout
 
-from tatamu import __version__
 from tatamu.disturbances import Disturbances, default_disturbances, disturbances_in, load_disturbances, with_calibrated
 from tatamu.errors import InputError, TatamuError
 from tatamu.evaluation import CoarseFirst, Disturbed, Evaluator, Nominal, WithinReach
@@ -40,6 +39,7 @@ from tatamu.study.reachable import check_reach
 from tatamu.study.record import Crossings, ResultRecord, StudyRecord, describe_task
 from tatamu.study.result import Result
 from tatamu.study.store import held_store, load_settings
+from tatamu.version import __version__
 
 UNSURE_SHARE = 0.3
 """Part of the trials at high fidelity if coarser meshes rank trials less surely (docs/notes/learning.md,

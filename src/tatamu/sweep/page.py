@@ -1,3 +1,161 @@
 """The page that compares the tasks of a sweep."""
 
 from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+from tatamu.files import write_text
+from tatamu.presentation.chart import Chart, Plot, axis, line, log_axis, traces
+from tatamu.presentation.page import render
+from tatamu.presentation.palette import SERIES
+from tatamu.report.measures import SUCCESS, grade
+from tatamu.sweep.records import SweepFolder, TaskRecord
+from tatamu.sweep.table import counts, varied, write_parquet
+
+LEAST = 1e-5
+"""Distances below this are drawn at it: the axis is logarithmic [m]."""
+MOST_POINTS = 5000
+"""Tasks in a chart at most; the table has all."""
+
+
+def write_results(folder: SweepFolder, records: Sequence[TaskRecord]) -> Path:
+    """Write `sweep.parquet` and the page of a sweep.
+
+    Returns:
+        The file of the page.
+
+    Raises:
+        InputError: If a file cannot be written.
+    """
+    write_parquet(records, folder.table_file)
+    write_text(folder.page_file, page(records))
+    return folder.page_file
+
+
+def page(records: Sequence[TaskRecord]) -> str:
+    """The whole page."""
+    names = varied(records)
+    apart = [name for name in names if name != "seed"]
+    complete = [record for record in records if record.state == "complete"]
+    groups = grouped(complete, apart)
+    charts = {"distance": [_distances(groups)], "pair": _pairs(complete)} if complete else {"distance": [], "pair": []}
+    return render(
+        "sweep/page.html",
+        charts=charts if complete else None,
+        title="Sweep",
+        counted=counts(records),
+        succeeded=sum((record.mean_vertex_distance or 1.0) < SUCCESS for record in complete),
+        complete=len(complete),
+        success=f"{1e3 * SUCCESS:g} mm",
+        failed=[(record.name, record.error) for record in records if record.state == "failed"],
+        groups=[(name or "all", _summary(group)) for name, group in groups.items()],
+        names=names,
+        rows=[(record, [_shown(record.options.get(name)) for name in names], _cells(record)) for record in records],
+    )
+
+
+def grouped(records: Sequence[TaskRecord], names: Sequence[str]) -> dict[str, list[TaskRecord]]:
+    """Tasks by the options of those names, in words; seeds of the same task stand together."""
+    groups: dict[str, list[TaskRecord]] = {}
+    for record in records:
+        words = ", ".join(_shown(record.options[name]) for name in names if name in record.options)
+        groups.setdefault(words, []).append(record)
+    return groups
+
+
+def _summary(group: Sequence[TaskRecord]) -> list[str]:
+    distances = [1e3 * record.mean_vertex_distance for record in group if record.mean_vertex_distance is not None]
+    objectives = [record.objective for record in group if record.objective is not None]
+    overlaps = [record.mask_iou for record in group if record.mask_iou is not None]
+    held = sum(distance < 1e3 * SUCCESS for distance in distances)
+    return [
+        str(len(group)),
+        f"{median(distances):.1f}" if distances else "–",
+        f"{max(distances):.1f}" if distances else "–",
+        f"{median(objectives):.4f}" if objectives else "–",
+        f"{median(overlaps):.3f}" if overlaps else "–",
+        f"{held} of {len(group)}",
+    ]
+
+
+def _distances(groups: dict[str, list[TaskRecord]]) -> Chart:
+    """Each task a dot, each group a row."""
+    shown = [(name, record) for name, group in groups.items() for record in group][:MOST_POINTS]
+    values = [1e3 * max(record.mean_vertex_distance or LEAST, LEAST) for _, record in shown]
+    dots = {
+        "x": [round(value, 4) for value in values],
+        "y": [_short(name) for name, _ in shown],
+        "text": [record.name for _, record in shown],
+        "mode": "markers",
+        "marker": {"size": 9, "color": "@plot", "opacity": 0.7},
+        "hovertemplate": "%{text}<br>%{x:.2f} mm<extra></extra>",
+    }
+    low, high = 0.8 * min([*values, 1e3 * SUCCESS]), 1.25 * max([*values, 1e3 * SUCCESS])
+    plot = traces(
+        [dots],
+        xaxis=log_axis("mean vertex distance [mm]", low, high),
+        yaxis=axis("", type="category", autorange="reversed"),
+        height=110 + 26 * len(groups),
+        shapes=[line("x", 1e3 * SUCCESS)],
+    )
+    caption = f"each dot a task; success left of the line, {1e3 * SUCCESS:g} mm"
+    return Chart("Mean vertex distance", plot, caption, kind="rows")
+
+
+def _pairs(records: Sequence[TaskRecord]) -> list[Chart]:
+    """The two parts of the objective, Eq. (10), against each other."""
+    both = [record for record in records if record.trajectory_length is not None][:MOST_POINTS]
+    if not both:
+        return []
+    garments = list(dict.fromkeys(str(record.options.get("garment")) for record in both))
+    data = [_cloud(garment, number, both) for number, garment in enumerate(garments)]
+    distances = [1e3 * max(record.mean_vertex_distance or LEAST, LEAST) for record in both]
+    plot: Plot = traces(
+        data,
+        xaxis=axis("l_x: length of a hand's path [m]"),
+        yaxis=log_axis("mean vertex distance [mm]", 0.8 * min(distances), 1.25 * max(distances)),
+        showlegend=len(garments) > 1,
+    )
+    return [Chart("Path against distance", plot, "what the objective weighs against each other")]
+
+
+def _cloud(garment: str, number: int, records: Sequence[TaskRecord]) -> dict[str, Any]:
+    own = [record for record in records if str(record.options.get("garment")) == garment]
+    return {
+        "name": garment,
+        "x": [record.trajectory_length for record in own],
+        "y": [round(1e3 * max(record.mean_vertex_distance or LEAST, LEAST), 4) for record in own],
+        "text": [record.name for record in own],
+        "mode": "markers",
+        "marker": {"size": 8, "color": f"@series-{number % SERIES}"},
+        "hovertemplate": "%{text}<br>%{x:.3f} m, %{y:.2f} mm<extra></extra>",
+    }
+
+
+def _cells(record: TaskRecord) -> list[tuple[str, str]]:
+    """Numbers of a task, and the tone of its grade."""
+    if record.mean_vertex_distance is None:
+        return []
+    word = grade(record.mean_vertex_distance)
+    objective = "–" if record.objective is None else f"{record.objective:.4f}"
+    overlap = "–" if record.mask_iou is None else f"{record.mask_iou:.3f}"
+    return [
+        (f"{1e3 * record.mean_vertex_distance:.1f}", word),
+        (objective, ""),
+        (overlap, ""),
+        (str(record.crossings if record.crossings is not None else "–"), ""),
+        (str(record.trials), ""),
+    ]
+
+
+def _shown(value: Any) -> str:
+    return "" if value is None else value if isinstance(value, str) else json.dumps(value)
+
+
+def _short(words: str) -> str:
+    """The name of a row of the chart."""
+    return (words if len(words) <= 44 else words[:42] + "..") or "all"

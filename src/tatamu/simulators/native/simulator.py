@@ -9,13 +9,13 @@ from time import perf_counter
 
 import numpy as np
 
-from tatamu import __version__
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 from tatamu.simulators.many import side_by_side
 from tatamu.simulators.native.options import Options
 from tatamu.simulators.native.precompile import compiling_beside, smallest_scene
 from tatamu.simulators.native.simulation import Simulation
+from tatamu.version import __version__
 
 _LOADING = Lock()
 
