@@ -1,6 +1,6 @@
 """Evaluators: functions from the parameters of a manipulation to how good the fold is, and wrappers of them."""
 
-from tatamu.evaluation.coarse import CoarseFirst, CoarseMesh, coarser_task, on_coarser_mesh
+from tatamu.evaluation.coarse import CoarseFirst, CoarseMesh, coarser_task, ends_early, on_coarser_mesh
 from tatamu.evaluation.disturbed import Disturbed
 from tatamu.evaluation.evaluator import NOTHING, Evaluation, Evaluator, Incumbent, Wrapper
 from tatamu.evaluation.nominal import Nominal
@@ -18,5 +18,6 @@ __all__ = [
     "WithinReach",
     "Wrapper",
     "coarser_task",
+    "ends_early",
     "on_coarser_mesh",
 ]

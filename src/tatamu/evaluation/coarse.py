@@ -111,6 +111,16 @@ def _coarser_garment(task: Task, settings: CoarseMesh) -> Garment | None:
     return garment if settings.fewest <= len(garment.vertices) < len(task.garment.vertices) else None
 
 
+def ends_early(task: Task, settings: CoarseMesh | None = None) -> bool:
+    """Return whether a trial ends when its hands have arrived if it cannot win: of late steps, without a coarser mesh.
+
+    Many layers only come undone afterwards. Small meshes, and those whose spacing the user chose, run to their end.
+    """
+    settings = settings or CoarseMesh()
+    late = task.number >= settings.steps and not task.garment.spacing_given
+    return late and _coarser_garment(task, settings) is not None
+
+
 def on_coarser_mesh(fine: Task, coarse: Task, parameters: Mapping[str, int | float]) -> Parameters:
     """Return the parameters of the same manipulation on the coarser mesh: the same curve, from the nearest grasps.
 
@@ -147,12 +157,6 @@ class CoarseFirst(Wrapper):
         task = None if self.task.garment.spacing_given else coarser_task(self.task, self.settings)
         return None if task is None else self.inner.on(task)
 
-    @cached_property
-    def _fine(self) -> Evaluator:
-        """The evaluator on the task's own mesh: trials of late steps, which have no coarser mesh, end early."""
-        late = self.task.number >= self.settings.steps and not self.task.garment.spacing_given
-        return self.inner.ending_early() if late and _coarser_garment(self.task, self.settings) else self.inner
-
     @property
     def fidelities(self) -> int:
         """2 if there is a coarser mesh, otherwise 1."""
@@ -183,7 +187,7 @@ class CoarseFirst(Wrapper):
     def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
         """Evaluate a manipulation; proposals of low fidelity on the coarser mesh."""
         if self.coarse is None:
-            return self._fine(parameters, beat)
+            return self.inner(parameters, beat)
         if getattr(parameters, "fidelity", HIGH) == LOW:
             return self._low(self.coarse, parameters, beat)
         if isinstance(self.inner, Disturbed):

@@ -133,10 +133,6 @@ class Evaluator(ABC):
         """Return an evaluation that needs no simulation, since the manipulation is not allowed; None if it is."""
         return None
 
-    def ending_early(self) -> Evaluator:
-        """Return the evaluator that ends a simulation when the hands have arrived, if the fold cannot win any more."""
-        return self
-
     def without_disturbances(self) -> Evaluator:
         """Return the evaluator that does the same without disturbances."""
         return self
@@ -155,7 +151,7 @@ class Evaluator(ABC):
 
         Args:
             known: Evaluations of earlier trials, in order.
-            parameters: Of the evaluation.
+            parameters: Parameters of the evaluation.
         """
         return Incumbent(min((each.objective for each in known if not each.failed), default=np.inf))
 
@@ -172,7 +168,7 @@ class Evaluator(ABC):
 
         Args:
             executor: Threads, processes or a cluster.
-            parameters: Of the manipulation.
+            parameters: Parameters of the manipulation.
             beat: What the evaluation has to beat.
             keep: Return the rollout of a losing evaluation, too; otherwise it is dropped where it was made.
         """
@@ -222,10 +218,6 @@ class Wrapper(Evaluator):
     def refuse(self, parameters: Mapping[str, int | float]) -> Evaluation | None:
         """Return an evaluation that needs no simulation, since the manipulation is not allowed; None if it is."""
         return self.inner.refuse(parameters)
-
-    def ending_early(self) -> Evaluator:
-        """Return the evaluator that ends a simulation when the hands have arrived, if the fold cannot win any more."""
-        return replace(self, inner=self.inner.ending_early())
 
     def without_disturbances(self) -> Evaluator:
         """Return the evaluator that does the same without disturbances."""

@@ -52,10 +52,6 @@ class Nominal(Evaluator):
         """Return the same evaluator for another task."""
         return replace(self, subject=task)
 
-    def ending_early(self) -> Nominal:
-        """Return the evaluator that ends a simulation when the hands have arrived, if the fold cannot win any more."""
-        return replace(self, ends_early=True)
-
     def in_world(self, parameters: Mapping[str, int | float], world: World) -> Evaluation:
         """Evaluate a manipulation in one disturbed world."""
         manipulation = self.task.manipulation(parameters)

@@ -15,11 +15,11 @@ Grasps = Literal["integer", "continuous"]
 HIGHEST = 0.75
 """P1 and P2 lie at most this part of the span over the grasp."""
 LOW = ((0.2, 0.33), (0.1, 0.33), (0.06, 1.0))
-"""Of low curves: height of P1 over the grasp and how far P2 is ahead of it, in parts of the span."""
+"""Low curves: height of P1 over the grasp and how far P2 is ahead of it, in parts of the span."""
 ARCHED = 0.2
-"""Of the arched curve: height of P1 over the grasp and of P2 over the release, in parts of the span."""
+"""The arched curve: height of P1 over the grasp and of P2 over the release, in parts of the span."""
 HIGH = 0.5
-"""The same of the high curve: layers that were folded before are lifted off the table before they are turned over."""
+"""The same for the high curve: layers that were folded before are lifted off the table before they are turned over."""
 
 
 def search_space(fold: Fold, grasps: Grasps = "integer") -> Space:

@@ -57,7 +57,7 @@ def scene_with(fold: Fold, carries: Sequence[Carry], ends: float, material: Mate
         fold: The fold.
         carries: What each hand does.
         ends: When the scene ends [s].
-        material: Of the cloth; of another thickness it lies as much higher.
+        material: Material of the cloth; thicker cloth lies higher.
     """
     grippers = [
         Gripper(hand=carry.hand, vertices=held, closes=0.0, opens=carry.opens, times=knots, displacements=path)

@@ -59,7 +59,7 @@ class Measured:
 
     learned: Result
     subject: FoldOnMesh
-    """The fold on its own mesh."""
+    """The fold on the fine mesh."""
     result: MarginsResult
     draws: list[Draw]
     """From the worst to the best."""
@@ -94,7 +94,7 @@ def measure(
         seed: Random seed of the draws.
         limits: The limits of success; None for the field's.
         simulator: Name of the simulator; None for the one in which the fold was learned.
-        fine: Simulate the fold's own mesh only, even if there is a coarser one.
+        fine: Simulate the fine mesh only, even if there is a coarser one.
         alone: Also measure the range of each disturbance alone.
         executor: Where simulations run; None for threads on every processor, if the simulator can.
         progress: Called after every simulation.

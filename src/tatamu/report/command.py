@@ -26,7 +26,7 @@ def request(record: ResultRecord, folder: Path | None) -> TaskRequest:
     """Return the options of a study.
 
     Args:
-        record: Of the study.
+        record: Record of the study.
         folder: Its folder, which has copies of the user's files; None if it is in memory.
     """
     task = record.task

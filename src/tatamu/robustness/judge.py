@@ -62,7 +62,7 @@ class Judge:
         """Make a judge.
 
         Args:
-            fine: The fold on its own mesh.
+            fine: The fold on the fine mesh.
             coarse: The same fold on a coarser mesh; None if there is none.
             workers: Where simulations run.
             cache: Earlier simulations, and where new ones are kept.

@@ -56,7 +56,7 @@ class SuccessRate(OpenRecord):
         """Return the share of worlds in which a fold succeeded, and how far from its target it ended.
 
         Args:
-            fold: The fold, on its own mesh.
+            fold: The fold on the fine mesh.
             judged: Verdicts on the worlds.
             limits: The limits of success.
         """
@@ -99,7 +99,7 @@ def distances_of(fold: Fold, judged: Sequence[MeshVerdict], limits: Limits) -> l
 
 
 CONFIDENCE = 0.95
-"""Of the interval of a share."""
+"""Confidence level of the interval of a share."""
 SURE, LIKELY = 0.9, 0.8
 """A fold is sure if the interval of its share lies above the first, likely if the share lies above the second."""
 

@@ -1,12 +1,13 @@
 """Studies: the options of learning, the loop, the store, and the result in memory and in its folder."""
 
 from tatamu.study.folder import ResultFolder
-from tatamu.study.learn import Places, check_pending, learn, usual_pending
+from tatamu.study.learn import Places, learn
 from tatamu.study.loop import Progress
 from tatamu.study.plan import PlanResult
 from tatamu.study.plan_record import FromFlat, PlanRecord, StepRecord
 from tatamu.study.record import Crossings, ResultRecord, StudyRecord, TaskDescription
 from tatamu.study.result import MOMENTS, Result
+from tatamu.study.setup import check_pending, make_evaluator, resolve, usual_pending
 from tatamu.study.trial import Baseline, Scored, Trial
 
 __all__ = [
@@ -28,5 +29,7 @@ __all__ = [
     "Trial",
     "check_pending",
     "learn",
+    "make_evaluator",
+    "resolve",
     "usual_pending",
 ]

@@ -9,11 +9,13 @@ import os
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from filelock import FileLock, Timeout
 
 from tatamu.errors import InputError
-from tatamu.files import read_json, validated, write_json
+from tatamu.files import read_json, unwritable, validated, write_json
 from tatamu.folding.manipulation import Manipulation
 from tatamu.robustness import MarginsResult
 from tatamu.rollout import Rollout
@@ -232,3 +234,22 @@ class ResultFolder:
         """Read a file again when it is next asked for."""
         for name in names:
             self.__dict__.pop(name, None)
+
+
+def locked(folder: ResultFolder) -> Any:
+    """Return a lock on a folder that ends with the process, however it ends.
+
+    Raises:
+        InputError: If the folder cannot be written, another run has it, or it contains such files of something else.
+    """
+    path = folder.path
+    foreign = [name for name in LEARNED if os.path.exists(path / name)]
+    if foreign and not folder.has_study:
+        raise InputError(f"{path}: contains {foreign[0]} but no study; it would be overwritten, give another folder")
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        return FileLock(path / ".lock").acquire(timeout=0)
+    except Timeout:
+        raise InputError(f"{path}: another run is learning here") from None
+    except OSError as error:
+        raise unwritable(path, error) from None

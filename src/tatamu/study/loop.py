@@ -18,7 +18,7 @@ from tatamu.folding.baselines import BASELINES
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.score import Limits
 from tatamu.robustness import FoldOnMesh, Judge, SuccessRate, VerdictCache
-from tatamu.search import HIGH, Proposal, Schedule, Search
+from tatamu.search import HIGH, Proposal, Schedule, Search, Space
 from tatamu.study.record import StudyRecord
 from tatamu.study.result import MOMENTS
 from tatamu.study.store import StudyStore
@@ -84,6 +84,11 @@ class Study:
         self._store = store
         self._executor = executor
         self._kept: dict[int, Evaluation] = {}
+
+    @property
+    def space(self) -> Space:
+        """The search space."""
+        return self._search.space
 
     @property
     def baselines(self) -> list[Baseline] | None:

@@ -1,0 +1,144 @@
+"""What a study is made of: options with every default decided, evaluator, search, schedule, and their record."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from tatamu.disturbances import Disturbances, disturbances_in, load_disturbances, with_calibrated
+from tatamu.errors import InputError
+from tatamu.evaluation import CoarseFirst, Disturbed, Evaluator, Nominal, WithinReach, ends_early
+from tatamu.folding.parameters import first_curves
+from tatamu.folding.task import Task
+from tatamu.options import USUAL_PENDING, LearnOptions
+from tatamu.search import Parameters, Schedule, Search, Space, TwoFidelitySearch, find_search
+from tatamu.simulators import SIMULATORS, capabilities
+from tatamu.study.record import StudyRecord, describe_task
+
+UNSURE_SHARE = 0.3
+"""Part of the trials at high fidelity if coarser meshes rank trials less surely (docs/notes/learning.md,
+docs/notes/margins.md)."""
+
+
+def resolve(options: LearnOptions, task: Task, held: StudyRecord | None) -> LearnOptions:
+    """Return options in which every default is decided.
+
+    Args:
+        options: As given.
+        task: The fold.
+        held: Settings of the study if it is resumed; they count where the options leave a choice.
+    """
+    disturbances, quantile = _disturbances(task, options, held)
+    return options.model_copy(
+        update={
+            "parallel": options.parallel or (held.parallel if held else usual_pending(task.simulator)),
+            "coarse": options.coarse if options.coarse is not None else held is None or held.coarse is not None,
+            "disturbances": disturbances or "none",
+            "quantile": None if disturbances is None else "mean" if quantile is None else quantile,
+        }
+    )
+
+
+def make_evaluator(task: Task, options: LearnOptions) -> Evaluator:
+    """Return the evaluator of a step.
+
+    Args:
+        task: The step.
+        options: Resolved options (`resolve`).
+    """
+    made: Evaluator = Nominal(task, ends_early=bool(options.coarse) and ends_early(task))
+    if isinstance(options.disturbances, Disturbances):
+        robust = Disturbed(made, options.disturbances, options.chosen_quantile, seed=options.seed)
+        made = robust.for_step(task.number)
+    if options.coarse:
+        made = CoarseFirst(made)
+    return WithinReach(made, task.reach) if task.reach else made
+
+
+def _disturbances(
+    task: Task, options: LearnOptions, held: StudyRecord | None
+) -> tuple[Disturbances | None, float | None]:
+    """Return the disturbances and the quantile (None for the mean): as given, or as the study started."""
+    if held is not None and not options.names_disturbances:
+        return None if held.disturbances is None else Disturbances.model_validate(held.disturbances), held.quantile
+    found = _given_disturbances(task, options)
+    material = task.asked.material if task.asked else None
+    if found is not None and material is not None:
+        found = with_calibrated(found, Path(material), task.garment.material)
+    return found, options.chosen_quantile
+
+
+def _given_disturbances(task: Task, options: LearnOptions) -> Disturbances | None:
+    """Return the disturbances of the options, the robot's own, or the default ones; None for none."""
+    given = options.disturbances
+    if isinstance(given, Disturbances):
+        return given
+    if given is None and task.reach is not None and task.reach.disturbances is not None:
+        return disturbances_in(task.reach.disturbances, "robot")
+    return load_disturbances("default" if given is None else given)
+
+
+def check_pending(options: LearnOptions, simulator: str) -> None:
+    """Refuse more pending trials than a simulator runs at a time.
+
+    Raises:
+        InputError: If there are more than one, and the simulator runs one at a time.
+    """
+    if options.parallel is not None and options.parallel > 1 and not capabilities(simulator).parallel:
+        able = ", ".join(name for name in SIMULATORS if capabilities(name).parallel)
+        given = f"{options.parallel} with {simulator}"
+        raise InputError(f"parallel: only {able} runs several trials at a time, given {given}")
+
+
+def usual_pending(simulator: str) -> int:
+    """Return how many trials are pending in a study that starts, unless another number is given."""
+    return USUAL_PENDING if capabilities(simulator).parallel else 1
+
+
+def make_record(task: Task, options: LearnOptions, evaluator: Evaluator, first: Sequence[Parameters]) -> StudyRecord:
+    """Return the settings of a study as its store has them."""
+    robust = _robust(evaluator)
+    low = evaluator.low_fidelity(first_curves(task.fold)[0])
+    assert options.parallel is not None, "the options are resolved"
+    return StudyRecord(
+        task=describe_task(task),
+        sampler=options.sampler,
+        grasps=options.grasps,
+        seed=options.seed,
+        parallel=options.parallel,
+        first=[dict(parameters) for parameters in first],
+        coarse=low[0].task.garment.spacing if low else None,
+        disturbances=robust.disturbances.describe() if robust else None,
+        worlds=robust.worlds if robust else None,
+        quantile=robust.quantile if robust else None,
+    )
+
+
+def _robust(evaluator: Evaluator) -> Disturbed | None:
+    """Return the evaluator over disturbed worlds among wrappers; None if there is none."""
+    while not isinstance(evaluator, Disturbed):
+        inner = getattr(evaluator, "inner", None)
+        if inner is None:
+            return None
+        evaluator = inner
+    return evaluator
+
+
+def make_search(record: StudyRecord, space: Space, fidelities: int) -> Search:
+    """Return the search of a study, over both fidelities if there are two."""
+    make = find_search(record.sampler)
+    if fidelities == 2:
+        return TwoFidelitySearch(make, space, record.seed, record.first)
+    return make(space, record.seed, record.first)
+
+
+def make_schedule(task: Task, record: StudyRecord, options: LearnOptions, fidelities: int) -> Schedule:
+    """Return the schedule of a study.
+
+    More trials run at high fidelity if coarser meshes are less sure: for later steps, and for how folds of two layers
+    succeed in disturbed worlds.
+    """
+    schedule = Schedule(options.trials, fidelities)
+    unsure = task.number > 0 or (record.disturbances is not None and task.garment.layers > 1)
+    return replace(schedule, high_share=UNSURE_SHARE) if unsure else schedule
