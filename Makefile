@@ -7,7 +7,7 @@ DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 
 .PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
-        calibration folds robots foreign statics locking tangle coarser loop times own-garments golden cluster real-cloth search holds help
+        calibration folds robots foreign statics locking tangle coarser loop times own-garments golden cluster docs real-cloth search holds help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1: /'
@@ -28,6 +28,9 @@ lint: $(DEV)  ## style and types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+docs: $(DEV)  ## the documentation site, strictly: docs/_build/html/index.html
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going -q -b html docs docs/_build/html
 
 format: $(DEV)
 	$(BIN)/ruff format .

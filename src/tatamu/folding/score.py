@@ -81,7 +81,7 @@ class Score(OpenRecord):
     mask_iou: float
     """Intersection over union of the outcome's and the target's view from above [-]."""
     area_error: float
-    """E_f = 100/r |A_f/A_i - r| [%]; r = 0.5 for a fold in half (Garcia-Camacho et al. 2020), else the target's."""
+    """E_f = 100/r abs(A_f/A_i - r) [%]; r = 0.5 for a fold in half (Garcia-Camacho et al. 2020), else the target's."""
     slip: float
     """Mean horizontal displacement of the part that should lie still [m]."""
     residual_bend: float

@@ -1,0 +1,36 @@
+"""The documentation site: Sphinx with MyST, so that the pages stay Markdown. `make docs` builds it strictly."""
+
+from __future__ import annotations
+
+import tatamu
+
+project = "tatamu"
+author = "The tatamu developers"
+copyright = f"2026, {author}"
+release = tatamu.__version__
+root_doc = "index"
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
+    "sphinx_copybutton",
+    "sphinx_design",
+]
+exclude_patterns = ["_build"]
+
+myst_enable_extensions = ["attrs_inline", "colon_fence", "dollarmath"]
+myst_heading_anchors = 4
+
+autosummary_generate = True
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+autodoc_default_options = {"members": True, "undoc-members": False, "show-inheritance": True}
+napoleon_google_docstring = True
+napoleon_use_rtype = False
+
+html_theme = "furo"
+html_title = f"tatamu {release}"
+html_static_path: list[str] = []
+html_theme_options = {"source_repository": "", "navigation_with_keys": True}
