@@ -109,9 +109,9 @@ class Cluster:
         """Start all.
 
         Args:
-            folder: Of their files.
-            workers: How many processes work.
-            together: Workers of each process, without a nanny; None: one, as `dask worker` starts it.
+            folder: Folder of their files.
+            workers: Number of processes that work.
+            together: Workers of each process, without a nanny; None for one, as `dask worker` starts it.
         """
         self._folder = folder
         self._together = together
@@ -256,7 +256,7 @@ def nap(seconds: float) -> float:
 
 
 def rounds(executor: Executor, workers: int, seconds: float) -> tuple[float, float]:
-    """Of the quietest of a few rounds of naps: the share of time that workers were busy, and what a call costs [ms]."""
+    """Return the share of time that workers were busy, and the cost of a call [ms], in the quietest round."""
     had = []
     calls = workers * CALLS
     for _ in range(ROUNDS):
@@ -270,7 +270,7 @@ def rounds(executor: Executor, workers: int, seconds: float) -> tuple[float, flo
 
 
 def napped(processes: int, together: int | None, seconds: float) -> tuple[float, float, float]:
-    """`rounds` on Dask workers, so many processes of so many, and the time of a core of a call at the client [ms].
+    """Run `rounds` on Dask workers; also return the core time of a call at the client [ms].
 
     Scheduler and workers are processes of their own, as on a cluster.
     """

@@ -20,7 +20,7 @@ from tests import postgres
 
 WORKERS = 1000
 SECONDS = 1.0
-"""Of a rollout, on the page's cluster."""
+"""Duration of a rollout on the page's cluster [s]."""
 CALLS = 200
 STUDIES = 50
 """Trials of a study."""
@@ -54,7 +54,7 @@ class Constants:
     tell: float = 0.0
     """Time that recording takes [ms]."""
     connections: int = 0
-    """Of one client at most."""
+    """Largest number of connections of one client."""
     row: float = 0.0
     """Bytes in the database."""
 

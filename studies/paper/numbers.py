@@ -163,7 +163,7 @@ def main() -> None:
 
 
 def tables(options: argparse.Namespace) -> Iterator[tuple[str, list[Row]]]:
-    """The tables that are asked for, and where they go."""
+    """Yield the chosen tables with their marks in the docs."""
     if "cloth" in options.only:
         yield "cloth", cloths(options.spacing)
     if "time" in options.only:

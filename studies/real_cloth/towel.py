@@ -33,9 +33,9 @@ from tatamu.simulators.many import executor_of
 
 FILE = "garcia_camacho_2020_towel.csv"
 SIZE = (0.5, 1.0)
-"""Of their towel [m]."""
+"""Width and length of their towel [m]."""
 TRIALS = 30
-"""Of each study."""
+"""Trials of each study."""
 WORLDS = 30
 """Disturbed worlds in which the folds of each objective are simulated, all its seeds together."""
 
@@ -194,7 +194,7 @@ def _disturbed(folder: Path, seed: int, count: int, bench: Bench) -> list[tuple[
 
 
 def _ended_in(task: Task, manipulation: Manipulation, world: World) -> tuple[float | None, bool]:
-    """E_f [%] of a fold in a world, None where it did not end, and whether it holds."""
+    """Return E_f [%] of a fold in a world, None if it failed, and whether it holds."""
     score = outcome_in(task, manipulation, world).score
     if score is None:
         return None, False

@@ -29,11 +29,11 @@ from tatamu.folding.manipulation import Manipulation
 FEW, MANY = 50, 134
 """Simulations of a sequential search, and of those that need or bear more."""
 FAR = 2.0
-"""Times the span, beyond which GPSampler sees all objectives alike."""
+"""Objective over span beyond which GPSampler gets one equal value."""
 
 Proposing = Callable[[Setting, int, int, Sequence[tuple[Any, Simulated]]], tuple[Any, Manipulation]]
-"""From setting, seed, number of the trial and the trials before it (parameters, simulation) to parameters and what they
-mean."""
+"""From setting, seed, number of the trial and the trials before it (parameters, simulation) to parameters and the
+manipulation that they mean."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Method:
     trials: int = FEW
     """How many simulations it is given at most."""
     seeds: int | None = None
-    """How often it is run; None: as often as the command says."""
+    """Number of seeds; None for the number of the command."""
     needs: tuple[str, ...] = field(default=())
     """Modules without which it is left out."""
 
@@ -101,7 +101,7 @@ def _finished(space: dict[str, Any], before: Sequence[tuple[Any, Simulated]], va
 
 
 def logarithms(setting: Setting, objectives: Sequence[float]) -> list[float]:
-    """log(C / span - 1), bad ones all alike: what Optuna's GPSampler was given while it was the default."""
+    """Return log(C / span - 1), equal for all bad trials, which Optuna's GPSampler got while it was the default."""
     excess = [max(objective / setting.fold.span - 1.0, 1e-6) for objective in objectives]
     bad = max(1.0, FAR * min(excess, default=0.0))
     return [log(min(each, bad)) for each in excess]

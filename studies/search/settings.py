@@ -25,7 +25,7 @@ class Coarse(NamedTuple):
     garment: str
     fold: str
     spacing: float
-    """Of the mesh [m]."""
+    """Spacing of the mesh [m]."""
     softer: float = 1.0
     """How much softer to stretch than the garment's own cloth; by the square of the spacings' ratio, the cells lock as
     those of the default mesh do."""
@@ -46,7 +46,7 @@ class Simulated:
     objective: float
     """C of Eq. (10)."""
     errors: np.ndarray | None
-    """e_i of Eq. (12) [m], shape (n,); None where the trial failed."""
+    """e_i of Eq. (12) [m], shape (n,); None if the trial failed."""
 
     @property
     def distance(self) -> float:
