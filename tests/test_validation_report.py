@@ -15,7 +15,7 @@ from tatamu.validation.checks import CHECKS
 from tatamu.validation.findings import Row, absolute, relative, small
 from tatamu.validation.limits import LIMITS
 from tatamu.validation.page import page
-from tatamu.validation.report import chosen
+from tatamu.validation.report import select_cases
 from tatamu.validation.terminal import console, number, table
 from tests.fakes import subject
 
@@ -87,13 +87,13 @@ def test_numbers_that_are_not_finite_become_null() -> None:
 
 
 def test_quick_leaves_out_cases_and_never_adds_any() -> None:
-    every = {check.name: cases for check, cases in chosen([], quick=False)}
-    quick = {check.name: cases for check, cases in chosen([], quick=True)}
+    every = {check.name: cases for check, cases in select_cases([], quick=False)}
+    quick = {check.name: cases for check, cases in select_cases([], quick=True)}
     assert list(every) == list(CHECKS)
     assert all(set(cases) <= set(every[name]) for name, cases in quick.items())
     assert 0 < sum(map(len, quick.values())) < sum(map(len, every.values()))
     with pytest.raises(InputError, match="colour"):
-        chosen(["colour"], quick=False)
+        select_cases(["colour"], quick=False)
 
 
 def test_every_limit_is_used_and_a_simulator_without_limits_is_not_judged() -> None:

@@ -32,6 +32,8 @@ from typing import Any
 from benchmarks.tables import markdown, publish
 from tests import postgres
 
+from tatamu import Nominal, make_task
+
 WORKERS = 4
 KILL_EVERY = 8.0
 """Seconds between two workers killed."""
@@ -109,9 +111,9 @@ class Cluster:
         """Start all.
 
         Args:
-            folder: Of their files.
-            workers: How many processes work.
-            together: Workers of each process, without a nanny; None: one, as `dask worker` starts it.
+            folder: Folder of their files.
+            workers: Number of processes that work.
+            together: Workers of each process, without a nanny; None for one, as `dask worker` starts it.
         """
         self._folder = folder
         self._together = together
@@ -256,7 +258,7 @@ def nap(seconds: float) -> float:
 
 
 def rounds(executor: Executor, workers: int, seconds: float) -> tuple[float, float]:
-    """Of the quietest of a few rounds of naps: the share of time that workers were busy, and what a call costs [ms]."""
+    """Return the share of time that workers were busy, and the cost of a call [ms], in the quietest round."""
     had = []
     calls = workers * CALLS
     for _ in range(ROUNDS):
@@ -270,7 +272,7 @@ def rounds(executor: Executor, workers: int, seconds: float) -> tuple[float, flo
 
 
 def napped(processes: int, together: int | None, seconds: float) -> tuple[float, float, float]:
-    """`rounds` on Dask workers, so many processes of so many, and the time of a core of a call at the client [ms].
+    """Run `rounds` on Dask workers; also return the core time of a call at the client [ms].
 
     Scheduler and workers are processes of their own, as on a cluster.
     """
@@ -294,12 +296,10 @@ def napped(processes: int, together: int | None, seconds: float) -> tuple[float,
 
 @cache
 def rollout() -> float:
-    """Seconds that a rollout of the default towel takes here: the quickest of three."""
-    from tatamu.folding.task import make_task
-
-    task = make_task("towel")
-    manipulation = task.manipulation({"x1": 0.1, "z1": 0.1, "x2": 0.3, "z2": 0.1, "g1": 0, "g2": 0})
-    found = [task.evaluate(manipulation).rollout for _ in range(3)]
+    """Return the seconds that a rollout of the default towel takes here: the quickest of three."""
+    evaluate = Nominal(make_task("towel"))
+    parameters = {"x1": 0.1, "z1": 0.1, "x2": 0.3, "z2": 0.1, "g1": 0, "g2": 0}
+    found = [evaluate(parameters).rollout for _ in range(3)]
     return round(min(each.info["wall_seconds"] for each in found if each is not None), 2)
 
 

@@ -10,17 +10,23 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from inspect import iscoroutinefunction
-from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, ClassVar
 
 from benchmarks.tables import markdown
 from tests import postgres
 
+from tatamu import GPSearch, LearnOptions, Nominal, Space, Trial, learn, make_task, register_search
+from tatamu.cluster.versions import versions
+from tatamu.evaluation import Incumbent
+from tatamu.search import HIGH, Proposal
+from tatamu.study.database import CONNECTIONS, shared_database
+from tatamu.study.store import StudyStore
+
 WORKERS = 1000
 SECONDS = 1.0
-"""Of a rollout, on the page's cluster."""
+"""Duration of a rollout on the page's cluster [s]."""
 CALLS = 200
 STUDIES = 50
 """Trials of a study."""
@@ -54,7 +60,7 @@ class Constants:
     tell: float = 0.0
     """Time that recording takes [ms]."""
     connections: int = 0
-    """Of one client at most."""
+    """Largest number of connections of one client."""
     row: float = 0.0
     """Bytes in the database."""
 
@@ -112,57 +118,55 @@ def _dask(found: Constants) -> None:
 
 
 def _bytes(found: Constants) -> None:
-    """Sizes of what goes over, for the default towel."""
-    from tatamu.learning.evaluation import evaluate
-
-    from tatamu.cluster.versions import versions
-    from tatamu.folding.task import make_task
-
-    task = make_task("towel")
-    manipulation = task.manipulation({"x1": 0.1, "z1": 0.1, "x2": 0.3, "z2": 0.1, "g1": 0, "g2": 0})
-    evaluation = evaluate(task, manipulation)
-    bare = replace(evaluation, outcome=replace(evaluation.outcome, rollout=None))
-    found.scene = len(pickle.dumps(task))
-    found.call = len(pickle.dumps((evaluate, manipulation, 1.0, dict(versions()))))
-    found.result = len(pickle.dumps(bare))
+    """Measure what is sent, for the default towel."""
+    evaluate = Nominal(make_task("towel"))
+    parameters = {"x1": 0.1, "z1": 0.1, "x2": 0.3, "z2": 0.1, "g1": 0, "g2": 0}
+    evaluation = evaluate(parameters)
+    found.scene = len(pickle.dumps(evaluate))
+    found.call = len(pickle.dumps((parameters, Incumbent(1.0), dict(versions()))))
+    found.result = len(pickle.dumps(replace(evaluation, rollout=None)))
     found.rollout = len(pickle.dumps(evaluation)) - found.result
 
 
+class TimedSearch(GPSearch):
+    """The usual search, which measures its proposals."""
+
+    seconds: ClassVar[list[float]] = []
+    """Time of each proposal, of a core [s]."""
+
+    def ask(self, fidelity: int = HIGH) -> Proposal:
+        """Return the next proposal."""
+        started = time.thread_time()
+        proposal = super().ask(fidelity)
+        self.seconds.append(time.thread_time() - started)
+        return proposal
+
+
 def _search(found: Constants) -> None:
-    """Proposals and the database: one study of a small towel, one trial after another."""
-    from tatamu.learning import learn
-    from tatamu.learning.database import CONNECTIONS, shared_database
-    from tatamu.learning.study import OptunaStudy
+    """Measure proposals and the database: one study of a small towel, one trial after another."""
+    told = []
+    add = StudyStore.add
 
-    from tatamu.folding.task import make_task
-
-    asked, told = [], []
-    ask, tell = OptunaStudy.ask, OptunaStudy.tell
-
-    def timed_ask(self: OptunaStudy, *args: Any) -> Any:
-        begun = time.thread_time()
-        proposed = ask(self, *args)
-        asked.append(time.thread_time() - begun)
-        return proposed
-
-    def timed_tell(self: OptunaStudy, *args: Any) -> None:
-        begun = time.perf_counter()
-        tell(self, *args)
-        told.append(time.perf_counter() - begun)
+    def timed_add(self: StudyStore, trial: Trial, space: Space) -> None:
+        started = time.perf_counter()
+        add(self, trial, space)
+        told.append(time.perf_counter() - started)
 
     os.environ["PGPASSWORD"] = postgres.PASSWORD
     task = make_task("towel", size=(0.24, 0.5), spacing=0.04)
-    OptunaStudy.ask, OptunaStudy.tell = timed_ask, timed_tell  # type: ignore[method-assign, assignment]
+    register_search("timed", TimedSearch)
+    first = LearnOptions(trials=1, sampler="timed", baselines=False, disturbances="none", parallel=1)
+    StudyStore.add = timed_add  # type: ignore[method-assign]
     try:
         with TemporaryDirectory() as folder, postgres.running() as server:
             with shared_database(server.address) as database:
-                learn(task, Path(folder), trials=1, baselines=False, database=database)
+                learn(task, first, out=folder, database=database)
                 before = _state(server)
-                learn(task, Path(folder), trials=STUDIES, baselines=False, database=database)
+                learn(task, first.model_copy(update={"trials": STUDIES}), out=folder, database=database)
             after = _state(server)
     finally:
-        OptunaStudy.ask, OptunaStudy.tell = ask, tell  # type: ignore[method-assign]
-    found.ask = 1e3 * median(asked)
+        StudyStore.add = add  # type: ignore[method-assign]
+    found.ask = 1e3 * median(TimedSearch.seconds)
     found.tell = 1e3 * median(told)
     found.commits = (after["commits"] - before["commits"]) / (STUDIES - 1)
     found.row = (after["size"] - before["size"]) / (STUDIES - 1)

@@ -91,18 +91,18 @@ def run(
     executor: Executor | None = None,
     at_a_time: int = 1,
 ) -> list[Study]:
-    """Run all studies, or go on where they stopped.
+    """Run all studies, or resume them.
 
     Args:
         choices: Garments, seeds, trials and all that the paper leaves open.
-        folder: Each study has a folder GARMENT/seed-N in it.
-        progress: Called with garment and seed for every trial.
-        executor: Where trials run; None: here.
-        at_a_time: How many studies run at a time: as in the paper, each trial of a study knows all before it.
+        folder: Folder in which each study has a folder GARMENT/seed-N.
+        progress: Function that is called with garment and seed for every trial.
+        executor: Executor on which trials run; None to run them here.
+        at_a_time: Number of studies at a time; the trials of a study are sequential, as in the paper.
 
     Raises:
-        InputError: A choice is wrong, or the folder holds studies of other choices.
-        TatamuError: Every trial of a study failed.
+        InputError: If a choice is wrong, or the folder contains studies of other choices.
+        TatamuError: If every trial of a study failed.
     """
     tasks = {garment: choices.task(garment) for garment in choices.garments}
     wanted = [(garment, seed) for seed in range(choices.seeds) for garment in tasks]  # every garment early

@@ -20,7 +20,7 @@ from scipy.optimize import brentq
 from studies.paper.claims import TWO_PEAKS
 from studies.paper.experiment import FOLDS, SPACING, Choices
 from tatamu.folding.baselines import BASELINES
-from tatamu.folding.manipulation import scene_of
+from tatamu.folding.trial_scene import scene_of
 from tatamu.heavy_strip.cantilever import cantilever
 from tatamu.material import GRAVITY, Material, load_material
 from tatamu.meshing import staggered_rectangle
@@ -163,7 +163,7 @@ def main() -> None:
 
 
 def tables(options: argparse.Namespace) -> Iterator[tuple[str, list[Row]]]:
-    """The tables that are asked for, and where they go."""
+    """Yield the chosen tables with their marks in the docs."""
     if "cloth" in options.only:
         yield "cloth", cloths(options.spacing)
     if "time" in options.only:

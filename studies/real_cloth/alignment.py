@@ -28,7 +28,7 @@ class Displacement:
 
     @property
     def angle(self) -> float:
-        """By how much it turns [rad]."""
+        """Angle by which it turns [rad]."""
         return float(np.arccos(np.clip(0.5 * (np.trace(self.rotation) - 1.0), -1.0, 1.0)))
 
     def __str__(self) -> str:
@@ -44,13 +44,13 @@ class Pairs:
     """Means over pairs of where a node is and where it is seen."""
 
     place: np.ndarray
-    """Of x [m], shape (3,)."""
+    """Mean of x [m], shape (3,)."""
     seen: np.ndarray
-    """Of y [m], shape (3,)."""
+    """Mean of y [m], shape (3,)."""
     squares: float
-    """Of |x|² + |y|² [m²]."""
+    """Mean of |x|² + |y|² [m²]."""
     products: np.ndarray
-    """Of y x' [m²], shape (3, 3)."""
+    """Mean of y x' [m²], shape (3, 3)."""
 
     @classmethod
     def of(cls, places: np.ndarray, seen: np.ndarray) -> Pairs:
@@ -65,7 +65,7 @@ class Pairs:
 
     @classmethod
     def mean(cls, each: Sequence[Pairs]) -> Pairs:
-        """Of several recordings, each of which counts the same."""
+        """Average several recordings with equal weights."""
         return cls(
             np.mean([pairs.place for pairs in each], axis=0),
             np.mean([pairs.seen for pairs in each], axis=0),
@@ -99,5 +99,5 @@ class Pairs:
         return Displacement(rotation, self.seen - rotation @ self.place)
 
     def translation(self) -> Displacement:
-        """The same without turning."""
+        """Return the best displacement without turning."""
         return Displacement(np.eye(3), self.seen - self.place)

@@ -23,7 +23,7 @@ from studies.real_cloth.drape import Draped
 from studies.real_cloth.matsudaira import DrapeModel, Matsudaira, MeasuredDrape, judged, models
 
 FACTORS = (0.35, 0.5, 0.7, 0.85, 1.0, 1.3)
-"""Of the measured rigidity."""
+"""Factors of the measured rigidity."""
 SIMULATOR = "native"
 Row = dict[str, str]
 

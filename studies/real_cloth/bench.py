@@ -1,7 +1,7 @@
-"""Where scenes of real cloth are simulated: each once, its reading kept in a folder.
+"""A bench that simulates each scene of real cloth once and keeps its reading in a folder.
 
-The name of a kept reading is a digest of the scene, of what was read from it, and of the simulator's own source: what
-was computed by another version is computed again. A killed run goes on where it was.
+The name of a kept reading is a digest of the scene, of the kind of reading, and of the simulator's source, so another
+version of the simulator computes its own. A killed run is resumed.
 """
 
 from __future__ import annotations
@@ -44,11 +44,11 @@ class Bench:
     simulator: str
     folder: Path
     seeds: int = 3
-    """How often a drape is repeated, each time with other unevenness."""
+    """Number of repeats of a drape, each with another unevenness."""
     executor: Executor | None = None
-    """Where scenes are simulated and read; None: threads here, as many as there are processors."""
+    """Executor on which scenes are simulated and read; None for a thread here for each processor."""
     tick: Callable[[str], None] = lambda label: None
-    """Called after each reading."""
+    """Function that is called after each reading."""
 
     @property
     def version(self) -> str:

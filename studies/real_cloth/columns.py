@@ -44,10 +44,10 @@ class Columns:
         return cls(path, rows)
 
     def number(self, row: int, column: str) -> float:
-        """One finite number.
+        """Read one finite number.
 
         Raises:
-            InputError: It is none.
+            InputError: If it is not a finite number.
         """
         text = self.rows[row].get(column) or ""
         try:

@@ -25,7 +25,7 @@ from studies.real_cloth.sheet import SIDE
 DRAWS = 2000
 LAWS = [AirLaw(0.5, linear, quadratic) for linear, quadratic in ((1.0, 5.6), (0.6, 8.0), (0.3, 11.0), (0.0, 14.0))]
 LAWS += [AirLaw(0.5, linear, quadratic) for linear, quadratic in ((0.5, 15.0), (0.0, 18.0), (0.0, 25.0))]
-"""From what is fitted to the swing, towards quadratic drag, and beyond."""
+"""Laws of air, from the fit to the swing towards quadratic drag and beyond."""
 FREE = (0.4, 2.0, 4.0)
 """Added mass, quadratic drag and that of what turned around with which a fit begins."""
 Row = dict[str, str]

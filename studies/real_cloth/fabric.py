@@ -28,7 +28,7 @@ FRICTION = 22.0
 """HB over B of a fabric whose hysteresis was not measured [1/m]: median of the four of Matsudaira et al. 2015."""
 
 WAVINESS = 1e-3
-"""Of cloth that is not quite flat [m]: assumed, nobody measured it."""
+"""Amplitude of cloth that is not quite flat [m]; assumed, because no measurement is known."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Fabric:
 
     @property
     def isotropic(self) -> Material:
-        """The fabric as a sheet alike in all directions."""
+        """The fabric as an isotropic sheet."""
         return Material(
             areal_density=self.density,
             stretch_stiffness=SOFTENED,
@@ -64,7 +64,7 @@ class Fabric:
         return self._weave(WARP, WEFT)
 
     def weave(self, anisotropy: float) -> Material:
-        """The fabric as a weave whose rigidity along the warp is so many times that along the weft."""
+        """Return the fabric as a weave with this ratio of the rigidities along warp and weft."""
         return self._weave(2.0 * anisotropy / (1.0 + anisotropy), 2.0 / (1.0 + anisotropy))
 
     def _weave(self, warp: float, weft: float) -> Material:
@@ -80,10 +80,10 @@ class Fabric:
 
     @property
     def frictional(self) -> Material:
-        """The same weave with the hysteresis of bending that was measured."""
+        """The typical weave with the measured hysteresis of bending."""
         return self.woven.model_copy(update={"bending_hysteresis": 0.5 * self.hysteresis})
 
     @property
     def rubbing(self) -> Material:
-        """The same weave with a typical hysteresis of bending."""
+        """The typical weave with a typical hysteresis of bending."""
         return self.woven.model_copy(update={"bending_hysteresis": FRICTION * self.bending})

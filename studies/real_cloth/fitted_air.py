@@ -20,9 +20,9 @@ START_TURNING = (0.5, 0.3, 4.0)
 START_SIZE = (0.3,)
 """Density [kg/m^2] with which a fit of it alone begins."""
 STEP = 0.1
-"""Of the differences in a fit, as a part of where it begins."""
+"""Step of the differences in a fit, as a part of its start."""
 EVALUATIONS = 3
-"""Of the residuals' derivatives, in one fit."""
+"""Largest number of evaluations of the residuals' derivatives in a fit."""
 RECTANGLE = rectangle_added_mass(SIDE, SIDE)
 """Air that a plate of the cloth's size carries [kg/m^2]."""
 TYPICAL = 0.01

@@ -18,7 +18,7 @@ from studies.real_cloth.fabric import WARP, WEFT, Fabric
 from tatamu.material import Material
 
 DENSITY = 0.2
-"""Of all simulated fabrics [kg/m^2]: only ratios to it matter."""
+"""Areal density of all simulated fabrics [kg/m^2]; only ratios to it matter."""
 RIGIDITIES = tuple(np.geomspace(7e-7, 4e-5, 7).tolist())
 """Rigidities that are simulated to know how the coefficient depends on them [N m]."""
 SWEPT = 2
@@ -39,11 +39,11 @@ class FittedModel:
     fitted: str
     """The numbers that are fitted, and what they are fitted to."""
     material: Callable[[Fabric, float], Material]
-    """Of a fabric of that anisotropy."""
+    """Material of a fabric and an anisotropy."""
     anisotropies: Sequence[float] = (TYPICAL,)
     """The one that is assumed, or those between which it is sought."""
     waviness: float = 0.0
-    """Of the unstrained cloth [m]."""
+    """Waviness of the unstrained cloth [m]."""
     times: int = 1
     """How many times as often as others it is repeated."""
     needs: tuple[str, ...] = ()

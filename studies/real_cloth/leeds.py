@@ -1,8 +1,8 @@
 """Drape of eleven fabrics, one or two numbers fitted: outlines by Gong, Mao and Wang (CVPR 2024), University of Leeds.
 
-Only B / rho matters for the shape of a drape, and nobody measured it: it is fitted to the mean drape coefficient of a
-fabric, and in the last of the models how much stiffer the warp is than the weft to the second harmonic of the hem.
-Nodes, amplitude, wavelength and what else the hem has are then predicted.
+Only B / rho matters for the shape of a drape, and it was not measured. It is fitted to the mean drape coefficient of a
+fabric; the last model also fits the ratio of warp and weft to the second harmonic of the hem. Nodes, amplitude,
+wavelength and all other properties of the hem are then predicted.
 """
 
 from __future__ import annotations
@@ -137,7 +137,7 @@ class PredictedHems:
     drapes: Sequence[Draped]
 
     def near(self, measured: Sequence[MeasuredHems]) -> int:
-        """Of how many fabrics the nodes are near to the measured ones."""
+        """Return the number of fabrics whose nodes are near the measured nodes."""
         off = _off(measured, self, lambda drawn: drawn.nodes)
         return int((np.abs(off) <= WITHIN).sum())
 

@@ -45,7 +45,7 @@ class DrapeModel:
     needs: tuple[str, ...] = ()
     """Capabilities of a simulator without which it cannot."""
     waviness: float = 0.0
-    """Of the unstrained cloth [m]."""
+    """Waviness of the unstrained cloth [m]."""
 
 
 MODELS = (
@@ -72,7 +72,7 @@ def judged(known: Sequence[DrapeModel]) -> int:
 NEAR, NEARER, MOST_NODES = 8.0, 3.0, 1.0
 """Goals: all coefficients within the first, two within the second [points]; nodes within the third."""
 FEW = 3
-"""With fewer nodes than this a specimen bends over two sides rather than drapes: stated, not judged."""
+"""Number of nodes below which a specimen bends over two sides instead of draping; it is stated, not judged."""
 
 
 @dataclass(frozen=True)

@@ -234,7 +234,7 @@ def _distance(pairs: Sequence[Pairs], measured: Sequence[Recording], by: Displac
 
 
 def _noise(measured: Sequence[Recording]) -> float:
-    """Likewise [m]."""
+    """Return the median noise of the recordings that were not fitted [m]."""
     return float(np.median([measured[k].noise for k in _held_out(measured)]))
 
 

@@ -18,7 +18,7 @@ from studies.real_cloth.recording import STEP, Recording
 from tatamu.material import GRAVITY
 
 PIECES = 8
-"""In which the drag is summed over the plate's height."""
+"""Pieces of the plate's height over which the drag is summed."""
 SHORTEST = 1e-6
 """Way since a turn that is taken at least [m]."""
 
@@ -70,12 +70,12 @@ def plate_swing(recording: Recording, air: AirLaw, length: float) -> np.ndarray:
 
 
 def plate_nodes(recording: Recording, swing: np.ndarray, length: float) -> np.ndarray:
-    """The camera's nodes on the plate at the frames [m], shape (f, n, n, 3).
+    """Return the camera's nodes on the plate at the frames [m], shape (f, n, n, 3).
 
     Args:
-        recording: Its robot holds the plate.
-        swing: Of the lower edge at the frames [m], shape (f,).
-        length: Of the plate [m].
+        recording: Recording whose robot holds the plate.
+        swing: Swing of the lower edge at the frames [m], shape (f,).
+        length: Length of the plate [m].
     """
     corners = recording.corners(recording.clock)
     count = recording.nodes.shape[1]

@@ -25,15 +25,15 @@ LAGS = np.arange(0.1, 0.6, 0.02)
 CLOCKS = np.arange(-0.15, 0.151, 0.01)
 """Offsets of a frame's own clock [s]."""
 JITTER = 0.05
-"""Of these, standard deviation [s]."""
+"""Standard deviation of a frame's own clock [s]."""
 CORNER_NOISE = 0.008
-"""Of a corner that the camera sees, standard deviation [m]."""
+"""Standard deviation of a corner that the camera sees [m]."""
 OUTLIER = 0.04
 """A node farther than this from the median of five frames is an outlier of the camera [m]."""
 SMOOTHING = 0.05
 """Standard deviation of the Gaussian that smooths the robot's path [s]."""
 STEP = 0.01
-"""Of the smoothed path [s]."""
+"""Time step of the smoothed path [s]."""
 BEFORE = 1.0
 """The robot stands still for this long before its recording [s]."""
 
@@ -44,11 +44,11 @@ class Recording:
 
     name: str
     times: np.ndarray
-    """Of the frames, on the camera's clock [s], shape (f,)."""
+    """Times of the frames on the camera's clock [s], shape (f,)."""
     nodes: np.ndarray
     """Positions [m], shape (f, n, n, 3): row 0 is the lower edge, the last the held one; not a number where lost."""
     tool_times: np.ndarray
-    """Of the robot [s], shape (k,), increasing."""
+    """Times of the robot's poses [s], shape (k,), increasing."""
     tool_positions: np.ndarray
     """[m], shape (k, 3)."""
     tool_rotations: np.ndarray

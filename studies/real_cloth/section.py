@@ -16,7 +16,7 @@ class Tabulated:
     """One table."""
 
     name: str
-    """Of its marks in the docs, and of its key in the JSON file."""
+    """Name of its marks in the docs and of its key in the JSON file."""
     lines: Sequence[Line]
     """All with the same columns."""
 

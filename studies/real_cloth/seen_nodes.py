@@ -58,7 +58,7 @@ class Seen:
         return self.later(0.0)
 
     def later(self, late: float) -> np.ndarray:
-        """The same, so much later [s]."""
+        """Return the predicted nodes later by `late` [s]."""
         return Sheet(self.recording).nodes(self.rollout, late) - self.recording.middle
 
     @cached_property

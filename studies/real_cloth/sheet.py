@@ -16,9 +16,9 @@ from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene
 
 SIDE = 0.3
-"""Of the cloth [m]."""
+"""Side of the cloth [m]."""
 SPACING = 0.02
-"""Of its mesh [m]."""
+"""Spacing of its mesh [m]."""
 DENSITY = 0.2
 """Its areal density [kg/m^2]: not stated; only ratios to it matter."""
 STRETCH, BENDING = 200.0, 2e-5
@@ -26,7 +26,7 @@ STRETCH, BENDING = 200.0, 2e-5
 FRAMES = 50.0
 """Per second."""
 KNOT = 2
-"""A hand's path has a knot every so many steps of the recording's path."""
+"""Steps of the recording's path between knots of a hand's path."""
 
 
 @dataclass(frozen=True)

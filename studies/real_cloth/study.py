@@ -35,9 +35,9 @@ def run(tests: Loaded, bench: Bench, done: Callable[[Section], None] = lambda se
     """Run tests one after the other.
 
     Args:
-        tests: Of `load`.
-        bench: Where they simulate.
-        done: Called after each.
+        tests: Result of `load`.
+        bench: Bench on which they simulate.
+        done: Function that is called after each test.
     """
     sections = []
     for test, measured in tests:
@@ -47,5 +47,5 @@ def run(tests: Loaded, bench: Bench, done: Callable[[Section], None] = lambda se
 
 
 def simulations(tests: Loaded, bench: Bench) -> int:
-    """About how many simulations that is."""
+    """Return the approximate number of simulations."""
     return sum(test.simulations(measured, bench) for test, measured in tests)

@@ -26,7 +26,7 @@ class RealTest(ABC):
 
     @abstractmethod
     def simulations(self, measured: Any, bench: Bench) -> int:
-        """About how often it simulates."""
+        """Return the approximate number of simulations."""
 
     @abstractmethod
     def run(self, measured: Any, bench: Bench) -> Section:

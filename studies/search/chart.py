@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 WIDTH, HEIGHT = 11.0, 3.9
-"""Of the drawing [in]."""
+"""Size of the drawing [in]."""
 COLOURS = (*(f"C{number}" for number in range(10)), "black")
-"""Of the searches: matplotlib's ten, and one more."""
+"""Colours of the searches: matplotlib's ten, and one more."""
 
 
 def draw(courses: dict[str, dict[str, list[list[float]]]], path: Path) -> None:

@@ -36,7 +36,7 @@ class Studies:
         self._folder.mkdir(parents=True, exist_ok=True)
 
     def run(self, method: str, setting: Setting, seed: int, trials: int) -> None:
-        """Run a study of so many trials, unless it is there."""
+        """Run a study of `trials` trials, unless it exists."""
         held = self.course(setting.name, method, seed)
         if held is not None and len(held.objectives) >= trials:
             return
@@ -59,7 +59,7 @@ class Studies:
         return Course([each["objective"] for each in records], [each["distance"] for each in records])
 
     def courses(self, garment: str, method: str, count: int, seeds: int = 100) -> list[Course]:
-        """All studies of a method that have so many trials, of the first `seeds` seeds."""
+        """Return the studies of a method with at least `count` trials, of the first `seeds` seeds."""
         found = [self.course(garment, method, seed) for seed in range(seeds)]
         return [each for each in found if each is not None and len(each.objectives) >= count]
 

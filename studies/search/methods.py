@@ -5,35 +5,30 @@ from __future__ import annotations
 import importlib.util
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import log
 from typing import Any
 
 import numpy as np
-import optuna
-from optuna.samplers import BaseSampler, GPSampler, RandomSampler, TPESampler
-from optuna.trial import FrozenTrial, create_trial
+from optuna.samplers import BaseSampler, GPSampler
 from scipy.stats import qmc
 from studies.search.settings import Setting, Simulated
-from tatamu.learning.cma_es import EvolutionSampler
-from tatamu.learning.gp_sampler import GaussianProcessSampler
-from tatamu.learning.lm_sampler import ERRORS, LevenbergMarquardtSampler, packed
-from tatamu.learning.space import Grasps, first_curves, low_curves
-from tatamu.learning.unit_cube import UnitCube
-from tatamu.results.result import Parameters
 
+from tatamu import GPSearch, Manipulation, Search
 from tatamu.curves import sampled_bezier
-from tatamu.folding.fold import Fold
-from tatamu.folding.manipulation import Manipulation
+from tatamu.folding.parameters import first_curves, low_curves
+from tatamu.search.cma import CMASearch
+from tatamu.search.lm import LMSearch
+from tatamu.search.optuna_search import OptunaSearch, RandomSearch, TPESearch
 
 FEW, MANY = 50, 134
 """Simulations of a sequential search, and of those that need or bear more."""
 FAR = 2.0
-"""Times the span, beyond which GPSampler sees all objectives alike."""
+"""Objective over span beyond which GPSampler gets one equal value."""
 
 Proposing = Callable[[Setting, int, int, Sequence[tuple[Any, Simulated]]], tuple[Any, Manipulation]]
-"""From setting, seed, number of the trial and the trials before it (parameters, simulation) to parameters and what they
-mean."""
+"""From setting, seed, number of the trial and the trials before it (parameters, simulation) to parameters and the
+manipulation that they mean."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +40,7 @@ class Method:
     trials: int = FEW
     """How many simulations it is given at most."""
     seeds: int | None = None
-    """How often it is run; None: as often as the command says."""
+    """Number of seeds; None for the number of the command."""
     needs: tuple[str, ...] = field(default=())
     """Modules without which it is left out."""
 
@@ -55,65 +50,56 @@ class Method:
         return all(importlib.util.find_spec(module) for module in self.needs)
 
 
-def trial_seed(seed: int, number: int) -> int:
-    """The seed of one trial's sampler, as in `tatamu.learning.samplers`."""
-    return int(np.random.SeedSequence([seed, number]).generate_state(1)[0])
+class GPSamplerSearch(OptunaSearch):
+    """Optuna's Gaussian process."""
+
+    def make_sampler(self, seed: int) -> BaseSampler:
+        """Return the sampler of one proposal."""
+        return GPSampler(seed=seed, n_startup_trials=1, deterministic_objective=True)
 
 
-def by_optuna(
-    make: Callable[[Setting, int], BaseSampler],
-    grasps: Grasps = "integer",
-    seen: Callable[[Setting, Sequence[float]], list[float]] = lambda _, objectives: list(objectives),
+def by_search(
+    make: Callable[[Setting, int], Search],
+    seen: Callable[[Setting, Sequence[float]], Sequence[float]] | None = None,
 ) -> Proposing:
-    """A search by an Optuna sampler, each trial with a sampler of its own as in `tatamu learn`.
+    """Return a way to search that is made again for each proposal and told all trials before.
 
     Args:
-        make: The sampler, of a setting and a seed.
-        grasps: Whole numbers, or real numbers that are floored.
-        seen: Objectives as the sampler is given them.
+        make: Maker of the search from a setting and a seed.
+        seen: Function that returns the objectives as the search is told them; None for the objectives themselves.
     """
 
     def propose(
         setting: Setting, seed: int, number: int, before: Sequence[tuple[Any, Simulated]]
     ) -> tuple[Any, Manipulation]:
-        space = setting.spaces[grasps]
-        study = optuna.create_study(sampler=make(setting, trial_seed(seed, number)), direction="minimize")
-        values = seen(setting, [simulated.objective for _, simulated in before])
-        study.add_trials(_finished(space, before, values))
+        search = make(setting, seed)
+        told: Sequence[Any] = [simulated for _, simulated in before]
+        if seen is not None:
+            told = seen(setting, [simulated.objective for simulated in told])
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            parameters = dict(study.ask(space).params)
+            for (parameters, _), found in zip(before, told, strict=True):
+                search.tell(parameters, found)
+            parameters = dict(search.ask())
         return parameters, setting.task.manipulation(parameters)
 
     return propose
 
 
-def _finished(space: dict[str, Any], before: Sequence[tuple[Any, Simulated]], values: list[float]) -> list[FrozenTrial]:
-    return [
-        create_trial(
-            value=value,
-            params=parameters,
-            distributions=space,
-            system_attrs={} if simulated.errors is None else {ERRORS: packed(simulated.errors)},
-        )
-        for (parameters, simulated), value in zip(before, values, strict=True)
-    ]
-
-
 def logarithms(setting: Setting, objectives: Sequence[float]) -> list[float]:
-    """log(C / span - 1), bad ones all alike: what Optuna's GPSampler was given while it was the default."""
+    """Return log(C / span - 1), equal for all bad trials, which Optuna's GPSampler got while it was the default."""
     excess = [max(objective / setting.fold.span - 1.0, 1e-6) for objective in objectives]
     bad = max(1.0, FAR * min(excess, default=0.0))
     return [log(min(each, bad)) for each in excess]
 
 
 def sobol(setting: Setting, seed: int, number: int, before: Sequence[Any]) -> tuple[Any, Manipulation]:
-    """A scrambled Sobol' sequence."""
-    cube = UnitCube(setting.spaces["integer"])
+    """Return a point of a scrambled Sobol' sequence."""
+    space = setting.spaces["integer"]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # that 134 is no power of two
-        points = qmc.Sobol(cube.dimensions, scramble=True, rng=np.random.default_rng(seed)).random(MANY)
-    parameters = cube.parameters(cube.snapped(points[number : number + 1])[0])
+        points = qmc.Sobol(space.dimensions, scramble=True, rng=np.random.default_rng(seed)).random(MANY)
+    parameters = space.parameters(space.snap(points[number : number + 1])[0])
     return parameters, setting.task.manipulation(parameters)
 
 
@@ -140,57 +126,58 @@ def grid(setting: Setting, seed: int, number: int, before: Sequence[Any]) -> tup
         middle = 0.5 * release + height * fold.span_of(vertex) * lean
         curves.append(np.stack([np.zeros(3), 2.0 / 3.0 * middle, (release + 2.0 * middle) / 3.0, release]))
     places = tuple(fold.start[vertex] for vertex in grasps)
-    manipulation = Manipulation(grasps, places, tuple(map(sampled_bezier, curves)), tuple(curves))
+    patches = tuple(tuple(fold.patch(vertex)) for vertex in grasps)
+    paths = tuple(map(sampled_bezier, curves))
+    manipulation = Manipulation(grasps, places, paths, tuple(curves), fold.lift, patches=patches)
     return {"height": float(height), "tilt": float(tilt)}, manipulation
 
 
-_gaussian_process = by_optuna(lambda setting, seed: GaussianProcessSampler(seed, setting.lengths))
+def after_low_curves(setting: Setting, seed: int, number: int, before: Sequence[Any]) -> tuple[Any, Manipulation]:
+    """Return one of the low curves, then a proposal of the Gaussian process, without a random trial."""
+    curves = low_curves(setting.fold)
+    if number >= len(curves):
+        return _gp(setting, seed, number, before)
+    return curves[number], setting.task.manipulation(curves[number])
 
 
-def after_curves(curves: Callable[[Fold], list[Parameters]], random_trial: bool) -> Proposing:
-    """Some curves, a random trial if it is wanted, then the Gaussian process."""
-
-    def propose(
-        setting: Setting, seed: int, number: int, before: Sequence[tuple[Any, Simulated]]
-    ) -> tuple[Any, Manipulation]:
-        first = curves(setting.fold)
-        if number < len(first):
-            return first[number], setting.task.manipulation(first[number])
-        at_random = random_trial and number == len(first)
-        return _gaussian_process(setting, seed, number, [] if at_random else before)
-
-    return propose
-
+_gp = by_search(lambda setting, seed: GPSearch(setting.spaces["integer"], seed))
 
 METHODS: dict[str, Method] = {
     "ours": Method(
-        "ours: two arched and three low curves, a random trial, `gp`", after_curves(first_curves, random_trial=True)
+        "ours: two arched and three low curves, a random trial, `gp`",
+        by_search(lambda setting, seed: GPSearch(setting.spaces["integer"], seed, first_curves(setting.fold))),
     ),
-    "low": Method("three low curves, then `gp` at once", after_curves(low_curves, random_trial=False), seeds=2),
-    "gp": Method("`--sampler gp` from a random trial", _gaussian_process),
+    "low": Method("three low curves, then `gp` at once", after_low_curves, seeds=2),
+    "gp": Method("`--sampler gp` from a random trial", _gp),
     "plain": Method(
         "the paper's: C itself, floored grasps",
-        by_optuna(lambda setting, seed: GaussianProcessSampler(seed), grasps="continuous"),
+        by_search(lambda setting, seed: GPSearch(replace(setting.spaces["continuous"], known_part=None), seed)),
     ),
     "gpsampler": Method(
         "Optuna's `GPSampler`, told log(C / span - 1)",
-        by_optuna(
-            lambda setting, seed: GPSampler(seed=seed, n_startup_trials=1, deterministic_objective=True),
-            seen=logarithms,
-        ),
+        by_search(lambda setting, seed: GPSamplerSearch(setting.spaces["integer"], seed), seen=logarithms),
         needs=("torch",),
     ),
-    "tpe": Method("tree of Parzen estimators: `--sampler tpe`", by_optuna(lambda _, seed: TPESampler(seed=seed))),
-    "cmaes": Method("CMA-ES: `--sampler cmaes`", by_optuna(lambda _, seed: EvolutionSampler(seed))),
+    "tpe": Method(
+        "tree of Parzen estimators: `--sampler tpe`",
+        by_search(lambda setting, seed: TPESearch(setting.spaces["integer"], seed)),
+    ),
+    "cmaes": Method(
+        "CMA-ES: `--sampler cmaes`", by_search(lambda setting, seed: CMASearch(setting.spaces["integer"], seed))
+    ),
     "lm": Method(
         "Li et al. (2015): `--sampler lm`",
-        by_optuna(lambda setting, _: LevenbergMarquardtSampler(setting.lengths)),
+        by_search(lambda setting, seed: LMSearch(setting.spaces["integer"], seed)),
         trials=MANY,
         seeds=1,
     ),
     "grid": Method("grid of De Gusseme and wyffels (2022)", grid, trials=MANY),
     "sobol": Method("Sobol' sequence", sobol, trials=MANY),
-    "random": Method("random: `--sampler random`", by_optuna(lambda _, seed: RandomSampler(seed=seed)), trials=MANY),
+    "random": Method(
+        "random: `--sampler random`",
+        by_search(lambda setting, seed: RandomSearch(setting.spaces["integer"], seed)),
+        trials=MANY,
+    ),
 }
 """Ways to search by name, in the order of the tables."""
 CORE = ("ours", "plain", "random")

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from tatamu.folding.coarser import coarsened
-from tatamu.learning.space import Grasps, search_space
 
+from tatamu import Evaluation, Manipulation, Nominal, Space, Task, make_garment, make_task
+from tatamu.evaluation.coarse import coarsened
 from tatamu.folding.fold import Fold
-from tatamu.folding.manipulation import Manipulation, trajectory_lengths
-from tatamu.folding.score import vertex_distances
-from tatamu.folding.task import Task, digest, make_job
+from tatamu.folding.parameters import Grasps, search_space
+from tatamu.folding.score import residuals, vertex_distances
 
 
 class Coarse(NamedTuple):
@@ -25,7 +24,7 @@ class Coarse(NamedTuple):
     garment: str
     fold: str
     spacing: float
-    """Of the mesh [m]."""
+    """Spacing of the mesh [m]."""
     softer: float = 1.0
     """How much softer to stretch than the garment's own cloth; by the square of the spacings' ratio, the cells lock as
     those of the default mesh do."""
@@ -46,12 +45,17 @@ class Simulated:
     objective: float
     """C of Eq. (10)."""
     errors: np.ndarray | None
-    """e_i of Eq. (12) [m], shape (n,); None where the trial failed."""
+    """e_i of Eq. (12) [m], shape (n,); None if the trial failed."""
 
     @property
     def distance(self) -> float:
-        """Mean vertex distance [m]; infinite where the trial failed."""
+        """Mean vertex distance [m]; infinite if the trial failed."""
         return float("inf") if self.errors is None else float(self.errors.mean())
+
+    @property
+    def residuals(self) -> np.ndarray | None:
+        """Vector whose squares sum to alpha D, shape (n,), in single precision; None if the trial failed."""
+        return None if self.errors is None else residuals(self.errors.astype(np.float32).astype(float))
 
 
 class Setting:
@@ -66,8 +70,8 @@ class Setting:
             folder: Folder of the simulations.
         """
         self.name = name
-        job = make_job(chosen.garment, fold=chosen.fold, spacing=chosen.spacing)
-        self.task: Task = coarsened(job, 1.0, chosen.softer).task(0)
+        garment = coarsened(make_garment(chosen.garment, spacing=chosen.spacing), 1.0, chosen.softer)
+        self.task: Task = make_task(garment, fold=chosen.fold)
         folder.mkdir(parents=True, exist_ok=True)
         self._file = folder / f"{chosen.garment}{'' if chosen.softer == 1.0 else '-softer'}.jsonl"
         self._known: dict[str, Simulated] = {}
@@ -83,23 +87,17 @@ class Setting:
         return self.task.fold
 
     @cached_property
-    def spaces(self) -> dict[Grasps, dict[str, Any]]:
+    def spaces(self) -> dict[Grasps, Space]:
         """Bounds of the search, with whole and with floored grasps."""
-        return {grasps: dict(search_space(self.fold, grasps)) for grasps in ("integer", "continuous")}
-
-    def lengths(self, parameters: Mapping[str, np.ndarray]) -> np.ndarray:
-        """l_x of Eq. (10) of parameters [m]."""
-        return trajectory_lengths(self.fold, parameters)
+        return {"integer": search_space(self.fold, "integer"), "continuous": search_space(self.fold, "continuous")}
 
     def simulated(self, manipulation: Manipulation) -> Simulated:
-        """The simulation of a manipulation; run only if it is not there."""
+        """Return the simulation of a manipulation; run only if it is not kept."""
         assert manipulation.control_points is not None
-        key = digest(np.array(manipulation.grasps), *manipulation.control_points)
+        key = _digest(np.array(manipulation.grasps), *manipulation.control_points)
         if key not in self._known:
-            outcome = self.task.evaluate(manipulation)
-            errors = None
-            if not outcome.failed and outcome.rollout is not None:
-                errors = vertex_distances(self.fold.target, outcome.rollout.positions[-1])
+            outcome = Nominal(self.task).fixed(manipulation)
+            errors = self._errors(outcome)
             record = {
                 "key": key,
                 "objective": outcome.objective,
@@ -109,3 +107,15 @@ class Setting:
                 file.write(json.dumps(record) + "\n")
             self._known[key] = Simulated(outcome.objective, errors)
         return self._known[key]
+
+    def _errors(self, outcome: Evaluation) -> np.ndarray | None:
+        """Return e_i of an outcome [m], shape (n,); None if it failed."""
+        if outcome.failed or outcome.rollout is None:
+            return None
+        return vertex_distances(self.fold.target, outcome.rollout.positions[-1])
+
+
+def _digest(*arrays: np.ndarray) -> str:
+    """Return a short name of arrays that differs if a bit of their numbers does."""
+    data = b"".join(np.ascontiguousarray(array, dtype="<f8").tobytes() for array in arrays)
+    return hashlib.sha256(data).hexdigest()[:16]

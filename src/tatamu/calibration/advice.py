@@ -1,4 +1,4 @@
-"""Advice to the person who measured: which readings cannot tell, what would, and what to repeat."""
+"""Advice on the measurements: which readings are insufficient, what would suffice, and what to repeat."""
 
 from __future__ import annotations
 

@@ -4,9 +4,9 @@ Not in the paper. Woven cloth is stiff along its yarns and gives way on the bias
 
     4 / Y(45) = 1 / Y + 1 / Y_weft + 1 / G - 2 nu / sqrt(Y Y_weft)
 
-(docs/theory/membrane.md), and hangs longer by rho g L^2 / 2 Y(45): mostly by 1 / G. It is simulated, as its clamped end
-cannot narrow. A whole cloth hung by a corner would need no cutting, but it falls together in folds, by chance, which
-move its end by a millimetre or two, and what it is longer by depends on how wide the grip is.
+(docs/theory/membrane.md), and hangs longer by rho g L^2 / 2 Y(45): mostly by 1 / G. The strip is simulated because its
+clamped end cannot narrow. A whole cloth hung by a corner would need no cutting, but it falls into folds by chance,
+which move its end by a millimetre or two, and its elongation depends on the width of the grip.
 """
 
 from __future__ import annotations
@@ -41,26 +41,26 @@ from tatamu.simulators import capabilities
 from tatamu.topology import Topology
 
 COLUMNS = 6
-"""Of the mesh."""
+"""Columns of the mesh."""
 SLIMMEST, WIDEST = 0.02, 0.34
 """Range of a strip's width over its length."""
 RELAXATIONS = 14.0
 """Duration of the scene in units of 1 / rate of its slowest motion."""
 ASIDE = 1.1
-"""Factor from a parameter to the one beside it that tells the slope."""
+"""Factor from a parameter to a second one that gives the slope."""
 UNKNOWN = 1.0
-"""Standard uncertainty of ln Y where the elongation only bounds it."""
+"""Standard uncertainty of ln Y if the elongation only bounds it."""
 
 
 class BiasReadings(TestEntry):
     """Length of a strip cut on the bias, hanging and lying."""
 
     width: Length
-    """Of the strip [m]."""
+    """Width of the strip [m]."""
     L1: Lengths
-    """From the grip straight down to the end, hanging [m]."""
+    """Distance from the grip straight down to the end, hanging [m]."""
     L2: Lengths
-    """The same, lying [m]."""
+    """The same distance, lying [m]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -88,7 +88,7 @@ class Bias(LaterTest, RestTest):
     width: float
     """[m]"""
     spacing: float | None = None
-    """Edge length of the mesh [m]; None: a part of the width."""
+    """Edge length of the mesh [m]; None for a part of the width."""
 
     name = "bias"
     title = "Bias: shear stiffness G"
@@ -150,7 +150,7 @@ Hang a strip cut on the bias, if you like: for woven cloth.                     
         )
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """L1 - L2 of a rollout [m]."""
+        """Return L1 - L2 of a rollout [m]."""
         end = self.mesh[0][:, 0] > self.length - 1e-9
         return float(-rollout.positions[frame, end, 2].mean()) - self.length
 
@@ -217,7 +217,7 @@ Hang a strip cut on the bias, if you like: for woven cloth.                     
         )
 
     def drawing(self, shape: np.ndarray | None) -> str:
-        """Draw the strip hanging with its yarns, and lying beside it."""
+        """Draw the strip hanging with its yarns, and lying next to that."""
         if shape is None:
             return ""
         hung = shape[:, 1:]

@@ -1,10 +1,9 @@
 """Calibration: measurements in, the parameters of one simulator out (paper, section IV).
 
 Areal density is mass over area. Stretch stiffness, bending rigidity and friction of bending are matched in turn, each
-in its own tests with the others as they stand, until all stay; where several tests tell bending, it is the mean of what
-each says alone, each weighing as much as its readings tell. Then come the tests that need both, in the order of the
-registry: friction, which does not touch those before it, and compression, which needs all the others. Every parameter
-is an effective one: with it this simulator, on such a mesh, gives the readings.
+in its own tests with the others fixed, until none changes. If several tests determine the bending rigidity, it is the
+mean of their results, weighted by the uncertainties of their readings. The tests that need these parameters follow in
+the order of the registry. Every parameter is effective: with it, this simulator on such a mesh reproduces the readings.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ from tatamu.simulators import named
 LIGHTEST, HEAVIEST = 0.02, 5.0
 """Areal densities that a fabric has [kg/m^2]."""
 Groups = dict[str, list[Target]]
-"""Parameter to the tests that tell it."""
+"""Parameter to the tests that determine it."""
 
 
 def calibrate(
@@ -93,15 +92,15 @@ class ElasticMatch:
     material: Material
     groups: Groups
     matches: dict[str, Match]
-    """By test."""
+    """Matches by the names of the tests."""
     passes: int
 
     def telling(self, parameter: str) -> list[Target]:
-        """The tests that tell a parameter, and do not only bound it."""
+        """Return the tests that determine a parameter instead of only bounding it."""
         return _telling(self.groups.get(parameter, []), self.matches)
 
     def fits(self, laboratory: Laboratory, group: list[Target]) -> list[Fit]:
-        """The tests of one parameter, as they read in the simulator with the material found."""
+        """Return the fits of the tests of one parameter, simulated with the material found."""
         if len(group) == 1:
             found = self.matches[group[0].test.name]
             return [group[0].fit(found, found.reading)]
@@ -159,12 +158,12 @@ def _elastic(laboratory: Laboratory, groups: Groups, material: Material) -> Elas
 
 
 def _mean(group: list[Target], values: list[float]) -> float:
-    """A parameter from what each of its tests says alone: the mean of the logarithms, by `weights`."""
+    """Return the weighted geometric mean of a parameter's values by each of its tests; see `weights`."""
     return values[0] if len(values) == 1 else float(np.exp(weights(group) @ np.log(values)))
 
 
 def _telling(group: list[Target], matches: dict[str, Match]) -> list[Target]:
-    """The tests of a group that tell the parameter, and do not only bound it."""
+    """Return the tests of a group that determine the parameter instead of only bounding it."""
     return [target for target in group if target.bound_by(matches[target.test.name]) is None]
 
 
@@ -214,6 +213,6 @@ def _contributions(
 
 
 def _assumed(tests: list[CalibrationTest]) -> tuple[str, ...]:
-    """Fields that none of the tests tells."""
+    """Return the fields that none of the tests determines."""
     measured = {"areal_density", *(test.parameter for test in tests)}
     return (*(name for name in PARAMETERS if name not in measured and name not in OPTIONAL), *UNMEASURED)

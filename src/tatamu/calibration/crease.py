@@ -6,9 +6,9 @@ along the band, so that the angle is about
 
     HB / B * gap
 
-where that is well below the half turn to which it was closed. Boards, because cloth alone would bend beside its crease
-while it opens, by an amount that depends on how it is let go. It stands on end: its weight does not turn the hinge, and
-none is simulated.
+if that is well below the half turn to which it was closed. Without boards, cloth would also bend outside its crease
+while it opens, by an amount that depends on how it is let go. The hinge stands on end, so its weight does not turn it,
+and no weight is simulated.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ from tatamu.simulators import capabilities
 ARM = 0.03
 """The angle is matched as the arc of a point so far from the hinge [m]."""
 CELLS = 12
-"""Rows of triangles in the band. Cloth bends at the held rows too, so that each of these rows is 1 / 13 of it."""
+"""Rows of triangles in the band. Cloth bends at the held rows too, so each of these rows is 1 / 13 of it."""
 HELD_ROWS = 2
 COLUMNS = 6
 THIN = 0.25
@@ -49,9 +49,9 @@ THIN = 0.25
 FIRST_MODE = 3.52
 """Angular frequency of a clamped strip of length L, over sqrt(B / rho) / L^2."""
 PRESSED, HELD, RESTS = 10.0, 15.0, 40.0
-"""The hinge is closed, let go and at rest after so many of the strip's times 1 / omega."""
+"""Times at which the hinge is closed, let go and at rest, in units of the strip's time 1 / omega."""
 WIDEST = 120.0
-"""An angle beyond this [degrees] tells little of the friction, as the fold was hardly sharper."""
+"""Angle beyond which the reading only bounds the friction [degrees], because the fold was hardly sharper."""
 LEAST_GAP = 1.5
 """The band is at least so long, in thicknesses of both boards, or it could not go round them."""
 
@@ -60,11 +60,11 @@ class CreaseReadings(TestEntry):
     """A hinge of cloth between two boards, closed under a weight and let go."""
 
     gap: Length
-    """Of cloth between the boards [m]."""
+    """Length of cloth between the boards [m]."""
     board: Length
     """Thickness of one board [m]."""
     angle: Angles
-    """By which the hinge stays bent [degrees]: 0 where the boards lie in one plane."""
+    """Angle by which the hinge stays bent [degrees]; 0 if the boards lie in one plane."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -92,7 +92,7 @@ class PressedCrease(ElasticTest):
     apart: float
     """Distance of the band's ends while it is closed [m]."""
     usual: float
-    """Bending length of the garment's usual fabric, where the search begins [m]."""
+    """Bending length of the garment's usual fabric, from which the search starts [m]."""
 
     name = "crease"
     title = "Crease: friction of bending HB"
@@ -179,17 +179,17 @@ Crease it, if you like: tells how much of a fold stays.                         
         )
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """The arc that the angle of a rollout makes at `ARM` [m]."""
+        """Return the arc of the angle at `ARM` in a rollout [m]."""
         return ARM * self.angle_of(rollout.positions[frame])
 
     def angle_of(self, positions: np.ndarray) -> float:
-        """The angle by which a shape [m], shape (n, 3), is bent [rad]: of its last row."""
+        """Return the angle by which the last row of a shape [m], shape (n, 3), is bent [rad]."""
         before, end = self.side(positions)[-2:]
         along, up = end - before
         return float(np.arctan2(up, along))
 
     def side(self, positions: np.ndarray) -> np.ndarray:
-        """The band from the side: the mean of each row [m], shape (rows, 2)."""
+        """Return the band from the side: the mean of each row [m], shape (rows, 2)."""
         return np.array([positions[self._rows == row][:, [0, 2]].mean(axis=0) for row in range(self._rows.max() + 1)])
 
     def guess(self, arc: float, material: Material) -> float:

@@ -1,4 +1,4 @@
-"""Edges of a garment by name, to hold it by."""
+"""Edges of a garment by name, by which it is held."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Elongation (paper, section IV-A): how much longer the garment is hanging than lying.
 
 The simulated garment hangs from the same grasps. L1 is read straight down from the grip to the end farthest from it,
-L2 is the same distance on the unstrained garment: simulated cloth has no memory, so that it lies unstrained.
+L2 is the same distance on the unstrained garment, because simulated cloth lies unstrained.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ from tatamu.topology import Topology, areas
 RELAXATIONS = 14.0
 """Duration of the scene in units of 1 / rate of its slowest motion, of which e^-14 is then left."""
 LAYERS_APART = 2.0
-"""Distance of hanging layers at the start, in thicknesses: where a grip holds them as near as contact allows, contact
-and grip would push against each other for ever."""
+"""Distance of hanging layers at the start, in thicknesses. If a grip held them as near as contact allows, contact and
+grip would push against each other for ever."""
 SAME_END = 2e-3
 """Vertices less than this nearer to the end than the farthest belong to it [m]."""
 
@@ -61,18 +61,18 @@ class Grasp(Record):
     at: float = Field(0.5, ge=0.0, le=1.0)
     """Where along the edge the middle of the grip is, 0 and 1 being its ends."""
     width: Length | None = None
-    """Width of the grip along the edge [m]; None: the whole edge, as a hanger or two rulers hold it."""
+    """Width of the grip along the edge [m]; None for the whole edge, which a hanger or two rulers hold."""
 
 
 class ElongationReadings(TestEntry):
     """Hanging and lying length (paper, section IV-A, Fig. 1)."""
 
     grasps: Annotated[list[Grasp], Field(min_length=1)]
-    """By what it hangs."""
+    """Grips by which the garment hangs."""
     L1: Lengths
-    """From the grip straight down to the lowest end, hanging [m]."""
+    """Distance from the grip straight down to the lowest end, hanging [m]."""
     L2: Lengths
-    """The same two places, lying [m]."""
+    """Distance of the same two places, lying [m]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -195,7 +195,7 @@ L2 = []                  # lying
         )
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """L1 - L2 of a rollout [m]."""
+        """Return L1 - L2 of a rollout [m]."""
         return float(-rollout.positions[frame, self.end, 2].mean()) - self.length
 
     def target(self, readings: Readings) -> Target:
@@ -229,7 +229,7 @@ L2 = []                  # lying
         ]
 
     def drawing(self, shape: np.ndarray | None) -> str:
-        """Draw the garment hanging, and lying beside it."""
+        """Draw the garment hanging, and lying next to that."""
         if shape is None:
             return ""
         hung = shape[:, 1:]

@@ -16,19 +16,19 @@ class Errors(Record):
     """Standard deviation of one reading, all causes together: the ruler's marks, the eye, the cloth's unrest."""
 
     length: Error = 0.001
-    """Of every length but H_s [m]."""
+    """Standard deviation of every length except H_s [m]."""
     mass: Error = 0.001
     """[kg]"""
     H_s: Error = 0.005
     """[m]"""
     time: Annotated[float, Field(ge=1e-3, le=10.0)] = 0.3
-    """Of ten swings by a stopwatch [s]."""
+    """Standard deviation of ten swings by a stopwatch [s]."""
     swings: Annotated[float, Field(ge=1e-2, le=10.0)] = 0.3
-    """Of a number of swings that was counted while they fade [-]."""
+    """Standard deviation of the number of swings until they fade [-]."""
     drape: Error = 0.03
-    """Of a drape coefficient [-]: folds fall differently each time."""
+    """Standard deviation of a drape coefficient [-]: folds fall differently each time."""
     angle: Annotated[float, Field(ge=0.1, le=45.0)] = 4.0
-    """Of the angle that stays in a crease [degrees]."""
+    """Standard deviation of the angle that stays in a crease [degrees]."""
 
 
 class TestEntry(Record):

@@ -44,10 +44,10 @@ WITHIN = 5e-3
 
 
 class FadingReadings(TestEntry):
-    """How long the cloth goes on to swing that is held by two corners and let go from the side."""
+    """How long cloth swings that is held by two corners and let go from the side."""
 
     edge: str
-    """Name of the edge by whose two ends it is held."""
+    """Name of the edge whose two ends are held."""
     aside: Lengths
     """How far the far edge is drawn aside before it is let go [m]."""
     to: Length
@@ -131,7 +131,7 @@ Let it fade, if you like: with $swing.                                       [fa
         return float(min(numbers[-1] + (1.0 / self.to - inverse[-1]) / max(slope, 1e-9), MOST))
 
     def guess(self, count: float, material: Material) -> float:
-        """Drag of a plate that fades in so many swings, by the formula above [kg/m^3]."""
+        """Return the drag of a plate that fades in `count` swings, by the formula above [kg/m^3]."""
         inverse = 1.0 / self.to - 1.0 / self.swinging.aside
         heavy = material.areal_density + material.air_added_mass
         return float(np.clip(heavy * inverse / (2.0 * count), *LIMITS[self.parameter]))

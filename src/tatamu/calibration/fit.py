@@ -1,4 +1,4 @@
-"""How a test was matched."""
+"""The match of a test."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ class Fit:
     uncertainty: float
     """Its standard uncertainty."""
     aim: float
-    """The value that was matched: the reading, moved by its uncertainty where it only bounds the parameter."""
+    """Value that was matched: the reading, moved by its uncertainty if it only bounds the parameter."""
     simulated: float
     """The same reading, simulated with the parameter found."""
     unit: str
     bound: str | None
-    """None where the test tells the parameter; else "at least" or "at most": all that it tells."""
+    """None if the test determines the parameter, "at least" or "at most" if it only bounds it."""
     samples: tuple[tuple[float, float], ...]
     """Simulated (parameter, reading); of a search by halving (parameter, speed)."""
     alone: float | None = None
-    """The parameter by this test alone, where it did not decide alone: as one of several tests, or as a bound that the
-    assumed value keeps."""
+    """The parameter by this test alone; None if the test alone determined the parameter. Otherwise the test is one of
+    several, or a bound that the assumed value satisfies."""
     resolution: float | None = None
-    """Standard uncertainty of the parameter's logarithm that a search by halving leaves; None: no such search."""
+    """Standard uncertainty of the parameter's logarithm after a bisection; None if there was none."""
 
     @property
     def slope(self) -> float | None:
-        """Change of the reading with the parameter's logarithm; None where fewer than two samples tell it.
+        """Change of the reading with the parameter's logarithm; None if there are fewer than two samples.
 
-        Of the three nearest to what was matched.
+        The slope is fitted to the three samples nearest to the aim.
         """
         nearest = sorted(self.samples, key=lambda sample: abs(sample[1] - self.aim))[:3]
         if len(nearest) < 2:

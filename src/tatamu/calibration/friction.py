@@ -1,8 +1,8 @@
-"""Friction (paper, section IV-B): the coefficient at which cloth begins to slide on a board of the measured slope.
+"""Friction (paper, section IV-B): the coefficient at which cloth starts to slide on a board of the measured slope.
 
-The simulated table stands at theta = asin(H_s / L_t) and its friction is halved in from both sides between a value at
-which a sheet stays and one at which it slides. tan(theta), the textbook's answer, is where the search begins and what
-the answer is compared with. Sliding does not depend on the sheet's shape, so a small one of the same material is used.
+The simulated table stands at theta = asin(H_s / L_t). Its friction is bisected between a value at which a sheet stays
+and a value at which it slides. The search starts from the textbook's answer, tan(theta), and the result is compared
+with it. Sliding does not depend on the sheet's shape, so a small sheet of the same material is used.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from tatamu.scene import Cloth, Scene, Table
 SIZE, SPACING = (0.10, 0.20), 0.02
 """Width, length and mesh spacing of the sheet [m]."""
 DURATION = 0.8
-"""Of a scene [s]."""
+"""Duration of a scene [s]."""
 SLIDING = 5e-3
 """Mean speed over the last quarter above which the sheet slides [m/s]: it is reached 1.5e-3 below tan(theta)."""
 FIRST = 0.02
@@ -44,7 +44,7 @@ RESOLUTION = 2e-3
 LARGEST = 3.0
 """Coefficients beyond this are not tried."""
 EFFECTIVE = 0.02
-"""A coefficient that is off tan(theta) by more than this part says something of the simulator."""
+"""Relative difference from tan(theta) above which a coefficient is reported as an effective one."""
 
 
 class FrictionReadings(TestEntry):
@@ -135,7 +135,7 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
         )
 
     def speed(self, rollout: Rollout) -> float:
-        """Mean speed down the slope over the last quarter [m/s]."""
+        """Return the mean speed down the slope over the last quarter [m/s]."""
         down = np.array([np.cos(self.angle), 0.0, -np.sin(self.angle)])
         late = len(rollout.times) * 3 // 4
         distance = (rollout.positions[-1] - rollout.positions[late]).mean(axis=0) @ down
@@ -194,7 +194,7 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
         return [f"friction: {estimate.simulator} {does}; tan(theta) is taken, which it cannot follow."]
 
     def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """A search that did not end where the textbook does says something of the simulator."""
+        """Report a coefficient that differs from the textbook's."""
         off = estimate.material.friction_table / self.textbook - 1.0
         if abs(off) < EFFECTIVE:
             return []
@@ -234,7 +234,7 @@ class Sliding:
     samples: tuple[tuple[float, float], ...]
     """All (coefficient, speed [m/s]) that were simulated."""
     bound: str | None = None
-    """None; "at least" where it slides whatever the coefficient, "at most" where it sticks even without friction."""
+    """"at least" if the sheet slides at any coefficient, "at most" if it sticks without friction; None otherwise."""
 
     @property
     def coefficient(self) -> float:
@@ -243,11 +243,11 @@ class Sliding:
 
 
 def threshold(speed: Callable[[float], float], guess: float) -> Sliding:
-    """Search the coefficient at which a sheet begins to slide, by halving; where there is none, the guess is kept.
+    """Bisect the coefficient at which a sheet starts to slide; if there is none, the guess is kept.
 
     Args:
-        speed: Simulates the speed at a coefficient [m/s].
-        guess: Where to begin.
+        speed: Function that simulates the speed at a coefficient [m/s].
+        guess: Coefficient to start from.
     """
     seen: dict[float, float] = {}
 

@@ -34,10 +34,10 @@ def instructions() -> str:
 
 
 def template(name: str) -> str:
-    """The text of measurements.toml for a garment, readings left empty.
+    """Return the text of measurements.toml for a garment, with empty readings.
 
     Raises:
-        InputError: There is no such garment.
+        InputError: If there is no such garment.
     """
     garment = make_garment(name)
     head = f"""\

@@ -1,4 +1,4 @@
-"""Where the simulated tests are made: runs scenes until they have settled, and remembers what it measured."""
+"""A laboratory for the simulated tests: it runs scenes until they have settled and keeps their readings."""
 
 from __future__ import annotations
 
@@ -51,13 +51,13 @@ class Laboratory:
     _durations: dict[str, float] = field(default_factory=dict)
 
     def run(self, scene: Scene, what: str) -> Rollout:
-        """One rollout."""
+        """Simulate a scene."""
         self.tick(what)
         self.simulations += 1
         return simulate(scene, self.simulator)
 
     def reading(self, test: LengthTest, material: Material) -> float:
-        """The reading of a test at rest [m]; infinite where the cloth is too soft for the simulator."""
+        """Return the reading of a test at rest [m]; infinite if the cloth is too soft for the simulator."""
         key = test.name, material.model_dump_json()
         if key not in self._known:
             try:
@@ -68,15 +68,15 @@ class Laboratory:
         return self._known[key]
 
     def shape(self, test: str, material: Material) -> np.ndarray | None:
-        """Positions [m] at rest, shape (n, 3), of the test of that name; None where no reading was made."""
+        """Return the positions [m] at rest, shape (n, 3), of a test; None if no reading was made."""
         return self._shapes.get((test, material.model_dump_json()))
 
     def shapes(self, test: str) -> list[np.ndarray]:
-        """Positions [m] at rest, shape (n, 3), of all materials that were tried in the test of that name."""
+        """Return the positions [m] at rest, shape (n, 3), of all materials that were tried in a test."""
         return [shape for (name, _), shape in self._shapes.items() if name == test]
 
     def _settled(self, test: LengthTest, scene: Scene) -> tuple[float, np.ndarray]:
-        """Simulate, longer where it has to be; what once was long enough is where the next begins."""
+        """Simulate until the reading has settled; the next reading of the test starts with the same duration."""
         options = self.options
         factor = self._durations.get(test.name, 1.0)
         while True:

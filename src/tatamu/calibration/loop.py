@@ -1,8 +1,8 @@
-"""Loop: how high cloth stands where it is folded over itself, a fold's crease under its own weight.
+"""Loop: how high the crease of folded cloth stands under its own weight.
 
-Not in the paper. It tells bending of cloth too limp for a sag to tell, and tells it at the curvature that folding has:
-cloth, and Blender's old bending model, need not bend in proportion. A strip is laid over itself without friction, ends
-held, so that it finds the loop of least energy; its height depends on bending over weight alone.
+Not in the paper. It determines the bending rigidity of cloth too limp for a sag, and at the curvature of a fold: cloth,
+and Blender's old bending model, need not bend in proportion. A strip is laid over itself without friction, its ends
+held, so it takes the loop of minimum energy, whose height depends on bending over weight alone.
 """
 
 from __future__ import annotations
@@ -49,10 +49,10 @@ HIGHEST_LOOP = 0.3
 
 
 class LoopReadings(TestEntry):
-    """How high cloth stands where it is folded over itself."""
+    """How high the crease of folded cloth stands."""
 
     height: Lengths
-    """From the table to the top of the loop [m]."""
+    """Height of the top of the loop over the table [m]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -77,9 +77,9 @@ class Loop(ElasticTest):
     height: float
     """The height that was read [m]: the strip is cut to it."""
     thickness: float
-    """Of the cloth [m]."""
+    """Thickness of the cloth [m]."""
     spacing: float | None = None
-    """Edge length of the strip's mesh [m]; None: a part of the height."""
+    """Edge length of the strip's mesh [m]; None for a part of the height."""
 
     name = "loop"
     title = "Loop: bending rigidity B"
@@ -161,11 +161,11 @@ Let it loop, if you like: for cloth that hangs straight down in $sag, or bends o
         )
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """Height of the loop's top over the table of a rollout [m]."""
+        """Return the height of the loop's top over the table in a rollout [m]."""
         return self.height_of(rollout.positions[frame])
 
     def height_of(self, positions: np.ndarray) -> float:
-        """The same of a shape [m], shape (n, 3): of its highest row, which is as high as its vertices in the mean."""
+        """Return the height of the loop's top in a shape [m], shape (n, 3): the mean height of its highest row."""
         rows = np.unique(self.mesh[0][:, 0].round(6), return_inverse=True)[1]
         return float((np.bincount(rows, positions[:, 2]) / np.bincount(rows)).max()) + 0.5 * self.thickness
 

@@ -43,13 +43,13 @@ def match(
     """Safeguarded secant search of a parameter on which the reading depends monotonically.
 
     Args:
-        reading: Simulates the reading of a parameter; infinite where the simulator gave up for being too soft.
-        target: The measured reading.
+        reading: Function that simulates the reading of a parameter; infinite if the cloth is too soft to simulate.
+        target: Measured reading.
         start: First parameter.
-        limits: Least and greatest parameter.
-        within: How near to the target the reading has to be.
-        straight: A function of the reading that is nearly a straight line of the logarithm of the parameter.
-        rising: Whether the reading rises with the parameter; else it falls.
+        limits: Smallest and largest parameter.
+        within: Largest accepted difference between the reading and the target.
+        straight: Function of the reading that is nearly linear in the logarithm of the parameter.
+        rising: Whether the reading rises with the parameter instead of falling.
     """
     if rising:
         found = match(lambda at: _turned(reading(at)), -target, start, limits, within, lambda value: -straight(-value))
@@ -75,7 +75,7 @@ def match(
 
 
 def _turned(reading: float) -> float:
-    """A reading upside down; infinite stays infinite, as that only says that the simulator gave up."""
+    """Return a reading with the opposite sign; infinity, which stands for a failed simulation, stays."""
     return reading if np.isinf(reading) else -reading
 
 

@@ -1,4 +1,4 @@
-"""The readings of ruler, scale and board, as `measurements.toml` holds them; docs/guide/calibration.md shows each.
+"""The readings of ruler, scale and board in `measurements.toml`; docs/guide/calibration.md shows each.
 
     [garment]     name, size, mass                what it is, and its mass
     [TEST]        its readings                    a table for each test that was made: the modules of `registry`
@@ -31,13 +31,13 @@ class GarmentReadings(Record):
     size: Annotated[tuple[Length, Length], BeforeValidator(lambda v: tuple(v) if isinstance(v, list) else v)] | None = (
         None
     )
-    """Width and length [m]; None: the garment's own."""
+    """Width and length [m]; None for the garment's own."""
     mass: Masses
-    """Of the whole garment [kg]."""
+    """Mass of the whole garment [kg]."""
     material: str | None = None
-    """Preset or material file that gives what is not measured; None: the garment's own fabric."""
+    """Preset or material file for parameters that are not measured; None for the garment's own fabric."""
     thickness: Annotated[float, Field(ge=THICKNESS[0], le=THICKNESS[1])] | None = None
-    """Of one layer [m], as `Material.thickness`; None: the material's."""
+    """Thickness of one layer [m], see `Material.thickness`; None for the material's."""
 
 
 class Head(Record):
@@ -49,7 +49,7 @@ class Head(Record):
 
 _TABLES: dict[str, Any] = {name: (test.entry | None, None) for name, test in TESTS.items()}
 _WithTests: Any = create_model("_WithTests", __base__=Head, **_TABLES)
-"""With a field for the table of each test; None where it was not made."""
+"""Measurements with a field for the table of each test; None if the test was not made."""
 
 
 class Measurements(_WithTests):
@@ -92,6 +92,6 @@ def load_measurements(path: Path) -> Measurements:
     """Read and check measurements.
 
     Raises:
-        InputError: The file cannot be read, a field is unknown or a reading impossible; the message says which.
+        InputError: If the file cannot be read, a field is unknown or a reading is impossible.
     """
     return validated(Measurements, read_toml(path), path)

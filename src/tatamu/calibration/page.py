@@ -19,15 +19,15 @@ from tatamu.presentation.chart import Chart, Plot, axis, band, line, log_axis, n
 from tatamu.presentation.page import render
 
 ROOM = 1.6
-"""Beside the points of a chart, as a factor: a logarithmic axis then always has a number on it."""
+"""Factor of the margin around the points of a chart, so that a logarithmic axis always has a number on it."""
 
 
 @dataclass(frozen=True)
 class ShownFit:
-    """A fit as the page shows it, beside its chart."""
+    """A fit, as the page shows it next to its chart."""
 
     name: str
-    """Of its test, and of its group of charts."""
+    """Name of its test and of its group of charts."""
     title: str
     sentence: str
     symbol: str
@@ -137,7 +137,7 @@ def _reading_chart(calibration: Calibration, fit: Fit, test: CalibrationTest) ->
 
 
 def _speed_chart(fit: Fit, test: CalibrationTest) -> Plot:
-    """Speed over the coefficient: zero where it sticks."""
+    """Chart the speed over the coefficient, which is zero if the sheet sticks."""
     dots = []
     for slides, name, symbol in ((True, "slides", "circle"), (False, "sticks", "square")):
         points = [sample for sample in fit.samples if (sample[1] > SLIDING) == slides]

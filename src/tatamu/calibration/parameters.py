@@ -12,13 +12,13 @@ class Parameter:
     name: str
     symbol: str
     unit: str
-    """"-" where it has none."""
+    """"-" if it has none."""
     words: str
     """Its name in a table."""
     shown_unit: str = ""
     """The unit on pages; none given: `unit`."""
     shown_factor: float = 1.0
-    """From `unit` to the shown one."""
+    """Factor from `unit` to the shown unit."""
 
     @property
     def label(self) -> str:
@@ -40,7 +40,7 @@ KNOWN = {
         Parameter("bending_hysteresis", "HB", "N", "friction of bending", "mN", 1e3),
     )
 }
-"""By the name of the field."""
+"""Parameters by the names of their fields."""
 PARAMETERS = tuple(KNOWN)
 """Their names, in the order of all matrices."""
 UNITS = {name: parameter.unit for name, parameter in KNOWN.items()}
@@ -58,6 +58,6 @@ LIMITS = {
 }
 """Ranges in which parameters are searched, each in its unit."""
 OPTIONAL = ("shear_stiffness", "air_added_mass", "air_drag_quadratic", "bending_hysteresis")
-"""Fields that are spoken of only where a test tells them."""
+"""Fields that are reported only if a test determines them."""
 UNMEASURED = ("poisson_ratio", "friction_cloth", "air_drag")
-"""Fields of a material that no test tells."""
+"""Fields of a material that no test determines."""

@@ -6,8 +6,8 @@ Not in the paper. A disc hangs over a smaller plate, in folds, and is seen from 
 
 is matched as a length, the radius of the circle with the outline's area. It grows with the bending length l_b over the
 overhang a: about as DC / (1 - DC) = (l_b / a / 0.255)^2.95, by simulations of discs of 1.7 and 2 plates with 300 N/m,
-where the search begins. Where folds begin is chance: two discs are simulated side by side and their mean is taken; how
-far the two are apart, in all simulations together, is part of the uncertainty.
+from which the search starts. Chance decides where folds form, so two discs are simulated side by side and their mean is
+taken; the differences between the two in all simulations are part of the uncertainty.
 """
 
 from __future__ import annotations
@@ -48,15 +48,15 @@ CELL = 0.45
 FINEST, COARSEST = 0.06, 0.2
 """Range of the edge length in overhangs."""
 ANGLES = 180
-"""Of an outline."""
+"""Number of angles of an outline."""
 SETTLING = 4.0
-"""From the rise of the plate to the reading [s]."""
+"""Time from the rise of the plate to the reading [s]."""
 LIMPEST, STIFFEST = 0.08, 0.93
-"""A coefficient outside these only says that the cloth is far limper, or far stiffer."""
+"""Range of the coefficient outside which it only bounds the bending rigidity."""
 STEP = 0.4
-"""Of the logarithm of a parameter, for differences: by as much that they stand out from chance."""
+"""Step of a parameter's logarithm for differences, so large that they exceed the scatter by chance."""
 FOLDS = 2
-"""Read and simulated nodes that differ by more than this say something of the cloth."""
+"""Difference between counted and simulated nodes above which it is reported."""
 
 
 def _coefficients(value: Any) -> tuple[float, ...]:
@@ -118,9 +118,9 @@ class Plate(ElasticTest):
     folds: float | None = None
     """Nodes that were counted, in the mean."""
     spacing: float | None = None
-    """Edge length of the mesh [m]; None: a part of the bending length."""
+    """Edge length of the mesh [m]; None for a part of the bending length."""
     seed: int = 0
-    """Of the discs' unevenness."""
+    """Random seed of the discs' unevenness."""
 
     name = "plate"
     title = "Plate: bending rigidity B"
@@ -198,7 +198,7 @@ Drape it, if you like: a disc of the same cloth, as a napkin.       [plate] disc
         return [0, *np.cumsum([len(disc.mesh[0]) for disc in self.discs]).tolist()]
 
     def outlines(self, positions: np.ndarray) -> list[PlanOutline]:
-        """The outline of each disc, from positions [m], shape (n, 3)."""
+        """Return the outline of each disc, from positions [m], shape (n, 3)."""
         return [
             PlanOutline.of(
                 positions[self._starts[number] : self._starts[number + 1]],
@@ -210,7 +210,7 @@ Drape it, if you like: a disc of the same cloth, as a napkin.       [plate] disc
         ]
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """The radius of the circle with the outlines' mean area [m]."""
+        """Return the radius of the circle with the outlines' mean area [m]."""
         areas = [outline.area for outline in self.outlines(rollout.positions[frame])]
         return float(np.sqrt(np.mean(areas) / np.pi))
 
@@ -220,7 +220,7 @@ Drape it, if you like: a disc of the same cloth, as a napkin.       [plate] disc
         return float(np.sqrt(radii.var(axis=1, ddof=1).mean() / DISCS))
 
     def coefficient_of(self, radius: float) -> float:
-        """The drape coefficient of a mean radius of the hem [m]."""
+        """Return the drape coefficient of a mean radius of the hem [m]."""
         return (radius**2 - self.plate**2) / (self.disc**2 - self.plate**2)
 
     def guess(self, radius: float, material: Material) -> float:
@@ -260,7 +260,7 @@ Drape it, if you like: a disc of the same cloth, as a napkin.       [plate] disc
         ]
 
     def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Folds that were counted tell whether the cloth drapes like the simulated one."""
+        """Report folds whose number differs from that of the simulated cloth."""
         shape = estimate.shapes.get(self.name)
         if shape is None or self.folds is None:
             return []
@@ -289,6 +289,6 @@ Drape it, if you like: a disc of the same cloth, as a napkin.       [plate] disc
 
 
 def length_share(coefficient: float) -> float:
-    """Bending length over overhang, by the formula above."""
+    """Return the bending length over the overhang, by the formula above."""
     inside = float(np.clip(coefficient, 0.01, 0.99))
     return float(HALF * (inside / (1.0 - inside)) ** (1.0 / POWER))

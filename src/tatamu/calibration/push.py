@@ -6,7 +6,7 @@ friction mu rho g per area, the cloth from the ruler to a far edge that moves is
     s - p = mu rho g L^2 / (2 c Y)
 
 for a push s after which the edge has moved by p over a length L (the pressure grows evenly from the far edge). The
-part c of the stretch stiffness Y that resists compression is what a mesh lacks that is coarser than the wrinkles.
+part c of the stretch stiffness Y that resists compression stands for the wrinkles that a coarse mesh cannot show.
 """
 
 from __future__ import annotations
@@ -47,18 +47,18 @@ SPEED = 0.02
 """Mean speed of the ruler [m/s]; at 0.05 m/s the cloth quivers and is a fifth less shortened."""
 KNOTS = 41
 REST = 0.5
-"""From the end of the push to the reading [s]."""
+"""Time from the end of the push to the reading [s]."""
 
 
 class PushReadings(TestEntry):
     """How far the far edge of cloth on a table moves when a ruler pushes the near one."""
 
     length: Lengths
-    """Of the cloth ahead of the ruler, in the direction of the push [m]."""
+    """Length of the cloth ahead of the ruler, in the direction of the push [m]."""
     pushed: Lengths
     """How far the ruler was pushed [m]."""
     moved: Distances
-    """How far the far edge moved [m]; 0 where it stayed."""
+    """How far the far edge moved [m]; 0 if it stayed."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -172,7 +172,7 @@ Push it, if you like: cloth that hands push along the table wrinkles or slides. 
         )
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """How far the far edge has moved [m]."""
+        """Return how far the far edge has moved [m]."""
         return float((rollout.positions[frame] - rollout.positions[0])[self._far, 0].mean())
 
     @cached_property
@@ -204,8 +204,8 @@ Push it, if you like: cloth that hands push along the table wrinkles or slides. 
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
         """Search the part of Y that resists compression.
 
-        Cloth that is known to resist at least as much as it did keeps that: a sheet that slides as a whole before a
-        ruler gives no reason to think that it wrinkles where nobody looked.
+        If the reading only bounds the parameter from below, and the material satisfies the bound, the material is kept:
+        a sheet that slides as a whole gives no reason to assume wrinkles elsewhere.
         """
         target = self.target(readings)
         found = target.matched(laboratory, material, target.start(material))

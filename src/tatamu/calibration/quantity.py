@@ -1,4 +1,4 @@
-"""Readings as a file holds them: a number or a list of repeats, checked for units."""
+"""Readings in a file: a number or a list of repeats, checked for wrong units."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field
 LONGEST, HEAVIEST = 10.0, 20.0
 """A garment's length [m] and mass [kg] beyond these are a unit error."""
 LATEST = 600.0
-"""A time that somebody measures beyond this [s] is one."""
+"""A measured time beyond this [s] is a unit error."""
 FARTHEST = 180.0
 """The angle of a closed fold [degrees]."""
 SHOWN = {"m": (1e3, "mm"), "kg": (1e3, "g"), "s": (1.0, "s"), "-": (1.0, "")}
@@ -67,6 +67,6 @@ Distances = Annotated[tuple[float, ...], BeforeValidator(_distances)]
 Masses = Annotated[tuple[float, ...], BeforeValidator(_masses)]
 Times = Annotated[tuple[float, ...], BeforeValidator(_times)]
 Angles = Annotated[tuple[float, ...], BeforeValidator(_angles)]
-"""In degrees, as a protractor has them; 0 to 180."""
+"""Angles of a protractor [degrees]: 0 to 180."""
 Length = Annotated[float, BeforeValidator(_length)]
 Error = Annotated[float, Field(ge=1e-6, le=0.1)]

@@ -12,7 +12,7 @@ class Reading:
     """The mean of one reading's repeats."""
 
     value: float
-    """In `unit`."""
+    """Mean of the repeats, in `unit`."""
     uncertainty: float
     """Standard uncertainty of the mean."""
     repeats: int = 1

@@ -1,6 +1,6 @@
 """Sag (paper, section IV-C): how far cloth in front of a straight grip hangs down.
 
-The grip is level, parallel to the edge and as wide as the cloth in front of it, so that this cloth is a strip clamped
+The grip is level, parallel to the edge and as wide as the cloth in front of it, so this cloth is a strip clamped
 at one end: its sag depends on bending over weight alone, and on nothing behind the grip. A mesh bends behind its last
 held row too, so that row stands half a cell behind the front of the grip (docs/reference/checks.md, `clamp`).
 """
@@ -42,16 +42,16 @@ CELLS = 12
 FEWEST, MOST = 3, 24
 HELD_ROWS = 3
 COLUMNS, WIDE_COLUMNS = 8, 12
-"""Columns of the mesh, and of one whose spacing is given: some simulators give border vertices the mass of inner ones,
-so that a narrow strip would weigh more than the garment it stands for."""
+"""Columns of the mesh, and of a mesh whose spacing is given: some simulators give border vertices the mass of inner
+vertices, so a narrow strip would weigh more than the garment that it stands for."""
 THIN = 0.25
 """Largest thickness of the strip over its shortest edge."""
 RELAXATIONS = 16.0
 GAMMAS = np.geomspace(1e-2, 1e3, 101)
-"""Range of weight over bending, Gamma = rho g d^3 / B, in which a ruler could tell."""
+"""Range of weight over bending, Gamma = rho g d^3 / B, that a ruler can distinguish."""
 
 STIFFEST, LIMPEST = 0.02, 0.96
-"""A sag over free length outside these only says that the bending length is far longer, or far shorter."""
+"""Range of sag over free length outside which the reading only bounds the bending rigidity."""
 SHORTEST_EDGE = 1.5
 """The edge is at least this many free lengths long, or its ends would hang differently."""
 BEST = 1.8
@@ -68,11 +68,11 @@ class SagReadings(TestEntry):
     """How far the cloth in front of a straight grip hangs down (paper, section IV-C, Fig. 3)."""
 
     edge: str
-    """Name of the edge beside which the cloth is held."""
+    """Name of the edge next to which the cloth is held."""
     free_length: Lengths
-    """From the front of the grip to the edge, along the cloth [m]."""
+    """Length along the cloth from the front of the grip to the edge [m]."""
     sag: Lengths
-    """From the grip vertically down to the lowest point, the edge [m]."""
+    """Vertical distance from the grip down to the lowest point, the edge [m]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -102,7 +102,7 @@ class Sag(ElasticTest):
     free_length: float
     """d: from the front of the grip to the edge [m]."""
     spacing: float | None = None
-    """Edge length of the strip's mesh [m]; None: so that it has `CELLS` rows."""
+    """Edge length of the strip's mesh [m]; None for `CELLS` rows."""
 
     name = "sag"
     title = "Sag: bending rigidity B"
@@ -177,17 +177,17 @@ sag = []                 # from the grip vertically down to the edge
         )
 
     def _thin(self, material: Material) -> float:
-        """A thickness that keeps neighbouring triangles from touching; the strip touches nothing else."""
+        """Return a thickness that keeps neighbouring triangles from touching; the strip touches nothing else."""
         vertices, faces, _ = self.mesh
         shortest = float(np.linalg.norm(vertices[faces] - vertices[np.roll(faces, 1, axis=1)], axis=2).min())
         return min(material.thickness, THIN * shortest)
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        """The sag of a rollout [m]: below the grip, of the edge's mean."""
+        """Return the sag of a rollout [m]: the mean depth of the edge below the grip."""
         return float(-rollout.positions[frame, self.mesh[0][:, 0] < 1e-9, 2].mean())
 
     def gamma(self, material: Material) -> float:
-        """Gamma = rho g d^3 / B."""
+        """Return Gamma = rho g d^3 / B."""
         return material.areal_density * GRAVITY * self.free_length**3 / max(material.bending_rigidity, 1e-12)
 
     def guess(self, sag: float, material: Material) -> float:
@@ -262,7 +262,7 @@ sag = []                 # from the grip vertically down to the edge
 
 
 def _longer_or_loop(length: float, estimate: Estimate) -> str:
-    """Propose a free length that would tell, or the loop test where that is too short to be held."""
+    """Propose a sufficient free length, or the loop test if that length is too short to be held."""
     better = BEST * length
     if better >= SHORTEST:
         expected = 1e3 * better * tip(BEST**3)[1]
@@ -278,12 +278,12 @@ def _longer_or_loop(length: float, estimate: Estimate) -> str:
 
 
 def sag_bound(sag: Reading, free_length: float) -> str | None:
-    """Whether cloth hangs too straight down, or stands out too level, for its sag to tell bending."""
+    """Return "at most" if cloth hangs straight down and "at least" if it stands out level; None otherwise."""
     if sag.value + sag.uncertainty > LIMPEST * free_length:
         return "at most"
     return "at least" if sag.value - sag.uncertainty < STIFFEST * free_length else None
 
 
 def gamma_of(share: float) -> float:
-    """Gamma of a cantilever whose sag is this share of its length, within `GAMMAS`."""
+    """Return Gamma of a cantilever whose sag is this share of its length, within `GAMMAS`."""
     return float(np.exp(np.interp(share, [tip(gamma)[1] for gamma in GAMMAS], np.log(GAMMAS))))

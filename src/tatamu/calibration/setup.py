@@ -23,7 +23,7 @@ class Setup:
 
     specimen: Specimen
     tests: Mapping[str, CalibrationTest]
-    """By name, in the order of the registry."""
+    """Tests by name, in the order of the registry."""
 
     @property
     def garment(self) -> Garment:
@@ -37,15 +37,15 @@ class Setup:
 
     @property
     def area(self) -> float:
-        """Of all layers together [m^2]."""
+        """Area of all layers together [m^2]."""
         return float(areas(self.garment.cloth().rest, self.garment.faces).sum())
 
     def usable(self, simulator: str) -> list[CalibrationTest]:
-        """The tests that a simulator can do, and that do not yield to others of them."""
+        """Return the tests that a simulator can do and that do not yield to others."""
         return [test for test in self.tests.values() if self.unused(test, simulator) is None]
 
     def unused(self, test: CalibrationTest, simulator: str) -> str | None:
-        """Why a test is not used with a simulator; None: it is."""
+        """Return why a test is not used with a simulator; None if it is used."""
         why = test.unusable(simulator)
         if why is not None:
             return f"{simulator} {why}"
@@ -56,14 +56,14 @@ class Setup:
 
 
 def setup_of(measurements: Measurements, spacing: float | None = None) -> Setup:
-    """The tests of some measurements.
+    """Make the simulated tests of some measurements.
 
     Args:
-        measurements: What was measured.
-        spacing: Mesh spacing of garment and strip [m]; None: fine enough that it does not matter.
+        measurements: Readings of the garment.
+        spacing: Mesh spacing of garment and strip [m]; None for a mesh so fine that it does not matter.
 
     Raises:
-        InputError: The garment, its material or an edge does not exist, or cannot have been measured so.
+        InputError: If the garment, its material or an edge does not exist, or cannot have these readings.
     """
     specimen = _specimen(measurements, spacing)
     made = {name: TESTS[name].of(entry, specimen) for name, entry in measurements.entries().items()}

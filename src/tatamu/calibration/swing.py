@@ -55,14 +55,14 @@ LEAST = 0.004
 WITHIN = 2e-3
 """The period is matched to this part of itself."""
 DRAG = 0.7
-"""Steady drag of a plate, where no reading tells one [kg/m^3]: air that is carried also drags."""
+"""Steady drag of a plate if no reading determines it [kg/m^3]: air that is carried also drags."""
 
 
 class SwingReadings(TestEntry):
     """How fast the cloth swings that is held by two corners and let go from the side."""
 
     edge: str
-    """Name of the edge by whose two ends it is held."""
+    """Name of the edge whose two ends are held."""
     aside: Lengths
     """How far the far edge is drawn aside before it is let go [m]."""
     ten_swings: Times
@@ -95,10 +95,10 @@ class Swinging:
         return Elongation(self.garment, tuple(Grasp(edge=self.edge, at=at, width=PINCH) for at in (0.0, 1.0)))
 
     def check(self, test: str) -> None:
-        """Refuse a distance aside that the cloth has no length for.
+        """Check that the cloth is long enough for the distance aside.
 
         Raises:
-            InputError: The edge does not exist, or `aside` is too far.
+            InputError: If the edge does not exist, or `aside` is too far.
         """
         if self.aside > FARTHEST * self.hung.length:
             raise InputError(
@@ -107,7 +107,7 @@ class Swinging:
             )
 
     def scene(self, material: Material, periods: float) -> Scene:
-        """It hangs drawn aside as a plane, and swings for about so many periods of a plate."""
+        """Return a scene in which the cloth, drawn aside as a plane, swings for about `periods` periods of a plate."""
         scene = self.hung.scene(material)
         angle = np.arcsin(self.aside / self.hung.length)
         start = scene.cloth.vertices.copy()
@@ -126,7 +126,7 @@ class Swinging:
         )
 
     def signal(self, rollout: Rollout) -> np.ndarray:
-        """How far the far edge is aside at each frame [m], shape (f,)."""
+        """Return how far the far edge is aside at each frame [m], shape (f,)."""
         return np.asarray(rollout.positions[:, self.hung.end, 0].mean(axis=1))
 
     def drawing(self) -> str:
@@ -153,17 +153,17 @@ class SwungTest(LaterTest):
     swinging: Swinging
 
     unit: ClassVar[str]
-    """Of the reading."""
+    """Unit of the reading."""
     rising: ClassVar[bool]
     """Whether the reading rises with the parameter."""
 
     @abstractmethod
     def reading(self, rollout: Rollout) -> float:
-        """The reading of a rollout."""
+        """Return the reading of a rollout."""
 
     @abstractmethod
     def guess(self, reading: float, material: Material) -> float:
-        """The parameter of a plate with that reading."""
+        """Return the parameter of a plate with that reading."""
 
     def matched(
         self, laboratory: Laboratory, material: Material, measured: Reading, within: float
@@ -207,7 +207,7 @@ class TenSwings(SwungTest):
     """The test of ten swings."""
 
     drag: float | None
-    """Quadratic drag while nothing tells it [kg/m^3]; None: the material's."""
+    """Quadratic drag that is assumed [kg/m^3]; None for the material's."""
 
     name = "swing"
     title = "Swing: air that it carries m_a"
@@ -253,7 +253,7 @@ Swing it, if you like: for cloth that hands move fast.                       [sw
         return self.swinging.scene(own, SIMULATED)
 
     def reading(self, rollout: Rollout) -> float:
-        """Ten times the mean period of the first swings [s]; not a number where it does not swing."""
+        """Return ten times the mean period of the first swings [s]; NaN if the cloth does not swing."""
         signal = self.swinging.signal(rollout)
         found = swings(rollout.times, signal, LEAST * abs(float(signal[0])))[: 2 * SIMULATED - 2]
         return float(TEN * np.mean([each.period for each in found])) if found else float("nan")

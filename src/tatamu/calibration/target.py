@@ -16,7 +16,7 @@ from tatamu.errors import SimulationError
 from tatamu.material import Material
 
 UNKNOWN = 1.0
-"""Standard uncertainty of the logarithm of a parameter of which a reading tells only the magnitude."""
+"""Standard uncertainty of a parameter's logarithm if a reading determines only its magnitude."""
 Guess = Callable[[float, Material], float]
 """From a reading, and a cloth whose other parameters are known, to the parameter by a textbook."""
 UNIT = Material(areal_density=1.0, stretch_stiffness=1.0, bending_rigidity=1.0)
@@ -25,7 +25,7 @@ UNIT = Material(areal_density=1.0, stretch_stiffness=1.0, bending_rigidity=1.0)
 
 @dataclass(frozen=True)
 class Target:
-    """The reading of one test and the parameter that it tells."""
+    """The reading of one test and the parameter that it determines."""
 
     test: LengthTest
     parameter: str
@@ -34,11 +34,11 @@ class Target:
     uncertainty: float
     """Standard uncertainty of the reading [m]."""
     bound: str | None
-    """None, or "at least" or "at most" where the reading tells only that much of the parameter."""
+    """"at least" or "at most" if the reading only bounds the parameter; None otherwise."""
     guess: Guess
     """The parameter by a textbook."""
     straight: Callable[[float], float]
-    """Of the reading: nearly a straight line of the logarithm of the parameter."""
+    """Function of the reading that is nearly linear in the logarithm of the parameter."""
     rising: bool = False
     """Whether the reading rises with the parameter."""
     spread: float = 1.0
@@ -52,7 +52,7 @@ class Target:
 
     @property
     def aim(self) -> float:
-        """Length to match [m]: the reading, or, of a bound, the reading moved to where it tells by its uncertainty."""
+        """Length to match [m]: the reading, moved by its uncertainty if it is a bound."""
         towards = {None: 0.0, "at least": 1.0, "at most": -1.0}[self.bound] * (-1.0 if self.rising else 1.0)
         return self.measured + towards * self.uncertainty
 
@@ -61,10 +61,10 @@ class Target:
         return float(np.clip(self.guess(max(self.aim, 1e-5), material), *self.limits))
 
     def matched(self, laboratory: Laboratory, material: Material, start: float) -> Match:
-        """The parameter at which the laboratory's simulator gives the aim, all else as in `material`.
+        """Search the parameter at which the simulator gives the aim, with all other parameters of `material`.
 
         Raises:
-            SimulationError: The simulator gave up whatever the parameter.
+            SimulationError: If the simulator fails for every parameter.
         """
 
         def reading(value: float) -> float:
@@ -77,13 +77,13 @@ class Target:
         return found
 
     def bound_by(self, found: Match) -> str | None:
-        """`bound`, or that of a search that ended where the simulator cannot come nearer to the reading."""
+        """Return `bound`, or the bound of a search in which the simulator could not come near the reading."""
         if self.bound is not None or found.reached or abs(found.reading - self.aim) <= self.uncertainty:
             return self.bound
         return "at most" if (found.reading < self.aim) != self.rising else "at least"
 
     def fit(self, found: Match, simulated: float, shared: bool = False) -> Fit:
-        """How it was matched; `shared`: what the test alone says is not all that decided the parameter."""
+        """Return the fit of a match; `shared` if other tests determined the parameter as well."""
         return Fit(
             test=self.test.name,
             parameter=self.parameter,
@@ -112,7 +112,7 @@ def textbook_spread(guess: Guess, reading: Reading) -> float:
 
 
 def by_parameter(targets: list[Target]) -> dict[str, list[Target]]:
-    """Parameter to the tests that tell it; a test that only bounds it is left out where another one tells it."""
+    """Group tests by parameter; tests that only bound it are left out if another test determines it."""
     groups: dict[str, list[Target]] = {}
     for target in targets:
         groups.setdefault(target.parameter, []).append(target)
@@ -123,6 +123,6 @@ def by_parameter(targets: list[Target]) -> dict[str, list[Target]]:
 
 
 def weights(group: list[Target]) -> np.ndarray:
-    """How much each test of one parameter has to say: inverse squares of their spreads, with the sum 1, shape (k,)."""
+    """Return the weights of the tests of one parameter, shape (k,): inverse squares of spreads, with the sum 1."""
     inverse = np.array([target.spread**-2.0 for target in group])
     return np.asarray(inverse / inverse.sum())

@@ -1,12 +1,12 @@
-"""A calibration test: what a person measures, its simulated copy, and the parameter that it tells.
+"""A calibration test: a measurement, its simulated copy, and the parameter that it determines.
 
-A test is one module: its table of the measurements file (a `TestEntry`), how to read it, its scene, the parameter that
-it tells and with which uncertainty, what to advise and how to draw it. `registry` lists the modules; everything else
-goes through that list. Two kinds are matched differently:
+A test is one module: its table of the measurements file (a `TestEntry`), its readings, its scene, the parameter that it
+determines with its uncertainty, its advice and its drawing. `registry` lists the modules; all other code uses that
+list. Two kinds are matched differently:
 
-- `ElasticTest`: a length at rest that tells stretch stiffness, bending rigidity or its friction. All of them are
-  matched together, as each depends a little on all.
-- `LaterTest`: finds its parameter once those are known, in the order of the registry.
+- `ElasticTest`: a length at rest that determines stretch stiffness, bending rigidity or its friction. All of them are
+  matched together, because each reading depends on all three parameters.
+- `LaterTest`: finds its parameter when those are known, in the order of the registry.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 
 POOR = 0.25
-"""A relative standard uncertainty above this is said to tell hardly anything."""
+"""Relative standard uncertainty above which a reading is reported as insufficient."""
 Readings = Mapping[str, Reading]
-"""By name."""
+"""Readings by name."""
 Changes = dict[str, np.ndarray]
 """Reading to the change of each parameter's logarithm with one standard uncertainty of it, in the order of
 `PARAMETERS`."""
@@ -44,52 +44,52 @@ class Specimen:
 
     garment: Garment
     base: Material
-    """Its material before anything is found; what is not measured stays so."""
+    """Material before the calibration; parameters that are not measured keep its values."""
     spacing: float | None
-    """Mesh spacing that was asked for [m]; None: each test chooses one fine enough that it does not matter."""
+    """Mesh spacing [m]; None if each test chooses one so fine that it does not matter."""
 
 
 class CalibrationTest(ABC):
     """Base of all tests."""
 
     name: ClassVar[str]
-    """Of the test and of its table in the file."""
+    """Name of the test and of its table in the file."""
     title: ClassVar[str]
     """Heading of its section on the page."""
     parameter: ClassVar[str]
-    """The field of a material that it tells."""
+    """Field of a material that the test determines."""
     entry: ClassVar[type[TestEntry]]
     """Its table in the file."""
     needs: ClassVar[tuple[str, ...]] = ()
-    """Tests without which this one tells nothing."""
+    """Tests that this test needs."""
     needs_because: ClassVar[str] = ""
-    """Why, to be read after "as"."""
+    """The reason, to be read after "as"."""
     yields_to: ClassVar[tuple[str, ...]] = ()
-    """Tests beside which this one is not used: a material cannot have the parameters of both."""
+    """Tests that replace this test, because a material cannot have the parameters of both."""
     yields_because: ClassVar[str] = ""
-    """Why, to be read after "as"."""
+    """The reason, to be read after "as"."""
     instructions: ClassVar[str]
     """How to measure; `$NAME` is the number of that test in the guide."""
     read: ClassVar[str]
     """The reading, in a word or two."""
     words: ClassVar[Mapping[str, str]]
-    """Each of its readings, in the words of the advice."""
+    """Each of its readings, as the advice names it."""
     samples: ClassVar[Literal["reading", "speed"]] = "reading"
-    """Result of each simulation: the reading [m], or a speed [m/s] that is zero where the cloth sticks."""
+    """Result of each simulation: the reading [m], or a speed [m/s] that is zero if the cloth sticks."""
 
     @classmethod
     @abstractmethod
     def of(cls, entry: Any, specimen: Specimen) -> Self:
-        """The simulated copy of what was measured; `entry` is of the class `cls.entry`.
+        """Make the simulated copy of a measurement; `entry` is of the class `cls.entry`.
 
         Raises:
-            InputError: The specimen cannot have been measured so.
+            InputError: If the specimen cannot have been measured so.
         """
 
     @classmethod
     @abstractmethod
     def template(cls, garment: Garment) -> str:
-        """Its part of a file to be filled in."""
+        """Return the test's part of a measurements file with empty readings."""
 
     @classmethod
     def was_made(cls, readings: Readings) -> bool:
@@ -98,27 +98,27 @@ class CalibrationTest(ABC):
 
     @abstractmethod
     def scene(self, material: Material) -> Scene:
-        """The scene of a material."""
+        """Return the scene of a material."""
 
     @abstractmethod
     def drawing(self, shape: np.ndarray | None) -> str:
-        """Draw the reading as SVG, from positions at rest [m], shape (n, 3), where there are any."""
+        """Draw the reading as SVG, from positions at rest [m], shape (n, 3); empty without required positions."""
 
     @property
     def textbook(self) -> float | None:
-        """The parameter where the reading alone gives it by a textbook; None: it does not."""
+        """The parameter by a textbook, if the reading alone gives it; None otherwise."""
         return None
 
     def record(self) -> dict[str, float]:
-        """Entries for the table [calibration] of the material's file."""
+        """Return entries for the table [calibration] of the material's file."""
         return {}
 
     def unusable(self, simulator: str) -> str | None:
-        """Why a simulator cannot do this test; None: it can."""
+        """Return why a simulator cannot do this test; None if it can."""
         return None
 
     def sentence(self, fit: Fit) -> str:
-        """Measured and simulated reading."""
+        """Return a sentence on the measured and the simulated reading."""
         return (
             f"{self.read[0].upper()}{self.read[1:]} measured: {1e3 * fit.measured:.1f} ± {1e3 * fit.uncertainty:.1f} "
             f"mm; simulated: {1e3 * fit.simulated:.2f} mm."
@@ -126,10 +126,10 @@ class CalibrationTest(ABC):
 
     @abstractmethod
     def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Sentences for the person who measured, on a fit that decided its parameter."""
+        """Return sentences of advice on a fit that determined its parameter."""
 
     def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Sentences on a fit that follow all advice."""
+        """Return sentences on a fit that follow all advice."""
         return []
 
 
@@ -153,12 +153,12 @@ class ElasticTest(RestTest):
     weighs: ClassVar[bool] = True
     """Whether the length depends on the cloth's own weight."""
     size: ClassVar[str | None] = None
-    """The reading by which all lengths of the test scale; None: none that was read."""
+    """Name of the reading with which all lengths of the test scale; None if no reading is."""
     step: ClassVar[float] = 0.1
-    """Of the logarithm of a parameter, for differences of the length."""
+    """Step of a parameter's logarithm for differences of the length."""
 
     def chance(self, shapes: Sequence[np.ndarray]) -> float:
-        """Standard uncertainty of the simulated length [m] where chance decides it, too.
+        """Return the standard uncertainty of the simulated length [m] due to chance.
 
         Args:
             shapes: Positions at rest [m], shape (n, 3), of all materials that were tried.
@@ -166,7 +166,7 @@ class ElasticTest(RestTest):
         return 0.0
 
     def measured(self, readings: Readings) -> tuple[float, float]:
-        """The length that was read and its standard uncertainty [m]."""
+        """Return the length that was read and its standard uncertainty [m]."""
         value = 0.0
         error = 0.0
         for name, factor in self.reads.items():
@@ -180,19 +180,19 @@ class LaterTest(CalibrationTest):
 
     @abstractmethod
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
-        """The material with its parameter, and how it was matched."""
+        """Return the material with the parameter of the test, and the fit."""
 
     @abstractmethod
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
-        """Add what each reading moves its parameter by to the changes of those found before.
+        """Add the change of the test's parameter with each reading to `changes`.
 
         Args:
-            changes: By reading; the row of this test's parameter is still zero.
-            readings: By name.
-            fit: How it was matched.
+            changes: Changes by reading; the row of this test's parameter is still zero.
+            readings: Readings by name.
+            fit: Fit of the test.
         """
 
 
 def millimetres(length: float) -> str:
-    """A length [m] in words."""
+    """Format a length [m] in millimetres."""
     return f"{1e3 * length:.1f} mm"

@@ -1,9 +1,9 @@
 """From the readings' uncertainties to the parameters', to first order (JCGM 100:2008, 5.1 and 5.2).
 
 At rest, lengths over the garment's own depend on Y / (rho g L), B / (rho g L^3) and HB / (rho g L^2) alone. So the
-slopes of a reading f in Y, B and HB, which a few simulations give, also give those in density and size:
+slopes of a reading f in Y, B and HB, which a few simulations give, also give the slopes in density and size:
 
-    df/dln rho = -(f_Y + f_B + f_HB),    df/dln L = f - f_Y - 3 f_B - 2 f_HB,    f_Y = df/dln Y, ..
+    df/dln rho = -(f_Y + f_B + f_HB),    df/dln L = f - f_Y - 3 f_B - 2 f_HB,    f_Y = df/dln Y, ...
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class Slopes:
 def slopes(reading: Callable[..., float], at: tuple[float, ...], step: float) -> Slopes:
     """Differences of reading(ln Y, ln B), or of reading(ln Y, ln B, ln HB), to `step` on either side.
 
-    Central ones, or one-sided ones where the simulator gives up on one side.
+    The differences are central, or one-sided if the simulator fails on one side.
     """
     here = reading(*at)
 
@@ -66,18 +66,18 @@ def slopes(reading: Callable[..., float], at: tuple[float, ...], step: float) ->
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """How the reading of a test that tells an elastic parameter depends on all of `ELASTIC`."""
+    """Dependence of the reading of an elastic test on all of `ELASTIC`."""
 
     test: type[ElasticTest] | ElasticTest
     weight: float
-    """How much the test has to say of its parameter: those of one parameter add up to 1."""
+    """Weight of the test among those of its parameter; they add up to 1."""
     slopes: Slopes
     chance: float = 0.0
-    """Standard uncertainty of the simulated reading, where chance decides it too [m]."""
+    """Standard uncertainty of the simulated reading due to chance [m]."""
 
     @property
     def row(self) -> int:
-        """Of its parameter in `ELASTIC`."""
+        """Place of its parameter in `ELASTIC`."""
         return ELASTIC.index(self.test.parameter)
 
     @property
@@ -89,12 +89,12 @@ class Sensitivity:
 def contributions(
     readings: Readings, elastic: Sequence[Sensitivity], later: Sequence[tuple[LaterTest, Fit]]
 ) -> Changes:
-    """Change of the logarithm of each of `PARAMETERS`, shape (k,), with one standard uncertainty of each reading.
+    """Return how much one standard uncertainty of each reading changes the logarithms of `PARAMETERS`, shape (k,).
 
     Args:
-        readings: By name.
-        elastic: Tests that tell one of `ELASTIC`.
-        later: Tests of other parameters and how they were matched, in the order in which they were made.
+        readings: Readings by name.
+        elastic: Sensitivities of the tests that determine one of `ELASTIC`.
+        later: Tests of other parameters with their fits, in the order in which they were made.
     """
     found = {name: np.zeros(len(PARAMETERS)) for name in readings}
     places = [PLACE[parameter] for parameter in ELASTIC]
@@ -114,9 +114,9 @@ def contributions(
 
 
 def disagreement(values: list[float], spreads: list[float]) -> float:
-    """The uncertainty that disagreeing tests of one parameter add to that of its logarithm; 0 where they agree.
+    """Return the uncertainty of a parameter's logarithm by which its tests disagree; 0 if they agree.
 
-    That of the weighted mean is raised by the Birge ratio, as the Particle Data Group does.
+    The uncertainty of the weighted mean is raised by the Birge ratio, as the Particle Data Group does.
 
     Args:
         values: The parameter by each test alone.
@@ -136,7 +136,7 @@ def _share(reading: Reading) -> float:
 
 
 def _moved(each: Sensitivity, name: str, reading: Reading, density: float) -> float:
-    """By what the error of one reading moves the simulated reading of a test [m], ln rho changing by `density`."""
+    """Return the change of a simulated reading [m] with the error of one reading, ln rho changing by `density`."""
     own = each.test.reads.get(name, 0.0) * reading.uncertainty
     scaled = each.slopes.size * _share(reading) if name == each.test.size else 0.0
     heavier = each.slopes.density * density if each.test.weighs else 0.0

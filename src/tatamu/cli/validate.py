@@ -33,14 +33,14 @@ def validate(
     from tatamu.simulators import require
     from tatamu.validation import Subject
     from tatamu.validation import validate as run
-    from tatamu.validation.report import chosen
+    from tatamu.validation.report import select_cases
     from tatamu.validation.terminal import console, display, summary
 
     require(simulator)
     if scheduler is None:
         prepare(simulator)
     subject, names = Subject.named(simulator), only or []
-    total = sum(len(cases) for _, cases in chosen(names, quick))
+    total = sum(len(cases) for _, cases in select_cases(names, quick))
     screen = console()
     with executor_at(scheduler) as executor, display(screen, total) as shown:
         report = run(subject, names, quick, shown.before, shown.after, executor)

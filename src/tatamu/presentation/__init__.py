@@ -1,7 +1,7 @@
 """A toolkit for pages, charts, drawings, pictures and the replay of a fold in three dimensions.
 
-It belongs to no domain: it knows errors, files, scenes and rollouts, but no learned fold, calibration or robot
-plan. A package that has something to show collects the data and names a template that extends `base.html`:
+It belongs to no domain: it depends on errors, files, scenes and rollouts, but on no learned fold, calibration or robot
+plan. A package with a page collects the data and names a template that extends `base.html`:
 
 - `page`: data and a template to one HTML file that opens offline; `base.html`, `parts.html`, `style.css`;
 - `chart`: 2-D charts as plain Plotly data in the colours of the page;

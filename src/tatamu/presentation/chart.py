@@ -17,7 +17,7 @@ Plot = dict[str, Any]
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
 LEGEND = {"orientation": "h", "x": 0, "y": 1.02, "yanchor": "bottom", "font": {"color": "@ink"}}
-"""Above the plot: beside it, a phone would have no room left for the plot."""
+"""The legend is above the plot; next to it, a phone would have no space for the plot."""
 TICKS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0)
 """Numbers on a logarithmic axis, times powers of ten."""
 
@@ -66,7 +66,7 @@ def axis(title: str, **more: Any) -> dict[str, Any]:
 
 
 def log_axis(title: str, low: float, high: float) -> dict[str, Any]:
-    """A logarithmic axis between two values, with plain numbers on it where no two powers of ten lie between them."""
+    """Make a logarithmic axis between two values, with plain numbers unless two powers of ten lie between them."""
     ticks: dict[str, Any] = {}
     if high < 100.0 * low:
         powers = 10.0 ** np.arange(np.floor(np.log10(low)), np.log10(high))

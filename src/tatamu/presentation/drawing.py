@@ -1,7 +1,7 @@
 """Drawings to scale: lines, dots, words and dimensions in metres, as SVG and as PNG from the same shapes.
 
-Colours are names of `palette` or "#rrggbb". An SVG is whole in itself: it carries its dark colours, which a browser
-takes where the reader prefers them, and any other program shows it by day.
+Colours are names of `palette` or "#rrggbb". An SVG is self-contained: it has its dark colours, which a browser
+uses if the reader prefers them, and any other program shows it by day.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class Drawing(Projection):
             self.line([end + back + across, end, end + back - across], colour, width)
 
     def label(self, place: Any, text: str, colour: str = "ink", towards: Any = (0.0, 0.0)) -> None:
-        """Write a word centred on a place, or beside it."""
+        """Write a word centred on a place, or next to it."""
         self.add(Label(np.asarray(place, dtype=float), text, np.asarray(towards, dtype=float), colour))
 
     def dimension(self, start: Any, end: Any, name: str, colour: str = "reading") -> None:
@@ -142,7 +142,7 @@ class Drawing(Projection):
 
 
 def _look(fill: str | None, stroke: str | None = None, width: float = 0.0, opacity: float = 1.0) -> str:
-    """The attributes that colour an element; its class holds the names, for `_dark`."""
+    """Return the attributes that colour an element; its class has the names for `_dark`."""
     line = stroke if width else None
     named = [f"{what}-{colour}" for what, colour in (("fill", fill), ("stroke", line)) if colour in COLOURS]
     parts = [f'fill="{day(fill) if fill else "none"}"']

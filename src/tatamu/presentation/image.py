@@ -20,7 +20,7 @@ def png(pixels: np.ndarray) -> bytes:
 
 
 def data_uri(pixels: np.ndarray) -> str:
-    """The picture as an address that holds it."""
+    """Return the picture as a data URI."""
     return "data:image/png;base64," + base64.b64encode(png(pixels)).decode()
 
 

@@ -1,6 +1,6 @@
 """Bytes that travel in a page: deflated, as text; packing.js reads them.
 
-Plotly and the replay shrink to a third of their size so.
+Plotly and the replay shrink to a third of their size.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ def packed(data: bytes) -> str:
 
 
 def motion(steps: np.ndarray) -> bytes:
-    """Numbers that change smoothly from frame to frame as bytes that deflate well.
+    """Encode numbers that change smoothly from frame to frame as bytes that deflate well.
 
-    Each number is foretold from the two frames before it by a straight line. Stored is the difference, modulo
+    Each number is predicted from the two frames before it by a straight line. The difference is stored modulo
     65536, small differences of either sign as small numbers; first all low bytes, then all high bytes.
 
     Args:

@@ -1,4 +1,4 @@
-"""Data and a template to one HTML file: its style, scripts, charts and replay inside, nothing to fetch.
+"""Rendering of data and a template to one HTML file that contains style, scripts, charts and replay.
 
 Templates are files of the package, named by their path in it, such as "report/page.html", or files elsewhere; each
 extends "presentation/base.html" and has the macros of "presentation/parts.html" as `parts`. Texts are escaped unless a
@@ -24,7 +24,7 @@ from tatamu.presentation.packing import packed
 from tatamu.version import __version__
 
 Charts = Mapping[str, Sequence[Chart]]
-"""Groups of charts by name; `parts.plots` puts the group `name` into places `name-0`, `name-1` .. of a page."""
+"""Groups of charts by name; `parts.plots` puts the group `name` into places `name-0`, `name-1`, ... of a page."""
 
 
 def render(
@@ -34,12 +34,12 @@ def render(
 
     Args:
         template: Path in the package, such as "report/page.html", or a file outside the package.
-        charts: What scripts/charts.js draws into the places of the page.
-        replay: What scripts/replay.js shows, see `presentation.replay`; the page has a replay if it is given.
-        **values: What the template names.
+        charts: Charts that scripts/charts.js draws into the places of the page.
+        replay: Data that scripts/replay.js shows, see `presentation.replay`; None if the page has no replay.
+        **values: Values of the names in the template.
 
     Raises:
-        jinja2.UndefinedError: The template names a value that is not given.
+        jinja2.UndefinedError: If the template names a value that is not given.
     """
     plots = {f"{name}-{k}": chart.plot for name, group in (charts or {}).items() for k, chart in enumerate(group)}
     inside = {

@@ -7,7 +7,7 @@ import numpy as np
 FRONT = "#3f66b0"
 """The side of the cloth that faces up before the fold; of two layers, the outside of the upper one."""
 REAR = "#a9cbf0"
-"""Of two layers, the outside of the lower one."""
+"""Outside of the lower of two layers."""
 BACK = "#f0b774"
 """The other side; of two layers, the inside of both."""
 SIDES = {
@@ -25,7 +25,7 @@ SCALE = ("#fdf3dc", "#f9c982", "#ef8a5b", "#c9475f", "#6b2a72")
 TABLE = "#e9e5dd"
 
 SERIES = 8
-"""Number of colours `series-0`, `series-1` .. for curves that differ in name only."""
+"""Number of colours `series-0`, `series-1`, ... for curves that differ in name only."""
 
 COLOURS = {
     "paper": ("#f6f4ef", "#15171c"),
@@ -78,7 +78,7 @@ def day(colour: str) -> str:
 
 
 def css() -> str:
-    """The colours as custom properties of a style sheet, the dark ones where the reader prefers them."""
+    """Return the colours as custom properties of a style sheet, the dark ones if the reader prefers them."""
     day = "".join(f"--{name}:{light};" for name, (light, _) in COLOURS.items())
     night = "".join(f"--{name}:{dark};" for name, (light, dark) in COLOURS.items() if dark != light)
     return f":root{{{day}}}\n@media (prefers-color-scheme: dark){{:root{{{night}}}}}\n"

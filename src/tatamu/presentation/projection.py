@@ -11,9 +11,9 @@ from tatamu.presentation.shapes import FONT, Box, Label
 LETTER = 0.55
 """Mean width of a letter over the height."""
 FROM_ABOVE = np.array([[0.0, -1.0], [1.0, 0.0]])
-"""A place (x, y) on the table in the drawing: x up, y to the left, as a robot sees it before itself."""
+"""Axes of a view from above, as a robot sees the table in front of it: x up, y to the left."""
 UPRIGHT = np.eye(2)
-"""A place in the drawing as it is given: the first number to the right, the second up."""
+"""Axes of an upright view: the first coordinate to the right, the second up."""
 
 
 @dataclass

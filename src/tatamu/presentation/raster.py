@@ -26,7 +26,7 @@ class View:
     shape: tuple[int, int]
     """Height and width of the image [pixels]."""
     distance: float = np.inf
-    """From the eye to the centre [m]."""
+    """Distance from the eye to the centre [m]."""
 
     def project(self, points: np.ndarray) -> np.ndarray:
         """Image x, y [pixels] and depth of points [m], both of shape (n, 3)."""
@@ -51,7 +51,7 @@ class Visible:
     """The nearest triangle in each pixel."""
 
     face: np.ndarray
-    """Its number, -1 where there is none, shape (h, w)."""
+    """Number of the triangle, -1 if there is none, shape (h, w)."""
     weights: np.ndarray
     """Barycentric coordinates in it, shape (h, w, 3)."""
 

@@ -15,7 +15,7 @@ from tatamu.topology import facing_down
 FRAMES = 150
 """Most frames of a replay; the viewer moves in straight lines between them."""
 BUDGET = 3_000_000
-"""Most coordinates in all frames, so that any page stays small; about a byte each when packed."""
+"""Largest number of coordinates in all frames, which keeps pages small; about a byte each when packed."""
 STEP = 5e-5
 """Positions are rounded to this [m], or coarser where 65536 steps would not reach across the scene."""
 HAND_COLOURS = ("left", "right")
@@ -31,9 +31,9 @@ class HandTrack:
     colour: str
     """Name of its colour."""
     path: np.ndarray
-    """Where it is at each frame [m], shape (f, 3)."""
+    """Position at each frame [m], shape (f, 3)."""
     holds: list[tuple[float, float | None]]
-    """When it closes and opens [s]; None: never."""
+    """Times at which it closes and opens [s]; None if never."""
 
 
 def replay_data(

@@ -27,7 +27,7 @@ class PaintedMesh:
     back: np.ndarray
     """Linear light, shape (3,)."""
     flat: np.ndarray | None = None
-    """Places on the flat cloth [m], shape (n, 2), where lines are drawn every 5 cm; None: no lines."""
+    """Places on the flat cloth [m], shape (n, 2), at which lines are drawn every 5 cm; None for no lines."""
 
 
 def cloth(
@@ -40,7 +40,7 @@ def cloth(
 
 
 def see(view: View, mesh: PaintedMesh) -> tuple[Visible, np.ndarray]:
-    """Find the visible triangles of a mesh and the depth of every pixel, -inf where there is none, shape (h, w)."""
+    """Find the visible triangles of a mesh and the depth of every pixel, -inf if it has none, shape (h, w)."""
     projected = view.project(mesh.points)
     visible = rasterise(projected, mesh.faces, view.shape)
     depth = np.full(view.shape, -np.inf)
@@ -64,7 +64,7 @@ def shade(view: View, mesh: PaintedMesh, visible: Visible, sunlit: np.ndarray | 
 
 
 def _threads(flat: np.ndarray) -> np.ndarray:
-    """1 on the lines every 5 cm to 0 beside them, shape (p,), for places on the flat cloth [m], (p, 2)."""
+    """Return 1 on the lines every 5 cm to 0 between them, shape (p,), for places on the flat cloth [m], (p, 2)."""
     off = np.abs(flat / 0.05 - np.rint(flat / 0.05)).min(axis=1) * 0.05
     return np.clip(1.5 - off / 0.0008, 0.0, 1.0)
 
@@ -82,9 +82,9 @@ def occlusion(depth: np.ndarray, ground: float, radius: float, reach: float) -> 
     (Luft, Colditz and Deussen 2006, depth darkening).
 
     Args:
-        depth: Height of each pixel [m], -inf where there is only ground.
+        depth: Height of each pixel [m], -inf if there is only ground.
         ground: Height of the ground [m].
-        radius: Of the neighbourhood [pixels].
+        radius: Radius of the neighbourhood [pixels].
         reach: Height difference that counts as full shadow [m].
     """
     height = np.maximum(depth, ground)

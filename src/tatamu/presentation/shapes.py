@@ -62,7 +62,7 @@ class Box:
 
 @dataclass(frozen=True)
 class Label:
-    """A word beside a place, on the side of it that `towards` says."""
+    """A word next to a place, on the side given by `towards`."""
 
     place: np.ndarray
     text: str

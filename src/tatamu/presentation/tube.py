@@ -21,7 +21,7 @@ def tube(path: np.ndarray, radius: float, sides: int = 10) -> tuple[np.ndarray, 
 
 
 def _spaced(path: np.ndarray, apart: float) -> np.ndarray:
-    """The places of a path that are at least `apart` from the one before."""
+    """Return the places of a path that are at least `apart` from the place before."""
     kept = [path[0]]
     for place in path[1:]:
         if np.linalg.norm(place - kept[-1]) >= apart:

@@ -1,6 +1,6 @@
-"""Validation: what a simulator does against what an ideal cloth does.
+"""Validation: comparison of a simulator with an ideal cloth.
 
-A check builds scenes and reads rollouts; it knows no simulator. docs/reference/checks.md lists the checks.
+A check builds scenes and reads rollouts; it does not depend on a simulator. docs/reference/checks.md lists the checks.
 """
 
 from tatamu.validation.report import Report, validate

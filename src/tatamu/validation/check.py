@@ -31,4 +31,4 @@ class Check:
     cases: tuple[Case, ...]
     figures: dict[str, Figure] = field(default_factory=dict)
     remark: str = ""
-    """To know before a figure is misread, for the page."""
+    """Remark on the page that explains a figure."""

@@ -13,15 +13,15 @@ class Row:
     """One measured quantity against its reference."""
 
     quantity: str
-    """Measured quantity, its unit in brackets."""
+    """Measured quantity with its unit in brackets."""
     reference: float | None
-    """Its right value; None: as small as possible."""
+    """Right value; None if it should be as small as possible."""
     got: float
-    """Its value."""
+    """Measured value."""
     error: float
-    """Its error, in `unit`, which is compared with `limit`."""
+    """Error, in `unit`, which is compared with `limit`."""
     limit: float | None
-    """Largest allowed error, in `unit`; None: stated, not judged."""
+    """Largest allowed error, in `unit`; None if the row is stated, not judged."""
     unit: str
     """Unit of error and limit."""
     note: str = ""
@@ -71,16 +71,16 @@ Findings = Iterator[Finding]
 
 
 def relative(quantity: str, reference: float, got: float, limit: float | None, note: str = "") -> Row:
-    """A row whose error is |got / reference - 1| in per cent; `limit` is a fraction."""
+    """Make a row whose error is |got / reference - 1| in per cent; `limit` is a fraction."""
     error = 100 * abs(got - reference) / abs(reference)
     return Row(quantity, reference, got, error, None if limit is None else 100 * limit, "%", note)
 
 
 def absolute(quantity: str, reference: float, got: float, limit: float | None, unit: str, note: str = "") -> Row:
-    """A row whose error is |got - reference|; all in `unit`."""
+    """Make a row whose error is |got - reference|; all in `unit`."""
     return Row(quantity, reference, got, abs(got - reference), limit, unit, note)
 
 
 def small(quantity: str, got: float, limit: float | None, unit: str, note: str = "") -> Row:
-    """A row for something that should not be there at all; `got` itself is the error."""
+    """Make a row for a quantity that should be zero; `got` itself is the error."""
     return Row(quantity, None, got, got, limit, unit, note)

@@ -17,18 +17,18 @@ from tatamu.material import Material
 
 LINKS = 400
 STEPS = 60
-"""In which the clamp turns from one angle to the next."""
+"""Steps in which the clamp turns from one angle to the next."""
 
 
 class BentSection:
     """The moment of some sections of a strip that remember how they were bent."""
 
     def __init__(self, material: Material, count: int) -> None:
-        """Begin flat.
+        """Start flat.
 
         Args:
-            material: Of the strip.
-            count: How many sections.
+            material: Material of the strip.
+            count: Number of sections.
         """
         self._rigidity = material.bending_rigidity
         self._elements = material.friction_elements
@@ -42,7 +42,7 @@ class BentSection:
         return moment
 
     def work(self, curvature: np.ndarray) -> np.ndarray:
-        """Work per area of `moment` from where it is zero [J/m^2], shape (k,)."""
+        """Return the work per area of `moment` from its zero [J/m^2], shape (k,)."""
         work = 0.5 * self._rigidity * curvature**2
         for (stiffness, limit), plastic in zip(self._elements, self._plastic, strict=True):
             bent = np.abs(curvature - plastic)
@@ -81,17 +81,20 @@ def residual_curvature(material: Material, curvature: float) -> float:
 
 
 def turned_strip(material: Material, length: float, clamps: Sequence[float], gravity: float) -> list[np.ndarray]:
-    """Shapes of a heavy strip whose clamp turns slowly, (LINKS + 1, 2) each: reach and drop from the clamp [m].
+    """Solve the shapes of a heavy strip whose clamp turns slowly.
 
     Args:
-        material: Of the strip.
-        length: Of the strip [m].
-        clamps: Angles of the clamp below the horizontal [rad], one after the other, of each of which the shape is
-            returned. It begins at a right angle, where the strip hangs straight.
-        gravity: [m/s^2].
+        material: Material of the strip.
+        length: Length of the strip [m].
+        clamps: Successive angles of the clamp below the horizontal [rad]. The clamp starts at a right angle, so the
+            strip hangs straight.
+        gravity: Acceleration of gravity [m/s^2].
+
+    Returns:
+        For each angle reach and drop from the clamp [m], shape (LINKS + 1, 2).
 
     Raises:
-        SimulationError: The shape was not found.
+        SimulationError: If a shape was not found.
     """
     link = length / LINKS
     lengths = np.full(LINKS, link)

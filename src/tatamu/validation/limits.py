@@ -1,8 +1,7 @@
-"""How wrong a simulator may be: limits by simulator and quantity.
+"""Limits of errors by simulator and quantity.
 
-A limit states what a simulator claims. They are data, so that a further simulator states its own; a
-quantity that a simulator has no limit for is printed and not judged. Fractions, SI units or degrees as
-said beside each.
+A limit states what a simulator claims. Limits are data, so that a further simulator can state its own. A
+quantity without a limit is printed and not judged. The unit is a fraction, SI or degrees, as each comment says.
 """
 
 from __future__ import annotations

@@ -13,14 +13,14 @@ from tatamu.scene import Gripper, Scene, Table
 from tatamu.validation.scenes import flat
 
 LENGTH, WIDTH = 0.28, 0.20
-"""Of the towel [m]; its rows double when the spacing goes from 20 to 10 mm, so that hands hold the same part."""
+"""Length and width of the towel [m]; its rows double from a spacing of 20 to 10 mm, so hands hold the same part."""
 PATCH = 0.025
 """Side of the corner that a hand holds [m]."""
 EDGE = 1e-9
-"""How far in from the edge a hand reaches that holds the edge alone [m]."""
+"""Depth from the edge to which a hand holds cloth that holds the edge alone [m]."""
 KNOTS = 41
 REST = 0.6
-"""From letting go to the end of the scene [s]."""
+"""Time from letting go to the end of the scene [s]."""
 
 
 @dataclass(frozen=True)

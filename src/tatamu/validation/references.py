@@ -19,7 +19,7 @@ def fall(time: np.ndarray, gravity: float) -> np.ndarray:
 
 
 def hang_displacement(distance: np.ndarray, length: float, material: Material, gravity: float) -> np.ndarray:
-    """How far a point of a hanging sheet moves down [m].
+    """Return how far points of a hanging sheet move down [m].
 
     The tension per width at `distance` s below the held edge carries what hangs below it, rho g (L - s); with
     strain = tension / Y, u(s) = rho g (L s - s^2 / 2) / Y. Uniaxial: exact for nu = 0.
@@ -27,24 +27,24 @@ def hang_displacement(distance: np.ndarray, length: float, material: Material, g
     Args:
         distance: Unstrained distance from the held edge [m].
         length: Unstrained length [m].
-        material: Of the sheet.
-        gravity: [m/s^2].
+        material: Material of the sheet.
+        gravity: Acceleration of gravity [m/s^2].
     """
     weight = material.areal_density * gravity
     return weight * (length * distance - distance**2 / 2) / material.stretch_stiffness
 
 
 def shear_sag(across: np.ndarray, span: float, material: Material, gravity: float) -> np.ndarray:
-    """How far a tall vertical panel, held along both upright sides, sags in its own plane [m].
+    """Return how far a tall vertical panel, held along both upright sides, sags in its own plane [m].
 
     Far from its top and bottom the panel is in pure shear: G u'' = -rho g, so u = rho g x (D - x) / (2 G),
-    with G = Y / (2 (1 + nu)) of isotropic plane stress where the material gives none.
+    with G = Y / (2 (1 + nu)) of isotropic plane stress if the material gives none.
 
     Args:
         across: Distance x from one held side [m].
         span: Distance D between the sides [m].
-        material: Of the panel.
-        gravity: [m/s^2].
+        material: Material of the panel.
+        gravity: Acceleration of gravity [m/s^2].
     """
     return material.areal_density * gravity * across * (span - across) / (2 * material.shear_modulus)
 

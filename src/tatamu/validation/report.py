@@ -41,7 +41,7 @@ class CheckResult:
     cases: list[CaseResult]
 
     def curves(self, figure: str) -> list[Curve]:
-        """Curves of one of the check's figures."""
+        """Return the curves of one of the check's figures."""
         return [curve for case in self.cases for curve in case.curves if curve.figure == figure]
 
 
@@ -68,7 +68,7 @@ class Report:
         return sum(row.passed is not None for row in self.rows)
 
     def to_json(self) -> dict[str, Any]:
-        """Plain data; numbers that are not finite become null."""
+        """Return plain data; numbers that are not finite become null."""
         return {
             "version": 1,
             "tatamu": __version__,
@@ -95,11 +95,11 @@ def _row_data(row: Row) -> dict[str, Any]:
     return {"quantity": row.quantity, **plain, "unit": row.unit, "pass": row.passed, "note": row.note}
 
 
-def chosen(names: Iterable[str], quick: bool) -> list[tuple[Check, list[Case]]]:
-    """Checks of those names, all if none is given, and the cases to run.
+def select_cases(names: Iterable[str], quick: bool) -> list[tuple[Check, list[Case]]]:
+    """Select the checks of some names, all if none is given, and the cases to run.
 
     Raises:
-        InputError: There is no check of one of the names.
+        InputError: If there is no check of one of the names.
     """
     names = list(names)
     for name in names:
@@ -122,45 +122,45 @@ def validate(
 
     Args:
         subject: The simulator.
-        names: Checks to run; none: all.
-        quick: Leave out the long cases.
-        before: Called before each case.
-        after: Called after each check.
-        executor: Where cases run, all at a time; None: here, one by one.
+        names: Names of the checks to run; empty for all.
+        quick: Whether to leave out the long cases.
+        before: Function that is called before each case.
+        after: Function that is called after each check.
+        executor: Executor on which all cases run at a time; None to run them here, one by one.
     """
-    pairs = chosen(names, quick)
-    begun = _begun(pairs, subject, executor)
+    pairs = select_cases(names, quick)
+    results_of_cases = _results(pairs, subject, executor)
     results = []
     for check, cases in pairs:
         done = []
         for case in cases:
             before(check, case)
-            done.append(next(begun))
+            done.append(next(results_of_cases))
         results.append(CheckResult(check, done))
         after(results[-1])
     return Report(subject.name, results)
 
 
-def _begun(
+def _results(
     pairs: Sequence[tuple[Check, Sequence[Case]]], subject: Subject, executor: Executor | None
 ) -> Iterator[CaseResult]:
-    """The results of cases in their order; those of an executor are all begun at once."""
+    """Return the results of cases in their order; an executor gets all cases at once."""
     cases = [(check, case) for check, cases in pairs for case in cases]
     if executor is None:
         return (run(case, subject) for _, case in cases)
     futures = [executor.submit(run_named, check.name, case.label, subject.name) for check, case in cases]
-    return (_ended(future, case) for future, (_, case) in zip(futures, cases, strict=True))
+    return (_result(future, case) for future, (_, case) in zip(futures, cases, strict=True))
 
 
-def _ended(future: Future[CaseResult], case: Case) -> CaseResult:
+def _result(future: Future[CaseResult], case: Case) -> CaseResult:
     try:
         return future.result()
     except WorkerKilledError as error:
-        return CaseResult(case.label, [_did_not_end(error)])
+        return CaseResult(case.label, [_failed_row(error)])
 
 
 def run_named(check: str, label: str, simulator: str) -> CaseResult:
-    """Run one case of a simulator, all by their names: it can be called in another process."""
+    """Run a case of a simulator, both by name, so that another process can call it."""
     case = next(case for case in CHECKS[check].cases if case.label == label)
     return run(case, Subject.named(simulator))
 
@@ -173,10 +173,10 @@ def run(case: Case, subject: Subject) -> CaseResult:
         for finding in case.run(subject):
             (result.rows if isinstance(finding, Row) else result.curves).append(finding)  # type: ignore[arg-type]
     except SimulationError as error:
-        result.rows.append(_did_not_end(error))
+        result.rows.append(_failed_row(error))
     result.seconds = perf_counter() - started
     return result
 
 
-def _did_not_end(error: SimulationError) -> Row:
+def _failed_row(error: SimulationError) -> Row:
     return Row("ran to the end", None, np.nan, np.nan, 0.0, "-", str(error))

@@ -1,4 +1,4 @@
-"""Pieces that the checks' scenes are made of."""
+"""Parts of the checks' scenes."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from tatamu.validation.meshes import Mesh
 
 
 def held(vertices: np.ndarray | Sequence[int]) -> Gripper:
-    """A hand that holds still from the start to the end."""
+    """Return a hand that holds vertices still from the start to the end."""
     return Gripper(vertices=[int(v) for v in vertices], times=[0.0], displacements=[[0.0, 0.0, 0.0]])
 
 
 def flat(mesh: Mesh, height: float = 0.0) -> Cloth:
-    """A cloth that starts unstrained and level."""
+    """Return a cloth that starts unstrained and level."""
     return Cloth(vertices=raised(mesh[0], height), faces=mesh[1])
 
 
@@ -27,25 +27,25 @@ def hanging(plan: np.ndarray) -> np.ndarray:
 
 
 def raised(plan: np.ndarray, height: float = 0.0) -> np.ndarray:
-    """Points of shape (n, 2) at one height, shape (n, 3)."""
+    """Return points, shape (n, 2), at one height, shape (n, 3)."""
     return np.column_stack([plan, np.full(len(plan), height)])
 
 
 def upright(mesh: Mesh) -> Cloth:
-    """A cloth that starts unstrained in the x-z plane, its width upwards."""
+    """Return a cloth that starts unstrained in the x-z plane, its width upwards."""
     points, faces = mesh
     return Cloth(vertices=np.column_stack([points[:, 0], 0 * points[:, 0], points[:, 1]]), faces=faces)
 
 
 def on_incline(plan: np.ndarray, distance: float, tilt: float) -> np.ndarray:
-    """Plan points laid on a table tilted about y, `distance` above it along its normal, shape (n, 3)."""
+    """Lay plan points on a table tilted about y, `distance` above it along its normal, shape (n, 3)."""
     down = np.array([np.cos(tilt), 0.0, -np.sin(tilt)])
     normal = np.array([np.sin(tilt), 0.0, np.cos(tilt)])
     return plan[:, :1] * down + plan[:, 1:] * [0.0, 1.0, 0.0] + distance * normal
 
 
 def joined(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
-    """Several meshes as one: vertices, faces, and which vertices each part has."""
+    """Join meshes: return vertices, faces, and the vertices of each part."""
     starts = np.cumsum([0] + [len(vertices) for vertices, _ in parts])
     faces = np.concatenate([faces + start for start, (_, faces) in zip(starts, parts, strict=False)])
     members = [np.arange(starts[k], starts[k + 1]) for k in range(len(parts))]
@@ -53,7 +53,7 @@ def joined(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, 
 
 
 def sewn(mesh: Mesh, gap: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Two layers of a mesh, `gap` apart [m] and joined along both sides of its length, as the body of a shirt is.
+    """Make two layers of a mesh, `gap` [m] apart, joined along both sides of its length like the body of a shirt.
 
     Returns:
         Vertices [m], shape (n, 3), the lower layer at z = 0; triangles, shape (m, 3); seams, shape (s, 2).
@@ -68,5 +68,5 @@ def sewn(mesh: Mesh, gap: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def vertex_areas(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """A third of the unstrained area of the triangles around each vertex [m^2], shape (n,)."""
+    """Return a third of the unstrained area of the triangles around each vertex [m^2], shape (n,)."""
     return lumped(areas(rest, faces), faces, len(rest))

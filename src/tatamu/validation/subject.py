@@ -1,4 +1,4 @@
-"""The simulator under test, as the checks see it."""
+"""The simulator under test."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tatamu.validation.scenes import held
 
 @dataclass(frozen=True)
 class Subject:
-    """A simulator with the limits it is held to."""
+    """A simulator with its limits."""
 
     name: str
     """Name in `tatamu.simulators`, by which other processes start it."""

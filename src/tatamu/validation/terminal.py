@@ -18,7 +18,7 @@ VERDICT = {True: "[green]pass[/]", False: "[bold red]FAIL[/]", None: "[dim]state
 
 
 def number(value: float | None, digits: int = 5) -> str:
-    """A number in a few significant digits, or a dash."""
+    """Format a number in a few significant digits, or a dash."""
     if value is None:
         return "–"
     if value == 0:
@@ -27,7 +27,7 @@ def number(value: float | None, digits: int = 5) -> str:
 
 
 def cells(row: Row) -> list[str]:
-    """Quantity, reference, got, error, limit and unit as text."""
+    """Return quantity, reference, got, error, limit and unit as text."""
     return [
         row.quantity,
         number(row.reference),
@@ -39,7 +39,7 @@ def cells(row: Row) -> list[str]:
 
 
 def table(result: CheckResult) -> Table:
-    """All rows of one check; each case has a heading."""
+    """Make the table of a check; each case has a heading."""
     out = Table(title=f"{result.check.title}: {result.check.reference}", title_justify="left", title_style="bold")
     out.add_column("quantity", ratio=1)
     for name in ("reference", "got", "error", "limit"):
@@ -66,14 +66,14 @@ def table(result: CheckResult) -> Table:
 
 
 def summary(report: Report) -> str:
-    """One line: how many rows passed, failed and are stated only."""
+    """Return a line with the numbers of rows that passed, failed and are only stated."""
     stated = len(report.rows) - report.judged
     verdict = "[green]all pass[/]" if report.failures == 0 else f"[bold red]{report.failures} fail[/]"
     return f"{report.simulator}: {report.judged} judged, {verdict}; {stated} stated without a limit"
 
 
 def console() -> Console:
-    """The terminal, or a hundred columns where there is none."""
+    """Return the terminal, or a hundred columns if there is none."""
     plain = Console(highlight=False)
     return plain if plain.is_terminal else Console(highlight=False, width=100)
 
@@ -88,12 +88,12 @@ class Display:
         self.begun = False
 
     def before(self, check: Check, case: Case) -> None:
-        """A case begins."""
+        """Show that a case starts."""
         self.progress.update(self.task, description=f"{check.name}: {case.label}", advance=int(self.begun))
         self.begun = True
 
     def after(self, result: CheckResult) -> None:
-        """A check is done."""
+        """Show the table of a finished check."""
         self.console.print(table(result))
 
 

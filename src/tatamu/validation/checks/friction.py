@@ -24,9 +24,9 @@ from tatamu.validation.subject import Subject
 COEFFICIENTS = (0.2, 0.4, 0.6, 0.8, 1.0)
 FABRIC = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-4)
 SLIDING = 1e-3
-"""Speed at which a cloth is said to slide [m/s]."""
+"""Speed above which a cloth slides [m/s]."""
 SHIFTED = 1e-3
-"""Way in 0.4 s after which a layer is said to slide [m]: 0.1 degrees over the threshold it comes further."""
+"""Distance in 0.4 s above which a layer slides [m]; 0.1 degrees over the threshold it moves further."""
 GRIP = 3.0
 """Friction of the table under stacks: the lowest layer stays."""
 
@@ -73,7 +73,7 @@ def final_speed(times: np.ndarray, distance: np.ndarray) -> float:
 
 
 def threshold(slides: Callable[[float], bool], guess: float, within: float, to: float) -> float:
-    """Tilt between sticking and sliding [rad], by halving guess - within .. guess + within down to `to`."""
+    """Bisect the tilt between sticking and sliding [rad], from guess - within to guess + within, down to `to`."""
     low = guess - within
     high = guess + within
     while high - low > to:

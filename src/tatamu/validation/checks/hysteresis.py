@@ -26,11 +26,11 @@ stays depends on the order in which ends and middle open."""
 ROLL_DRAG = 60.0
 """Above critical [N s/m^3]."""
 TURNING_DRAG = 1.0
-"""Of the turning strip [N s/m^3]: it moves so slowly that drag is a hundredth of its weight."""
+"""Drag of the turning strip [N s/m^3], which moves so slowly that drag is a hundredth of its weight."""
 CLAMPS = ((5.0, 45.0), (11.0, 0.0), (17.0, 45.0))
 """When the clamp stops [s], and at what angle below the horizontal [degrees]; it begins at 90 degrees."""
 REST = 1.0
-"""For which it stands [s]."""
+"""Time for which the clamp stands [s]."""
 
 
 def frictional(plain: Material) -> Material:
@@ -39,7 +39,7 @@ def frictional(plain: Material) -> Material:
 
 
 def unroll(subject: Subject, curvature: float) -> Findings:
-    """A rolled sheet is let go where nothing weighs, and opens until its friction holds it."""
+    """Let a rolled sheet go without gravity; it opens until its friction stops it."""
     fabric = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-4, air_drag=ROLL_DRAG)
     material = frictional(fabric)
     cloth, _ = rolled(0.1, 0.04, SPACING / 2, curvature)
@@ -66,7 +66,7 @@ def _mean_curvature(along: np.ndarray, points: np.ndarray) -> float:
 
 
 def turn(subject: Subject, gamma: float) -> Findings:
-    """A strip hangs from a clamp that slowly turns up until it is level, and down again."""
+    """Turn the clamp of a hanging strip slowly up until it is level, and down again."""
     plain = strip_material(gamma, LENGTH)[0]
     material = frictional(plain).model_copy(update={"air_drag": TURNING_DRAG})
     plan, faces = staggered(LENGTH + 2 * ROW * SPACING, WIDTH, SPACING)
@@ -91,7 +91,7 @@ def turn(subject: Subject, gamma: float) -> Findings:
 
 
 def _turning(vertices: np.ndarray, distance: float) -> Gripper:
-    """A hand that holds a row at a distance [m] before the last held one, and turns about that."""
+    """Return a hand that holds a row at a distance [m] before the last held row, and turns about that row."""
     knots = np.linspace(0.0, CLAMPS[-1][0] + REST, 401)
     turns = [0.0] + [time + rest for time, _ in CLAMPS for rest in (0.0, REST)]
     angles = [90.0] + [angle for _, angle in CLAMPS for _ in (0, 1)]

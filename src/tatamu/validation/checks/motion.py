@@ -42,7 +42,7 @@ def mechanical(scene: Scene, rollout: Rollout) -> np.ndarray:
 
 
 def rolled(length: float, width: float, spacing: float, curvature: float) -> tuple[Cloth, float]:
-    """A sheet rolled along x without stretch, and the area it is bent over [m^2]."""
+    """Return a sheet rolled along x without stretch, and the area that is bent [m^2]."""
     plan, faces = right(length, width, spacing)
     rows = np.unique(plan[:, 0])
     heading = curvature * (rows[:-1] + 0.5 * np.diff(rows))
@@ -68,7 +68,7 @@ def free_fall(subject: Subject) -> Findings:
 
 
 def momentum(subject: Subject) -> Findings:
-    """A bent, stretched and twisted strip is let go where nothing weighs."""
+    """Let a bent, stretched and twisted strip go without gravity."""
     plan, faces = right(0.2, 0.1, 0.02)
     bent = rolled(0.2, 0.1, 0.02, 6.0)[0].vertices * [1.01, 1.02, 1.0]
     twisted = bent + np.column_stack([0 * plan, 2.0 * plan[:, 0] * (plan[:, 1] - 0.03)])
@@ -94,7 +94,7 @@ def momentum(subject: Subject) -> Findings:
 
 
 def spring(subject: Subject) -> Findings:
-    """A rolled sheet springs open where nothing weighs: at most its bending energy comes free."""
+    """Let a rolled sheet spring open without gravity: at most its bending energy comes free."""
     cloth, area = rolled(0.2, 0.1, 0.02, 8.0)
     scene = Scene(cloth=cloth, material=FABRIC, gravity=0.0, duration=4.0, frame_rate=200)
     energy = kinetic(scene, subject.simulate(scene)) / arc_energy(FABRIC, 8.0, area)
@@ -130,7 +130,7 @@ def drop(subject: Subject) -> Findings:
 
 
 def _never_up(subject: Subject, scene: Scene, height: float) -> Findings:
-    """Kinetic and gravitational energy stay below their value at the start, where nothing was strained."""
+    """Compare kinetic and gravitational energy with their value at the start, when nothing is strained."""
     energy = mechanical(scene, subject.simulate(scene))
     scale = float(masses(scene).sum()) * scene.gravity * height
     over = max(0.0, float(energy.max()) / scale)

@@ -29,7 +29,7 @@ WOVEN = Material(
 )
 """A shear stiffness of 30 N/m is 0.5 gf/cm/degree in Kawabata's units."""
 ANGLES = (0, 15, 30, 45, 60, 90)
-"""Of strips to the warp [degrees]."""
+"""Angles of strips to the warp [degrees]."""
 LENGTH = 0.10
 BENT = {"bending_rigidity_weft": 0.5, "bending_rigidity_bias": 0.6}
 """Parts of the rigidity along the warp."""

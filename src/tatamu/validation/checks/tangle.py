@@ -1,8 +1,8 @@
 """Tangles: limp cloth pressed, dragged and folded must never pass through itself.
 
-Crossings are pairs of an edge and a triangle that pass through each other, counted in every frame. Two
-separate layers are also asked which is above: a vertex of the upper layer that is found under the lower
-one has passed through it, even if no edge crosses any more.
+Crossings are pairs of an edge and a triangle that pass through each other, counted in every frame. For
+two separate layers, vertices on the wrong side are counted as well: a vertex of the upper layer under the
+lower layer has passed through it, even if no edge crosses any more.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ from tatamu.validation.subject import Subject
 LIMP = Material(areal_density=0.15, stretch_stiffness=200.0, bending_rigidity=2e-6, thickness=0.001)
 SIDE = 0.2
 SPACING = 0.012
-"""Of the mesh that is folded [m]."""
+"""Spacing of the mesh that is folded [m]."""
 BATCH = 8
 
 
 def dragged(speed: float, press: float) -> tuple[Scene, np.ndarray, np.ndarray]:
-    """A sheet on a sheet: a hand presses the upper one's middle down and drags it; both layers' vertices.
+    """Build a scene in which a hand presses the middle of a sheet on another sheet and drags it.
 
     Args:
-        speed: Of the hand [m/s].
+        speed: Speed of the hand [m/s].
         press: How far the hand goes down [m].
     """
     lower = staggered(SIDE, SIDE, 0.01)
@@ -94,7 +94,7 @@ def press_and_drag(subject: Subject, speed: float, press: float) -> Findings:
 def crossings_of_fold(
     simulate: Callable[[Scene], Rollout], seed: int, fast: bool, spacing: float = SPACING
 ) -> np.ndarray | None:
-    """Crossings in every frame of a random fold of limp cloth, shape (f,); None where it ended in an error."""
+    """Return the crossings in every frame of a random fold of limp cloth, shape (f,); None if it failed."""
     try:
         rollout = simulate(scene_of(RandomFold.random(seed, fast), LIMP, spacing))
     except SimulationError:
