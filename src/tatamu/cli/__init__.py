@@ -6,6 +6,7 @@ import errno
 import io
 import os
 import sys
+import warnings
 from typing import NoReturn
 
 import typer
@@ -30,7 +31,7 @@ from tatamu.cli import (  # noqa: F401
     validate,
 )
 from tatamu.cli.app import Interrupted, app
-from tatamu.errors import InputError, TatamuError
+from tatamu.errors import InputError, TatamuError, one_line
 
 UNWRITABLE = (errno.ENOSPC, errno.EIO, errno.EPIPE)
 """Errors of standard output: it is full, broken, or nobody reads it."""
@@ -43,6 +44,10 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without Greek letters shows question marks
+    if not sys.warnoptions:
+        warnings.simplefilter(
+            "ignore"
+        )  # of libraries: whoever uses a command cannot act on them; `python -W` shows them
     try:
         code = app(standalone_mode=False)
         sys.stdout.flush()
@@ -56,6 +61,8 @@ def main() -> None:
         _stop("aborted", INTERRUPTED)
     except KeyboardInterrupt:
         code = INTERRUPTED  # as typer says where it sees the exception first
+    except MemoryError:
+        _stop("there is not enough memory for this; give smaller files or a coarser mesh", 2)
     except OSError as error:
         if error.errno not in UNWRITABLE:  # errors of other files are reported where they are opened
             raise
@@ -72,5 +79,5 @@ def main() -> None:
 
 def _stop(message: str, code: int) -> NoReturn:
     if message:  # `tatamu` alone has printed its help
-        print(f"tatamu: {' '.join(message.split())}", file=sys.stderr)
+        print(f"tatamu: {one_line(message)}", file=sys.stderr)
     sys.exit(code)

@@ -181,6 +181,7 @@ def _reach(robot: str | None) -> Reach | None:
     """The reach constraint of the robot of that name."""
     if robot is None:
         return None
+    from tatamu.files import read_bytes
     from tatamu.folding.task import Reach
     from tatamu.robots import ReachConstraint, load
     from tatamu.robots.description import files_of
@@ -188,7 +189,7 @@ def _reach(robot: str | None) -> Reach | None:
     loaded = load(robot)
     constraint = ReachConstraint(loaded)
     files = files_of(Path(robot)) if robot.endswith(".toml") else []
-    description = files[0].read_bytes() if files else b""
+    description = read_bytes(files[0]) if files else b""
     return Reach(
         loaded.name, constraint, constraint.refusal, constraint.forget, description=description, files=tuple(files)
     )

@@ -15,6 +15,9 @@ from tatamu.errors import InputError
 if TYPE_CHECKING:
     from tatamu.garments.photo import Photo
 
+FARTHEST = 1e6
+"""Pixels that are given lie no farther from the photo's corner."""
+
 
 @app.command()
 def outline(
@@ -32,6 +35,9 @@ def outline(
             "size in metres; takes the perspective out.",
         ),
     ] = None,
+    join: Annotated[
+        bool, typer.Option("--join", help="All regions that stand out are the garment, as of one in several colours.")
+    ] = False,
 ) -> None:
     """Find the outline of a garment on a photo, to be looked at on top of the photo and accepted.
 
@@ -53,7 +59,7 @@ def outline(
         raise InputError(f"out: must be an .svg file, given {out}")
     picture = out.with_name(f"{out.stem}-on-photo.jpg")
     check_targets([out, picture], [photo])
-    found = find_outline(photo)
+    found = find_outline(photo, join, None if sheet is None else _corners(sheet).mean(axis=0)[None])
     curve = straightened(found.outline, to_metres(found, width, ruler, sheet))
     across, along = np.ptp(curve, axis=0)
     try:
@@ -65,6 +71,8 @@ def outline(
     write_text(out, outline_svg(curve))
     print(f"outline: {out}, {across:.3f} m wide, {along:.3f} m long, {len(curve)} points")
     print(f"look at: {picture}, the outline on top of the photo")
+    for note in found.notes:
+        print(f"note: {note}")
 
 
 def to_metres(photo: Photo, width: float | None, ruler: str | None, sheet: str | None) -> np.ndarray:
@@ -72,10 +80,7 @@ def to_metres(photo: Photo, width: float | None, ruler: str | None, sheet: str |
     from tatamu.garments.photo import homography
 
     if sheet is not None:
-        *corners, size = sheet.split() or [""]
-        if len(corners) != 4:
-            raise InputError(f"sheet: must be four corners X,Y and WxH, given {sheet!r}")
-        return homography(np.array([_pixel("sheet", corner) for corner in corners]), *parse_size(size, "sheet"))
+        return homography(_corners(sheet), *parse_size(sheet.split()[-1], "sheet"))
     if ruler is not None:
         *ends, length = ruler.split() or [""]
         if len(ends) != 2:
@@ -91,11 +96,22 @@ def to_metres(photo: Photo, width: float | None, ruler: str | None, sheet: str |
     return np.diag([metres / apart, metres / apart, 1.0])
 
 
+def _corners(sheet: str) -> np.ndarray:
+    """The corners of a sheet [pixels], shape (4, 2)."""
+    corners = sheet.split()[:-1]
+    if len(corners) != 4:
+        raise InputError(f"sheet: must be four corners X,Y and WxH, given {sheet!r}")
+    return np.array([_pixel("sheet", corner) for corner in corners])
+
+
 def _pixel(option: str, text: str) -> np.ndarray:
     parts = text.split(",")
     if len(parts) != 2:
         raise InputError(f"{option}: must be pixels X,Y, given {text!r}")
-    return np.array([_number(option, part) for part in parts])
+    place = np.array([_number(option, part) for part in parts])
+    if not (np.abs(place) <= FARTHEST).all():
+        raise InputError(f"{option}: must be pixels from {-FARTHEST:g} to {FARTHEST:g}, given {text!r}")
+    return place
 
 
 def _number(option: str, text: str) -> float:

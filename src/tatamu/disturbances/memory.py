@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json
 from hashlib import sha256
+from math import isfinite
 from pathlib import Path
 
 from tatamu.disturbances.verdict import Verdict
 from tatamu.disturbances.world import World
-from tatamu.errors import InputError
-from tatamu.files import unwritable
+from tatamu.files import read_text, unwritable
 
 
 class Memory:
@@ -26,16 +26,13 @@ class Memory:
         """
         self._path = path
         self._known: dict[str, Verdict] = {}
-        try:
-            lines = path.read_text().splitlines() if path is not None and path.exists() else []
-        except (OSError, UnicodeDecodeError) as error:
-            raise InputError(f"{path}: cannot be read ({error})") from None
+        lines = read_text(path).splitlines() if path is not None and path.exists() else []
         for line in lines:
             try:
                 value = json.loads(line)
                 key = value.pop("key")
                 self._known[key] = _verdict(**value)
-            except (ValueError, TypeError, KeyError, AttributeError):
+            except (ValueError, TypeError, KeyError, AttributeError, RecursionError, OverflowError):
                 continue
         if path is not None:
             try:
@@ -82,6 +79,8 @@ def _verdict(mean_vertex_distance: float | None, mask_iou: float | None, error: 
     numbers = all(isinstance(each, float | int | None) for each in (mean_vertex_distance, mask_iou))
     if not numbers or not isinstance(error, str | None):
         raise TypeError("not a verdict")
+    if any(each is not None and not isfinite(each) for each in (mean_vertex_distance, mask_iou)):
+        raise ValueError("not a verdict")
     return Verdict(mean_vertex_distance, mask_iou, error)
 
 
