@@ -14,6 +14,8 @@ from tatamu.garments.unpacking import MOST_CURVES
 
 INSIDE = 0.5
 """A closed curve with more than this part of its area within another one belongs to that one's piece."""
+MARK = 1e-3
+"""A closed curve with less than this part of another one's area, across its border, is a mark such as a notch."""
 LONGEST_CROSSED = 1_000
 """Curves of more points are not taken apart where they cross themselves: the crossings may be their square."""
 
@@ -49,10 +51,10 @@ def grouped(curves: Sequence[DrawnCurve]) -> tuple[Piece, ...]:
 
 
 def _surrounds(outer: shapely.Geometry, region: shapely.Geometry) -> bool:
-    """Whether most of a region lies in another one."""
+    """Whether most of a region lies in another one, or it is a mark across its border."""
     if not shapely.intersects(outer, region):
         return False
-    return bool(outer.intersection(region).area > INSIDE * region.area)
+    return bool(region.area < MARK * outer.area or outer.intersection(region).area > INSIDE * region.area)
 
 
 def _region(loop: DrawnCurve) -> shapely.Geometry:
