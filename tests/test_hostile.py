@@ -413,3 +413,20 @@ def test_kept_verdicts_that_are_no_numbers_are_passed_over(value: str, tmp_path:
     memory = Memory(tmp_path / "simulated.jsonl")
     assert memory.get("wrong") is None
     assert memory.get("right") is not None
+
+
+@pytest.mark.parametrize("item", ['"a"', "0.5", "{}"])
+def test_a_million_wrong_items_are_one_error(item: str, tmp_path: Path) -> None:
+    """Each would be an error of its own, of a kilobyte and more."""
+    text = json.dumps({**scene_with(), "grippers": [{"vertices": "HERE", "times": [0], "displacements": [[0, 0, 0]]}]})
+    (tmp_path / "s.json").write_text(text.replace('"HERE"', f"[{','.join([item] * 1_000_000)}]"))
+    said = refusal(lambda: Scene.load(tmp_path / "s.json"))
+    assert "s.json: grippers.0.vertices.0: " in said and "more)" not in said
+
+
+def test_tables_of_any_number_of_fields_are_refused(tmp_path: Path) -> None:
+    fields = {f"f{k}": k for k in range(20_000)}
+    (tmp_path / "s.json").write_text(json.dumps(fields))
+    (tmp_path / "s.toml").write_text("[a.b]\n" + "".join(f"{name} = {value}\n" for name, value in fields.items()))
+    assert "must have tables of at most 10000 fields" in refusal(lambda: read_json(tmp_path / "s.json"))
+    assert "must have tables of at most 10000 fields" in refusal(lambda: read_toml(tmp_path / "s.toml"))

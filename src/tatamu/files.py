@@ -13,12 +13,14 @@ import warnings
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 from typing import IO, Any, TypeVar
 
 import numpy as np
 from numpy.lib import format as npy
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, TypeAdapter, ValidationError
+from pydantic_core import SchemaValidator
 
 from tatamu.errors import InputError, UnavailableError
 
@@ -27,12 +29,14 @@ Model = TypeVar("Model", bound=BaseModel)
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 """Errors of a disk that takes nothing more, whatever is written."""
 MIB = 1 << 20
-LARGEST_TEXT = 64 * MIB
-"""Text and JSON files are no larger [bytes]: the mesh of a large garment takes a tenth of it."""
+LARGEST_TEXT = 32 * MIB
+"""Text and JSON files are no larger [bytes]: the mesh of a large garment takes a third of it."""
 LARGEST_TOML = 2 * MIB
 """TOML files, which people write, are no larger [bytes]."""
 LARGEST_NPZ = 1024 * MIB
 """Arrays of a file take no more memory in all [bytes]: ten minutes of the default towel take a tenth of it."""
+MOST_FIELDS = 10_000
+"""No table of a file has more fields."""
 NUMBERS = "fiub"
 """Kinds of arrays that are read from files: floating point numbers, integers, booleans."""
 
@@ -181,6 +185,7 @@ def read_json(path: Path) -> Any:
 
 def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     fields = dict(pairs)
+    _check_fields(fields)
     if len(fields) < len(pairs):
         names = [name for name, _ in pairs]
         twice = next(name for name in names if names.count(name) > 1)
@@ -188,11 +193,29 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return fields
 
 
+def _check_fields(fields: Mapping[str, Any]) -> None:
+    if len(fields) > MOST_FIELDS:
+        raise InputError(f"(whole file): must have tables of at most {MOST_FIELDS} fields, given {len(fields)}")
+
+
+def _tables(value: Any) -> Iterator[dict[str, Any]]:
+    """All tables in plain data."""
+    if isinstance(value, dict):
+        yield value
+    for part in value.values() if isinstance(value, dict) else value if isinstance(value, list) else ():
+        yield from _tables(part)
+
+
 def read_toml(path: Path) -> Any:
     """Read TOML, or say where it stops being TOML."""
     text = read_text(path, LARGEST_TOML)
     try:
-        return tomllib.loads(text)
+        value = tomllib.loads(text)
+        for table in _tables(value):
+            _check_fields(table)
+        return value
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: is not valid TOML ({error})") from None
 
@@ -248,20 +271,37 @@ def _array(archive: zipfile.ZipFile, name: str) -> np.ndarray:
 def validated(model: type[Model], value: Any, source: Path | str) -> Model:
     """Build `model` from plain data; the first wrong field becomes an InputError that names the source."""
     try:
-        return model.model_validate(value)
+        made: Model = _validator(model).validate_python(value)
+        return made
     except ValidationError as error:
         raise InputError(f"{source}: {describe(error)}") from None
 
 
+@cache
+def _validator(model: type[BaseModel]) -> SchemaValidator:
+    """A validator that stops at the first wrong item of each list: a file may have millions, each with its error."""
+    return SchemaValidator(_failing_fast(TypeAdapter(model).core_schema))
+
+
+def _failing_fast(schema: Any) -> Any:
+    if isinstance(schema, list):
+        return [_failing_fast(part) for part in schema]
+    if not isinstance(schema, dict):
+        return schema
+    changed = {key: _failing_fast(part) for key, part in schema.items()}
+    return {**changed, "fail_fast": True} if schema.get("type") in ("list", "tuple", "set") else changed
+
+
 def describe(error: ValidationError) -> str:
     """One line for the first wrong field: where it is, what is allowed, what was given."""
-    first = error.errors(include_url=False)[0]
+    errors = error.errors(include_url=False)
+    first = errors[0]
     where = ".".join(str(part) for part in first["loc"]) or "(whole file)"
     message = first["msg"].removeprefix("Value error, ").removeprefix("Assertion failed, ")
     if first["type"] in ("model_type", "dict_type"):
         message = "must be a table (an object)"
     given = "" if first["type"] in ("missing", "value_error") else f", given {_short(first['input'])}"
-    more = sum(other["loc"] != first["loc"][: len(other["loc"])] for other in error.errors()[1:])  # not what holds it
+    more = sum(other["loc"] != first["loc"][: len(other["loc"])] for other in errors[1:])  # not what holds it
     return f"{where}: {message}{given}" + (f" (and {more} more)" if more else "")
 
 

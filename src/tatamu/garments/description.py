@@ -44,6 +44,8 @@ class GarmentFile(BaseModel):
 
     name: Annotated[str, AfterValidator(one_line)] = Field("", max_length=60)
     """Its name; default: that of the file."""
+    kind: Literal["towel", "tshirt", "trousers"] | None = None
+    """The built-in garment whose fold plans suit it; their grasps need edges of the same names."""
     outline: str | None = None
     """An SVG or DXF file beside this one."""
     mesh: str | None = None

@@ -1,4 +1,4 @@
-"""What stands out from a plain table on a picture: the region of a garment, or several that belong to it.
+"""Regions of a picture that stand out from a plain table: that of a garment, or several that belong to it.
 
 The table's colour is modelled as a smooth surface over the photo, fitted to a frame along the photo's border; so uneven
 light does no harm. What is farther from it than Otsu's threshold stands out.

@@ -31,9 +31,9 @@ SHARPEST = np.radians(20.0)
 """A chord is flipped when no angle gets sharper than this."""
 SHORTEST = 0.15
 """Edges shorter than this are refused [spacings]."""
-CLEAR = 0.05
-"""Parts of the outline that are nearer to each other than this cannot be meshed [spacings]: their triangles would have
-edges shorter than `SHORTEST`, however often the outline is split."""
+CLEAR = 0.01
+"""Parts of the outline that are nearer to each other than this are refused before any mesh is tried [spacings]: the
+triangles between them have edges shorter than `SHORTEST`, however often the outline is split."""
 SPLITS = 4
 """How often edges of the outline that Delaunay misses are halved."""
 

@@ -5,6 +5,7 @@ An alpha channel is an exact mask, as programs that cut a garment out of its bac
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -180,13 +181,25 @@ def straightened(outline: np.ndarray, matrix: np.ndarray) -> np.ndarray:
     return np.asarray(moved[:, :2] / moved[:, 2:])
 
 
-def outline_svg(outline: np.ndarray) -> str:
-    """An SVG file in millimetres of an outline [m], x to the right, y down, shape (k, 2)."""
+def outline_svg(outline: np.ndarray, openings: Mapping[str, np.ndarray] | None = None) -> str:
+    """An SVG file in millimetres of an outline [m], x to the right, y down, shape (k, 2).
+
+    Args:
+        outline: The closed curve.
+        openings: Numbers of its points along each opening, by name; None if none are known.
+    """
     points = 1e3 * (outline - outline.min(axis=0))
+    lines = "".join(
+        f'<polyline id="{name}" points="{_places(points[numbers])}" fill="none" stroke="#d02090" stroke-width="3"/>\n'
+        for name, numbers in (openings or {}).items()
+    )
     width, height = points.max(axis=0)
-    corners = " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.1f}mm" height="{height:.1f}mm" '
         f'viewBox="0 0 {width:.1f} {height:.1f}">\n'
-        f'<polygon id="outline" points="{corners}" fill="#dfe6f4" stroke="#2b3f74"/>\n</svg>\n'
+        f'<polygon id="outline" points="{_places(points)}" fill="#dfe6f4" stroke="#2b3f74"/>\n{lines}</svg>\n'
     )
+
+
+def _places(points: np.ndarray) -> str:
+    return " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
