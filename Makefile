@@ -7,7 +7,7 @@ DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 
 .PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
-        calibration folds robots foreign statics locking tangle coarser loop times own-garments golden cluster docs real-cloth search holds help
+        calibration folds robots foreign statics locking tangle coarser loop times own-garments golden cluster docs real-cloth search holds fuzz help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1: /'
@@ -116,6 +116,9 @@ cluster: $(DEV)  ## 200 studies while workers, PostgreSQL and client are killed;
 
 abuse: $(READY)  ## ten thousand random scenes: each a rollout or a clear error
 	$(BIN)/python -m benchmarks.abuse --out runs/abuse.json --write-docs
+
+fuzz: $(DEV)  ## broken files of every kind for ten minutes, or MINUTES=..: each one clean line; a short form is among the tests
+	$(BIN)/python -m benchmarks.fuzz --minutes $(or $(MINUTES),10)
 
 $(NEWTON):
 	$(PYTHON) -m venv $(dir $(NEWTON))

@@ -33,7 +33,7 @@ def test_what_is_read_is_not_written_over(tmp_path: Path) -> None:
     (tmp_path / "b.toml").symlink_to(source)
     (tmp_path / "folder.html").mkdir()
     for target in (source, tmp_path / "b.toml"):
-        with pytest.raises(InputError, match="is what is read"):
+        with pytest.raises(InputError, match="is an input"):
             check_targets([target], [source])
     with pytest.raises(InputError, match="is a folder"):
         check_targets([tmp_path / "folder.html"], [source])

@@ -7,9 +7,30 @@ TatamuError
     └── WorkerKilledError   a computation that ended the processes it ran in, again and again
 """
 
+from __future__ import annotations
+
+LONGEST = 1500
+"""Texts of more characters are shortened in the middle: the file at the start and the advice at the end stay."""
+
+
+def one_line(text: str) -> str:
+    r"""Return a text as one line that any terminal can show.
+
+    Texts quote files, so they may contain whatever a broken or hostile file contains. Control characters, invisible
+    ones and those that reverse the direction of writing are escaped as in Python, such as `\x1b`.
+    """
+    line = " ".join(text.split())
+    if len(line) > LONGEST:
+        line = f"{line[: LONGEST // 2]} .. {line[-LONGEST // 2 :]}"
+    return "".join(each if each.isprintable() else each.encode("unicode_escape").decode() for each in line)
+
 
 class TatamuError(Exception):
     """Base of every error that tatamu raises on purpose; its text is one line that a person can act on."""
+
+    def __str__(self) -> str:
+        """The text as one line, without control characters."""
+        return one_line(super().__str__())
 
 
 class InputError(TatamuError):

@@ -4,15 +4,23 @@ from __future__ import annotations
 
 import errno
 import json
+import logging
+import math
 import os
+import stat
 import tomllib
+import warnings
+import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import IO, Any, TypeVar
 
 import numpy as np
-from pydantic import BaseModel, ValidationError
+from numpy.lib import format as npy
+from pydantic import BaseModel, TypeAdapter, ValidationError
+from pydantic_core import SchemaValidator
 
 from tatamu.errors import InputError, UnavailableError
 
@@ -20,6 +28,17 @@ Model = TypeVar("Model", bound=BaseModel)
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 """Errors of a disk that takes nothing more, whatever is written."""
+MIB = 1 << 20
+LARGEST_TEXT = 32 * MIB
+"""Text and JSON files are no larger [bytes]: the mesh of a large garment takes a third of it."""
+LARGEST_TOML = 2 * MIB
+"""TOML files, which people write, are no larger [bytes]."""
+LARGEST_NPZ = 1024 * MIB
+"""Arrays of a file take no more memory in all [bytes]: ten minutes of the default towel take a tenth of it."""
+MOST_FIELDS = 10_000
+"""No table of a file has more fields."""
+NUMBERS = "fiub"
+"""Kinds of arrays that are read from files: floating point numbers, integers, booleans."""
 
 
 def check_targets(targets: Sequence[Path], sources: Sequence[Path] = ()) -> None:
@@ -32,7 +51,7 @@ def check_targets(targets: Sequence[Path], sources: Sequence[Path] = ()) -> None
         if os.path.isdir(target):  # unlike Path.is_dir, False for a name that no file can have: writing says so
             raise InputError(f"{target}: cannot be written (is a folder)")
         if os.path.exists(target) and any(os.path.exists(source) and target.samefile(source) for source in sources):
-            raise InputError(f"{target}: is what is read; give another name to write to")
+            raise InputError(f"{target}: is an input; choose another output name")
 
 
 @contextmanager
@@ -75,16 +94,82 @@ def write_npz(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
         np.savez_compressed(file, allow_pickle=False, **arrays)
 
 
-def read_text(path: Path) -> str:
-    """Read a UTF-8 text file, or say in one line why it cannot be read."""
+@contextmanager
+def opened(path: Path, largest: int) -> Iterator[IO[bytes]]:
+    """Open a regular file of limited size: pipes may never end, and devices have no size.
+
+    Args:
+        path: The file.
+        largest: Its largest size [bytes].
+
+    Raises:
+        InputError: If it cannot be read, is no regular file, or is larger.
+    """
     try:
-        return path.read_text(encoding="utf-8-sig")  # some editors put a mark in front
+        state = os.stat(path)
+        if not stat.S_ISREG(state.st_mode):
+            kind = "a folder" if stat.S_ISDIR(state.st_mode) else "a pipe or a device"
+            raise InputError(f"{path}: cannot be read (must be a regular file, given {kind})")
+        if state.st_size > largest:
+            raise InputError(f"{path}: must have at most {largest / MIB:.0f} MiB, given {state.st_size / MIB:.1f} MiB")
+        with open(path, "rb") as file:
+            yield file
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+    except ValueError as error:  # a name with a null character
+        raise InputError(f"{str(path)!r}: cannot be read ({error})") from None
+
+
+def read_bytes(path: Path, largest: int = LARGEST_TEXT) -> bytes:
+    """Read a regular file of limited size.
+
+    Args:
+        path: The file.
+        largest: Its largest size [bytes].
+
+    Raises:
+        InputError: If it cannot be read, is no regular file, or is larger.
+    """
+    with opened(path, largest) as file:
+        data = file.read(largest + 1)  # some files of the system state no size
+    if len(data) > largest:
+        raise InputError(f"{path}: must have at most {largest / MIB:.0f} MiB")
+    return data
+
+
+def read_text(path: Path, largest: int = LARGEST_TEXT) -> str:
+    """Read a UTF-8 text file, or say in one line why it cannot be read."""
+    try:
+        return read_bytes(path, largest).decode("utf-8-sig")  # some editors put a mark in front
     except UnicodeDecodeError:
         raise InputError(f"{path}: is not a UTF-8 text file") from None
-    except ValueError as error:
-        raise InputError(f"{str(path)!r}: cannot be read ({error})") from None
+
+
+@contextmanager
+def foreign(path: Path, what: str) -> Iterator[None]:
+    """Call a library's reader: whatever it raises becomes one line, and what it would print is left out.
+
+    Args:
+        path: The file that is read.
+        what: What it should be, such as "a DXF file".
+
+    Raises:
+        InputError: If the reader raises anything.
+    """
+    before = logging.root.manager.disable
+    logging.disable()
+    try:
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")
+            yield
+    except InputError:
+        raise
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+    except Exception as error:  # each library has its own kinds, and broken files find all others
+        raise InputError(f"{path}: is not {what} ({str(error) or type(error).__name__})") from None
+    finally:
+        logging.disable(before)
 
 
 def read_json(path: Path) -> Any:
@@ -100,6 +185,7 @@ def read_json(path: Path) -> Any:
 
 def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     fields = dict(pairs)
+    _check_fields(fields)
     if len(fields) < len(pairs):
         names = [name for name, _ in pairs]
         twice = next(name for name in names if names.count(name) > 1)
@@ -107,32 +193,115 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return fields
 
 
+def _check_fields(fields: Mapping[str, Any]) -> None:
+    if len(fields) > MOST_FIELDS:
+        raise InputError(f"(whole file): must have tables of at most {MOST_FIELDS} fields, given {len(fields)}")
+
+
+def _tables(value: Any) -> Iterator[dict[str, Any]]:
+    """All tables in plain data."""
+    if isinstance(value, dict):
+        yield value
+    for part in value.values() if isinstance(value, dict) else value if isinstance(value, list) else ():
+        yield from _tables(part)
+
+
 def read_toml(path: Path) -> Any:
     """Read TOML, or say where it stops being TOML."""
-    text = read_text(path)
+    text = read_text(path, LARGEST_TOML)
     try:
-        return tomllib.loads(text)
+        value = tomllib.loads(text)
+        for table in _tables(value):
+            _check_fields(table)
+        return value
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: is not valid TOML ({error})") from None
+
+
+def read_npz(path: Path, what: str = "an .npz file of numbers", largest: int = LARGEST_NPZ) -> dict[str, np.ndarray]:
+    """Read the arrays of an .npz file, of numbers, or of one text.
+
+    A small file may unpack to gigabytes, so the arrays' headers are added up before one is read.
+
+    Args:
+        path: The file.
+        what: What it should be, for the message.
+        largest: The memory that its arrays may take in all [bytes].
+
+    Raises:
+        InputError: If it cannot be read, is no .npz file, has other arrays, or is larger.
+    """
+    with opened(path, largest) as file, foreign(path, what), zipfile.ZipFile(file) as archive:
+        names = [name for name in archive.namelist() if name.endswith(".npy")]
+        total = 0
+        for name in names:
+            with archive.open(name) as member:
+                total += _size(member, archive.getinfo(name).file_size, name)
+            if total > largest:
+                raise InputError(f"{path}: its arrays must take at most {largest / MIB:.0f} MiB in all")
+        return {name.removesuffix(".npy"): _array(archive, name) for name in names}
+
+
+def _size(member: IO[bytes], unpacked: int, name: str) -> int:
+    """Size of the array in a member of an .npz file [bytes], from its header.
+
+    Raises:
+        ValueError: If it is no array of numbers and no single text, or its header does not fit it.
+    """
+    version = npy.read_magic(member)
+    if version not in ((1, 0), (2, 0)):
+        raise ValueError(f"{name} has the format {version[0]}.{version[1]}")
+    read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+    shape, _, dtype = read(member)
+    if dtype.kind not in NUMBERS and not (dtype.kind == "U" and shape == ()):
+        raise ValueError(f"{name} has the type {dtype}")
+    size = dtype.itemsize * math.prod(shape)
+    if min(shape, default=0) < 0 or member.tell() + size != unpacked:
+        raise ValueError(f"{name} has not the size that its header states")
+    return size
+
+
+def _array(archive: zipfile.ZipFile, name: str) -> np.ndarray:
+    with archive.open(name) as member:
+        return np.asarray(npy.read_array(member, allow_pickle=False))
 
 
 def validated(model: type[Model], value: Any, source: Path | str) -> Model:
     """Build `model` from plain data; the first wrong field becomes an InputError that names the source."""
     try:
-        return model.model_validate(value)
+        made: Model = _validator(model).validate_python(value)
+        return made
     except ValidationError as error:
         raise InputError(f"{source}: {describe(error)}") from None
 
 
+@cache
+def _validator(model: type[BaseModel]) -> SchemaValidator:
+    """A validator that stops at the first wrong item of each list: a file may have millions, each with its error."""
+    return SchemaValidator(_failing_fast(TypeAdapter(model).core_schema))
+
+
+def _failing_fast(schema: Any) -> Any:
+    if isinstance(schema, list):
+        return [_failing_fast(part) for part in schema]
+    if not isinstance(schema, dict):
+        return schema
+    changed = {key: _failing_fast(part) for key, part in schema.items()}
+    return {**changed, "fail_fast": True} if schema.get("type") in ("list", "tuple", "set") else changed
+
+
 def describe(error: ValidationError) -> str:
     """One line for the first wrong field: where it is, what is allowed, what was given."""
-    first = error.errors(include_url=False)[0]
+    errors = error.errors(include_url=False)
+    first = errors[0]
     where = ".".join(str(part) for part in first["loc"]) or "(whole file)"
     message = first["msg"].removeprefix("Value error, ").removeprefix("Assertion failed, ")
     if first["type"] in ("model_type", "dict_type"):
         message = "must be a table (an object)"
     given = "" if first["type"] in ("missing", "value_error") else f", given {_short(first['input'])}"
-    more = sum(other["loc"] != first["loc"][: len(other["loc"])] for other in error.errors()[1:])  # not what holds it
+    more = sum(other["loc"] != first["loc"][: len(other["loc"])] for other in errors[1:])  # not what holds it
     return f"{where}: {message}{given}" + (f" (and {more} more)" if more else "")
 
 

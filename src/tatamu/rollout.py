@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import json
-import zipfile
-import zlib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tatamu.errors import InputError
-from tatamu.files import write_npz
+from tatamu.files import foreign, read_npz, write_npz
 
 
 @dataclass(frozen=True)
@@ -42,15 +39,26 @@ class Rollout:
         Raises:
             InputError: The file cannot be read or is not a rollout.
         """
-        try:
-            with np.load(path, allow_pickle=False) as archive:
-                arrays = {name: archive[name] for name in archive.files}
+        arrays = read_npz(Path(path), "a rollout file")
+        with foreign(Path(path), "a rollout file"):
             info = json.loads(str(arrays.pop("info")))
             times, positions, faces = (arrays.pop(name) for name in ("times", "positions", "faces"))
-            if (times.ndim, positions.ndim, faces.ndim) != (1, 3, 2) or not isinstance(info, dict):
-                raise ValueError("times, positions, faces must have 1, 3, 2 dimensions, info must be an object")
+            _check(times, positions, faces)
+            if any(array.dtype.kind == "U" for array in arrays.values()):
+                raise ValueError("its only text must be info")
+            if not isinstance(info, dict):
+                raise ValueError("info must be an object")
             return cls(times, positions, faces, info, arrays)
-        except OSError as error:
-            raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
-        except (KeyError, TypeError, ValueError, EOFError, zlib.error, zipfile.BadZipFile) as error:
-            raise InputError(f"{path}: is not a rollout file ({error})") from None
+
+
+def _check(times: np.ndarray, positions: np.ndarray, faces: np.ndarray) -> None:
+    if (times.ndim, positions.ndim, faces.ndim) != (1, 3, 2):
+        raise ValueError("times, positions, faces must have 1, 3, 2 dimensions")
+    if times.dtype.kind != "f" or positions.dtype.kind != "f" or faces.dtype.kind not in "iu":
+        raise ValueError("times and positions must be floating point numbers, faces integers")
+    if positions.shape != (len(times), positions.shape[1], 3) or not len(times) or faces.shape[1] != 3:
+        raise ValueError("positions must have a frame for each time, and x, y, z; faces 3 vertices each")
+    if not (np.isfinite(times).all() and np.isfinite(positions).all()):
+        raise ValueError("times and positions must be finite")
+    if not 0 <= faces.min(initial=0) <= faces.max(initial=0) < positions.shape[1]:
+        raise ValueError(f"faces must use vertices 0 to {positions.shape[1] - 1}")

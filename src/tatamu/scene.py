@@ -21,6 +21,9 @@ from tatamu.topology import check_mesh
 LARGEST = 1e3
 """Coordinates and displacements beyond this [m] are refused: they are a unit error, not a cloth."""
 
+LARGEST_INDEX = 2**53
+"""No index of a vertex is so large; floating point numbers below it are exact."""
+
 LEAST_IN_PLANE = 1e-3
 """Least part of a fibre's direction that lies in the plane of its triangle [-]."""
 
@@ -47,8 +50,10 @@ def _indices(value: Any, width: int, what: str) -> np.ndarray:
     array = np.array(value if len(value) else np.empty((0, width)))
     if array.ndim != 2 or array.shape[1] != width:
         raise ValueError(f"must be a list of {what}, given an array of shape {array.shape}")
-    whole = array.astype(np.int64) if np.issubdtype(array.dtype, np.number) else None
-    if whole is None or array.dtype == bool or not (whole == array).all():
+    if array.dtype.kind not in "iuf" or not (np.abs(array) < LARGEST_INDEX).all():
+        raise ValueError(f"must be a list of {what} with whole numbers")
+    whole = array.astype(np.int64)
+    if not (whole == array).all():
         raise ValueError(f"must be a list of {what} with whole numbers")
     whole.setflags(write=False)
     return whole

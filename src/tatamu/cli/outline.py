@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,6 +15,9 @@ from tatamu.size import parse_size
 
 if TYPE_CHECKING:
     from tatamu.garments.photo import Photo
+
+FARTHEST = 1e6
+"""Pixels that are given lie no farther from the photo's corner."""
 
 
 @app.command()
@@ -32,6 +36,16 @@ def outline(
             "size in metres; takes the perspective out.",
         ),
     ] = None,
+    garment: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="tshirt: find its hem, sleeves and neck as well, and write a garment file of two layers.",
+        ),
+    ] = None,
+    join: Annotated[
+        bool, typer.Option("--join", help="All regions that stand out are the garment, as of one in several colours.")
+    ] = False,
 ) -> None:
     """Find the outline of a garment on a photo, to be looked at on top of the photo and accepted.
 
@@ -40,9 +54,13 @@ def outline(
 
     `tatamu outline shirt.jpg --sheet '80,90 700,84 706,520 76,524 0.297x0.210' --out shirt.svg`
 
+    `tatamu outline shirt.jpg --width 0.52 --garment tshirt --out shirt.svg`
+
     Then `tatamu show shirt.svg`; a garment file beside it says which parts are open (docs/reference/garment-file.md).
+    With --garment this file, shirt.toml, is written, too: `tatamu show shirt.toml --fold shop`.
     """
     from tatamu.files import check_targets, replacing, write_text
+    from tatamu.garments.landmarks import tshirt_openings
     from tatamu.garments.photo import find_outline, outline_svg, straightened
     from tatamu.garments.resolution import check_size
 
@@ -51,20 +69,32 @@ def outline(
         raise InputError(f"width, ruler, sheet: must give one of them, given {len(given)}")
     if out.suffix.lower() != ".svg":
         raise InputError(f"out: must be an .svg file, given {out}")
+    if garment not in (None, "tshirt"):
+        raise InputError(f"garment: must be tshirt, given {garment!r}; openings of others go into a garment file")
     picture = out.with_name(f"{out.stem}-on-photo.jpg")
-    check_targets([out, picture], [photo])
-    found = find_outline(photo)
+    described = [out.with_suffix(".toml")] if garment else []
+    check_targets([out, picture, *described], [photo])
+    found = find_outline(photo, join, None if sheet is None else _corners(sheet).mean(axis=0)[None])
     curve = straightened(found.outline, to_metres(found, width, ruler, sheet))
     across, along = np.ptp(curve, axis=0)
     try:
         check_size((across, along))
     except InputError as error:
         raise InputError(f"{error}: were all lengths given in metres?") from None
+    openings = tshirt_openings(curve) if garment else {}
     with replacing(picture) as temporary:
-        temporary.write_bytes(_overlay(found))
-    write_text(out, outline_svg(curve))
+        temporary.write_bytes(_overlay(found, openings))
+    write_text(out, outline_svg(curve, openings))
+    for path in described:
+        write_text(path, _description(out, openings))
     print(f"outline: {out}, {across:.3f} m wide, {along:.3f} m long, {len(curve)} points")
     print(f"look at: {picture}, the outline on top of the photo")
+    for path in described:
+        print(
+            f"garment: {path}, two layers, open at {', '.join(openings)}; the SVG has these lines by name, to be edited"
+        )
+    for note in found.notes:
+        print(f"note: {note}")
 
 
 def to_metres(photo: Photo, width: float | None, ruler: str | None, sheet: str | None) -> np.ndarray:
@@ -72,10 +102,7 @@ def to_metres(photo: Photo, width: float | None, ruler: str | None, sheet: str |
     from tatamu.garments.photo import homography
 
     if sheet is not None:
-        *corners, size = sheet.split() or [""]
-        if len(corners) != 4:
-            raise InputError(f"sheet: must be four corners X,Y and WxH, given {sheet!r}")
-        return homography(np.array([_pixel("sheet", corner) for corner in corners]), *parse_size(size, "sheet"))
+        return homography(_corners(sheet), *parse_size(sheet.split()[-1], "sheet"))
     if ruler is not None:
         *ends, length = ruler.split() or [""]
         if len(ends) != 2:
@@ -91,11 +118,22 @@ def to_metres(photo: Photo, width: float | None, ruler: str | None, sheet: str |
     return np.diag([metres / apart, metres / apart, 1.0])
 
 
+def _corners(sheet: str) -> np.ndarray:
+    """The corners of a sheet [pixels], shape (4, 2)."""
+    corners = sheet.split()[:-1]
+    if len(corners) != 4:
+        raise InputError(f"sheet: must be four corners X,Y and WxH, given {sheet!r}")
+    return np.array([_pixel("sheet", corner) for corner in corners])
+
+
 def _pixel(option: str, text: str) -> np.ndarray:
     parts = text.split(",")
     if len(parts) != 2:
         raise InputError(f"{option}: must be pixels X,Y, given {text!r}")
-    return np.array([_number(option, part) for part in parts])
+    place = np.array([_number(option, part) for part in parts])
+    if not (np.abs(place) <= FARTHEST).all():
+        raise InputError(f"{option}: must be pixels from {-FARTHEST:g} to {FARTHEST:g}, given {text!r}")
+    return place
 
 
 def _number(option: str, text: str) -> float:
@@ -108,8 +146,16 @@ def _number(option: str, text: str) -> float:
     return value
 
 
-def _overlay(photo: Photo) -> bytes:
-    """The photo with the outline drawn on it, as a JPEG file."""
+def _description(outline: Path, openings: Mapping[str, np.ndarray]) -> str:
+    """A garment file of a T-shirt with this outline."""
+    import tomli_w
+
+    table = {"name": outline.stem[:60], "kind": "tshirt", "outline": outline.name, "openings": list(openings)}
+    return tomli_w.dumps({"garment": table})
+
+
+def _overlay(photo: Photo, openings: Mapping[str, np.ndarray]) -> bytes:
+    """The photo with the outline and its openings drawn on it, as a JPEG file."""
     import io
 
     from PIL import Image, ImageDraw
@@ -120,6 +166,12 @@ def _overlay(photo: Photo) -> bytes:
     canvas = ImageDraw.Draw(image)
     canvas.line(points, "#ffffff", 2 * wide, joint="curve")
     canvas.line(points, "#d02090", wide, joint="curve")
+    for name, numbers in openings.items():
+        along = photo.outline[numbers]
+        canvas.line([tuple(p) for p in along], "#ffffff", 4 * wide, joint="curve")
+        canvas.line([tuple(p) for p in along], "#1f6fd0", 3 * wide, joint="curve")
+        middle = tuple(along[[0, -1]].mean(axis=0))
+        canvas.text(middle, name, "#1f6fd0", anchor="mm", font_size=8 * wide, stroke_width=wide, stroke_fill="#ffffff")
     buffer = io.BytesIO()
     image.save(buffer, "JPEG", quality=88)
     return buffer.getvalue()

@@ -6,12 +6,13 @@ import errno
 import io
 import os
 import sys
+import warnings
 from typing import NoReturn
 
 import typer
 
 from tatamu.cli.app import Interrupted
-from tatamu.errors import InputError, TatamuError
+from tatamu.errors import InputError, TatamuError, one_line
 
 UNWRITABLE = (errno.ENOSPC, errno.EIO, errno.EPIPE)
 """Errors of standard output: it is full, broken, or closed."""
@@ -29,6 +30,8 @@ def run(app: typer.Typer, name: str) -> NoReturn:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without Greek letters shows question marks
+    if not sys.warnoptions:
+        warnings.simplefilter("ignore")  # of libraries: users of a command cannot act on them; `python -W` shows them
     try:
         code = app(standalone_mode=False)
         sys.stdout.flush()
@@ -42,6 +45,8 @@ def run(app: typer.Typer, name: str) -> NoReturn:
         _stop(name, "aborted", INTERRUPTED)
     except KeyboardInterrupt:
         code = INTERRUPTED  # as typer says where it sees the exception first
+    except MemoryError:
+        _stop(name, "there is not enough memory for this; give smaller files or a coarser mesh", 2)
     except OSError as error:
         if error.errno not in UNWRITABLE:  # errors of other files are reported where they are opened
             raise
@@ -58,5 +63,5 @@ def run(app: typer.Typer, name: str) -> NoReturn:
 
 def _stop(name: str, message: str, code: int) -> NoReturn:
     if message:  # a program without arguments has printed its help
-        print(f"{name}: {' '.join(message.split())}", file=sys.stderr)
+        print(f"{name}: {one_line(message)}", file=sys.stderr)
     sys.exit(code)

@@ -82,14 +82,17 @@ def _remedies(garment: Garment, plan: Plan, found: list[tuple[int, Part]]) -> li
 
 
 def choices(garment: Garment) -> list[Proposal]:
-    """The plans that a garment can be folded by: those that tatamu knows, or, of one's own, its outline's, best first.
+    """The plans that a garment can be folded by: those that tatamu knows and, of one's own, its outline's, best first.
 
     Raises:
         InputError: No line is found that it can be folded over.
     """
-    if garment.own:
+    if garment.own and not garment.kind:
         return propose(garment)
-    known = [Proposal(plan, tuple(left_behind(garment, plan))) for plan in known_plans(garment).values()]
+    plans = known_plans(garment)
+    known = [Proposal(plan, tuple(left_behind(garment, plan))) for plan in plans.values()]
+    if garment.own:
+        known += [proposal for proposal in propose(garment) if proposal.plan.name not in plans]
     return sorted(known, key=lambda proposal: bool(proposal.missed))
 
 

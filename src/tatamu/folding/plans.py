@@ -1,6 +1,6 @@
 """The plans that tatamu knows, in parts of the garment's length (x, from -0.5 at the hem) and width (y).
 
-Left is +y. A garment of somebody's own knows those of `ANY`.
+Left is +y. A garment of somebody's own knows those of its kind, else those of `ANY`.
 """
 
 from __future__ import annotations
@@ -93,4 +93,4 @@ def make_plan(name: str, garment: Garment) -> Plan:
 
 def known_plans(garment: Garment) -> dict[str, Plan]:
     """The plans that tatamu knows for a garment, by name, whatever its outline."""
-    return ANY if garment.own else PLANS.get(garment.name, ANY)
+    return PLANS.get(garment.kind if garment.own else garment.name, ANY)

@@ -12,13 +12,17 @@ from shapely.validation import explain_validity
 
 from tatamu.errors import InputError
 from tatamu.garments.drawing import Piece, where
-from tatamu.garments.outline import Outline
+from tatamu.garments.outline import Outline, counted
 from tatamu.garments.sides import lies_along, named_sides, with_ends
 
 SMOOTH = 2e-4
 """Points that change the outline by less than this are left out [m]."""
 SAME = 0.99
 """A hole with more than this part of the outline's area is the outline itself, drawn twice."""
+WIDEST_ALLOWANCE, ALLOWANCE = 0.06, 0.15
+"""Seam allowances and hems are at most so wide [m], and at most this part of the root of a piece's area."""
+MARK = 0.05
+"""A closed curve across the outline is a mark, such as a notch, up to this part of the outline's extent."""
 Openings = Mapping[str, list[tuple[float, float]]] | Sequence[str]
 
 
@@ -34,7 +38,7 @@ class Cut:
     """Notes for the user on how the drawing was understood."""
 
 
-def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path) -> Cut:
+def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path, holes: bool | None = None) -> Cut:
     """The outline of a piece.
 
     Args:
@@ -43,6 +47,7 @@ def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path)
         openings: Curves in the drawing's coordinates by name; or names of open curves, or of sides, that are openings;
             None: all open curves with a name that lie along the outline.
         path: The file, for messages.
+        holes: Whether closed curves inside are holes; None if those that follow the outline are not.
 
     Raises:
         InputError: There is no closed curve, or it crosses itself, or an opening is not there.
@@ -50,7 +55,7 @@ def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path)
     loops = sorted((c for c in piece.curves if c.closed), key=lambda c: -float(shapely.Polygon(c.points).area))
     if not loops:
         raise InputError(where(path, f"must be a closed curve, given {len(piece.curves)} open ones"))
-    region = _region([loop.points @ matrix.T for loop in loops], path)
+    region, inside = _region([loop.points @ matrix.T for loop in loops], holes, path)
     if piece.fold is not None:
         region = _unfolded(region, piece.fold @ matrix.T, path)
     points = _ring(region)
@@ -63,24 +68,55 @@ def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path)
         named = {**named, **given}
     points = with_ends(points, named)
     sides = {name: points[side] for name, side in named_sides(points, named).items()}
-    holes = tuple(np.array(hole.coords) for hole in region.interiors)
+    cut_out = tuple(np.array(hole.coords) for hole in region.interiors)
     open_sides = tuple(named) if openings is None else tuple(openings)
     _check_there(open_sides, sides, path)
     notes = tuple(f"{name}: does not lie along the outline, so that it is no opening" for name in stray)
     mirrored = ("unfolded along its mirror line (layer 6)",) if piece.fold is not None else ()
-    return Cut(
-        Outline(sides, holes=holes), open_sides, (*piece.remarks, *mirrored, *(notes if openings is None else ()))
-    )
+    said = (*piece.remarks, *inside, *mirrored, *(notes if openings is None else ()))
+    return Cut(Outline(sides, holes=cut_out), open_sides, said)
 
 
-def _region(rings: Sequence[np.ndarray], path: Path) -> shapely.Polygon:
-    """The inside of the first ring without the others."""
-    outer, *holes = (_valid(ring, path) for ring in rings)
-    if any(hole.area > SAME * outer.area for hole in holes):
+def _region(rings: Sequence[np.ndarray], holes: bool | None, path: Path) -> tuple[shapely.Polygon, tuple[str, ...]]:
+    """The cloth within the first ring, and notes on what the other rings were taken for.
+
+    A pattern is drawn with two lines around a piece: where it is cut, and within it where it is sewn. Which one a
+    closed curve inside is, a hole or the sewn line, no drawing states; but only the latter follows the outline.
+    """
+    outer, *inner = (_valid(ring, path) for ring in rings)
+    extent = max(np.ptp(rings[0], axis=0))
+    small = [ring for ring in inner if max(np.ptp(ring.exterior.coords, axis=0)) < MARK * extent]
+    marks = [ring for ring in small if not outer.covers(ring)]
+    inner = [ring for ring in inner if ring not in marks]
+    notes = [f"{counted(marks, 'closed curve')} across the outline left out"] if marks else []
+    if any(ring.area > SAME * outer.area for ring in inner):
         raise InputError(where(path, "stands twice in the drawing; leave one"))
-    if not all(outer.contains(hole) for hole in holes):
+    if not all(outer.covers(ring) for ring in inner):
         raise InputError(where(path, "must be one closed curve with holes inside, given curves that cross each other"))
-    return shapely.Polygon(outer.exterior, [hole.exterior for hole in holes])
+    if holes is None and inner and _follows(inner[0], outer):
+        apart = 1e3 * outer.exterior.hausdorff_distance(inner[0].exterior)
+        notes.append(
+            f"along the inner of two lines around it, which is at most {apart:.0f} mm within the outer one: taken for "
+            "the line where it is sewn, not for a hole (holes = true makes it one)"
+        )
+        outer, *others = inner
+        inner = [ring for ring in others if outer.covers(ring) and not _follows(ring, outer)]
+        if len(others) > len(inner):
+            left_out = [ring for ring in others if ring not in inner]
+            notes.append(f"{counted(left_out, 'closed curve')} along or across that line left out")
+    if holes is False and inner:
+        notes.append(f"{counted(inner, 'closed curve')} inside left out (holes = false)")
+        inner = []
+    region = outer.difference(shapely.union_all(inner)) if inner else outer
+    if not isinstance(region, shapely.Polygon):
+        raise InputError(where(path, "must be one closed curve with holes inside, given curves that cut it apart"))
+    return region, tuple(notes)
+
+
+def _follows(inner: shapely.Polygon, outer: shapely.Polygon) -> bool:
+    """Whether a curve runs along another one all around, no farther within it than a seam allowance."""
+    allowance = min(WIDEST_ALLOWANCE, ALLOWANCE * float(np.sqrt(outer.area)))
+    return bool(outer.exterior.hausdorff_distance(inner.exterior) < allowance)
 
 
 def _valid(points: np.ndarray, path: Path) -> shapely.Polygon:

@@ -6,6 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
+from tatamu.errors import one_line
 from tatamu.garments.frame import Axis
 from tatamu.garments.resolution import LARGEST_SIDE, SMALLEST_SIDE
 from tatamu.material import preset_names
@@ -41,8 +42,10 @@ class GarmentFile(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    name: str = Field("", max_length=60)
+    name: Annotated[str, AfterValidator(one_line)] = Field("", max_length=60)
     """Its name; default: that of the file."""
+    kind: Literal["towel", "tshirt", "trousers"] | None = None
+    """The built-in garment whose fold plans suit it; their grasps need edges of the same names."""
     outline: str | None = None
     """An SVG or DXF file beside this one."""
     mesh: str | None = None
@@ -59,6 +62,8 @@ class GarmentFile(BaseModel):
     """Of an outline: cut once, or twice and sewn; default: 2 if it has openings."""
     openings: list[str] | dict[str, Annotated[list[Position], Field(min_length=2)]] | None = None
     """Of an outline: names of open curves in the file, or curves in its units by name; default: its open curves."""
+    holes: bool | None = None
+    """Of an outline: whether closed curves inside are holes; default: those that follow the outline are sewn lines."""
     size: tuple[Side, Side] | None = None
     """Width and length that it is scaled to [m]."""
     spacing: Annotated[float, AfterValidator(_spacing)] | None = None
@@ -76,8 +81,8 @@ class GarmentFile(BaseModel):
             raise ValueError("must have either outline or mesh, a file name")
         if self.fabric is not None and self.fabric not in preset_names():
             raise ValueError(f"fabric must be one of {', '.join(preset_names())}, given {self.fabric!r}")
-        if self.mesh is not None and (self.layers, self.openings) != (None, None):
-            raise ValueError("layers and openings belong to an outline; those of a mesh are in the mesh")
+        if self.mesh is not None and (self.layers, self.openings, self.holes) != (None, None, None):
+            raise ValueError("layers, openings and holes belong to an outline; those of a mesh are in the mesh")
         if self.outline is not None and (self.weld or self.remesh):
             raise ValueError("weld and remesh belong to a mesh")
         if self.outline is not None and self.up in ("z", "-z"):

@@ -7,8 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
+from tatamu.errors import InputError, one_line
 from tatamu.garments.units import Unit
 
+FARTHEST = 1e9
+"""No coordinate of a drawing is larger, in whatever unit."""
 SAME = 1e-3
 """Ends nearer than this part of a curve's length are one point."""
 
@@ -54,13 +57,19 @@ class DrawnPieces:
 
 
 def polyline(name: str, points: np.ndarray) -> DrawnCurve | None:
-    """A curve without repeated points; None of fewer than two."""
+    """Make a curve without repeated points; None if fewer than two are left.
+
+    Raises:
+        InputError: If a point is not finite, or farther from the origin than any drawing is.
+    """
+    if not (np.abs(points) < FARTHEST).all():
+        raise InputError(f"outline: must have coordinates that are finite and at most {FARTHEST:g}")
     length = np.linalg.norm(np.diff(points, axis=0), axis=1)
     points = points[np.concatenate([[True], length > 1e-9])]
     if len(points) < 2:
         return None
     closed = len(points) > 3 and bool(np.linalg.norm(points[0] - points[-1]) < SAME * length.sum())
-    return DrawnCurve(name, points[:-1] if closed else points, closed)
+    return DrawnCurve(one_line(name), points[:-1] if closed else points, closed)
 
 
 def where(path: Path, text: str) -> str:

@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import shapely
 
-from tatamu.errors import InputError
+from tatamu.errors import InputError, one_line
+from tatamu.files import foreign, opened, read_bytes
 from tatamu.garments import apparel
-from tatamu.garments.drawing import DrawnCurve, DrawnPieces, Piece, polyline
+from tatamu.garments.drawing import FARTHEST, DrawnCurve, DrawnPieces, Piece, polyline
 from tatamu.garments.pieces import distinct, grouped
 from tatamu.garments.units import NAMES, Unit
+from tatamu.garments.unpacking import LARGEST_DRAWING, MOST_PARTS, check_unpacked
 
 KINDS = ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE")
 """Entities that are curves."""
 NAMELESS = ("0", "defpoints")
 """Layers that every DXF has: no name of a curve."""
 FLATNESS = 1e-4
-"""Arcs become polylines that leave them by less than this [m]."""
+"""Arcs become polylines that leave them by less than this [m] .."""
+RELATIVE_FLATNESS = 1e-5
+""".. or by this part of their extent: else one that is far too large for a garment would have any number of points."""
 MEETING = 1e-6
 """Ends that are this near to each other were drawn to meet [m]."""
 Layers = dict[str, list[np.ndarray]]
@@ -33,7 +36,31 @@ def read_dxf(path: Path) -> DrawnPieces:
     Raises:
         InputError: The file cannot be read or is no DXF.
     """
-    document = _document(path)
+    from ezdxf.filemanagement import readfile
+
+    with opened(path, LARGEST_DRAWING), foreign(path, "a DXF file"):
+        document = readfile(path)
+        _check_unpacked(document)
+        return _pieces(document, path)
+
+
+def _check_unpacked(document: Any) -> None:
+    """Refuse a drawing whose blocks unpack to more than a drawing may have.
+
+    Raises:
+        InputError: If they do.
+    """
+    blocks = {"": document.modelspace(), **{f"*{block.name.casefold()}": block for block in document.blocks}}
+
+    def parts(name: str) -> Iterator[tuple[str, int]]:
+        for insert in blocks[name].query("INSERT"):
+            shown = f"*{insert.dxf.name.casefold()}"
+            yield from [(shown, max(int(insert.mcount), 1))] if shown in blocks else []
+
+    check_unpacked("", parts, lambda name: 1 + len(blocks[name]))
+
+
+def _pieces(document: Any, path: Path) -> DrawnPieces:
     space = document.modelspace()
     blocks = [list(_parts([insert])) for insert in space.query("INSERT")]
     loose = [entity for entity in space if entity.dxftype() != "INSERT"]
@@ -43,28 +70,14 @@ def read_dxf(path: Path) -> DrawnPieces:
     else:
         names = [insert.dxf.name for insert in space.query("INSERT")]
     unit = _unit(document, [*loose, *(entity for block in blocks for entity in block)], path)
-    named = [(name, block) for name, block in zip(names, blocks, strict=True)]
-    pieces = _pattern(named, loose, unit.metres, path)
+    named = [(one_line(name), block) for name, block in zip(names, blocks, strict=True)]
+    pieces = _pattern(named, loose, unit.metres)
     if not pieces:
-        layers = _layers(loose, unit.metres, path)
+        layers = _layers(loose, unit.metres)
         if not any(curve.closed for curve in _curves(layers, unit.metres)):
-            layers = _layers([*loose, *(entity for block in blocks for entity in block)], unit.metres, path)
+            layers = _layers([*loose, *(entity for block in blocks for entity in block)], unit.metres)
         pieces = grouped(_curves(layers, unit.metres))
     return DrawnPieces(pieces, unit)
-
-
-def _document(path: Path) -> Any:
-    from ezdxf.filemanagement import readfile
-    from ezdxf.lldxf.const import DXFError
-
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # old versions of the format, which are read all the same
-            return readfile(path)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
-    except (DXFError, UnicodeDecodeError, ValueError) as error:
-        raise InputError(f"{path}: is not a DXF file ({error})") from None
 
 
 def _parts(entities: Iterable[Any]) -> Iterable[Any]:
@@ -77,7 +90,7 @@ def _parts(entities: Iterable[Any]) -> Iterable[Any]:
 def _texts(entities: Iterable[Any]) -> list[str]:
     """The texts of a drawing."""
     return [
-        str(entity.dxf.text if entity.dxftype() == "TEXT" else entity.plain_text()).strip()
+        one_line(str(entity.dxf.text if entity.dxftype() == "TEXT" else entity.plain_text()))
         for entity in entities
         if entity.dxftype() in ("TEXT", "MTEXT")
     ]
@@ -92,9 +105,9 @@ def _unit(document: Any, entities: list[Any], path: Path) -> Unit:
     if stated is not None:
         return stated
     # A file without a header has none of its own: its unit is then not known, whatever the reader's default is.
-    code = int(document.units) if b"$INSUNITS" in path.read_bytes() else 0
+    code = int(document.units) if b"$INSUNITS" in read_bytes(path, LARGEST_DRAWING) else 0
     if code == 0:
-        return Unit(1e-3, "millimetres", "assumed: the DXF states no unit", assumed=True)
+        return Unit(1e-3, "millimetres", "assumed: the DXF states no unit")
     try:
         metres = float(conversion_factor(InsertUnits(code), InsertUnits.Meters))
     except (ValueError, TypeError):
@@ -103,21 +116,36 @@ def _unit(document: Any, entities: list[Any], path: Path) -> Unit:
     return Unit(metres, near or InsertUnits(code).name.lower(), f"DXF, $INSUNITS {code}")
 
 
-def _layers(entities: Iterable[Any], scale: float, path: Path) -> Layers:
+def _layers(entities: Iterable[Any], scale: float) -> Layers:
     """All lines of a drawing by layer, each of shape (k, 2)."""
-    from ezdxf.path import make_path
-
     layers: Layers = {}
     for entity in entities:
         if entity.dxftype() not in KINDS:
             continue
-        try:
-            flat = [(p.x, p.y) for p in make_path(entity).flattening(FLATNESS / scale)]
-        except ValueError as error:
-            raise InputError(f"{path}: a {entity.dxftype()} is damaged ({error})") from None
+        flat = _flattened(entity, scale)
         if len(flat) > 1:
-            layers.setdefault(str(entity.dxf.layer), []).append(np.array(flat))
+            layers.setdefault(one_line(str(entity.dxf.layer)), []).append(flat)
     return layers
+
+
+def _flattened(entity: Any, scale: float) -> np.ndarray:
+    """Points along an entity, shape (k, 2).
+
+    Raises:
+        InputError: If it lies farther from the origin than any drawing does, or makes too many points.
+    """
+    from ezdxf.path import make_path
+
+    kind = entity.dxftype()
+    drawn = make_path(entity)
+    corners = np.array([(p.x, p.y) for p in drawn.control_vertices()], dtype=float).reshape(-1, 2)
+    if not (np.abs(corners) < FARTHEST).all():
+        raise InputError(f"outline: must have coordinates that are finite and at most {FARTHEST:g}: see a {kind}")
+    if len(corners) > MOST_PARTS:
+        raise InputError(f"outline: must have curves of at most {MOST_PARTS} points: see a {kind}")
+    extent = float(np.ptp(corners, axis=0).max(initial=0.0)) if len(corners) else 0.0
+    near = max(FLATNESS / scale, RELATIVE_FLATNESS * extent, 1e-10 * float(np.abs(corners).max(initial=0.0)))
+    return np.array([(p.x, p.y) for p in drawn.flattening(near)], dtype=float).reshape(-1, 2)
 
 
 def _curves(layers: Layers, scale: float) -> list[DrawnCurve]:
@@ -136,16 +164,16 @@ def _merged(lines: list[np.ndarray], near: float) -> list[np.ndarray]:
     return [near * np.array(line.coords) for line in shapely.get_parts(joined)]
 
 
-def _pattern(blocks: list[tuple[str, list[Any]]], loose: list[Any], scale: float, path: Path) -> tuple[Piece, ...]:
+def _pattern(blocks: list[tuple[str, list[Any]]], loose: list[Any], scale: float) -> tuple[Piece, ...]:
     """The pieces of a pattern in the apparel industry's form; none if it is no such pattern."""
     made = []
     for block, entities in blocks:
-        curves = {layer: _curves({layer: lines}, scale) for layer, lines in _layers(entities, scale, path).items()}
+        curves = {layer: _curves({layer: lines}, scale) for layer, lines in _layers(entities, scale).items()}
         piece = apparel.piece(apparel.title(_texts(entities), block), curves)
         if piece is not None:
             made.append((block, piece))
     if not made and apparel.is_pattern(_texts(loose)):  # its blocks were exploded
-        curves = {layer: _curves({layer: lines}, scale) for layer, lines in _layers(loose, scale, path).items()}
+        curves = {layer: _curves({layer: lines}, scale) for layer, lines in _layers(loose, scale).items()}
         return apparel.loose_pieces(curves)
     titles = [piece.name for _, piece in made]
     names = distinct([block if titles.count(piece.name) > 1 else piece.name for block, piece in made])

@@ -72,7 +72,8 @@ def meshed_anew(garment: Garment, spacing: float | None) -> Garment:
     holes = tuple(plan[np.append(hole, hole[0])] for hole in border_loops(garment.faces[up])[1:])
     if up.all():
         outline = Outline(sides, holes=holes)
-        return replace(one_layer(garment.name, outline, garment.material, spacing), notes=garment.notes)
+        made = one_layer(garment.name, outline, garment.material, spacing)
+        return replace(made, notes=(*garment.notes, *made.notes))
     around = shapely.Polygon(plan[_outer_loop(plan, garment.faces[~up][:, ::-1])])
     behind = _lower_openings(garment, around)
     lines = {name: sides[name] for name in behind}
@@ -85,7 +86,7 @@ def meshed_anew(garment: Garment, spacing: float | None) -> Garment:
         )
     openings = [f"back {name}" if name in behind else name for name in garment.openings]
     made = front_and_back(garment.name, outline, openings, garment.material, spacing)
-    return replace(made, notes=garment.notes)
+    return replace(made, notes=(*garment.notes, *made.notes))
 
 
 def _lower_openings(garment: Garment, back: shapely.Polygon) -> dict[str, np.ndarray]:

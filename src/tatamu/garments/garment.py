@@ -57,7 +57,9 @@ class Garment:
     """Which of `edges` are open: not sewn, though two layers meet there."""
 
     own: bool = False
-    """Whether it came from a file of the user's: it then knows no plans but those of any garment."""
+    """Whether it came from a file of the user's: it then knows the plans of its `kind`, or those of any garment."""
+    kind: str = ""
+    """The built-in garment whose plans one from a file of the user's knows; empty if none."""
     reading: str = ""
     """How the size of one that came from a file was understood, such as "read in inches (DXF, $INSUNITS 1)"."""
     notes: tuple[str, ...] = ()

@@ -42,7 +42,8 @@ def load_garment(
     given = given.model_copy(update={key: value for key, value in asked.items() if value is not None})
     source = path.parent / str(given.outline or given.mesh)
     try:
-        return replace((from_outline if given.outline else from_mesh)(given, source, material), own=True)
+        made = (from_outline if given.outline else from_mesh)(given, source, material)
+        return replace(made, own=True, kind=given.kind or "")
     except InputError as error:
         text = str(error)
         raise InputError(text if text.startswith(str(source)) else f"{source}: {text}") from None

@@ -3,18 +3,28 @@
 from __future__ import annotations
 
 import io
+import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from tatamu.errors import InputError
-from tatamu.garments.objfile import TriangleMesh, read_obj
+from tatamu.files import foreign, read_bytes
+from tatamu.garments.objfile import LARGEST_MESH, MOST_TRIANGLES, MOST_VERTICES, TriangleMesh, read_obj
+from tatamu.garments.plyfile import parse_ply
 from tatamu.topology import Topology, areas, longest_sides
 
-FORMATS = (".obj", ".ply", ".stl", ".glb")
+FARTHEST = 1e9
+"""No coordinate of a file is larger, in whatever unit."""
+MOST_NODES = 10_000
+"""A GLB file has no more nodes."""
+SAME = 1e-5
+"""Vertices nearer than this part of the mesh's extent are at one place."""
 SLIVER = 1e-3
 """A triangle with less area than this part of its longest edge squared is degenerate."""
 
@@ -26,62 +36,78 @@ def read_mesh(path: Path) -> TriangleMesh:
         InputError: The file cannot be read, or holds no triangles.
     """
     kind = path.suffix.lower()
-    if kind not in FORMATS:
-        raise InputError(f"{path}: mesh: must be one of {', '.join(FORMATS)}")
-    mesh = read_obj(path) if kind == ".obj" else _loaded(path)
-    if kind == ".ply":
-        _check_whole(path, len(mesh.vertices), len(mesh.faces))
+    if kind not in READERS:
+        raise InputError(f"{path}: mesh: must be one of {', '.join(READERS)}")
+    mesh = READERS[kind](path)
     if not len(mesh.faces):
         raise InputError(f"{path}: mesh: must have triangles, given none")
-    if not np.isfinite(mesh.vertices).all():
-        raise InputError(f"{path}: mesh: vertices must be finite")
-    return mesh.kept(np.ones(len(mesh.faces), dtype=bool))
+    if len(mesh.faces) > MOST_TRIANGLES:
+        raise InputError(f"{path}: mesh: must have at most {MOST_TRIANGLES} triangles, given {len(mesh.faces)}")
+    if not 0 <= mesh.faces.min() <= mesh.faces.max() < len(mesh.vertices):
+        raise InputError(f"{path}: mesh: must use vertices 0 to {len(mesh.vertices) - 1}, given {mesh.faces.max()}")
+    mesh = mesh.kept(np.ones(len(mesh.faces), dtype=bool))
+    if not (np.abs(mesh.vertices) < FARTHEST).all():
+        raise InputError(f"{path}: mesh: vertices must be finite and lie within {FARTHEST:g} of the origin")
+    return mesh if mesh.uv is None or (np.abs(mesh.uv) < FARTHEST).all() else replace(mesh, uv=None)
 
 
-def _loaded(path: Path) -> TriangleMesh:
-    """The mesh of a PLY, STL or GLB file."""
+def _read_ply(path: Path) -> TriangleMesh:
+    data = read_bytes(path, LARGEST_MESH)
+    with foreign(path, "a mesh file"):
+        return parse_ply(data)
+
+
+def _read_by_trimesh(path: Path) -> TriangleMesh:
+    """The mesh of an STL or GLB file."""
     import trimesh
 
     kind = path.suffix.lower()
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
-    try:
+    data = read_bytes(path, LARGEST_MESH)
+    with foreign(path, "a mesh file"):
+        if kind == ".glb":
+            _check_glb(data)
         loaded: Any = trimesh.load(
-            io.BytesIO(_plain(data, kind)), file_type=kind[1:], force="mesh", process=False, maintain_order=True
+            io.BytesIO(_plain(data) if kind == ".stl" else data),
+            file_type=kind[1:],
+            force="mesh",
+            process=False,
+            maintain_order=True,
         )
         vertices, faces = np.array(loaded.vertices, dtype=float), np.array(loaded.faces, dtype=np.int64)
         image = getattr(loaded.visual, "uv", None) if kind == ".glb" else None
-    except Exception as error:  # each of the readers raises its own kinds
-        raise InputError(f"{path}: is not a mesh file ({error})") from None
-    whole = image is not None and np.shape(image) == (len(vertices), 2) and bool(np.isfinite(image).all())
-    return TriangleMesh(vertices, faces, np.asarray(image, dtype=float)[faces] if whole else None)
+        whole = image is not None and np.shape(image) == (len(vertices), 2) and faces.max(initial=0) < len(vertices)
+        return TriangleMesh(vertices, faces, np.asarray(image, dtype=float)[faces] if whole else None)
 
 
-def _plain(data: bytes, kind: str) -> bytes:
-    """The file with question marks in comments where a byte is not ASCII; trimesh would want to guess the encoding."""
-    if kind == ".stl":
-        count = int.from_bytes(data[80:84], "little")
-        return data if len(data) == 84 + 50 * count else _ascii(data)
-    if kind == ".ply":
-        head, mark, body = data.partition(b"end_header")
-        return _ascii(head) + mark + body
-    return data
-
-
-def _ascii(data: bytes) -> bytes:
+def _plain(data: bytes) -> bytes:
+    """An STL file, of one in text with question marks where a byte is not ASCII: trimesh would guess the encoding."""
+    count = int.from_bytes(data[80:84], "little")
+    if len(data) == 84 + 50 * count:
+        return data
     return bytes(byte if byte < 128 else ord("?") for byte in data)
 
 
-def _check_whole(path: Path, vertices: int, faces: int) -> None:
-    """Refuse a PLY file that ends before what its header promises: trimesh reads a smaller mesh from it."""
-    header = path.read_bytes().split(b"end_header")[0].decode("ascii", "replace")
-    elements = [line.split() for line in header.splitlines() if line.startswith("element ")]
-    promised = {name: int(number) for _, name, number in elements}
-    for name, found in (("vertex", vertices), ("face", faces)):
-        if found < promised.get(name, 0):
-            raise InputError(f"{path}: is cut short: it promises {promised[name]} of element {name}, and holds {found}")
+def _check_glb(data: bytes) -> None:
+    """Refuse a GLB file that unpacks to more than a garment's mesh: its header may state any number of elements.
+
+    Raises:
+        InputError: If its accessors, or its meshes as often as its nodes show them, have too many.
+    """
+    header = json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")])
+    counts = [int(accessor["count"]) for accessor in header.get("accessors", ())]
+    sizes = []
+    for mesh in header.get("meshes", ()):
+        used = [[p["attributes"]["POSITION"], p.get("indices")] for p in mesh["primitives"]]
+        sizes.append(sum(counts[k] for pair in used for k in pair if k is not None))
+    shown = [node["mesh"] for node in header.get("nodes", ()) if "mesh" in node]
+    most = max(*counts, sum(sizes), sum(sizes[mesh] for mesh in shown), 0, 0)
+    if most > 2 * MOST_VERTICES or len(header.get("nodes", ())) > MOST_NODES:
+        raise InputError(f"mesh: must have at most {2 * MOST_VERTICES} vertices and indices, given {most}")
+
+
+READERS = {".obj": read_obj, ".ply": _read_ply, ".stl": _read_by_trimesh, ".glb": _read_by_trimesh}
+"""The reader of each format."""
+FORMATS = tuple(READERS)
 
 
 def welded(mesh: TriangleMesh) -> TriangleMesh:
@@ -94,9 +120,15 @@ def welded(mesh: TriangleMesh) -> TriangleMesh:
 
 
 def _places(vertices: np.ndarray) -> np.ndarray:
-    """A number for each vertex, the same for those at one place, shape (n,)."""
-    near = 1e-5 * float(np.ptp(vertices, axis=0).max())
-    return np.unique(np.round(vertices / max(near, 1e-12)), axis=0, return_inverse=True)[1].ravel()
+    """A number for each vertex, the same for those at one place, shape (n,).
+
+    Neighbours are joined whatever side of a rounding limit they lie on; rounding comes first only to make them few.
+    """
+    near = max(SAME * float(np.ptp(vertices, axis=0).max()), 1e-12)
+    _, first, cell = np.unique(np.round(vertices / near), axis=0, return_index=True, return_inverse=True)
+    pairs = cKDTree(vertices[first]).query_pairs(near, output_type="ndarray")
+    joined = csr_array((np.ones(len(pairs)), pairs.T), shape=(len(first), len(first)))
+    return np.asarray(connected_components(joined, directed=False)[1])[cell.ravel()]
 
 
 def faults(vertices: np.ndarray, faces: np.ndarray) -> list[str]:

@@ -8,6 +8,17 @@ from pathlib import Path
 import numpy as np
 
 from tatamu.errors import InputError
+from tatamu.files import MIB, read_bytes
+from tatamu.garments.polygons import triangulate
+
+LARGEST_MESH = 64 * MIB
+"""Files of meshes are no larger [bytes]."""
+MOST_TRIANGLES = 200_000
+"""Meshes have no more triangles: a simulation of a tenth of them takes minutes."""
+MOST_VERTICES = 3 * MOST_TRIANGLES
+"""Meshes have no more vertices, those of each triangle counted apart as STL does."""
+LONGEST_LINE = 100_000
+"""No line of an OBJ file has more characters."""
 
 
 @dataclass(frozen=True)
@@ -42,18 +53,17 @@ def read_obj(path: Path) -> TriangleMesh:
     Raises:
         InputError: The file cannot be read, or a line of it is wrong.
     """
-    try:
-        text = path.read_bytes().decode("utf-8", "replace")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+    text = read_bytes(path, LARGEST_MESH).decode("utf-8", "replace")
     reader = _Reader()
     for number, line in enumerate(text.replace("\\\n", " ").replace("\\\r\n", " ").splitlines(), start=1):
-        words = line.split("#", 1)[0].split()
         try:
-            reader.take(words)
-        except (ValueError, IndexError):
+            if len(line) > LONGEST_LINE:
+                raise ValueError(f"it has {len(line)} characters")
+            reader.take(line.split("#", 1)[0].split())
+        except (ValueError, IndexError, OverflowError) as error:
             shown = line.strip()[:40]
-            raise InputError(f"{path}: is not a mesh file (line {number}, {shown!r}, is no OBJ)") from None
+            reason = f": {error}" if str(error) and not isinstance(error, IndexError) else ""
+            raise InputError(f"{path}: is not a mesh file (line {number}, {shown!r}, is no OBJ{reason})") from None
     return reader.mesh()
 
 
@@ -70,6 +80,8 @@ class _Reader:
 
     def take(self, words: list[str]) -> None:
         """Read the words of one line."""
+        if len(self.faces) > MOST_TRIANGLES or max(len(self.vertices), len(self.texture)) > MOST_VERTICES:
+            raise InputError(f"mesh: must have at most {MOST_TRIANGLES} triangles and {MOST_VERTICES} vertices")
         match words[:1]:
             case ["v"]:
                 self.vertices.append([float(words[1]), float(words[2]), float(words[3])])
@@ -83,9 +95,10 @@ class _Reader:
     def _face(self, corners: list[list[str]]) -> None:
         places = [_index(corner[0], len(self.vertices)) for corner in corners]
         images = [_index(c[1], len(self.texture)) if len(c) > 1 and c[1] else -1 for c in corners]
-        for k in range(1, len(corners) - 1):
-            self.faces.append((places[0], places[k], places[k + 1]))
-            self.corners.append((images[0], images[k], images[k + 1]))
+        own = np.array([self.vertices[place] for place in places])
+        for a, b, c in triangulate(range(len(places)), own):
+            self.faces.append((places[a], places[b], places[c]))
+            self.corners.append((images[a], images[b], images[c]))
             self.parts.append(self.part)
 
     def mesh(self) -> TriangleMesh:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -11,6 +11,8 @@ from shapely import Polygon
 
 CORNER = np.radians(30.0)
 """Where an outline turns by more than this it has a corner, which the mesh keeps."""
+FEWEST = 4
+"""A closed curve has at least so many points."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +42,20 @@ class Outline:
         length, width = np.ptp(self.points, axis=0)
         return float(width), float(length)
 
+    def without_marks(self, spacing: float) -> tuple[Outline, tuple[str, ...]]:
+        """Leave out holes that are narrower than the spacing [m] of a mesh, with a note on them.
+
+        They are buttons, drill holes and letters rather than holes, and a mesh could not follow them.
+        """
+        rings = [Polygon(hole) for hole in self.holes]
+        wide = [4.0 * ring.area >= spacing * ring.length for ring in rings]
+        if all(wide):
+            return self, ()
+        marks = [ring for ring, is_wide in zip(rings, wide, strict=True) if not is_wide]
+        holes = tuple(hole for hole, is_wide in zip(self.holes, wide, strict=True) if is_wide)
+        note = f"{counted(marks, 'closed curve')} left out, narrower than the spacing of {1e3 * spacing:.1f} mm"
+        return replace(self, holes=holes), (note,)
+
     def fitted(self, size: tuple[float, float] | None) -> Outline:
         """Scaled to width (y) and length (x) [m], and centred; None: only centred."""
         low = self.points.min(axis=0)
@@ -54,6 +70,13 @@ class Outline:
             {name: move(line) for name, line in self.lines.items()},
             tuple(move(hole) for hole in self.holes),
         )
+
+
+def counted(rings: Sequence[Polygon], what: str) -> str:
+    """How many closed curves there are, and their area, in words."""
+    area = sum(ring.area for ring in rings)
+    size = f"{area:.4f} m2" if area >= 1e-3 else f"{1e6 * area:.0f} mm2"
+    return f"1 {what} of {size}" if len(rings) == 1 else f"{len(rings)} {what}s of {size} in all"
 
 
 def mirrored(half: list[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
@@ -88,5 +111,6 @@ def resampled(path: np.ndarray, spacing: float) -> np.ndarray:
 
 def _even(path: np.ndarray, spacing: float) -> np.ndarray:
     arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
-    at = np.linspace(0.0, arc[-1], max(1, round(arc[-1] / spacing)) + 1)
+    closed = bool((path[0] == path[-1]).all())
+    at = np.linspace(0.0, arc[-1], max(FEWEST if closed else 1, round(arc[-1] / spacing)) + 1)
     return np.column_stack([np.interp(at, arc, path[:, k]) for k in (0, 1)])

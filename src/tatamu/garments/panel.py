@@ -16,6 +16,7 @@ from scipy import sparse
 
 from tatamu.errors import InputError
 from tatamu.garments.outline import Outline, resampled
+from tatamu.garments.resolution import MOST_VERTICES
 from tatamu.meshing import ROW, SLIVER, delaunay, twice_areas
 from tatamu.topology import Topology, edge_lengths
 
@@ -30,6 +31,9 @@ SHARPEST = np.radians(20.0)
 """A chord is flipped when no angle gets sharper than this."""
 SHORTEST = 0.15
 """Edges shorter than this are refused [spacings]."""
+CLEAR = 0.01
+"""Parts of the outline that are nearer to each other than this are refused before any mesh is tried [spacings]: the
+triangles between them have edges shorter than `SHORTEST`, however often the outline is split."""
 SPLITS = 4
 """How often edges of the outline that Delaunay misses are halved."""
 
@@ -53,6 +57,7 @@ def panel(outline: Outline, spacing: float) -> Panel:
         InputError: Parts of the outline are nearer to each other than the mesh can tell apart.
     """
     curves = _sampled(outline, spacing)
+    _check_possible(curves, spacing)
     for _ in range(SPLITS):
         made = [_filled(outline, curves, spacing, dropped) for dropped in DROPPED]
         best = max(made, key=lambda mesh: _quality(mesh, spacing))
@@ -60,10 +65,30 @@ def panel(outline: Outline, spacing: float) -> Panel:
         if not missing:
             return best
         curves = {name: _split(curve, best.paths[name], missing) for name, curve in curves.items()}
-    x, y = best.points[list(missing[0])].mean(axis=0)
-    raise InputError(
-        f"outline: its parts are too near to each other at x {x:.4f}, y {y:.4f} m for a spacing of {spacing:g} m; "
-        "give a smaller spacing or a simpler outline"
+    raise _too_near(best.points[list(missing[0])].mean(axis=0), spacing)
+
+
+def _check_possible(curves: dict[str, np.ndarray], spacing: float) -> None:
+    """Refuse an outline of which no try could make a mesh, before many are made.
+
+    Raises:
+        InputError: If it has too many corners, or parts of it nearly touch.
+    """
+    count = sum(len(curve) for curve in curves.values())
+    if count > MOST_VERTICES // 2:
+        raise InputError(
+            f"outline: must have at most {MOST_VERTICES // 2} points in its mesh, given {count}; simplify it"
+        )
+    border = shapely.unary_union([shapely.LineString(curve) for curve in curves.values()])
+    if shapely.minimum_clearance(border) < CLEAR * spacing:
+        start, end = shapely.get_coordinates(shapely.minimum_clearance_line(border))
+        raise _too_near(0.5 * (start + end), spacing)
+
+
+def _too_near(place: np.ndarray, spacing: float) -> InputError:
+    return InputError(
+        f"outline: its parts are too near to each other at x {place[0]:.4f}, y {place[1]:.4f} m for a spacing of "
+        f"{spacing:g} m; give a smaller spacing or a simpler outline"
     )
 
 

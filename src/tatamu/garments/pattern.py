@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import shapely
 
 from tatamu.errors import InputError
 from tatamu.garments.cut import cut
@@ -13,6 +14,7 @@ from tatamu.garments.description import GarmentFile
 from tatamu.garments.dxf import read_dxf
 from tatamu.garments.frame import direction, plane_turn
 from tatamu.garments.garment import Garment
+from tatamu.garments.outline import counted
 from tatamu.garments.pieces import chosen
 from tatamu.garments.sewing import front_and_back, one_layer
 from tatamu.garments.svg import read_svg
@@ -42,7 +44,7 @@ def from_outline(given: GarmentFile, source: Path, material: Material) -> Garmen
         openings = {name: [(x, -y) for x, y in curve] for name, curve in openings.items()}
     turn = plane_turn(given.up or "y", piece.grain if given.grain else None)
     try:
-        made = cut(piece, unit.metres * turn, openings, source)
+        made = cut(piece, unit.metres * turn, openings, source, given.holes)
     except InputError as error:
         raise InputError(f'{error}; piece "{piece.name}"' if len(drawing.pieces) > 1 else str(error)) from None
     if given.size is None:
@@ -57,7 +59,17 @@ def from_outline(given: GarmentFile, source: Path, material: Material) -> Garmen
         notes += [ONE_LAYER] if given.layers is None else []
     if piece.grain is not None and not given.grain:  # the piece stays as drawn, the warp does not
         garment = replace(garment, fibre=np.array([[*(turn @ piece.grain), 0.0]]))
+    notes += _hole_note(garment)
     return replace(garment, reading=unit.reading(given.size), notes=(*notes, *garment.notes))
+
+
+def _hole_note(garment: Garment) -> list[str]:
+    """The note on closed curves that were taken for holes."""
+    paths = [path for name, path in garment.edges.items() if name.startswith("hole ")]
+    if not paths:
+        return []
+    holes = [shapely.Polygon(garment.unstrained[path, :2]) for path in paths]
+    return [f"{counted(holes, 'hole')}, where closed curves lie inside the outline (holes = false leaves them out)"]
 
 
 def _turn_note(turn: np.ndarray, up: str) -> list[str]:

@@ -1,11 +1,11 @@
-"""The outline of a garment on a photo: what differs from the table around it.
+"""The outline of a garment on a photo: of what stands out from the table, or of what the picture's alpha channel keeps.
 
-The table's colour is modelled as a smooth surface over the photo, fitted to a frame along the photo's border; so uneven
-light does no harm. What is farther from it than Otsu's threshold is the garment.
+An alpha channel is an exact mask, as programs that cut a garment out of its background write it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -14,19 +14,19 @@ import numpy as np
 import shapely
 
 from tatamu.errors import InputError
+from tatamu.files import MIB, foreign, opened
+from tatamu.garments.foreground import SMALLEST, stand_out
 
+LARGEST_PICTURE = 256 * MIB
+"""Files of pictures are no larger [bytes]."""
+MOST_PIXELS = 100_000_000
+"""Pictures have no more pixels."""
+FORMATS = ("JPEG", "PNG", "WEBP", "BMP", "TIFF", "GIF")
+"""Formats of pictures that are read."""
 LONGEST = 1400
 """Photos are reduced to this many pixels at most, for speed."""
-FRAME = 0.04
-"""Part of the photo's width and height, on each side, that shows the table only."""
-LIGHTNESS = 0.6
-"""Weight of lightness against colour: a shadow darkens, it does not tint."""
-FAINTEST = 6.0
-"""A garment differs from its table by at least this much [CIELAB units]."""
-SMALLEST, LARGEST = 0.02, 0.9
-"""Part of the photo that a garment covers."""
-EDGE = 4
-"""A garment nearer than this to the photo's border touches it [pixels]."""
+MASKED = 0.97
+"""An alpha channel that keeps more than this part of a picture cuts no garment out: it only rounds its corners."""
 SIMPLER = 0.004
 """The outline may be simplified by this part of the garment's larger extent."""
 
@@ -39,100 +39,108 @@ class Photo:
     """8-bit RGB, shape (h, w, 3)."""
     outline: np.ndarray
     """Closed curve, without the closing point [pixels], x to the right, y down, shape (k, 2)."""
+    notes: tuple[str, ...] = ()
+    """The choices that were made, for the user to check."""
 
 
-def find_outline(path: Path) -> Photo:
+def find_outline(path: Path, join: bool = False, apart: np.ndarray | None = None) -> Photo:
     """Read a photo and find the garment on it.
 
+    Args:
+        path: The file.
+        join: Whether all regions that stand out are the garment's, as of one in several colours.
+        apart: Places on things that are no garment, such as a sheet of paper [pixels], shape (k, 2); None if there are
+            none.
+
     Raises:
-        InputError: scikit-image is missing, the file is not a picture, or no garment stands out from a plain table.
+        InputError: If scikit-image is missing, the file is not a picture, or no garment stands out from a plain table.
     """
     if find_spec("skimage") is None:
         raise InputError("photos need the package scikit-image, which is not installed: pip install 'tatamu[photo]'")
-    pixels = _read(path)
+    pixels, alpha = _read(path)
     reduced = max(1, int(np.ceil(max(pixels.shape[:2]) / LONGEST)))
-    away = _difference(_blocks(pixels, reduced))
-    mask = _garment(away, path)
-    outline = (_contour(mask) + 0.5) * reduced - 0.5
+    if alpha is not None:
+        share, notes = _kept(_blocks(alpha[..., None], reduced)[..., 0], path)
+    else:
+        places = np.empty((0, 2)) if apart is None else apart / reduced
+        found = stand_out(_blocks(pixels, reduced), path, join, places)
+        share = _softened(found.mask)
+        notes = _others_note(found.others)
+    outline = (_contour(share) + 0.5) * reduced - 0.5
     extent = float(np.ptp(outline, axis=0).max())
     simple = shapely.Polygon(outline).simplify(SIMPLER * extent).exterior.coords[:-1]
-    return Photo(pixels, np.array(simple))
+    return Photo(pixels, np.array(simple), notes)
 
 
-def _read(path: Path) -> np.ndarray:
+def _others_note(others: tuple[float, ...]) -> tuple[str, ...]:
+    if not others:
+        return ()
+    shares = ", ".join(f"{100 * share:.0f} %" for share in others[:5])
+    what = "1 other region stands" if len(others) == 1 else f"{len(others)} other regions stand"
+    return (f"{what} out ({shares} of this one's area): if the garment has several colours, --join takes all of them",)
+
+
+def _read(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
+    """Pixels of a picture, 8-bit RGB, shape (h, w, 3), and its alpha channel (h, w) if it cuts something out."""
     from PIL import Image, ImageOps, UnidentifiedImageError
 
-    try:
-        with Image.open(path) as file:
+    hint = "; save it as JPEG or PNG" if path.suffix.lower() in (".heic", ".heif") else ""
+    with opened(path, LARGEST_PICTURE) as stream, foreign(path, "a picture that can be read here"):
+        try:
+            file = Image.open(stream, formats=FORMATS)
+        except UnidentifiedImageError:
+            raise InputError(f"{path}: is not a picture that can be read here{hint}") from None
+        with file:
+            if file.width * file.height > MOST_PIXELS:
+                size = f"{file.width} x {file.height}"
+                raise InputError(
+                    f"{path}: photo: must have at most {MOST_PIXELS // 10**6} million pixels, given {size}"
+                )
             image = ImageOps.exif_transpose(file)
+            alpha = np.asarray(image.convert("RGBA"))[..., 3] if image.has_transparency_data else None
             if image.mode.startswith("I"):  # 16 bits of grey, which `convert` would cut off at 255
                 image = Image.fromarray((np.asarray(image) >> 8).astype(np.uint8))
-            return np.asarray(image.convert("RGB"))
-    except UnidentifiedImageError:
-        hint = "; save it as JPEG or PNG" if path.suffix.lower() in (".heic", ".heif") else ""
-        raise InputError(f"{path}: is not a picture that can be read here{hint}") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
-    except (SyntaxError, Image.DecompressionBombError) as error:  # a broken file, one too large
-        raise InputError(f"{path}: cannot be read ({error})") from None
+            pixels = np.asarray(image.convert("RGB"))
+    cuts_out = alpha is not None and (alpha > 127).mean() < MASKED
+    return pixels, alpha if cuts_out else None
+
+
+def _kept(share: np.ndarray, path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
+    """How much of each pixel the largest region of an alpha channel covers, holes filled, and a note."""
+    from scipy.ndimage import binary_fill_holes
+    from skimage.measure import label
+
+    regions = label(share > 0.5)
+    sizes = np.bincount(regions.ravel())[1:]
+    if not len(sizes) or sizes.max() < SMALLEST * share.size:
+        raise InputError(f"{path}: photo: its alpha channel must keep a garment, given one that keeps next to nothing")
+    garment = np.asarray(binary_fill_holes(regions == 1 + int(sizes.argmax())))
+    beside = np.asarray((regions > 0) & ~garment)
+    return np.where(beside, 0.0, np.where(garment, np.maximum(share, 0.51), share)), (
+        "outlined by the picture's alpha channel, which cuts the garment out",
+    )
 
 
 def _blocks(pixels: np.ndarray, size: int) -> np.ndarray:
-    """Means of blocks of size x size pixels, 0 to 1, shape (h, w, 3)."""
+    """Means of blocks of size x size pixels, 0 to 1, shape (h, w, channels)."""
     height, width = (side // size for side in pixels.shape[:2])
-    blocks = pixels[: height * size, : width * size].reshape(height, size, width, size, 3)
+    blocks = pixels[: height * size, : width * size].reshape(height, size, width, size, -1)
     return blocks.mean(axis=(1, 3)) / 255.0
 
 
-def _difference(image: np.ndarray) -> np.ndarray:
-    """How much each pixel differs from the table [CIELAB units], shape (h, w)."""
+def _softened(mask: np.ndarray) -> np.ndarray:
+    """A mask with a border between its pixels rather than along them, shape (h, w)."""
     from scipy.ndimage import gaussian_filter
-    from skimage.color import rgb2lab
 
-    lab = gaussian_filter(rgb2lab(image), (1.2, 1.2, 0)) * [LIGHTNESS, 1.0, 1.0]
-    height, width = lab.shape[:2]
-    y, x = np.mgrid[-1 : 1 : height * 1j, -1 : 1 : width * 1j]
-    terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=-1)
-    frame = (np.abs(x) > 1 - 2 * FRAME) | (np.abs(y) > 1 - 2 * FRAME)
-    known = terms[frame]
-    wanted = lab[frame]
-    weight = np.ones(len(known))
-    for _ in range(5):  # reweighted: a ruler or a shadow on the frame counts little
-        root = np.sqrt(weight)[:, None]
-        fit = np.linalg.lstsq(known * root, wanted * root, rcond=None)[0]
-        off = np.linalg.norm(wanted - known @ fit, axis=1)
-        weight = 1.0 / (1.0 + (off / (2.0 * np.median(off) + 1e-6)) ** 2)
-    return np.asarray(np.linalg.norm(lab - terms @ fit, axis=-1))
+    return np.asarray(gaussian_filter(mask.astype(float), 1.0))
 
 
-def _garment(away: np.ndarray, path: Path) -> np.ndarray:
-    """The largest region that stands out, its holes filled, shape (h, w)."""
-    from scipy.ndimage import binary_closing, binary_fill_holes, binary_opening
-    from skimage.filters import threshold_otsu
-    from skimage.measure import label
-
-    threshold = max(float(threshold_otsu(away)), 0.5 * FAINTEST)
-    spot = np.hypot(*np.mgrid[-2:3, -2:3]) <= 2.3
-    mask = binary_opening(binary_closing(away > threshold, spot), spot)
-    regions = label(mask)
-    sizes = np.bincount(regions.ravel())[1:]
-    if not len(sizes) or not SMALLEST < sizes.max() / mask.size < LARGEST or np.median(away[mask]) < FAINTEST:
-        raise InputError(
-            f"{path}: photo: no garment stands out from a plain table; give more contrast or crop the photo"
-        )
-    garment = np.asarray(binary_fill_holes(regions == 1 + int(sizes.argmax())))
-    if garment.sum() > garment[EDGE:-EDGE, EDGE:-EDGE].sum():
-        raise InputError(f"{path}: photo: must show table all around the garment, which touches the photo's border")
-    return garment
-
-
-def _contour(mask: np.ndarray) -> np.ndarray:
-    """The border of a region, between the pixels, x and y, shape (k, 2)."""
-    from scipy.ndimage import gaussian_filter
+def _contour(share: np.ndarray) -> np.ndarray:
+    """The border of what a region covers, between the pixels, x and y, shape (k, 2)."""
     from skimage.measure import find_contours
 
-    longest = max(find_contours(gaussian_filter(mask.astype(float), 1.0), 0.5), key=len)
-    return np.asarray(longest[:-1, ::-1])
+    longest = max(find_contours(np.pad(share, 1), 0.5), key=len)
+    return np.asarray(longest[:-1, ::-1]) - 1.0
 
 
 def homography(corners: np.ndarray, width: float, height: float) -> np.ndarray:
@@ -140,8 +148,8 @@ def homography(corners: np.ndarray, width: float, height: float) -> np.ndarray:
 
     Args:
         corners: Top left, top right, bottom right, bottom left [pixels], shape (4, 2).
-        width: Of the rectangle [m].
-        height: Of the rectangle [m].
+        width: Width of the rectangle [m].
+        height: Height of the rectangle [m].
 
     Raises:
         InputError: The corners come in another order, or lie on a line.
@@ -162,18 +170,36 @@ def homography(corners: np.ndarray, width: float, height: float) -> np.ndarray:
 
 
 def straightened(outline: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    """An outline [pixels] on the table [m], shape (k, 2)."""
+    """An outline [pixels] on the table [m], shape (k, 2).
+
+    Raises:
+        InputError: If a part of it lies beyond the horizon of the table.
+    """
     moved = np.column_stack([outline, np.ones(len(outline))]) @ matrix.T
+    if not (moved[:, 2] > 1e-9 * np.abs(moved).max()).all():
+        raise InputError("sheet: its corners make a plane whose horizon the garment crosses; give other corners")
     return np.asarray(moved[:, :2] / moved[:, 2:])
 
 
-def outline_svg(outline: np.ndarray) -> str:
-    """An SVG file in millimetres of an outline [m], x to the right, y down, shape (k, 2)."""
+def outline_svg(outline: np.ndarray, openings: Mapping[str, np.ndarray] | None = None) -> str:
+    """An SVG file in millimetres of an outline [m], x to the right, y down, shape (k, 2).
+
+    Args:
+        outline: The closed curve.
+        openings: Numbers of its points along each opening, by name; None if none are known.
+    """
     points = 1e3 * (outline - outline.min(axis=0))
+    lines = "".join(
+        f'<polyline id="{name}" points="{_places(points[numbers])}" fill="none" stroke="#d02090" stroke-width="3"/>\n'
+        for name, numbers in (openings or {}).items()
+    )
     width, height = points.max(axis=0)
-    corners = " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.1f}mm" height="{height:.1f}mm" '
         f'viewBox="0 0 {width:.1f} {height:.1f}">\n'
-        f'<polygon id="outline" points="{corners}" fill="#dfe6f4" stroke="#2b3f74"/>\n</svg>\n'
+        f'<polygon id="outline" points="{_places(points)}" fill="#dfe6f4" stroke="#2b3f74"/>\n{lines}</svg>\n'
     )
+
+
+def _places(points: np.ndarray) -> str:
+    return " ".join(f"{x:.1f},{y:.1f}" for x, y in points)

@@ -10,38 +10,60 @@ import shapely
 
 from tatamu.errors import InputError
 from tatamu.garments.drawing import DrawnCurve, DrawnPieces, Piece, where
+from tatamu.garments.unpacking import MOST_CURVES
 
 INSIDE = 0.5
 """A closed curve with more than this part of its area within another one belongs to that one's piece."""
+MARK = 1e-3
+"""A closed curve with less than this part of another one's area, across its border, is a mark such as a notch."""
+LONGEST_CROSSED = 1_000
+"""Curves of more points are not taken apart where they cross themselves: the crossings may be their square."""
 
 
 def grouped(curves: Sequence[DrawnCurve]) -> tuple[Piece, ...]:
     """Every closed curve that lies in no other one is a piece, with what lies inside and beside it; largest first.
 
     A drawing without closed curves is one piece.
+
+    Raises:
+        InputError: If it has too many closed curves.
     """
-    loops = sorted((curve for curve in curves if curve.closed), key=lambda curve: -_region(curve).area)
+    closed = [curve for curve in curves if curve.closed]
+    if len(closed) > MOST_CURVES:
+        raise InputError(f"outline: must have at most {MOST_CURVES} closed curves, given {len(closed)}; leave text out")
+    regions = {id(curve): _region(curve) for curve in closed}
+    loops = sorted(closed, key=lambda curve: -float(regions[id(curve)].area))
     members: list[list[DrawnCurve]] = []
-    regions: list[shapely.Geometry] = []
     for loop in loops:
-        region = _region(loop)
-        around = [k for k, outer in enumerate(regions) if outer.intersection(region).area > INSIDE * region.area]
-        if around:
-            members[around[0]].append(loop)
-        else:
-            regions.append(region)
+        own = regions[id(loop)]
+        around = next((group for group in members if _surrounds(regions[id(group[0])], own)), None)
+        if around is None:
             members.append([loop])
+        else:
+            around.append(loop)
     if not members:
         return (Piece("", tuple(curves)),) if curves else ()
     for curve in (curve for curve in curves if not curve.closed):
-        away = [region.distance(shapely.LineString(curve.points)) for region in regions]
+        away = shapely.distance([regions[id(group[0])] for group in members], shapely.LineString(curve.points))
         members[int(np.argmin(away))].append(curve)
     names = distinct([own[0].name or f"piece {number}" for number, own in enumerate(members, start=1)])
     return tuple(Piece(name, tuple(own)) for name, own in zip(names, members, strict=True))
 
 
+def _surrounds(outer: shapely.Geometry, region: shapely.Geometry) -> bool:
+    """Whether most of a region lies in another one, or it is a mark across its border."""
+    if not shapely.intersects(outer, region):
+        return False
+    return bool(region.area < MARK * outer.area or outer.intersection(region).area > INSIDE * region.area)
+
+
 def _region(loop: DrawnCurve) -> shapely.Geometry:
-    return shapely.make_valid(shapely.Polygon(loop.points))
+    """The inside of a curve; of a long one that crosses itself, which no garment is cut along, its convex hull."""
+    region = shapely.Polygon(loop.points)
+    if region.is_valid:
+        shapely.prepare(region)
+        return region
+    return region.convex_hull if len(loop.points) > LONGEST_CROSSED else shapely.make_valid(region)
 
 
 def distinct(names: Sequence[str]) -> list[str]:

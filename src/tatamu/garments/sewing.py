@@ -34,10 +34,12 @@ def one_layer(name: str, outline: Outline, material: Material, spacing: float | 
     Raises:
         InputError: The outline is too large or too small, or cannot be meshed with this spacing.
     """
-    mesh, spacing = _meshed(spacing, outline, material, 1)
+    mesh, spacing, notes = _meshed(spacing, outline, material, 1)
     vertices = np.column_stack([mesh.points, np.full(len(mesh.points), 0.5 * material.thickness)])
     openings = tuple(mesh.paths)
-    return Garment(name, outline.size, spacing, vertices, mesh.faces, material, edges=mesh.paths, openings=openings)
+    return Garment(
+        name, outline.size, spacing, vertices, mesh.faces, material, edges=mesh.paths, openings=openings, notes=notes
+    )
 
 
 def front_and_back(
@@ -60,7 +62,7 @@ def front_and_back(
     if unknown or not openings:
         given = repr(unknown[0]) if unknown else "none"
         raise InputError(f"openings: must be one or more of {', '.join(outline.sides)}, given {given}")
-    mesh, spacing = _meshed(spacing, outline, material, 2)
+    mesh, spacing, notes = _meshed(spacing, outline, material, 2)
     closed = [mesh.paths[side] for side in outline.sides if side not in openings]
     if closed:
         mesh = without_chords(mesh, np.concatenate(closed))
@@ -84,20 +86,25 @@ def front_and_back(
         rest=np.column_stack([flat, np.zeros(len(flat))]),
         edges={side: upper[path] for side, path in mesh.paths.items()},
         openings=(*(side for side in outline.sides if side in openings), *outline.lines),
+        notes=notes,
     )
 
 
-def _meshed(given: float | None, outline: Outline, material: Material, layers: int) -> tuple[Panel, float]:
-    """The panel and its spacing [m]: the one given, or one that suits the material and the narrowest parts."""
+def _meshed(
+    given: float | None, outline: Outline, material: Material, layers: int
+) -> tuple[Panel, float, tuple[str, ...]]:
+    """The panel, its spacing [m], which suits the material and the narrowest parts unless it is given, and notes."""
     area = layers * outline.polygon.area
     check_size(outline.size)
     if given is not None:
         check_spacing(given, outline.size, area)
-        return panel(outline, given), given
+        outline, notes = outline.without_marks(given)
+        return panel(outline, given), given, notes
     spacing = min(default_spacing(material, area), largest_spacing(outline.size))
+    outline, notes = outline.without_marks(spacing)
     for _ in range(FINER):
         with suppress(InputError):
-            return panel(outline, spacing), spacing
+            return panel(outline, spacing), spacing, notes
         spacing *= STEP
         if not spacing_is_possible(spacing, outline.size, area):
             break

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import io
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,10 +18,11 @@ from xml.etree import ElementTree
 import numpy as np
 
 from tatamu.errors import InputError
-from tatamu.files import read_text
-from tatamu.garments.drawing import DrawnPieces, polyline, where
+from tatamu.files import MIB, foreign, read_text
+from tatamu.garments.drawing import DrawnCurve, DrawnPieces, polyline, where
 from tatamu.garments.pieces import grouped
 from tatamu.garments.units import Unit
+from tatamu.garments.unpacking import LARGEST_DRAWING, check_unpacked
 
 STEPS = 32
 """Points per curved segment of an SVG path."""
@@ -41,6 +43,8 @@ GIVEN_BY_PROGRAM = re.compile(
     re.IGNORECASE,
 )
 """Names that drawing programs give to what its author did not name, such as path1234, Rectangle_2 or Vector."""
+NUMBER = re.compile(r"[0-9.]+(?:[eE][+-]?[0-9]+)?")
+XLINK = "{http://www.w3.org/1999/xlink}href"
 INKSCAPE = "{http://www.inkscape.org/namespaces/inkscape}"
 
 
@@ -59,28 +63,66 @@ def read_svg(path: Path) -> DrawnPieces:
     Raises:
         InputError: The file cannot be read or is no SVG.
     """
-    import svgelements
-
-    text = read_text(path)
-    try:
+    text = read_text(path, LARGEST_DRAWING)
+    with foreign(path, "an SVG file"):
+        _check_entities(text)
         root = ElementTree.fromstring(text.encode())
         if root.tag.rpartition("}")[2] != "svg":
             raise ValueError(f"it holds <{root.tag.rpartition('}')[2]}>")
-        width, height = _viewbox(root) or (1000.0, 1000.0)
+        _check_unpacked(root)
         unit = _unit(root, text, path)
-        for size in ("width", "height", "viewBox", "preserveAspectRatio"):
-            root.attrib.pop(size, None)
-        plain = io.BytesIO(ElementTree.tostring(root))
-        drawing = svgelements.SVG.parse(plain, ppi=96, width=width, height=height, reify=True)
-        shapes = [shape for shape in drawing.elements() if isinstance(shape, svgelements.Shape)]
-    except (ElementTree.ParseError, ValueError, TypeError, AttributeError, KeyError, LookupError) as error:
-        raise InputError(f"{path}: is not an SVG file ({error})") from None
+        return DrawnPieces(grouped(_curves(root)), unit)
+
+
+def _curves(root: ElementTree.Element) -> list[DrawnCurve]:
+    """The curves of a drawing, in its units, y up."""
+    import svgelements
+
+    width, height = _viewbox(root) or (1000.0, 1000.0)
+    for size in ("width", "height", "viewBox", "preserveAspectRatio"):
+        root.attrib.pop(size, None)
+    plain = io.BytesIO(ElementTree.tostring(root))
+    drawing = svgelements.SVG.parse(plain, ppi=96, width=width, height=height, reify=True)
+    shapes = [shape for shape in drawing.elements() if isinstance(shape, svgelements.Shape)]
     curves = [
         polyline(_name(shape), _flattened(part) * [1, -1])
         for shape in shapes
         for part in svgelements.Path(shape).as_subpaths()
     ]
-    return DrawnPieces(grouped([curve for curve in curves if curve]), unit)
+    return [curve for curve in curves if curve]
+
+
+def _check_entities(text: str) -> None:
+    """Refuse entities of a document type that unpack to more than a drawing may have.
+
+    Raises:
+        InputError: If they name one another, or are used too often.
+    """
+    entities = dict(re.findall(r"<!ENTITY\s+([^\s%]+)\s+[\"']([^\"']*)[\"']", text))
+    if any("&" in value for value in entities.values()) or re.search(r"<!ENTITY\s+%", text):
+        raise InputError("outline: must have entities that name no others")
+    if sum(len(value) * text.count(f"&{name};") for name, value in entities.items()) > LARGEST_DRAWING:
+        raise InputError(f"outline: must have entities that unpack to at most {LARGEST_DRAWING / MIB:.0f} MiB")
+
+
+def _check_unpacked(root: ElementTree.Element) -> None:
+    """Refuse a drawing whose groups and uses unpack to more than a drawing may have.
+
+    Raises:
+        InputError: If they do.
+    """
+    named = {element.get("id"): element for element in root.iter() if element.get("id")}
+
+    def parts(element: ElementTree.Element) -> Iterator[tuple[ElementTree.Element, int]]:
+        yield from ((child, 1) for child in element)
+        target = named.get((element.get("href") or element.get(XLINK) or "").removeprefix("#"))
+        if target is not None and str(element.tag).rpartition("}")[2] == "use":
+            yield target, 1
+
+    def own(element: ElementTree.Element) -> int:
+        return 1 + sum(len(NUMBER.findall(element.get(name, ""))) for name in ("d", "points"))
+
+    check_unpacked(root, parts, own)
 
 
 def _name(shape: Any) -> str:
@@ -121,7 +163,7 @@ def _unit(root: ElementTree.Element, text: str, path: Path) -> Unit:
     if not given:
         if program.name != "SVG":
             return Unit(pixel, pixels, f"{program.name} without a width")
-        return Unit(1e-3, "millimetres", "assumed: the SVG has no width", assumed=True)
+        return Unit(1e-3, "millimetres", "assumed: the SVG has no width")
     side, found = next(iter(given.items()))
     name = LENGTHS.get(found[2].lower(), (pixel, pixels))[1]
     stated = f"{program.name}, {side} {found[0].strip()}"
@@ -154,11 +196,11 @@ def _flattened(part: Any) -> np.ndarray:
     """Points along an SVG subpath, shape (k, 2)."""
     import svgelements
 
-    points: list[tuple[float, float]] = []
+    at = np.arange(1, STEPS + 1) / STEPS
+    points = [np.empty((0, 2))]
     for segment in svgelements.Path(part):
-        if isinstance(segment, svgelements.Move):
-            points.append((segment.end.x, segment.end.y))
-            continue
-        steps = 1 if isinstance(segment, (svgelements.Line, svgelements.Close)) else STEPS
-        points += [(p.x, p.y) for p in (segment.point(k / steps) for k in range(1, steps + 1)) if p is not None]
-    return np.array(points, dtype=float).reshape(-1, 2)
+        if isinstance(segment, (svgelements.Move, svgelements.Line, svgelements.Close)):
+            points.append(np.array([[segment.end.x, segment.end.y]] if segment.end is not None else np.empty((0, 2))))
+        else:
+            points.append(np.asarray(segment.npoint(at), dtype=float))
+    return np.concatenate(points)

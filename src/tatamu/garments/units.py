@@ -25,8 +25,8 @@ class Unit:
     """The plural name of the unit that the file states."""
     source: str
     """Where that stands: what kind of file it is, and the words in it."""
-    assumed: bool = False
-    """Whether the file does not say, so that the usual unit of such files was taken."""
+    given: bool = False
+    """Whether the user gave it, so that it is not doubted."""
 
     @property
     def words(self) -> str:
@@ -41,7 +41,7 @@ class Unit:
         """The unit of a user who gives metres per unit of the file; None: this one."""
         if scale is None:
             return self
-        return Unit(scale, NAMES.get(scale, f"units of {scale:g} m"), f"scale {scale:g}")
+        return Unit(scale, NAMES.get(scale, f"units of {scale:g} m"), f"scale {scale:g}", given=True)
 
 
 def probable_scale(longest: float) -> float | None:
@@ -78,10 +78,13 @@ def check_size_of_file(sides: tuple[float, float], what: str, unit: Unit) -> Non
 
 
 def doubts(sides: tuple[float, float], unit: Unit) -> list[str]:
-    """The note on a width and length [m] that are unusual in a unit that was assumed."""
+    """The note on a width and length [m] that are unusual in a unit that the user did not give.
+
+    What a file states is doubted as well: many programs leave the unit in the header as it is, whatever they draw in.
+    """
     longest = max(sides)
     probable = probable_scale(longest / unit.metres)
-    if not unit.assumed or probable in (None, unit.metres) or USUAL[0] <= longest <= DOUBTFUL:
+    if unit.given or probable in (None, unit.metres) or USUAL[0] <= longest <= DOUBTFUL:
         return []
     advice = how_to_scale(longest / unit.metres, 1e-3)
     return [f"{longest:.2f} m for its longer side is unusual: is the file in {NAMES[probable]}? {advice}"]

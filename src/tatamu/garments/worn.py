@@ -30,6 +30,13 @@ they change by more than the third, a note asks to look at it."""
 DOUBT = ": look at it; a UV map that is its pattern would do better"
 ALIKE = 0.06
 """A UV map is the pattern if half of its edges fit those of the mesh to this part, with one scale for all panels."""
+DEVELOPABLE = 0.01
+"""A UV map has scales of its own along u and v if half of its edges then fit those of the mesh to this part: a map is
+squeezed to fill a square picture, and cloth that was not stretched shows by how much."""
+SQUARE = 0.3
+"""Scales along u and v that differ by less than this from their common one are the same [%]."""
+ROUNDS = 5
+"""So often both scales are fitted."""
 SIDE_VIEW = {0: ("z", "x"), 1: ("z", "-y"), 2: ("y", "z")}
 """Of a flat mesh by its thin axis: what is up where nobody says so, and towards which side it faces up."""
 
@@ -75,7 +82,7 @@ def _unit(source: Path) -> Unit:
     kind = source.suffix[1:].upper()
     if kind == "GLB":
         return Unit(1.0, "metres", "as glTF has it")
-    return Unit(1.0, "metres", f"assumed: {kind} states no unit", assumed=True)
+    return Unit(1.0, "metres", f"assumed: {kind} states no unit")
 
 
 def _cloth(given: GarmentFile, mesh: TriangleMesh, source: Path, unit: Unit) -> tuple[TriangleMesh, list[str]]:
@@ -85,6 +92,8 @@ def _cloth(given: GarmentFile, mesh: TriangleMesh, source: Path, unit: Unit) -> 
     if given.weld or source.suffix.lower() in OFTEN_UNWELDED:
         before = len(mesh.vertices)
         mesh = welded(mesh)
+        if not len(mesh.faces):
+            raise InputError("mesh: must have triangles with an area, given none")
         notes = [f"{before} vertices welded into {len(mesh.vertices)}"] if before > len(mesh.vertices) else []
     number = pieces(mesh.faces)
     if number.max() == 0 and given.piece is None:
@@ -208,10 +217,41 @@ def _pattern(points: np.ndarray, faces: np.ndarray, uv: np.ndarray | None) -> _P
         return replace(itself, words=f"{itself.words}, as its UV map has triangles without area")
     panels = panel_numbers(faces, uv)
     scale = float(np.median(worn / drawn))
-    misfit = np.abs(worn / (scale * drawn) - 1.0)
-    if float(np.median(misfit)) > ALIKE:
+    along = _scales(worn, uv)
+    off = [100 * (scale / each - 1.0) for each in along]
+    misses = f"misses the mesh by {off[0]:+.1f} % along u and {off[1]:+.1f} % along v"
+    both = uv * along
+    if _median_misfit(worn, side_lengths(both)) < DEVELOPABLE:  # cloth that is not stretched has the pattern's lengths
+        squeezed = max(np.abs(off)) > SQUARE
+        words = f"its UV map, a pattern of {panels.max() + 1} panels"
+        words += f", which {misses}: each got a scale of its own" if squeezed else ""
+        return _Pattern(side_lengths(both) if squeezed else scale * drawn, panels, words, uv)
+    if _median_misfit(worn, scale * drawn) > ALIKE:
         return replace(itself, words=f"{itself.words}, as its UV map is no pattern of one scale")
-    return _Pattern(scale * drawn, panels, f"its UV map, a pattern of {panels.max() + 1} panels", uv)
+    return _Pattern(scale * drawn, panels, f"its UV map, a pattern of {panels.max() + 1} panels, which {misses}", uv)
+
+
+def _median_misfit(worn: np.ndarray, drawn: np.ndarray) -> float:
+    """Half of the edges of a mesh differ from those of its pattern by less than this part."""
+    return float(np.median(np.abs(worn / drawn - 1.0)))
+
+
+def _scales(worn: np.ndarray, uv: np.ndarray) -> np.ndarray:
+    """Metres per unit of u and of v with which a UV map fits the edges of the mesh best, shape (2,).
+
+    An edge has the squared length a u^2 + b v^2; a and b are fitted to the edges' relative errors, which are weighted
+    down where they are large, as at seams.
+    """
+    across = (np.roll(uv, -2, axis=1) - np.roll(uv, -1, axis=1)).reshape(-1, 2) ** 2
+    wanted = worn.ravel() ** 2
+    terms = across / wanted[:, None]
+    weight = np.ones(len(terms))
+    for _ in range(ROUNDS):
+        root = np.sqrt(weight)[:, None]
+        squared = np.linalg.lstsq(terms * root, root.ravel(), rcond=None)[0]
+        off = np.abs(terms @ squared - 1.0)
+        weight = 1.0 / (1.0 + (off / (2.0 * float(np.median(off)) + 1e-6)) ** 2)
+    return np.sqrt(np.maximum(squared, 1e-12 * float(squared.max())))
 
 
 def _coarseness(garment: Garment) -> list[str]:

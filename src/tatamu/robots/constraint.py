@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from tatamu.files import read_bytes
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.task import Reach
 from tatamu.robots.catalog import load
@@ -104,7 +105,7 @@ def find_reach(name: str) -> Reach:
         constraint,
         constraint.refusal,
         constraint.forget,
-        description=files[0].read_bytes() if files else b"",
+        description=read_bytes(files[0]) if files else b"",
         files=tuple(files),
         disturbances=own.describe() if own else None,
     )

@@ -34,8 +34,9 @@ class VerdictCache:
         for line in read_text(path).splitlines() if path.exists() else ():
             try:
                 value = json.loads(line)
-                self._known[value.pop("key")] = _LINE.validate_python(value)
-            except (ValueError, TypeError, KeyError, AttributeError, ValidationError):
+                key = value.pop("key")
+                self._known[key] = _LINE.validate_python(value)
+            except (ValueError, TypeError, KeyError, AttributeError, RecursionError, OverflowError, ValidationError):
                 continue
         try:
             path.parent.mkdir(parents=True, exist_ok=True)

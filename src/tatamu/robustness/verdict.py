@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from pydantic import FiniteFloat
+
 from tatamu.evaluation import Evaluation
 
 
@@ -11,9 +13,9 @@ from tatamu.evaluation import Evaluation
 class Verdict:
     """How a fold ended in one world."""
 
-    mean_vertex_distance: float | None
+    mean_vertex_distance: FiniteFloat | None
     """[m]; None if the simulation failed."""
-    mask_iou: float | None
+    mask_iou: FiniteFloat | None
     """[-]; None if the simulation failed."""
     error: str | None = None
     """Why it failed."""

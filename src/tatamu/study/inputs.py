@@ -12,11 +12,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from tatamu.errors import InputError
-from tatamu.files import read_json, replacing, write_json, write_text
+from tatamu.files import MIB, read_bytes, read_json, replacing, write_json, write_text
 
 INPUTS = "inputs"
 INDEX = "files.json"
 """The file that names the copy of each kind."""
+LARGEST_INPUT = 256 * MIB
+"""Files that are copied are no larger [bytes]: meshes of a robot's links may be large."""
 
 
 @dataclass(frozen=True)
@@ -52,15 +54,8 @@ def _keep(folder: Path, source: Sources) -> str:
     places = [path.relative_to(base) for path in paths]
     for path, place in zip(paths, places, strict=True):
         with replacing(folder / place) as temporary:
-            temporary.write_bytes(_content(path))
+            temporary.write_bytes(read_bytes(path, LARGEST_INPUT))
     return places[0].as_posix()
-
-
-def _content(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
 
 
 def kept_input(folder: Path, kind: str) -> Path | None:

@@ -25,6 +25,9 @@ import numpy as np
 from tatamu.material import Material
 from tatamu.topology import Topology, areas
 
+LARGEST_CONDITION = 1e6
+"""Patches whose R has a larger condition number have no useful inverse; those of garments stay below a thousandth."""
+
 
 class CurvatureMaps(NamedTuple):
     """From dihedral angles to curvatures, of the triangles that have any hinge."""
@@ -103,8 +106,14 @@ def _operators(
 
 
 def curvatures(R: np.ndarray, C: np.ndarray, angle_sum_part: float) -> np.ndarray:
-    """Q = a C + (1 - a) R^-1 of every triangle: its curvatures from its dihedral angles, shape (m, 3, 3)."""
-    return np.asarray(angle_sum_part * C + (1.0 - angle_sum_part) * np.linalg.inv(R))
+    """Q = a C + (1 - a) R^-1 of every triangle: its curvatures from its dihedral angles, shape (m, 3, 3).
+
+    If the six points of a patch lie on a conic, as on some meshes of few triangles, a deflection exists that turns no
+    edge, and R has no inverse. There Q = C, which always exists.
+    """
+    regular = (np.linalg.cond(R) < LARGEST_CONDITION)[:, None, None]
+    inverse = np.linalg.inv(np.where(regular, R, np.eye(3)))
+    return np.asarray(np.where(regular, angle_sum_part * C + (1.0 - angle_sum_part) * inverse, C))
 
 
 def maps(

@@ -1,0 +1,144 @@
+"""Regions of a picture that stand out from a plain table: that of a garment, or several that belong to it.
+
+The table's colour is modelled as a smooth surface over the photo, fitted to a frame along the photo's border; so uneven
+light does no harm. What is farther from it than Otsu's threshold stands out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import shapely
+
+from tatamu.errors import InputError
+
+FRAME = 0.04
+"""Part of the photo's width and height, on each side, that shows the table only."""
+LIGHTNESS = 0.6
+"""Weight of lightness against colour: a shadow darkens, it does not tint."""
+FAINTEST = 6.0
+"""A garment differs from its table by at least this much [CIELAB units]."""
+SMALLEST, LARGEST = 0.02, 0.9
+"""Part of the photo that a garment covers."""
+EDGE = 4
+"""A garment nearer than this to the photo's border touches it [pixels]."""
+SIMILAR = 0.05
+"""A region of at least this part of the garment's area may belong to it."""
+FACING = 1.1
+"""Points of two regions face each other if they are at most this many times as far apart as the nearest ones."""
+
+
+@dataclass(frozen=True)
+class Foreground:
+    """The garment on a picture."""
+
+    mask: np.ndarray
+    """Its pixels, holes filled, shape (h, w)."""
+    others: tuple[float, ...]
+    """Areas of other regions that stand out, as parts of its area, the largest first."""
+
+
+def stand_out(image: np.ndarray, path: Path, join: bool, apart: np.ndarray) -> Foreground:
+    """Find the largest region that stands out from the table.
+
+    Args:
+        image: Red, green and blue from 0 to 1, shape (h, w, 3).
+        path: The file, for messages.
+        join: Whether other regions that stand out belong to the garment.
+        apart: Places on things that do not belong to it, such as a sheet of paper [pixels], shape (k, 2).
+
+    Raises:
+        InputError: If nothing stands out, or it touches the border.
+    """
+    from scipy.ndimage import binary_closing, binary_fill_holes, binary_opening
+    from skimage.filters import threshold_otsu
+    from skimage.measure import label
+
+    away = _difference(image)
+    threshold = max(float(threshold_otsu(away)), 0.5 * FAINTEST)
+    spot = np.hypot(*np.mgrid[-2:3, -2:3]) <= 2.3
+    mask = binary_opening(binary_closing(away > threshold, spot), spot)
+    regions = label(mask)
+    sizes = np.bincount(regions.ravel())[1:]
+    if not len(sizes) or not SMALLEST < sizes.max() / mask.size < LARGEST or np.median(away[mask]) < FAINTEST:
+        raise InputError(
+            f"{path}: photo: no garment stands out from a plain table; give more contrast or crop the photo"
+        )
+    order = 1 + np.argsort(-sizes, kind="stable")
+    filled = [np.asarray(binary_fill_holes(regions == k)) for k in order if sizes[k - 1] >= SIMILAR * sizes.max()]
+    largest, *others = filled
+    others = [other for other in others if not (other & largest).any() and not _holds(other, apart)]
+    if join:
+        largest, others = _joined([largest, *others]), []
+    if largest.sum() > largest[EDGE:-EDGE, EDGE:-EDGE].sum():
+        raise InputError(f"{path}: photo: must show table all around the garment, which touches the photo's border")
+    return Foreground(largest, tuple(float(other.sum() / largest.sum()) for other in others))
+
+
+def _holds(region: np.ndarray, places: np.ndarray) -> bool:
+    """Whether one of the places [pixels] lies in a region."""
+    x, y = np.round(places).astype(int).reshape(-1, 2).T
+    inside = (x >= 0) & (y >= 0) & (x < region.shape[1]) & (y < region.shape[0])
+    return bool(region[y[inside], x[inside]].any())
+
+
+def _difference(image: np.ndarray) -> np.ndarray:
+    """How much each pixel differs from the table [CIELAB units], shape (h, w)."""
+    from scipy.ndimage import gaussian_filter
+    from skimage.color import rgb2lab
+
+    lab = gaussian_filter(rgb2lab(image), (1.2, 1.2, 0)) * [LIGHTNESS, 1.0, 1.0]
+    height, width = lab.shape[:2]
+    y, x = np.mgrid[-1 : 1 : height * 1j, -1 : 1 : width * 1j]
+    terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=-1)
+    frame = (np.abs(x) > 1 - 2 * FRAME) | (np.abs(y) > 1 - 2 * FRAME)
+    known = terms[frame]
+    wanted = lab[frame]
+    weight = np.ones(len(known))
+    for _ in range(5):  # reweighted: a ruler or a shadow on the frame counts little
+        root = np.sqrt(weight)[:, None]
+        fit = np.linalg.lstsq(known * root, wanted * root, rcond=None)[0]
+        off = np.linalg.norm(wanted - known @ fit, axis=1)
+        weight = 1.0 / (1.0 + (off / (2.0 * np.median(off) + 1e-6)) ** 2)
+    return np.asarray(np.linalg.norm(lab - terms @ fit, axis=-1))
+
+
+def _joined(regions: list[np.ndarray]) -> np.ndarray:
+    """One region of several, each joined to the ones before it by the hull of their borders that face each other."""
+    from scipy.ndimage import binary_fill_holes
+
+    whole = regions[0]
+    rest = list(regions[1:])
+    while rest:
+        gaps = [_facing(whole, other) for other in rest]
+        nearest = int(np.argmin([gap for gap, _ in gaps]))
+        whole = whole | rest.pop(nearest) | _drawn(gaps[nearest][1], whole.shape)
+    return np.asarray(binary_fill_holes(whole))
+
+
+def _facing(one: np.ndarray, other: np.ndarray) -> tuple[float, np.ndarray]:
+    """How far apart two regions are [pixels], and the points of both that face each other, shape (k, 2)."""
+    from scipy.spatial import cKDTree
+
+    borders = [_border(one), _border(other)]
+    distances = [cKDTree(borders[1 - k]).query(borders[k])[0] for k in (0, 1)]
+    gap = float(distances[0].min())
+    near = max(FACING * gap, gap + 3.0)
+    return gap, np.concatenate([border[away <= near] for border, away in zip(borders, distances, strict=True)])
+
+
+def _border(region: np.ndarray) -> np.ndarray:
+    """Pixels at the border of a region, x and y, shape (k, 2)."""
+    from scipy.ndimage import binary_erosion
+
+    return np.argwhere(region & ~binary_erosion(region))[:, ::-1]
+
+
+def _drawn(points: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """The pixels in the convex hull of points, shape (h, w)."""
+    from skimage.draw import polygon2mask
+
+    hull = shapely.MultiPoint(points).convex_hull.buffer(0.5)
+    return np.asarray(polygon2mask(shape, np.array(hull.exterior.coords)[:, ::-1]))

@@ -1,0 +1,158 @@
+"""Hem, sleeves and neck of a T-shirt, found from its outline alone.
+
+The outline leaves its convex hull open under either sleeve. The lower end of this pocket is the hem's corner, its
+deepest point the underarm. The neck is a pocket as well or, if it is straight, the level part of the top. Of the sides
+of the outline from underarm to neck, the end of the sleeve is the one farthest from the middle of both.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from tatamu.errors import InputError
+
+DEEP = 0.05
+"""The pocket under a sleeve is at least this part of the outline's width deep."""
+CENTRAL = 0.25
+"""The middle of the neck is at most this part of the width from the middle."""
+DIP = 0.01
+"""A neckline is a pocket if it is deeper than this part of the outline's height, otherwise level."""
+LEVEL = np.tan(np.radians(12.0))
+"""Steeper sides belong to the shoulders."""
+NARROWEST, WIDEST = 0.08, 0.6
+"""Width of the neck in parts of the outline's."""
+STRAIGHT = 0.02
+"""A side may bend by this part of the outline's width."""
+ALIKE = 2.0
+"""Of two sleeves one is at most this many times as wide as the other."""
+
+
+@dataclass(frozen=True)
+class _Pocket:
+    """A place where the outline leaves its convex hull."""
+
+    ends: np.ndarray
+    """Points of the outline where it begins and ends, the left one first, shape (2,)."""
+    middle: np.ndarray
+    """Middle of its ends, shape (2,)."""
+    depth: float
+    deepest: int
+    """The point farthest from the line between its ends."""
+
+
+def tshirt_openings(outline: np.ndarray) -> dict[str, np.ndarray]:
+    """The open parts of a T-shirt's outline.
+
+    Args:
+        outline: Points of a closed curve without the closing point, x to the right, y down, the hem down, shape (k, 2).
+
+    Returns:
+        Numbers of the points along each open part by name: hem, left_sleeve, right_sleeve, neck. The left is the
+        picture's.
+
+    Raises:
+        InputError: If there is no pocket under either sleeve or none at the neck, or the sleeves are very different.
+    """
+    points = outline
+    low, (width, height) = points.min(axis=0), np.ptp(points, axis=0)
+    pockets = _pockets(points)
+    deep = [pocket for pocket in pockets if pocket.depth > DEEP * width]
+    sides = [[pocket for pocket in deep if _beside(pocket, side, low, width)] for side in (0.0, 1.0)]
+    neck = _neck(points, [pocket for pocket in pockets if pocket.depth > DIP * height])
+    for found, what in ((sides[0], "left sleeve"), (sides[1], "right sleeve"), (neck, "neck")):
+        if not found:
+            raise InputError(
+                f"garment: no {what} is found: the outline must be that of a T-shirt, hem down, its sleeves apart from "
+                "its body; or name openings in a garment file"
+            )
+    under = [max(found, key=lambda pocket: pocket.depth) for found in sides]
+    sleeves = [_sleeve_end(points, pocket.deepest, end) for pocket, end in zip(under, neck, strict=True)]
+    sizes = [float(np.linalg.norm(points[a] - points[b])) for a, b in sleeves]
+    if max(sizes) > ALIKE * min(sizes):
+        raise InputError(
+            f"garment: the ends of its sleeves must be about equally wide, found {sizes[0]:.2f} and {sizes[1]:.2f} m"
+        )
+    hem = [max(pocket.ends.tolist(), key=lambda end: float(points[end, 1])) for pocket in under]
+    ends = {"hem": (hem[0], hem[1]), "left_sleeve": sleeves[0], "right_sleeve": sleeves[1], "neck": (neck[0], neck[1])}
+    return {name: _shorter_way(points, *pair) for name, pair in ends.items()}
+
+
+def _neck(points: np.ndarray, pockets: list[_Pocket]) -> tuple[int, ...]:
+    """The ends of the neck, the left one first; none if there is none."""
+    low, (width, height) = points.min(axis=0), np.ptp(points, axis=0)
+    centre = low[0] + 0.5 * width
+    top = [p for p in pockets if abs(p.middle[0] - centre) < CENTRAL * width and p.middle[1] - low[1] < height / 3.0]
+    if top:
+        ends = max(top, key=lambda pocket: pocket.depth).ends
+    else:
+        ends = _level_part(points, centre)
+    if len(ends) and NARROWEST * width < np.ptp(points[ends, 0]) < WIDEST * width:
+        return _by_x(ends, points)
+    return ()
+
+
+def _level_part(points: np.ndarray, centre: float) -> np.ndarray:
+    """Ends of the level stretch at the top of a curve around the line x = centre, shape (2,); none if it is steep."""
+    after = np.roll(points, -1, axis=0)
+    across = np.flatnonzero((points[:, 0] - centre) * (after[:, 0] - centre) <= 0.0)
+    if not len(across):
+        return np.empty(0, dtype=np.int64)
+    steps = np.abs(after - points)
+    level = steps[:, 1] <= LEVEL * steps[:, 0]
+    first = last = int(across[np.argmin(points[across, 1] + after[across, 1])])
+    count = len(points)
+    if not level[first]:
+        return np.empty(0, dtype=np.int64)
+    while level[(first - 1) % count] and (first - 1) % count != last:
+        first = (first - 1) % count
+    while level[(last + 1) % count] and (last + 1) % count != first:
+        last = (last + 1) % count
+    return np.array([first, (last + 1) % count])
+
+
+def _pockets(points: np.ndarray) -> list[_Pocket]:
+    """Where a closed curve leaves its convex hull."""
+    hull = shapely.MultiPoint(points).convex_hull
+    on_hull = np.flatnonzero(shapely.distance(hull.exterior, shapely.points(points)) < 1e-9 * float(np.ptp(points)))
+    found = []
+    for a, b in zip(on_hull, np.roll(on_hull, -1), strict=True):
+        between = _shorter_way(points, int(a), int(b))[1:-1]
+        if not len(between):
+            continue
+        chord = shapely.LineString(points[[a, b]])
+        depths = shapely.distance(chord, shapely.points(points[between]))
+        ends = np.array(_by_x(np.array([a, b]), points))
+        found.append(_Pocket(ends, points[[a, b]].mean(axis=0), depths.max(), int(between[depths.argmax()])))
+    return found
+
+
+def _by_x(ends: np.ndarray, points: np.ndarray) -> tuple[int, int]:
+    first, second = sorted(ends.tolist(), key=lambda end: float(points[end, 0]))
+    return first, second
+
+
+def _beside(pocket: _Pocket, side: float, low: np.ndarray, width: float) -> bool:
+    """Whether a pocket lies in the left (0) or right (1) third of the width."""
+    return bool(abs((pocket.middle[0] - low[0]) / width - side) < 1.0 / 3.0)
+
+
+def _sleeve_end(points: np.ndarray, underarm: int, neck: int) -> tuple[int, int]:
+    """The ends of the side between underarm and neck that is farthest from the middle of both."""
+    way = _shorter_way(points, underarm, neck)
+    tolerance = STRAIGHT * float(np.ptp(points[:, 0]))
+    corners = shapely.get_coordinates(shapely.simplify(shapely.LineString(points[way]), tolerance))
+    at = [int(way[np.argmin(np.linalg.norm(points[way] - corner, axis=1))]) for corner in corners]
+    away = np.linalg.norm(corners - 0.5 * (points[underarm] + points[neck]), axis=1)
+    side = int(np.argmax(np.minimum(away[:-1], away[1:])))
+    return at[side], at[side + 1]
+
+
+def _shorter_way(points: np.ndarray, start: int, end: int) -> np.ndarray:
+    """Numbers of the points from one to another, along the shorter way around, both included."""
+    count = len(points)
+    ways = [np.arange(start, end + 1 + (count if end < start else 0)) % count]
+    ways.append((np.arange(end, start + 1 + (count if start < end else 0)) % count)[::-1])
+    return min(ways, key=lambda way: float(np.linalg.norm(np.diff(points[way], axis=0), axis=1).sum()))

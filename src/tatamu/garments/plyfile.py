@@ -1,0 +1,192 @@
+"""Polygon File Format (PLY): vertices and faces, as text or binary, faces of any number of corners.
+
+A file is a header, which lists elements with their number and their properties, and the elements one after the other.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tatamu.errors import InputError
+from tatamu.garments.objfile import MOST_TRIANGLES, MOST_VERTICES, TriangleMesh
+from tatamu.garments.polygons import triangulate
+
+TYPES = {
+    **{"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"},
+    **{"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4"},
+    **{"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"},
+}
+"""Types of properties, and numpy's names of them."""
+ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+"""Formats, and the byte order of each."""
+CODES = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "f4": "f", "f8": "d"}
+"""Codes of the types in `struct`."""
+FACES = ("vertex_index", "vertex_indices")
+"""Names of the property that lists a face's vertices."""
+
+
+@dataclass
+class _Property:
+    """A number of each element, or a list of numbers."""
+
+    name: str
+    kind: str
+    counted_by: str = ""
+    """Type of the length of a list; empty of a single number."""
+
+
+@dataclass
+class _Element:
+    """A table of the file."""
+
+    name: str
+    count: int
+    properties: list[_Property] = field(default_factory=list)
+
+    @property
+    def has_lists(self) -> bool:
+        """Whether its rows differ in length."""
+        return any(each.counted_by for each in self.properties)
+
+
+def parse_ply(data: bytes) -> TriangleMesh:
+    """Read the mesh in the bytes of a PLY file.
+
+    Raises:
+        ValueError: If they are not a PLY file, or end early.
+        InputError: If they have more elements than a garment's mesh may have.
+    """
+    order, elements, body = _header(data)
+    source = _Text(body) if not order else _Binary(body, order)
+    vertices, polygons = np.empty((0, 3)), list[list[int]]()
+    for element in elements:
+        try:
+            if element.name == "vertex":
+                names = [each.name for each in element.properties]
+                vertices = source.table(element)[:, [names.index(axis) for axis in "xyz"]]
+            elif element.name == "face":
+                polygons = list(source.lists(element))
+            else:
+                _skip(source, element)
+        except (IndexError, struct.error):
+            raise ValueError(f"it is cut short: it states {element.count} of element {element.name}") from None
+    for number, corners in enumerate(polygons):
+        if any(not 0 <= corner < len(vertices) for corner in corners):
+            raise ValueError(f"face {number} uses vertices beyond 0 to {len(vertices) - 1}")
+    faces = [tuple(each[k] for k in cut) for each in polygons for cut in triangulate(each, vertices)]
+    return TriangleMesh(vertices, np.array(faces, dtype=np.int64).reshape(-1, 3))
+
+
+def _header(data: bytes) -> tuple[str, list[_Element], bytes]:
+    """Byte order, elements, and all that follows the header."""
+    head, mark, body = data.partition(b"end_header")
+    lines = [line.split() for line in head.decode("ascii", "replace").splitlines()]
+    if not mark or not lines or lines[0] != ["ply"]:
+        raise ValueError("it has no header of a PLY file")
+    order = None
+    elements: list[_Element] = []
+    for words in lines[1:]:
+        match words:
+            case ["format", name, _] if name in ORDERS:
+                order = ORDERS[name]
+            case ["element", name, count] if count.isdecimal():
+                elements.append(_Element(name, int(count)))
+            case ["property", "list", counted_by, kind, name] if elements:
+                elements[-1].properties.append(_Property(name, TYPES[kind], TYPES[counted_by]))
+            case ["property", kind, name] if elements:
+                elements[-1].properties.append(_Property(name, TYPES[kind]))
+            case ["comment" | "obj_info", *_] | []:
+                pass
+            case _:
+                raise ValueError(f"its header has the line {' '.join(words)[:40]!r}")
+    if order is None:
+        raise ValueError("its header states no format")
+    for element in elements:
+        most = {"vertex": MOST_VERTICES, "face": MOST_TRIANGLES}.get(element.name, MOST_VERTICES)
+        if element.count > most:
+            raise InputError(f"mesh: must have at most {most} of element {element.name}, given {element.count}")
+    return order, elements, body[2:] if body.startswith(b"\r\n") else body[1:]
+
+
+class _Text:
+    """Elements written as text."""
+
+    def __init__(self, body: bytes) -> None:
+        self._words = body.split()
+        self._next = 0
+
+    def table(self, element: _Element) -> np.ndarray:
+        """The numbers of an element without lists, shape (count, properties)."""
+        if element.has_lists:
+            raise ValueError(f"its element {element.name} has lists")
+        width = len(element.properties)
+        return np.array(self._taken(width * element.count), dtype=float).reshape(-1, width)
+
+    def lists(self, element: _Element) -> Iterator[list[int]]:
+        """The list of vertices of each face."""
+        for _ in range(element.count):
+            corners: list[int] = []
+            for each in element.properties:
+                count = int(self._taken(1)[0]) if each.counted_by else 1
+                found = self._taken(count)
+                corners = [int(word) for word in found] if each.name in FACES else corners
+            yield corners
+
+    def _taken(self, count: int) -> list[bytes]:
+        words = self._words[self._next : self._next + count]
+        if count < 0 or len(words) < count:
+            raise IndexError
+        self._next += count
+        return words
+
+
+class _Binary:
+    """Elements written as bytes."""
+
+    def __init__(self, body: bytes, order: str) -> None:
+        self._body = body
+        self._order = order
+        self._next = 0
+
+    def table(self, element: _Element) -> np.ndarray:
+        """The numbers of an element without lists, shape (count, properties)."""
+        if element.has_lists:
+            raise ValueError(f"its element {element.name} has lists")
+        row = np.dtype([(f"p{k}", self._order + each.kind) for k, each in enumerate(element.properties)])
+        end = self._next + row.itemsize * element.count
+        if end > len(self._body):
+            raise IndexError
+        rows = np.frombuffer(self._body, row, element.count, self._next) if element.count else np.empty(0, row)
+        self._next = end
+        return np.column_stack([rows[name].astype(float) for name in row.names or ()])
+
+    def lists(self, element: _Element) -> Iterator[list[int]]:
+        """The list of vertices of each face."""
+        for _ in range(element.count):
+            corners: list[int] = []
+            for each in element.properties:
+                count = int(self._taken(each.counted_by, 1)[0]) if each.counted_by else 1
+                found = self._taken(each.kind, count)
+                corners = [int(value) for value in found] if each.name in FACES else corners
+            yield corners
+
+    def _taken(self, kind: str, count: int) -> tuple[float, ...]:
+        if count < 0:
+            raise IndexError
+        form = f"{self._order}{count}{CODES[kind]}"
+        values = struct.unpack_from(form, self._body, self._next)
+        self._next += struct.calcsize(form)
+        return values
+
+
+def _skip(source: _Text | _Binary, element: _Element) -> None:
+    """Pass over an element that no garment needs."""
+    if element.has_lists:
+        for _ in source.lists(element):
+            pass
+    elif element.properties:
+        source.table(element)

@@ -1,0 +1,68 @@
+"""Faces of more than three corners, cut into triangles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+
+MOST_CORNERS = 2_000
+"""No face of a mesh has more corners."""
+
+
+def triangulate(corners: Sequence[int], vertices: np.ndarray) -> list[tuple[int, int, int]]:
+    """Cut a face into triangles of its own orientation.
+
+    A convex face becomes a fan around its first corner; a concave one is divided within its outline, in the plane that
+    it lies in most nearly (Newell's normal).
+
+    Args:
+        corners: Vertices around the face.
+        vertices: Positions of all vertices, shape (n, 3).
+
+    Returns:
+        Places in `corners` of the corners of each triangle.
+
+    Raises:
+        ValueError: If it has fewer than three corners or too many, or it touches or crosses itself.
+    """
+    count = len(corners)
+    if not 3 <= count <= MOST_CORNERS:
+        raise ValueError(f"a face has {count} corners, must have from 3 to {MOST_CORNERS}")
+    fan = [(0, k, k + 1) for k in range(1, count - 1)]
+    if count == 3:
+        return fan
+    flat = _in_plane(vertices[list(corners)])
+    a, b, c = (flat[[triangle[k] for triangle in fan]] for k in range(3))
+    turns = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+    if (turns >= 0.0).all() or not np.isfinite(flat).all():
+        return fan
+    return _divided(flat)
+
+
+def _in_plane(points: np.ndarray) -> np.ndarray:
+    """The points of a face seen against its normal, counter-clockwise, shape (k, 2)."""
+    with np.errstate(all="ignore"):
+        around = points - points.mean(axis=0)
+        around /= max(float(np.abs(around).max()), 1e-300)
+        normal = np.cross(around, np.roll(around, -1, axis=0)).sum(axis=0)
+        across = np.eye(3)[int(np.abs(normal).argmin())]
+        first = np.cross(across, normal)
+        first /= max(float(np.linalg.norm(first)), 1e-300)
+        second = np.cross(normal, first)
+        second /= max(float(np.linalg.norm(second)), 1e-300)
+    return np.column_stack([around @ first, around @ second])
+
+
+def _divided(flat: np.ndarray) -> list[tuple[int, int, int]]:
+    """Triangles of a concave outline (k, 2), none of which leaves it."""
+    outline = shapely.Polygon(flat)
+    place = {(float(x), float(y)): k for k, (x, y) in enumerate(flat)}
+    if not outline.is_valid or len(place) < len(flat):
+        raise ValueError(f"a face of {len(flat)} corners touches or crosses itself")
+    found = []
+    for triangle in shapely.get_parts(shapely.constrained_delaunay_triangles(outline)):
+        a, b, c = (place[x, y] for x, y in triangle.normalize().exterior.coords[:3])
+        found.append((a, c, b))  # normalised rings are clockwise
+    return sorted(found)

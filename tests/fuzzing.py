@@ -1,0 +1,423 @@
+"""Files of every kind that tatamu reads, broken at random, and what becomes of reading them: done, or one clean line.
+
+A case follows from its seed alone: `outcome(seed)` writes a valid file, breaks it in one to three places, and reads it
+as a command would.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import re
+import resource
+import shutil
+import sys
+import tempfile
+import time
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from random import Random
+from typing import Any
+from unittest import mock
+
+import numpy as np
+import trimesh
+from PIL import Image
+
+from tatamu.calibration import load_measurements
+from tatamu.cli import main
+from tatamu.cli.learning import LearnOptions
+from tatamu.disturbances.description import OWN, read_disturbances
+from tatamu.errors import TatamuError
+from tatamu.folding.plans import make_plan
+from tatamu.garments import make_garment
+from tatamu.material import PRESETS, load_material
+from tatamu.meshing import staggered_rectangle
+from tatamu.results import read_fold
+from tatamu.rollout import Rollout
+from tatamu.scene import Scene
+from tatamu.simulators import simulate
+from tatamu.simulators.native.simulation import Simulation
+from tatamu.sweep.description import read_sweep
+from tests.fabricated import write_fold
+from tests.foreign import svg, tshirt_svg, tube_glb
+from tests.patterns import aama_dxf, half_dxf, hoodie_svg, inserted_dxf
+from tests.photos import photograph
+from tests.scenes import scene
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+PATIENCE = 20.0
+"""Reading a file takes no longer [s]."""
+MOST_MEMORY = 1.5
+"""Reading a file takes no more memory beyond the program's own [GiB]."""
+NUMBERS: tuple[str, ...] = (
+    "0",
+    "-1",
+    "-0.0",
+    "1e-300",
+    "1e300",
+    "1e308",
+    "-1e308",
+    "nan",
+    "inf",
+    "Infinity",
+    "NaN",
+    "0x7f",
+    "1e999",
+    "2147483648",
+    "4294967295",
+    "9" * 400,
+    "0.1",
+    "3",
+    "1e9",
+    "1000000",
+    "1e-12",
+    "true",
+    "null",
+    '""',
+    "[]",
+)
+TOKENS: tuple[bytes, ...] = (
+    b"\x00",
+    b"\x1b[2J",
+    b"\xff\xfe",
+    b"\xef\xbb\xbf",
+    b"\xc2\x9b31m",
+    b"\n",
+    b"<",
+    b'"',
+    b"{",
+    b"]]>",
+    b"&lt;",
+    b"\xe2\x80\xae",
+    b"A" * 5_000,
+    b"[" * 2_000,
+    b"<g>" * 300,
+    b"9" * 5_000,
+    b"../" * 40,
+    b"%s%n",
+    b"\r",
+    b"\t",
+)
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of file."""
+
+    name: str
+    """Its file name, or that of the file in a folder."""
+    write: Callable[[Path, Random], object]
+    """Writes a valid one into a folder."""
+    read: Callable[[Path], object]
+    """Reads the folder."""
+
+
+def command(*words: str) -> Callable[[Path], object]:
+    """Run a command in the folder: DIR stands for it."""
+
+    def run(folder: Path) -> None:
+        given = ["tatamu", *(word.replace("DIR", str(folder)) for word in words)]
+        with mock.patch.object(sys, "argv", given):
+            main()
+
+    return run
+
+
+def _exported(**how: str) -> bytes:
+    made: Any = _sheet().export(**how)
+    return made if isinstance(made, bytes) else str(made).encode()
+
+
+def _ply(folder: Path, random: Random) -> None:
+    (folder / "g.ply").write_bytes(_exported(file_type="ply", encoding=random.choice(["ascii", "binary"])))
+
+
+def _stl(folder: Path, random: Random) -> None:
+    (folder / "g.stl").write_bytes(_exported(file_type=random.choice(["stl", "stl_ascii"])))
+
+
+@cache
+def _sheet() -> trimesh.Trimesh:
+    vertices, faces = staggered_rectangle(0.3, 0.4, 0.06)
+    return trimesh.Trimesh(vertices, faces, process=False)
+
+
+def _mesh(kind: str) -> Callable[[Path, Random], object]:
+    def write(folder: Path, random: Random) -> None:
+        if kind == "glb" and random.random() < 0.2:
+            shutil.move(tube_glb(folder), folder / "g.glb")
+        else:
+            _sheet().export(folder / f"g.{kind}")
+
+    return write
+
+
+def _svg(folder: Path, random: Random) -> None:
+    shapes = [
+        hoodie_svg('width="620mm" height="710mm" viewBox="0 0 620 710"'),
+        svg('<defs><path id="p" d="M10,10 h300 v400 h-300 z"/></defs><use href="#p"/><circle cx="90" cy="90" r="40"/>'),
+        svg(
+            '<g transform="scale(0.5)"><path d="M0 0 C 9 0 600 0 600 0 A 300 400 0 0 1 600 800 Q 300 900 0 800 Z"/></g>'
+        ),
+        tshirt_svg(folder).read_text(),
+    ]
+    (folder / "g.svg").write_text(random.choice(shapes))
+
+
+def _dxf(folder: Path, random: Random) -> None:
+    made = random.choice([aama_dxf, half_dxf, lambda place: inserted_dxf(place, 4, 1e-3), _curved_dxf])(folder)
+    shutil.move(made, folder / "g.dxf")
+
+
+def _curved_dxf(folder: Path) -> Path:
+    import ezdxf
+
+    document = ezdxf.new()  # type: ignore[attr-defined]
+    space = document.modelspace()
+    space.add_lwpolyline([(0, 0, 0.2), (300, 0, 0), (300, 400, 0), (0, 400, -0.1)], format="xyb", close=True)
+    space.add_ellipse((150, 200), (60, 0), 0.5)
+    space.add_spline([(20, 20), (40, 60), (90, 30), (20, 20)])
+    document.saveas(folder / "curved.dxf")
+    return folder / "curved.dxf"
+
+
+def _photo(folder: Path, random: Random) -> None:
+    _photographed(folder)
+    kind = random.choice(["PNG", "JPEG", "BMP", "TIFF", "WEBP", "GIF"])
+    with Image.open(folder / "p.png") as image:
+        image.resize((200, 150)).save(folder / "p.img", format=kind)
+
+
+@cache
+def _photo_bytes() -> bytes:
+    with tempfile.TemporaryDirectory() as folder:
+        photograph(Path(folder) / "p.png", (60, 90, 170), (150, 110, 75))
+        return (Path(folder) / "p.png").read_bytes()
+
+
+def _photographed(folder: Path) -> None:
+    (folder / "p.png").write_bytes(_photo_bytes())
+
+
+def _copied(source: Path, name: str) -> Callable[[Path, Random], object]:
+    return lambda folder, random: shutil.copy(source, folder / name)
+
+
+def _scene(folder: Path, random: Random) -> None:
+    scene(duration=0.05).save(folder / "s.json")
+
+
+def _simulated(folder: Path) -> object:
+    return Simulation(Scene.load(folder / "s.json"))
+
+
+def _garment(folder: Path, random: Random) -> None:
+    tshirt_svg(folder)
+    lines = ["[garment]", 'outline = "shirt.svg"', 'openings = ["hem", "neck"]', "scale = 0.001", "spacing = 0.03"]
+    lines += ["size = [0.5, 0.4]", 'fabric = "denim"'] if random.random() < 0.5 else ['up = "-y"', "layers = 2"]
+    (folder / "g.toml").write_text("\n".join(lines))
+
+
+PLAN = 'name = "mine"\n[[step]]\nline = [[0.0, -0.5], [0.0, 0.5]]\nmoves = "+x"\n'
+
+
+def _plan(folder: Path, random: Random) -> None:
+    (folder / "plan.toml").write_text("[plan]\n" + PLAN)
+
+
+def _fold(name: str) -> Callable[[Path, Random], object]:
+    def write(folder: Path, random: Random) -> None:
+        write_fold(folder, spacing=0.1, count=3, frames=4)
+
+    return write
+
+
+def _rollout(folder: Path, random: Random) -> None:
+    positions = np.zeros((2, 3, 3))
+    compress = np.savez_compressed if random.random() < 0.5 else np.savez
+    compress(
+        folder / "r.npz", times=np.arange(2.0), positions=positions, faces=np.array([[0, 1, 2]]), info=np.array("{}")
+    )
+
+
+def _outline(*words: str) -> Callable[[Path], object]:
+    return command("outline", "DIR/p.img", "--width", "0.5", "--out", "DIR/o.svg", *words)
+
+
+def _show(name: str, *words: str) -> Callable[[Path], object]:
+    return command("show", f"DIR/{name}", "--out", "DIR/g.png", *words)
+
+
+KINDS = (
+    Kind("g.svg", _svg, _show("g.svg", "--spacing", "0.04")),
+    Kind("g.svg", _svg, _show("g.svg", "--size", "0.3x0.4")),
+    Kind("g.dxf", _dxf, _show("g.dxf", "--spacing", "0.04", "--size", "0.3x0.4")),
+    Kind("g.obj", _mesh("obj"), _show("g.obj")),
+    Kind("g.ply", _ply, _show("g.ply")),
+    Kind("g.stl", _stl, _show("g.stl")),
+    Kind("g.glb", _mesh("glb"), _show("g.glb")),
+    Kind("g.toml", _garment, _show("g.toml")),
+    Kind("p.img", _photo, _outline()),
+    Kind("s.json", _scene, _simulated),
+    Kind("m.toml", _copied(PRESETS / "cotton.toml", "m.toml"), lambda folder: load_material(folder / "m.toml")),
+    Kind(
+        "m.toml",
+        _copied(EXAMPLES / "measurements-towel.toml", "m.toml"),
+        lambda folder: load_measurements(folder / "m.toml"),
+    ),
+    Kind("d.toml", _copied(OWN / "default.toml", "d.toml"), lambda folder: read_disturbances(folder / "d.toml")),
+    Kind("plan.toml", _plan, lambda folder: make_plan(str(folder / "plan.toml"), make_garment("towel", spacing=0.08))),
+    Kind(
+        "sweep.toml",
+        _copied(EXAMPLES / "sweep.toml", "sweep.toml"),
+        lambda f: read_sweep(f / "sweep.toml", LearnOptions),
+    ),
+    Kind("r.npz", _rollout, lambda folder: Rollout.load(folder / "r.npz")),
+    Kind("result.json", _fold("result.json"), read_fold),
+    Kind("manipulation.json", _fold("manipulation.json"), lambda folder: read_fold(folder).manipulation),
+)
+"""Every kind of file, and how it is read."""
+
+
+def broken(data: bytes, random: Random) -> bytes:
+    """A file broken in one to three places."""
+    for _ in range(random.randint(1, 3)):
+        data = random.choice(BREAKS)(data, random)
+    return data
+
+
+def _at(data: bytes, random: Random) -> int:
+    return random.randrange(len(data) + 1)
+
+
+def _flip(data: bytes, random: Random) -> bytes:
+    found = bytearray(data)
+    for _ in range(random.choice([1, 1, 2, 8])):
+        if found:
+            found[random.randrange(len(found))] = random.randrange(256)
+    return bytes(found)
+
+
+def _cut_off(data: bytes, random: Random) -> bytes:
+    return data[: _at(data, random)]
+
+
+def _left_out(data: bytes, random: Random) -> bytes:
+    start = _at(data, random)
+    return data[:start] + data[start + random.choice([1, 4, 30, 400]) :]
+
+
+def _repeated(data: bytes, random: Random) -> bytes:
+    start = _at(data, random)
+    return data[:start] + data[start : start + 200] * random.choice([2, 30, 500]) + data[start + 200 :]
+
+
+def _inserted(data: bytes, random: Random) -> bytes:
+    start = _at(data, random)
+    return data[:start] + random.choice(TOKENS) + data[start:]
+
+
+def _renumbered(data: bytes, random: Random) -> bytes:
+    places = list(re.finditer(rb"-?[0-9][0-9.eE+-]*", data[:200_000]))
+    if not places:
+        return _flip(data, random)
+    found = random.choice(places)
+    return data[: found.start()] + random.choice(NUMBERS).encode() + data[found.end() :]
+
+
+def _lines_moved(data: bytes, random: Random) -> bytes:
+    lines = data.split(b"\n")
+    first, second = random.randrange(len(lines)), random.randrange(len(lines))
+    lines[first], lines[second] = lines[second], lines[first]
+    return b"\n".join(lines)
+
+
+def _value_replaced(data: bytes, random: Random) -> bytes:
+    """JSON with another value somewhere."""
+    try:
+        value = json.loads(data)
+    except ValueError:
+        return _renumbered(data, random)
+    place: Any = value
+    while isinstance(place, list | dict) and place:
+        key = random.choice(list(place) if isinstance(place, dict) else range(len(place)))
+        if random.random() < 0.3 or not isinstance(place[key], list | dict):
+            place[key] = random.choice(
+                [None, -1, 1e308, "\x1b[2J", [], {}, [[]], True, 10**30, float("nan"), [1.5] * 9]
+            )
+            break
+        place = place[key]
+    return json.dumps(value).encode()
+
+
+BREAKS = (_flip, _cut_off, _left_out, _repeated, _inserted, _renumbered, _renumbered, _lines_moved, _value_replaced)
+
+
+def outcome(seed: int, whole: bool = False) -> str:
+    """What became of reading a broken file, or a whole one: "NAME: read", "NAME: refused", or "WRONG: .." and why."""
+    random = Random(seed)
+    kind = KINDS[seed % len(KINDS)]
+    with tempfile.TemporaryDirectory(prefix="tatamu-fuzz-") as name:
+        folder = Path(name)
+        kind.write(folder, random)
+        path = folder / kind.name
+        if not whole:
+            path.write_bytes(broken(path.read_bytes(), random))
+        return _judged(kind, folder)
+
+
+def warm() -> None:
+    """Compile what a file may need, which is no file's time."""
+    simulate(scene(duration=1 / 60))
+
+
+def acceptable(kind: str) -> bool:
+    """Whether an outcome is as it should be."""
+    return not kind.startswith("WRONG")
+
+
+def _judged(kind: Kind, folder: Path) -> str:
+    said = io.StringIO()
+    printed = io.StringIO()
+    before = _memory()
+    start = time.perf_counter()
+    with contextlib.redirect_stderr(said), contextlib.redirect_stdout(printed), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            kind.read(folder)
+            code = 0
+        except TatamuError as error:
+            code = 2
+            print(f"tatamu: {error}", file=said)
+        except SystemExit as error:
+            code = int(error.code or 0)
+        except BaseException as error:
+            return f"WRONG: {kind.name}: {type(error).__name__}: {error}".splitlines()[0]
+    return _reviewed(
+        kind.name, code, said.getvalue(), printed.getvalue(), time.perf_counter() - start, _memory() - before
+    )
+
+
+def _reviewed(name: str, code: int, said: str, printed: str, seconds: float, memory: float) -> str:
+    lines = said.splitlines()
+    if code not in (0, 2):
+        return f"WRONG: {name}: exit code {code}"
+    if (code == 0 and lines) or (code == 2 and (len(lines) != 1 or not lines[0].startswith("tatamu: "))):
+        return f"WRONG: {name}: exit code {code} with {len(lines)} lines, {said[:200]!r}"
+    if not (said + printed).replace("\n", "").isprintable():
+        return f"WRONG: {name}: control characters in {(said + printed)[:300]!r}"
+    if seconds > PATIENCE:
+        return f"WRONG: {name}: {seconds:.0f} s"
+    if memory > MOST_MEMORY:
+        return f"WRONG: {name}: {memory:.1f} GiB"
+    return f"{name}: {'refused' if code else 'read'}"
+
+
+def _memory() -> float:
+    """The most memory that this process took so far [GiB]."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1 << 20)

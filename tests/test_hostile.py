@@ -1,0 +1,432 @@
+"""Broken and hostile files: one clean line, in bounded time and memory, whatever the file contains."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import struct
+import subprocess
+import sys
+import zipfile
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tatamu.errors import InputError, one_line
+from tatamu.files import LARGEST_TOML, foreign, read_json, read_npz, read_toml
+from tatamu.garments import make_garment
+from tatamu.garments.dxf import read_dxf
+from tatamu.garments.meshfile import read_mesh
+from tatamu.garments.photo import find_outline
+from tatamu.garments.svg import read_svg
+from tatamu.rollout import Rollout
+from tatamu.scene import Scene
+from tests.foreign import svg
+
+READERS: dict[str, Callable[[Path], Any]] = {
+    ".json": Scene.load,
+    ".npz": Rollout.load,
+    ".toml": lambda path: make_garment(str(path)),
+    ".svg": read_svg,
+    ".dxf": read_dxf,
+    ".obj": read_mesh,
+    ".ply": read_mesh,
+    ".stl": read_mesh,
+    ".glb": read_mesh,
+    ".png": find_outline,
+}
+"""A reader of each kind of file."""
+
+
+def refusal(read: Callable[[], Any]) -> str:
+    """The message with which a file is refused."""
+    with pytest.raises(InputError) as refused:
+        read()
+    said = str(refused.value)
+    assert said.isprintable()
+    return said
+
+
+@pytest.mark.parametrize("kind", READERS)
+def test_pipes_devices_and_folders_are_refused_at_once(kind: str, tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / f"pipe{kind}")
+    assert "a pipe or a device" in refusal(lambda: READERS[kind](tmp_path / f"pipe{kind}"))
+    (tmp_path / f"zero{kind}").symlink_to("/dev/zero")
+    assert "a pipe or a device" in refusal(lambda: READERS[kind](tmp_path / f"zero{kind}"))
+    (tmp_path / f"folder{kind}").mkdir()
+    assert "a folder" in refusal(lambda: READERS[kind](tmp_path / f"folder{kind}"))
+
+
+@pytest.mark.parametrize("kind", READERS)
+def test_files_of_gigabytes_are_refused_before_they_are_read(kind: str, tmp_path: Path) -> None:
+    path = tmp_path / f"large{kind}"
+    with path.open("wb") as file:
+        file.truncate(8 << 30)  # takes no space on the disk
+    assert "must have at most" in refusal(lambda: READERS[kind](path))
+
+
+def test_a_file_that_states_no_size_is_read_no_further_than_allowed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a.toml"
+    path.write_text("a = 1\n" + "#" * LARGEST_TOML)
+    true = os.stat(path)
+    monkeypatch.setattr("tatamu.files.os.stat", lambda _: os.stat_result((true.st_mode, 0, 0, 0, 0, 0, 0, 0, 0, 0)))
+    assert "must have at most 2 MiB" in refusal(lambda: read_toml(path))
+
+
+def npz(path: Path, **arrays: np.ndarray) -> Path:
+    np.savez_compressed(path, allow_pickle=True, **arrays)
+    return path
+
+
+def test_arrays_that_unpack_to_gigabytes_are_refused_by_their_headers(tmp_path: Path) -> None:
+    path = tmp_path / "bomb.npz"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        header = io.BytesIO()
+        np.lib.format.write_array_header_1_0(header, {"descr": "<f8", "fortran_order": False, "shape": (1 << 18, 1)})
+        for name in ("times", "positions"):
+            archive.writestr(f"{name}.npy", header.getvalue() + bytes(8 << 18))
+    assert "must take at most 1 MiB" in refusal(lambda: read_npz(path, largest=1 << 20))
+    assert set(read_npz(path, largest=1 << 23)) == {"times", "positions"}
+
+
+def test_a_header_that_promises_more_than_there_is_is_refused(tmp_path: Path) -> None:
+    header = io.BytesIO()
+    np.lib.format.write_array_header_1_0(header, {"descr": "<f8", "fortran_order": False, "shape": (10**9,)})
+    with zipfile.ZipFile(tmp_path / "a.npz", "w") as archive:
+        archive.writestr("times.npy", header.getvalue() + bytes(80))
+    assert "not the size that its header states" in refusal(lambda: read_npz(tmp_path / "a.npz"))
+
+
+WHOLE: dict[str, Any] = {
+    "times": np.zeros(1),
+    "positions": np.zeros((1, 3, 3)),
+    "faces": np.array([[0, 1, 2]]),
+    "info": np.array("{}"),
+}
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"times": np.array(["0"])},
+        {"positions": np.zeros((1, 3, 3), dtype=complex)},
+        {"positions": np.full((1, 3, 3), np.nan)},
+        {"positions": np.zeros((2, 3, 3))},
+        {"positions": np.zeros((1, 3, 2))},
+        {"positions": np.array([{}], dtype=object)},
+        {"faces": np.array([[0, 1, 3]])},
+        {"faces": np.array([[-1, 1, 2]])},
+        {"faces": np.array([[0.0, 1.0, 2.0]])},
+        {"target": np.array("text")},
+        {"info": np.array(3.0)},
+        {"times": np.zeros(1, dtype=[("a", float)])},
+    ],
+)
+def test_arrays_of_another_kind_are_no_rollout(changes: dict[str, Any], tmp_path: Path) -> None:
+    npz(tmp_path / "r.npz", **{**WHOLE, **changes})
+    assert "is not a rollout file" in refusal(lambda: Rollout.load(tmp_path / "r.npz"))
+
+
+def test_a_whole_rollout_is_read(tmp_path: Path) -> None:
+    assert Rollout.load(npz(tmp_path / "r.npz", **WHOLE)).positions.shape == (1, 3, 3)
+
+
+# what is quoted
+
+
+@pytest.mark.parametrize("hidden", ["\x1b[2J", "\x00", "\x9b31m", "\u202e", "\u200b", "\x7f", "\ud800"])
+def test_what_is_quoted_from_a_file_cannot_command_the_terminal(hidden: str) -> None:
+    said = str(InputError(f"given 'a{hidden}b'\nand"))
+    assert said.isprintable()
+    assert hidden not in said and "'a\\" in said and said.endswith("b' and")
+
+
+def test_long_quotations_keep_both_ends() -> None:
+    said = one_line("start " + "x" * 10_000 + " end")
+    assert len(said) < 2_000
+    assert said.startswith("start ") and said.endswith(" end")
+
+
+def test_names_in_files_are_escaped_too(tmp_path: Path) -> None:
+    (tmp_path / "a.svg").write_text(svg('<rect width="300" height="400"/>'))
+    (tmp_path / "a.toml").write_text('[garment]\noutline = "a.svg"\nname = "shirt\\u001b[2J"\nspacing = 0.05\n')
+    assert make_garment(str(tmp_path / "a.toml")).statement.isprintable()
+    ends = [(0, 0), (300, 0), (300, 400), (0, 0)]
+    lines = [f"0\nLINE\n8\na\x1b[2Jb\n10\n{a}\n20\n{b}\n11\n{c}\n21\n{d}\n" for (a, b), (c, d) in pairwise(ends)]
+    (tmp_path / "a.dxf").write_text(dxf(*lines))
+    assert all(piece.name.isprintable() for piece in read_dxf(tmp_path / "a.dxf").pieces)
+
+
+@pytest.mark.parametrize("error", [StopIteration(), RecursionError("deep"), KeyError("\x1b"), MemoryError()])
+def test_whatever_a_library_raises_is_one_line(error: Exception) -> None:
+    def read() -> None:
+        with foreign(Path("a.dxf"), "a DXF file"):
+            raise error
+
+    assert refusal(read).startswith("a.dxf: is not a DXF file (")
+
+
+def test_libraries_print_nothing_beside_the_line(tmp_path: Path) -> None:
+    """Of an STL file whose normals are broken, trimesh logs a traceback, though its triangles are whole."""
+    text = "solid\nfacet normal 0 0 -0.x\nouter loop\n"
+    text += "".join(f"vertex {x} {y} 0\n" for x, y in ((0, 0), (0.3, 0), (0, 0.4))) + "endloop\nendfacet\nendsolid\n"
+    (tmp_path / "a.stl").write_text(text)
+    code = f"import sys; sys.argv = ['tatamu', 'show', 'a.stl', '--out', 'a.png']; {MAIN}"
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+MAIN = "from tatamu.cli import main; main()"
+
+
+@pytest.mark.parametrize(
+    ("what", "code", "line"),
+    [
+        ("warnings.warn('beside', RuntimeWarning); raise InputError('a: b')", 2, "tatamu: a: b\n"),
+        ("raise MemoryError", 2, "tatamu: there is not enough memory for this; give smaller files or a coarser mesh\n"),
+    ],
+)
+def test_a_command_that_fails_prints_its_line_alone(what: str, code: int, line: str) -> None:
+    program = (
+        "import sys, warnings\nimport tatamu.cli as cli\nfrom tatamu.errors import InputError\n"
+        f"def app(**_):\n    {what}\ncli.app = app\ncli.main()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (code, line)
+
+
+# scenes
+
+
+def scene_with(**changes: Any) -> dict[str, Any]:
+    cloth = {
+        "vertices": [[0, 0, 0.02], [0, 0.02, 0.02], [0.02, 0, 0.02], [0.02, 0.02, 0.02]],
+        "faces": [[0, 2, 1], [1, 2, 3]],
+    }
+    material = {"areal_density": 0.2, "stretch_stiffness": 300.0, "bending_rigidity": 1.5e-5}
+    return {"cloth": {**cloth, **changes}, "material": material, "duration": 0.01}
+
+
+@pytest.mark.parametrize("index", ["Infinity", "NaN", "1e300", "-1e300", "0.5", '"1"', "1" + 20 * "0"])
+def test_indices_that_are_no_whole_numbers_are_one_line(index: str, tmp_path: Path) -> None:
+    text = json.dumps(scene_with(faces=[["HERE", 2, 1], [1, 2, 3]])).replace('"HERE"', index)
+    (tmp_path / "s.json").write_text(text)
+    assert "s.json: cloth.faces: must be a list of [i, j, k]" in refusal(lambda: Scene.load(tmp_path / "s.json"))
+
+
+def test_a_patch_whose_points_lie_on_a_conic_is_simulated() -> None:
+    from tatamu.simulators.native.model import _build
+    from tatamu.simulators.native.options import Options
+
+    rest = [[0, 0, 0], [0, -0.02, 0], [0.02, 0, 0], [0.02, 0.02, 0]]
+    scene = Scene.model_validate(scene_with(rest_vertices=rest))
+    built = _build(scene.cloth, scene.material, Options())
+    assert built is not None
+
+
+# meshes
+
+
+def ply(vertices: np.ndarray, faces: list[list[int]], form: str = "ascii") -> bytes:
+    head = (
+        f"ply\nformat {form} 1.0\ncomment made by hand\nelement vertex {len(vertices)}\nproperty float x\n"
+        f"property float y\nproperty float z\nproperty uchar red\nelement face {len(faces)}\n"
+        "property list uchar int vertex_indices\nend_header\n"
+    ).encode()
+    if form == "ascii":
+        rows = [" ".join(f"{value:.9g}" for value in (*vertex, 255)) for vertex in vertices]
+        rows += [" ".join(map(str, [len(face), *face])) for face in faces]
+        return head + "\n".join(rows).encode() + b"\n"
+    order = "<" if "little" in form else ">"
+    body = b"".join(struct.pack(f"{order}3fB", *vertex, 255) for vertex in vertices)
+    return head + body + b"".join(struct.pack(f"{order}B{len(face)}i", len(face), *face) for face in faces)
+
+
+ARROW = np.array([[0, 0, 0], [0.4, 0, 0], [0.4, 0.4, 0], [0.2, 0.1, 0], [0, 0.4, 0], [0.2, -0.2, 0]])
+
+
+@pytest.mark.parametrize("form", ["ascii", "binary_little_endian", "binary_big_endian"])
+def test_a_ply_of_any_form_may_mix_faces_and_have_concave_ones(form: str, tmp_path: Path) -> None:
+    (tmp_path / "a.ply").write_bytes(ply(ARROW, [[0, 1, 2, 3, 4], [0, 5, 1]], form))
+    mesh = read_mesh(tmp_path / "a.ply")
+    a, b, c = (mesh.vertices[mesh.faces[:, k], :2] for k in range(3))
+    areas = 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+    assert len(areas) == 4 and (areas > 0).all()
+    assert areas.sum() == pytest.approx(0.16 - 0.06 + 0.04)
+
+
+@pytest.mark.parametrize("form", ["ascii", "binary_little_endian"])
+def test_a_ply_that_lies_is_one_line(form: str, tmp_path: Path) -> None:
+    path = tmp_path / "a.ply"
+    whole = ply(ARROW, [[0, 1, 2, 3, 4]], form)
+    for changed, words in (
+        (ply(ARROW, [[0, 1, 99999]], form), "uses vertices beyond 0 to 5"),
+        (ply(ARROW, [[0, 1, -1]], form), "uses vertices beyond 0 to 5"),
+        (ply(ARROW, [[0, 1]], form), "a face has 2 corners"),
+        (ply(ARROW, [], form), "must have triangles"),
+        (whole.replace(b"vertex 6", b"vertex 6000000000"), "must have at most 600000 of element vertex"),
+        (whole.replace(b"face 1", b"face 9"), "cut short"),
+        (whole.replace(b"float x", b"floot x"), "is not a mesh file"),
+        (whole.replace(b"float x", b"float w"), "is not a mesh file"),
+        (whole.replace(b"end_header", b"end_heather"), "has no header"),
+    ):
+        path.write_bytes(changed)
+        assert words in refusal(lambda: read_mesh(path))
+
+
+def glb(**changes: Any) -> bytes:
+    points = np.array([[0, 0, 0], [0.3, 0, 0], [0, 0.4, 0]], dtype="<f4").tobytes()
+    indices = np.array([0, 1, 2], dtype="<u4").tobytes()
+    header: dict[str, Any] = {
+        "asset": {"version": "2.0"},
+        "buffers": [{"byteLength": 48}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 36, "byteLength": 12}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+            {"bufferView": 1, "componentType": 5125, "count": 3, "type": "SCALAR"},
+        ],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "nodes": [{"mesh": 0}],
+        "scenes": [{"nodes": [0]}],
+    }
+    text = json.dumps({**header, **changes}).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<2I", len(text), 0x4E4F534A) + text + struct.pack("<2I", 48, 0x004E4942) + points + indices
+    return struct.pack("<3I", 0x46546C67, 2, 12 + len(chunks)) + chunks
+
+
+def test_a_small_glb_that_unpacks_to_anything_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.glb"
+    path.write_bytes(glb())
+    assert len(read_mesh(path).faces) == 1
+    many = [{"componentType": 5126, "count": 10**10, "type": "VEC3"}] * 2
+    shown = [{"mesh": 0}] * 9_000
+    heavy = [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}] * 1_000}]
+    for changes in ({"accessors": many}, {"nodes": shown, "meshes": heavy}, {"nodes": [{"mesh": 0}] * 20_000}):
+        path.write_bytes(glb(**changes))
+        assert "must have at most" in refusal(lambda: read_mesh(path))
+    path.write_bytes(glb(meshes=[]))
+    refusal(lambda: read_mesh(path))
+
+
+def test_meshes_without_triangles_or_with_none_that_has_an_area_are_one_line(tmp_path: Path) -> None:
+    head = bytes(80)
+    for name, data, words in (
+        ("empty.stl", head + struct.pack("<I", 0), "must have triangles"),
+        ("points.stl", head + struct.pack("<I12fH", 1, *[0.0] * 12, 0), "must have triangles with an area"),
+        ("nan.stl", head + struct.pack("<I12fH", 1, *[np.nan] * 12, 0), "must be finite"),
+        ("far.obj", b"v 0 0 0\nv 1e300 0 0\nv 0 1e300 0\nf 1 2 3\n", "must be finite and lie within"),
+        ("one.obj", b"v 0 0 0\nf 1 1 1\n", "is 0 m wide"),
+        ("line.obj", b"f" + b" 1" * 60_000, "is no OBJ"),
+        ("crossed.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 2 3 0\nf 1 2 3 4 5\n", "touches or crosses itself"),
+    ):
+        (tmp_path / name).write_bytes(data)
+        path = str(tmp_path / name)
+        assert words in refusal(lambda path=path: make_garment(path, scale=None))  # type: ignore[misc]
+
+
+# drawings
+
+
+def test_an_svg_that_unpacks_to_anything_is_refused_at_once(tmp_path: Path) -> None:
+    uses = "".join(f'<g id="g{k}">' + f'<use href="#g{k - 1}"/>' * 10 + "</g>" for k in range(1, 12))
+    entities = "".join(f'<!ENTITY e{k} "&e{k - 1};&e{k - 1};">' for k in range(1, 30))
+    shape = '<rect id="g0" width="1" height="1"/>'
+    for text, words in (
+        (svg(f"<defs>{shape}{uses}</defs><use href='#g11'/>"), "must have at most 500000 elements"),
+        (svg('<g id="a"><use href="#a"/></g>'), "shows itself"),
+        (svg("<g>" * 5_000 + "</g>" * 5_000), "at most 100 deep"),
+        (svg('<path d="M0 0' + " C 0 1 0 2 1 0" * 90_000 + '"/>'), "must have at most 500000 elements"),
+        (f'<!DOCTYPE svg [<!ENTITY e0 "a">{entities}]><svg id="&e29;"/>', "entities that name no others"),
+        (svg('<circle r="1e308"/>'), "must have coordinates that are finite"),
+        (svg('<path d="M 0 0 A 1e12 1e12 0 0 1 5 5 L 1e300 3 Z"/>'), "must have coordinates that are finite"),
+        (svg('<rect width="1" height="1"/>' * 5_001), "at most 5000 closed curves"),
+    ):
+        (tmp_path / "a.svg").write_text(text)
+        assert words in refusal(lambda: read_svg(tmp_path / "a.svg"))
+
+
+def dxf(*entities: str, blocks: str = "") -> str:
+    block = f"0\nSECTION\n2\nBLOCKS\n{blocks}0\nENDSEC\n" if blocks else ""
+    return f"{block}0\nSECTION\n2\nENTITIES\n{''.join(entities)}0\nENDSEC\n0\nEOF\n"
+
+
+def inserted(name: str, rows: int = 1) -> str:
+    return f"0\nINSERT\n8\n0\n2\n{name}\n10\n0\n20\n0\n71\n{rows}\n45\n1.0\n"
+
+
+def test_a_dxf_that_unpacks_to_anything_is_refused_at_once(tmp_path: Path) -> None:
+    chain = "".join(
+        f"0\nBLOCK\n8\n0\n2\nB{k}\n70\n0\n10\n0\n20\n0\n{inserted(f'B{k - 1}') * 10 if k else ''}"
+        "0\nPOINT\n8\n0\n10\n1\n20\n1\n0\nENDBLK\n"
+        for k in range(9)
+    )
+    circle = "0\nCIRCLE\n8\n0\n10\n0\n20\n0\n40\n{}\n"
+    for text, words in (
+        (dxf(inserted("B8"), blocks=chain), "must have at most 500000 elements"),
+        (dxf(inserted("B0", 10**9), blocks=chain), "must have at most 500000 elements"),
+        (dxf(circle.format("1e308")), "must have coordinates that are finite"),
+        ("0\nSECTION\n2\nHEADER\n9\n$", "is not a DXF file"),
+    ):
+        (tmp_path / "a.dxf").write_text(text)
+        assert words in refusal(lambda: read_dxf(tmp_path / "a.dxf"))
+
+
+def test_an_arc_that_is_far_too_large_for_a_garment_has_few_points(tmp_path: Path) -> None:
+    (tmp_path / "a.dxf").write_text(dxf("0\nCIRCLE\n8\n0\n10\n0\n20\n0\n40\n1e8\n"))
+    (piece,) = read_dxf(tmp_path / "a.dxf").pieces
+    assert len(piece.curves[0].points) < 5_000
+
+
+# photos
+
+
+def test_a_picture_of_too_many_pixels_is_refused_by_its_header(tmp_path: Path) -> None:
+    header = struct.pack("<2sIHHI", b"BM", 54, 0, 0, 54) + struct.pack(
+        "<IiiHHIIiiII", 40, 12_000, 12_000, 1, 24, *[0] * 6
+    )
+    (tmp_path / "a.bmp").write_bytes(header)
+    assert "at most 100 million pixels" in refusal(lambda: find_outline(tmp_path / "a.bmp"))
+
+
+def test_broken_json_of_any_kind_is_one_line(tmp_path: Path) -> None:
+    for text in ("[" * 100_000, '{"a": 1' + "0" * 5_000 + "}", '{"a\\u001b": 1, "a\\u001b": 2}', ""):
+        (tmp_path / "a.json").write_text(text)
+        refusal(lambda: read_json(tmp_path / "a.json"))
+
+
+@pytest.mark.parametrize("value", ["NaN", "-Infinity", "1e999", "1" + "0" * 400, '"0.1"', "[]"])
+def test_kept_verdicts_that_are_no_numbers_are_passed_over(value: str, tmp_path: Path) -> None:
+    from tatamu.disturbances.memory import Memory
+
+    line = '{{"key": "{}", "mean_vertex_distance": {}, "mask_iou": 0.9}}\n'
+    (tmp_path / "simulated.jsonl").write_text(
+        line.format("wrong", value) + "[" * 9_999 + "\n" + line.format("right", 0.01)
+    )
+    memory = Memory(tmp_path / "simulated.jsonl")
+    assert memory.get("wrong") is None
+    assert memory.get("right") is not None
+
+
+@pytest.mark.parametrize("item", ['"a"', "0.5", "{}"])
+def test_a_million_wrong_items_are_one_error(item: str, tmp_path: Path) -> None:
+    """Each would be an error of its own, of a kilobyte and more."""
+    text = json.dumps({**scene_with(), "grippers": [{"vertices": "HERE", "times": [0], "displacements": [[0, 0, 0]]}]})
+    (tmp_path / "s.json").write_text(text.replace('"HERE"', f"[{','.join([item] * 1_000_000)}]"))
+    said = refusal(lambda: Scene.load(tmp_path / "s.json"))
+    assert "s.json: grippers.0.vertices.0: " in said and "more)" not in said
+
+
+def test_tables_of_any_number_of_fields_are_refused(tmp_path: Path) -> None:
+    fields = {f"f{k}": k for k in range(20_000)}
+    (tmp_path / "s.json").write_text(json.dumps(fields))
+    (tmp_path / "s.toml").write_text("[a.b]\n" + "".join(f"{name} = {value}\n" for name, value in fields.items()))
+    assert "must have tables of at most 10000 fields" in refusal(lambda: read_json(tmp_path / "s.json"))
+    assert "must have tables of at most 10000 fields" in refusal(lambda: read_toml(tmp_path / "s.toml"))
