@@ -75,6 +75,7 @@ PLACES = {
     "cluster: constants": NOTES / "cluster.md",
     "cluster: thousand": NOTES / "cluster.md",
     "garments within reach": NOTES / "robots.md",
+    "presets": NOTES / "robots.md",
     "margins: meshes": NOTES / "margins.md",
     "margins: folds": NOTES / "margins.md",
     "margins: simulators": NOTES / "margins.md",

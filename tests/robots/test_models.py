@@ -330,6 +330,29 @@ def test_a_model_file_that_cannot_be_read_is_one_line(tmp_path: Path, text: str,
         load(str(path))
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "named"),
+    [
+        ('mass="1"', 'mass="1e308"', "body_mass"),
+        ('pos="0 0 0.35"', 'pos="0 0 1e200"', "body_pos"),
+        ('range="-2.7 2.7"', 'range="-2.7 1e9"', "jnt_range must be within 10000 (SI units), given 1e+09"),
+    ],
+)
+def test_a_number_that_no_robot_has_is_named(tmp_path: Path, old: str, new: str, named: str) -> None:
+    assert old in mjcf()
+    (tmp_path / "arm.xml").write_text(mjcf().replace(old, new))
+    assert named in refused(pair_of(tmp_path, "arm.xml"))
+
+
+def test_nothing_but_our_line_is_written(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "left.xml").write_text(mjcf(more='<option integrator="RK4" timestep="0.1"/>'))
+    (tmp_path / "right.xml").write_text(mjcf().replace('pos="0 0 0.35"', 'pos="0 0 NaN"'))
+    refused(pair_of(tmp_path, "left.xml", "right.xml"))
+    load(str(pair_of(tmp_path, "left.xml")))
+    said = capfd.readouterr()
+    assert (said.out, said.err) == ("", "")
+
+
 def test_an_mjcf_brings_its_meshes_height_fields_textures_and_includes(tmp_path: Path) -> None:
     image = pytest.importorskip("PIL.Image")
     mesh(tmp_path / "shapes" / "link.stl")

@@ -18,8 +18,8 @@ def plan(
     robot: Annotated[
         str | None,
         typer.Option(
-            help="hironx, nextage, or a .toml that describes a robot; default: that for which the fold was learned, "
-            "else hironx."
+            help="hironx, nextage, fr3-pair, panda-pair, ur5e-pair, xarm7-pair, or a .toml that describes a robot; "
+            "default: the one for which the fold was learned, else hironx."
         ),
     ] = None,
     table_height: Annotated[

@@ -30,8 +30,13 @@ def described(path: Path) -> Robot:
     """Load the robot of a description and the models that it names.
 
     Raises:
-        InputError: A file cannot be read, a field is wrong, or the model has no such joint or body.
+        InputError: If a file cannot be read, a field is wrong, or the robot cannot be planned for.
     """
+    with quiet():  # MuJoCo warns of options that two models do not share, which no plan depends on
+        return _described(path)
+
+
+def _described(path: Path) -> Robot:
     description = read_description(path)
     disturbances_in_description(path, description)
     arms = {"larm": description.larm, "rarm": description.rarm}
@@ -111,7 +116,7 @@ def _within_model(
         if lowered:
             above.append(f"{name} {joint} {speed:g} ({own:g})")
     kept = np.array(limits)
-    return kept, np.array(arm.acceleration) * kept / np.array(arm.speed)
+    return kept, np.array(arm.acceleration) * (kept / np.array(arm.speed))
 
 
 def _notes(path: Path, above: list[str]) -> tuple[str, ...]:
@@ -136,8 +141,7 @@ def _pair(arms: dict[str, ArmDescription], files: dict[str, ModelFile], prefixes
     for name, arm in arms.items():
         X_BM = arm.mount.matrix
         frame = spec.worldbody.add_frame(pos=X_BM[:3, 3], quat=to_quaternion(X_BM[:3, :3]))
-        with quiet():  # of options that the arms' models do not share
-            spec.attach(files[name].spec.copy(), prefix=prefixes[name], frame=frame)
+        spec.attach(files[name].spec.copy(), prefix=prefixes[name], frame=frame)
         contents |= files[name].contents
     give(spec, contents, tuple(prefixes.values()))
     return spec

@@ -9,6 +9,7 @@ from tatamu.errors import InputError
 from tatamu.robots.assembly import described
 from tatamu.robots.kawada import kawada
 from tatamu.robots.model import Robot
+from tatamu.robots.presets import PAIRS, pair_of_arms
 from tatamu.robots.soundness import check_kinematics
 
 NAMED: dict[str, Callable[[float | None, float | None], Robot]] = {
@@ -36,8 +37,9 @@ def load(name: str, wrist_offset: float | None = None, fingertip: float | None =
 def _named(name: str, wrist_offset: float | None, fingertip: float | None) -> Robot:
     if name in NAMED:
         return NAMED[name](wrist_offset, fingertip)
-    if not name.endswith(".toml"):
-        raise InputError(f"robot: must be {', '.join(NAMED)}, or a .toml file that describes one, given {name!r}")
+    if name not in PAIRS and not name.endswith(".toml"):
+        names = ", ".join((*NAMED, *PAIRS))
+        raise InputError(f"robot: must be {names}, or a .toml file that describes one, given {name!r}")
     if wrist_offset is not None or fingertip is not None:
         raise InputError("wrist offset and fingertip: only for hironx and nextage; others say it in their .toml")
-    return described(Path(name))
+    return pair_of_arms(name, *PAIRS[name]) if name in PAIRS else described(Path(name))

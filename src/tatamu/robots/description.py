@@ -20,8 +20,11 @@ from tatamu.robots.pose import from_rpy, pose
 
 DIRECTIONS = 6
 """In which a tool moves and turns: an arm needs as many joints."""
-Vector = tuple[float, float, float]
-Numbers = Annotated[list[float], Field(min_length=1)]
+Length = Annotated[float, Field(ge=-10, le=10)]
+"""Within ten metres [m]."""
+Vector = tuple[Length, Length, Length]
+"""Lengths [m] or angles [rad]."""
+Numbers = Annotated[list[Annotated[float, Field(ge=-1000, le=1000)]], Field(min_length=1)]
 
 
 class Frame(Record):
@@ -77,8 +80,8 @@ class ArmDescription(Record):
         for name in self.faster_than_model:
             if name not in self.joints:
                 raise ValueError(f"faster_than_model must name joints of this arm, given {name!r}")
-        if min(self.speed) <= 0 or min(self.acceleration) <= 0:
-            raise ValueError("speed and acceleration must be above 0")
+        if min(*self.speed, *self.acceleration) < 1e-3:
+            raise ValueError("speed and acceleration must be at least 0.001")
         return self
 
 
@@ -90,9 +93,9 @@ class Description(Record):
     """URDF or MJCF of the whole robot; beside the description."""
     base: str = "world"
     """The body that plans are written in; it must not move."""
-    table_heights: tuple[float, float] = (0.0, 0.0)
+    table_heights: tuple[Length, Length] = (0.0, 0.0)
     """Lowest and highest table top that may be chosen, in the base [m]."""
-    front: float = 0.1
+    front: Length = 0.1
     """Near edge of the table, along x of the base [m]."""
     packages: dict[str, str] = Field(default_factory=dict)
     """Folders of ROS packages that URDFs name; relative to the description."""

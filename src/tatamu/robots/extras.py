@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import import_module
@@ -27,12 +28,14 @@ def needed(module: str) -> Any:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Keep MuJoCo's warnings off standard error, which it writes to by itself."""
+    """Keep MuJoCo's warnings off standard error: those that it writes by itself, and those that Python shows for it."""
     mujoco = needed("mujoco")
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda _: None)
     try:
-        yield
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)
+            yield
     finally:
         mujoco.set_mju_user_warning(before)
 

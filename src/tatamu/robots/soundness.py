@@ -19,6 +19,13 @@ from tatamu.robots.model import Arm, Robot
 from tatamu.robots.pose import inverse, pose
 
 DRAWS = 32
+LARGEST = 1e4
+"""Numbers of a model that are larger are none of a robot's [m, rad, kg, kg m^2]."""
+NUMBERS = (
+    *("body_pos", "body_quat", "body_mass", "body_inertia", "geom_pos", "geom_size"),
+    *("jnt_pos", "jnt_axis", "jnt_range", "qpos0"),
+)
+"""Fields of a mujoco.MjModel that are held to this."""
 SAME_POSE = 1e-6
 """Chain and MuJoCo put a tool in one place to within this [m, and as an entry of the rotation]."""
 FOLLOWS = 1e-3
@@ -43,6 +50,7 @@ def check_description(path: Path, robot: Robot, prefixes: dict[str, str]) -> Non
         model = robot.model
     except ValueError as error:
         raise InputError(f"{path}: the model does not compile ({one_line(error)})") from None
+    _check_numbers(path, model)
     _check_joints(path, model)
     for arm in robot.arms:
         _check_arm(path, robot, arm, prefixes[arm.name])
@@ -117,6 +125,15 @@ def _check_names(path: Path, robot: Robot) -> None:
             raise InputError(f"{path}: standing: {joint} is one of an arm's joints, which plans move")
     if robot.base != "world" and robot.spec.body(robot.base) is None:
         raise InputError(f"{path}: base: the model has no body {robot.base!r}")
+
+
+def _check_numbers(path: Path, model: Any) -> None:
+    """Refuse models with numbers that no robot has; MuJoCo lets infinite ones pass."""
+    for name in NUMBERS:
+        values = getattr(model, name)
+        if not (np.abs(values) <= LARGEST).all():
+            worst = values.flat[int(np.argmax(np.where(np.isfinite(values), np.abs(values), np.inf)))]
+            raise InputError(f"{path}: model: {name} must be within {LARGEST:g} (SI units), given {worst:.4g}")
 
 
 def _check_joints(path: Path, model: Any) -> None:

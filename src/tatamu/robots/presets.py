@@ -1,0 +1,157 @@
+"""Pairs of single arms by name, each mounted as it folds most: facing each other across the cloth, or side by side.
+
+B is the middle between both feet, on the plane that they stand on; x is the way that the fold goes, y to the left arm.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from tatamu.robots.arm_facts import FR3, PANDA, UR5E, XARM7, Box, SerialArm
+from tatamu.robots.extras import needed
+from tatamu.robots.model import Arm, Robot, StartPose
+from tatamu.robots.pose import from_rpy, pose, to_quaternion, turn
+
+TIP = 0.010
+"""Outermost part of the fingers [m], no obstacle in a fold that knows no fingers: in it they lie on the table."""
+CAREFUL = 0.5
+"""Fraction of a joint's speed that plans keep to."""
+
+
+@dataclass(frozen=True)
+class Mount:
+    """Where the feet of a pair stand; the right arm mirrors the left one."""
+
+    x: float
+    """[m]."""
+    y: float
+    """Of the left foot, in front of which x of its own frame points [m]."""
+    yaw: float
+    """Of the left foot: 0 side by side, -pi / 2 facing the right arm [rad]."""
+    front: float
+    """Near edge of the table, along x of B [m]."""
+
+
+def side_by_side(y: float) -> Mount:
+    """Feet 2 y apart, both facing the table."""
+    return Mount(0.0, y, 0.0, 0.15)
+
+
+def facing(y: float, front: float) -> Mount:
+    """Feet 2 y apart, facing each other; the table begins at `front`."""
+    return Mount(0.0, y, -np.pi / 2, front)
+
+
+PAIRS: dict[str, tuple[SerialArm, Mount]] = {
+    "fr3-pair": (FR3, facing(0.65, -0.60)),
+    "panda-pair": (PANDA, facing(0.65, -0.60)),
+    "ur5e-pair": (UR5E, facing(0.65, -0.60)),
+    "xarm7-pair": (XARM7, facing(0.60, -0.60)),
+}
+"""Each name's arm and mount; `python -m benchmarks.presets` compares mounts."""
+
+
+def pair_of_arms(name: str, arm: SerialArm, mount: Mount) -> Robot:
+    """Make the robot of two arms on a mount."""
+    larm, rarm = (_arm(side, arm, mount) for side in ("larm", "rarm"))
+    return Robot(
+        name=name,
+        spec=_spec(arm, mount, TIP),
+        whole=_spec(arm, mount, 0.0),
+        base="world",
+        larm=larm,
+        rarm=rarm,
+        joints=(*larm.joints, *rarm.joints),
+        trunk=None,
+        trunk_speed=(1.0, 1.0),
+        trunk_acceleration=1.0,
+        poses=(StartPose("ready", larm.initial, rarm.initial),),
+        table_heights=(0.0, 0.0),
+        front=mount.front,
+    )
+
+
+def _feet(mount: Mount) -> dict[str, np.ndarray]:
+    """X_BM of both feet."""
+    return {
+        "larm": pose(turn(2, mount.yaw), np.array([mount.x, mount.y, 0.0])),
+        "rarm": pose(turn(2, -mount.yaw), np.array([mount.x, -mount.y, 0.0])),
+    }
+
+
+def _arm(side: str, arm: SerialArm, mount: Mount) -> Arm:
+    """The arm in the pose where its fingers lie along y of B; T is turned by half a turn if the gripper is."""
+    yaw = _feet(mount)[side][:3, :3]
+    initial = np.array(arm.ready)
+    X_WG = pose(from_rpy(*arm.gripper.rpy), np.array(arm.gripper.xyz))
+    down = np.diag([-1.0, 1.0, -1.0])
+    R_BG = yaw @ _wrist(arm, initial) @ X_WG[:3, :3]
+    wanted = R_BG.T @ down  # a turn about the gripper's z
+    angle = float(np.arctan2(wanted[1, 0], wanted[0, 0]))
+    last = arm.hinges[-1]
+    turns = (angle, angle - np.copysign(np.pi, angle))  # a gripper looks the same after half a turn
+    turned = min(turns, key=lambda by: abs(initial[-1] + by - (last.lower + last.upper) / 2))
+    initial[-1] += turned
+    flip = turn(2, np.pi) if turned != angle else np.eye(3)
+    tool = X_WG @ pose(flip, np.array([0.0, 0.0, arm.gripper.fingertip]))
+    speed = np.array([hinge.speed for hinge in arm.hinges])
+    return Arm(
+        name=side,
+        joints=tuple(f"{side}_{joint}" for joint in arm.joints),
+        link=f"{side}_link{len(arm.joints)}",
+        tool_in_wrist=tool,
+        initial=initial,
+        speed=speed,
+        planned_speed=CAREFUL * speed,
+        planned_acceleration=np.full(len(speed), arm.acceleration),
+    )
+
+
+def _wrist(arm: SerialArm, angles: np.ndarray) -> np.ndarray:
+    """Rotation of the last link in the foot, shape (3, 3)."""
+    R = np.eye(3)
+    for hinge, angle in zip(arm.hinges, angles, strict=True):
+        R = R @ from_rpy(*hinge.rpy) @ turn(int(np.argmax(hinge.axis)), float(angle))
+    return R
+
+
+def _spec(arm: SerialArm, mount: Mount, left_out: float) -> Any:
+    mujoco = needed("mujoco")
+    spec = mujoco.MjSpec()
+    spec.modelname = f"tatamu-{arm.name}-pair"
+    spec.compiler.degree = False
+    for side, X_BM in _feet(mount).items():
+        quat = to_quaternion(X_BM[:3, :3])
+        body = spec.worldbody.add_body(name=f"{side}_foot", pos=X_BM[:3, 3], quat=quat)
+        _add_boxes(body, arm.base, 1.0, mujoco)
+        for number, (name, hinge) in enumerate(zip(arm.joints, arm.hinges, strict=True), start=1):
+            body = body.add_body(name=f"{side}_link{number}", pos=hinge.xyz, quat=to_quaternion(from_rpy(*hinge.rpy)))
+            limits = [hinge.lower, hinge.upper]
+            body.add_joint(name=f"{side}_{name}", type=mujoco.mjtJoint.mjJNT_HINGE, axis=hinge.axis, range=limits)
+            _add_boxes(body, hinge.boxes or _SMALL, hinge.mass, mujoco)
+        _add_gripper(body, arm, left_out, mujoco)
+    return spec
+
+
+_SMALL: tuple[Box, ...] = (((-0.03, -0.03, -0.02), (0.03, 0.03, 0.0)),)
+"""For a link that has no shape in its source: a flange."""
+
+
+def _add_gripper(wrist: Any, arm: SerialArm, left_out: float, mujoco: Any) -> None:
+    gripper = arm.gripper
+    hand = wrist.add_body(name=f"{wrist.name}_gripper", pos=gripper.xyz, quat=to_quaternion(from_rpy(*gripper.rpy)))
+    thick, wide = gripper.fingers
+    fingers = ((-thick, -wide, gripper.palm[1][2]), (thick, wide, gripper.fingertip - left_out))
+    _add_boxes(hand, (gripper.palm, fingers), gripper.mass, mujoco)
+
+
+def _add_boxes(body: Any, boxes: tuple[Box, ...], mass: float, mujoco: Any) -> None:
+    """Boxes of one density that weigh `mass` together."""
+    halves = [(np.array(high) - np.array(low)) / 2 for low, high in boxes]
+    volume = sum(float(np.prod(half)) for half in halves)
+    for half, (low, high) in zip(halves, boxes, strict=True):
+        centre = (np.array(low) + np.array(high)) / 2
+        body.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=half, pos=centre, mass=mass * float(np.prod(half)) / volume)

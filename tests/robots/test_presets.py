@@ -1,0 +1,146 @@
+"""Pairs of arms by name: they are the robots that they are named after, and fold what a pair side by side cannot."""
+
+import os
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.robots.folds import folder
+
+mujoco = pytest.importorskip("mujoco")
+pytest.importorskip("mink")
+pytest.importorskip("toppra")
+
+from tatamu.errors import InputError  # noqa: E402
+from tatamu.robots import load, plan_fold  # noqa: E402
+from tatamu.robots.arm_facts import FR3, PANDA, UR5E, XARM7, SerialArm  # noqa: E402
+from tatamu.robots.chain import Chain  # noqa: E402
+from tatamu.robots.clearance import FAR, Clearance  # noqa: E402
+from tatamu.robots.constraint import ReachConstraint  # noqa: E402
+from tatamu.robots.modelfile import give, read_model  # noqa: E402
+from tatamu.robots.presets import PAIRS, pair_of_arms, side_by_side  # noqa: E402
+from tests.robots.folds import exact  # noqa: E402
+
+NAMES = sorted(PAIRS)
+REAL = {
+    "panda": (PANDA, "example-robot-data", "panda_description/urdf/panda.urdf", "panda_link{}", 1e-5),
+    "xarm7": (XARM7, "example-robot-data", "xarm_description/urdf/xarm7.urdf", "link{}", 1e-4),
+    "ur5e": (UR5E, "robosuite", "ur5e/robot.xml", "", 2.5e-3),  # its lengths are rounded to millimetres
+}
+UR_LINKS = ("shoulder_link", "upper_arm_link", "forearm_link", "wrist_1_link", "wrist_2_link", "wrist_3_link")
+
+
+def real_file(package: str, path: str) -> Path:
+    """A model file of an installed package; the test is skipped if there is none."""
+    roots = [Path(entry) / "cmeel.prefix" / "share" / "example-robot-data" / "robots" for entry in sys.path]
+    if package == "robosuite":
+        found = find_spec("robosuite")
+        roots = [Path(os.path.dirname(found.origin or "")) / "models/assets/robots"] if found else []
+    for root in roots:
+        if (root / path).is_file():
+            return root / path
+    pytest.skip(f"{package} is not installed, whose {path} this preset is compared with")
+
+
+def single(arm: SerialArm) -> Any:
+    """The model of a preset's left arm, its foot at the origin."""
+    mount = side_by_side(0.0)
+    return pair_of_arms(arm.name, arm, mount).model
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_pair_starts_with_its_tools_down_and_its_fingers_across_the_fold(name: str) -> None:
+    robot = load(name)
+    for arm in robot.arms:
+        tool = Chain.of(robot, arm).tool(arm.initial[None])[0][0]
+        assert np.allclose(tool[:3, :3], np.diag([-1, 1, -1]), atol=1e-3)
+        assert np.sign(tool[1, 3]) == (1 if arm.name == "larm" else -1)
+        assert Chain.of(robot, arm).margin(arm.initial[None])[0] > 0.3
+    clearance = Clearance(robot)
+    clearance.set_table(0.0)
+    assert clearance.untested == []
+    least = {kind: found.value for kind, found in clearance.least(robot.initial[None]).items()}
+    assert min(least.values()) > 0.03 and min(least["between arms"], least["to obstacles"]) > 0.1 <= FAR
+
+
+@pytest.mark.parametrize("name", sorted(REAL))
+def test_a_preset_moves_as_the_real_models_do(name: str) -> None:
+    arm, package, path, pattern, tolerance = REAL[name]
+    model, mine = _real_model(package, path), single(arm)
+    theirs, ours = mujoco.MjData(model), mujoco.MjData(mine)
+    columns = [model.jnt_qposadr[number] for number in range(len(arm.joints))]
+    random = np.random.default_rng(0)
+    for _ in range(5):
+        angles = random.uniform(-1.0, 1.0, len(arm.joints))
+        theirs.qpos[columns] = angles
+        for joint, angle in zip(arm.joints, angles, strict=True):
+            ours.joint(f"larm_{joint}").qpos[0] = angle
+        mujoco.mj_kinematics(model, theirs)
+        mujoco.mj_kinematics(mine, ours)
+        for number in range(1, len(arm.joints) + 1):
+            link = theirs.body(pattern.format(number) or UR_LINKS[number - 1])
+            own = ours.body(f"larm_link{number}")
+            foot = theirs.body("fixed_base_link" if name == "ur5e" else 0)
+            turned = foot.xmat.reshape(3, 3).T
+            assert np.allclose(own.xpos, turned @ (link.xpos - foot.xpos), atol=tolerance)
+            assert np.allclose(own.xmat.reshape(3, 3), turned @ link.xmat.reshape(3, 3), atol=1e-4)
+
+
+@pytest.mark.parametrize("name", ["panda", "ur5e"])
+def test_the_boxes_of_a_preset_contain_the_real_links(name: str) -> None:
+    arm, package, path, pattern, _ = REAL[name]
+    model = _real_model(package, path)
+    seen = 0
+    for number, hinge in enumerate(arm.hinges, start=1):
+        body = model.body(pattern.format(number) or UR_LINKS[number - 1]).id
+        for geom in range(model.ngeom):
+            if model.geom_bodyid[geom] == body and model.geom_contype[geom] and model.geom_dataid[geom] >= 0:
+                points = _vertices(model, geom)
+                inside = np.zeros(len(points), dtype=bool)
+                for low, high in hinge.boxes:
+                    inside |= ((points >= np.array(low) - 1e-3) & (points <= np.array(high) + 1e-3)).all(axis=1)
+                assert inside.all(), number
+                seen += 1
+    assert seen >= len(arm.hinges)
+
+
+def _real_model(package: str, path: str) -> Any:
+    read = read_model(real_file(package, path), {})
+    give(read.spec, read.contents)
+    return read.spec.compile()
+
+
+def _vertices(model: Any, geom: int) -> np.ndarray:
+    """Vertices of a shape in its link's frame [m]."""
+    number = int(model.geom_dataid[geom])
+    start, count = int(model.mesh_vertadr[number]), int(model.mesh_vertnum[number])
+    turned = np.zeros(9)
+    mujoco.mju_quat2Mat(turned, model.geom_quat[geom])
+    found = model.mesh_vert[start : start + count] @ turned.reshape(3, 3).T
+    return np.asarray(found + model.geom_pos[geom])
+
+
+def test_facing_arms_fold_what_arms_side_by_side_cannot() -> None:
+    towel = exact(span=0.8, width=0.5, height=0.28)
+    assert ReachConstraint(pair_of_arms("panda", PANDA, side_by_side(0.3)))(towel) < 0
+    assert ReachConstraint(load("panda-pair"))(towel) > 0.2
+
+
+def test_a_pair_plans_a_long_towel(tmp_path: Path) -> None:
+    plan = plan_fold(folder(tmp_path / "fold", span=0.7, width=0.4), load("panda-pair"), place=(0.0, 0.0, 0.0))
+    assert all(check.ok for check in plan.checks.values())
+    assert set(plan.checks) >= {"distance_between_arms", "distance_to_obstacles", "distance_to_the_table"}
+
+
+def test_fr3_keeps_to_half_of_its_speed() -> None:
+    robot = load("fr3-pair")
+    assert robot.larm.planned_speed.tolist() == pytest.approx([hinge.speed / 2 for hinge in FR3.hinges])
+
+
+def test_options_of_hironx_are_not_for_presets() -> None:
+    with pytest.raises(InputError, match="only for hironx and nextage"):
+        load("panda-pair", fingertip=0.1)
