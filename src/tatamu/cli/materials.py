@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -10,8 +11,6 @@ from tatamu.cli.app import app
 from tatamu.material import UNSAID
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from tatamu.presets import Preset
 
 UNITS = {
@@ -64,23 +63,25 @@ def materials(
     if name is not None:
         console.print(described(load_preset(name)))
         return
-    console.print(_table([load_preset(each) for each in preset_names()]))
-    console.print("Somebody else's cloth: a place to start. `tatamu materials NAME` says where each figure is from.")
+    for line in _lines([load_preset(each) for each in preset_names()]):
+        console.print(line, markup=False)
+    console.print("Presets describe other people's cloth; start from one. `tatamu materials NAME` has the sources.")
 
 
-def _table(presets: list[Preset]) -> Table:
-    from rich.table import Table
+COLUMNS = ("ρ g/m²", "Y N/m", "B µN m", "l_b cm", "μ table", "t mm")
+"""Heads of the table: areal density, stretch stiffness, bending rigidity and length, friction, thickness."""
 
-    table = Table(box=None, pad_edge=False, padding=(0, 1))
-    for number, head in enumerate(("preset", "ρ g/m²", "Y N/m", "B µN m", "l_b cm", "μ table", "t mm", "what")):
-        table.add_column(head, justify="right" if 0 < number < 7 else "left", no_wrap=number != 7)
+
+def _lines(presets: list[Preset]) -> Iterator[str]:
+    """Yield the table: two lines for each preset, so that its title fits on a narrow terminal."""
+    yield f"{'preset':28}" + "".join(f"{head:>8}" for head in COLUMNS)
     for each in presets:
         m = each.material
         numbers = (1e3 * m.areal_density, m.stretch_stiffness, 1e6 * m.bending_rigidity, 100 * m.bending_length)
         row = [f"{number:.3g}" for number in (*numbers, m.friction_table, 1e3 * m.thickness)]
         raw = " (Blender's own numbers)" if m.blender is not None else ""
-        table.add_row(each.name, *row, each.preset.title + raw)
-    return table
+        yield f"{each.name:28}" + "".join(f"{cell:>8}" for cell in row)
+        yield f"    {each.preset.title}{raw}"
 
 
 def described(preset: Preset) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from tatamu.folding.score import Limits, Measured
-from tatamu.report.measures import OVERLAP, SUCCESS, grade
+from tatamu.report.measures import FAILED, OVERLAP, SUCCESS, grade
 from tatamu.study import PlanRecord, ResultRecord
 
 LATE = 0.6
@@ -51,7 +51,7 @@ def of_fold(result: ResultRecord) -> Conclusion:
     return Conclusion(
         succeeded,
         _measures(best, "from the target"),
-        notes=on_bounds(result),
+        notes=[*_origin(result), *on_bounds(result)],
         advice=[] if succeeded else _about_search(result),
     )
 
@@ -75,8 +75,17 @@ def of_plan(plan: PlanRecord, results: Sequence[ResultRecord]) -> Conclusion:
     )
 
 
+def _origin(result: ResultRecord) -> list[str]:
+    """Return a note if the search found nothing better than a curve that it was given."""
+    if not result.best_is_given:
+        return []
+    return [f"the best of {len(result.trials)} trials, number {result.best}, is a curve that the search was given"]
+
+
 def on_bounds(result: ResultRecord) -> list[str]:
     """A note where the best trial lies on a bound of the search; a grasp at the corner is none, as cloth ends there."""
+    if result.best_is_given:  # given curves lie on bounds by design
+        return []
     chosen = result.best_trial.parameters
     found = []
     for name, (low, high) in result.bounds.items():
@@ -87,17 +96,26 @@ def on_bounds(result: ResultRecord) -> list[str]:
         last = (result.task.candidates or 0) - 1 if whole else high
         near = EDGE * (high - low)
         if value > last - near or (not whole and value < low + near):
-            unit = f" of 0 to {last:g}" if whole else f" m of {low:g} to {high:.3g} m"
-            found.append(f"{name} ({MEANING.get(name, name)}) is {value:.3g}{unit}")
+            shown = (
+                f"{value:.0f}, the last of 0 to {last:g}"
+                if whole
+                else f"{value:.3g} m, in a range of {low:g} to {high:.3g} m"
+            )
+            found.append(f"{MEANING.get(name, name)} ({name}): {shown}")
     if not found:
         return []
-    return [f"the best trial lies on a bound of the search: {'; '.join(found)}; a better fold may lie beyond"]
+    return [
+        "the best trial lies at the end of what the search may choose, and a better fold may lie beyond: "
+        + "; ".join(found)
+    ]
 
 
 def _measures(measured: Measured, apart: str) -> list[str]:
     distance = measured.mean_vertex_distance or 0.0
+    word = grade(distance)
+    graded = "" if word == FAILED else f"{word}; "
     return [
-        f"{grade(distance)}, {1e3 * distance:.1f} mm {apart} on average (success below {1e3 * SUCCESS:g} mm)",
+        f"{1e3 * distance:.1f} mm {apart} on average ({graded}success below {1e3 * SUCCESS:g} mm)",
         f"mask IoU {measured.mask_iou or 0.0:.3f} (success from {OVERLAP:.2f})",
     ]
 
