@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import tomli_w
 
 from tatamu.calibration.guide import instructions, template
 from tatamu.calibration.measurements import load_measurements
 from tatamu.cli import main
 from tatamu.errors import InputError
 from tatamu.files import validated
-from tatamu.garments import GARMENTS
+from tatamu.garments import GARMENTS, make_garment
 from tatamu.material import load_material, preset_names
 from tatamu.presets import Preset, load_preset
 
@@ -172,7 +173,7 @@ def test_a_preset_is_a_material_with_sources(name: str) -> None:
 def test_presets_are_listed_and_say_that_they_are_presets(tatamu: Command) -> None:
     done = tatamu("materials")
     assert done.returncode == 0 and all(name in done.stdout for name in preset_names())
-    assert "Somebody else's cloth" in done.stdout
+    assert "other people's cloth" in done.stdout
     assert "11 oz" in tatamu("materials", "denim").stdout
 
 
@@ -192,3 +193,12 @@ def test_a_file_goes_before_a_preset_of_its_name(tmp_path: Path, monkeypatch: py
     assert load_material(Path("denim")).areal_density == 0.5
     with pytest.raises(InputError, match=r"must be a file \.toml or one of .*denim.*given 'no-such-cloth'"):
         load_material(Path("no-such-cloth"))
+
+
+def test_a_calibrated_material_keeps_the_size_of_its_garment(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    material = tomli_w.dumps({"material": load_material(Path("terry")).model_dump()})
+    file.write_text(material + '[calibration]\ngarment = "towel"\nsize = [0.30, 0.50]\n')
+    assert make_garment("towel", material=file).size == (0.30, 0.50)
+    assert make_garment("towel", (0.2, 0.3), file).size == (0.2, 0.3)
+    assert make_garment("tshirt", material=file).size == make_garment("tshirt").size

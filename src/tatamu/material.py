@@ -220,6 +220,25 @@ def is_preset(path: Path) -> bool:
     return not path.exists() and path.name == str(path) and (PRESETS / f"{path}.toml").is_file()
 
 
+def measured_size(path: Path, garment: str) -> tuple[float, float] | None:
+    """Return the size of the garment with which a material was calibrated.
+
+    Args:
+        path: File of the material, or a preset.
+        garment: Name or file of a garment.
+
+    Returns:
+        Width and length [m]; None if the material was not calibrated with that garment.
+    """
+    if is_preset(path):
+        return None
+    value = read_toml(path).get("calibration")
+    size = value.get("size") if isinstance(value, dict) and value.get("garment") == garment else None
+    if not isinstance(size, list) or len(size) != 2 or not all(isinstance(side, float) and side > 0 for side in size):
+        return None
+    return size[0], size[1]
+
+
 def load_material(path: Path) -> Material:
     """Read a material from the `[material]` table of a TOML file, or from the preset of that name.
 

@@ -77,7 +77,7 @@ def calibrate(
         fits=tuple(fits),
         contributions=_contributions(laboratory, readings, tests, elastic, fits, material),
         readings=readings,
-        assumed=_assumed(tests),
+        assumed=(*_assumed(tests), *setup.assumed),
         shapes=shapes,
         passes=elastic.passes,
         simulations=laboratory.simulations,

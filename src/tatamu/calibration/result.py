@@ -53,6 +53,7 @@ class Calibration(Estimate):
                 "simulator": self.simulator,
                 "tatamu": __version__,
                 "garment": self.setup.garment.name,
+                "size": [float(side) for side in self.setup.garment.size],
                 "assumed": list(self.assumed),
                 "passes": self.passes,
                 "simulations": self.simulations,

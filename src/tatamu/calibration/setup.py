@@ -24,6 +24,8 @@ class Setup:
     specimen: Specimen
     tests: Mapping[str, CalibrationTest]
     """Tests by name, in the order of the registry."""
+    assumed: tuple[str, ...] = ()
+    """Fields of the material that the measurements could state and do not."""
 
     @property
     def garment(self) -> Garment:
@@ -67,7 +69,8 @@ def setup_of(measurements: Measurements, spacing: float | None = None) -> Setup:
     """
     specimen = _specimen(measurements, spacing)
     made = {name: TESTS[name].of(entry, specimen) for name, entry in measurements.entries().items()}
-    return Setup(specimen, made)
+    assumed = () if measurements.garment.thickness else ("thickness",)
+    return Setup(specimen, made, assumed)
 
 
 def _specimen(measurements: Measurements, spacing: float | None) -> Specimen:

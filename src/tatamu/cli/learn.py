@@ -71,6 +71,9 @@ def _learn(options: TaskRequest, out: Path, scheduler: str | None, storage: str 
         database = connections.enter_context(shared_database(storage))
         task = task_of(options)
         remarks = advice(task.garment, task.plan, task.hands)
+    asked = task.asked
+    if options.size is None and asked is not None and asked.size is not None:
+        print(f"size: {asked.size[0]:g} x {asked.size[1]:g} m, as measured in {options.material}; --size gives another")
     if task.garment.own:
         print(task.garment.statement)
         for note in task.garment.notes:

@@ -12,7 +12,7 @@ from tatamu.garments.garmentfile import SUFFIXES, load_garment
 from tatamu.garments.towel import towel
 from tatamu.garments.trousers import trousers
 from tatamu.garments.tshirt import tshirt
-from tatamu.material import Material, load_material
+from tatamu.material import Material, load_material, measured_size
 
 GARMENTS: dict[str, Callable[..., Garment]] = {"towel": towel, "tshirt": tshirt, "trousers": trousers}
 """Name of each garment and the function that makes it from size, material and spacing."""
@@ -66,7 +66,8 @@ def make_garment(
 
     Args:
         name: A name of `GARMENTS`, or the path of a garment file, an outline or a mesh (docs/guide/garments.md).
-        size: Width (y) and length (x) [m].
+        size: Width (y) and length (x) [m]; None for the size that was measured if `material` is a file calibrated with
+            this garment, otherwise for the garment's own.
         material: Material of the cloth, or its preset or file.
         spacing: Edge length of its mesh [m].
         scale: Metres per unit of a file.
@@ -76,6 +77,8 @@ def make_garment(
             wrong.
     """
     made = load_material(Path(material)) if isinstance(material, str | Path) else material
+    if size is None and isinstance(material, str | Path):
+        size = measured_size(Path(material), name)
     source = GarmentSource(name, size, spacing, scale, str(material) if isinstance(material, str | Path) else None)
     return replace(_make(name, size, made, spacing, scale), source=source)
 
