@@ -7,7 +7,7 @@ DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 
 .PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
-        calibration folds robots foreign statics locking tangle coarser loop times own-garments golden cluster docs real-cloth search holds fuzz help
+        calibration folds robots foreign statics locking tangle coarser loop times own-garments golden cluster docs wheel real-cloth search holds fuzz help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1: /'
@@ -28,6 +28,15 @@ lint: $(DEV)  ## style and types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+wheel: $(DEV)  ## the wheel and the sdist in dist/, tried in an empty virtual environment
+	rm -rf dist
+	$(BIN)/python -m build --quiet
+	rm -rf .venv-wheel && $(PYTHON) -m venv .venv-wheel
+	.venv-wheel/bin/python -m pip install --quiet --constraint constraints.txt dist/*.whl
+	cd / && $(CURDIR)/.venv-wheel/bin/tatamu learn towel --size 0.16x0.30 --spacing 0.02 --trials 2 --disturbances none --no-baselines --out $(CURDIR)/.venv-wheel/fold
+	grep -q "<html" .venv-wheel/fold/report.html
+	du -sm .venv-wheel/lib | cut -f1
 
 docs: $(DEV)  ## the documentation site, strictly: docs/_build/html/index.html
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going -q -b html docs docs/_build/html
