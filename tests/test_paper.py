@@ -12,8 +12,6 @@ from studies.paper import Choices, Study, run
 from studies.paper.__main__ import app
 from studies.paper.claims import claims, separation
 from studies.paper.page import TABLES, page
-from tatamu.learning import Progress
-from tatamu.results import LearnedFold, read_fold
 
 from tatamu.cli.program import run as run_program
 from tatamu.errors import InputError
@@ -22,6 +20,7 @@ from tatamu.rollout import Rollout
 from tatamu.scene import Cloth
 from tatamu.simulators.blender.quads import joined
 from tatamu.simulators.blender.recipe import written
+from tatamu.study import Progress, Result
 from tatamu.topology import Topology
 from tests.fabricated import write_fold
 from tests.scenes import scene, sheet
@@ -67,18 +66,18 @@ def test_the_linear_model_is_given_quadrilaterals() -> None:
     assert len(rows & kept) > 0.9 * len(rows), "sides run along the rows"
 
 
-def folded(where: Path, size: float = 0.0018) -> LearnedFold:
-    return read_fold(write_fold(where, size=size, count=12))
+def folded(where: Path, size: float = 0.0018) -> Result:
+    return Result.load(write_fold(where, size=size, count=12))
 
 
-def outcome(fold: LearnedFold, final: np.ndarray) -> LearnedFold:
+def outcome(fold: Result, final: np.ndarray) -> Result:
     positions = fold.rollout.positions.copy()
     positions[-1] = final
     told = Rollout(fold.rollout.times, positions, fold.faces, fold.rollout.info, fold.rollout.extra)
     return replace(fold, rollout=told)
 
 
-def lying(fold: LearnedFold, count: int) -> LearnedFold:
+def lying(fold: Result, count: int) -> Result:
     """The fold with a target that leaves the last `count` vertices where they are."""
     target = fold.start + np.array([0.0, 0.0, 0.1])
     target[-count:] = fold.start[-count:]
@@ -101,15 +100,18 @@ def test_two_peaks_are_seen_where_the_lower_side_slips(tmp_path: Path) -> None:
 
 def test_claims_count_the_seeds_that_bear_them_out(tmp_path: Path) -> None:
     fold = folded(tmp_path)
-    first = fold.result.trials[0]
-    worst = first.model_copy(update={"objective": 50.0, "mean_vertex_distance": 0.5, "slip": 0.3})
-    better = replace(fold, result=fold.result.model_copy(update={"trials": [worst, *fold.result.trials[1:]]}))
+    first = fold.record.trials[0]
+    assert first.score is not None
+    bad = first.score.model_copy(update={"mean_vertex_distance": 0.5, "slip": 0.3})
+    worst = first.model_copy(update={"objective": 50.0, "score": bad})
+    better = replace(fold, record=fold.record.model_copy(update={"trials": [worst, *fold.record.trials[1:]]}))
     found = claims("towel", [Study("towel", 0, better)])
     assert [moment.after for moment in found.moments] == [1, 10, 12]
     assert found.moments[0].mean_vertex_distance == 0.5
     assert found.moved_left == 1 and found.slipped_less == 1
-    least = first.model_copy(update={"objective": 1e-3, "mean_vertex_distance": 1e-4, "slip": 0.0})
-    never = replace(fold, result=fold.result.model_copy(update={"trials": [least, *fold.result.trials[1:]]}))
+    good = first.score.model_copy(update={"mean_vertex_distance": 1e-4, "slip": 0.0})
+    least = first.model_copy(update={"objective": 1e-3, "score": good})
+    never = replace(fold, record=fold.record.model_copy(update={"trials": [least, *fold.record.trials[1:]]}))
     found = claims("towel", [Study("towel", 0, never), Study("towel", 1, better)])
     assert found.moved_left == 1 and found.slipped_less == 1 and found.seeds == 2
 
@@ -160,7 +162,7 @@ def test_studies_go_on_where_they_stopped(tmp_path: Path, monkeypatch: pytest.Mo
     studies = run(choices, tmp_path / "out", note)
     assert begun == [(1, 1), (1, 2)], "the finished study is not run again, the other goes on"
     assert [study.seed for study in studies] == [0, 1]
-    assert studies[0].fold.result.grasps == "continuous"
+    assert studies[0].fold.record.grasps == "continuous"
     html = page(choices, studies)
     for part in ("Fig. 5", "Fig. 6", "Tables I and II", "moves left", " of 2<"):
         assert part in html

@@ -48,7 +48,7 @@ def test_the_report_is_one_page_with_every_figure(folder: Path) -> None:
     }
     assert all(f'id="{name}"' in page for name in places)
     assert "Towel, half fold" in page and "near perfect" in page
-    assert "tatamu learn towel --out towel --size 0.34x0.8 --spacing 0.08 --disturbances none --parallel 1" in page
+    assert "tatamu learn towel --out towel --size 0.34x0.8 --hands 2 --spacing 0.08 --disturbances none" in page
     assert "{{" not in page.split("<script")[0]
 
 
