@@ -15,9 +15,12 @@ from typing import Any
 import numpy as np
 
 from tatamu.curves import bezier as curve
+from tatamu.curves import sampled_bezier
+from tatamu.folding.manipulation import Manipulation
 from tatamu.report import picture, write_report
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene, Table
+from tatamu.study import Result
 
 LENGTH, WIDTH, THICKNESS = 0.80, 0.34, 0.002
 MATERIAL = {
@@ -30,7 +33,8 @@ MATERIAL = {
     "friction_cloth": 0.5,
     "air_drag": 0.0,
 }
-TIMING = {"closes": 0.0, "starts": 0.1, "arrives": 3.1, "opens": 3.6, "ends": 4.6, "top_speed": 0.46}
+TIMING = {"closes": 0.0, "starts": 0.1, "arrives": 2.8, "opens": 3.2, "ends": 4.2}
+"""Of hands that go along the paths of this fold as fast as those of a trial."""
 
 
 def grid(spacing: float) -> tuple[np.ndarray, np.ndarray]:
@@ -163,7 +167,7 @@ def write_fold(folder: Path, *, spacing: float = 0.04, count: int = 50, size: fl
     inner = (np.array(arms[0]["control_points"])[1:3, [0, 2]] - ways["left"][0, [0, 2]]).ravel()
     result = _result(count, len(start), inner, size, spacing)
     (folder / "result.json").write_text(json.dumps(result))
-    (folder / "manipulation.json").write_text(json.dumps(_manipulation(arms, times, ways)))
+    _manipulation(arms).save(folder / "manipulation.json")
     _scene(start, faces, arms, times, ways).save(folder / "scene.json")
     extra = {"target": target, "error_first": np.linalg.norm(wrinkled(target, start, 0.06) - target, axis=1)}
     extra["error_10"] = np.linalg.norm(wrinkled(target, start, 6 * size) - target, axis=1)
@@ -199,10 +203,16 @@ def _result(count: int, vertices: int, inner: np.ndarray, size: float, spacing: 
     return head | {"trials": entries, "baselines": baselines(vertices)}
 
 
-def _manipulation(arms: list[dict[str, Any]], times: np.ndarray, ways: dict[str, np.ndarray]) -> dict[str, Any]:
-    via = {"every_frames": 10, "times": times[::5].tolist()}
-    via |= {name: way[::5].tolist() for name, way in ways.items()}
-    return {"version": 1, "frame_rate": 60, "arms": arms, "timing": TIMING, "via_points": via}
+def _manipulation(arms: list[dict[str, Any]]) -> Manipulation:
+    grasps = [arm["grasp"] for arm in arms]
+    control = tuple(np.array(arm["control_points"]) - arm["control_points"][0] for arm in arms)
+    return Manipulation(
+        grasps=tuple(grasp["vertex"] for grasp in grasps),
+        positions=tuple(np.array(grasp["position"]) for grasp in grasps),
+        paths=tuple(map(sampled_bezier, control)),
+        control_points=control,
+        patches=tuple(tuple(grasp["patch"]) for grasp in grasps),
+    )
 
 
 def _scene(
@@ -214,6 +224,7 @@ def _scene(
 ) -> Scene:
     grippers = [
         Gripper(
+            hand=arm["name"],
             vertices=arm["grasp"]["patch"],
             closes=TIMING["closes"],
             opens=TIMING["opens"],
@@ -225,6 +236,11 @@ def _scene(
     cloth = Cloth(vertices=start, faces=faces)
     parts = {"cloth": cloth, "material": MATERIAL, "table": Table.model_validate({}), "grippers": grippers}
     return Scene.model_validate(parts | {"duration": TIMING["ends"]})
+
+
+def report(folder: Path) -> Path:
+    """Write the page of a folder into it."""
+    return write_report(Result.load(folder))
 
 
 def changed(path: Path, change: Callable[[dict[str, Any]], object]) -> None:
@@ -244,4 +260,4 @@ def rewritten(folder: Path, change: Callable[[dict[str, np.ndarray]], object]) -
 
 if __name__ == "__main__":
     where = write_fold(Path(sys.argv[1]), spacing=0.0125, frames=277)
-    print(write_report(where), picture(where, where / "picture.png"))
+    print(report(where), picture(where, where / "picture.png"))

@@ -15,9 +15,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tatamu.learning import learn
 
+from tatamu.api import learn
 from tatamu.folding.task import make_task
+from tatamu.options import LearnOptions
 from tatamu.simulators.blender import process, simulate
 from tatamu.simulators.blender.process import Worker
 from tests.scenes import scene, sheet
@@ -25,6 +26,7 @@ from tests.test_other_simulators import needs_blender
 
 pytestmark = [needs_blender, pytest.mark.skipif(not Path("/proc").exists(), reason="reads /proc")]
 
+PLAIN = LearnOptions(trials=2, disturbances="none", coarse=False, baselines=False)
 SMALL: dict[str, Any] = {"size": (0.2, 0.3), "spacing": 0.02, "simulator": "blender"}
 
 
@@ -71,7 +73,7 @@ def test_a_thousand_scenes_are_one_process() -> None:
 
 @pytest.mark.slow
 def test_a_blender_killed_in_the_middle_of_a_trial_loses_nothing(tmp_path: Path) -> None:
-    learn(make_task("towel", **SMALL), tmp_path / "quiet", trials=2, baselines=False)
+    learn(make_task("towel", **SMALL), PLAIN, out=tmp_path / "quiet")
     kills = []
 
     def kill() -> None:
@@ -82,7 +84,7 @@ def test_a_blender_killed_in_the_middle_of_a_trial_loses_nothing(tmp_path: Path)
     timers = [threading.Timer(delay, kill) for delay in (1.0, 6.0)]
     for timer in timers:
         timer.start()
-    learn(make_task("towel", **SMALL), tmp_path / "killed", trials=2, baselines=False)
+    learn(make_task("towel", **SMALL), PLAIN, out=tmp_path / "killed")
     for timer in timers:
         timer.cancel()
     assert kills, "nothing was killed: the trials are shorter than the test thinks"
@@ -93,10 +95,8 @@ def test_a_blender_killed_in_the_middle_of_a_trial_loses_nothing(tmp_path: Path)
 @pytest.mark.slow
 def test_two_studies_use_blender_at_once(tmp_path: Path) -> None:
     code = (
-        "import sys; from pathlib import Path; from tatamu.learning import learn; "
-        "from tatamu.folding.task import make_task; "
-        "learn(make_task('towel', size=(0.2, 0.3), spacing=0.02, simulator='blender'), Path(sys.argv[1]), trials=2,"
-        " baselines=False)"
+        "import sys; from tatamu.api import learn; from tests.test_blender_robustness import PLAIN, SMALL; "
+        "from tatamu.folding.task import make_task; learn(make_task('towel', **SMALL), PLAIN, out=sys.argv[1])"
     )
     both = [subprocess.Popen([sys.executable, "-c", code, str(tmp_path / name)]) for name in ("one", "two")]
     assert [study.wait() for study in both] == [0, 0]

@@ -9,19 +9,22 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tatamu.learning import learn
-from tatamu.results import RebuiltFold, describe_task, rebuild
 
+from tatamu.api import learn
 from tatamu.cli import main
 from tatamu.crosscheck import check, compare
 from tatamu.crosscheck.agreement import LEARNED, rank_correlation
-from tatamu.crosscheck.check import asked
+from tatamu.crosscheck.check import modify_scene
 from tatamu.errors import InputError
+from tatamu.evaluation.nominal import penalty
 from tatamu.folding.task import make_task
 from tatamu.material import Material
+from tatamu.options import LearnOptions
 from tatamu.report import command
 from tatamu.scene import Cloth, Gripper, Scene
 from tatamu.simulators import SIMULATORS, simulate
+from tatamu.study import Result
+from tatamu.study.record import describe_task
 from tatamu.subdivision import subdivided
 from tatamu.topology import Topology, areas
 from tests import shifted
@@ -33,13 +36,14 @@ from tests.scenes import CLOTH, scene, sheet
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A small towel that was folded three times; some trial of three is never good."""
     where = tmp_path_factory.mktemp("learned") / "towel"
-    learn(make_task("towel", size=(0.2, 0.3), spacing=0.02), where, trials=3, seed=1, baselines=False)
+    options = LearnOptions(trials=3, seed=1, disturbances="none", coarse=False, baselines=False)
+    learn(make_task("towel", size=(0.2, 0.3), spacing=0.02), options, out=where)
     return where
 
 
 @pytest.fixture(scope="module")
-def learned(folder: Path) -> RebuiltFold:
-    return rebuild(folder)
+def learned(folder: Path) -> Result:
+    return Result.load(folder)
 
 
 @pytest.fixture(autouse=True)
@@ -52,16 +56,16 @@ def other(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     yield
 
 
-def test_the_same_simulator_says_the_same(learned: RebuiltFold) -> None:
+def test_the_same_simulator_says_the_same(learned: Result) -> None:
     opinion = check(learned, "native")
     assert opinion.apart.max() == 0.0
     assert opinion.score == learned.score
-    best = learned.fold.result.best_trial
-    assert learned.score.objective == best.objective and learned.score.mask_iou == best.mask_iou
+    best = learned.best
+    assert best.score == learned.score
 
 
-def test_another_opinion_is_measured_and_judged(learned: RebuiltFold, monkeypatch: pytest.MonkeyPatch) -> None:
-    wrong = learned.fold.target - learned.fold.final
+def test_another_opinion_is_measured_and_judged(learned: Result, monkeypatch: pytest.MonkeyPatch) -> None:
+    wrong = learned.target - learned.final
     monkeypatch.setattr(shifted, "SHIFT", wrong)  # every vertex on its target
     perfect = check(learned, "shifted")
     assert perfect.holds and perfect.score is not None
@@ -73,16 +77,16 @@ def test_another_opinion_is_measured_and_judged(learned: RebuiltFold, monkeypatc
     assert not off.holds
 
 
-def test_a_simulation_that_fails_is_an_opinion(learned: RebuiltFold) -> None:
+def test_a_simulation_that_fails_is_an_opinion(learned: Result) -> None:
     shifted.FAILS_AT[:] = [0]
     opinion = check(learned, "shifted")
     assert not opinion.holds and opinion.score is None
     assert opinion.to_json()["error"] == "shifted: the cloth was stretched"
 
 
-def test_cloth_of_another_thickness_lies_on_the_table(learned: RebuiltFold) -> None:
-    thick = learned.fold.scene.material.model_copy(update={"thickness": 0.004})
-    assert asked(learned.fold.scene, thick, False).cloth.vertices[:, 2] == pytest.approx(0.002)
+def test_cloth_of_another_thickness_lies_on_the_table(learned: Result) -> None:
+    thick = learned.scene.material.model_copy(update={"thickness": 0.004})
+    assert modify_scene(learned.scene, thick, False).cloth.vertices[:, 2] == pytest.approx(0.002)
     assert check(learned, "shifted", thick).scene.material == thick
 
 
@@ -111,16 +115,16 @@ def test_a_finer_mesh_is_the_same_cloth(seamed: Scene) -> None:
     assert {0, 1, 2} < held and max(np.abs(cloth.vertices[list(held), 0] + 0.12)) < 0.03
 
 
-def test_a_fold_on_a_finer_mesh_is_compared_on_the_coarse_one(learned: RebuiltFold) -> None:
+def test_a_fold_on_a_finer_mesh_is_compared_on_the_coarse_one(learned: Result) -> None:
     opinion = check(learned, "shifted", halved=True)
-    assert len(shifted.CALLS[0].cloth.vertices) > 3 * len(learned.fold.start)
+    assert len(shifted.CALLS[0].cloth.vertices) > 3 * len(learned.start)
     assert opinion.rollout is not None
-    assert opinion.rollout.positions.shape[1] == len(learned.fold.start)
+    assert opinion.rollout.positions.shape[1] == len(learned.start)
     assert 0.0 < opinion.apart.mean() < 0.05
 
 
 def test_simulators_are_compared_and_every_simulation_is_kept(
-    learned: RebuiltFold, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    learned: Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     told: list[str] = []
 
@@ -145,12 +149,12 @@ def test_simulators_are_compared_and_every_simulation_is_kept(
     assert len(shifted.CALLS) == 8, "other random manipulations are other scenes"
 
 
-def test_what_failed_has_the_penalty_and_no_place(learned: RebuiltFold, tmp_path: Path) -> None:
+def test_what_failed_has_the_penalty_and_no_place(learned: Result, tmp_path: Path) -> None:
     shifted.FAILS_AT[:] = [1]
     agreement = compare(learned, ["native", "shifted"], tmp_path, count=0)
     entry = agreement.entries["li-2015", "shifted"]
     assert entry.score is None and entry.error
-    assert entry.objective == learned.task.penalty(agreement.entries["li-2015", "native"].score.trajectory_length)  # type: ignore[union-attr]
+    assert entry.objective == penalty(learned.task.fold, agreement.entries["li-2015", "native"].score.trajectory_length)  # type: ignore[union-attr]
     assert "li-2015" not in agreement.pairs[0].between and LEARNED in agreement.pairs[0].between
     json.dumps(agreement.to_json(), allow_nan=False)
 
@@ -170,13 +174,13 @@ def run(*words: object) -> int:
 
 
 def test_the_exit_code_is_the_verdict(
-    learned: RebuiltFold,
+    learned: Result,
     folder: Path,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.setattr(shifted, "SHIFT", learned.fold.target - learned.fold.final)
+    monkeypatch.setattr(shifted, "SHIFT", learned.target - learned.final)
     assert run("check", folder, "--simulator", "shifted", "--out", tmp_path / "a") == 0
     told = json.loads((tmp_path / "a/check.json").read_text())
     assert told["holds"] and told["distance_between_final_shapes"]["mean"] > 0
@@ -221,15 +225,15 @@ def test_a_folder_that_cannot_be_made_again_is_refused(folder: Path, tmp_path: P
     told["task"]["material"] = Material(**{**CLOTH.model_dump(), "thickness": 0.004}).model_dump()
     (tmp_path / "result.json").write_text(json.dumps(told))
     with pytest.raises(InputError, match="another target"):
-        rebuild(tmp_path)
+        _ = Result.load(tmp_path).task
     (tmp_path / "step-1").mkdir()
     with pytest.raises(InputError, match="several steps"):
-        rebuild(tmp_path)
+        Result.load(tmp_path)
 
 
-def test_a_rollout_of_the_finer_mesh_has_the_coarse_one_in_it(learned: RebuiltFold) -> None:
-    rollout = simulate(subdivided(learned.fold.scene).model_copy(update={"duration": 0.05}))
-    assert np.array_equal(rollout.positions[0, : len(learned.fold.start)], learned.fold.start)
+def test_a_rollout_of_the_finer_mesh_has_the_coarse_one_in_it(learned: Result) -> None:
+    rollout = simulate(subdivided(learned.scene).model_copy(update={"duration": 0.05}))
+    assert np.array_equal(rollout.positions[0, : len(learned.start)], learned.start)
 
 
 def test_a_fold_of_a_garment_and_plan_of_ones_own_is_checked_too(tmp_path: Path) -> None:
@@ -237,9 +241,9 @@ def test_a_fold_of_a_garment_and_plan_of_ones_own_is_checked_too(tmp_path: Path)
     plan = tmp_path / "mine.toml"
     plan.write_text('[[step]]\nline = [[0.0, -0.5], [0.0, 0.5]]\nmoves = "-x"\nhands = 1\n')
     task = make_task(str(garment), fold=str(plan))
-    learn(task, tmp_path / "learned", trials=1, baselines=False)
-    again = rebuild(tmp_path / "learned")
+    learn(task, LearnOptions(trials=1, disturbances="none", baselines=False), out=tmp_path / "learned")
+    again = Result.load(tmp_path / "learned")
     assert describe_task(again.task) == describe_task(task)
-    assert "--hands" not in command.learn(again.fold)
-    told = command.learn(again.fold)
+    assert "--hands" not in command.learn(again)
+    told = command.learn(again)
     assert str(garment) in told and str(plan) in told

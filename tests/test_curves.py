@@ -23,12 +23,6 @@ def test_the_nearest_point_is_the_foot_of_the_perpendicular() -> None:
     assert u == pytest.approx([0.3], abs=1e-6) and distance == pytest.approx([np.hypot(0.02, 0.01)])
 
 
-def test_points_of_a_curve_that_turns_back_are_found_in_their_order() -> None:
-    wanted = np.linspace(0.0, 1.0, 40)
-    found, distances = LOOP.in_order(LOOP.at(wanted), 2e-3)
-    assert found == pytest.approx(wanted, abs=1e-3) and distances.max() < 2e-3
-
-
 def test_fractions_of_a_polyline_are_of_its_length() -> None:
     corner = np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 1.0]])
     assert length(corner) == arc_lengths(corner)[-1] == 4.0

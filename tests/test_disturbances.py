@@ -11,30 +11,27 @@ import pytest
 
 from tatamu import InputError
 from tatamu.disturbances import (
-    CALM,
     CHANNELS,
+    NOMINAL,
     Disturbances,
-    FoldOnMesh,
-    Limits,
-    Memory,
-    Share,
     Stream,
-    Verdict,
     World,
     deviations,
     disturbed_scene,
-    drawn,
-    judge,
     load_disturbances,
-    share_of,
-    spread,
+    sample_sobol,
+    sample_worlds,
     with_calibrated,
 )
 from tatamu.disturbances.description import FIELDS, OWN
-from tatamu.folding.manipulation import Manipulation, scene_of
+from tatamu.evaluation import Nominal
+from tatamu.folding.manipulation import Manipulation
+from tatamu.folding.score import Limits
 from tatamu.folding.task import Task, make_task
+from tatamu.folding.trial_scene import scene_of
 from tatamu.margins.words import TITLES
 from tatamu.material import Material
+from tatamu.robustness import FoldOnMesh, MeshVerdict, SuccessRate, Verdict, VerdictCache
 from tatamu.scene import Scene
 
 LOW = {"x1": 0.02, "z1": 0.15, "x2": 0.3, "z2": 0.01, "g1": 0, "g2": 0}
@@ -108,7 +105,7 @@ def test_every_number_of_a_material_may_be_off_and_everything_has_words() -> Non
 
 
 def test_worlds_are_the_same_again_and_do_not_depend_on_how_many_there_are() -> None:
-    for make in (drawn, spread):
+    for make in (sample_worlds, sample_sobol):
         few, many = make(default(), 4, 7, Stream.LEARNING), make(default(), 9, 7, Stream.LEARNING)
         assert few == many[:4]
         assert make(default(), 4, 8, Stream.LEARNING) != few
@@ -116,8 +113,8 @@ def test_worlds_are_the_same_again_and_do_not_depend_on_how_many_there_are() -> 
 
 
 def test_what_one_world_draws_of_one_thing_does_not_depend_on_the_others() -> None:
-    alone = drawn(Disturbances.model_validate({"table": {"height": 0.002}}), 5, 0, Stream.MARGINS)
-    among = drawn(default(), 5, 0, Stream.MARGINS)
+    alone = sample_worlds(Disturbances.model_validate({"table": {"height": 0.002}}), 5, 0, Stream.MARGINS)
+    among = sample_worlds(default(), 5, 0, Stream.MARGINS)
     assert [world["table.height"] for world in alone] == [world["table.height"] for world in among]
 
 
@@ -130,7 +127,7 @@ def test_deviations_and_correlations_are_those_of_the_file() -> None:
         },
     }
     disturbances = Disturbances.model_validate(plain)
-    worlds = drawn(disturbances, 3000, 1, Stream.MARGINS)
+    worlds = sample_worlds(disturbances, 3000, 1, Stream.MARGINS)
     for name, deviation in deviations(disturbances).items():
         values = np.array([world[name] for world in worlds])
         assert values.std() == pytest.approx(deviation, rel=0.06)
@@ -140,7 +137,7 @@ def test_deviations_and_correlations_are_those_of_the_file() -> None:
 
 
 def test_few_spread_worlds_have_the_mean_and_the_deviation_of_many() -> None:
-    worlds = spread(default(), 16, 0, Stream.LEARNING)
+    worlds = sample_sobol(default(), 16, 0, Stream.LEARNING)
     for name, deviation in deviations(default()).items():
         values = np.array([world[name] for world in worlds])
         assert abs(values.mean()) < 0.2 * deviation
@@ -167,10 +164,10 @@ def test_a_calibrated_material_brings_its_own(tmp_path: Path) -> None:
 
 def test_where_nothing_is_off_the_scene_is_the_usual_one(task: Task, low: Manipulation) -> None:
     usual = scene_of(task.fold, low)
-    assert disturbed_scene(task.fold, low, CALM).model_dump_json() == usual.model_dump_json()
+    assert disturbed_scene(task.fold, low, NOMINAL).model_dump_json() == usual.model_dump_json()
     tiny = World({channel.name: 1e-300 for channel in CHANNELS})
     near = disturbed_scene(task.fold, low, tiny)
-    assert not tiny.calm and near.duration == usual.duration and near.material == usual.material
+    assert not tiny.is_nominal and near.duration == usual.duration and near.material == usual.material
     times = np.arange(near.frames) / near.frame_rate
     for one, other in zip(near.grippers, usual.grippers, strict=True):
         assert one.vertices == other.vertices and one.opens == other.opens
@@ -258,28 +255,34 @@ def test_the_material_is_off_within_what_a_material_may_be(task: Task, low: Mani
     assert Material.model_validate(scene.material.model_dump()) == scene.material
 
 
-def test_hands_that_would_grasp_one_place_fail_and_end_nothing(task: Task, low: Manipulation) -> None:
-    verdict = judge(task, low, World({"grasp.along.left": -0.1, "grasp.along.right": 0.1}))
-    assert verdict.error == "both hands grasp the same place" and not verdict.holds(Limits())
+def test_hands_that_would_grasp_one_place_fail_and_end_nothing(task: Task) -> None:
+    world = World({"grasp.along.left": -0.1, "grasp.along.right": 0.1})
+    verdict = Verdict.of(Nominal(task).in_world(LOW, world))
+    assert verdict.error == "both hands grasp the same place" and not Limits().hold(verdict)
 
 
-def test_a_share_counts_failures_and_has_the_interval_of_clopper_and_pearson() -> None:
+def rate(task: Task, *verdicts: Verdict) -> SuccessRate:
+    return SuccessRate.of(task.fold, [MeshVerdict(verdict) for verdict in verdicts], Limits())
+
+
+def test_a_share_counts_failures_and_has_the_interval_of_clopper_and_pearson(task: Task) -> None:
     good, far, failed = Verdict(0.005, 0.9), Verdict(0.02, 0.9), Verdict(None, None, "tore")
     apart = Verdict(0.005, 0.7)
-    share = share_of([good, far, failed, apart], Limits())
-    assert (share.draws, share.held) == (4, 1)
-    low, high = Share(200, 196).interval
+    share = rate(task, good, far, failed, apart)
+    assert (share.draws, share.held, share.share) == (4, 1, 0.25)
+    low, high = rate(task, *[good] * 196, *[far] * 4).interval
     assert (low, high) == pytest.approx((0.9496, 0.9945), abs=1e-4)
 
 
-def test_a_low_fold_suffers_where_hands_are_low_and_a_high_one_does_not(task: Task, low: Manipulation) -> None:
-    high = task.manipulation({**LOW, "z1": 0.2, "x2": 0.4, "z2": 0.2})
+def test_a_low_fold_suffers_where_hands_are_low_and_a_high_one_does_not(task: Task) -> None:
+    high = {**LOW, "z1": 0.2, "x2": 0.4, "z2": 0.2}
+    evaluate = Nominal(task)
     below = World({"hands.offset.up": -0.006})
     worse = []
-    for manipulation in (low, high):
-        calm, lowered = (judge(task, manipulation, world).mean_vertex_distance for world in (CALM, below))
-        assert calm is not None and lowered is not None
-        worse.append(lowered - calm)
+    for parameters in (LOW, high):
+        usual, lowered = (evaluate.in_world(parameters, world).score for world in (NOMINAL, below))
+        assert usual is not None and lowered is not None
+        worse.append(lowered.mean_vertex_distance - usual.mean_vertex_distance)
     assert worse[0] > 0.010 and abs(worse[1]) < 0.003
 
 
@@ -314,23 +317,21 @@ def test_what_a_calibration_leaves_nearly_unknown_may_still_be_disturbed(tmp_pat
     assert with_calibrated(default(), file, material).material["air_added_mass"] == 2.0
 
 
-def test_what_another_version_of_the_simulator_said_is_not_asked(
-    task: Task, low: Manipulation, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    here = FoldOnMesh(task, low).key
-    assert FoldOnMesh(task, low).key == here
-    monkeypatch.setattr("tatamu.disturbances.meshes.source_digest", lambda: "another")
-    assert FoldOnMesh(task, low).key != here
+def test_what_another_version_of_the_simulator_said_is_not_asked(task: Task, monkeypatch: pytest.MonkeyPatch) -> None:
+    here = FoldOnMesh(Nominal(task), LOW).key
+    assert FoldOnMesh(Nominal(task), LOW).key == here
+    monkeypatch.setattr("tatamu.robustness.meshes.source_digest", lambda: "another")
+    assert FoldOnMesh(Nominal(task), LOW).key != here
 
 
-def test_a_memory_keeps_verdicts_and_passes_over_what_is_none(tmp_path: Path) -> None:
+def test_a_cache_keeps_verdicts_and_passes_over_what_is_none(tmp_path: Path) -> None:
     file = tmp_path / "kept" / "simulated.jsonl"
     verdict = Verdict(0.003, 0.9)
-    Memory(file).keep("a", verdict)
+    VerdictCache(file).keep("a", verdict)
     with file.open("a") as kept:
         kept.write('{"key": "b", "mean_vertex_distance": "x", "mask_iou": 0.9, "error": null}\n{"key": "c"')
-    again = Memory(file)
+    again = VerdictCache(file)
     assert again.get("a") == verdict and again.get("b") is None and again.get("c") is None
     (tmp_path / "a-file").touch()
     with pytest.raises(InputError, match="cannot be written"):
-        Memory(tmp_path / "a-file" / "simulated.jsonl")
+        VerdictCache(tmp_path / "a-file" / "simulated.jsonl")

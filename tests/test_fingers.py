@@ -7,17 +7,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tatamu.learning import learn, learn_job
-from tatamu.learning.space import first_curves, later_curves, search_space
-from tatamu.margins.subject import subject_of
-from tatamu.results import read_fold, rebuild
 
 from tatamu import InputError
+from tatamu.api import learn
 from tatamu.disturbances import Disturbances, World, disturbed_scene, load_disturbances
+from tatamu.evaluation import Nominal
 from tatamu.folding.baselines import BASELINES
-from tatamu.folding.fingers import Fingers, lowest
-from tatamu.folding.manipulation import Manipulation, scene_of
-from tatamu.folding.task import Task, make_job, make_task
+from tatamu.folding.finger_clearance import lowest_lift
+from tatamu.folding.fingers import Fingers
+from tatamu.folding.manipulation import Manipulation
+from tatamu.folding.parameters import first_curves, later_curves, search_space
+from tatamu.folding.task import Task, make_task
+from tatamu.folding.trial_scene import scene_of
+from tatamu.options import LearnOptions
+from tatamu.study import Result
 
 SMALL = {"spacing": 0.04, "size": (0.24, 0.5)}
 THICK = Fingers(thickness=0.008, width=0.02)
@@ -33,7 +36,9 @@ def clearance(task: Task, manipulation: Manipulation) -> float:
     """The least distance of a lower finger from what lies below it [m]."""
     fold = task.fold
     gaps = [
-        (gripper.displacements[:, 2] - lowest(fold, vertex, gripper.displacements))[len(gripper.times) - frames :].min()
+        (gripper.displacements[:, 2] - lowest_lift(fold, vertex, gripper.displacements))[
+            len(gripper.times) - frames :
+        ].min()
         for gripper, vertex in zip(scene_of(fold, manipulation).grippers, manipulation.grasps, strict=True)
         for frames in [len(manipulation.motion()[0])]
     ]
@@ -45,11 +50,11 @@ def test_hands_without_fingers_are_as_they_were() -> None:
     thin = make_task("towel", fingers=Fingers(), **SMALL)
     scenes = [scene_of(each.fold, each.manipulation(LOW)).model_dump_json() for each in (bare, thin)]
     assert scenes[0] == scenes[1]
-    assert search_space(bare.fold, "integer")["z1"].low == 0.0
+    assert bare.space.bounds["z1"].low == 0.0
 
 
 def test_no_finger_touches_what_lies_below_it(task: Task) -> None:
-    bare = replace(task, fold=replace(task.fold, fingers=Fingers()))
+    bare = replace(task, fingers=Fingers())
     for name, (_, make) in BASELINES.items():
         assert clearance(task, make(task.fold)) > -1e-6, name
     assert clearance(task, task.manipulation(LOW)) > -1e-6
@@ -68,12 +73,12 @@ def test_hands_take_the_cloth_off_the_table_and_let_go_a_finger_above_the_layers
 
 
 def test_the_search_stays_above_the_release(task: Task) -> None:
-    space = search_space(task.fold, "integer")
+    space = task.space.bounds
     assert space["z1"].low == space["z2"].low == pytest.approx(task.fold.garment.material.thickness, abs=1e-6)
 
 
 def test_a_fold_with_fingers_lies_as_well(task: Task) -> None:
-    found = task.evaluate(task.manipulation({**LOW, "x1": 0.05, "z1": 0.2, "z2": 0.1}))
+    found = Nominal(task)({**LOW, "x1": 0.05, "z1": 0.2, "z2": 0.1})
     assert found.score is not None and found.score.mean_vertex_distance < 0.006
 
 
@@ -95,13 +100,13 @@ def test_fingers_stand_in_the_file_and_in_the_folder(tmp_path: Path) -> None:
         load_disturbances(str(tmp_path / "mine.toml"))
     assert Disturbances().fingers == Fingers()
     folder = tmp_path / "learned"
-    learn(make_job("towel", fingers=THICK, **SMALL).task(0), folder, trials=4, baselines=False)  # type: ignore[arg-type]
-    assert read_fold(folder).result.task.fingers == THICK
-    again = rebuild(folder)
+    options = LearnOptions(trials=4, disturbances="none", coarse=False, baselines=False)
+    learn(make_task("towel", fingers=THICK, **SMALL), options, out=folder)  # type: ignore[arg-type]
+    again = Result.load(folder)
+    assert again.record.task.fingers == THICK
     assert again.task.fold.fingers == THICK
-    _, own = subject_of(folder)
-    scene = scene_of(own.task.fold, own.manipulation)
-    for one, other in zip(scene.grippers, again.fold.scene.grippers, strict=True):
+    scene = scene_of(again.task.fold, again.task.manipulation(again.best.parameters))
+    for one, other in zip(scene.grippers, again.scene.grippers, strict=True):
         assert one.displacements == pytest.approx(np.asarray(other.displacements), abs=1e-9)
 
 
@@ -117,14 +122,15 @@ def test_a_preset_stands_for_the_sizes_of_its_hand(tmp_path: Path) -> None:
 
 
 def test_a_search_begins_with_curves_that_fingers_can_follow(task: Task) -> None:
-    space = search_space(task.fold, "integer")
+    space = search_space(task.fold, "integer").bounds
     for curve in [*first_curves(task.fold), *later_curves(task.fold)]:
         assert all(space[name].low <= value <= space[name].high for name, value in curve.items())
 
 
 def test_a_plain_search_with_fingers_is_learned(tmp_path: Path) -> None:
-    report = learn_job(make_job("towel", fingers=THICK, **SMALL), tmp_path, trials=6, baselines=False)  # type: ignore[arg-type]
-    assert report.exists()
+    options = LearnOptions(trials=6, disturbances="none", coarse=False, baselines=False)
+    learn(make_task("towel", fingers=THICK, **SMALL), options, out=tmp_path)  # type: ignore[arg-type]
+    assert (tmp_path / "report.html").exists()
 
 
 def test_a_preset_that_is_no_name_is_refused(tmp_path: Path) -> None:

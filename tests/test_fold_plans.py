@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
-from tatamu.learning import learn_job
-from tatamu.results import ResultFolder
 
+from tatamu.api import Result, learn
 from tatamu.folding.advice import UncarriedWarning, advice, left_behind
 from tatamu.folding.appendages import appendages, has_legs, silhouette
 from tatamu.folding.coverage import LONGEST, LONGEST_TAIL, best_coverage, uncarried
@@ -21,10 +20,11 @@ from tatamu.folding.fold import fold_of, ideal_folds
 from tatamu.folding.plan import Plan, load_plan
 from tatamu.folding.plans import PLANS, make_plan
 from tatamu.folding.proposals import propose
-from tatamu.folding.task import make_job
+from tatamu.folding.task import make_task
 from tatamu.garments import Garment, make_garment
 from tatamu.garments.outline import Outline
 from tatamu.garments.sewing import one_layer
+from tatamu.options import LearnOptions
 from tatamu.presets import load_preset
 
 DRAWN = Path(__file__).parent.parent / "examples" / "garments"
@@ -86,12 +86,12 @@ def test_half_a_hoodie_is_said_to_leave_its_sleeves_behind(tmp_path: Path) -> No
 
 
 def test_python_is_warned_as_the_command_line_is(tmp_path: Path) -> None:
-    job = make_job(str(DRAWN / "hoodie.toml"), spacing=0.05)
+    task = make_task(str(DRAWN / "hoodie.toml"), spacing=0.05)
     with warnings.catch_warnings(record=True) as given, pytest.raises(KeyError):
         warnings.simplefilter("always")
-        learn_job(job, tmp_path, trials=1, reporting=_stop)
+        learn(task, LearnOptions(trials=1, disturbances="none", coarse=False), out=tmp_path, progress=_stop)
     assert {each.category for each in given} == {UncarriedWarning}
-    assert [str(each.message) for each in given] == advice(job.garment, job.plan)
+    assert [str(each.message) for each in given] == advice(task.garment, task.plan)
 
 
 def _stop(*_: object) -> Any:
@@ -269,10 +269,8 @@ def test_what_is_wrong_is_one_line(arguments: list[str], named: str) -> None:
 
 @pytest.mark.slow
 def test_a_garment_of_ones_own_folds_as_proposed(tmp_path: Path) -> None:
-    job = make_job(str(DRAWN / "apron.toml"), fold="auto", spacing=0.03)
-    learn_job(job, tmp_path, trials=15, baselines=False)
-    best = ResultFolder(tmp_path).result.best_trial
-    assert best.mean_vertex_distance is not None
-    assert best.mean_vertex_distance < 0.0125
-    assert best.mask_iou is not None
-    assert best.mask_iou > 0.80
+    task = make_task(str(DRAWN / "apron.toml"), fold="auto", spacing=0.03)
+    found = learn(task, LearnOptions(trials=15, disturbances="none", coarse=False, baselines=False))
+    assert isinstance(found, Result)
+    assert found.score.mean_vertex_distance < 0.0125
+    assert found.score.mask_iou > 0.80

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tatamu.results import describe_manipulation
 
 from tatamu import InputError, curves
 from tatamu.folding.baselines import BASELINES, li_2015
 from tatamu.folding.fold import Fold, make_fold
-from tatamu.folding.manipulation import TOP_SPEED, bezier_manipulation, scene_of
+from tatamu.folding.manipulation import TOP_SPEED, bezier_manipulation
 from tatamu.folding.score import score, shape_distance, top_views
+from tatamu.folding.trial_scene import scene_of
 from tatamu.garments import make_garment
 from tatamu.heavy_strip.crease import crease
 
@@ -104,7 +104,7 @@ def test_a_pinch_holds_more_than_one_vertex_and_never_both_hands_the_same(fold: 
 
 def test_the_scene_of_a_manipulation_is_the_manipulation(fold: Fold) -> None:
     manipulation = bezier_manipulation(fold, (int(fold.left[0]), int(fold.right[1])), 0.2, 0.2, 0.5, 0.3)
-    scene, words = scene_of(fold, manipulation), describe_manipulation(fold, manipulation).model_dump()
+    scene, words = scene_of(fold, manipulation), manipulation.describe().model_dump()
     for gripper, arm in zip(scene.grippers, words["arms"], strict=True):
         assert gripper.vertices == arm["grasp"]["patch"]
         start = np.array(arm["grasp"]["position"])

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from tatamu.calibration.elongation import Elongation, Grasp
-from tatamu.folding.manipulation import bezier_manipulation, scene_of
+from tatamu.folding.manipulation import bezier_manipulation
 from tatamu.folding.task import make_task
+from tatamu.folding.trial_scene import scene_of
 from tatamu.garments import make_garment
 from tatamu.garments.fibres import along_v
 from tatamu.simulators import simulate

@@ -9,12 +9,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tatamu.learning import learn_job
-from tatamu.results import Sources, keep_inputs, kept_input, rebuild
 
+from tatamu.api import learn
 from tatamu.errors import InputError
-from tatamu.folding.task import make_job
+from tatamu.folding.task import make_task
 from tatamu.material import load_material
+from tatamu.options import LearnOptions
+from tatamu.study import Result
+from tatamu.study.inputs import Sources, keep_inputs, kept_input
 from tests.foreign import svg
 
 LOOP = '<path id="o" d="M50 20 L250 20 L290 380 L10 380 Z"/>'
@@ -28,7 +30,7 @@ moves = "+x"
 line = [[-0.15, -0.5], [-0.15, 0.5]]
 moves = "-x"
 """
-SEARCH: dict[str, Any] = {"trials": 1, "sampler": "random", "baselines": False}
+SEARCH = LearnOptions(trials=1, sampler="random", disturbances="none", coarse=False, baselines=False)
 
 
 @pytest.fixture
@@ -46,7 +48,7 @@ def desk(tmp_path: Path) -> Path:
 
 def learned(desk: Path, folder: Path, **changes: Any) -> Path:
     options = {"fold": str(desk / "plan.toml"), "material": desk / "mine.toml", "spacing": 0.04, **changes}
-    learn_job(make_job(str(desk / "garments" / "bag.toml"), **options), folder, **SEARCH)
+    learn(make_task(str(desk / "garments" / "bag.toml"), **options), SEARCH, out=folder)
     return folder
 
 
@@ -54,11 +56,11 @@ def test_a_folder_and_the_users_files_can_be_moved(
     desk: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small_pictures: None
 ) -> None:
     folder = learned(desk, tmp_path / "out")
-    before = [rebuild(folder / f"step-{number}").task for number in (1, 2)]
+    before = [Result.load(folder / f"step-{number}").task for number in (1, 2)]
     shutil.rmtree(desk)
     shutil.move(folder, tmp_path / "elsewhere" / "moved")
     monkeypatch.chdir(tmp_path / "elsewhere" / "moved" / "step-1")
-    again = [rebuild(Path(place)).task for place in (".", "../step-2")]
+    again = [Result.load(Path(place)).task for place in (".", "../step-2")]
     for one, other in zip(before, again, strict=True):
         assert (one.fold.target == other.fold.target).all()
         assert one.fold.garment.material == other.fold.garment.material
@@ -81,18 +83,18 @@ def test_the_plan_that_was_found_for_a_garment_is_kept(
 ) -> None:
     """Another version may propose another plan."""
     folder = learned(desk, tmp_path / "out", fold="auto", material=None)
-    target = rebuild(folder).task.fold.target
+    target = Result.load(folder).task.fold.target
 
     def proposes_nothing(*_: object) -> None:
         raise AssertionError("the plan was looked for again")
 
     monkeypatch.setattr("tatamu.folding.plans.best_plan", proposes_nothing)
     monkeypatch.setattr("tatamu.folding.plans.propose", proposes_nothing)
-    assert (rebuild(folder).task.fold.target == target).all()
+    assert (Result.load(folder).task.fold.target == target).all()
 
 
 def test_a_garment_by_name_needs_no_copies(tmp_path: Path, small_pictures: None) -> None:
-    learn_job(make_job("towel", size=(0.24, 0.5), spacing=0.04, material=Path("denim")), tmp_path, **SEARCH)
+    learn(make_task("towel", size=(0.24, 0.5), spacing=0.04, material=Path("denim")), SEARCH, out=tmp_path)
     assert not (tmp_path / "inputs").exists()
 
 
@@ -120,5 +122,5 @@ def test_a_wrong_index_is_named(tmp_path: Path, text: str) -> None:
 
 def test_the_task_is_rebuilt_as_it_was(desk: Path, tmp_path: Path, small_pictures: None) -> None:
     folder = learned(desk, tmp_path / "out", fold="half")
-    fold = rebuild(folder)
-    assert np.array_equal(fold.task.fold.start, fold.fold.start)
+    fold = Result.load(folder)
+    assert np.array_equal(fold.task.fold.start, fold.start)

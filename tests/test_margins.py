@@ -10,17 +10,19 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tatamu.learning import learn
-from tatamu.results import JointMargin, ResultFolder
-from tatamu.results.margins import Spread
 
 from tatamu import InputError
-from tatamu.disturbances import Disturbances, Limits, Verdict, World, load_disturbances
+from tatamu.api import Result, learn
+from tatamu.disturbances import Disturbances, World, load_disturbances
 from tatamu.errors import WorkerKilledError
+from tatamu.folding.score import Limits
 from tatamu.folding.task import make_task
 from tatamu.margins import Measured, measure
 from tatamu.margins.page import page, sureness
 from tatamu.margins.terminal import summary
+from tatamu.options import LearnOptions
+from tatamu.robustness import Spread, SuccessRate, Verdict
+from tatamu.study import ResultFolder
 from tests.test_cli import tatamu
 
 UP = Disturbances.model_validate({"hands": {"offset": [0.0, 0.0, 0.003], "yaw": 0.01}})
@@ -30,7 +32,8 @@ ONE = Disturbances.model_validate({"hands": {"yaw": 0.01}})
 @pytest.fixture(scope="module")
 def learned(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("margins")
-    learn(make_task("towel", spacing=0.04, size=(0.24, 0.5)), folder, trials=4, baselines=False)
+    options = LearnOptions(trials=4, disturbances="none", coarse=False, baselines=False)
+    learn(make_task("towel", spacing=0.04, size=(0.24, 0.5)), options, out=folder)
     return folder
 
 
@@ -39,17 +42,17 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[World]:
     """Worlds that were simulated, by a simulator in which a fold ends as far away as its hands are off upwards."""
     worlds: list[World] = []
 
-    def known(task: Any, manipulation: Any, world: World) -> Verdict:
+    def known(evaluator: Any, parameters: Any, world: World) -> Verdict:
         worlds.append(world)
         up = world["hands.offset.up"]
         return Verdict(None, None, "tore") if up > 0.02 else Verdict(2.0 * abs(up), 0.9)
 
-    monkeypatch.setattr("tatamu.disturbances.asking.judge", known)
+    monkeypatch.setattr("tatamu.robustness.judge._verdict", known)
     return worlds
 
 
 def run(folder: Path, out: Path, **options: Any) -> Measured:
-    return measure(folder, UP, out=out, **{"draws": 30, **options})
+    return measure(Result.load(folder), UP, out=out, **{"draws": 30, **options})
 
 
 def test_margins_are_where_the_fold_fails(learned: Path, asked: list[World], tmp_path: Path) -> None:
@@ -77,7 +80,7 @@ def test_the_share_is_that_of_the_draws(learned: Path, asked: list[World], tmp_p
 
 def test_what_failed_in_the_simulator_counts(learned: Path, asked: list[World], tmp_path: Path) -> None:
     wild = Disturbances.model_validate({"hands": {"offset": [0.0, 0.0, 0.02]}})
-    measured = measure(learned, wild, out=tmp_path, draws=20)
+    measured = measure(Result.load(learned), wild, out=tmp_path, draws=20)
     joint = measured.result.joint
     assert joint.draws == 20 and joint.held < 12
     assert joint.mean_vertex_distance.worst > 0.1  # twice what untouched cloth has
@@ -127,29 +130,29 @@ def test_margins_do_not_depend_on_how_many_workers_there_are(learned: Path, tmp_
     for workers in (1, 3):
         with ThreadPoolExecutor(workers) as pool:
             out = tmp_path / str(workers)
-            results.append(measure(learned, ONE, out=out, draws=3, executor=pool).result)
+            results.append(measure(Result.load(learned), ONE, out=out, draws=3, executor=pool).result)
     assert results[0] == results[1]
 
 
 def test_a_killed_run_goes_on(learned: Path, tmp_path: Path) -> None:
     code = (
         "import os, sys; from pathlib import Path\n"
-        "from tests.test_margins import ONE; from tatamu.margins import measure\n"
-        "measure(Path(sys.argv[1]), ONE, out=Path(sys.argv[2]), draws=4, "
+        "from tests.test_margins import ONE; from tatamu.margins import measure; from tatamu.study import Result\n"
+        "measure(Result.load(sys.argv[1]), ONE, out=Path(sys.argv[2]), draws=4, "
         "progress=lambda done, total: os._exit(9) if done == 4 else None)"
     )
     ended = subprocess.run([sys.executable, "-c", code, learned, tmp_path / "killed"], check=False)
     assert ended.returncode == 9
     assert len((tmp_path / "killed" / "simulated.jsonl").read_text().splitlines()) == 4
-    killed, whole = (measure(learned, ONE, out=tmp_path / name, draws=4) for name in ("killed", "whole"))
+    killed, whole = (measure(Result.load(learned), ONE, out=tmp_path / name, draws=4) for name in ("killed", "whole"))
     assert killed.result == whole.result
 
 
 def test_the_page_and_the_summary_say_how_sure_the_fold_is(learned: Path, tmp_path: Path) -> None:
-    measured = measure(learned, ONE, out=tmp_path, draws=5)
-    assert measured.result.headline in page(measured) and "pair of hands turned" in page(measured)
+    measured = measure(Result.load(learned), ONE, out=tmp_path, draws=5)
+    assert measured.result.joint.headline in page(measured) and "pair of hands turned" in page(measured)
     assert page(measured) == page(measured)
-    assert summary(measured.result).startswith(measured.result.headline)
+    assert summary(measured.result).startswith(measured.result.joint.headline)
 
 
 def test_the_file_is_what_the_contract_says(learned: Path, tmp_path: Path) -> None:
@@ -175,11 +178,11 @@ def test_wrong_options_are_refused(learned: Path, tmp_path: Path, options: dict[
 
 def test_disturbances_without_any_are_refused(learned: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="deviation"):
-        measure(learned, Disturbances(), out=tmp_path)
+        measure(Result.load(learned), Disturbances(), out=tmp_path)
     assert load_disturbances("none") is None
 
 
 def test_the_headline_has_the_share_with_its_interval() -> None:
     spread = Spread(median=0.003, q90=0.006, worst=0.02)
-    joint = JointMargin(draws=200, held=196, share=0.98, interval=(0.9496, 0.9945), mean_vertex_distance=spread)
-    assert joint.headline == "holds in 98 % of 200 (95 to 99)"
+    joint = SuccessRate(draws=200, held=196, share=0.98, interval=(0.9496, 0.9945), mean_vertex_distance=spread)
+    assert joint.headline == "held in 196 of 200 disturbed simulations (98 %, 95 % interval 95 to 99 %)"

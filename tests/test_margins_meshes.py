@@ -7,13 +7,16 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tatamu.disturbances.meshes import Apart, Judged, on_own_mesh, sampled
 
-from tatamu.disturbances import Limits, Verdict, World
-from tatamu.folding import coarser
+from tatamu.disturbances import World
+from tatamu.evaluation import CoarseMesh
+from tatamu.folding.score import Limits
 from tatamu.margins import Measured, measure
 from tatamu.margins.page import page
 from tatamu.margins.terminal import summary
+from tatamu.robustness import MeshVerdict, Verdict
+from tatamu.robustness.meshes import SlackRange, fit_distances, select_pairs
+from tatamu.study import Result
 from tests.test_margins import UP, learned
 
 __all__ = ["learned"]
@@ -32,15 +35,16 @@ def own(world: World) -> Verdict:
 
 def measured_with(monkeypatch: pytest.MonkeyPatch, folder: Path, out: Path, coarse: Fold, **options: Any) -> Measured:
     """Margins where the fold ends as these functions say on its coarse mesh and on its own."""
-    monkeypatch.setattr(coarser, "FEWEST", 20)
-    monkeypatch.setattr(coarser, "COARSER", {1: 1.4})
+    monkeypatch.setattr("tatamu.margins.measurement.CoarseMesh", lambda: CoarseMesh(one_layer=1.4, fewest=20))
 
-    def known(task: Any, manipulation: Any, world: World) -> Verdict:
+    def known(evaluator: Any, parameters: Any, world: World) -> Verdict:
+        task = evaluator.task
+        manipulation = task.manipulation(parameters)
         assert len(manipulation.grasps) == 2 and max(manipulation.grasps) < len(task.fold.start)
         return (coarse if task.fold.garment.spacing > 0.05 else own)(world)
 
-    monkeypatch.setattr("tatamu.disturbances.asking.judge", known)
-    return measure(folder, UP, out=out, draws=200, **options)
+    monkeypatch.setattr("tatamu.robustness.judge._verdict", known)
+    return measure(Result.load(folder), UP, out=out, draws=200, **options)
 
 
 def test_verdicts_are_those_of_the_own_mesh_at_a_part_of_its_simulations(
@@ -58,8 +62,8 @@ def test_verdicts_are_those_of_the_own_mesh_at_a_part_of_its_simulations(
     spread, known = both.joint.mean_vertex_distance, fine.joint.mean_vertex_distance
     assert (spread.median, spread.q90) == pytest.approx((known.median, known.q90), abs=0.001)
     assert spread.worst == known.worst
-    rough = [coarse(world).holds(LIMITS) for world in (World({"hands.offset.up": 0.0038, "hands.yaw": 0.01}),)]
-    assert rough == [False] and own(World({"hands.offset.up": 0.0038})).holds(LIMITS), "the meshes disagree on some"
+    rough = [LIMITS.hold(coarse(world)) for world in (World({"hands.offset.up": 0.0038, "hands.yaw": 0.01}),)]
+    assert rough == [False] and LIMITS.hold(own(World({"hands.offset.up": 0.0038}))), "the meshes disagree on some"
 
 
 def test_meshes_that_have_nothing_in_common_end_on_the_own_one(
@@ -96,31 +100,33 @@ def test_a_run_on_two_meshes_goes_on_without_simulating_and_says_which_they_were
 
 def test_the_sample_goes_from_the_worst_to_the_best() -> None:
     verdicts = [ends(0.001 * (7 * number % 50)) for number in range(50)]
-    chosen = [verdicts[number].slack(LIMITS) for number in sampled(verdicts, LIMITS)]
+    chosen = [LIMITS.slack(verdicts[number]) for number in select_pairs(verdicts, LIMITS)]
     assert len(chosen) == 6 and min(chosen) == -1.0 and max(chosen) == 1.0
-    assert len(sampled(4 * verdicts, LIMITS)) == 12
-    assert sampled(verdicts[:2], LIMITS) == [0, 1]
+    assert len(select_pairs(4 * verdicts, LIMITS)) == 12
+    assert select_pairs(verdicts[:2], LIMITS) == [0, 1]
 
 
 def test_a_verdict_is_decided_where_the_measured_difference_cannot_change_it() -> None:
-    apart = Apart(LIMITS).widened([Judged(ends(0.004), ends(0.0065)), Judged(ends(0.005), ends(0.005))])
+    apart = SlackRange(LIMITS).including(
+        [MeshVerdict(ends(0.004), ends(0.0065)), MeshVerdict(ends(0.005), ends(0.005))]
+    )
     assert (apart.low, apart.high) == pytest.approx((0.0, 0.2))
-    assert apart.decides(ends(0.0124)) and apart.decides(ends(0.0151))
-    assert not apart.decides(ends(0.0126)) and not apart.decides(ends(0.0149))
-    assert not apart.decides(Verdict(0.001, 0.79)), "the overlap counts as the distance does"
-    assert not Apart.everything(LIMITS).decides(ends(0.001))
+    assert apart.is_conclusive(ends(0.0124)) and apart.is_conclusive(ends(0.0151))
+    assert not apart.is_conclusive(ends(0.0126)) and not apart.is_conclusive(ends(0.0149))
+    assert not apart.is_conclusive(Verdict(0.001, 0.79)), "the overlap counts as the distance does"
+    assert not SlackRange.unbounded(LIMITS).is_conclusive(ends(0.001))
 
 
 def test_distances_of_the_coarse_mesh_are_those_that_pairs_make_of_them() -> None:
-    pairs = [Judged(ends(0.8 * d), ends(d + 0.001)) for d in (0.001, 0.002, 0.004, 0.008, 0.016)]
-    assert on_own_mesh(pairs, LIMITS)(0.011) == pytest.approx(0.008)
-    far = Judged(ends(0.3), ends(0.9))
-    assert on_own_mesh([*pairs, far], LIMITS)(0.011) == pytest.approx(0.008, abs=0.002), (
+    pairs = [MeshVerdict(ends(0.8 * d), ends(d + 0.001)) for d in (0.001, 0.002, 0.004, 0.008, 0.016)]
+    assert fit_distances(pairs, LIMITS)(0.011) == pytest.approx(0.008)
+    far = MeshVerdict(ends(0.3), ends(0.9))
+    assert fit_distances([*pairs, far], LIMITS)(0.011) == pytest.approx(0.008, abs=0.002), (
         "how far beyond the limit is one"
     )
-    assert on_own_mesh(pairs[:2], LIMITS)(0.011) == 0.011
+    assert fit_distances(pairs[:2], LIMITS)(0.011) == 0.011
 
 
 def test_slack_is_negative_where_a_fold_does_not_hold() -> None:
     for verdict in (ends(0.0), ends(0.0125), ends(0.0126), ends(0.5), Verdict(0.001, 0.79), Verdict(None, None, "x")):
-        assert (verdict.slack(LIMITS) >= 0.0) == verdict.holds(LIMITS) and -1.0 <= verdict.slack(LIMITS) <= 1.0
+        assert (LIMITS.slack(verdict) >= 0.0) == LIMITS.hold(verdict) and -1.0 <= LIMITS.slack(verdict) <= 1.0

@@ -10,17 +10,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tatamu.learning import learn
-from tatamu.results import read_fold
 
+from tatamu.api import learn
 from tatamu.calibration import load_measurements
 from tatamu.errors import InputError, TatamuError
 from tatamu.files import check_targets, read_toml
 from tatamu.folding.plan import load_plan
-from tatamu.folding.task import Task, make_task
+from tatamu.folding.task import make_task
 from tatamu.garments import load_garment, make_garment
 from tatamu.garments.meshfile import read_mesh
 from tatamu.material import Material
+from tatamu.options import LearnOptions
+from tatamu.study import Result
 from tests.foreign import svg
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "measurements-towel.toml"
@@ -42,8 +43,8 @@ def test_what_is_read_is_not_written_over(tmp_path: Path) -> None:
 
 def test_files_of_somebody_else_are_kept(tmp_path: Path) -> None:
     (tmp_path / "report.html").write_text("precious")
-    with pytest.raises(InputError, match=r"holds a report\.html but no study"):
-        learn(make_task("towel", spacing=0.04), tmp_path, trials=1)
+    with pytest.raises(InputError, match=r"contains report\.html but no study"):
+        learn(make_task("towel", spacing=0.04), LearnOptions(trials=1), out=tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
     assert (tmp_path / "report.html").read_text() == "precious"
 
@@ -58,7 +59,7 @@ def test_nobody_is_told_to_remove_a_study_that_another_program_holds(
 
     monkeypatch.setattr("optuna.create_study", held)
     with pytest.raises(InputError, match="another program holds it") as caught:
-        learn(make_task("towel", spacing=0.04), tmp_path, trials=1)
+        learn(make_task("towel", spacing=0.04), LearnOptions(trials=1), out=tmp_path)
     assert "remove it" not in str(caught.value) and "CREATE" not in str(caught.value)
 
 
@@ -132,12 +133,12 @@ def test_a_mesh_file_that_ends_early_is_no_smaller_mesh(tmp_path: Path, encoding
 
 
 def test_a_study_of_failures_only_holds_no_fold(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Task, "_left_table", lambda *given: True)
+    monkeypatch.setattr("tatamu.evaluation.nominal._left_table", lambda *given: True)
     task = make_task("towel", spacing=0.04, size=(0.24, 0.5))
     with pytest.raises(TatamuError, match="all 1 trials failed"):
-        learn(task, tmp_path, trials=1, sampler="random", baselines=False)
+        learn(task, LearnOptions(trials=1, sampler="random", disturbances="none", baselines=False), out=tmp_path)
     with pytest.raises(InputError, match="all of its trials failed"):
-        read_fold(tmp_path)
+        Result.load(tmp_path)
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")

@@ -7,7 +7,8 @@ import pytest
 
 from tatamu.crossings import crossings
 from tatamu.folding.fold import make_fold
-from tatamu.folding.manipulation import polyline_manipulation, scene_of
+from tatamu.folding.manipulation import polyline_manipulation
+from tatamu.folding.trial_scene import scene_of
 from tatamu.garments import make_garment
 from tatamu.material import Material
 from tatamu.scene import Cloth, Gripper, Scene

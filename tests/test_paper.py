@@ -100,15 +100,18 @@ def test_two_peaks_are_seen_where_the_lower_side_slips(tmp_path: Path) -> None:
 
 def test_claims_count_the_seeds_that_bear_them_out(tmp_path: Path) -> None:
     fold = folded(tmp_path)
-    first = fold.trials[0]
-    worst = first.model_copy(update={"objective": 50.0, "mean_vertex_distance": 0.5, "slip": 0.3})
-    better = replace(fold, record=fold.record.model_copy(update={"trials": [worst, *fold.trials[1:]]}))
+    first = fold.record.trials[0]
+    assert first.score is not None
+    bad = first.score.model_copy(update={"mean_vertex_distance": 0.5, "slip": 0.3})
+    worst = first.model_copy(update={"objective": 50.0, "score": bad})
+    better = replace(fold, record=fold.record.model_copy(update={"trials": [worst, *fold.record.trials[1:]]}))
     found = claims("towel", [Study("towel", 0, better)])
     assert [moment.after for moment in found.moments] == [1, 10, 12]
     assert found.moments[0].mean_vertex_distance == 0.5
     assert found.moved_left == 1 and found.slipped_less == 1
-    least = first.model_copy(update={"objective": 1e-3, "mean_vertex_distance": 1e-4, "slip": 0.0})
-    never = replace(fold, record=fold.record.model_copy(update={"trials": [least, *fold.trials[1:]]}))
+    good = first.score.model_copy(update={"mean_vertex_distance": 1e-4, "slip": 0.0})
+    least = first.model_copy(update={"objective": 1e-3, "score": good})
+    never = replace(fold, record=fold.record.model_copy(update={"trials": [least, *fold.record.trials[1:]]}))
     found = claims("towel", [Study("towel", 0, never), Study("towel", 1, better)])
     assert found.moved_left == 1 and found.slipped_less == 1 and found.seeds == 2
 

@@ -7,19 +7,20 @@ from textwrap import dedent
 
 import numpy as np
 import pytest
-from tatamu.results import describe_manipulation, describe_task
 
 from tatamu import InputError
 from tatamu.crossings import crossings
 from tatamu.folding.fold import Fold, fold_of, ideal_folds, make_fold
 from tatamu.folding.ideal import pressed
-from tatamu.folding.manipulation import bezier_manipulation, scene_of
+from tatamu.folding.manipulation import bezier_manipulation
 from tatamu.folding.plan import Plan, line_of, load_plan
 from tatamu.folding.plans import PLANS, make_plan
 from tatamu.folding.score import score
-from tatamu.folding.task import make_job
+from tatamu.folding.task import make_task
+from tatamu.folding.trial_scene import scene_of
 from tatamu.garments import Garment, make_garment
 from tatamu.heavy_strip.crease import crease
+from tatamu.study.record import describe_task
 from tatamu.topology import Topology
 from tests.foreign import GOOD
 
@@ -177,7 +178,7 @@ def test_hands_at_different_distances_turn_the_cloth_together(garments: dict[str
         assert fold.start[vertex, :2] + points[3, :2] == pytest.approx(mirrored, abs=1e-12)
         assert np.linalg.norm(points[1]) / fold.span_of(vertex) == pytest.approx(0.5)
         assert points[1][:2] @ fold.crease.along == pytest.approx(0.0, abs=1e-12)
-    words = describe_manipulation(fold, manipulation).model_dump()
+    words = manipulation.describe().model_dump()
     assert words["via_points"]["left"][-1] != words["via_points"]["right"][-1]
 
 
@@ -195,12 +196,12 @@ def test_an_oblique_line_folds_a_corner(garments: dict[str, Garment]) -> None:
 
 
 def test_one_hand_is_one_gripper(garments: dict[str, Garment]) -> None:
-    task = make_job("trousers", fold="leg", hands=1, spacing=COARSE).task(0)
+    task = make_task("trousers", fold="leg", hands=1, spacing=COARSE)
     parameters = {"x1": 0.1, "z1": 0.1, "x2": 0.2, "z2": 0.1, "g1": 3, "g2": 0}
     manipulation = task.manipulation(parameters)
     assert manipulation.grasps == (task.fold.left[3],)
     assert len(scene_of(task.fold, manipulation).grippers) == 1
-    assert [arm.name for arm in describe_manipulation(task.fold, manipulation).arms] == ["left"]
+    assert [arm.name for arm in manipulation.describe().arms] == ["left"]
     assert describe_task(task).hands == 1
 
 

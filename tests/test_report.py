@@ -11,21 +11,21 @@ from typing import Any
 import numpy as np
 import pytest
 from jinja2 import UndefinedError
-from tatamu.report.verdict import MEASURES, grade
-from tatamu.results import Scores, read_fold
 
 from tatamu.errors import InputError
+from tatamu.folding.score import Score
 from tatamu.presentation.page import inline, render
-from tatamu.report import write_report
+from tatamu.report.measures import MEASURES, grade
 from tatamu.rollout import Rollout
-from tests.fabricated import changed, rewritten, write_fold
+from tatamu.study import Result
+from tests.fabricated import changed, report, rewritten, write_fold
 from tests.pages import charts, replay, shown
 
 pytestmark = pytest.mark.usefixtures("small_pictures")
 
 
 def test_the_report_is_one_page_with_every_figure(folder: Path) -> None:
-    out = write_report(folder)
+    out = report(folder)
     page = out.read_text()
     assert out == folder / "report.html"
     assert sorted(path.name for path in folder.iterdir()) == [
@@ -48,24 +48,24 @@ def test_the_report_is_one_page_with_every_figure(folder: Path) -> None:
     }
     assert all(f'id="{name}"' in page for name in places)
     assert "Towel, half fold" in page and "near perfect" in page
-    assert "tatamu learn towel --out towel --size 0.34x0.8 --fold half" in page
+    assert "tatamu learn towel --out towel --size 0.34x0.8 --hands 2 --spacing 0.08 --disturbances none" in page
     assert "{{" not in page.split("<script")[0]
 
 
 def test_the_page_names_nothing_that_must_be_fetched(folder: Path) -> None:
-    page = write_report(folder).read_text()
+    page = report(folder).read_text()
     fetched = re.findall(r"""(?:src|href|url\()\s*=?\s*["']?(\w+:[^"')\s]{0,30})""", page)
     assert fetched and all(address.startswith("data:") for address in fetched)
 
 
 def test_the_same_fold_gives_the_same_bytes(folder: Path) -> None:
-    first = write_report(folder).read_bytes()
-    assert write_report(folder).read_bytes() == first
+    first = report(folder).read_bytes()
+    assert report(folder).read_bytes() == first
 
 
 def test_the_page_stays_small_for_a_fine_mesh(tmp_path: Path) -> None:
     folder = write_fold(tmp_path / "fine", spacing=0.0125, frames=277)
-    assert write_report(folder).stat().st_size < 4_000_000
+    assert report(folder).stat().st_size < 4_000_000
 
 
 def test_texts_from_files_are_escaped(folder: Path) -> None:
@@ -73,9 +73,8 @@ def test_texts_from_files_are_escaped(folder: Path) -> None:
     changed(folder / "result.json", lambda r: r["task"].update(garment=evil))
     changed(folder / "result.json", lambda r: r["baselines"][0].update(title=evil))
     changed(folder / "result.json", lambda r: r["trials"][4].update(error=evil))
-    changed(folder / "manipulation.json", lambda m: m["arms"][0].update(name=evil))
     rewritten(folder, lambda a: a.update(info=np.array(json.dumps({"warnings": [evil], "version": evil}))))
-    page = write_report(folder).read_text()
+    page = report(folder).read_text()
     assert "<script>alert" not in page
     assert "&lt;script&gt;alert(1)&lt;/script&gt;" in page
 
@@ -98,17 +97,18 @@ def test_grades_follow_the_thresholds(distance: float | None, word: str) -> None
 
 
 def test_measures_know_what_passes() -> None:
-    passing = Scores(mean_vertex_distance=0.012, mask_iou=0.8, area_error=2.77, slip=1.0)
-    missing = Scores(mean_vertex_distance=0.013, mask_iou=0.79, area_error=2.78)
+    passing = Score(**dict.fromkeys(Score.model_fields, 1.0) | {"mean_vertex_distance": 0.012, "mask_iou": 0.8})
+    passing = passing.model_copy(update={"area_error": 2.77})
+    missing = passing.model_copy(update={"mean_vertex_distance": 0.013, "mask_iou": 0.79, "area_error": 2.78})
     verdicts = {measure.key: (measure.passes(passing), measure.passes(missing)) for measure in MEASURES}
     for key in ("mean_vertex_distance", "mask_iou", "area_error"):
         assert verdicts[key] == (True, False)
     assert verdicts["slip"] == (None, None)
-    assert [measure.text(Scores()) for measure in MEASURES] == ["–"] * len(MEASURES)
+    assert [measure.text(None) for measure in MEASURES] == ["–"] * len(MEASURES)
 
 
 def test_the_table_shows_baselines_beside_the_learned_fold(folder: Path) -> None:
-    page = write_report(folder).read_text()
+    page = report(folder).read_text()
     for title in ("Curve shipped with Li 2015&#39;s code", "Triangle", "Circular arc"):
         assert f'<th scope="col">{title}</th>' in page
     assert '<span class="pill failed">failed</span>' in page
@@ -117,7 +117,7 @@ def test_the_table_shows_baselines_beside_the_learned_fold(folder: Path) -> None
 def test_a_report_without_baselines_and_moments_still_has_its_histogram(folder: Path) -> None:
     changed(folder / "result.json", lambda r: r.pop("baselines"))
     rewritten(folder, lambda a: [a.pop(name) for name in ("error_first", "error_10", "error_50")])
-    page = write_report(folder).read_text()
+    page = report(folder).read_text()
     assert "<b>Best of all 50</b>" in page and "<b>First trial</b>" not in page
 
 
@@ -129,7 +129,7 @@ def test_a_wrong_folder_is_refused_in_one_line_that_names_the_file(folder: Path,
     else:
         (folder / name).write_text(broken)
     with pytest.raises(InputError, match=re.escape(str(folder / name))) as caught:
-        write_report(folder)
+        report(folder)
     assert "\n" not in str(caught.value)
     assert not (folder / "report.html").exists()
 
@@ -145,6 +145,8 @@ def test_a_wrong_folder_is_refused_in_one_line_that_names_the_file(folder: Path,
         ("result.json", lambda r: r["baselines"][0].update(path=[[0, 0]]), "path"),
         ("manipulation.json", lambda m: m.update(version=7), "version"),
         ("manipulation.json", lambda m: m.update(arms=[]), "arms"),
+        ("manipulation.json", lambda m: m["arms"][0].update(name="<b>"), "name"),
+        ("manipulation.json", lambda m: m["via_points"]["left"][5].__setitem__(2, 0.9), "via_points.left"),
     ],
 )
 def test_a_wrong_field_is_named(
@@ -152,7 +154,7 @@ def test_a_wrong_field_is_named(
 ) -> None:
     changed(folder / name, change)
     with pytest.raises(InputError, match=rf"{name}: .*{field}"):
-        write_report(folder)
+        report(folder)
 
 
 @pytest.mark.parametrize(
@@ -173,24 +175,24 @@ def test_a_rollout_that_does_not_fit_is_refused(
 ) -> None:
     rewritten(folder, change)
     with pytest.raises(InputError, match=rf"rollout\.npz: {field}"):
-        write_report(folder)
+        report(folder)
 
 
-def test_a_grasp_that_no_gripper_holds_is_refused(folder: Path) -> None:
-    changed(folder / "manipulation.json", lambda m: m["arms"][1]["grasp"].update(vertex=30))
-    with pytest.raises(InputError, match=r"scene\.json: grippers: none holds vertex 30"):
-        write_report(folder)
+def test_a_hand_that_has_no_gripper_is_refused(folder: Path) -> None:
+    changed(folder / "scene.json", lambda s: s["grippers"][1].update(hand="left"))
+    with pytest.raises(InputError, match="grippers: none belongs to the right hand; learn the fold again"):
+        report(folder)
 
 
 def test_hands_follow_the_grippers_of_the_scene(folder: Path) -> None:
-    fold = read_fold(folder)
-    for arm in fold.manipulation.arms:
+    fold = Result.load(folder)
+    for arm in fold.arms:
         assert np.allclose(fold.hand(arm), fold.rollout.positions[:, arm.grasp.vertex], atol=1e-6)
 
 
 def test_a_hand_whose_fingers_press_layers_together_is_drawn_on_its_own_way(folder: Path) -> None:
-    fold = read_fold(folder)
-    arm = fold.manipulation.arms[0]
+    fold = Result.load(folder)
+    arm = fold.arms[0]
     way, vertex = fold.hand(arm), arm.grasp.vertex
 
     def press(scene: Any) -> None:
@@ -204,12 +206,12 @@ def test_a_hand_whose_fingers_press_layers_together_is_drawn_on_its_own_way(fold
         scene["grippers"][:1] = [{**whole, "vertices": others}, pressed]
 
     changed(folder / "scene.json", press)
-    assert (read_fold(folder).hand(arm) == way).all()
+    assert (Result.load(folder).hand(arm) == way).all()
 
 
 def test_a_cloth_exactly_on_its_target_has_a_report_without_errors(folder: Path) -> None:
     rewritten(folder, lambda a: a["positions"].__setitem__(-1, a["target"]))
-    page = write_report(folder).read_text()
+    page = report(folder).read_text()
     plots = charts(page)
     count = replay(page)["count"]
     assert plots["own-0"]["data"][0]["y"] == [count], "all vertices are in the first bin, and there is no other"
@@ -224,7 +226,7 @@ def test_a_scene_without_table_and_a_single_frame_have_a_report_that_rests(folde
     rewritten(folder, lambda a: a.update(times=a["times"][:1], positions=a["positions"][:1]))
     rollout = Rollout.load(folder / "rollout.npz")
     assert len(rollout.times) == 1
-    page = write_report(folder).read_text()
+    page = report(folder).read_text()
     data = replay(page)
     assert data["table"] is None and data["times"] == [0.0]
     assert np.abs(shown(data)[0] - rollout.positions[0]).max() < 2.6e-5
@@ -237,14 +239,14 @@ def test_a_scene_without_table_and_a_single_frame_have_a_report_that_rests(folde
 def test_what_the_user_named_is_in_the_command(folder: Path) -> None:
     asked = {"garment": "my <shirt>.obj", "fold": "mine.toml", "size": None, "spacing": 0.012}
     changed(folder / "result.json", lambda r: r.update(asked=asked))
-    page = write_report(folder).read_text()
+    page = report(folder).read_text()
     assert "tatamu learn &#39;my &lt;shirt&gt;.obj&#39; --out" in page
     assert "--fold mine.toml" in page and "--spacing 0.012" in page and "--size" not in page
 
 
 def test_a_template_is_filled_in_one_pass(folder: Path) -> None:
     changed(folder / "result.json", lambda r: r["task"].update(garment="{{ version }}"))
-    assert "<h1>{{ version }}, half fold</h1>" in write_report(folder).read_text()
+    assert "<h1>{{ version }}, half fold</h1>" in report(folder).read_text()
     with pytest.raises(UndefinedError):
         render("report/garment.html")
 

@@ -19,13 +19,12 @@ from playwright.sync_api import Browser, Page, sync_playwright
 
 from tatamu.folding.advice import choices
 from tatamu.garments import make_garment
-from tatamu.report import write_report
 from tatamu.report.candidates import page as candidates_page
 from tatamu.report.garment import page as garment_page
 from tatamu.rollout import Rollout
 from tatamu.validation import validate
 from tatamu.validation.page import page as validation_page
-from tests.fabricated import changed, rewritten, write_fold
+from tests.fabricated import TIMING, changed, report, rewritten, write_fold
 from tests.fakes import subject
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
@@ -134,8 +133,8 @@ def tab(chromium: Browser) -> Iterator[Opener]:
 
 
 @pytest.fixture(scope="module")
-def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_report(write_fold(tmp_path_factory.mktemp("fold") / "towel", spacing=0.05, frames=47))
+def reported(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return report(write_fold(tmp_path_factory.mktemp("fold") / "towel", spacing=0.05, frames=47))
 
 
 def near(seen: np.ndarray, colour: tuple[int, int, int], reach: int = 60) -> float:
@@ -143,9 +142,9 @@ def near(seen: np.ndarray, colour: tuple[int, int, int], reach: int = 60) -> flo
     return float((np.abs(seen - colour).max(axis=1) < reach).mean())
 
 
-def test_the_page_loads_without_complaint_and_draws_every_figure(tab: Opener, report: Path) -> None:
+def test_the_page_loads_without_complaint_and_draws_every_figure(tab: Opener, reported: Path) -> None:
     browser = tab()
-    browser.open(report)
+    browser.open(reported)
     assert browser.complaints == []
     assert browser.run("document.querySelector('#replay').dataset.failed === undefined")
     count = "[...document.querySelectorAll('.chart')].map(c => c.querySelectorAll('svg').length)"
@@ -154,13 +153,13 @@ def test_the_page_loads_without_complaint_and_draws_every_figure(tab: Opener, re
     assert browser.run("document.querySelectorAll('.three svg image').length") == 3
 
 
-def test_the_slider_moves_the_cloth(tab: Opener, report: Path) -> None:
+def test_the_slider_moves_the_cloth(tab: Opener, reported: Path) -> None:
     browser = tab()
-    browser.open(report, "#t=0")
+    browser.open(reported, "#t=0")
     browser.settle()
-    rollout = Rollout.load(report.parent / "rollout.npz")
+    rollout = Rollout.load(reported.parent / "rollout.npz")
     seen = []
-    for time in (0.0, 2.0, 4.6):
+    for time in (0.0, 2.0, TIMING["ends"]):
         browser.slide(time)
         now = browser.state()
         frame = int(np.argmin(np.abs(rollout.times - time)))
@@ -170,18 +169,18 @@ def test_the_slider_moves_the_cloth(tab: Opener, report: Path) -> None:
     for before, after in pairwise(seen):
         assert (np.abs(before - after).max(axis=1) > 40).mean() > 0.02
     clock = browser.run("document.querySelector('[data-part=clock]').textContent")
-    assert clock == "4.60 s / 4.60 s"
+    assert clock == "4.20 s / 4.20 s"
     assert browser.complaints == []
 
 
-def test_the_cloth_has_two_colours(tab: Opener, report: Path) -> None:
+def test_the_cloth_has_two_colours(tab: Opener, reported: Path) -> None:
     browser = tab()
-    browser.open(report, "#t=0")
+    browser.open(reported, "#t=0")
     browser.run("document.querySelector('[data-show=target]').click()")
     front, back = (70, 110, 190), (250, 195, 125)
     browser.slide(0.0)
     flat = browser.pixels()
-    browser.slide(4.6)
+    browser.slide(TIMING["ends"])
     folded = browser.pixels()
     assert near(flat, front) > 0.05 and near(flat, front) > 5 * near(folded, front)
     assert near(folded, back) > 0.03 and near(folded, back) > 3 * near(flat, back)
@@ -193,12 +192,12 @@ def test_the_back_of_a_garment_has_a_colour_of_its_own(tab: Opener, tmp_path: Pa
     changed(folder / "scene.json", lambda value: [face.reverse() for face in value["cloth"]["faces"]])
     rewritten(folder, lambda arrays: arrays.update(faces=np.ascontiguousarray(arrays["faces"][:, ::-1])))
     browser = tab()
-    browser.open(write_report(folder), "#t=0")
+    browser.open(report(folder), "#t=0")
     browser.run("document.querySelector('[data-show=target]').click()")
     inside, outside = (250, 195, 125), (185, 215, 250)
     browser.slide(0.0)
     flat = browser.pixels()
-    browser.slide(4.6)
+    browser.slide(TIMING["ends"])
     folded = browser.pixels()
     assert near(flat, inside, 40) > 0.05 and near(flat, inside, 40) > 5 * near(folded, inside, 40)
     assert near(folded, outside, 25) > 0.03 and near(folded, outside, 25) > 3 * near(flat, outside, 25)
@@ -206,9 +205,9 @@ def test_the_back_of_a_garment_has_a_colour_of_its_own(tab: Opener, tmp_path: Pa
     assert browser.complaints == []
 
 
-def test_every_switch_and_view_changes_the_picture(tab: Opener, report: Path) -> None:
+def test_every_switch_and_view_changes_the_picture(tab: Opener, reported: Path) -> None:
     browser = tab()
-    browser.open(report, "#t=1.6")
+    browser.open(reported, "#t=1.6")
     browser.settle()
     last = browser.pixels()
     names = ["show=target", "show=paths", "show=error", "view=top", "view=side", "view=three"]
@@ -220,9 +219,9 @@ def test_every_switch_and_view_changes_the_picture(tab: Opener, report: Path) ->
         last = now
 
 
-def test_the_replay_plays_once_and_the_keys_work(tab: Opener, report: Path) -> None:
+def test_the_replay_plays_once_and_the_keys_work(tab: Opener, reported: Path) -> None:
     browser = tab()
-    browser.open(report, "#t=4.5")
+    browser.open(reported, "#t=4.1")
     browser.run("document.querySelector('canvas').focus()")
     assert not browser.state()["running"]
     browser.press(" ")
@@ -230,7 +229,7 @@ def test_the_replay_plays_once_and_the_keys_work(tab: Opener, report: Path) -> N
         "new Promise(done => { const look = () => tatamu.state().running ? setTimeout(look, 50)"
         " : done(tatamu.state()); look(); })"
     )
-    assert ended["time"] == pytest.approx(4.6)
+    assert ended["time"] == pytest.approx(TIMING["ends"])
     browser.run("document.querySelector('[data-part=rate]').value = 0.25")
     browser.run("document.querySelector('[data-part=rate]').dispatchEvent(new Event('change'))")
     browser.press(" ")
@@ -248,15 +247,15 @@ def test_the_replay_plays_once_and_the_keys_work(tab: Opener, report: Path) -> N
     assert browser.complaints == []
 
 
-def test_a_reader_who_wants_less_motion_gets_none(tab: Opener, report: Path) -> None:
+def test_a_reader_who_wants_less_motion_gets_none(tab: Opener, reported: Path) -> None:
     browser = tab(reduced_motion="reduce")
-    browser.open(report)
+    browser.open(reported)
     assert not browser.state()["running"]
 
 
-def test_day_and_night_have_their_own_colours(tab: Opener, report: Path) -> None:
+def test_day_and_night_have_their_own_colours(tab: Opener, reported: Path) -> None:
     browser = tab(color_scheme="light")
-    browser.open(report, "#t=1")
+    browser.open(reported, "#t=1")
     colour = "getComputedStyle(document.querySelector('.chart .xtick text')).fill"
     day, table = browser.run(colour), browser.pixels()
     browser.page.emulate_media(color_scheme="dark")
@@ -267,10 +266,10 @@ def test_day_and_night_have_their_own_colours(tab: Opener, report: Path) -> None
     assert browser.complaints == []
 
 
-def test_the_page_never_scrolls_sideways(tab: Opener, report: Path) -> None:
+def test_the_page_never_scrolls_sideways(tab: Opener, reported: Path) -> None:
     for width in (360, 768, 1600):
         browser = tab(width, 800, is_mobile=width < 500)
-        browser.open(report, "#t=1")
+        browser.open(reported, "#t=1")
         browser.settle()
         assert browser.run("document.documentElement.scrollWidth") <= width
 
@@ -291,7 +290,7 @@ def test_a_poor_study_shows_without_complaint(tab: Opener, tmp_path: Path) -> No
     rollout = Rollout.load(folder / "rollout.npz")
     extra = {"target": rollout.extra["target"]}
     Rollout(rollout.times, rollout.positions, rollout.faces, rollout.info, extra).save(folder / "rollout.npz")
-    browser.open(write_report(folder), "#t=1")
+    browser.open(report(folder), "#t=1")
     browser.settle()
     assert browser.complaints == []
     title = browser.run("document.querySelector('h1').textContent")
@@ -299,14 +298,14 @@ def test_a_poor_study_shows_without_complaint(tab: Opener, tmp_path: Path) -> No
     assert browser.run("document.querySelector('.pill').textContent") == "failed"
 
 
-def test_without_webgl_the_rest_of_the_page_still_works(tab: Opener, report: Path) -> None:
+def test_without_webgl_the_rest_of_the_page_still_works(tab: Opener, reported: Path) -> None:
     browser = tab()
     hidden = """const before = HTMLCanvasElement.prototype.getContext;
     HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
       return kind === "webgl2" ? null : before.call(this, kind, ...more);
     };"""
     browser.page.add_init_script(hidden)
-    browser.open(report)
+    browser.open(reported)
     assert "WebGL 2" in browser.run("document.querySelector('[data-part=failure]').innerText")
     assert browser.run("document.querySelectorAll('.chart svg').length") > 0
 
@@ -359,12 +358,12 @@ TEXTS = """(() => [...document.querySelectorAll("p, td, th, li, h1, h2, code, dt
 
 
 @pytest.fixture(scope="module")
-def every_page(report: Path, pages: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+def every_page(reported: Path, pages: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """A page of each kind that is quickly made."""
     hoodie = make_garment("examples/garments/hoodie.toml", spacing=0.05)
     plans = tmp_path_factory.mktemp("plans") / "plans.html"
     plans.write_text(candidates_page(hoodie, choices(hoodie)[:2]))
-    return {"report": report, "plans": plans, **pages}
+    return {"report": reported, "plans": plans, **pages}
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
@@ -386,7 +385,7 @@ def test_names_of_events_do_not_touch(tab: Opener, tmp_path: Path, width: int) -
     folder = write_fold(tmp_path, spacing=0.08, frames=24)
     changed(folder / "manipulation.json", lambda value: value["timing"].update(arrives=3.3))  # soon before it opens
     browser = tab(width, 844, reduced_motion="reduce")
-    browser.open(write_report(folder))
+    browser.open(report(folder))
     boxes = "[...document.querySelectorAll('.events span')].map(e => e.getBoundingClientRect().toJSON())"
     places = browser.run(boxes)
     assert len(places) == 3

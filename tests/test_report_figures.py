@@ -11,18 +11,18 @@ from typing import Any
 import numpy as np
 import pytest
 from PIL import Image
-from tatamu.results import read_fold
 
 from tatamu.presentation.packing import motion
 from tatamu.presentation.raster import View, rasterise, vertex_normals
 from tatamu.presentation.replay import FRAMES, frames
 from tatamu.presentation.tube import tube
-from tatamu.report import picture, write_report
+from tatamu.report import picture
 from tatamu.report.errormap import largest, maps
 from tatamu.report.histogram import bin_width, histogram
 from tatamu.report.paths import plot
 from tatamu.report.replay import replay
-from tests.fabricated import changed, grid, rewritten, write_fold
+from tatamu.study import Result
+from tests.fabricated import changed, grid, report, rewritten, write_fold
 from tests.pages import shown, unpacked
 
 pytestmark = pytest.mark.usefixtures("small_pictures")
@@ -40,8 +40,8 @@ pytestmark = pytest.mark.usefixtures("small_pictures")
 def test_histograms_follow_the_search(tmp_path: Path, count: int, gone: list[str], titles: list[str]) -> None:
     folder = write_fold(tmp_path / "towel", spacing=0.08, frames=6, count=count)
     rewritten(folder, lambda a: [a.pop(name) for name in gone])
-    assert [title for title, _ in read_fold(folder).moments] == titles
-    write_report(folder)
+    assert [title for title, _ in Result.load(folder).moments] == titles
+    report(folder)
 
 
 def test_a_histogram_counts_every_vertex() -> None:
@@ -66,7 +66,7 @@ def test_packed_motion_comes_back_whole() -> None:
 
 
 def test_the_replay_holds_the_cloth_to_a_tenth_of_a_millimetre(folder: Path) -> None:
-    fold = read_fold(folder)
+    fold = Result.load(folder)
     data = replay(fold, 0.005)
     places = shown(data)
     assert places.shape == (25, len(fold.start), 3)
@@ -74,7 +74,7 @@ def test_the_replay_holds_the_cloth_to_a_tenth_of_a_millimetre(folder: Path) -> 
     assert np.abs(places[-1] - fold.target).max() < 2.6e-5
     faces = np.frombuffer(zlib.decompress(base64.b64decode(data["faces"])), "<u4")
     assert (faces.reshape(-1, 3) == fold.faces).all()
-    held = fold.rollout.positions[:, fold.manipulation.arms[0].grasp.vertex]
+    held = fold.rollout.positions[:, fold.arms[0].grasp.vertex]
     assert np.allclose(data["hands"][0]["path"], held, atol=2e-5)
 
 
@@ -92,7 +92,7 @@ def test_paths_are_drawn_in_the_plane_of_the_fold(folder: Path) -> None:
         triangle["path"] = [[-y, -x, z] for x, y, z in triangle["path"]]
 
     changed(folder / "result.json", turn)  # towards -y, as the second fold of a towel in quarters goes
-    named = {trace["name"]: trace for trace in plot(read_fold(folder))["data"] if "name" in trace}
+    named = {trace["name"]: trace for trace in plot(Result.load(folder))["data"] if "name" in trace}
     assert "learned, both hands" in named and len(named) == 4
     assert max(named["Triangle"]["y"]) == pytest.approx(200.0)
     assert named["Triangle"]["x"][-1] == pytest.approx(800.0)
@@ -109,7 +109,7 @@ def test_a_tube_is_as_thick_everywhere_whatever_way_it_goes() -> None:
 
 def test_hands_that_part_are_drawn_apart(folder: Path) -> None:
     changed(folder / "scene.json", lambda s: s["grippers"][0]["displacements"][5].__setitem__(2, 0.5))
-    names = {trace.get("name") for trace in plot(read_fold(folder))["data"]}
+    names = {trace.get("name") for trace in plot(Result.load(folder))["data"]}
     assert {"learned, left hand", "learned, right hand"} <= names
 
 
@@ -119,7 +119,7 @@ def test_the_map_shows_each_error_at_its_place(folder: Path) -> None:
         arrays["positions"][-1, :, 2] += 0.001 * (arrays["positions"][0, :, 0] + 0.4)
 
     rewritten(folder, tilt)
-    (chart,) = maps(read_fold(folder))
+    (chart,) = maps(Result.load(folder))
     heat = chart.plot["data"][0]
     values = np.array(heat["z"], dtype=float)
     x = heat["x0"] + heat["dx"] * np.arange(values.shape[1])
@@ -149,7 +149,7 @@ def test_two_layers_make_two_maps(folder: Path) -> None:
             gripper["vertices"] = [vertex for vertex in gripper["vertices"] if vertex < len(start)]
 
     changed(folder / "scene.json", cloth)
-    high, low = maps(read_fold(folder))
+    high, low = maps(Result.load(folder))
     assert high.title == "Upper layer"
     assert np.nanmean(np.array(high.plot["data"][0]["z"], dtype=float)) == pytest.approx(3.0)
     assert np.nanmean(np.array(low.plot["data"][0]["z"], dtype=float)) == pytest.approx(1.0)

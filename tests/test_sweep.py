@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tatamu.cli.learning import LearnOptions, counted
 
 from tatamu.errors import InputError, TatamuError, UnavailableError
+from tatamu.options import TaskRequest
 from tatamu.sweep import SweepFolder, TaskRecord, read_sweep, run_sweep
 from tatamu.sweep.page import page
 from tatamu.sweep.table import LiveTable, counts, varied, write_parquet
@@ -49,16 +49,16 @@ def test_options_of_a_task_are_those_of_learn() -> None:
 
     apart = {"out", "scheduler", "storage"}
     parameters = {name: each for name, each in inspect.signature(learn).parameters.items() if name not in apart}
-    assert list(parameters) == list(LearnOptions.model_fields)
-    for name, field in LearnOptions.model_fields.items():
+    assert set(parameters) == set(TaskRequest.model_fields)
+    for name, field in TaskRequest.model_fields.items():
         given = parameters[name].default
         if name == "trials":
-            given = counted(given)  # the command line has text: a number, or auto
+            given = int(given)  # the command line has text: a number, or auto
         assert field.is_required() if given is inspect.Parameter.empty else field.default == given, name
 
 
 def test_the_grid_and_single_tasks_are_read(tmp_path: Path) -> None:
-    tasks = read_sweep(written(tmp_path / "sweep.toml", GRID), LearnOptions)
+    tasks = read_sweep(written(tmp_path / "sweep.toml", GRID), TaskRequest)
     assert [(task.options.get("size"), task.options.get("seed")) for task in tasks] == [
         ("0.24x0.5", 0),
         ("0.24x0.5", 1),
@@ -67,7 +67,7 @@ def test_the_grid_and_single_tasks_are_read(tmp_path: Path) -> None:
         (None, None),
     ]
     assert tasks[-1].name == "alone" and len({task.name for task in tasks}) == 5
-    more = read_sweep(written(tmp_path / "sweep.toml", GRID.replace("trials = 2", "trials = 9")), LearnOptions)
+    more = read_sweep(written(tmp_path / "sweep.toml", GRID.replace("trials = 2", "trials = 9")), TaskRequest)
     assert [task.name for task in more] == [task.name for task in tasks], "trials may grow"
 
 
@@ -90,7 +90,7 @@ def test_the_grid_and_single_tasks_are_read(tmp_path: Path) -> None:
 )
 def test_a_wrong_file_is_refused_in_one_line(tmp_path: Path, text: str, said: str) -> None:
     with pytest.raises(InputError, match=said) as refused:
-        read_sweep(written(tmp_path / "sweep.toml", text), LearnOptions)
+        read_sweep(written(tmp_path / "sweep.toml", text), TaskRequest)
     assert "sweep.toml" in str(refused.value) and "\n" not in str(refused.value)
 
 
@@ -107,7 +107,7 @@ def test_a_task_that_cannot_be_is_refused_before_anything_is_made(tmp_path: Path
 
 
 def test_a_task_that_fails_does_not_end_the_sweep(tmp_path: Path) -> None:
-    tasks = read_sweep(written(tmp_path / "sweep.toml", GRID), LearnOptions)
+    tasks = read_sweep(written(tmp_path / "sweep.toml", GRID), TaskRequest)
     folder = SweepFolder(tmp_path / "out")
 
     def fails(options: dict[str, Any], path: Path, progress: Callable[[Any], None]) -> None:
@@ -130,7 +130,7 @@ def test_a_task_that_fails_does_not_end_the_sweep(tmp_path: Path) -> None:
 
 
 def test_complete_tasks_are_left_alone_and_others_go_on(tmp_path: Path) -> None:
-    tasks = read_sweep(written(tmp_path / "sweep.toml", GRID), LearnOptions)
+    tasks = read_sweep(written(tmp_path / "sweep.toml", GRID), TaskRequest)
     folder = SweepFolder(tmp_path / "out")
     asked: list[str] = []
 
@@ -155,7 +155,7 @@ def test_complete_tasks_are_left_alone_and_others_go_on(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("at_a_time", [1, 3])
 def test_what_is_gone_ends_the_sweep_and_what_was_finished_is_kept(tmp_path: Path, at_a_time: int) -> None:
-    tasks = read_sweep(written(tmp_path / "sweep.toml", GRID), LearnOptions)
+    tasks = read_sweep(written(tmp_path / "sweep.toml", GRID), TaskRequest)
     folder = SweepFolder(tmp_path / "out")
 
     def gone(options: dict[str, Any], path: Path, progress: Callable[[Any], None]) -> None:
@@ -171,7 +171,7 @@ def test_what_is_gone_ends_the_sweep_and_what_was_finished_is_kept(tmp_path: Pat
 
 
 def test_a_folder_has_one_sweep_at_a_time(tmp_path: Path) -> None:
-    tasks = read_sweep(written(tmp_path / "sweep.toml", GRID), LearnOptions)
+    tasks = read_sweep(written(tmp_path / "sweep.toml", GRID), TaskRequest)
     folder = SweepFolder(tmp_path / "out")
 
     def within(options: dict[str, Any], path: Path, progress: Callable[[Any], None]) -> None:

@@ -1,10 +1,8 @@
-"""The words of code and docs: docstrings are sentences, equations are cited in one form."""
+"""The words of code and docs: equations are cited in one form."""
 
 from __future__ import annotations
 
-import ast
 import re
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -27,29 +25,9 @@ ELSEWISE = re.compile(
 """A citation of one of the paper's equations in another form than `Eq. (12)`."""
 
 
-def docstrings(file: Path) -> Iterator[tuple[int, str]]:
-    """Line and text of every docstring: of modules, classes, functions, and of the fields that they follow."""
-    for node in ast.walk(ast.parse(file.read_text())):
-        body = getattr(node, "body", None)
-        for statement in body if isinstance(body, list) else []:
-            if isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant):
-                if isinstance(statement.value.value, str):
-                    yield statement.lineno, statement.value.value
-
-
 def citations(text: str) -> list[str]:
     """What stands around every citation in another form."""
     return [text[max(0, found.start() - 20) : found.end() + 20] for found in ELSEWISE.finditer(text)]
-
-
-def test_no_docstring_begins_with_what() -> None:
-    found = [
-        f"{file.relative_to(ROOT)}:{line}: {text.splitlines()[0]}"
-        for file in MODULES
-        for line, text in docstrings(file)
-        if text.lstrip().startswith("What ")
-    ]
-    assert not found, "\n".join(found)
 
 
 def test_equations_of_the_paper_are_cited_in_one_form() -> None:

@@ -11,6 +11,9 @@ import numpy as np
 from tatamu.curves import sampled_bezier
 from tatamu.folding.manipulation import Manipulation
 
+SPEED = 0.6
+"""Of the faster hand [m/s]."""
+
 
 def bezier(control: np.ndarray, u: np.ndarray) -> np.ndarray:
     """A cubic Bezier curve, written out apart from the package's: (4, 3) and (n,) to (n, 3)."""
@@ -22,25 +25,34 @@ def _weights(u: float) -> tuple[float, ...]:
     return v**3, 3 * v * v * u, 3 * v * u * u, u**3
 
 
+def _inner(span: float, height: float) -> np.ndarray:
+    """P0..P3 from the grasp [m], shape (4, 3)."""
+    return np.array([[0, 0, 0], [0.1 * span, 0, height], [0.8 * span, 0, height], [span, 0, 0.001]])
+
+
 def manipulation(
     span: float = 0.34,
     width: float = 0.30,
     height: float = 0.15,
-    duration: float = 3.0,
     shift: float = 0.0,
     lift: float = 0.0,
 ) -> dict[str, Any]:
     """manipulation.json of a fold over `span` metres, its middle at x = `shift`, by hands with fingers `lift` thick."""
     rate, every, starts = 60, 10, 0.1
+    grasp = np.array([shift - span / 2, 0.0, 0.0005 + lift])
+    places = np.linspace(0, 1, 2001)
+    curve = bezier(grasp + _inner(span, height), places)
+    travelled = np.append(0.0, np.linalg.norm(np.diff(curve, axis=0), axis=1).cumsum())
+    duration = np.ceil(1.875 * travelled[-1] / SPEED * rate) / rate  # minimum jerk is 1.875 times as fast as on average
     arrives = starts + duration
-    times = np.append(np.arange(starts, arrives - 1e-9, every / rate), arrives)
+    times = np.append(np.arange(starts, arrives - 1e-6, every / rate), arrives)
     s = np.clip((times - starts) / duration, 0, 1)
-    u = s**3 * (10 - 15 * s + 6 * s * s)
+    u = np.interp(s**3 * (10 - 15 * s + 6 * s * s), travelled / travelled[-1], places)
     arms, via = [], {}
     for name, y in (("left", width / 2), ("right", -width / 2)):
         grasp = np.array([shift - span / 2, y, 0.0005])
         begin = grasp + np.array([0.0, 0.0, lift])
-        control = begin + np.array([[0, 0, 0], [0.1 * span, 0, height], [0.8 * span, 0, height], [span, 0, 0.001]])
+        control = begin + _inner(span, height)
         via[name] = bezier(control, u).tolist()
         arms.append(
             {
@@ -54,14 +66,14 @@ def manipulation(
         "version": 1,
         "frame_rate": rate,
         "arms": arms,
-        "timing": {**timing, "top_speed": 0.6},
+        "timing": {**timing, "top_speed": SPEED},
         "via_points": {"every_frames": every, "times": times.tolist(), **via},
     }
 
 
 def exact(span: float = 0.34, width: float = 0.30, height: float = 0.15, shift: float = 0.0) -> Manipulation:
     """The same fold as `manipulation`, at the speed of tatamu's own trials."""
-    control = np.array([[0, 0, 0], [0.1 * span, 0, height], [0.8 * span, 0, height], [span, 0, 0.001]])
+    control = _inner(span, height)
     places = [np.array([shift - span / 2, y, 0.0005]) for y in (width / 2, -width / 2)]
     return Manipulation((0, 1), tuple(places), (sampled_bezier(control),) * 2, (control,) * 2)
 

@@ -378,7 +378,7 @@ def test_an_mjcf_brings_its_meshes_height_fields_textures_and_includes(tmp_path:
 
 
 def test_the_files_of_a_robot_are_kept_so_that_the_copy_loads(tmp_path: Path) -> None:
-    from tatamu.results.inputs import Sources, keep_inputs, kept_input
+    from tatamu.study.inputs import Sources, keep_inputs, kept_input
 
     in_package(tmp_path / "robots", "package://my_arm/meshes/link.stl")
     mesh(tmp_path / "robots" / "my_arm" / "meshes" / "link.stl")

@@ -11,14 +11,16 @@ import pytest
 pytest.importorskip("mujoco", reason="no MuJoCo here: pip install 'tatamu[robot]'")
 pytest.importorskip("mink")
 
-from tatamu.cli.learning import LearnOptions
-from tatamu.results import Sources, keep_inputs
-
+from tatamu.api import learn, task_of
 from tatamu.cli import main
-from tatamu.disturbances import Disturbances, load_disturbances
+from tatamu.disturbances import Disturbances, default_disturbances
 from tatamu.errors import InputError
+from tatamu.options import FoldOptions, LearnOptions
 from tatamu.robots import load
 from tatamu.robots.description import disturbances_of, files_of
+from tatamu.study import ResultFolder, StudyRecord
+from tatamu.study.inputs import Sources, keep_inputs
+from tatamu.study.store import load_settings
 from tests.robots.arms import pair
 
 FILE = "[source]\nhands = 'measured'\n[hands]\nyaw = 0.02\n[fingers]\nthickness = 0.004\n"
@@ -41,30 +43,39 @@ def with_table(folder: Path, text: str = TABLE) -> Path:
     return path
 
 
+def settings(tmp_path: Path, robot: str, disturbances: str | None = None) -> StudyRecord:
+    """The settings of a study of a towel for a robot, as it starts."""
+    options = LearnOptions(trials=1, disturbances=disturbances)
+    task = task_of(FoldOptions(garment="towel", size="0.24x0.50", spacing=0.04, robot=robot))
+    folder = ResultFolder(tmp_path / f"learned-{disturbances}")
+
+    def stop(now: object) -> None:
+        raise KeyError
+
+    with pytest.raises(KeyError):
+        learn(task, options, out=folder.path, progress=stop)
+    record = load_settings(folder, None)
+    assert record is not None
+    return record
+
+
 @pytest.mark.parametrize("make", [with_file, with_table])
 def test_learning_for_a_robot_takes_its_disturbances(tmp_path: Path, make: Callable[..., Path]) -> None:
     robot = str(make(tmp_path))
     load(robot)
-
-    def taken(**options: str) -> Disturbances | None:
-        expectation = LearnOptions(garment="towel", robot=robot, **options).expectation()
-        return None if expectation is None else expectation.disturbances
-
-    assert taken() == OWN
-    assert taken(disturbances="default") == load_disturbances("default")
-    assert taken(disturbances="none") is None
+    own, given, none = (settings(tmp_path, robot, name) for name in (None, "default", "none"))
+    assert own.disturbances == OWN.describe() and own.task.fingers == OWN.fingers
+    assert given.disturbances == default_disturbances().describe()
+    assert none.disturbances is None
 
 
-def test_the_job_has_the_fingers_and_the_file(tmp_path: Path) -> None:
-    job = LearnOptions(garment="towel", size="0.24x0.50", spacing=0.04, robot=str(with_file(tmp_path))).job()
-    assert job.reach is not None and tmp_path / "known" / "hands.toml" in job.reach.files
-    assert job.fingers == OWN.fingers
+def test_the_task_has_the_file(tmp_path: Path) -> None:
+    task = task_of(FoldOptions(garment="towel", size="0.24x0.50", spacing=0.04, robot=str(with_file(tmp_path))))
+    assert task.reach is not None and tmp_path / "known" / "hands.toml" in task.reach.files
 
 
-def test_a_robot_without_its_own_takes_the_usual_ones(tmp_path: Path) -> None:
-    for robot in (str(pair(tmp_path)), "hironx"):
-        expectation = LearnOptions(garment="towel", robot=robot).expectation()
-        assert expectation is not None and expectation.disturbances == load_disturbances("default")
+def test_a_robot_without_its_own_takes_the_default_ones(tmp_path: Path) -> None:
+    assert settings(tmp_path, str(pair(tmp_path))).disturbances == default_disturbances().describe()
 
 
 def test_the_file_goes_with_the_fold(tmp_path: Path) -> None:

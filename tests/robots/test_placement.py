@@ -3,14 +3,12 @@ import pytest
 
 pytest.importorskip("mujoco")
 
-from tatamu.results import ManipulationDescription
-
 from tatamu.robots import load
 from tatamu.robots.chain import Chain
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.placement import grid
 from tatamu.robots.pose import turn
-from tests.robots.folds import manipulation
+from tests.robots.folds import exact
 
 
 @pytest.mark.parametrize("degrees", [0, 90, 180, -135])
@@ -18,7 +16,7 @@ def test_a_fold_may_go_any_way_in_its_own_frame(degrees: float) -> None:
     """Step 3 of trousers in thirds goes along -x: before the robot its hands shall go ahead all the same."""
     robot = load("hironx")
     chains = Chain.of(robot, robot.larm), Chain.of(robot, robot.rarm)
-    hands = HandMotion.fitted(ManipulationDescription.model_validate(manipulation()), "made up")
+    hands = HandMotion.exact(exact())
     points = hands.at(hands.evenly(10))
     around = points @ turn(2, np.radians(degrees)).T
     wanted = grid(chains, points, (-0.2, -0.1), robot.front, True)

@@ -10,12 +10,11 @@ import pytest
 
 pytest.importorskip("mujoco", reason="no MuJoCo here: pip install 'tatamu[robot]'")
 
-from tatamu.results import Sources, keep_inputs
-
 from tatamu.cli import main
 from tatamu.robots.assembly import described
 from tatamu.robots.description import files_of
 from tatamu.robots.plan import NoPlacement
+from tatamu.study.inputs import Sources, keep_inputs
 from tests.fabricated import changed, write_fold
 from tests.robots.arms import pair
 

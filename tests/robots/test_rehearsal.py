@@ -9,12 +9,12 @@ import pytest
 pytest.importorskip("mink")
 pytest.importorskip("toppra")
 
-from tatamu.learning import learn_job
-
+from tatamu.api import learn
 from tatamu.cli import main
 from tatamu.errors import InputError
-from tatamu.folding.task import make_job
+from tatamu.folding.task import make_task
 from tatamu.material import Material
+from tatamu.options import LearnOptions
 from tatamu.robots import load, plan_fold
 from tatamu.robots import save as save_plan
 from tatamu.robots.film import save_film
@@ -171,8 +171,8 @@ def test_meshes_are_halved_until_mujoco_can_fold_them(spacing: float, halvings: 
 def towel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The plan of a small towel that was really learned, in few trials on a coarse mesh."""
     folder = tmp_path_factory.mktemp("towel")
-    job = make_job("towel", size=(0.30, 0.30), spacing=0.03)
-    learn_job(job, folder / "learned", trials=1, baselines=False)
+    task = make_task("towel", size=(0.30, 0.30), spacing=0.03)
+    learn(task, LearnOptions(trials=1, baselines=False, disturbances="none", coarse=False), out=folder / "learned")
     save_plan(plan_fold(folder / "learned", load("hironx")), folder / "plan")
     return folder / "plan"
 
@@ -184,7 +184,7 @@ def test_the_rehearsed_fold_is_scored_as_learned_folds_are(towel: Path, tmp_path
     told = json.loads((towel / "fold" / "result.json").read_text())
     best = told["trials"][told["best"]]
     for scores in (fold.scores["learned"], fold.scores["floating"]):
-        assert scores.as_dict() == pytest.approx({name: best[name] for name in scores.as_dict()}, abs=1e-6)
+        assert scores.model_dump() == pytest.approx({name: best[name] for name in scores.model_dump()}, abs=1e-6)
     assert fold.apart.mean() < 0.010
     figures = save(rehearsed, tmp_path, fold)
     assert figures["fold"]["scores"]["robot"]["mask_iou"] == fold.scores["robot"].mask_iou

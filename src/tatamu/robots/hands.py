@@ -57,8 +57,9 @@ class HandMotion:
             raise InputError(f"{path}: must be the folder of a learned fold, and is no folder")
         if not folder.manipulation_file.exists():
             raise InputError(f"{path}: {_no_fold(folder)}")
+        manipulation = folder.manipulation
         try:
-            return cls.exact(folder.manipulation)
+            return cls.exact(manipulation)
         except InputError as error:
             raise InputError(f"{folder.manipulation_file}: {str(error).removeprefix('manipulation: ')}") from None
 
