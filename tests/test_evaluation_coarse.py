@@ -40,7 +40,7 @@ from tatamu.garments import make_garment
 from tatamu.material import Material
 from tatamu.search import HIGH, LOW, Proposal, Schedule
 from tatamu.study import ResultFolder, StudyRecord
-from tatamu.study.learn import UNSURE_SHARE, _schedule
+from tatamu.study.setup import UNSURE_SHARE, make_schedule
 from tests.small_studies import timeless
 
 PARAMETERS: dict[str, int | float] = {"x1": 0.1, "z1": 0.15, "x2": 0.3, "z2": 0.1, "g1": 1, "g2": 0}
@@ -49,7 +49,7 @@ SMALL = CoarseMesh(fewest=20)
 
 
 def small_is_enough(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr("tatamu.study.learn.CoarseFirst", lambda inner: CoarseFirst(inner, SMALL))
+    patch.setattr("tatamu.study.setup.CoarseFirst", lambda inner: CoarseFirst(inner, SMALL))
 
 
 @pytest.fixture(autouse=True)
@@ -326,7 +326,7 @@ def test_more_trials_run_on_the_own_mesh_where_a_coarser_one_is_less_sure() -> N
 
     def shares(disturbances: dict[str, Any] | None) -> dict[str, float]:
         record = cast(StudyRecord, SimpleNamespace(disturbances=disturbances))
-        return {name: _schedule(task, record, LearnOptions(), 2).high_share for name, task in tasks.items()}
+        return {name: make_schedule(task, record, LearnOptions(), 2).high_share for name, task in tasks.items()}
 
     usual = Schedule(50).high_share
     assert usual == 0.12 and UNSURE_SHARE == 0.3
@@ -350,7 +350,7 @@ def test_a_search_ends_when_little_is_expected_three_times_in_a_row() -> None:
 def test_a_search_that_ends_by_itself_says_so_and_is_left_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("tatamu.study.learn.Schedule", partial(Schedule, least_gain=0.05))
+    monkeypatch.setattr("tatamu.study.setup.Schedule", partial(Schedule, least_gain=0.05))
     result = learned(tmp_path, "auto", coarse=False)
     assert len(result.trials) < Schedule("auto").most
     assert result.record.until_gain == 0.05

@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -280,7 +281,7 @@ def test_worlds_are_simulated_on_the_coarser_mesh_in_the_numbers_of_the_finer_on
     assert fine.nominal == alone.nominal
     assert fine.cost == pytest.approx(evaluator.ratio * coarse.cost, rel=1e-9)
     assert 0.5 < fine.cost / alone.cost < 2.0, "cells of 40 mm are a rough guess"
-    calm = CoarseFirst(replace(inner, disturbances=Disturbances.model_validate({})))(Proposal(X, HIGH))
+    calm = CoarseFirst(replace(inner, disturbances=Disturbances(), worlds=1))(Proposal(X, HIGH))
     assert calm.objective == pytest.approx(calm.nominal)
 
 
@@ -291,11 +292,11 @@ def validated_briefly() -> Iterator[None]:
         yield
 
 
-def learn_over_worlds(out: Path | None, trials: int, **places: Any) -> Result:
+def learn_over_worlds(out: Path | None, trials: int, quantile: Any = "mean", **places: Any) -> Result:
     """Learn with the mean over few worlds."""
-    options = LearnOptions(trials=trials, quantile="mean", baselines=False)
+    options = LearnOptions(trials=trials, quantile=quantile, baselines=False)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("tatamu.study.learn.Disturbed", Few)
+        patch.setattr("tatamu.study.setup.Disturbed", Few)
         result = learn(towel(), options, out=out, **places)
     assert isinstance(result, Result)
     return result
@@ -345,7 +346,7 @@ def test_later_trials_are_simulated_in_the_worlds_that_were_hardest_for_any_befo
     high = {**X, "z1": 0.35, "z2": 0.35}
     low = {**X, "x1": 0.0, "z1": 0.05, "z2": 0.0}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("tatamu.study.learn.first_curves", lambda fold: [high, low, X, X])
+        patch.setattr(import_module("tatamu.study.learn"), "first_curves", lambda fold: [high, low, X, X])
         options = LearnOptions(trials=4, quantile=0.9, parallel=2, baselines=False)
         learn(towel(), options, out=tmp_path, evaluate=over_worlds(towel(), 10, 0.9))
     study = optuna.load_study(study_name=None, storage=f"sqlite:///{tmp_path}/study.db")
@@ -362,8 +363,7 @@ def test_a_study_of_other_disturbances_is_another(learned: Result) -> None:
 
 
 def test_a_study_that_is_resumed_keeps_its_own_disturbances(learned: Result) -> None:
-    resumed = learn(towel(), LearnOptions(trials=5, baselines=False), out=folder_of(learned))
-    assert isinstance(resumed, Result)
+    resumed = learn_over_worlds(folder_of(learned), 5, quantile=None)
     assert (resumed.record.worlds, resumed.record.quantile) == (4, None)
 
 

@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tatamu import CoarseFirst, Nominal, Result, Task, learn, make_task
-from tatamu.evaluation import Evaluation, Evaluator, Incumbent
+from tatamu import CoarseFirst, LearnOptions, Nominal, Result, Task, learn, make_task
+from tatamu.evaluation import Evaluation, Evaluator, Incumbent, ends_early
 from tatamu.folding.fold import ideal_folds
 from tatamu.folding.score import score
 from tatamu.options import USUAL_PENDING
+from tatamu.study.setup import make_evaluator, resolve
 from tests.small_studies import X, over_worlds, plain, towel
 
 TRIALS = 10
@@ -114,10 +115,14 @@ def test_from_the_third_step_of_a_plan_on_trials_may_end_early() -> None:
     states = [None, *ideals[:2]]
 
     def may_end_early(task: Task) -> list[bool]:
-        evaluator = CoarseFirst(Nominal(task))
-        inner = [evaluator.on(task.at(number, state))._fine for number, state in enumerate(states)]
-        return [isinstance(each, Nominal) and each.ends_early for each in inner]
+        return [ends_early(task.at(number, state)) for number, state in enumerate(states)]
 
     assert may_end_early(shop) == [False, False, True]
     given = make_task("tshirt", fold="shop", spacing=shop.garment.spacing)
     assert may_end_early(given) == [False, False, False], "on a mesh that the user asked for, nothing ends early"
+    last = shop.at(2, states[2])
+    for coarse in (True, False):
+        options = resolve(LearnOptions(disturbances="none", coarse=coarse), last, None)
+        evaluator = make_evaluator(last, options)
+        inner = evaluator.inner if isinstance(evaluator, CoarseFirst) else evaluator
+        assert isinstance(inner, Nominal) and inner.ends_early == coarse

@@ -115,7 +115,7 @@ def test_a_later_step_begins_from_above_and_with_what_the_one_before_it_found(le
 
 def test_later_steps_are_learned_in_more_worlds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tatamu.study.loop.VALIDATION_WORLDS", 2)
-    monkeypatch.setattr("tatamu.study.learn.Disturbed", Two)
+    monkeypatch.setattr("tatamu.study.setup.Disturbed", Two)
     off = Disturbances.model_validate({"hands": {"offset": [0.001, 0.0, 0.0]}})
     options = LearnOptions(trials=1, sampler="random", baselines=False, disturbances=off, quantile=0.5)
     learn(task(), options, out=tmp_path)
