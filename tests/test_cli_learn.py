@@ -13,20 +13,18 @@ from typing import Any
 
 import pytest
 from rich.console import Console
-from tatamu.learning import Progress, learn_job
-from tatamu.results import ResultFolder
 
+from tatamu import InputError, Progress, Task, learn, load
 from tatamu.cli import main
 from tatamu.cli.progress import LearningDisplay, Workload, duration, prepare
-from tatamu.cli.verdict import conclusion, kept, spoken
-from tatamu.errors import InputError
-from tatamu.folding.task import Job, make_job
+from tatamu.cli.verdict import conclusion_of, kept, verdict_lines
+from tatamu.report.conclusion import Conclusion
+from tatamu.study import ResultFolder
 from tests.fabricated import changed, write_fold
 from tests.scenes import scene
+from tests.small_studies import learn_plain, plain, timeless, towel
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "measurements-towel.toml"
-COARSE: dict[str, Any] = {"spacing": 0.04, "size": (0.24, 0.5)}
-SEARCH: dict[str, Any] = {"sampler": "random", "baselines": False}
 
 
 def run(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
@@ -37,15 +35,8 @@ def run(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
     return int(ended.value.code or 0)
 
 
-def timeless(folder: Path) -> list[Any]:
-    """All results of a folder, without their times."""
-
-    def strip(value: Any) -> Any:
-        if isinstance(value, dict):
-            return {k: strip(v) for k, v in value.items() if k not in ("seconds", "wall_seconds")}
-        return [strip(v) for v in value] if isinstance(value, list) else value
-
-    return [strip(json.loads(file.read_text())) for file in sorted(folder.rglob("result.json"))]
+def conclusion(folder: Path) -> Conclusion:
+    return conclusion_of(load(folder))
 
 
 def test_something_is_said_before_anything_heavy_is_imported(
@@ -61,14 +52,16 @@ def test_something_is_said_before_anything_heavy_is_imported(
 def test_the_end_says_the_verdict_and_the_note_and_exits_with_0(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path, small_pictures: None
 ) -> None:
+    monkeypatch.setattr("tatamu.study.loop.VALIDATION_WORLDS", 6)
     options = ["--size", "0.24x0.5", "--spacing", "0.04", "--sampler", "random", "--no-baselines", "--trials", "2"]
     assert run(monkeypatch, "learn", "towel", *options, "--out", str(tmp_path)) == 0
     said = capsys.readouterr().out.splitlines()
     assert said[-1] == f"report: {tmp_path / 'report.html'}"
     verdicts = [line for line in said if line.startswith(("succeeded: ", "failed: "))]
     assert len(verdicts) == 1 and "success below 12.5 mm" in verdicts[0] and "success from 0.80" in verdicts[0]
-    best = ResultFolder(tmp_path).result.best_trial
-    assert best.mean_vertex_distance and f"{1e3 * best.mean_vertex_distance:.1f} mm" in verdicts[0]
+    best = ResultFolder(tmp_path).record.best_score
+    assert f"{1e3 * best.mean_vertex_distance:.1f} mm" in verdicts[0]
+    assert any(line.startswith("held in ") and "of 6 disturbed simulations" in line for line in said)
     assert any("to go, a trial every" in line for line in said)
 
 
@@ -131,60 +124,53 @@ def test_the_best_on_a_bound_is_noted(folder: Path, name: str, value: float, not
     best = json.loads((folder / "result.json").read_text())["best"]
     changed(folder / "result.json", lambda whole: whole["trials"][best]["parameters"].update(middle))
     changed(folder / "result.json", lambda whole: whole.update(bounds=bounds))
-    said = list(spoken(conclusion(folder)))
+    said = list(verdict_lines(conclusion(folder)))
     assert [line.startswith("note: the best trial lies on a bound of the search: " + name) for line in said[1:]] == [
         True
     ] * noted
 
 
 @pytest.fixture(scope="module")
-def quarters() -> Job:
-    return make_job("towel", fold="quarters", **COARSE)
+def quarters() -> Task:
+    return towel(fold="quarters")
 
 
-def stopping_after(count: int) -> Callable[..., Any]:
-    """A `reporting` that is interrupted after so many trials, counted through all steps."""
+SEARCH: dict[str, Any] = {"sampler": "random", "baselines": False}
+
+
+def stopping_after(count: int) -> Callable[[Progress], None]:
+    """A listener that interrupts after so many trials, counted through all steps."""
     made = iter(range(1000))
 
-    class Reporting:
-        def __init__(self, *_: object) -> None:
-            pass
+    def show(progress: Progress) -> None:
+        if progress.stage == "trials" and progress.done and next(made) + 1 == count:
+            raise KeyboardInterrupt
 
-        def __enter__(self) -> Callable[[Progress], None]:
-            return self.show
-
-        def __exit__(self, *_: object) -> None:
-            pass
-
-        def show(self, progress: Progress) -> None:
-            if progress.stage == "trials" and progress.done and next(made) + 1 == count:
-                raise KeyboardInterrupt
-
-    return Reporting
+    return show
 
 
 def test_an_interrupted_study_leaves_a_report_and_goes_on(tmp_path: Path, small_pictures: None) -> None:
-    towel = make_job("towel", **COARSE)
     with pytest.raises(KeyboardInterrupt):
-        learn_job(towel, tmp_path / "cut", trials=5, reporting=stopping_after(3), **SEARCH)
+        learn_plain(towel(), tmp_path / "cut", progress=stopping_after(3), trials=5, **SEARCH)
     assert (tmp_path / "cut" / "report.html").exists()
-    assert len(ResultFolder(tmp_path / "cut").result.trials) == 3
+    assert len(ResultFolder(tmp_path / "cut").record.trials) == 3
     for folder in ("cut", "whole"):
-        learn_job(towel, tmp_path / folder, trials=5, **SEARCH)
+        learn_plain(towel(), tmp_path / folder, trials=5, **SEARCH)
     assert timeless(tmp_path / "cut") == timeless(tmp_path / "whole")
 
 
 @pytest.mark.parametrize(("trials", "steps"), [(1, 1), (3, 2)])
 def test_an_interrupted_plan_leaves_a_report_of_its_finished_steps(
-    quarters: Job, tmp_path: Path, small_pictures: None, trials: int, steps: int
+    quarters: Task, tmp_path: Path, small_pictures: None, trials: int, steps: int
 ) -> None:
+    options = plain(trials=2, **SEARCH)
     with pytest.raises(KeyboardInterrupt):
-        learn_job(quarters, tmp_path / "cut", trials=2, reporting=stopping_after(trials), **SEARCH)
-    assert len(ResultFolder(tmp_path / "cut").plan_result.steps) == steps
+        learn(quarters, options, out=tmp_path / "cut", progress=stopping_after(trials))
+    assert len(ResultFolder(tmp_path / "cut").plan_record.steps) == steps
     title = "in 2 folds" if steps == 2 else "the first 1 of 2 folds"
     assert title in (tmp_path / "cut" / "report.html").read_text()
     for folder in ("cut", "whole"):
-        learn_job(quarters, tmp_path / folder, trials=2, **SEARCH)
+        learn(quarters, options, out=tmp_path / folder)
     assert timeless(tmp_path / "cut") == timeless(tmp_path / "whole")
 
 
@@ -194,13 +180,13 @@ def test_an_interrupted_command_says_how_to_go_on_and_exits_with_130(
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("tatamu.learning.learn_job", interrupted)
+    monkeypatch.setattr("tatamu.api.learn", interrupted)
     write_fold(tmp_path, spacing=0.08, frames=24)
     (tmp_path / "study.db").touch()
     assert run(monkeypatch, "learn", "towel", "--out", str(tmp_path)) == 130
     said = capsys.readouterr().err
     assert said == f"tatamu: {kept(tmp_path)}\n"
-    assert "run the same command again to go on" in said and str(tmp_path) in said
+    assert "run the same command again to resume" in said and str(tmp_path) in said
 
 
 def test_the_work_that_is_left_counts_all_that_follows() -> None:
@@ -226,10 +212,8 @@ class Watched:
         simulator = SimpleNamespace(prepare=self.prepare, compilation=lambda: (compiled, 80))
         monkeypatch.setattr("tatamu.cli.progress.monotonic", lambda: self.time)
         monkeypatch.setattr("tatamu.simulators.named", lambda name: simulator)
-        job = make_job("towel", **COARSE)
         console = Console(file=self.text, force_terminal=terminal, width=200)
-        self.display = LearningDisplay(job, 10, 3, console)
-        self.task = job.task(0)
+        self.display = LearningDisplay(towel(), 10, 3, console)
 
     def prepare(self) -> None:
         self.time += 10.0
@@ -237,14 +221,12 @@ class Watched:
 
     def show(self, *trials: int) -> list[str]:
         """Lines after trials that took 2 s each, every line looked at."""
-        with self.display.reporting(self.task, 10) as report:
-            for done in trials:
-                report(Progress(done, 10, 1.0 if done else None, 0.002 if done else None))
-                self.display._look()
-                self.time += 2.0
-            report(Progress(10, 10, 1.0, 0.002, "baselines"))
+        for done in trials:
+            self.display.show(Progress(done, 10, 1.0 if done else None, 0.002 if done else None))
             self.display._look()
-            report(Progress(10, 10, 1.0, 0.002, "report"))
+            self.time += 2.0
+        for stage in ("baselines", "report"):
+            self.display.show(Progress(10, 10, 1.0, 0.002, stage=stage))
             self.display._look()
         return self.text.getvalue().splitlines()
 
@@ -255,7 +237,7 @@ def test_time_left_is_said_from_the_first_trial_to_the_report(monkeypatch: pytes
     left = duration(0.5 * (6 + 3) + page)
     assert f"about {left} to go, a trial every 0.5 s" in lines
     assert any(line.startswith("4/10 trials: ") and f"about {left} left" in line for line in lines)
-    assert [line for line in lines if line.startswith("0/10 trials: none has ended yet")]
+    assert [line for line in lines if line.startswith("0/10 trials: the first trials are running")]
     assert any("fixed trajectories: " in line and " left" in line for line in lines)
     assert any("writing the report: " in line and " left" in line for line in lines)
 
@@ -278,8 +260,8 @@ def test_compiling_is_said_only_where_it_happens_and_moves(monkeypatch: pytest.M
 def test_without_a_terminal_lines_come_by_themselves(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tatamu.cli.progress.LINE_EVERY", 0.01)
     watched = Watched(monkeypatch)
-    with watched.display, watched.display.reporting(watched.task, 10) as report:
-        report(Progress(0, 10, None, None))
+    with watched.display:
+        watched.display.show(Progress(0, 10))
         before = watched.text.getvalue().count("\n")
         for _ in range(1000):
             if watched.text.getvalue().count("\n") > before + 2:
@@ -347,12 +329,12 @@ def test_a_simulator_that_compiles_says_so_and_one_that_loads_does_not(
     assert ("compiling the simulator" in text.getvalue()) == bool(compiled)
 
 
-def test_the_first_step_that_fails_is_the_one_to_look_at(quarters: Job, tmp_path: Path, small_pictures: None) -> None:
-    learn_job(quarters, tmp_path, trials=1, **SEARCH)
+def test_the_first_step_that_fails_is_the_one_to_look_at(quarters: Task, tmp_path: Path, small_pictures: None) -> None:
+    learn(quarters, plain(trials=1, **SEARCH), out=tmp_path)
     for step in ("step-1", "step-2"):
         changed(tmp_path / step / "result.json", lambda value: value["trials"][0].update(mean_vertex_distance=0.03))
     changed(tmp_path / "result.json", lambda value: value["final"].update(mean_vertex_distance=0.05))
-    said = list(spoken(conclusion(tmp_path)))
+    said = list(verdict_lines(conclusion(tmp_path)))
     assert said[0].startswith("step 1, in half across the length: failed: ")
     assert said[2].startswith("in all: failed: ")
     assert any(
@@ -360,8 +342,8 @@ def test_the_first_step_that_fails_is_the_one_to_look_at(quarters: Job, tmp_path
     )
 
 
-def test_errors_of_steps_that_succeed_are_seen_to_add_up(quarters: Job, tmp_path: Path, small_pictures: None) -> None:
-    learn_job(quarters, tmp_path, trials=1, **SEARCH)
+def test_errors_of_steps_that_succeed_are_seen_to_add_up(quarters: Task, tmp_path: Path, small_pictures: None) -> None:
+    learn(quarters, plain(trials=1, **SEARCH), out=tmp_path)
     for step in ("step-1", "step-2"):
         changed(
             tmp_path / step / "result.json",

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -21,8 +22,6 @@ import cloudpickle
 from studies.real_cloth.__main__ import app
 from studies.real_cloth.bench import Bench, Experiment
 from studies.real_cloth.matsudaira import models
-from tatamu.learning import learn
-from tatamu.learning.evaluation import evaluate
 from typer.testing import CliRunner
 
 from tatamu.cluster import connected, executor_at
@@ -34,9 +33,10 @@ from tatamu.cluster.executor import DaskExecutor
 from tatamu.cluster.versions import difference, versions
 from tatamu.cluster.watch import Patience, Watch
 from tatamu.errors import InputError, UnavailableError, WorkerKilledError
-from tatamu.folding.task import Task, make_task
+from tatamu.evaluation import NOTHING, Incumbent, Nominal
+from tatamu.folding.task import make_task
 from tests.scenes import scene
-from tests.test_learning import COARSE, timeless
+from tests.small_studies import X, learn_plain, timeless, towel
 from tests.test_real_cloth import write_fabrics
 
 
@@ -161,16 +161,16 @@ def test_shared_arguments_that_were_not_used_for_longest_are_forgotten(executor:
     assert executor.submit(loaded, third, 2).result()[1] == 6
 
 
-def test_a_task_is_shared_and_a_manipulation_goes_along_with_its_call() -> None:
-    task = make_task("towel")
-    manipulation = task.manipulation({"x1": 0.1, "z1": 0.1, "x2": 0.2, "z2": 0.1, "g1": 0, "g2": 0})
-    assert len(cloudpickle.dumps(manipulation)) < LARGE < len(cloudpickle.dumps(task))
+def test_an_evaluator_is_shared_and_parameters_go_along_with_their_call() -> None:
+    evaluator = Nominal(make_task("towel"))
+    assert len(cloudpickle.dumps(X)) < LARGE < len(cloudpickle.dumps(evaluator))
 
 
 def test_what_is_bound_to_a_function_is_an_argument() -> None:
-    task = make_task("towel", **COARSE)
-    function, bound = unbound(task.evaluate)
-    assert function is Task.evaluate and bound == (task,)
+    task = towel()
+    evaluator = Nominal(task)
+    function, bound = unbound(evaluator.fixed)
+    assert function is Nominal.fixed and bound == (evaluator,)
 
 
 def test_a_call_whose_worker_dies_runs_elsewhere(executor: DaskExecutor, tmp_path: Path) -> None:
@@ -245,10 +245,10 @@ def test_calls_that_wait_can_be_cancelled(executor: DaskExecutor) -> None:
 
 
 def test_a_study_on_workers_is_the_study_of_one_machine(executor: DaskExecutor, tmp_path: Path) -> None:
-    task = make_task("towel", **COARSE)
+    task = towel()
     options: dict[str, Any] = {"trials": 4, "baselines": True}
-    learn(task, tmp_path / "here", **options)
-    learn(task, tmp_path / "there", executor=executor, **options)
+    learn_plain(task, tmp_path / "here", **options)
+    learn_plain(task, tmp_path / "there", executor, **options)
     assert timeless(tmp_path / "here") == timeless(tmp_path / "there")
     for name in ("manipulation.json", "scene.json"):
         assert (tmp_path / "here" / name).read_bytes() == (tmp_path / "there" / name).read_bytes()
@@ -281,12 +281,13 @@ def test_a_reading_whose_scene_kills_workers_is_said_and_tried_again(executor: D
 
 
 def test_a_rollout_comes_only_where_it_may_be_kept() -> None:
-    task = make_task("towel", **COARSE)
-    manipulation = task.manipulation({"x1": 0.1, "z1": 0.1, "x2": 0.2, "z2": 0.1, "g1": 0, "g2": 0})
-    kept = evaluate(task, manipulation)
-    assert kept.outcome.rollout is not None
-    worse = evaluate(task, manipulation, kept.outcome.objective)
-    assert worse.outcome.rollout is None and worse.outcome.score == kept.outcome.score
+    evaluator = Nominal(towel())
+    with ThreadPoolExecutor(1) as executor:
+        kept = evaluator.submit(executor, X, NOTHING).result()
+        assert kept.rollout is not None
+        worse = evaluator.submit(executor, X, Incumbent(kept.objective)).result()
+        assert worse.rollout is None and worse.score == kept.score
+        assert evaluator.submit(executor, X, Incumbent(kept.objective), keep=True).result().rollout is not None
 
 
 def test_a_trial_that_kills_its_workers_has_failed_with_its_seed(
@@ -299,12 +300,10 @@ def test_a_trial_that_kills_its_workers_has_failed_with_its_seed(
         return submit(die, tmp_path / "deaths") if next(deaths, None) == 0 else submit(function, *args, **kwargs)
 
     monkeypatch.setattr(executor, "submit", deadly)
-    task = make_task("towel", **COARSE)
+    task = towel()
     # one at a time: Dask blames what waits on a worker that dies, too, and may end both after three deaths together
-    learn(task, tmp_path / "study", trials=3, seed=7, baselines=False, parallel=1, executor=executor)
-    from tatamu.results import ResultFolder
-
-    trials = ResultFolder(tmp_path / "study").result.trials
+    result = learn_plain(task, tmp_path / "study", executor, trials=3, seed=7, baselines=False, parallel=1)
+    trials = result.trials
     assert [trial.state for trial in trials] == ["failed", "complete", "complete"]
     assert "killed 3 workers" in (trials[0].error or "") and "seed 7, trial 0" in (trials[0].error or "")
 

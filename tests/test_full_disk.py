@@ -12,14 +12,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tatamu.learning import learn
 
 from tatamu.errors import UnavailableError
 from tatamu.files import write_text
 from tatamu.sweep import SweepFolder, SweepTask, run_sweep
 from tests.fabricated import write_fold
-from tests.test_learning import task as coarse_towel
-from tests.test_learning import timeless
+from tests.small_studies import learn_plain, timeless
+from tests.small_studies import towel as coarse_towel
 
 resource = pytest.importorskip("resource", reason="limits are of POSIX")
 pytestmark = pytest.mark.skipif(sys.platform == "darwin", reason="macOS ends a process that passes its limit")
@@ -39,7 +38,7 @@ def files_of(most: int) -> Iterator[None]:
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("calm")
-    learn(coarse_towel(), folder, trials=2, baselines=False)
+    learn_plain(coarse_towel(), folder, trials=2, baselines=False)
     return folder
 
 
@@ -50,11 +49,11 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_study_goes_on_after_the_disk_was_full(undisturbed: Path, tmp_path: Path, most: int, file: str) -> None:
     task = coarse_towel()
     with files_of(most), pytest.raises(UnavailableError, match=file) as stopped:
-        learn(task, tmp_path, trials=2, baselines=False)
+        learn_plain(task, tmp_path, trials=2, baselines=False)
     assert "\n" not in str(stopped.value) and "remove" not in str(stopped.value)
     assert not (tmp_path / "report.html").exists()
     assert not list(tmp_path.glob("*.tmp"))
-    learn(task, tmp_path, trials=2, baselines=False)
+    learn_plain(task, tmp_path, trials=2, baselines=False)
     assert timeless(tmp_path) == timeless(undisturbed)
 
 
@@ -62,7 +61,9 @@ def test_a_commit_that_finds_the_disk_full_does_not_call_the_study_unreadable(tm
     from sqlite3 import OperationalError
 
     from optuna.exceptions import StorageInternalError
-    from tatamu.learning.place import FilePlace
+
+    from tatamu.study import ResultFolder
+    from tatamu.study.store import file_store
 
     def commits() -> None:
         try:
@@ -71,7 +72,8 @@ def test_a_commit_that_finds_the_disk_full_does_not_call_the_study_unreadable(tm
             raise StorageInternalError("An exception is raised during the commit.") from error
 
     with pytest.raises(UnavailableError, match="the disk is full; what was finished is kept"):
-        FilePlace(tmp_path / "study.db").run(commits)
+        with file_store(ResultFolder(tmp_path)) as store:
+            store._run(commits)
 
 
 def test_a_sweep_ends_and_keeps_what_was_finished(tmp_path: Path) -> None:

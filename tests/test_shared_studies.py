@@ -7,21 +7,18 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator
 from pathlib import Path
 from threading import Thread
 
 import pytest
 from optuna.trial import create_trial
-from tatamu.cli.learning import LearnOptions
-from tatamu.learning import Progress, learn
-from tatamu.learning.database import SharedDatabase, parse_storage, shared_database
 
+from tatamu import LearnOptions, learn
 from tatamu.errors import InputError, UnavailableError
-from tatamu.folding.task import Task, make_task
+from tatamu.study.database import SharedDatabase, parse_storage, shared_database
 from tests import postgres
-from tests.test_learning import COARSE, timeless
+from tests.small_studies import learn_plain, timeless, towel
 
 ADDRESS = "postgresql://folder@db.example/studies"
 SECRET = "geheim-und-lang"
@@ -76,7 +73,7 @@ def test_an_address_is_read() -> None:
 
 def test_a_database_that_is_not_there_is_said_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("psycopg", reason="psycopg is not installed")
-    monkeypatch.setattr("tatamu.learning.database.OPENING_SECONDS", 0.5)
+    monkeypatch.setattr("tatamu.study.database.OPENING_SECONDS", 0.5)
     with pytest.raises(UnavailableError, match=r"127\.0\.0\.1:9/studies: no answer for 0.5 s"):
         with shared_database("postgresql://folder@127.0.0.1:9/studies"):
             pass
@@ -91,10 +88,10 @@ def test_a_database_that_refuses_is_said_at_once(server: postgres.Server, monkey
 
 
 def test_a_study_in_the_database_is_that_of_a_file(database: SharedDatabase, tmp_path: Path) -> None:
-    task = make_task("towel", **COARSE)
-    learn(task, tmp_path / "file", trials=4)
-    learn(task, tmp_path / "shared", trials=2, database=database)
-    learn(task, tmp_path / "shared", trials=4, database=database)
+    task = towel()
+    learn_plain(task, tmp_path / "file", trials=4)
+    learn_plain(task, tmp_path / "shared", trials=2, database=database)
+    learn_plain(task, tmp_path / "shared", trials=4, database=database)
     assert timeless(tmp_path / "file") == timeless(tmp_path / "shared")
     assert not (tmp_path / "shared" / "study.db").exists()
     kept = json.loads((tmp_path / "shared" / "study.json").read_text())
@@ -102,30 +99,30 @@ def test_a_study_in_the_database_is_that_of_a_file(database: SharedDatabase, tmp
 
 
 def test_names_are_apart_for_folders_and_tasks(database: SharedDatabase, tmp_path: Path) -> None:
-    task = make_task("towel", **COARSE)
+    task = towel()
     names = set()
     for folder, seed in (("a", 0), ("b", 0), ("c", 1)):
-        learn(task, tmp_path / folder, trials=1, seed=seed, baselines=False, database=database)
+        learn_plain(task, tmp_path / folder, trials=1, seed=seed, baselines=False, database=database)
         names.add(json.loads((tmp_path / folder / "study.json").read_text())["name"])
     assert len(names) == 3
     with pytest.raises(InputError, match="holds another study"):
-        learn(task, tmp_path / "a", trials=1, seed=1, baselines=False, database=database)
+        learn_plain(task, tmp_path / "a", trials=1, seed=1, baselines=False, database=database)
 
 
 def test_a_folder_has_its_study_in_one_place(database: SharedDatabase, tmp_path: Path) -> None:
-    task = make_task("towel", **COARSE)
-    learn(task, tmp_path / "shared", trials=1, baselines=False, database=database)
+    task = towel()
+    learn_plain(task, tmp_path / "shared", trials=1, baselines=False, database=database)
     with pytest.raises(InputError, match="give --storage"):
-        learn(task, tmp_path / "shared", trials=1, baselines=False)
-    learn(task, tmp_path / "file", trials=1, baselines=False)
+        learn_plain(task, tmp_path / "shared", trials=1, baselines=False)
+    learn_plain(task, tmp_path / "file", trials=1, baselines=False)
     with pytest.raises(InputError, match="leave --storage out"):
-        learn(task, tmp_path / "file", trials=1, baselines=False, database=database)
+        learn_plain(task, tmp_path / "file", trials=1, baselines=False, database=database)
 
 
 def test_a_study_is_held_by_one_client(
     database: SharedDatabase, server: postgres.Server, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("tatamu.learning.database.HOLD_SECONDS", 0.5)
+    monkeypatch.setattr("tatamu.study.database.HOLD_SECONDS", 0.5)
     database.hold("one")
     with shared_database(server.address) as other:
         assert other is not None
@@ -152,8 +149,8 @@ def test_a_database_that_restarts_loses_and_doubles_nothing(
             study.add_trial(create_trial(value=float(number)))
             return True
 
-        def is_added(number: int = number) -> bool | None:
-            return len(study.get_trials(deepcopy=False)) > number or None
+        def is_added(number: int = number) -> bool:
+            return len(study.get_trials(deepcopy=False)) > number
 
         database.run(add, is_added)
         time.sleep(0.03)
@@ -165,43 +162,42 @@ def test_a_database_that_restarts_loses_and_doubles_nothing(
 def test_a_trial_whose_answer_was_lost_is_not_added_again(
     database: SharedDatabase, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from tatamu.learning.database import ConnectionLostError
-    from tatamu.learning.study import OptunaStudy
-
-    add = OptunaStudy._add
-    lost = iter([True])
-
-    def add_and_lose(self: OptunaStudy, trial: object) -> bool:
-        add(self, trial)  # type: ignore[arg-type]
-        if next(lost, False):
-            raise ConnectionLostError("server closed the connection unexpectedly")
-        return True
-
-    monkeypatch.setattr(OptunaStudy, "_add", add_and_lose)
-    learn(make_task("towel", **COARSE), tmp_path, trials=2, baselines=False, database=database)
-    monkeypatch.undo()
-    name = json.loads((tmp_path / "study.json").read_text())["name"]
     import optuna
 
+    from tatamu.study.database import ConnectionLostError
+
+    add = optuna.Study.add_trial
+    lost = iter([True])
+
+    def add_and_lose(self: optuna.Study, trial: optuna.trial.FrozenTrial) -> None:
+        add(self, trial)
+        if next(lost, False):
+            raise ConnectionLostError("server closed the connection unexpectedly")
+
+    monkeypatch.setattr(optuna.Study, "add_trial", add_and_lose)
+    learn_plain(towel(), tmp_path, trials=2, baselines=False, database=database)
+    monkeypatch.undo()
+    name = json.loads((tmp_path / "study.json").read_text())["name"]
     assert len(optuna.load_study(study_name=name, storage=database.storage).trials) == 2
 
 
 def test_a_database_that_stays_away_ends_the_run_and_keeps_what_was_finished(
     database: SharedDatabase, server: postgres.Server, tmp_path: Path
 ) -> None:
-    task = make_task("towel", **COARSE)
+    task = towel()
     database.retry_seconds = 0.5
     server.control("stop", "-m", "fast")
     try:
         with pytest.raises(UnavailableError, match=r"no answer for 0\.5 s .*what was finished is kept"):
-            learn(task, tmp_path, trials=2, baselines=False, database=database)
+            learn_plain(task, tmp_path, trials=2, baselines=False, database=database)
     finally:
         server.control("start")
-    learn(task, tmp_path, trials=2, baselines=False, database=database)
+    learn_plain(task, tmp_path, trials=2, baselines=False, database=database)
 
 
 def test_the_password_is_in_no_output_file_or_argument(server: postgres.Server, tmp_path: Path) -> None:
     arguments = ["towel", "--size", "0.24x0.5", "--spacing", "0.04", "--trials", "2", "--storage", server.address]
+    arguments += ["--disturbances", "none"]
     command = [
         sys.executable,
         "-c",
@@ -222,17 +218,11 @@ def test_the_password_is_in_no_output_file_or_argument(server: postgres.Server, 
         assert postgres.PASSWORD.encode() not in file.read_bytes(), file.name
 
 
-def test_the_command_goes_on_with_a_shared_study(database: SharedDatabase, tmp_path: Path) -> None:
-    """What the study takes not to be known is read from the database that holds it."""
+def test_a_shared_study_is_resumed_with_its_own_settings(database: SharedDatabase, tmp_path: Path) -> None:
+    """Whether anything is disturbed is read from the database that holds it."""
 
-    @contextmanager
-    def silent(task: Task, trials: int) -> Iterator[Callable[[Progress], None]]:
-        yield lambda now: None
-
-    calm = LearnOptions(garment="towel", size="0.24x0.5", spacing=0.04, trials=1, baselines=False, disturbances="none")
-    calm.learn(calm.job(tmp_path, database), tmp_path, silent, None, database)
-    again = calm.model_copy(update={"disturbances": None, "trials": 2})
-    again.learn(again.job(tmp_path, database), tmp_path, silent, None, database)
+    learn_plain(towel(), tmp_path, trials=1, baselines=False, database=database)
+    learn(towel(), LearnOptions(trials=2, baselines=False), out=tmp_path, database=database)
     result = json.loads((tmp_path / "result.json").read_text())
     assert len(result["trials"]) == 2
     assert result.get("disturbances") is None

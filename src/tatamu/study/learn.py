@@ -86,6 +86,8 @@ def learn(
         KeyboardInterrupt: If the user ended it; what is finished is written before.
     """
     options = options or LearnOptions()
+    if evaluate is not None:  # disturbances are then the evaluator's own concern
+        options = options.model_copy(update={"disturbances": "none", "quantile": None})
     places = places or Places()
     check_pending(options, task.simulator)
     steps = len(task.plan.steps) - task.number
@@ -215,7 +217,7 @@ class _Learning:
         best = study.best() if study.succeeded else None
         rollout = None if best is None else study.evaluation(best).rollout
         judged = None
-        if best is not None and isinstance(self.options.disturbances, Disturbances) and self.evaluate is None:
+        if best is not None and isinstance(self.options.disturbances, Disturbances):
             places.progress(study.progress(schedule.most, "validation"))
             judged = study.validate(self.options.disturbances, study.trials[best].parameters)
         record = ResultRecord(

@@ -74,7 +74,7 @@ class Trial(Scored):
     """How many worlds were simulated, the nominal one among them; None without disturbances."""
     expected_objective: float | None = None
     """Mean or quantile of the objective over them, alpha D counted twice in those in which the fold fails. An estimate
-    if the trial could not win. None without disturbances."""
+    if the trial could not win. Of an evaluator of the user's own: what it minimises. None if that is `objective`."""
     hardest: list[Index] = Field(default_factory=list, exclude=True)
     """Numbers of the disturbed worlds that were simulated, hardest first; empty if it could not win."""
     packed_errors: str | None = Field(None, exclude=True)
@@ -83,7 +83,7 @@ class Trial(Scored):
     @property
     def minimised(self) -> float:
         """The value that the search minimised."""
-        value = self.objective if self.worlds is None else self.expected_objective
+        value = self.objective if self.expected_objective is None else self.expected_objective
         assert value is not None, "a trial has an objective"
         return value
 
@@ -98,12 +98,13 @@ class Trial(Scored):
             disturbed: Whether the objective is one over disturbed worlds.
             spacing: Spacing of the mesh that it ran on [m]; None in studies with one mesh.
         """
+        other = disturbed or found.objective != found.nominal
         return cls(
             number=number,
             state="failed" if found.failed else "complete",
             error=found.error,
             parameters=proposal.parameters,
-            objective=found.nominal if disturbed else found.objective,
+            objective=found.nominal,
             trajectory_length=found.trajectory_length,
             score=found.score,
             seconds=round(found.seconds, 3),
@@ -111,7 +112,7 @@ class Trial(Scored):
             ended=found.ended,
             expected_gain=proposal.gain,
             worlds=found.simulations if disturbed else None,
-            expected_objective=found.objective if disturbed else None,
+            expected_objective=found.objective if other else None,
             hardest=list(found.hardest),
             packed_errors=None if found.errors is None or found.failed else _pack(found.errors),
         )
@@ -142,7 +143,7 @@ class Trial(Scored):
     def attributes(self) -> dict[str, Any]:
         """Return what a study keeps of the trial as well as its parameters and the value that is minimised."""
         plain = self.model_dump(exclude={"number", "parameters"})
-        if self.worlds is None:
+        if self.expected_objective is None:
             plain.pop("objective")
         more = {"hardest": self.hardest or None, "packed_errors": self.packed_errors}
         return {**plain, **{name: value for name, value in more.items() if value is not None}}

@@ -12,7 +12,7 @@ import sqlite3
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import replace
@@ -22,33 +22,16 @@ from typing import Any
 import numpy as np
 import optuna
 import pytest
-from optuna.distributions import FloatDistribution
-from tatamu.folding.coarser import with_coarser
-from tatamu.learning import learn, learn_job
-from tatamu.learning.evaluation import evaluate
-from tatamu.learning.place import FilePlace
-from tatamu.learning.space import search_space
-from tatamu.learning.study import Identity, OptunaStudy
-from tatamu.results import ResultFolder, describe_task
 
-from tatamu import InputError, Rollout, Scene, TatamuError, simulate
+from tatamu import InputError, Nominal, Rollout, Scene, SimulationError, Task, TatamuError, simulate
+from tatamu.evaluation.nominal import penalty
 from tatamu.folding.manipulation import Manipulation, trajectory_lengths
-from tatamu.folding.task import Outcome, Reach, Task, make_job, make_task
-
-COARSE: dict[str, Any] = {"spacing": 0.04, "size": (0.24, 0.5)}
-
-
-def task(**changes: Any) -> Task:
-    return make_task("towel", **{**COARSE, **changes})
-
-
-def timeless(folder: Path) -> str:
-    """result.json without its times."""
-    data = json.loads((folder / "result.json").read_text())
-    del data["wall_seconds"]
-    for record in [*data["trials"], *data["baselines"]]:
-        del record["seconds"]
-    return json.dumps(data)
+from tatamu.folding.parameters import search_space
+from tatamu.folding.task import Reach, make_task
+from tatamu.study import ResultFolder
+from tatamu.study.record import describe_task
+from tests.small_studies import X, learn_plain, timeless
+from tests.small_studies import towel as task
 
 
 @pytest.fixture
@@ -60,14 +43,21 @@ def simulated(monkeypatch: pytest.MonkeyPatch) -> list[Scene]:
         scenes.append(scene)
         return simulate(scene, name)
 
-    monkeypatch.setattr("tatamu.folding.task.simulate", counted)
+    monkeypatch.setattr("tatamu.evaluation.nominal.simulate", counted)
     return scenes
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _pages_of_few_pixels() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("tatamu.report.topview.WIDE", 120)
+        yield
 
 
 @pytest.fixture(scope="module")
 def learned(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("learned")
-    learn(task(), folder, trials=6)
+    learn_plain(task(), folder, trials=6)
     return folder
 
 
@@ -92,7 +82,10 @@ def test_the_saved_scene_gives_the_saved_rollout(learned: Path) -> None:
 
 def test_the_models_read_and_write_the_same_bytes(learned: Path) -> None:
     folder = ResultFolder(learned)
-    for file, model in ((folder.result_file, folder.result), (folder.manipulation_file, folder.manipulation)):
+    for file, model in (
+        (folder.result_file, folder.record),
+        (folder.manipulation_file, folder.manipulation.describe()),
+    ):
         assert json.dumps(model.model_dump(), indent=1) + "\n" == file.read_text()
 
 
@@ -104,19 +97,19 @@ def test_optuna_opens_the_study(learned: Path) -> None:
 
 def test_a_finished_study_is_left_alone(learned: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     before = {path.name: path.read_bytes() for path in learned.iterdir()}
-    monkeypatch.setattr(Task, "evaluate", None)
-    learn(task(), learned, trials=6)
+    monkeypatch.setattr("tatamu.evaluation.nominal.simulate", None)
+    learn_plain(task(), learned, trials=6)
     assert {path.name: path.read_bytes() for path in learned.iterdir()} == before
 
 
 def test_more_trials_go_on_where_the_study_stopped(learned: Path, tmp_path: Path) -> None:
-    learn(task(), tmp_path, trials=2)
-    learn(task(), tmp_path, trials=6)
+    learn_plain(task(), tmp_path, trials=2)
+    learn_plain(task(), tmp_path, trials=6)
     assert timeless(tmp_path) == timeless(learned)
 
 
 def test_a_run_that_is_killed_goes_on_to_the_same_result(tmp_path: Path) -> None:
-    learn_job(make_job("towel", **COARSE), tmp_path / "once", trials=6)
+    learn_plain(task(), tmp_path / "once", trials=6)
     folder = tmp_path / "twice"
     arguments = ["towel", "--size", "0.24x0.5", "--spacing", "0.04", "--trials", "6", "--out", str(folder)]
     arguments += ["--disturbances", "none"]
@@ -143,7 +136,7 @@ def _told(folder: Path) -> int:
 
 
 def test_continuous_grasps_are_floored(tmp_path: Path) -> None:
-    learn(task(), tmp_path, trials=2, grasps="continuous", sampler="random", baselines=False)
+    learn_plain(task(), tmp_path, trials=2, grasps="continuous", sampler="random", baselines=False)
     data = json.loads((tmp_path / "result.json").read_text())
     parameters = data["trials"][0]["parameters"]
     assert parameters["g1"] != int(parameters["g1"])
@@ -157,48 +150,19 @@ def test_a_failed_trial_is_a_finite_penalty_that_the_search_keeps(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     calls = iter(range(100))
-    honest = Task.evaluate
 
-    def sometimes(self: Task, manipulation: Any) -> Outcome:
+    def sometimes(scene: Scene, name: str) -> Rollout:
         if next(calls) == 1:
-            return Outcome(None, self.penalty(manipulation.trajectory_length), "blew up", None)
-        return honest(self, manipulation)
+            raise SimulationError("blew up")
+        return simulate(scene, name)
 
-    monkeypatch.setattr(Task, "evaluate", sometimes)
-    learn(task(), tmp_path, trials=3, baselines=False, parallel=1)
+    monkeypatch.setattr("tatamu.evaluation.nominal.simulate", sometimes)
+    learn_plain(task(), tmp_path, trials=3, baselines=False, parallel=1)
     trials = json.loads((tmp_path / "result.json").read_text())["trials"]
     assert [t["state"] for t in trials] == ["complete", "failed", "complete"]
     assert trials[1]["error"] == "blew up"
     assert trials[1]["mean_vertex_distance"] is None
     assert max(t["objective"] for t in trials) == trials[1]["objective"] < 1e3
-
-
-def test_the_search_sees_even_where_the_best_is_far_from_ideal(tmp_path: Path) -> None:
-    """As the last step of a plan may be, which cannot mend what the steps before it left."""
-    identity = Identity(task=describe_task(task()), sampler="gp", seed=0)
-    space = {"x": FloatDistribution(0.0, 1.0)}
-    study = OptunaStudy(FilePlace(tmp_path / "study.db"), identity, space, lambda at: np.full_like(at["x"], 0.4))
-    for number in range(12):
-        parameters = study.ask([], number).parameters
-        study.tell(parameters, 1.0 + 2.0 * (parameters["x"] - 0.3) ** 2, {})
-    assert min(abs(trial.params["x"] - 0.3) for trial in study.trials) < 0.02
-
-
-def test_a_search_that_begins_with_failures_that_are_all_alike_looks_elsewhere(tmp_path: Path) -> None:
-    """What is known of the objective is least at x = 0, where all that the search begins with is equally bad."""
-    first = [{"x": x} for x in (0.0, 0.05, 0.1)]
-    identity = Identity(task=describe_task(task()), sampler="gp", seed=0, first=first)
-    space = {"x": FloatDistribution(0.0, 1.0)}
-    study = OptunaStudy(FilePlace(tmp_path / "study.db"), identity, space, lambda at: 0.4 + at["x"])
-    asked = []
-    for number in range(4):
-        asked.append(study.ask([], number).parameters)
-        study.tell(asked[-1], 0.4 + asked[-1]["x"] + 2.0, {})
-    plain = OptunaStudy(FilePlace(tmp_path / "plain.db"), identity, space, lambda at: np.zeros_like(at["x"]))
-    for parameters in first:
-        plain.tell(parameters, 1.0, {})
-    assert asked[:3] == first
-    assert asked[3]["x"] > 0.15 and asked[3] == plain.ask([], 3).parameters, "it is random"
 
 
 def test_a_study_that_is_killed_while_it_writes_is_written_the_next_time(
@@ -207,9 +171,9 @@ def test_a_study_that_is_killed_while_it_writes_is_written_the_next_time(
     folder = tmp_path / "study"
     shutil.copytree(learned, folder)
     with monkeypatch.context() as killed, pytest.raises(KeyboardInterrupt):
-        killed.setattr("tatamu.results.ResultFolder.write_result", interrupt)
-        learn(task(), folder, trials=7)
-    learn(task(), folder, trials=7)
+        killed.setattr("tatamu.study.ResultFolder.write_record", interrupt)
+        learn_plain(task(), folder, trials=7)
+    learn_plain(task(), folder, trials=7)
     assert len(json.loads((folder / "result.json").read_text())["trials"]) == 7
 
 
@@ -221,7 +185,7 @@ def interrupt(*_: Any) -> None:
 def test_the_path_length_that_the_search_knows_is_that_of_the_manipulation(made: dict[str, Any]) -> None:
     asked = make_task(**{"garment": "towel", "spacing": 0.04, **made})
     random = np.random.default_rng(0)
-    space = search_space(asked.fold, "integer")
+    space = search_space(asked.fold).bounds
     values = {name: each.low + (each.high - each.low) * random.random(20) for name, each in space.items()}
     values |= {name: np.round(values[name]) for name in ("g1", "g2")}
     exact = [
@@ -231,13 +195,20 @@ def test_the_path_length_that_the_search_knows_is_that_of_the_manipulation(made:
     assert trajectory_lengths(asked.fold, values) == pytest.approx(exact, rel=2e-4)
 
 
+def with_fold(one: Task, **changes: Any) -> Task:
+    """The task with another fold than it would make."""
+    other = replace(one)
+    other.__dict__["fold"] = replace(one.fold, **changes)
+    return other
+
+
 def test_tasks_that_differ_in_the_mesh_or_the_robot_are_told_apart() -> None:
     one = task()
     moved = one.fold.start + np.array([0.0, 1e-4, 0.0])
     others = [
-        replace(one, fold=replace(one.fold, start=moved)),
-        replace(one, fold=replace(one.fold, right=one.fold.right[:-1])),
-        replace(one, fold=replace(one.fold, area_ratio=0.4)),
+        with_fold(one, start=moved),
+        with_fold(one, right=one.fold.right[:-1]),
+        with_fold(one, area_ratio=0.4),
         replace(one, reach=Reach("mine", lambda _: 1.0, description=b"a")),
         replace(one, reach=Reach("mine", lambda _: 1.0, description=b"b")),
     ]
@@ -245,27 +216,29 @@ def test_tasks_that_differ_in_the_mesh_or_the_robot_are_told_apart() -> None:
     assert describe_task(one) == describe_task(task())
 
 
-def test_a_study_in_which_all_fails_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Task, "evaluate", lambda self, m: Outcome(None, 9.0, "blew up", None))
-    with pytest.raises(TatamuError, match="all 2 trials failed; the last said: blew up"):
-        learn(task(), tmp_path, trials=2, baselines=False)
+def blow_up(*_: Any) -> Any:
+    raise SimulationError("blew up")
 
 
-def test_a_study_in_which_all_fails_on_the_own_mesh_alone_says_that(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    job = with_coarser(make_job("towel"))
-    own = len(job.garment.vertices)
-    honest = Task.evaluate
+@pytest.mark.parametrize("kept", [True, False])
+def test_a_study_in_which_all_fails_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kept: bool) -> None:
+    monkeypatch.setattr("tatamu.evaluation.nominal.simulate", blow_up)
+    with pytest.raises(TatamuError, match="all 2 trials failed; last error: blew up"):
+        learn_plain(task(), tmp_path if kept else None, trials=2, baselines=False)
 
-    def evaluate(self: Task, manipulation: Manipulation) -> Outcome:
-        if len(self.fold.start) == own:
-            return Outcome(None, 9.0, "blew up", None)
-        return honest(self, manipulation)
 
-    monkeypatch.setattr(Task, "evaluate", evaluate)
-    with pytest.raises(TatamuError, match="all 5 trials on the garment's own mesh failed; the last said: blew up"):
-        learn(job.task(0), tmp_path, trials=10, baselines=False)
+def test_a_study_in_which_all_fails_on_the_own_mesh_alone_says_that(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = make_task("towel")
+    own = len(asked.garment.vertices)
+
+    def sometimes(scene: Scene, name: str) -> Rollout:
+        if len(scene.cloth.vertices) == own:
+            raise SimulationError("blew up")
+        return simulate(scene, name)
+
+    monkeypatch.setattr("tatamu.evaluation.nominal.simulate", sometimes)
+    with pytest.raises(TatamuError, match="all 5 trials on the garment's own mesh failed; last error: blew up"):
+        learn_plain(asked, None, coarse=True, trials=10, baselines=False)
 
 
 @pytest.mark.parametrize(
@@ -273,24 +246,24 @@ def test_a_study_in_which_all_fails_on_the_own_mesh_alone_says_that(
     [
         ({"seed": 1}, "seed is 0 there, 1 here"),
         ({"sampler": "random"}, 'sampler is "gp" there'),
-        ({"trials": 3}, "6 trials already"),
+        ({"trials": 3}, "6 trials already, given 3; give 6 or more"),
     ],
 )
 def test_another_study_is_not_touched(learned: Path, changes: dict[str, Any], named: str) -> None:
     with pytest.raises(InputError, match=named):
-        learn(task(), learned, **{"trials": 6, **changes})
+        learn_plain(task(), learned, **{"trials": 6, **changes})
 
 
 def test_another_towel_is_not_touched(learned: Path) -> None:
     with pytest.raises(InputError, match=r"task\.size is \[0\.24, 0\.5\] there, \[0\.24, 0\.6\] here"):
-        learn(task(size=(0.24, 0.6)), learned, trials=6)
+        learn_plain(task(size=(0.24, 0.6)), learned, trials=6)
 
 
 @pytest.mark.parametrize("content", [b"not a database at all", b"SQLite format 3\x00" + b"\xff" * 4000])
 def test_a_corrupted_study_is_refused_and_kept(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "study.db").write_bytes(content)
     with pytest.raises(InputError, match=r"study\.db: is not a readable Optuna study"):
-        learn(task(), tmp_path, trials=2)
+        learn_plain(task(), tmp_path, trials=2)
     assert (tmp_path / "study.db").read_bytes() == content
 
 
@@ -298,7 +271,7 @@ def test_a_study_of_somebody_elses_is_refused(tmp_path: Path) -> None:
     study = optuna.create_study(storage=f"sqlite:///{tmp_path / 'study.db'}", study_name="tatamu")
     study.add_trial(optuna.trial.create_trial(value=1.0))
     with pytest.raises(InputError, match="not tatamu's"):
-        learn(task(), tmp_path, trials=2)
+        learn_plain(task(), tmp_path, trials=2)
 
 
 @pytest.mark.parametrize(
@@ -308,14 +281,14 @@ def test_arguments_out_of_range_are_refused_before_anything_is_made(
     tmp_path: Path, changes: dict[str, Any], named: str
 ) -> None:
     with pytest.raises(InputError, match=named):
-        learn(task(), tmp_path / "new", **changes)
+        learn_plain(task(), tmp_path / "new", **changes)
     assert not (tmp_path / "new").exists()
 
 
 def test_a_folder_that_is_a_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("mine")
     with pytest.raises(InputError, match="cannot be written"):
-        learn(task(), tmp_path / "file", trials=1)
+        learn_plain(task(), tmp_path / "file", trials=1)
     assert (tmp_path / "file").read_text() == "mine"
 
 
@@ -342,16 +315,16 @@ def test_a_study_asks_a_robot_that_remembers_no_other_study(tmp_path: Path, simu
     low = Low()
     reached = task(reach=Reach("low", low, forget=low.forget))
     low.asked = [0.5]  # of an earlier step of a plan, which was finished before a pause
-    learn(reached, tmp_path, trials=6, baselines=False)
+    learn_plain(reached, tmp_path, trials=6, baselines=False)
     at_once = list(low.asked)
-    learn(reached, tmp_path, trials=7, baselines=False)
+    learn_plain(reached, tmp_path, trials=7, baselines=False)
     assert 0.5 not in at_once and low.asked[:6] == at_once[:6]
 
 
 def test_what_a_robot_cannot_reach_is_not_simulated_and_fails(tmp_path: Path, simulated: list[Scene]) -> None:
     low = Low()
     reached = task(reach=Reach("low", low))
-    learn(reached, tmp_path, trials=6, baselines=False)
+    learn_plain(reached, tmp_path, trials=6, baselines=False)
     result = json.loads((tmp_path / "result.json").read_text())
     failed = [trial for trial in result["trials"] if trial["state"] == "failed"]
     assert result["task"]["robot"] == "low"
@@ -359,17 +332,17 @@ def test_what_a_robot_cannot_reach_is_not_simulated_and_fails(tmp_path: Path, si
     assert len(failed) == sum(height > 0.08 for height in low.asked)
     for trial in failed:
         assert trial["error"] == "out of reach of low"
-        assert trial["objective"] > reached.penalty(trial["trajectory_length"])
+        assert trial["objective"] > penalty(reached.fold, trial["trajectory_length"])
     before = list(low.asked)
     low.asked.clear()
-    learn(reached, tmp_path, trials=7, baselines=False)
+    learn_plain(reached, tmp_path, trials=7, baselines=False)
     assert low.asked[:6] == before  # a study that goes on tells the robot again what it was asked before
     assert len(low.asked) > 6
 
 
 def test_a_study_for_a_robot_is_not_one_for_any(learned: Path) -> None:
     with pytest.raises(InputError, match="robot"):
-        learn(task(reach=Reach("low", Low())), learned, trials=6)
+        learn_plain(task(reach=Reach("low", Low())), learned, trials=6)
 
 
 @pytest.mark.parametrize("reach", [None, "low"])
@@ -380,40 +353,40 @@ def test_a_study_is_the_same_wherever_its_trials_run(
     def asked() -> Task:
         return task(reach=Reach(reach, Low()) if reach else None)
 
-    learn(asked(), tmp_path / "here", trials=7)
+    learn_plain(asked(), tmp_path / "here", trials=7)
     with elsewhere() as executor:
-        learn(asked(), tmp_path / "there", trials=7, executor=executor)
+        learn_plain(asked(), tmp_path / "there", trials=7, executor=executor)
     assert timeless(tmp_path / "here") == timeless(tmp_path / "there")
 
 
 def test_a_study_that_stops_and_goes_on_proposes_what_it_would_have(tmp_path: Path) -> None:
-    learn(task(), tmp_path / "once", trials=6, parallel=2, baselines=False)
+    learn_plain(task(), tmp_path / "once", trials=6, parallel=2, baselines=False)
     for trials in (3, 6):
-        learn(task(), tmp_path / "twice", trials=trials, baselines=False, parallel=2)
+        learn_plain(task(), tmp_path / "twice", trials=trials, baselines=False, parallel=2)
     assert timeless(tmp_path / "once") == timeless(tmp_path / "twice")
 
 
-def test_a_study_that_was_begun_one_by_one_goes_on_so(tmp_path: Path) -> None:
-    learn(task(), tmp_path / "once", trials=6, parallel=1, baselines=False)
-    learn(task(), tmp_path / "twice", trials=3, parallel=1, baselines=False)
-    learn(task(), tmp_path / "twice", trials=6, baselines=False)
+def test_a_study_that_was_started_one_by_one_goes_on_so(tmp_path: Path) -> None:
+    learn_plain(task(), tmp_path / "once", trials=6, parallel=1, baselines=False)
+    learn_plain(task(), tmp_path / "twice", trials=3, parallel=1, baselines=False)
+    learn_plain(task(), tmp_path / "twice", trials=6, baselines=False)
     assert timeless(tmp_path / "once") == timeless(tmp_path / "twice")
 
 
 def test_what_an_executor_is_given_can_be_pickled() -> None:
-    one = task(reach=Reach("low", Low()))
-    manipulation = one.manipulation(dict.fromkeys(("x1", "z1", "x2", "z2", "g1", "g2"), 0))
-    here = pickle.loads(pickle.dumps(evaluate))(*pickle.loads(pickle.dumps((one, manipulation))))
-    outcome = pickle.loads(pickle.dumps(here)).outcome
-    again = one.evaluate(manipulation)
-    assert outcome.objective == again.objective
-    assert outcome.rollout and again.rollout
-    assert outcome.rollout.positions.tobytes() == again.rollout.positions.tobytes()
+    asked = Nominal(task(reach=Reach("low", Low())))
+    travelled = pickle.loads(pickle.dumps(asked))
+    assert travelled.task.reach is None, "the robot stays with the process that proposes"
+    here = pickle.loads(pickle.dumps(travelled(X)))
+    again = asked(X)
+    assert here.objective == again.objective
+    assert here.rollout and again.rollout
+    assert here.rollout.positions.tobytes() == again.rollout.positions.tobytes()
 
 
 def test_a_study_simulates_each_trial_once(tmp_path: Path, simulated: list[Scene]) -> None:
     """The first trial and the best of ten, which the report shows, are kept until it is written."""
-    learn(task(), tmp_path, trials=12, sampler="random", baselines=False)
+    learn_plain(task(), tmp_path, trials=12, sampler="random", baselines=False)
     objectives = [trial["objective"] for trial in json.loads((tmp_path / "result.json").read_text())["trials"]]
     assert min(objectives) < objectives[0]  # or there would be nothing to keep but the best
     assert len(simulated) == 12
@@ -422,5 +395,5 @@ def test_a_study_simulates_each_trial_once(tmp_path: Path, simulated: list[Scene
 @pytest.mark.parametrize(("parallel", "simulator"), [(0, "native"), (17, "mujoco")])
 def test_wrong_parallel_is_refused(tmp_path: Path, parallel: int, simulator: str) -> None:
     with pytest.raises(InputError, match="parallel"):
-        learn(task(simulator=simulator), tmp_path / "study", trials=2, parallel=parallel)
+        learn_plain(task(simulator=simulator), tmp_path / "study", trials=2, parallel=parallel)
     assert not (tmp_path / "study").exists()

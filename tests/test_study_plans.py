@@ -5,46 +5,49 @@ from __future__ import annotations
 import json
 import re
 import shutil
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from tatamu.learning import Expectation, as_begun, learn_job
-from tatamu.learning.space import ARCHED, HIGH, carried_over, search_space
-from tatamu.results import ResultFolder, read_fold
 
-from tatamu import InputError, Rollout, Scene, simulate
-from tatamu.disturbances import Disturbances
+from tatamu import (
+    Disturbances,
+    Disturbed,
+    InputError,
+    LearnOptions,
+    PlanResult,
+    Rollout,
+    Scene,
+    Task,
+    learn,
+    load,
+    simulate,
+)
 from tatamu.folding.fold import ideal_folds
-from tatamu.folding.task import Job, Task, make_job
+from tatamu.folding.parameters import ARCHED, HIGH, search_space, transfer
 from tatamu.report.plan import joined_path
 from tatamu.report.replay import hands
-
-COARSE: dict[str, Any] = {"spacing": 0.04, "size": (0.24, 0.5)}
-SEARCH: dict[str, Any] = {"sampler": "random", "baselines": False}
-
-
-def job(**changes: Any) -> Job:
-    return make_job("towel", **{"fold": "quarters", **COARSE, **changes})
+from tatamu.search import Space
+from tatamu.study import ResultFolder
+from tests.small_studies import plain, timeless, towel
 
 
-def timeless(folder: Path) -> str:
-    """All results without their times."""
+def task(**changes: Any) -> Task:
+    return towel(**{"fold": "quarters", **changes})
 
-    def strip(value: Any) -> Any:
-        if isinstance(value, dict):
-            return {k: strip(v) for k, v in value.items() if k not in ("seconds", "wall_seconds")}
-        return [strip(v) for v in value] if isinstance(value, list) else value
 
-    files = [folder / "result.json", *sorted(folder.glob("step-*/result.json"))]
-    return json.dumps([strip(json.loads(file.read_text())) for file in files])
+def learn_plan(out: Path | None, trials: int, asked: Task | None = None) -> PlanResult:
+    result = learn(asked or task(), plain(trials=trials, sampler="random", baselines=False), out=out)
+    assert isinstance(result, PlanResult)
+    return result
 
 
 @pytest.fixture(scope="module")
 def learned(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("plan")
-    learn_job(job(), folder, trials=2, **SEARCH)
+    learn_plan(folder, 2)
     return folder
 
 
@@ -64,7 +67,7 @@ def test_a_step_begins_where_the_one_before_it_ended(learned: Path) -> None:
     first, second = (Rollout.load(learned / step / "rollout.npz") for step in ("step-1", "step-2"))
     assert (first.positions[-1] == second.positions[0]).all()
     scene = Scene.load(learned / "step-2" / "scene.json")
-    assert (scene.cloth.rest == job().garment.vertices).all()
+    assert (scene.cloth.rest == task().garment.vertices).all()
     assert simulate(scene).positions.tobytes() == second.positions.tobytes()
 
 
@@ -79,7 +82,7 @@ def test_the_joined_rollout_is_all_steps(learned: Path) -> None:
 
 def test_errors_are_told_against_the_step_and_against_the_flat_garment(learned: Path) -> None:
     result = json.loads((learned / "result.json").read_text())
-    ideals = [fold.target for fold in ideal_folds(job().garment, job().plan)]
+    ideals = [fold.target for fold in ideal_folds(task().garment, task().plan)]
     for step, ideal in zip(result["steps"], ideals, strict=True):
         rollout = Rollout.load(learned / step["folder"] / "rollout.npz")
         own = np.linalg.norm(rollout.positions[-1] - rollout.extra["target"], axis=1).mean()
@@ -93,7 +96,7 @@ def test_errors_are_told_against_the_step_and_against_the_flat_garment(learned: 
 def test_a_later_step_begins_from_above_and_with_what_the_one_before_it_found(learned: Path) -> None:
     results = [json.loads((learned / step / "result.json").read_text()) for step in ("step-1", "step-2")]
     best = results[0]["trials"][results[0]["best"]]["parameters"]
-    first, second = (folds.fold for folds in (job().task(0), job().task(1, _end(learned / "step-1"))))
+    first, second = (each.fold for each in (task(), task().next(_end(learned / "step-1"))))
     assert "first" not in results[0]
     *curves, begun = results[1]["first"]
     assert [trial["parameters"] for trial in results[1]["trials"]] == [*curves, begun][: len(results[1]["trials"])]
@@ -110,23 +113,37 @@ def test_a_later_step_begins_from_above_and_with_what_the_one_before_it_found(le
         assert begun[name] == pytest.approx(part * (second.candidates - 1), abs=0.5)
 
 
-def test_later_steps_are_learned_in_more_worlds(tmp_path: Path) -> None:
-    hands_off = Disturbances.model_validate({"hands": {"offset": [0.001, 0.0, 0.0]}})
-    learn_job(job(), tmp_path, trials=1, expectation=Expectation(hands_off, 0.5, worlds=2), **SEARCH)
-    steps = [ResultFolder(tmp_path / name).result for name in ("step-1", "step-2")]
+def test_later_steps_are_learned_in_more_worlds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tatamu.study.loop.VALIDATION_WORLDS", 2)
+    monkeypatch.setattr("tatamu.study.setup.Disturbed", Two)
+    off = Disturbances.model_validate({"hands": {"offset": [0.001, 0.0, 0.0]}})
+    options = LearnOptions(trials=1, sampler="random", baselines=False, disturbances=off, quantile=0.5)
+    learn(task(), options, out=tmp_path)
+    steps = [ResultFolder(tmp_path / name).record for name in ("step-1", "step-2")]
     assert [(step.worlds, step.quantile) for step in steps] == [(2, 0.5), (4, 0.75)]
-    learn_job(job(), tmp_path, trials=1, expectation=as_begun(tmp_path)[1], **SEARCH)
+    learn(task(), LearnOptions(trials=1, sampler="random", baselines=False), out=tmp_path)
+    again = [ResultFolder(tmp_path / name).record for name in ("step-1", "step-2")]
+    assert again == steps, "without options the plan goes on with what it started with"
+
+
+@dataclass(frozen=True)
+class Two(Disturbed):
+    """Two worlds unless others are asked for."""
+
+    worlds: int = 2
 
 
 @pytest.mark.parametrize("grasps", ["integer", "continuous"])
-def test_what_is_carried_over_can_be_searched(grasps: Any) -> None:
-    first = job().task(0).fold
-    second = job(fold="half", size=(0.3, 0.9)).task(0).fold
+def test_what_is_transferred_can_be_searched(grasps: Any) -> None:
+    first, second = task().fold, task(fold="half", size=(0.3, 0.9)).fold
     assert second.candidates > first.candidates
+
+    def ends(space: Space, bound: str) -> dict[str, Any]:
+        return {name: getattr(part, bound) for name, part in space.bounds.items()}
+
     for bound in ("low", "high"):
-        extreme = {name: getattr(part, bound) for name, part in search_space(first, grasps).items()}
-        wanted = {name: getattr(part, bound) for name, part in search_space(second, grasps).items()}
-        assert carried_over(extreme, first, second, grasps) == pytest.approx(wanted)
+        extreme, wanted = (ends(search_space(fold, grasps), bound) for fold in (first, second))
+        assert transfer(extreme, first, second, grasps) == pytest.approx(wanted)
 
 
 def _end(folder: Path) -> np.ndarray:
@@ -135,54 +152,65 @@ def _end(folder: Path) -> np.ndarray:
 
 def test_a_finished_plan_is_left_alone(learned: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     before = {p: p.read_bytes() for p in learned.rglob("*") if p.is_file()}
-    monkeypatch.setattr(Task, "evaluate", None)
-    learn_job(job(), learned, trials=2, **SEARCH)
+    monkeypatch.setattr("tatamu.evaluation.nominal.simulate", None)
+    learn_plan(learned, 2)
     assert {p: p.read_bytes() for p in learned.rglob("*") if p.is_file()} == before
 
 
 def test_a_plan_stopped_anywhere_ends_the_same(learned: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    honest, calls = Task.evaluate, iter(range(100))
+    calls = iter(range(100))
 
-    def killed(self: Task, manipulation: Any) -> Any:
+    def killed(scene: Scene, name: str) -> Rollout:
         if next(calls) == 3:
             raise SystemExit
-        return honest(self, manipulation)
+        return simulate(scene, name)
 
-    monkeypatch.setattr(Task, "evaluate", killed)
+    monkeypatch.setattr("tatamu.evaluation.nominal.simulate", killed)
     with pytest.raises(SystemExit):
-        learn_job(job(), tmp_path, trials=2, **SEARCH)
+        learn_plan(tmp_path, 2)
     assert (tmp_path / "step-2" / "study.db").exists()
     assert not (tmp_path / "result.json").exists()
-    monkeypatch.setattr(Task, "evaluate", honest)
-    learn_job(job(), tmp_path, trials=2, **SEARCH)
+    monkeypatch.undo()
+    learn_plan(tmp_path, 2)
     assert timeless(tmp_path) == timeless(learned)
 
 
 def test_more_trials_begin_later_steps_anew_when_the_first_ends_better(learned: Path, tmp_path: Path) -> None:
     shutil.copytree(learned, tmp_path / "plan")
-    learn_job(job(), tmp_path / "plan", trials=4, **SEARCH)
+    learn_plan(tmp_path / "plan", 4)
     result = json.loads((tmp_path / "plan" / "result.json").read_text())
     assert [step["trials"] for step in result["steps"]] == [4, 4]
-    learn_job(job(), tmp_path / "fresh", trials=4, **SEARCH)
+    learn_plan(tmp_path / "fresh", 4)
     assert timeless(tmp_path / "fresh") == timeless(tmp_path / "plan")
+
+
+def test_a_plan_in_memory_is_the_one_in_its_folder(learned: Path, tmp_path: Path) -> None:
+    plan = learn_plan(None, 2)
+    assert plan.folder is None and len(plan.steps) == 2
+    plan.save(tmp_path)
+    assert timeless(tmp_path) == timeless(learned)
+    whole, kept = plan.rollout, Rollout.load(learned / "rollout.npz")
+    assert whole.positions.tobytes() == kept.positions.tobytes()
+    again = load(tmp_path)
+    assert isinstance(again, PlanResult) and again.record == plan.record
 
 
 def test_plans_and_single_folds_do_not_share_a_folder(learned: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="plan of several steps"):
-        learn_job(job(fold="half"), learned, trials=2, **SEARCH)
+        learn_plan(learned, 2, task(fold="half"))
     (tmp_path / "study.db").touch()
     with pytest.raises(InputError, match="study of a single fold"):
-        learn_job(job(), tmp_path, trials=2, **SEARCH)
+        learn_plan(tmp_path, 2)
 
 
 def test_the_model_of_a_plan_reads_and_writes_the_same_bytes(learned: Path) -> None:
     folder = ResultFolder(learned)
-    assert json.dumps(folder.plan_result.model_dump(), indent=1) + "\n" == folder.result_file.read_text()
+    assert json.dumps(folder.plan_record.model_dump(), indent=1) + "\n" == folder.result_file.read_text()
     assert [step.path.name for step in folder.learned_steps()] == ["step-1", "step-2"]
 
 
 def test_one_hand_learns_a_fold(tmp_path: Path) -> None:
-    learn_job(job(fold="half", hands=1), tmp_path, trials=1, **SEARCH)
+    learn(task(fold="half", hands=1), plain(trials=1, sampler="random", baselines=False), out=tmp_path)
     arms = json.loads((tmp_path / "manipulation.json").read_text())["arms"]
     assert [arm["name"] for arm in arms] == ["left"]
     result = json.loads((tmp_path / "result.json").read_text())
@@ -207,7 +235,9 @@ def test_the_report_replays_all_steps_in_one_timeline(learned: Path) -> None:
 
 
 def test_a_hand_that_has_nothing_to_do_waits(learned: Path) -> None:
-    folds = [read_fold(learned / step) for step in ("step-1", "step-2")]
+    plan = load(learned)
+    assert isinstance(plan, PlanResult)
+    folds = plan.steps
     first = hands(folds[0])[1].path
     path = joined_path([first, None], folds)
     assert len(path) == sum(len(fold.rollout.times) for fold in folds) - 1

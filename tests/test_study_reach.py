@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tatamu.learning import learn_job
 
-from tatamu import InputError
+from tatamu import InputError, LearnOptions, Task, learn, make_task
 from tatamu.folding.manipulation import Manipulation
-from tatamu.folding.task import Job, Reach, make_job
+from tatamu.folding.task import Reach
 from tatamu.robots import ReachConstraint, load
 
 TOO_FAR = "larm cannot follow its hand beyond frame 6"
@@ -32,35 +31,35 @@ class Short:
         return None if self.quality(manipulation) >= 0 else TOO_FAR
 
 
-def job(robot: Short, fold: str = "half", **changes: Any) -> Job:
-    reach = Reach("short", robot.quality, robot.refusal)
-    return make_job("towel", **{"fold": fold, "spacing": 0.04, "size": (0.24, 0.5), "reach": reach, **changes})
+def task(robot: Short, fold: str = "half", **changes: Any) -> Task:
+    reach = Reach("short", quality=robot.quality, refusal=robot.refusal)
+    return make_task("towel", **{"fold": fold, "spacing": 0.04, "size": (0.24, 0.5), "reach": reach, **changes})
+
+
+TWO = LearnOptions(trials=2, disturbances="none", baselines=False)
 
 
 def test_a_fold_out_of_reach_is_refused_and_nothing_is_written(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=f"robot: the fold in half across.*out of reach of short.*{TOO_FAR}"):
-        learn_job(job(Short(0.3)), tmp_path / "out", trials=2)
+        learn(task(Short(0.3)), TWO, out=tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
 def test_a_later_step_out_of_reach_is_refused_before_the_first_is_learned(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="step 2, in half along the length, is out of reach of short"):
-        learn_job(job(Short(0.4), "quarters", size=(0.5, 0.36)), tmp_path / "out", trials=2)
+        learn(task(Short(0.4), "quarters", size=(0.5, 0.36)), TWO, out=tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
 def test_one_hand_is_refused_for_a_robot(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"hands: short folds with both.*--hands 2"):
-        learn_job(job(Short(1.0), hands=1), tmp_path / "out", trials=2)
+        learn(task(Short(1.0), hands=1), TWO, out=tmp_path / "out")
 
 
-def test_what_is_within_reach_is_asked_before_a_study_begins_and_not_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("tatamu.learning.job.learn", lambda task, folder, **_: (folder / "study.db").touch())
+def test_what_is_within_reach_is_asked_before_a_study_starts_and_not_again(tmp_path: Path) -> None:
     robot = Short(1.0)
     for asked in (1, 1):
-        learn_job(job(robot), tmp_path, trials=2)
+        learn(task(robot), TWO, out=tmp_path)
         assert robot.asked == asked
 
 

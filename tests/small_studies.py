@@ -1,0 +1,77 @@
+"""Small towels and quick studies that several tests use."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from concurrent.futures import Executor
+from pathlib import Path
+from typing import Any
+
+from tatamu import (
+    Disturbances,
+    Disturbed,
+    LearnOptions,
+    Nominal,
+    Progress,
+    Result,
+    Task,
+    learn,
+    load_disturbances,
+    make_task,
+)
+from tatamu.study.database import SharedDatabase
+
+COARSE: dict[str, Any] = {"spacing": 0.04, "size": (0.24, 0.5)}
+"""A towel of a hundred vertices."""
+X: dict[str, int | float] = {"x1": 0.05, "z1": 0.2, "x2": 0.4, "z2": 0.1, "g1": 0, "g2": 0}
+"""A manipulation of it."""
+SECONDS = ("seconds", "wall_seconds", "setup_seconds")
+
+
+def towel(**changes: Any) -> Task:
+    """The towel, to be folded in half."""
+    return make_task("towel", **{**COARSE, **changes})
+
+
+def plain(**changes: Any) -> LearnOptions:
+    """Options of the paper's search: one mesh, and nothing disturbed."""
+    return LearnOptions(**{"disturbances": "none", "coarse": False, **changes})
+
+
+def learn_plain(
+    task: Task,
+    out: Path | None,
+    executor: Executor | None = None,
+    database: SharedDatabase | None = None,
+    progress: Callable[[Progress], object] = lambda _: None,
+    **options: Any,
+) -> Result:
+    """Learn a fold without disturbances."""
+    result = learn(task, plain(**options), out=out, executor=executor, database=database, progress=progress)
+    assert isinstance(result, Result)
+    return result
+
+
+def default_disturbances() -> Disturbances:
+    """The disturbances of `tatamu learn`."""
+    disturbances = load_disturbances("default")
+    assert disturbances is not None
+    return disturbances
+
+
+def over_worlds(task: Task, worlds: int = 4, quantile: float | None = None, seed: int = 0) -> Disturbed:
+    """The mean, or a quantile, over so many disturbed worlds."""
+    return Disturbed(Nominal(task), default_disturbances(), quantile, worlds, seed)
+
+
+def without_times(value: Any) -> Any:
+    """Plain data without its times."""
+    if isinstance(value, dict):
+        return {name: without_times(each) for name, each in value.items() if name not in SECONDS}
+    return [without_times(each) for each in value] if isinstance(value, list) else value
+
+
+def timeless(folder: Path) -> str:
+    """Every result.json of a folder, without its times."""
+    return json.dumps([without_times(json.loads(file.read_text())) for file in sorted(folder.rglob("result.json"))])

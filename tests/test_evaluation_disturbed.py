@@ -1,0 +1,383 @@
+"""Learning under disturbances: worlds are simulated where they decide, and the same study comes out again."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import optuna
+import pytest
+
+from tatamu import (
+    CoarseFirst,
+    Disturbances,
+    Disturbed,
+    InputError,
+    LearnOptions,
+    Limits,
+    Nominal,
+    Result,
+    Score,
+    Task,
+    learn,
+    load_disturbances,
+)
+from tatamu.disturbances import World
+from tatamu.evaluation import NOTHING, Evaluation, Evaluator, Incumbent, on_coarser_mesh
+from tatamu.report.page import page
+from tatamu.search import HIGH, LOW, Proposal
+from tests.small_studies import X, learn_plain, over_worlds, timeless, towel
+
+GOOD = Score(
+    objective=1.0,
+    trajectory_length=0.5,
+    shape_distance=50.0,
+    mean_vertex_distance=0.0,
+    mask_iou=1.0,
+    area_error=0.0,
+    slip=0.0,
+    residual_bend=0.0,
+)
+
+
+class Known(Nominal):
+    """A fold that is as good as `nominal` says, and worse by how far its hands are off upwards."""
+
+    nominal = 1.0
+    error: str | None = None
+    asked: list[World]
+
+    def __init__(self, task: Task, nominal: float = 1.0, asked: list[World] | None = None) -> None:
+        super().__init__(task)
+        object.__setattr__(self, "nominal", nominal)
+        object.__setattr__(self, "asked", [] if asked is None else asked)
+
+    def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
+        return self.at(parameters, self.nominal)
+
+    def at(self, parameters: Mapping[str, int | float], value: float) -> Evaluation:
+        return Evaluation(dict(parameters), 0.5, value, value, GOOD.model_copy(update={"objective": value}))
+
+    def on(self, task: Task) -> Known:
+        return Known(task, self.nominal, self.asked)
+
+    def in_world(self, parameters: Mapping[str, int | float], world: World) -> Evaluation:
+        self.asked.append(world)
+        return self.at(parameters, 1.0 + abs(world["hands.offset.up"]))
+
+
+class Failing(Known):
+    def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
+        return Evaluation(dict(parameters), 0.5, 9.0, 9.0, None, "tore")
+
+
+HANDS_OFF = Disturbances.model_validate({"hands": {"offset": [0, 0, 0.1]}})
+
+
+def disturbed(inner: Evaluator | None = None, worlds: int = 12, quantile: float | None = None) -> Disturbed:
+    return Disturbed(inner or Known(towel()), HANDS_OFF, quantile, worlds)
+
+
+def asked(evaluator: Disturbed) -> list[World]:
+    assert isinstance(evaluator.inner, Known)
+    return evaluator.inner.asked
+
+
+def offsets(evaluator: Disturbed) -> list[float]:
+    return [abs(world["hands.offset.up"]) for world in evaluator.sample]
+
+
+def test_the_first_trial_is_simulated_in_all_worlds() -> None:
+    evaluator = disturbed()
+    found = evaluator(X)
+    assert asked(evaluator) == list(evaluator.sample) and found.simulations == 13
+    assert found.objective == pytest.approx(1.0 + np.mean(offsets(evaluator)))
+    assert found.nominal == 1.0 and found.cost == found.objective - 1.0
+
+
+def test_a_quantile_takes_the_place_of_the_mean() -> None:
+    evaluator = disturbed(quantile=0.9)
+    assert evaluator(X).objective == pytest.approx(
+        np.quantile([1 + each for each in offsets(evaluator)], 0.9, method="weibull")
+    )
+
+
+def test_another_world_is_beyond_the_quantile_as_often_as_it_says() -> None:
+    """Of 20 and one more, 1 of 21 is beyond the worst of the 20, and 2 beyond the second."""
+    assert disturbed(worlds=20, quantile=0.95).aggregate(range(20)) == pytest.approx(0.95 * 19 + 0.05 * 18)
+    assert disturbed(worlds=4, quantile=0.95).aggregate(range(4)) == 3.0
+    assert [disturbed(worlds=n, quantile=0.95).n_tail_worlds for n in (1, 4, 20, 40)] == [1, 1, 2, 3]
+
+
+def test_later_steps_look_for_folds_that_hold_in_more_worlds() -> None:
+    first, second = (disturbed(quantile=0.9, worlds=20).for_step(step) for step in (0, 1))
+    assert (first.quantile, first.worlds) == (0.9, 20)
+    assert (second.quantile, second.worlds) == (pytest.approx(0.95), 40)
+    assert second.sample[:20] == first.sample
+    mean = disturbed(quantile=None).for_step(1)
+    assert (mean.quantile, mean.worlds) == (None, 12)
+
+
+def test_later_steps_are_confirmed_in_more_worlds() -> None:
+    quarters = towel(fold="quarters")
+    later = quarters.next(quarters.fold.target)
+    counts = [disturbed(Known(task), worlds=20, quantile=0.95).n_confirmed_worlds for task in (quarters, later)]
+    assert counts == [2, 8]
+
+
+@pytest.mark.parametrize(
+    ("distance", "overlap", "objective"), [(0.0124, 0.81, 1.3), (0.0126, 0.81, 2.1), (0.0124, 0.79, 2.1)]
+)
+def test_errors_of_a_fold_that_does_not_hold_count_twice(distance: float, overlap: float, objective: float) -> None:
+    changes = {"objective": 1.3, "mean_vertex_distance": distance, "mask_iou": overlap}
+    measured = Evaluation(X, 0.5, 1.3, 1.3, GOOD.model_copy(update=changes))
+    assert disturbed()._penalise(measured) == pytest.approx(objective)
+    assert disturbed()._penalise(Evaluation(X, 0.5, 9.0, 9.0, None, "torn")) == 9.0
+
+
+def test_a_trial_whose_nominal_fold_is_worse_is_simulated_once() -> None:
+    evaluator = disturbed()
+    found = evaluator(X, Incumbent(0.95, 0.07))
+    assert not asked(evaluator) and found.simulations == 1 and found.objective == pytest.approx(1.07)
+
+
+def test_a_trial_ends_when_it_can_no_longer_win() -> None:
+    evaluator = disturbed()
+    found = evaluator(X, Incumbent(1.0001, 0.0))
+    assert len(asked(evaluator)) == 1 and found.simulations == 2 and found.objective > 1.0001
+    whole = evaluator(X, Incumbent(2.0, 0.0))
+    assert whole.simulations == 13 and whole.objective < 2.0
+
+
+@pytest.mark.parametrize("quantile", [None, 0.9])
+def test_the_hardest_worlds_come_first_and_end_a_trial_sooner(quantile: float | None) -> None:
+    evaluator = disturbed(quantile=quantile)
+    whole = evaluator(X)
+    off = offsets(evaluator)
+    assert list(whole.hardest) == sorted(range(12), key=lambda number: -off[number])
+    better = Incumbent(1.0 + 0.6 * (whole.objective - 1.0), 0.0)
+    asked(evaluator).clear()
+    in_order = evaluator(X, better)
+    assert asked(evaluator) == list(evaluator.sample)[: len(asked(evaluator))]
+    asked(evaluator).clear()
+    sooner = evaluator(X, replace(better, hardest=whole.hardest))
+    assert asked(evaluator) == [evaluator.sample[number] for number in whole.hardest[: len(asked(evaluator))]]
+    assert sooner.simulations < in_order.simulations and sooner.hardest == ()
+    assert better.objective <= sooner.objective <= whole.objective + 1e-9
+
+
+def test_the_hardest_few_worlds_are_enough_for_a_quantile() -> None:
+    evaluator = disturbed(quantile=0.9)
+    whole = evaluator(X)
+    asked(evaluator).clear()
+    half = evaluator(X, Incumbent(2.0, 0.0, evaluator.incumbent([whole], X).hardest))
+    assert len(asked(evaluator)) == 4 and half.simulations == 5
+    assert (half.objective, half.hardest) == (whole.objective, whole.hardest[:4])
+
+
+def test_the_worlds_that_were_hardest_for_any_trial_are_simulated() -> None:
+    high, low = (
+        Evaluation(X, 0.5, objective, 1.0, GOOD, hardest=hardest)
+        for objective, hardest in ((1.1, (6, 0, 8, 19, 4, 10)), (1.2, (4, 10, 13, 3, 6, 0)))
+    )
+    lost = Evaluation(X, 0.5, 1.05, 1.0, GOOD)
+    quantile = disturbed(worlds=20, quantile=0.95).incumbent([low, lost, high], X)
+    assert quantile.hardest == (6, 4, 0, 10, 8, 13, 19, 3)
+    assert (quantile.objective, quantile.cost) == (1.1, pytest.approx(0.1)), "one that ended early has not won"
+    assert disturbed(worlds=6).incumbent([high, low], X).hardest == (6, 4, 0, 10, 8, 13, 19, 3), "the mean takes all"
+    assert disturbed().incumbent([], X) == NOTHING
+
+
+def test_the_mean_needs_all_worlds_in_any_order() -> None:
+    evaluator = disturbed()
+    whole = evaluator(X)
+    assert evaluator(X, Incumbent(2.0, 0.0, tuple(range(11, -1, -1)))) == whole
+
+
+@pytest.fixture
+def two_meshes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The task on cells of 40 mm is the coarser mesh of that on cells of 20 mm."""
+    monkeypatch.setattr("tatamu.garments.garment.Garment.spacing_given", False)
+    monkeypatch.setattr(
+        "tatamu.evaluation.coarse.coarser_task",
+        lambda task, settings: replace(towel(), number=task.number, state=None, plan=task.plan),
+    )
+
+
+def test_worlds_that_were_simulated_on_the_coarser_mesh_are_not_simulated_again(two_meshes: None) -> None:
+    known = Known(towel(spacing=0.02), 1.5)
+    estimate = Evaluation(X, 0.5, 1.25, 1.0, GOOD, simulations=5, hardest=(3, 1, 0, 2))
+    evaluator = CoarseFirst(disturbed(known, worlds=4))
+    found = evaluator(Proposal(X, HIGH), Incumbent(estimate=estimate))
+    assert not known.asked
+    assert (found.objective, found.simulations, found.hardest) == (1.75, 5, (3, 1, 0, 2))
+
+
+def test_the_estimate_is_that_of_the_same_manipulation(two_meshes: None) -> None:
+    evaluator = CoarseFirst(disturbed(Known(towel(spacing=0.02)), worlds=4))
+    coarse = Evaluation(X, 0.5, 1.25, 1.0, GOOD, hardest=(3, 1), fidelity=LOW)
+    other = replace(coarse, parameters={**X, "x1": 0.06}, objective=1.1)
+    assert evaluator.incumbent([coarse, other], Proposal(X, HIGH)).estimate == coarse
+    assert evaluator.incumbent([coarse, other], Proposal(X, HIGH)).objective == np.inf, "of the other mesh"
+    assert evaluator.incumbent([coarse, other], Proposal(X, LOW)).objective == 1.1
+
+
+def test_the_hardest_worlds_are_simulated_on_the_own_mesh_too(two_meshes: None) -> None:
+    """The coarser mesh adds too little for this fold, and its worst worlds are not those of the own mesh."""
+    quarters = towel(fold="quarters", spacing=0.02)
+    known = Known(quarters.next(quarters.fold.target))
+    inner = disturbed(known, worlds=12, quantile=0.9)
+    evaluator = CoarseFirst(inner)
+    off = offsets(inner)
+    worst = tuple(sorted(range(12), key=lambda number: -off[number]))[:6]
+    coarsely = worst[::-1]
+
+    def fine(added: float, beat: Incumbent = NOTHING) -> Evaluation:
+        known.asked.clear()
+        estimate = Evaluation(X, 0.5, 1.0 + added, 1.0, GOOD, simulations=7, hardest=coarsely)
+        return evaluator(Proposal(X, HIGH), replace(beat, estimate=estimate))
+
+    def short(found: Evaluation) -> tuple[float, int, tuple[int, ...]]:
+        return found.objective, found.simulations, found.hardest
+
+    least = fine(1e-6)
+    assert (least.simulations, least.hardest) == (13, worst)
+    assert least.objective == pytest.approx(np.quantile(1.0 + np.array(off), 0.9, method="weibull"))
+    assert known.asked == [inner.sample[number] for number in coarsely]
+    assert short(fine(0.5)) == (1.5, 13, worst), "the own mesh only adds to it"
+    assert short(fine(0.5, Incumbent(1.4))) == (1.5, 7, coarsely) and not known.asked, "it could not win"
+    sooner = fine(1e-6, Incumbent(1.0 + 1e-5))
+    assert len(known.asked) == sooner.simulations - 7 < 6, "it can no longer win"
+    assert sorted(sooner.hardest) == sorted(coarsely)
+
+
+def test_a_failed_trial_needs_no_worlds() -> None:
+    evaluator = disturbed(Failing(towel()), worlds=4)
+    found = evaluator(X)
+    assert (found.objective, found.simulations, found.error, asked(evaluator)) == (9.0, 1, "tore", [])
+
+
+def test_worlds_that_fail_count_with_the_penalty() -> None:
+    wild = Disturbances.model_validate({"grasp": {"into": 0.05, "along": 0.2}})
+    evaluator = Disturbed(Nominal(towel()), wild, None, 8)
+    found = evaluator(X)
+    assert found.simulations == 9 and found.objective > found.nominal + 0.1
+
+
+def test_worlds_are_simulated_on_the_coarser_mesh_in_the_numbers_of_the_finer_one(two_meshes: None) -> None:
+    lenient = Limits(mean_vertex_distance=1.0, mask_iou=0.0)  # on either mesh errors count once
+    inner = replace(over_worlds(towel(spacing=0.02), 12), limits=lenient)
+    evaluator = CoarseFirst(inner)
+    assert evaluator.coarse is not None
+    fine = evaluator(Proposal(X, HIGH))
+    alone = inner(X)
+    coarse = evaluator.coarse(on_coarser_mesh(inner.task, evaluator.coarse.task, X))
+    assert fine.nominal == alone.nominal
+    assert fine.cost == pytest.approx(evaluator.ratio * coarse.cost, rel=1e-9)
+    assert 0.5 < fine.cost / alone.cost < 2.0, "cells of 40 mm are a rough guess"
+    calm = CoarseFirst(replace(inner, disturbances=Disturbances(), worlds=1))(Proposal(X, HIGH))
+    assert calm.objective == pytest.approx(calm.nominal)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def validated_briefly() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("tatamu.study.loop.VALIDATION_WORLDS", 6)
+        yield
+
+
+def learn_over_worlds(out: Path | None, trials: int, quantile: Any = "mean", **places: Any) -> Result:
+    """Learn with the mean over few worlds."""
+    options = LearnOptions(trials=trials, quantile=quantile, baselines=False)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("tatamu.study.setup.Disturbed", Few)
+        result = learn(towel(), options, out=out, **places)
+    assert isinstance(result, Result)
+    return result
+
+
+@dataclass(frozen=True)
+class Few(Disturbed):
+    """Four worlds unless others are asked for."""
+
+    worlds: int = 4
+
+
+@pytest.fixture(scope="module")
+def learned(tmp_path_factory: pytest.TempPathFactory) -> Result:
+    return learn_over_worlds(tmp_path_factory.mktemp("holds"), 5)
+
+
+def folder_of(result: Result) -> Path:
+    assert result.folder is not None
+    return result.folder
+
+
+def test_the_folder_says_what_was_minimised(learned: Result) -> None:
+    data = json.loads((folder_of(learned) / "result.json").read_text())
+    assert Disturbances.model_validate(data["disturbances"]) == load_disturbances("default")
+    best = data["trials"][data["best"]]
+    assert best["expected_objective"] == min(trial["expected_objective"] for trial in data["trials"])
+    assert best["worlds"] == 5 and {trial["worlds"] for trial in data["trials"]} <= set(range(6))
+    assert best["objective"] == pytest.approx(best["trajectory_length"] + 0.01 * best["shape_distance"])
+    assert data["judged"]["draws"] == 6
+    least = learned.record.lowest_objective
+    assert least is not None and least.objective == min(t["objective"] for t in data["trials"] if t["objective"])
+
+
+def test_the_page_says_how_sure_the_fold_is(learned: Result) -> None:
+    assert learned.held is not None and learned.held.headline in page(learned)
+
+
+def test_a_study_is_the_same_in_parts_and_on_other_workers(learned: Result, tmp_path: Path) -> None:
+    with ThreadPoolExecutor(1) as pool:
+        learn_over_worlds(tmp_path, 2, executor=pool)
+    learn_over_worlds(tmp_path, 5)
+    assert timeless(tmp_path) == timeless(folder_of(learned))
+
+
+def test_later_trials_are_simulated_in_the_worlds_that_were_hardest_for_any_before(tmp_path: Path) -> None:
+    high = {**X, "z1": 0.35, "z2": 0.35}
+    low = {**X, "x1": 0.0, "z1": 0.05, "z2": 0.0}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(import_module("tatamu.study.learn"), "first_curves", lambda fold: [high, low, X, X])
+        options = LearnOptions(trials=4, quantile=0.9, parallel=2, baselines=False)
+        learn(towel(), options, out=tmp_path, evaluate=over_worlds(towel(), 10, 0.9))
+    study = optuna.load_study(study_name=None, storage=f"sqlite:///{tmp_path}/study.db")
+    orders = [trial.user_attrs["hardest"] for trial in study.trials]
+    assert set(orders[0]) == set(orders[1]) == set(range(10)), "they know of no other"
+    assert set(orders[3]) == {*orders[0][:4], *orders[1][:4]} != {*orders[0][:4]}
+
+
+def test_a_study_of_other_disturbances_is_another(learned: Result) -> None:
+    folder = folder_of(learned)
+    for other in ({"disturbances": "none"}, {"disturbances": "default", "quantile": 0.9}, {"quantile": "mean"}):
+        with pytest.raises(InputError, match="another study"):
+            learn(towel(), LearnOptions(trials=6, baselines=False, **other), out=folder)
+
+
+def test_a_study_that_is_resumed_keeps_its_own_disturbances(learned: Result) -> None:
+    resumed = learn_over_worlds(folder_of(learned), 5, quantile=None)
+    assert (resumed.record.worlds, resumed.record.quantile) == (4, None)
+
+
+def test_where_nothing_is_disturbed_nothing_is_said_of_it(tmp_path: Path) -> None:
+    learn_plain(towel(), tmp_path, trials=2, baselines=False)
+    text = (tmp_path / "result.json").read_text()
+    assert not any(word in text for word in ("worlds", "disturbances", "expected", "judged", "quantile"))
+    again = learn(towel(), LearnOptions(trials=2, baselines=False), out=tmp_path)
+    assert isinstance(again, Result) and again.record.disturbances is None
+
+
+def test_quantiles_are_shares() -> None:
+    for make in (lambda: LearnOptions(quantile=1.0), lambda: over_worlds(towel(), quantile=1.0)):
+        with pytest.raises(InputError, match="quantile"):
+            make()
+    with pytest.raises(InputError, match="worlds"):
+        over_worlds(towel(), worlds=0)
