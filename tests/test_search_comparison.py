@@ -19,7 +19,7 @@ def test_what_was_simulated_and_studied_is_not_run_again(tmp_path: Path, monkeyp
     for name in ("random", "sobol", "grid", "lm"):
         studies.run(name, settings.Setting("towel", TOWEL, tmp_path / "rollouts"), 0, 3)
     again = settings.Setting("towel", TOWEL, tmp_path / "rollouts")
-    monkeypatch.setattr(type(again.task), "evaluate", None)
+    monkeypatch.setattr(settings, "Nominal", None)
     before = {path.name: path.read_bytes() for path in (tmp_path / "studies").iterdir()}
     for path in (tmp_path / "studies").iterdir():
         path.unlink()
@@ -31,8 +31,10 @@ def test_what_was_simulated_and_studied_is_not_run_again(tmp_path: Path, monkeyp
 def test_the_grid_leans_the_whole_curve_about_the_line_from_grasp_to_release(tmp_path: Path) -> None:
     setting = settings.Setting("towel", TOWEL, tmp_path)
     seen = set()
-    for number in range(methods.MANY):
-        parameters, manipulation = methods.grid(setting, 0, number, [])
+    search = methods.METHODS["grid"].make(setting, 0)
+    for _ in range(methods.MANY):
+        parameters = search.ask()
+        manipulation = methods.METHODS["grid"].manipulation(setting, parameters)
         seen.add((parameters["height"], parameters["tilt"]))
         assert manipulation.control_points is not None
         control = manipulation.control_points[0]

@@ -10,10 +10,10 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from inspect import iscoroutinefunction
-from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
 from typing import Any
+from unittest.mock import patch
 
 from benchmarks.tables import markdown
 from tests import postgres
@@ -113,55 +113,59 @@ def _dask(found: Constants) -> None:
 
 def _bytes(found: Constants) -> None:
     """Sizes of what goes over, for the default towel."""
-    from tatamu.learning.evaluation import evaluate
-
     from tatamu.cluster.versions import versions
+    from tatamu.evaluation import Incumbent, Nominal
     from tatamu.folding.task import make_task
 
-    task = make_task("towel")
-    manipulation = task.manipulation({"x1": 0.1, "z1": 0.1, "x2": 0.3, "z2": 0.1, "g1": 0, "g2": 0})
-    evaluation = evaluate(task, manipulation)
-    bare = replace(evaluation, outcome=replace(evaluation.outcome, rollout=None))
-    found.scene = len(pickle.dumps(task))
-    found.call = len(pickle.dumps((evaluate, manipulation, 1.0, dict(versions()))))
+    evaluate = Nominal(make_task("towel"))
+    parameters = {"x1": 0.1, "z1": 0.1, "x2": 0.3, "z2": 0.1, "g1": 0, "g2": 0}
+    evaluation = evaluate(parameters)
+    bare = replace(evaluation, rollout=None)
+    found.scene = len(pickle.dumps(evaluate))
+    found.call = len(pickle.dumps((parameters, Incumbent(1.0), dict(versions()))))
     found.result = len(pickle.dumps(bare))
     found.rollout = len(pickle.dumps(evaluation)) - found.result
 
 
 def _search(found: Constants) -> None:
     """Proposals and the database: one study of a small towel, one trial after another."""
-    from tatamu.learning import learn
-    from tatamu.learning.database import CONNECTIONS, shared_database
-    from tatamu.learning.study import OptunaStudy
-
+    from tatamu.api import learn
     from tatamu.folding.task import make_task
+    from tatamu.options import LearnOptions
+    from tatamu.search.gp import GPSearch
+    from tatamu.study.database import CONNECTIONS, shared_database
+    from tatamu.study.store import StudyStore
 
     asked, told = [], []
-    ask, tell = OptunaStudy.ask, OptunaStudy.tell
+    ask, add = GPSearch.ask, StudyStore.add
 
-    def timed_ask(self: OptunaStudy, *args: Any) -> Any:
+    def timed_ask(self: GPSearch, *args: Any) -> Any:
         begun = time.thread_time()
         proposed = ask(self, *args)
         asked.append(time.thread_time() - begun)
         return proposed
 
-    def timed_tell(self: OptunaStudy, *args: Any) -> None:
+    def timed_add(self: StudyStore, *args: Any) -> None:
         begun = time.perf_counter()
-        tell(self, *args)
+        add(self, *args)
         told.append(time.perf_counter() - begun)
+
+    def options(trials: int) -> LearnOptions:
+        return LearnOptions(trials=trials, disturbances="none", coarse=False, parallel=1, baselines=False)
 
     os.environ["PGPASSWORD"] = postgres.PASSWORD
     task = make_task("towel", size=(0.24, 0.5), spacing=0.04)
-    OptunaStudy.ask, OptunaStudy.tell = timed_ask, timed_tell  # type: ignore[method-assign, assignment]
-    try:
-        with TemporaryDirectory() as folder, postgres.running() as server:
-            with shared_database(server.address) as database:
-                learn(task, Path(folder), trials=1, baselines=False, database=database)
-                before = _state(server)
-                learn(task, Path(folder), trials=STUDIES, baselines=False, database=database)
-            after = _state(server)
-    finally:
-        OptunaStudy.ask, OptunaStudy.tell = ask, tell  # type: ignore[method-assign]
+    with (
+        patch.object(GPSearch, "ask", timed_ask),
+        patch.object(StudyStore, "add", timed_add),
+        TemporaryDirectory() as folder,
+        postgres.running() as server,
+    ):
+        with shared_database(server.address) as database:
+            learn(task, options(1), out=folder, database=database)
+            before = _state(server)
+            learn(task, options(STUDIES), out=folder, database=database)
+        after = _state(server)
     found.ask = 1e3 * median(asked)
     found.tell = 1e3 * median(told)
     found.commits = (after["commits"] - before["commits"]) / (STUDIES - 1)

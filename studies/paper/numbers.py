@@ -20,7 +20,7 @@ from scipy.optimize import brentq
 from studies.paper.claims import TWO_PEAKS
 from studies.paper.experiment import FOLDS, SPACING, Choices
 from tatamu.folding.baselines import BASELINES
-from tatamu.folding.manipulation import scene_of
+from tatamu.folding.trial_scene import scene_of
 from tatamu.heavy_strip.cantilever import cantilever
 from tatamu.material import GRAVITY, Material, load_material
 from tatamu.meshing import staggered_rectangle

@@ -9,27 +9,25 @@ and it is all that is compared: neither the fabric nor the shape of the folds wa
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from tatamu.disturbances.verdict import outcome_in
-from tatamu.learning import USUAL_QUANTILE, Expectation, Progress, learn_job
-from tatamu.margins.subject import subject_of
-from tatamu.results import ResultFolder
 
 from studies.real_cloth.bench import Bench
 from studies.real_cloth.columns import Columns
 from studies.real_cloth.section import Line, Section, Tabulated, reached
 from studies.real_cloth.test import RealTest
-from tatamu.disturbances import Limits, Stream, Verdict, World, default_disturbances, drawn
+from tatamu.api import Result, learn
+from tatamu.disturbances import Stream, World, default_disturbances, sample_worlds
+from tatamu.evaluation import Nominal
 from tatamu.files import read_json, write_json
-from tatamu.folding.manipulation import Manipulation
-from tatamu.folding.task import Task, make_job
+from tatamu.folding.task import make_task
+from tatamu.options import USUAL_QUANTILE, LearnOptions
 from tatamu.presentation.chart import Chart, axis, traces
+from tatamu.search import Parameters
 from tatamu.simulators.many import executor_of
+from tatamu.study import Progress
 
 FILE = "garcia_camacho_2020_towel.csv"
 SIZE = (0.5, 1.0)
@@ -135,70 +133,54 @@ class Tried:
 
 
 def _tried(objective: str, quantile: float | None, seeds: int, bench: Bench) -> Tried:
-    folders = [_learned(seed, quantile, bench) for seed in range(seeds)]
+    results = [_learned(seed, quantile, bench) for seed in range(seeds)]
     each = WORLDS // seeds
-    disturbed = [one for seed, folder in enumerate(folders) for one in _disturbed(folder, seed, each, bench)]
-    return Tried(objective, [_best(folder) for folder in folders], disturbed)
+    disturbed = [one for seed, result in enumerate(results) for one in _disturbed(result, seed, each, bench)]
+    return Tried(objective, [result.score.area_error for result in results], disturbed)
 
 
-def _learned(seed: int, quantile: float | None, bench: Bench) -> Path:
-    """The folder of one study, learned or gone on with."""
+def _learned(seed: int, quantile: float | None, bench: Bench) -> Result:
+    """The result of one study, learned or resumed."""
     how = "calm" if quantile is None else f"q{100 * quantile:g}"
-    folder = bench.folder / f"{bench.version[:12]}-{how}-seed-{seed}"
-    expectation = None if quantile is None else Expectation(default_disturbances(), quantile)
-    job = make_job("towel", size=SIZE, simulator=bench.simulator)
+    done = 0
 
-    @contextmanager
-    def reporting(task: Task, trials: int) -> Iterator[Callable[[Progress], None]]:
-        done = 0
+    def progress(state: Progress) -> None:
+        nonlocal done
+        for _ in range(state.done - done):
+            bench.tick(f"towel, {how}, seed {seed}")
+        done = state.done
 
-        def progress(state: Progress) -> None:
-            nonlocal done
-            for _ in range(state.done - done):
-                bench.tick(f"towel, {how}, seed {seed}")
-            done = state.done
-
-        yield progress
-
-    learn_job(
-        job,
-        folder,
-        trials=TRIALS,
-        seed=seed,
-        baselines=False,
-        expectation=expectation,
+    disturbances = "none" if quantile is None else "default"
+    result = learn(
+        make_task("towel", size=SIZE, simulator=bench.simulator),
+        LearnOptions(trials=TRIALS, seed=seed, disturbances=disturbances, quantile=quantile, baselines=False),
+        out=bench.folder / f"{bench.version[:12]}-{how}-seed-{seed}",
         executor=bench.executor,
-        reporting=reporting,
+        progress=progress,
     )
-    return folder
+    assert isinstance(result, Result)
+    return result
 
 
-def _best(folder: Path) -> float:
-    """E_f of the best fold of a study [%]."""
-    error = ResultFolder(folder).result.best_trial.area_error
-    return float("nan") if error is None else error
-
-
-def _disturbed(folder: Path, seed: int, count: int, bench: Bench) -> list[tuple[float, bool]]:
+def _disturbed(result: Result, seed: int, count: int, bench: Bench) -> list[tuple[float, bool]]:
     """E_f [%] of the learned fold in each world, and whether it holds; kept beside the fold."""
-    kept = folder / f"disturbed-{count}.json"
+    assert result.folder is not None
+    kept = result.folder / f"disturbed-{count}.json"
     if not kept.exists():
-        _, subject = subject_of(folder)
-        worlds = drawn(default_disturbances(), count, seed, Stream.MARGINS)
+        evaluate = Nominal(result.task)
+        worlds = sample_worlds(default_disturbances(), count, seed, Stream.MARGINS)
         with executor_of(bench.executor, count) as executor:
-            begun = [executor.submit(_ended_in, subject.task, subject.manipulation, world) for world in worlds]
+            begun = [executor.submit(_ended_in, evaluate, result.best.parameters, world) for world in worlds]
             write_json(kept, [each.result() for each in begun])
     for _ in range(count):
         bench.tick(f"towel, seed {seed}, disturbed")
     return [(float("nan") if error is None else error, holds) for error, holds in read_json(kept)]
 
 
-def _ended_in(task: Task, manipulation: Manipulation, world: World) -> tuple[float | None, bool]:
-    """E_f [%] of a fold in a world, None where it did not end, and whether it holds."""
-    score = outcome_in(task, manipulation, world).score
-    if score is None:
-        return None, False
-    return score.area_error, Verdict.of(score).holds(Limits())
+def _ended_in(evaluate: Nominal, parameters: Parameters, world: World) -> tuple[float | None, bool]:
+    """E_f [%] of a fold in a world, None if it did not end, and whether it holds."""
+    score = evaluate.in_world(parameters, world).score
+    return (None, False) if score is None else (score.area_error, score.succeeds)
 
 
 def _mean(errors: list[float]) -> float:

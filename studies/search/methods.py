@@ -4,36 +4,36 @@ from __future__ import annotations
 
 import importlib.util
 import warnings
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from math import log
-from typing import Any
 
 import numpy as np
 import optuna
-from optuna.samplers import BaseSampler, GPSampler, RandomSampler, TPESampler
-from optuna.trial import FrozenTrial, create_trial
+from optuna.samplers import GPSampler
+from optuna.trial import create_trial
 from scipy.stats import qmc
-from studies.search.settings import Setting, Simulated
-from tatamu.learning.cma_es import EvolutionSampler
-from tatamu.learning.gp_sampler import GaussianProcessSampler
-from tatamu.learning.lm_sampler import ERRORS, LevenbergMarquardtSampler, packed
-from tatamu.learning.space import Grasps, first_curves, low_curves
-from tatamu.learning.unit_cube import UnitCube
-from tatamu.results.result import Parameters
+from studies.search.settings import Setting
 
 from tatamu.curves import sampled_bezier
-from tatamu.folding.fold import Fold
 from tatamu.folding.manipulation import Manipulation
+from tatamu.folding.parameters import first_curves, low_curves
+from tatamu.search import Bounds, Observation, Parameters, Search, Space, find_search
+from tatamu.search.gp import GPSearch
+from tatamu.search.optuna_search import distributions
 
 FEW, MANY = 50, 134
 """Simulations of a sequential search, and of those that need or bear more."""
 FAR = 2.0
 """Times the span, beyond which GPSampler sees all objectives alike."""
+Making = Callable[[Setting, int], Search]
+"""From a setting and a seed to a search."""
 
-Proposing = Callable[[Setting, int, int, Sequence[tuple[Any, Simulated]]], tuple[Any, Manipulation]]
-"""From setting, seed, number of the trial and the trials before it (parameters, simulation) to parameters and what they
-mean."""
+
+def bezier(setting: Setting, parameters: Mapping[str, float]) -> Manipulation:
+    """Return the manipulation of x1 to g2."""
+    return setting.task.manipulation(parameters)
 
 
 @dataclass(frozen=True)
@@ -41,13 +41,15 @@ class Method:
     """A way to search."""
 
     title: str
-    propose: Proposing
+    make: Making
     trials: int = FEW
     """How many simulations it is given at most."""
     seeds: int | None = None
-    """How often it is run; None: as often as the command says."""
+    """How often it is run; None for as often as the command says."""
     needs: tuple[str, ...] = field(default=())
     """Modules without which it is left out."""
+    manipulation: Callable[[Setting, Mapping[str, float]], Manipulation] = bezier
+    """The manipulation of parameters."""
 
     @property
     def possible(self) -> bool:
@@ -55,82 +57,87 @@ class Method:
         return all(importlib.util.find_spec(module) for module in self.needs)
 
 
-def trial_seed(seed: int, number: int) -> int:
-    """The seed of one trial's sampler, as in `tatamu.learning.samplers`."""
-    return int(np.random.SeedSequence([seed, number]).generate_state(1)[0])
+def named(name: str) -> Making:
+    """Return a search of `tatamu learn` by its name, which starts from a random trial."""
+    return lambda setting, seed: find_search(name)(setting.spaces["integer"], seed)
 
 
-def by_optuna(
-    make: Callable[[Setting, int], BaseSampler],
-    grasps: Grasps = "integer",
-    seen: Callable[[Setting, Sequence[float]], list[float]] = lambda _, objectives: list(objectives),
-) -> Proposing:
-    """A search by an Optuna sampler, each trial with a sampler of its own as in `tatamu learn`.
+class WithoutRandomTrial(GPSearch):
+    """The Gaussian process with no random trial after the first parameters."""
 
-    Args:
-        make: The sampler, of a setting and a seed.
-        grasps: Whole numbers, or real numbers that are floored.
-        seen: Objectives as the sampler is given them.
-    """
+    @property
+    def known(self) -> list[Observation]:
+        """The observations that the next proposal may depend on."""
+        return self.told
 
-    def propose(
-        setting: Setting, seed: int, number: int, before: Sequence[tuple[Any, Simulated]]
-    ) -> tuple[Any, Manipulation]:
-        space = setting.spaces[grasps]
-        study = optuna.create_study(sampler=make(setting, trial_seed(seed, number)), direction="minimize")
-        values = seen(setting, [simulated.objective for _, simulated in before])
-        study.add_trials(_finished(space, before, values))
+
+class OptunaGP(Search):
+    """Optuna's `GPSampler`, told log(C / span - 1), all bad trials alike: once the default of tatamu."""
+
+    def propose(self) -> tuple[Parameters, float | None]:
+        """Return the next parameters; a new study each time, since what counts as bad depends on the best."""
+        ranges = distributions(self.space)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            parameters = dict(study.ask(space).params)
-        return parameters, setting.task.manipulation(parameters)
+            sampler = GPSampler(seed=self.sub_seed(), n_startup_trials=1, deterministic_objective=True)
+            study = optuna.create_study(sampler=sampler, direction="minimize")
+            for each, value in zip(self.told, self._logarithms(), strict=True):
+                study.add_trial(create_trial(value=value, params=each.parameters, distributions=ranges))
+            return dict(study.ask(ranges).params), None
 
-    return propose
-
-
-def _finished(space: dict[str, Any], before: Sequence[tuple[Any, Simulated]], values: list[float]) -> list[FrozenTrial]:
-    return [
-        create_trial(
-            value=value,
-            params=parameters,
-            distributions=space,
-            system_attrs={} if simulated.errors is None else {ERRORS: packed(simulated.errors)},
-        )
-        for (parameters, simulated), value in zip(before, values, strict=True)
-    ]
+    def _logarithms(self) -> list[float]:
+        span = self.space.bounds["x1"].high
+        excess = [max(each.objective / span - 1.0, 1e-6) for each in self.told]
+        bad = max(1.0, FAR * min(excess, default=0.0))
+        return [log(min(each, bad)) for each in excess]
 
 
-def logarithms(setting: Setting, objectives: Sequence[float]) -> list[float]:
-    """log(C / span - 1), bad ones all alike: what Optuna's GPSampler was given while it was the default."""
-    excess = [max(objective / setting.fold.span - 1.0, 1e-6) for objective in objectives]
-    bad = max(1.0, FAR * min(excess, default=0.0))
-    return [log(min(each, bad)) for each in excess]
-
-
-def sobol(setting: Setting, seed: int, number: int, before: Sequence[Any]) -> tuple[Any, Manipulation]:
+class SobolSearch(Search):
     """A scrambled Sobol' sequence."""
-    cube = UnitCube(setting.spaces["integer"])
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # that 134 is no power of two
-        points = qmc.Sobol(cube.dimensions, scramble=True, rng=np.random.default_rng(seed)).random(MANY)
-    parameters = cube.parameters(cube.snapped(points[number : number + 1])[0])
-    return parameters, setting.task.manipulation(parameters)
+
+    @cached_property
+    def _points(self) -> np.ndarray:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # that 134 is no power of two
+            drawn = qmc.Sobol(self.space.dimensions, scramble=True, rng=np.random.default_rng(self.seed)).random(MANY)
+        return self.space.snap(drawn)
+
+    def propose(self) -> tuple[Parameters, float | None]:
+        """Return the next parameters."""
+        return self.space.parameters(self._points[self.number]), None
 
 
-def grid(setting: Setting, seed: int, number: int, before: Sequence[Any]) -> tuple[Any, Manipulation]:
+class GridSearch(Search):
     """The grid of De Gusseme and wyffels (2022), in an order drawn by the seed.
 
-    A quadratic Bezier curve whose middle control point lies height times the span over the middle, turned about the
-    line from grasp to release by a tilt: 14 heights from 0.1 to 1, and the more tilts from 0 to 60 degrees the higher.
-    Both hands lean to the same side; they grasp the corners.
+    14 heights from 0.1 to 1, and the more tilts from 0 to 60 degrees the higher.
     """
-    points = [
-        (height, tilt)
-        for height in np.linspace(0.1, 1.0, 14)
-        for tilt in np.linspace(0.0, np.pi / 3.0, max(2, int(18 * height)))
-    ]
-    assert len(points) == MANY
-    height, tilt = points[np.random.default_rng(seed).permutation(MANY)[number]]
+
+    @cached_property
+    def _points(self) -> list[Parameters]:
+        points: list[Parameters] = [
+            {"height": float(height), "tilt": float(tilt)}
+            for height in np.linspace(0.1, 1.0, 14)
+            for tilt in np.linspace(0.0, np.pi / 3.0, max(2, int(18 * height)))
+        ]
+        assert len(points) == MANY
+        return [points[number] for number in np.random.default_rng(self.seed).permutation(MANY)]
+
+    def propose(self) -> tuple[Parameters, float | None]:
+        """Return the next height and tilt."""
+        return self._points[self.number], None
+
+
+GRID_SPACE = Space({"height": Bounds(0.1, 1.0), "tilt": Bounds(0.0, np.pi / 3.0)})
+
+
+def leaning_curve(setting: Setting, parameters: Mapping[str, float]) -> Manipulation:
+    """Return the manipulation of a height and a tilt.
+
+    A quadratic Bezier curve whose middle control point lies height times the span over the middle, turned about the
+    line from grasp to release by the tilt. Both hands lean to the same side; they grasp the corners.
+    """
+    height, tilt = parameters["height"], parameters["tilt"]
     fold = setting.fold
     grasps = tuple(int(hand[0]) for hand in (fold.left, fold.right)[: fold.hands])
     curves = []
@@ -140,57 +147,40 @@ def grid(setting: Setting, seed: int, number: int, before: Sequence[Any]) -> tup
         middle = 0.5 * release + height * fold.span_of(vertex) * lean
         curves.append(np.stack([np.zeros(3), 2.0 / 3.0 * middle, (release + 2.0 * middle) / 3.0, release]))
     places = tuple(fold.start[vertex] for vertex in grasps)
-    manipulation = Manipulation(grasps, places, tuple(map(sampled_bezier, curves)), tuple(curves))
-    return {"height": float(height), "tilt": float(tilt)}, manipulation
-
-
-_gaussian_process = by_optuna(lambda setting, seed: GaussianProcessSampler(seed, setting.lengths))
-
-
-def after_curves(curves: Callable[[Fold], list[Parameters]], random_trial: bool) -> Proposing:
-    """Some curves, a random trial if it is wanted, then the Gaussian process."""
-
-    def propose(
-        setting: Setting, seed: int, number: int, before: Sequence[tuple[Any, Simulated]]
-    ) -> tuple[Any, Manipulation]:
-        first = curves(setting.fold)
-        if number < len(first):
-            return first[number], setting.task.manipulation(first[number])
-        at_random = random_trial and number == len(first)
-        return _gaussian_process(setting, seed, number, [] if at_random else before)
-
-    return propose
+    return Manipulation(grasps, places, tuple(map(sampled_bezier, curves)), tuple(curves))
 
 
 METHODS: dict[str, Method] = {
     "ours": Method(
-        "ours: two arched and three low curves, a random trial, `gp`", after_curves(first_curves, random_trial=True)
+        "ours: two arched and three low curves, a random trial, `gp`",
+        lambda setting, seed: GPSearch(setting.spaces["integer"], seed, first_curves(setting.fold)),
     ),
-    "low": Method("three low curves, then `gp` at once", after_curves(low_curves, random_trial=False), seeds=2),
-    "gp": Method("`--sampler gp` from a random trial", _gaussian_process),
+    "low": Method(
+        "three low curves, then `gp` at once",
+        lambda setting, seed: WithoutRandomTrial(setting.spaces["integer"], seed, low_curves(setting.fold)),
+        seeds=2,
+    ),
+    "gp": Method("`--sampler gp` from a random trial", named("gp")),
     "plain": Method(
         "the paper's: C itself, floored grasps",
-        by_optuna(lambda setting, seed: GaussianProcessSampler(seed), grasps="continuous"),
+        lambda setting, seed: GPSearch(replace(setting.spaces["continuous"], known_part=None), seed),
     ),
     "gpsampler": Method(
         "Optuna's `GPSampler`, told log(C / span - 1)",
-        by_optuna(
-            lambda setting, seed: GPSampler(seed=seed, n_startup_trials=1, deterministic_objective=True),
-            seen=logarithms,
-        ),
+        lambda setting, seed: OptunaGP(setting.spaces["integer"], seed),
         needs=("torch",),
     ),
-    "tpe": Method("tree of Parzen estimators: `--sampler tpe`", by_optuna(lambda _, seed: TPESampler(seed=seed))),
-    "cmaes": Method("CMA-ES: `--sampler cmaes`", by_optuna(lambda _, seed: EvolutionSampler(seed))),
-    "lm": Method(
-        "Li et al. (2015): `--sampler lm`",
-        by_optuna(lambda setting, _: LevenbergMarquardtSampler(setting.lengths)),
+    "tpe": Method("tree of Parzen estimators: `--sampler tpe`", named("tpe")),
+    "cmaes": Method("CMA-ES: `--sampler cmaes`", named("cmaes")),
+    "lm": Method("Li et al. (2015): `--sampler lm`", named("lm"), trials=MANY, seeds=1),
+    "grid": Method(
+        "grid of De Gusseme and wyffels (2022)",
+        lambda setting, seed: GridSearch(GRID_SPACE, seed),
         trials=MANY,
-        seeds=1,
+        manipulation=leaning_curve,
     ),
-    "grid": Method("grid of De Gusseme and wyffels (2022)", grid, trials=MANY),
-    "sobol": Method("Sobol' sequence", sobol, trials=MANY),
-    "random": Method("random: `--sampler random`", by_optuna(lambda _, seed: RandomSampler(seed=seed)), trials=MANY),
+    "sobol": Method("Sobol' sequence", lambda setting, seed: SobolSearch(setting.spaces["integer"], seed), trials=MANY),
+    "random": Method("random: `--sampler random`", named("random"), trials=MANY),
 }
 """Ways to search by name, in the order of the tables."""
 CORE = ("ours", "plain", "random")

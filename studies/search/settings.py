@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from tatamu.folding.coarser import coarsened
-from tatamu.learning.space import Grasps, search_space
 
+from tatamu.evaluation import Nominal
+from tatamu.evaluation.coarse import coarsened
 from tatamu.folding.fold import Fold
-from tatamu.folding.manipulation import Manipulation, trajectory_lengths
-from tatamu.folding.score import vertex_distances
-from tatamu.folding.task import Task, digest, make_job
+from tatamu.folding.manipulation import Manipulation
+from tatamu.folding.parameters import Grasps, search_space
+from tatamu.folding.score import residuals, vertex_distances
+from tatamu.folding.task import Task, digest, make_task
+from tatamu.garments import make_garment
+from tatamu.search import Space
 
 
 class Coarse(NamedTuple):
@@ -49,6 +51,11 @@ class Simulated:
     """e_i of Eq. (12) [m], shape (n,); None where the trial failed."""
 
     @property
+    def residuals(self) -> np.ndarray | None:
+        """The vector whose squares sum to alpha D, shape (n,); None if the trial failed."""
+        return None if self.errors is None else residuals(self.errors)
+
+    @property
     def distance(self) -> float:
         """Mean vertex distance [m]; infinite where the trial failed."""
         return float("inf") if self.errors is None else float(self.errors.mean())
@@ -66,8 +73,8 @@ class Setting:
             folder: Folder of the simulations.
         """
         self.name = name
-        job = make_job(chosen.garment, fold=chosen.fold, spacing=chosen.spacing)
-        self.task: Task = coarsened(job, 1.0, chosen.softer).task(0)
+        garment = make_garment(chosen.garment, spacing=chosen.spacing)
+        self.task: Task = make_task(coarsened(garment, 1.0, chosen.softer), fold=chosen.fold)
         folder.mkdir(parents=True, exist_ok=True)
         self._file = folder / f"{chosen.garment}{'' if chosen.softer == 1.0 else '-softer'}.jsonl"
         self._known: dict[str, Simulated] = {}
@@ -83,20 +90,16 @@ class Setting:
         return self.task.fold
 
     @cached_property
-    def spaces(self) -> dict[Grasps, dict[str, Any]]:
+    def spaces(self) -> dict[Grasps, Space]:
         """Bounds of the search, with whole and with floored grasps."""
-        return {grasps: dict(search_space(self.fold, grasps)) for grasps in ("integer", "continuous")}
-
-    def lengths(self, parameters: Mapping[str, np.ndarray]) -> np.ndarray:
-        """l_x of Eq. (10) of parameters [m]."""
-        return trajectory_lengths(self.fold, parameters)
+        return {grasps: search_space(self.fold, grasps) for grasps in ("integer", "continuous")}
 
     def simulated(self, manipulation: Manipulation) -> Simulated:
         """The simulation of a manipulation; run only if it is not there."""
         assert manipulation.control_points is not None
         key = digest(np.array(manipulation.grasps), *manipulation.control_points)
         if key not in self._known:
-            outcome = self.task.evaluate(manipulation)
+            outcome = Nominal(self.task).fixed(manipulation)
             errors = None
             if not outcome.failed and outcome.rollout is not None:
                 errors = vertex_distances(self.fold.target, outcome.rollout.positions[-1])
