@@ -98,7 +98,7 @@ def uses(name: str) -> Iterator[tuple[str, list[str]]]:
     code = [line for line in read(name).splitlines() if line.startswith("    ")]
     inline = re.findall(r"`([^`]*)`", prose(name).replace("\n", " "))
     for text in code + inline:
-        for command, rest in re.findall(r"(?:^|(?<!from)\s|/)tatamu ([a-z]+)\b([^#]*)", text):
+        for command, rest in re.findall(r"(?:^|(?<!from)(?<!import)\s|/)tatamu ([a-z]+)\b([^#]*)", text):
             yield command, re.findall(r"(?<!\S)\[?(--[a-z][a-z-]*)", rest)
 
 
