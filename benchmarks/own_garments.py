@@ -52,11 +52,11 @@ def fold(name: str, out: Path, trials: int) -> list[dict[str, Any]]:
         {
             **head,
             "step": f"{number}. {step.title}",
-            "own": {"mean_vertex_distance": step.mean_vertex_distance, "mask_iou": step.mask_iou},
+            "own": {"mean_vertex_distance": learned.score.mean_vertex_distance, "mask_iou": learned.score.mask_iou},
             "whole": {"mean_vertex_distance": step.whole.mean_vertex_distance, "mask_iou": step.whole.mask_iou},
             "crossings": step.crossings.final,
         }
-        for number, step in enumerate(result.record.steps, start=1)
+        for number, (step, learned) in enumerate(zip(result.record.steps, result.steps, strict=True), start=1)
     ]
 
 
