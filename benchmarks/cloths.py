@@ -22,17 +22,18 @@ import numpy as np
 from ruler import measured, readings, settling
 from tables import markdown, publish
 
+from tatamu.api import Result, learn
 from tatamu.calibration import calibrate
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.sag import Sag
 from tatamu.crosscheck.check import check
+from tatamu.evaluation import Nominal
 from tatamu.files import write_json
+from tatamu.folding.parameters import search_space
 from tatamu.folding.task import Task, make_task
-from tatamu.learning import learn
-from tatamu.learning.space import search_space
 from tatamu.material import Material, load_material
+from tatamu.options import LearnOptions
 from tatamu.presets import load_preset
-from tatamu.results import rebuild
 from tatamu.simulators import capabilities
 
 SPACING, FINE = 0.02, 0.012
@@ -130,10 +131,10 @@ def task_of(case: Case, material: Material, simulator: str) -> Task:
 
 def final_shapes(task: Task, count: int) -> list[np.ndarray | None]:
     """Where the sheet ends after `count` manipulations drawn evenly from what the search may choose; None: failed."""
-    random, space = np.random.default_rng(60), search_space(task.fold, "continuous")
+    random, space = np.random.default_rng(60), search_space(task.fold, "continuous").bounds
     low, high = (np.array([getattr(among, end) for among in space.values()]) for end in ("low", "high"))
     drawn = [dict(zip(space, random.uniform(low, high), strict=True)) for _ in range(count)]
-    rollouts = [task.evaluate(task.manipulation(each)).rollout for each in drawn]
+    rollouts = [Nominal(task)(each).rollout for each in drawn]
     return [None if rollout is None else rollout.positions[-1] for rollout in rollouts]
 
 
@@ -150,8 +151,10 @@ def replayed(case: Case, task: Task, folder: Path, trials: int) -> dict[str, flo
 
     From its target as learned, from the same target on the real cloth, and between the two shapes.
     """
-    learn(task, folder, trials=trials, baselines=False)
-    opinion = check(rebuild(folder), case.of, case.real)
+    options = LearnOptions(trials=trials, disturbances="none", coarse=False, baselines=False)
+    learned = learn(task, options, out=folder)
+    assert isinstance(learned, Result)
+    opinion = check(learned, case.of, case.real)
     return {
         "learned": opinion.learned.score.mean_vertex_distance,
         "replayed": opinion.score.mean_vertex_distance if opinion.score else None,

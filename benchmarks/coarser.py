@@ -14,7 +14,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from time import thread_time
 from typing import NamedTuple
@@ -23,14 +23,16 @@ import numpy as np
 from scipy.stats import spearmanr
 from tables import markdown, merged, publish, published
 
+from tatamu.api import learn
 from tatamu.crossings import crossings
+from tatamu.evaluation import CoarseFirst, CoarseMesh, Incumbent, Nominal
+from tatamu.evaluation.coarse import coarsened
 from tatamu.files import read_json, write_json
-from tatamu.folding.coarser import as_on_finer_mesh, coarsened, on_coarser_mesh
 from tatamu.folding.interpolation import interpolated
-from tatamu.folding.task import Job, Task, make_job
-from tatamu.learning import learn_job
-from tatamu.results import ResultFolder
-from tatamu.results.result import Parameters
+from tatamu.folding.task import Task, make_task
+from tatamu.options import LearnOptions
+from tatamu.search import LOW, Parameters, Proposal
+from tatamu.study import ResultFolder
 
 TWO_LAYERS = ((1.4, 1.0), (1.4, 1.96), (1.7, 1.0), (1.7, 2.89), (1.7, 6.0), (2.0, 4.0))
 LATER = ((1.3, 1.69), (1.5, 2.25), (1.7, 2.89))
@@ -92,29 +94,39 @@ class Kept:
         return self._known[key]
 
 
+@dataclass(frozen=True)
+class OnMesh(CoarseFirst):
+    """Evaluates proposals of low fidelity on a given mesh."""
+
+    mesh: Task | None = None
+
+    @cached_property
+    def coarse(self) -> Nominal | None:
+        """The evaluator of the given mesh."""
+        return None if self.mesh is None else Nominal(self.mesh)
+
+
 def _objective(task: Task, fine: Task, parameters: Parameters) -> float:
-    manipulation = fine.manipulation(parameters)
     if task is fine:
-        return task.evaluate(manipulation).objective
-    meshes = replace(fine, coarser=task)
-    there = on_coarser_mesh(meshes, manipulation, parameters)
-    return as_on_finer_mesh(meshes, manipulation, there, task.evaluate(there)).objective
+        return Nominal(fine)(parameters).objective
+    return OnMesh(Nominal(fine), mesh=task)(Proposal(parameters, LOW)).objective
 
 
 def _on_arrival(fine: Task, parameters: Parameters) -> float:
-    return fine.evaluate_on_arrival(fine.manipulation(parameters)).objective
+    """The objective when the hands have arrived, which ends any fold that must beat an objective of 0."""
+    return Nominal(fine, ends_early=True)(parameters, Incumbent(0.0)).objective
 
 
-def learned(job: Job, folder: ResultFolder, case: Case) -> ResultFolder:
+def learned(task: Task, folder: ResultFolder, case: Case) -> ResultFolder:
     """The folder of a step of a study, which is learned if it is not there."""
     if not folder.complete:
-        learn_job(job, folder.path, trials=case.trials, baselines=False)
-    return folder.step(case.step) if len(job.plan.steps) > 1 else folder
+        learn(task, LearnOptions(trials=case.trials, disturbances="none", baselines=False), out=folder.path)
+    return folder.step(case.step) if len(task.plan.steps) > 1 else folder
 
 
 def manipulations(study: ResultFolder, count: int) -> list[Parameters]:
     """Parameters of a study's trials, evenly from the best to the worst that did not fail."""
-    complete = [trial for trial in study.result.trials if trial.state == "complete"]
+    complete = [trial for trial in study.record.trials if trial.state == "complete"]
     ordered = sorted(complete, key=lambda trial: (trial.objective, trial.number))
     chosen = np.unique(np.linspace(0, len(ordered) - 1, count).round().astype(int))
     return [ordered[number].parameters for number in chosen]
@@ -123,12 +135,12 @@ def manipulations(study: ResultFolder, count: int) -> list[Parameters]:
 def rows(name: str, out: Path, count: int) -> Iterator[dict[str, str]]:
     """The rows of a case, the default mesh first."""
     case = CASES[name]
-    job = make_job(case.garment, fold=case.fold)
-    plan = len(job.plan.steps) > 1
+    first = make_task(case.garment, fold=case.fold)
+    plan = len(first.plan.steps) > 1
     study_name = f"{case.garment}-{case.fold}" if plan else case.garment
-    study = learned(job, ResultFolder(out / study_name), case)
+    study = learned(first, ResultFolder(out / study_name), case)
     state = study.rollout.positions[0] if case.step else None
-    fine = job.task(case.step, state)
+    fine = first.at(case.step, state)
     kept = Kept(out / (f"{study_name}-{case.step + 1}.json" if plan else f"{study_name}.json"))
     folds = manipulations(study, count)
     known = [kept.simulated((DEFAULT, number), partial(_objective, fine, fine, x)) for number, x in enumerate(folds)]
@@ -142,9 +154,9 @@ def rows(name: str, out: Path, count: int) -> Iterator[dict[str, str]]:
         found = [kept.simulated((ON_ARRIVAL, number), partial(_on_arrival, fine, x)) for number, x in enumerate(folds)]
         yield row(f"1, {ON_ARRIVAL}", 1.0, fine, found)
     for larger, softer in case.meshes:
-        coarse = coarsened(job, larger, softer)
-        there = None if state is None else interpolated(job.garment, state, coarse.garment)
-        task = coarse.task(case.step, there)
+        garment = coarsened(fine.garment, larger, softer)
+        there = None if state is None else interpolated(fine.garment, state, garment)
+        task = replace(fine, garment=garment, state=there, settle=CoarseMesh().settle)
         mesh = f"{larger:g}, {softer:g}"
         found = [kept.simulated((mesh, number), partial(_objective, task, fine, x)) for number, x in enumerate(folds)]
         yield row(f"{larger:g}", softer, task, found)

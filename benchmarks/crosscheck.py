@@ -19,19 +19,20 @@ from unittest.mock import patch
 import numpy as np
 from tables import markdown, publish
 
+from tatamu.api import learn
 from tatamu.crosscheck.agreement import Agreement, compare, manipulations
-from tatamu.crosscheck.check import asked
+from tatamu.crosscheck.check import modify_scene
 from tatamu.crosscheck.matrix import HEAD, pair_cells, save
 from tatamu.folding.score import score
 from tatamu.folding.task import make_task
-from tatamu.learning import learn
 from tatamu.material import GRAVITY
 from tatamu.meshing import staggered_rectangle
+from tatamu.options import LearnOptions
 from tatamu.presets import load_preset
-from tatamu.results import RebuiltFold, rebuild
 from tatamu.scene import Cloth, Gripper, Scene, Table
 from tatamu.simulators import simulate
 from tatamu.simulators.blender import mapping
+from tatamu.study import Result
 from tatamu.subdivision import on_coarse_mesh
 from tatamu.topology import areas, lumped
 from tatamu.validation.checks.friction import layers
@@ -132,12 +133,12 @@ def _distances(agreement: Agreement, name: str) -> Row:
     return {who: f"{1e3 * score.mean_vertex_distance:.1f}" if score else "failed" for who, score in scores.items()}
 
 
-def on_half_the_mesh(learned: RebuiltFold, count: int) -> dict[object, Row]:
+def on_half_the_mesh(learned: Result, count: int) -> dict[object, Row]:
     """Mean vertex distance of each manipulation in `native` on half the mesh spacing."""
     found: dict[object, Row] = {}
     for name, (scene, way) in manipulations(learned, count, seed=0).items():
         print(name, "in native on half the spacing", flush=True)
-        rollout = on_coarse_mesh(simulate(asked(scene, None, halved=True), "native"), learned.fold.faces)
+        rollout = on_coarse_mesh(simulate(modify_scene(scene, None, halved=True), "native"), learned.faces)
         reached = score(learned.task.fold, way, rollout.positions[-1])
         found[name] = {"native, half the spacing": f"{1e3 * reached.mean_vertex_distance:.1f}"}
     return found
@@ -145,9 +146,10 @@ def on_half_the_mesh(learned: RebuiltFold, count: int) -> dict[object, Row]:
 
 def agreed(simulators: list[str], folder: Path, options: argparse.Namespace, **size: Any) -> Agreement:
     """Learn a towel in `native` by 15 trials and compare the simulators on it."""
-    learn(make_task("towel", **size), folder / "towel", trials=15, seed=0)
+    options = LearnOptions(trials=15, seed=0, disturbances="none", coarse=False)
+    learned = learn(make_task("towel", **size), options, out=folder / "towel")
+    assert isinstance(learned, Result)
     told = lambda manipulation, simulator: print(manipulation, "in", simulator, flush=True)  # noqa: E731
-    learned = rebuild(folder / "towel")
     agreement = compare(learned, simulators, folder / "agreement", count=options.random, progress=told)
     save(agreement, folder / "agreement")
     return agreement

@@ -18,15 +18,16 @@ from typing import Any
 import numpy as np
 from tables import IMAGES, markdown, publish
 
+from tatamu.api import learn
 from tatamu.crossings import crossings
 from tatamu.files import write_json
 from tatamu.folding.fold import Fold, ideal_folds
 from tatamu.folding.plans import PLANS
-from tatamu.folding.task import make_job
+from tatamu.folding.task import make_task
 from tatamu.garments import make_garment
-from tatamu.learning import learn_job
+from tatamu.options import LearnOptions
 from tatamu.report import picture
-from tatamu.results import Result, ResultFolder
+from tatamu.study import Result, ResultFolder, ResultRecord
 from tatamu.topology import Topology, edge_lengths
 
 FOLDS = {
@@ -95,18 +96,17 @@ def _strain(fold: Fold) -> tuple[np.ndarray, np.ndarray]:
 
 def learned(name: str, garment: str, fold: str, seed: int, trials: int, out: Path) -> list[dict[str, Any]]:
     """Learn a plan, or read it: one row for each step."""
-    job, folder = make_job(garment, fold=fold), out / f"{name}-{seed}"
-    learn_job(job, folder, trials=trials, seed=seed, baselines=False)
-    results = ResultFolder(folder)
-    if len(job.plan.steps) == 1:
-        return [_row(_single(results.result), results.result, f"{garment} {fold}", seed)]
+    options = LearnOptions(trials=trials, seed=seed, disturbances="none", baselines=False)
+    result = learn(make_task(garment, fold=fold), options, out=out / f"{name}-{seed}")
+    if isinstance(result, Result):
+        return [_row(_single(result.record), result.record, f"{garment} {fold}", seed)]
     return [
-        _row(step.model_dump(), results.step(number).result, f"{garment} {fold}, {number + 1}. {step.title}", seed)
-        for number, step in enumerate(results.plan_result.steps)
+        _row(step.model_dump(), learned.record, f"{garment} {fold}, {number}. {step.title}", seed)
+        for number, (step, learned) in enumerate(zip(result.record.steps, result.steps, strict=True), start=1)
     ]
 
 
-def _row(step: dict[str, Any], result: Result, name: str, seed: int) -> dict[str, Any]:
+def _row(step: dict[str, Any], result: ResultRecord, name: str, seed: int) -> dict[str, Any]:
     return {
         **step,
         "fold": name,
@@ -118,7 +118,7 @@ def _row(step: dict[str, Any], result: Result, name: str, seed: int) -> dict[str
     }
 
 
-def _single(result: Result) -> dict[str, Any]:
+def _single(result: ResultRecord) -> dict[str, Any]:
     """A fold in one step in the form of a step of a plan: its own target is the flat garment's."""
     best = result.best_trial.model_dump()
     crossings = result.crossings.model_dump() if result.crossings else None

@@ -15,11 +15,11 @@ from typing import Any
 from benchmarks.tables import markdown, publish
 from tests.foreign import BROKEN, GOOD
 
+from tatamu.api import Result, learn
 from tatamu.errors import InputError
 from tatamu.files import write_json
 from tatamu.folding.task import make_task
-from tatamu.learning import learn
-from tatamu.results import ResultFolder
+from tatamu.options import LearnOptions
 
 OWN_MESH = ("cloth_obj", "bag_ply", "tube_glb")
 SPACING = 0.02
@@ -34,19 +34,19 @@ def fold(kind: str, out: Path, trials: int) -> dict[str, Any]:
     path = GOOD[kind](files)
     try:
         task = make_task(str(path), fold="half", spacing=None if kind in OWN_MESH else SPACING)
-        learn(task, out / kind, trials=trials, seed=0)
+        options = LearnOptions(trials=trials, seed=0, disturbances="none", coarse=False)
+        result = learn(task, options, out=out / kind)
     except InputError as error:
         return {"garment": kind, "refused": str(error).replace(str(files) + "/", "")}
-    result = ResultFolder(out / kind).result
-    best = result.best_trial
-    baselines = [b.mean_vertex_distance for b in result.baselines if b.mean_vertex_distance is not None]
+    assert isinstance(result, Result)
+    baselines = [each.score.mean_vertex_distance for each in result.record.baselines if each.score]
     return {
         "garment": kind,
         "vertices": len(task.fold.garment.vertices),
-        "mean_vertex_distance": best.mean_vertex_distance,
-        "mask_iou": best.mask_iou,
+        "mean_vertex_distance": result.score.mean_vertex_distance,
+        "mask_iou": result.score.mask_iou,
         "baseline": min(baselines, default=None),
-        "crossings": result.crossings.model_dump() if result.crossings else None,
+        "crossings": result.record.crossings.model_dump() if result.record.crossings else None,
     }
 
 

@@ -22,10 +22,12 @@ from pathlib import Path
 import numpy as np
 from benchmarks.tables import markdown, merged, publish, published
 
-from tatamu.disturbances import CALM, Stream, default_disturbances, drawn, judge
+from tatamu.disturbances import NOMINAL, Stream, default_disturbances, sample_worlds
+from tatamu.evaluation import Nominal
 from tatamu.folding.task import make_task
 from tatamu.margins import Measured, measure
-from tatamu.results import ResultFolder
+from tatamu.robustness import Verdict
+from tatamu.study import Result, ResultFolder
 
 MANIPULATIONS = {
     "x1 .08 z1 .19 x2 .44 z2 .02": {"x1": 0.08, "z1": 0.19, "x2": 0.44, "z2": 0.02, "g1": 0, "g2": 0},
@@ -77,14 +79,13 @@ ELSEWHERE = Case("towel half at 26 mm", ("towel", "--spacing", "0.026"), (48,), 
 def meshes(write: bool) -> None:
     """The same worlds on four meshes."""
     disturbances = default_disturbances()
-    worlds = [CALM, *drawn(disturbances, WORLDS, 0, Stream.JUDGING)]
+    worlds = [NOMINAL, *sample_worlds(disturbances, WORLDS, 0, Stream.JUDGING)]
     rows = []
     for name, parameters in MANIPULATIONS.items():
         finest: np.ndarray | None = None
         for spacing in SPACINGS:
             task = make_task("towel", spacing=spacing)
-            manipulation = task.manipulation(parameters)
-            verdicts = [judge(task, manipulation, world) for world in worlds]
+            verdicts = [Verdict.of(Nominal(task).in_world(parameters, world)) for world in worlds]
             far = np.array([np.inf if v.mean_vertex_distance is None else v.mean_vertex_distance for v in verdicts])
             finest = far if finest is None else finest
             rows.append(
@@ -126,7 +127,7 @@ def judged(
     # one file for all seeds of a case, as two of them may find the same fold
     beside = folder.parent / f"draws-{simulator or 'native'}"
     return measure(
-        folder,
+        Result.load(folder),
         disturbances,
         out=beside,
         draws=draws,
@@ -144,7 +145,7 @@ def row(name: str, objective: str, measured: Measured) -> dict[str, str]:
     spread = result.joint.mean_vertex_distance
     low, high = result.joint.interval
     spacing = result.mesh.own_spacing or result.mesh.spacing
-    path = measured.learned.fold.result.best_trial.trajectory_length
+    path = measured.learned.best.trajectory_length
     return {
         "fold": name,
         "learned": objective,

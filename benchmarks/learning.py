@@ -18,10 +18,12 @@ from typing import Any
 
 from tables import markdown, publish
 
+from tatamu.api import Result, learn
 from tatamu.files import write_json
 from tatamu.folding.task import Task, make_task
-from tatamu.learning import learn
-from tatamu.results import ResultFolder
+from tatamu.options import LearnOptions
+from tatamu.search import register_search
+from tatamu.search.gp import GPSearch
 
 COLUMNS = {
     "search": lambda row: row["search"],
@@ -40,10 +42,19 @@ COLUMNS = {
 SHORT = ("search", "C", "mean distance [mm]", "mask IoU", "E_f [%]")
 
 
+ALONE = {"gp": "gp alone", "random": "random"}
+"""Searches, and the names under which they are not given the curves that `gp` starts with."""
+register_search(ALONE["gp"], GPSearch)
+
+
 def study(task: Task, folder: Path, sampler: str, seed: int, trials: int) -> tuple[dict[str, Any], list[Any]]:
     """Run one study, or read it: its best trial, and its baselines."""
-    learn(task, folder, trials=trials, seed=seed, sampler=sampler, parallel=1)
-    result = ResultFolder(folder).result
+    options = LearnOptions(
+        trials=trials, seed=seed, sampler=ALONE[sampler], parallel=1, disturbances="none", coarse=False
+    )
+    learned = learn(task, options, out=folder)
+    assert isinstance(learned, Result)
+    result = learned.record
     failed = sum(trial.state == "failed" for trial in result.trials)
     row = {**result.best_trial.model_dump(), "seconds": result.wall_seconds, "failed": failed}
     baselines = [baseline.model_dump() for baseline in result.baselines]

@@ -15,10 +15,10 @@ from typing import Any
 
 from benchmarks.tables import markdown, publish
 
+from tatamu.api import Result, learn
 from tatamu.files import write_json
-from tatamu.folding.task import make_job
-from tatamu.learning import learn_job
-from tatamu.results import ResultFolder
+from tatamu.folding.task import make_task
+from tatamu.options import LearnOptions
 
 GARMENTS = Path("examples/garments")
 FULL = 50
@@ -31,18 +31,18 @@ SEEN = 0.80
 
 def fold(name: str, out: Path, trials: int) -> list[dict[str, Any]]:
     """Learn the best plan of one garment; a row for each of its steps."""
-    job = make_job(str(GARMENTS / f"{name}.toml"), fold="auto")
-    learn_job(job, out, trials=trials, baselines=False)
-    results = ResultFolder(out)
-    head = {"garment": name, "vertices": len(job.garment.vertices), "trials": trials}
-    if not results.holds_plan:
-        best = results.result.best_trial
+    task = make_task(str(GARMENTS / f"{name}.toml"), fold="auto")
+    options = LearnOptions(trials=trials, disturbances="none", baselines=False)
+    result = learn(task, options, out=out)
+    head = {"garment": name, "vertices": len(task.garment.vertices), "trials": trials}
+    if isinstance(result, Result):
+        best = result.score
         own = {"mean_vertex_distance": best.mean_vertex_distance, "mask_iou": best.mask_iou}
-        crossings = results.result.crossings
+        crossings = result.record.crossings
         return [
             {
                 **head,
-                "step": job.plan.steps[0].title,
+                "step": task.title,
                 "own": own,
                 "whole": own,
                 "crossings": crossings.final if crossings else None,
@@ -52,11 +52,11 @@ def fold(name: str, out: Path, trials: int) -> list[dict[str, Any]]:
         {
             **head,
             "step": f"{number}. {step.title}",
-            "own": {"mean_vertex_distance": step.mean_vertex_distance, "mask_iou": step.mask_iou},
+            "own": {"mean_vertex_distance": learned.score.mean_vertex_distance, "mask_iou": learned.score.mask_iou},
             "whole": {"mean_vertex_distance": step.whole.mean_vertex_distance, "mask_iou": step.whole.mask_iou},
             "crossings": step.crossings.final,
         }
-        for number, step in enumerate(results.plan_result.steps, start=1)
+        for number, (step, learned) in enumerate(zip(result.record.steps, result.steps, strict=True), start=1)
     ]
 
 

@@ -11,10 +11,10 @@ import argparse
 from typing import Any
 
 from benchmarks.tables import markdown, publish
+from tatamu.learning.reachable import check_reach
 
 from tatamu.errors import InputError
 from tatamu.folding.task import Reach, make_job
-from tatamu.learning.reachable import check_reach
 from tatamu.robots import ReachConstraint, Robot
 from tatamu.robots.presets import PAIRS, Mount, facing, pair_of_arms, side_by_side
 

@@ -17,11 +17,11 @@ from typing import Any
 
 from tables import markdown, publish
 
+from tatamu.api import Result, learn
 from tatamu.errors import TatamuError
 from tatamu.files import read_json, write_json
-from tatamu.folding.task import Job, Reach, make_job
-from tatamu.learning import learn_job
-from tatamu.results import ResultFolder
+from tatamu.folding.task import Reach, make_task
+from tatamu.options import LearnOptions
 from tatamu.robots import ReachConstraint, load, plan_fold, save
 from tatamu.robots.planned import Planned
 from tatamu.robots.refold import refold
@@ -84,36 +84,29 @@ def rows_of(case: Case, setting: Setting) -> list[dict[str, Any]]:
     reach = Reach(loaded.name, constraint, constraint.refusal)
     head = {"garment": case.garment, "size [m]": f"{case.size[0]:.2f} x {case.size[1]:.2f}", "fold": case.fold}
     try:
-        job = make_job(case.garment, size=case.size, fold=case.fold, spacing=SPACING, reach=reach)
-        learn_job(job, out / case.name, trials=setting.trials, baselines=False)
+        task = make_task(case.garment, size=case.size, fold=case.fold, spacing=SPACING, reach=reach)
+        options = LearnOptions(trials=setting.trials, disturbances="none", baselines=False)
+        result = learn(task, options, out=out / case.name)
     except TatamuError as error:
         return [{**head, **row(answer=f"not learned: {str(error).replace(f'{out}/', '')}")}]
-    return [{**head, **planned(folder, setting, out / "plans" / case.name)} for folder in step_folders(job, out, case)]
+    steps = [result] if isinstance(result, Result) else result.steps
+    return [{**head, **planned(step, setting, out / "plans" / case.name)} for step in steps]
 
 
-def step_folders(job: Job, out: Path, case: Case) -> list[Path]:
-    """Folders of the learned steps."""
-    count = len(job.plan.steps)
-    folder = ResultFolder(out / case.name)
-    return [folder.path] if count == 1 else [folder.step(number).path for number in range(count)]
-
-
-def planned(folder: Path, setting: Setting, plans: Path) -> dict[str, Any]:
+def planned(result: Result, setting: Setting, plans: Path) -> dict[str, Any]:
     """Plan and rehearse one learned fold."""
-    result = ResultFolder(folder).result
-    best = result.best_trial
-    task = result.task
-    assert best.mean_vertex_distance is not None and task.translation is not None, "tatamu wrote it"
+    task = result.record.task
+    assert result.folder is not None and task.translation is not None, "tatamu wrote it"
     within = [trial for trial in result.trials if trial.state == "complete"]
     learned = {
         "step": str(task.step[0] if task.step else 1),
         "span": f"{max(map(abs, task.translation[:2])):.2f}",
         "within": f"{len(within)} of {len(result.trials)}",
-        "distance": f"{1e3 * best.mean_vertex_distance:.1f}",
+        "distance": f"{1e3 * result.score.mean_vertex_distance:.1f}",
     }
     plan = plans / f"step-{learned['step']}"
     try:
-        answer = described(folder, setting.robot, plan)
+        answer = described(result.folder, setting.robot, plan)
     except TatamuError as error:
         return row(**learned, answer=f"refused: {str(error).split(': ', 1)[1]}")
     return row(**learned, answer=answer, rehearsed={name: rehearsed(plan, setting, name) for name in SIMULATORS})

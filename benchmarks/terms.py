@@ -19,13 +19,14 @@ import numpy as np
 from benchmarks.tables import markdown, publish
 
 from tatamu import plate_in_air
-from tatamu.disturbances import CALM, FoldOnMesh, Limits, Stream, default_disturbances, drawn, judge
-from tatamu.disturbances.verdict import outcome_in
+from tatamu.disturbances import Stream, default_disturbances, sample_worlds
+from tatamu.evaluation import Nominal
 from tatamu.files import read_json, write_json
+from tatamu.folding.score import Limits
 from tatamu.folding.task import Task
-from tatamu.margins.subject import subject_of
 from tatamu.material import Material
-from tatamu.results import ResultFolder
+from tatamu.robustness import Verdict
+from tatamu.study import Result, ResultFolder
 
 SHEAR = {"towel": 34.0, "tshirt": 27.5, "trousers": 69.5}
 """Shear stiffness [N/m]: median of ten fabrics, grey interlock and black denim of Wang et al. 2011."""
@@ -53,11 +54,11 @@ def variants(garment: str, today: Material) -> dict[str, Material]:
     return {name: today.model_copy(update=changed) for name, changed in terms.items()}
 
 
-def of_fabric(subject: FoldOnMesh, material: Material) -> FoldOnMesh:
+def of_fabric(task: Task, material: Material) -> Task:
     """The same fold of another fabric, to the same target."""
-    fold = subject.task.fold
-    task: Task = replace(subject.task, fold=replace(fold, garment=replace(fold.garment, material=material)))
-    return replace(subject, task=task)
+    other = replace(task, garment=replace(task.garment, material=material))
+    assert np.array_equal(other.fold.target, task.fold.target), "no term bends the target"
+    return other
 
 
 def replayed(step: Path, count: int, kept: Path) -> dict[str, Any]:
@@ -65,22 +66,22 @@ def replayed(step: Path, count: int, kept: Path) -> dict[str, Any]:
     if kept.exists():
         found: dict[str, Any] = read_json(kept)
         return found
-    _, subject = subject_of(step)
-    disturbances = default_disturbances()
-    worlds = drawn(disturbances, count, 0, Stream.JUDGING)
+    learned = Result.load(step)
+    parameters = learned.best.parameters
+    worlds = sample_worlds(default_disturbances(), count, 0, Stream.JUDGING)
     shapes: dict[str, np.ndarray] = {}
     found = {}
-    garment = subject.task.fold.garment
+    garment = learned.task.garment
     for name, material in variants(garment.name, garment.material).items():
-        other = of_fabric(subject, material)
-        outcome = outcome_in(other.task, other.manipulation, CALM)
-        assert outcome.score is not None and outcome.rollout is not None, outcome.error
-        shapes[name] = outcome.rollout.positions[-1]
+        evaluate = Nominal(of_fabric(learned.task, material))
+        nominal = evaluate(parameters)
+        assert nominal.score is not None and nominal.rollout is not None, nominal.error
+        shapes[name] = nominal.rollout.positions[-1]
         apart = np.linalg.norm(shapes[name] - shapes["today"], axis=1).mean()
-        found[name] = {"off": outcome.score.mean_vertex_distance, "apart": float(apart), "holds": []}
+        found[name] = {"off": nominal.score.mean_vertex_distance, "apart": float(apart), "holds": []}
         for world in worlds if name in ("today", "all") else ():
-            verdict = judge(other.task, other.manipulation, world)
-            found[name]["holds"].append(bool(verdict.holds(Limits())))
+            verdict = Verdict.of(evaluate.in_world(parameters, world))
+            found[name]["holds"].append(Limits().hold(verdict))
         print(kept.stem, name, found[name], flush=True)
     write_json(kept, found)
     return found

@@ -8,7 +8,8 @@ import numpy as np
 
 from tatamu.folding.fold import Fold as HalfFold
 from tatamu.folding.fold import make_fold
-from tatamu.folding.manipulation import polyline_manipulation, scene_of
+from tatamu.folding.manipulation import polyline_manipulation
+from tatamu.folding.trial_scene import scene_of
 from tatamu.garments import make_garment
 from tatamu.material import GRAVITY, Material
 from tatamu.presets import load_preset

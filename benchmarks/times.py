@@ -24,19 +24,20 @@ from typing import NamedTuple
 
 from tables import markdown, publish
 
+from tatamu.evaluation import Nominal
 from tatamu.files import read_json, write_json
 from tatamu.folding.baselines import triangle
 from tatamu.folding.task import make_task
-from tatamu.results import PlanResult, Result, ResultFolder
 from tatamu.simulators.many import processors
+from tatamu.study import PlanRecord, ResultFolder, ResultRecord
 
-CALM = ["--disturbances", "none"]
+NOMINAL = ["--disturbances", "none"]
 CASES = {
-    "towel": ["towel", *CALM],
-    "tshirt": ["tshirt", *CALM],
-    "leg": ["trousers", "--fold", "leg", *CALM],
+    "towel": ["towel", *NOMINAL],
+    "tshirt": ["tshirt", *NOMINAL],
+    "leg": ["trousers", "--fold", "leg", *NOMINAL],
     "disturbed": ["towel"],
-    "shop": ["tshirt", "--fold", "shop", "--trials", "60", *CALM],
+    "shop": ["tshirt", "--fold", "shop", "--trials", "60", *NOMINAL],
 }
 """Arguments of `tatamu learn`."""
 KEPT = "times.json"
@@ -59,9 +60,9 @@ class Measured(NamedTuple):
     folder: ResultFolder
 
     @property
-    def found(self) -> Result | PlanResult:
+    def found(self) -> ResultRecord | PlanRecord:
         """What the command found."""
-        return self.folder.plan_result if self.folder.holds_plan else self.folder.result
+        return self.folder.plan_record if self.folder.holds_plan else self.folder.record
 
 
 def timed(words: list[str]) -> Used:
@@ -78,7 +79,7 @@ def reference() -> Used:
     """One fold of the default towel, alone."""
     task = make_task("towel")
     begin = resource.getrusage(resource.RUSAGE_THREAD)
-    outcome = task.evaluate(triangle(task.fold))
+    outcome = Nominal(task).fixed(triangle(task.fold))
     end = resource.getrusage(resource.RUSAGE_THREAD)
     assert outcome.rollout is not None, "the fold is a plain one"
     return Used(outcome.rollout.info["wall_seconds"], end.ru_utime + end.ru_stime - begin.ru_utime - begin.ru_stime)
@@ -107,10 +108,10 @@ def measured(words: list[str], seed: int, out: Path) -> Measured:
 def row(words: list[str], runs: list[Measured]) -> dict[str, object]:
     """A row of the table: medians over seeds, the worst fold."""
     worst = max((run.found for run in runs), key=_objective)
-    if isinstance(worst, PlanResult):
+    if isinstance(worst, PlanRecord):
         fold = f"IoU from flat {worst.final.mask_iou:.3f}"
     else:
-        fold = f"C {worst.best_trial.objective:.4f}, {1e3 * (worst.best_trial.mean_vertex_distance or 0.0):.1f} mm"
+        fold = f"C {worst.best_trial.objective:.4f}, {1e3 * worst.best_score.mean_vertex_distance:.1f} mm"
         fold += f", {worst.judged.headline}" if worst.judged else ""
     return {
         "command": f"`{' '.join(['tatamu', *words])}`",
@@ -123,8 +124,8 @@ def row(words: list[str], runs: list[Measured]) -> dict[str, object]:
     }
 
 
-def _objective(found: Result | PlanResult) -> float:
-    if isinstance(found, PlanResult):
+def _objective(found: ResultRecord | PlanRecord) -> float:
+    if isinstance(found, PlanRecord):
         return -found.final.mask_iou
     return found.best_trial.objective or 0.0
 

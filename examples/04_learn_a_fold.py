@@ -1,4 +1,4 @@
-"""A short study: search grasps and trajectory for a small towel, and open its report.
+"""Learn to fold a small towel in eight trials, and write the report.
 
 python examples/04_learn_a_fold.py [FOLDER]
 """
@@ -8,19 +8,18 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from tatamu.folding.task import make_task
-from tatamu.learning import learn
-from tatamu.results import ResultFolder
+import tatamu as tt
 
 
 def main(folder: Path = Path("runs/example")) -> float:
-    """Objective C of the best of eight trials."""
-    task = make_task("towel", size=(0.24, 0.5), spacing=0.04)
-    report = learn(task, folder, trials=8, progress=lambda p: print(f"trial {p.done}: best C = {p.best}"))
-    best = ResultFolder(folder).result.best_trial
-    assert best.objective is not None
-    print(f"open {report}")
-    return best.objective
+    """Return the objective C of the best trial."""
+    task = tt.make_task("towel", size=(0.24, 0.5), spacing=0.04)
+    options = tt.LearnOptions(trials=8, seed=0, disturbances="none")
+    result = tt.learn(task, options, out=folder, progress=print)
+    assert isinstance(result, tt.Result)  # a plan of several steps gives a PlanResult
+    print(f"best trial: number {result.best.number}, {result.best.parameters}")
+    print(f"open {folder / 'report.html'}")
+    return result.score.objective
 
 
 if __name__ == "__main__":

@@ -27,17 +27,17 @@ from unittest import mock
 import numpy as np
 import trimesh
 from PIL import Image
+from tatamu.cli.learning import LearnOptions
+from tatamu.results import read_fold
 
 from tatamu.calibration import load_measurements
 from tatamu.cli import main
-from tatamu.cli.learning import LearnOptions
 from tatamu.disturbances.description import OWN, read_disturbances
 from tatamu.errors import TatamuError
 from tatamu.folding.plans import make_plan
 from tatamu.garments import make_garment
 from tatamu.material import PRESETS, load_material
 from tatamu.meshing import staggered_rectangle
-from tatamu.results import read_fold
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 from tatamu.simulators import simulate

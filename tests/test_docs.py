@@ -14,6 +14,7 @@ import typer
 from studies.paper.__main__ import app as paper
 from studies.real_cloth.__main__ import app as real_cloth
 
+import tatamu
 from tatamu.cli.app import app
 from tatamu.simulators import SIMULATORS, capabilities
 from tatamu.simulators.capabilities import Capabilities
@@ -97,7 +98,7 @@ def uses(name: str) -> Iterator[tuple[str, list[str]]]:
     code = [line for line in read(name).splitlines() if line.startswith("    ")]
     inline = re.findall(r"`([^`]*)`", prose(name).replace("\n", " "))
     for text in code + inline:
-        for command, rest in re.findall(r"(?:^|(?<!from)\s|/)tatamu ([a-z]+)\b([^#]*)", text):
+        for command, rest in re.findall(r"(?:^|(?<!from)(?<!import)\s|/)tatamu ([a-z]+)\b([^#]*)", text):
             yield command, re.findall(r"(?<!\S)\[?(--[a-z][a-z-]*)", rest)
 
 
@@ -135,6 +136,17 @@ def test_the_reference_of_the_command_line_has_every_command_and_option() -> Non
         opposite = {option for option in options if option.startswith("--no-")}
         apart = {"--help", "-h"} | {option.replace("--no-", "--") for option in opposite}
         assert named == options - apart, f"tatamu {command}"
+
+
+def test_the_reference_of_python_has_every_public_name_once() -> None:
+    named = re.findall(r"^\| `(\w+)` \| \S", read("docs/reference/python.md"), flags=re.M)
+    assert sorted(named) == sorted(tatamu.__all__)
+
+
+def test_every_name_of_tatamu_that_a_page_uses_is_public() -> None:
+    for name in GUIDES:
+        used = set(re.findall(r"\btt\.(\w+)", read(name)))
+        assert used <= set(tatamu.__all__), f"{name}: {used - set(tatamu.__all__)}"
 
 
 @pytest.mark.parametrize("name", GUIDES)

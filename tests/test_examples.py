@@ -9,7 +9,22 @@ from typing import Any
 
 import pytest
 
+from tatamu import garments, simulators
+from tatamu.search import registry
+
 EXAMPLES = Path(__file__).parent.parent / "examples"
+
+
+@pytest.fixture(autouse=True)
+def _own_registries(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What an example registers is gone after its test."""
+    for module, names in (
+        (garments, ("GARMENTS", "DESCRIPTIONS")),
+        (simulators, ("SIMULATORS",)),
+        (registry, ("_REGISTERED",)),
+    ):
+        for name in names:
+            monkeypatch.setattr(module, name, dict(getattr(module, name)))
 
 
 def main_of(name: str) -> Callable[..., float]:
@@ -43,6 +58,26 @@ def test_a_skirt_of_ones_own_lies_in_two_layers(tmp_path: Path) -> None:
 
 def test_a_towels_readings_give_its_bending_length() -> None:
     assert main_of("06_calibrate")() == pytest.approx(0.026, rel=0.05)
+
+
+def test_an_objective_of_ones_own_decides_what_is_learned() -> None:
+    assert main_of("07_your_own_objective")() > 0.02
+
+
+def test_a_search_of_ones_own_finds_better_folds() -> None:
+    assert main_of("08_your_own_search")() < 0.98
+
+
+def test_a_garment_that_a_program_makes_is_folded() -> None:
+    assert main_of("09_your_own_garment")() < 0.0125
+
+
+def test_a_simulator_of_ones_own_simulates_folds() -> None:
+    assert main_of("10_your_own_simulator")() > 0.001
+
+
+def test_a_study_is_a_table_of_its_trials() -> None:
+    assert main_of("11_trials_as_a_table")() == 6
 
 
 def test_no_example_is_forgotten() -> None:
