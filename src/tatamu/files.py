@@ -275,6 +275,8 @@ def validated(model: type[Model], value: Any, source: Path | str) -> Model:
         return made
     except ValidationError as error:
         raise InputError(f"{source}: {describe(error)}") from None
+    except InputError as error:  # of a record that checks itself
+        raise InputError(f"{source}: {error}") from None
 
 
 @cache

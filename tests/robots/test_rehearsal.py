@@ -2,6 +2,7 @@ import json
 import shutil
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -46,7 +47,8 @@ def done(plan_folder: Path) -> Rehearsal:
 def scene() -> Scene:
     """Two triangles held at two corners: what matters here is the grippers."""
     corners = [[-0.17, -0.15, 0.0005], [0.17, -0.15, 0.0005], [0.17, 0.15, 0.0005], [-0.17, 0.15, 0.0005]]
-    hands = [Gripper(vertices=[v], closes=0, opens=3.5, times=[0.0], displacements=[[0, 0, 0]]) for v in (3, 0)]
+    still: dict[str, Any] = {"closes": 0, "opens": 3.5, "times": [0.0], "displacements": [[0, 0, 0]]}
+    hands = [Gripper(hand=name, vertices=[v], **still) for name, v in (("left", 3), ("right", 0))]
     cloth = Cloth(vertices=corners, faces=[[0, 1, 2], [0, 2, 3]])
     return Scene(cloth=cloth, material=MATERIAL, table=Table(), grippers=hands, duration=4.5)
 
@@ -90,13 +92,14 @@ def test_the_hands_of_the_scene_go_where_the_tools_went(done: Rehearsal) -> None
 
 def test_layers_that_fingers_press_down_go_with_the_hand(done: Rehearsal) -> None:
     held, down = scene(), np.array([0.0, 0.0, -0.02])
-    hand = {"closes": 0, "opens": 3.5}
+    left: dict[str, Any] = {"hand": "left", "closes": 0, "opens": 3.5}
+    right = {**left, "hand": "right"}
     parts = [
-        Gripper(vertices=[3], times=[0.1, 3.0], displacements=[[0, 0, 0], [0.3, 0, 0]], **hand),
+        Gripper(vertices=[3], times=[0.1, 3.0], displacements=[[0, 0, 0], [0.3, 0, 0]], **left),
         Gripper(
-            vertices=[2], times=[0, 0.1, 3.0], displacements=[[0, 0, 0], down, down + np.array([0.3, 0, 0])], **hand
+            vertices=[2], times=[0, 0.1, 3.0], displacements=[[0, 0, 0], down, down + np.array([0.3, 0, 0])], **left
         ),
-        Gripper(vertices=[0], times=[0.1, 3.0], displacements=[[0, 0, 0], [0.3, 0, 0]], **hand),
+        Gripper(vertices=[0], times=[0.1, 3.0], displacements=[[0, 0, 0], [0.3, 0, 0]], **right),
     ]
     rehearsed = done.scene(held.model_copy(update={"grippers": parts}))
     first, pressed, other = rehearsed.grippers

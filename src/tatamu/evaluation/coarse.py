@@ -162,6 +162,11 @@ class CoarseFirst(Wrapper):
         """2 if there is a coarser mesh, otherwise 1."""
         return 1 if self.coarse is None else 2
 
+    @property
+    def contains_length(self) -> bool:
+        """Whether l_x of Eq. (10) is a part of the objective."""
+        return self.inner.contains_length
+
     def low_fidelity(self, parameters: Mapping[str, int | float]) -> tuple[Evaluator, Parameters] | None:
         """Return the evaluator of the coarser mesh, and the same manipulation's parameters there; None without one."""
         if self.coarse is None:

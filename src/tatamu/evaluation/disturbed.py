@@ -60,6 +60,11 @@ class Disturbed(Wrapper):
             return self
         return replace(self, quantile=0.5 * (1.0 + self.quantile), worlds=2 * self.worlds)
 
+    @property
+    def contains_length(self) -> bool:
+        """Whether l_x of Eq. (10) is a part of the objective."""
+        return self.inner.contains_length
+
     def without_disturbances(self) -> Evaluator:
         """Return the inner evaluator."""
         return self.inner.without_disturbances()

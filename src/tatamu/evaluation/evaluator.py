@@ -138,6 +138,11 @@ class Evaluator(ABC):
         return self
 
     @property
+    def contains_length(self) -> bool:
+        """Whether l_x of Eq. (10) is a part of the objective, so that a search need not learn it."""
+        return False
+
+    @property
     def fidelities(self) -> int:
         """2 if the evaluator has a low fidelity as well, otherwise 1."""
         return 1

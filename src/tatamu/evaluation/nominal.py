@@ -48,6 +48,11 @@ class Nominal(Evaluator):
                 return replace(arrived, rollout=None, ended=None if arrived.failed else "arrival")
         return self._evaluate(parameters, manipulation, scene)
 
+    @property
+    def contains_length(self) -> bool:
+        """Whether l_x of Eq. (10) is a part of the objective: yes, it is C."""
+        return True
+
     def on(self, task: Task) -> Nominal:
         """Return the same evaluator for another task."""
         return replace(self, subject=task)

@@ -20,6 +20,11 @@ class WithinReach(Wrapper):
 
     reach: Reach
 
+    @property
+    def contains_length(self) -> bool:
+        """Whether l_x of Eq. (10) is a part of the objective."""
+        return self.inner.contains_length
+
     def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
         """Evaluate a manipulation; one out of reach is not simulated."""
         return self.refuse(parameters) or self.inner(parameters, beat)

@@ -127,6 +127,7 @@ class Rehearsal:
         R_BF = self.planned.plan.task_in_base.matrix[:3, :3]
         moved = (self.tools[number, rows] - self.tools[number, rows[0]]) @ R_BF
         return Gripper(
+            hand=learned.hand,
             vertices=learned.vertices,
             closes=self.planned.event(arm, "close") - closes,
             opens=self.planned.event(arm, "open") - closes,

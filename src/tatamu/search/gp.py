@@ -95,8 +95,9 @@ def _acquisition(
 
 
 def log_unknown(space: Space, points: np.ndarray, objectives: np.ndarray) -> np.ndarray:
-    """Return the logarithm of the objectives less their known part, shape (n,)."""
-    assert space.known_part is not None
+    """Return the logarithm of the objectives less their known part, shape (n,); the objectives if no part is known."""
+    if space.known_part is None:
+        return objectives
     return np.asarray(np.log(np.maximum(objectives - space.known_part(space.values(points)), LEAST_UNKNOWN)))
 
 

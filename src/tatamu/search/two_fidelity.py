@@ -1,6 +1,7 @@
 """A search over two fidelities: most trials evaluate a cheap model, the last ones the model itself.
 
-With y the logarithm of the part of the objective that is not known beforehand (alpha D of Eq. (10)),
+With y the logarithm of the part of the objective that is not known beforehand (alpha D of Eq. (10)), or the objective
+itself if no part is known,
 
     y_high(x) = y_low(x) + d(x)                    co-kriging (Kennedy and O'Hagan 2000)
 
@@ -16,8 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tatamu.search.expected_improvement import log_expected_improvement_beyond
-from tatamu.search.gp import THREADS, Maximisation, fit_standardised, leading, log_unknown, maximise
+from tatamu.search.expected_improvement import log_expected_improvement, log_expected_improvement_beyond
+from tatamu.search.gp import LEAST_DEVIATION, THREADS, Maximisation, fit_standardised, leading, log_unknown, maximise
 from tatamu.search.search import HIGH, LOW, Evaluated, Observation, Proposal, Search
 from tatamu.search.space import Parameters, Space
 
@@ -113,23 +114,21 @@ class TwoFidelitySearch(Search):
     ) -> Callable[[np.ndarray], np.ndarray]:
         """Return log expected improvement over the best trial of high fidelity, from points (p, d) to (p,)."""
         space = self.space
-        known_part = space.known_part
-        assert known_part is not None
         pending = space.points([each.parameters for each in self.pending])
         lower, centre, spread = fit_standardised(low[0], log_unknown(space, *low), pending)
         predicted = centre + spread * lower.predict(high[0])[0]
-        least = self.settings.least_difference
+        least = self.settings.least_difference if space.known_part else LEAST_DEVIATION
         beside, shift, deviation = fit_standardised(high[0], log_unknown(space, *high) - predicted, pending, least)
+        best = float(high[1].min())
 
         def improvement(at: np.ndarray) -> np.ndarray:
             mean, wide = lower.predict(at)
             mean_beside, wide_beside = beside.predict(at)
-            return log_expected_improvement_beyond(
-                float(high[1].min()),
-                known_part(space.values(at)),
-                centre + spread * mean + shift + deviation * mean_beside,
-                np.hypot(spread * wide, deviation * wide_beside),
-            )
+            expected = centre + spread * mean + shift + deviation * mean_beside
+            uncertain = np.hypot(spread * wide, deviation * wide_beside)
+            if space.known_part is None:
+                return log_expected_improvement(best, expected, uncertain)
+            return log_expected_improvement_beyond(best, space.known_part(space.values(at)), expected, uncertain)
 
         return improvement
 
