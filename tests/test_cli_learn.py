@@ -42,7 +42,7 @@ def conclusion(folder: Path) -> Conclusion:
 def test_something_is_said_before_anything_heavy_is_imported(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    monkeypatch.setitem(sys.modules, "tatamu.folding.task", None)  # its import then fails
+    monkeypatch.setitem(sys.modules, "tatamu.api", None)  # its import then fails
     monkeypatch.setattr("sys.argv", ["tatamu", "learn", "towel", "--out", str(tmp_path / "out")])
     with pytest.raises(ImportError):
         main()
