@@ -18,6 +18,7 @@ from tatamu import InputError, Progress, Task, learn, load
 from tatamu.cli import main
 from tatamu.cli.progress import LearningDisplay, Workload, duration, prepare
 from tatamu.cli.verdict import conclusion_of, kept, verdict_lines
+from tatamu.folding.score import MEASURES
 from tatamu.report.conclusion import Conclusion
 from tatamu.study import ResultFolder
 from tests.fabricated import changed, write_fold
@@ -42,7 +43,7 @@ def conclusion(folder: Path) -> Conclusion:
 def test_something_is_said_before_anything_heavy_is_imported(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    monkeypatch.setitem(sys.modules, "tatamu.folding.task", None)  # its import then fails
+    monkeypatch.setitem(sys.modules, "tatamu.api", None)  # its import then fails
     monkeypatch.setattr("sys.argv", ["tatamu", "learn", "towel", "--out", str(tmp_path / "out")])
     with pytest.raises(ImportError):
         main()
@@ -87,7 +88,9 @@ def failed_with_best(folder: Path, number: int) -> list[str]:
         value["best"] = number
         value["baselines"] = []
         for trial in value["trials"]:
-            trial.update(state="complete", error=None, objective=2.0, mean_vertex_distance=0.03, mask_iou=0.7)
+            measures = {name: trial[name] or 0.0 for name in MEASURES}
+            changes = {"objective": 2.0, "mean_vertex_distance": 0.03, "mask_iou": 0.7}
+            trial.update({**measures, **changes, "state": "complete", "error": None})
         value["trials"][number]["objective"] = 1.0
 
     changed(folder / "result.json", change)
@@ -124,10 +127,21 @@ def test_the_best_on_a_bound_is_noted(folder: Path, name: str, value: float, not
     best = json.loads((folder / "result.json").read_text())["best"]
     changed(folder / "result.json", lambda whole: whole["trials"][best]["parameters"].update(middle))
     changed(folder / "result.json", lambda whole: whole.update(bounds=bounds))
-    said = list(verdict_lines(conclusion(folder)))
-    assert [line.startswith("note: the best trial lies on a bound of the search: " + name) for line in said[1:]] == [
-        True
-    ] * noted
+    notes = [line for line in verdict_lines(conclusion(folder)) if line.startswith("note: ")]
+    assert len(notes) == noted
+    assert all("lies at the end of what the search may choose" in note and f"({name}): " in note for note in notes)
+
+
+def test_a_best_curve_that_was_given_is_said_and_its_bounds_are_not_noted(folder: Path) -> None:
+    def give(whole: dict[str, Any]) -> None:
+        parameters = whole["trials"][whole["best"]]["parameters"]
+        parameters["z2"] = 0.0
+        whole.update(bounds={"z2": [0.0, 0.6]}, first=[parameters])
+
+    changed(folder / "result.json", give)
+    notes = [line for line in verdict_lines(conclusion(folder)) if line.startswith("note: ")]
+    best = ResultFolder(folder).record.best
+    assert len(notes) == 1 and f"number {best}, is a curve that the search was given" in notes[0]
 
 
 @pytest.fixture(scope="module")

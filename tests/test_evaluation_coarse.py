@@ -321,7 +321,7 @@ def test_a_schedule_of_a_number_of_trials() -> None:
 
 
 def test_more_trials_run_on_the_own_mesh_where_a_coarser_one_is_less_sure() -> None:
-    quarters = towel("quarters")
+    quarters = towel("quarters", size=(0.26, 0.26))
     tasks = {"one layer": towel(), "two layers": make_task("tshirt"), "later": quarters.next(quarters.fold.target)}
 
     def shares(disturbances: dict[str, Any] | None) -> dict[str, float]:

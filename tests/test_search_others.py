@@ -1,11 +1,10 @@
-"""Searches beside the default: Levenberg-Marquardt after Li et al. (2015), CMA-ES, Optuna's samplers."""
+"""Searches beside the default: Levenberg-Marquardt after Li et al. (2015), CMA-ES, and Optuna's samplers."""
 
 from __future__ import annotations
 
 import json
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from itertools import repeat
 from pathlib import Path
 from typing import Any
@@ -13,13 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tatamu.api import Result, learn
-from tatamu.evaluation import Evaluation, Nominal
-from tatamu.folding.baselines import LI_2015, li_2015
+from tatamu import Nominal, SimulationError
+from tatamu.folding.baselines import li_2015
 from tatamu.folding.score import ALPHA, residuals, shape_distance
-from tatamu.folding.task import Task, make_task
-from tatamu.options import LearnOptions
-from tatamu.search import Bounds, Observation, Search, Space, find_search
+from tatamu.scene import Scene
+from tatamu.search import Bounds, Search, Space, find_search
 from tatamu.search.cma import CMASearch, replay_strategy
 from tatamu.search.levenberg_marquardt import (
     DIFFERENCE,
@@ -30,6 +27,11 @@ from tatamu.search.levenberg_marquardt import (
     neighbours,
     next_point,
 )
+from tatamu.search.lm import LI_2015
+from tatamu.search.search import Observation
+from tatamu.simulators import simulate
+from tatamu.study.trial import _pack, _unpack
+from tests.small_studies import learn_plain, timeless, towel
 
 LEAST = np.array([0.3, 0.55])
 
@@ -118,122 +120,108 @@ def test_a_start_that_fails_is_given_up() -> None:
         search.send([None] * len(wanted))
 
 
-def test_residuals_are_those_whose_squares_sum_to_the_unknown_part_of_the_objective() -> None:
+def test_residuals_are_those_whose_squares_sum_to_what_errors_add_to_the_objective() -> None:
     errors = np.random.default_rng(1).exponential(0.02, 300)
     vector = residuals(errors)
     assert float(vector @ vector) == pytest.approx(ALPHA * shape_distance(errors))
 
 
+def test_errors_survive_being_kept() -> None:
+    errors = np.random.default_rng(2).exponential(0.02, 300)
+    assert _unpack(_pack(errors)) == pytest.approx(errors, rel=1e-6)
+    assert _pack(_unpack(_pack(errors))) == _pack(errors)
+
+
 SPACE = Space({"x": Bounds(-1.0, 3.0), "y": Bounds(0.0, 0.5), "g": Bounds(0, 6, whole=True)})
 
 
-def bowl(x: Mapping[str, float]) -> float:
-    return float((x["x"] - 0.5) ** 2 + 20.0 * (x["y"] - 0.2) ** 2 + 0.1 * (x["g"] - 4) ** 2)
+def bowl(parameters: Mapping[str, float]) -> float:
+    x, y, g = (parameters[name] for name in ("x", "y", "g"))
+    return (x - 0.5) ** 2 + 20.0 * (y - 0.2) ** 2 + 0.1 * (g - 4) ** 2
 
 
-def searched_bowl(search: Search, count: int) -> list[float]:
-    """Objectives of a bowl, in the order in which a search asks for them."""
+def told(make: Any, count: int, seed: int = 0) -> Search:
+    """A search of a bowl after so many trials."""
+    search: Search = make(SPACE, seed)
     for _ in range(count):
-        x = search.ask()
-        SPACE.check(x)
-        search.tell(x, bowl(x))
-    return [each.objective for each in search.told]
+        proposal = search.ask()
+        search.tell(proposal, bowl(proposal))
+    return search
 
 
 def test_the_strategy_learns_from_whole_generations_only() -> None:
-    random = np.random.default_rng(3)
-    seen = [Observation(SPACE.parameters(SPACE.snap(random.random((1, 3)))[0]), float(each)) for each in range(20)]
+    drawn = [Observation(SPACE.random(number), float(number)) for number in range(20)]
     size = replay_strategy(SPACE, []).population_size
     for count in range(20):
-        assert replay_strategy(SPACE, seen[:count]).generation == count // size
+        assert replay_strategy(SPACE, drawn[:count]).generation == count // size
 
 
-def test_evolution_ends_nearer_to_the_least_than_it_began() -> None:
-    runs = [searched_bowl(CMASearch(SPACE, seed), 84) for seed in range(8)]
-    assert np.median([np.median(values[-14:]) / np.median(values[:14]) for values in runs]) < 0.1
+def test_evolution_ends_nearer_to_the_least_than_it_started() -> None:
+    gains = []
+    for seed in range(5):
+        values = [each.objective for each in told(CMASearch, 84, seed).told]
+        gains.append(np.median(values[-14:]) / np.median(values[:14]))
+    assert np.median(gains) < 0.1
 
 
-def test_evolution_depends_on_trials_and_seed_alone() -> None:
-    searches = [CMASearch(SPACE, seed) for seed in (7, 7, 8)]
-    asked = []
-    for search in searches:
-        searched_bowl(search, 16)
-        asked.append(dict(search.ask()))
-    assert asked[0] == asked[1] != asked[2]
-    assert isinstance(asked[0]["g"], int)
+@pytest.mark.parametrize("name", ["tpe", "cmaes", "random"])
+def test_proposals_depend_on_trials_and_seed_alone(name: str) -> None:
+    make = find_search(name)
+    known = told(make, 16).told
+    proposals = []
+    for seed in (7, 7, 8):
+        search = make(SPACE, seed)
+        for each in known:
+            search.tell(each.parameters, each.objective)
+        proposals.append(dict(search.ask()))
+    one, other, third = proposals
+    assert one == other != third
+    assert isinstance(one["g"], int)
 
 
-@pytest.mark.parametrize("name", ["tpe", "random", "cmaes", "gp"])
-def test_a_search_that_is_told_the_same_again_asks_the_same_again(name: str) -> None:
-    first, again = (find_search(name)(SPACE, 5) for _ in range(2))
-    for _ in range(14):
-        x = first.ask()
-        first.tell(x, bowl(x))
-        y = again.ask()
-        assert dict(x) == dict(y)
-        again.tell(y, bowl(y))
-    resumed = find_search(name)(SPACE, 5)
-    for each in first.told:
-        resumed.tell(each.parameters, each.objective)
-    assert dict(resumed.ask()) == dict(first.ask())
-
-
-def task() -> Task:
-    return make_task("towel", spacing=0.04, size=(0.24, 0.5))
-
-
-def options(**given: Any) -> LearnOptions:
-    return LearnOptions(**{"disturbances": "none", "baselines": False, **given})
-
-
-def timeless(folder: Path) -> str:
-    """result.json without its times."""
-    data = json.loads((folder / "result.json").read_text())
-    del data["wall_seconds"]
-    for record in data["trials"]:
-        del record["seconds"]
-    return json.dumps(data)
-
-
-@pytest.mark.parametrize("sampler", ["gp", "cmaes", "lm"])
-def test_a_garment_with_one_candidate_for_each_hand_is_learned(sampler: str) -> None:
-    one = make_task("towel", spacing=0.06, size=(0.30, 0.50))
-    assert one.fold.candidates == 1
-    result = learn(one, options(trials=3, sampler=sampler, parallel=1))
-    assert isinstance(result, Result)
+@pytest.mark.parametrize(("sampler", "coarse"), [("gp", False), ("gp", True), ("cmaes", False), ("lm", False)])
+def test_a_garment_with_one_candidate_for_each_hand_is_learned(
+    monkeypatch: pytest.MonkeyPatch, sampler: str, coarse: bool
+) -> None:
+    one, other = (towel(spacing=spacing, size=(0.30, 0.50)) for spacing in (0.06, 0.07))
+    assert one.fold.candidates == other.fold.candidates == 1
+    if coarse:
+        monkeypatch.setattr("tatamu.garments.garment.Garment.spacing_given", False)
+        monkeypatch.setattr("tatamu.evaluation.coarse.coarser_task", lambda *_: other)
+    result = learn_plain(one, None, trials=10 if coarse else 3, sampler=sampler, coarse=coarse, parallel=1,
+                         baselines=False)  # fmt: skip
+    assert (result.record.coarse is not None) == coarse
     assert all(trial.parameters["g1"] == trial.parameters["g2"] == 0 for trial in result.trials)
 
 
-@pytest.mark.parametrize("sampler", ["lm", "cmaes"])
-def test_an_interrupted_study_ends_as_an_undisturbed_one(tmp_path: Path, sampler: str) -> None:
-    for trials in (3, 8, 14):
-        learn(task(), options(trials=trials, sampler=sampler), out=tmp_path / "paused")
-    learn(task(), options(trials=14, sampler=sampler), out=tmp_path / "at-once")
+@pytest.mark.parametrize("sampler", ["lm", "cmaes", "tpe"])
+def test_an_interrupted_study_ends_as_an_undisturbed_one(tmp_path: Path, sampler: str, small_pictures: None) -> None:
+    for trials in (3, 14):
+        learn_plain(towel(), tmp_path / "paused", trials=trials, sampler=sampler, baselines=False)
+    learn_plain(towel(), tmp_path / "at-once", trials=14, sampler=sampler, baselines=False)
     assert timeless(tmp_path / "paused") == timeless(tmp_path / "at-once")
 
 
-def test_the_method_of_li_begins_with_their_curve_at_the_corners_and_leads_down() -> None:
-    result = learn(task(), options(trials=16, sampler="lm", parallel=1))
-    assert isinstance(result, Result)
-    assert all(trial.parameters["g1"] == trial.parameters["g2"] == 0 for trial in result.trials)
-    fold = task().fold
-    first = result.trials[0].parameters
+def test_the_method_of_li_starts_with_their_curve_at_the_corners_and_leads_down() -> None:
+    trials = learn_plain(towel(), None, trials=16, sampler="lm", baselines=False, parallel=1).trials
+    assert all(trial.parameters["g1"] == trial.parameters["g2"] == 0 for trial in trials)
+    fold = towel().fold
+    first = trials[0].parameters
     assert [first["x1"], first["z1"]] == pytest.approx(np.array(LI_2015[0]) * fold.span)
-    assert result.trials[0].objective == pytest.approx(Nominal(task()).fixed(li_2015(fold)).objective)
-    objectives = [trial.minimised for trial in result.trials]
+    assert trials[0].objective == pytest.approx(Nominal(towel()).fixed(li_2015(fold)).objective)
+    objectives = [trial.objective for trial in trials if trial.objective is not None]
     assert min(objectives[5:]) < min(objectives[:5])
 
 
-def test_the_method_of_li_continues_after_a_failed_trial(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_method_of_li_goes_on_after_a_failed_trial(monkeypatch: pytest.MonkeyPatch) -> None:
     calls = iter(range(100))
-    honest = Nominal.__call__
 
-    def sometimes(self: Nominal, parameters: Mapping[str, float], *more: Any) -> Evaluation:
-        found = honest(self, parameters, *more)
-        return replace(self.fail(parameters, "blew up"), objective=3.0) if next(calls) in (2, 5) else found
+    def sometimes(scene: Scene, name: str) -> Any:
+        if next(calls) in (2, 5):
+            raise SimulationError("blew up")
+        return simulate(scene, name)
 
-    monkeypatch.setattr(Nominal, "__call__", sometimes)
-    result = learn(task(), options(trials=8, sampler="lm", parallel=1))
-    assert isinstance(result, Result)
-    assert sum(trial.state == "failed" for trial in result.trials) == 2
-    assert len({json.dumps(trial.parameters) for trial in result.trials}) == 8
+    monkeypatch.setattr("tatamu.evaluation.nominal.simulate", sometimes)
+    trials = learn_plain(towel(), None, trials=8, sampler="lm", baselines=False, parallel=1).trials
+    assert [trial.state for trial in trials].count("failed") == 2
+    assert len({json.dumps(trial.parameters) for trial in trials}) == 8

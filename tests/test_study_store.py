@@ -8,7 +8,7 @@ import signal
 import sqlite3
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
 
@@ -44,7 +44,7 @@ def finished(number: int) -> Trial:
         number=number,
         state="failed",
         error="blew up",
-        parameters={**X, "g1": number},
+        parameters={**X, "g1": number % 2},
         objective=1.0 + number,
         trajectory_length=0.5,
         seconds=0.1,
@@ -76,6 +76,13 @@ def test_a_file_that_is_only_read_stays_as_it_is(tmp_path: Path) -> None:
     before = (tmp_path / "study.db").read_bytes()
     assert load_settings(folder, None) == RECORD
     assert (tmp_path / "study.db").read_bytes() == before
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _pages_of_few_pixels() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("tatamu.report.topview.WIDE", 60)
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -119,10 +126,7 @@ def test_a_trial_that_optuna_left_is_said_in_one_line(
 
 CHANGES = {
     "another schema": "update alembic_version set version_num = 'v2.6.0.a'",
-    "a schema that is none": "delete from alembic_version",
-    "another library": "update version_info set schema_version = 3",
     "no study": "delete from studies",
-    "a study of another name": "update studies set study_name = 'mine'",
     "a direction that is none": "update study_directions set direction = 'SIDEWAYS'",
     "settings that are no JSON": "update study_user_attributes set value_json = '{' where key = 'tatamu'",
     "settings that are no table": "update study_user_attributes set value_json = '[1]' where key = 'tatamu'",
@@ -131,7 +135,6 @@ CHANGES = {
     "replace(value_json, '\"seed\": 0', '\"seed\": \"x\"') where key = 'tatamu'",
     "no settings": "delete from study_user_attributes",
     "a state that is none": "update trials set state = 'DONE' where number = 1",
-    "a number twice": "update trials set number = 0",
     "a number that is none": "update trials set number = 'one' where number = 1",
     "a time that is none": "update trials set datetime_start = 'yesterday'",
     "a value that is no number": "update trial_values set value = 'low' where trial_id = 2",
@@ -139,6 +142,8 @@ CHANGES = {
     "an infinite value": "update trial_values set value_type = 'INF_POS', value = null where trial_id = 2",
     "no value": "delete from trial_values where trial_id = 2",
     "a parameter that is no number": "update trial_params set param_value = 'up' where param_name = 'z1'",
+    "a parameter far out": "update trial_params set param_value = 7.5 where param_name = 'z1' and trial_id = 2",
+    "a parameter of another name": "update trial_params set param_name = 'z3' where param_name = 'z1' and trial_id = 2",
     "a missing parameter": "delete from trial_params where param_name = 'z1' and trial_id = 2",
     "a distribution that is no JSON": "update trial_params set distribution_json = 'x'",
     "a distribution of another kind": "update trial_params set distribution_json = "
@@ -154,20 +159,34 @@ CHANGES = {
 }
 
 
-@pytest.mark.parametrize("change", CHANGES)
-def test_a_changed_study_is_said_in_one_line(study: Path, tmp_path: Path, change: str) -> None:
-    folder = tmp_path / "study"
-    folder.mkdir()
+HARMLESS = {
+    "nothing": "update trials set number = number",
+    "a schema that is not said": "delete from alembic_version",
+    "another library": "update version_info set library_version = '3.0.0'",
+    "numbers, which Optuna counts itself": "update trials set number = 0",
+    "a study of another name, beside which a new one starts": "update studies set study_name = 'mine'",
+}
+
+
+def changed(study: Path, folder: Path, statement: str) -> Path:
+    """A copy of a study in which a statement of SQL has changed something."""
     shutil.copy(study / "study.db", folder)
     with closing(sqlite3.connect(folder / "study.db")) as database:
-        database.execute(CHANGES[change])
+        database.execute(statement)
         database.commit()
+    return folder
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_changed_study_is_said_in_one_line(study: Path, tmp_path: Path, change: str) -> None:
+    folder = changed(study, tmp_path, CHANGES[change])
     with pytest.raises(InputError, match=r"study\.db: ") as refused:
         learn(folder, 2)
     assert "\n" not in str(refused.value) and len(str(refused.value)) < 500
 
 
-def test_an_unchanged_study_is_not_refused(study: Path, tmp_path: Path) -> None:
-    shutil.copy(study / "study.db", tmp_path)
-    learn(tmp_path, 2)
-    assert timeless(tmp_path) == timeless(study)
+@pytest.mark.parametrize("change", HARMLESS)
+def test_a_change_that_takes_nothing_away_leads_to_the_same_study(study: Path, tmp_path: Path, change: str) -> None:
+    folder = changed(study, tmp_path, HARMLESS[change])
+    learn(folder, 2)
+    assert timeless(folder) == timeless(study)

@@ -171,7 +171,7 @@ class _Learning:
         evaluator = make_evaluator(task, self.options) if self.evaluate is None else self.evaluate.on(task)
         record = make_record(task, self.options, evaluator, first)
         space = search_space(task.fold, self.options.grasps)
-        if self.evaluate is not None:
+        if not evaluator.contains_length:
             space = replace(space, known_part=None)
         schedule = make_schedule(task, record, self.options, evaluator.fidelities)
         folder = places.folder

@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 
 from tatamu.disturbances import Disturbances, Stream, sample_worlds
-from tatamu.errors import WorkerKilledError
+from tatamu.errors import InputError, WorkerKilledError
 from tatamu.evaluation import NOTHING, Evaluation, Evaluator, Nominal
 from tatamu.folding.baselines import BASELINES
 from tatamu.folding.manipulation import Manipulation
@@ -84,6 +84,11 @@ class Study:
         self._store = store
         self._executor = executor
         self._kept: dict[int, Evaluation] = {}
+        for trial in self.trials:
+            try:
+                self.space.check(trial.parameters)
+            except InputError as error:
+                raise InputError(f"{store.label}: trial {trial.number}: {error}; give another folder") from None
 
     @property
     def space(self) -> Space:
@@ -154,8 +159,16 @@ class Study:
         return proposal, known
 
     def _begin(self, fidelity: int, known: Sequence[Evaluation]) -> tuple[Proposal, Future[Evaluation]]:
-        """Propose a trial and submit it."""
+        """Propose a trial and submit it.
+
+        Raises:
+            InputError: If the search proposes parameters outside its space.
+        """
         proposal = self._search.ask(fidelity)
+        try:
+            self.space.check(proposal)
+        except InputError as error:
+            raise InputError(f"sampler: {self.record.sampler} proposed what it must not: {error}") from None
         beat = self.evaluator.incumbent(known, proposal)
         keep = self._search.needs_residuals
         return proposal, self.evaluator.submit(self._executor, proposal, NOTHING if keep else beat, keep=keep)

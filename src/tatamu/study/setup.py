@@ -76,7 +76,9 @@ def _given_disturbances(task: Task, options: LearnOptions) -> Disturbances | Non
         return given
     if given is None and task.reach is not None and task.reach.disturbances is not None:
         return disturbances_in(task.reach.disturbances, "robot")
-    return load_disturbances("default" if given is None else given)
+    if not isinstance(given, str | Path | None):
+        raise InputError(f"disturbances: must be default, none, a file, or Disturbances, given {given!r}")
+    return load_disturbances("default" if given is None else str(given))
 
 
 def check_pending(options: LearnOptions, simulator: str) -> None:
