@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ from tatamu.folding.trial_scene import scene_of
 from tatamu.options import LearnOptions
 from tatamu.study import Result
 
-SMALL = {"spacing": 0.04, "size": (0.24, 0.5)}
+SMALL: dict[str, Any] = {"spacing": 0.04, "size": (0.24, 0.5)}
 THICK = Fingers(thickness=0.008, width=0.02)
 LOW = {"x1": 0.3, "z1": 0.002, "x2": 0.4, "z2": 0.002, "g1": 0, "g2": 0}
 
@@ -101,7 +102,7 @@ def test_fingers_stand_in_the_file_and_in_the_folder(tmp_path: Path) -> None:
     assert Disturbances().fingers == Fingers()
     folder = tmp_path / "learned"
     options = LearnOptions(trials=4, disturbances="none", coarse=False, baselines=False)
-    learn(make_task("towel", fingers=THICK, **SMALL), options, out=folder)  # type: ignore[arg-type]
+    learn(make_task("towel", fingers=THICK, **SMALL), options, out=folder)
     again = Result.load(folder)
     assert again.record.task.fingers == THICK
     assert again.task.fold.fingers == THICK
@@ -129,7 +130,7 @@ def test_a_search_begins_with_curves_that_fingers_can_follow(task: Task) -> None
 
 def test_a_plain_search_with_fingers_is_learned(tmp_path: Path) -> None:
     options = LearnOptions(trials=6, disturbances="none", coarse=False, baselines=False)
-    learn(make_task("towel", fingers=THICK, **SMALL), options, out=tmp_path)  # type: ignore[arg-type]
+    learn(make_task("towel", fingers=THICK, **SMALL), options, out=tmp_path)
     assert (tmp_path / "report.html").exists()
 
 

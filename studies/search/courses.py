@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from studies.search.methods import METHODS
-from studies.search.settings import Setting
+from studies.search.settings import Setting, Simulated
 
 from tatamu.files import write_text
 
@@ -39,16 +40,14 @@ class Studies:
         held = self.course(setting.name, method, seed)
         if held is not None and len(held.objectives) >= trials:
             return
-        chosen = METHODS[method]
-        search = chosen.make(setting, seed)
-        records = []
-        for _ in range(trials):
-            proposal = search.ask()
-            simulated = setting.simulated(chosen.manipulation(setting, proposal))
-            search.tell(proposal, simulated)
-            records.append(
-                {"parameters": dict(proposal), "objective": simulated.objective, "distance": simulated.distance}
-            )
+        before: list[tuple[Any, Simulated]] = []
+        for number in range(trials):
+            parameters, manipulation = METHODS[method].propose(setting, seed, number, before)
+            before.append((parameters, setting.simulated(manipulation)))
+        records = [
+            {"parameters": parameters, "objective": simulated.objective, "distance": simulated.distance}
+            for parameters, simulated in before
+        ]
         write_text(self._path(setting.name, method, seed), json.dumps(records))
 
     def course(self, garment: str, method: str, seed: int) -> Course | None:
