@@ -35,7 +35,7 @@ class VerdictCache:
             try:
                 value = json.loads(line)
                 key = value.pop("key")
-                self._known[key] = _LINE.validate_python(value)
+                self._known[key] = _LINE.validate_json(json.dumps(value), strict=True)
             except (ValueError, TypeError, KeyError, AttributeError, RecursionError, OverflowError, ValidationError):
                 continue
         try:
