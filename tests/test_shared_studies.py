@@ -105,7 +105,7 @@ def test_names_are_apart_for_folders_and_tasks(database: SharedDatabase, tmp_pat
         learn_plain(task, tmp_path / folder, trials=1, seed=seed, baselines=False, database=database)
         names.add(json.loads((tmp_path / folder / "study.json").read_text())["name"])
     assert len(names) == 3
-    with pytest.raises(InputError, match="holds another study"):
+    with pytest.raises(InputError, match="contains another study"):
         learn_plain(task, tmp_path / "a", trials=1, seed=1, baselines=False, database=database)
 
 

@@ -135,6 +135,8 @@ CHANGES = {
     "replace(value_json, '\"seed\": 0', '\"seed\": \"x\"') where key = 'tatamu'",
     "no settings": "delete from study_user_attributes",
     "a state that is none": "update trials set state = 'DONE' where number = 1",
+    "a number twice": "update trials set number = 0",
+    "a lost trial": "delete from trials where number = 0",
     "a number that is none": "update trials set number = 'one' where number = 1",
     "a time that is none": "update trials set datetime_start = 'yesterday'",
     "a value that is no number": "update trial_values set value = 'low' where trial_id = 2",
@@ -163,7 +165,6 @@ HARMLESS = {
     "nothing": "update trials set number = number",
     "a schema that is not said": "delete from alembic_version",
     "another library": "update version_info set library_version = '3.0.0'",
-    "numbers, which Optuna counts itself": "update trials set number = 0",
     "a study of another name, beside which a new one starts": "update studies set study_name = 'mine'",
 }
 

@@ -47,6 +47,7 @@ PASSING_WORDS = (
     "starting up",
     "shutting down",
     "recovery mode",
+    "not yet accepting connections",
     "too many clients",
     "closed the connection",
     "connection is closed",

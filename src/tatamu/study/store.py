@@ -118,9 +118,14 @@ class StudyStore:
             )
         known = {"number": number, "parameters": trial.params, "objective": trial.value, **trial.user_attrs}
         try:
-            return Trial.model_validate(known)
+            read = Trial.model_validate(known)
         except ValidationError as error:
             raise InputError(f"{self.label}: trial {number}: {describe(error)}; give another folder") from None
+        if read.number != number:
+            raise InputError(
+                f"{self.label}: trial {number}: was trial {read.number}; others are lost, give another folder"
+            )
+        return read
 
     def add(self, trial: Trial, space: Space) -> None:
         """Add a finished trial, in one transaction."""

@@ -141,8 +141,11 @@ class Trial(Scored):
         )
 
     def attributes(self) -> dict[str, Any]:
-        """Return what a study keeps of the trial as well as its parameters and the value that is minimised."""
-        plain = self.model_dump(exclude={"number", "parameters"})
+        """Return what a study keeps of the trial as well as its parameters and the value that is minimised.
+
+        Its number is among them, since a storage may lose trials and number the others anew.
+        """
+        plain = self.model_dump(exclude={"parameters"})
         if self.expected_objective is None:
             plain.pop("objective")
         more = {"hardest": self.hardest or None, "packed_errors": self.packed_errors}
