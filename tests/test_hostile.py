@@ -424,6 +424,20 @@ def test_a_million_wrong_items_are_one_error(item: str, tmp_path: Path) -> None:
     assert "s.json: grippers.0.vertices.0: " in said and "more)" not in said
 
 
+def test_integers_beyond_any_number_are_refused(tmp_path: Path) -> None:
+    for digits, words in (
+        (301, "must have integers of at most 300 digits"),
+        (9_999, "must have integers|is not valid"),
+    ):
+        (tmp_path / "s.json").write_text(f'{{"a": [[1{"0" * digits}]]}}')
+        (tmp_path / "s.toml").write_text(f"[a]\nb = [[-1{'0' * digits}]]")
+        for read, name in ((read_json, "s.json"), (read_toml, "s.toml")):
+            with pytest.raises(InputError, match=words):
+                read(tmp_path / name)
+    (tmp_path / "s.json").write_text('{"a": 123456789012345678901234567890}')
+    assert read_json(tmp_path / "s.json") == {"a": 123456789012345678901234567890}
+
+
 def test_tables_of_any_number_of_fields_are_refused(tmp_path: Path) -> None:
     fields = {f"f{k}": k for k in range(20_000)}
     (tmp_path / "s.json").write_text(json.dumps(fields))
