@@ -27,8 +27,6 @@ from unittest import mock
 import numpy as np
 import trimesh
 from PIL import Image
-from tatamu.cli.learning import LearnOptions
-from tatamu.results import read_fold
 
 from tatamu.calibration import load_measurements
 from tatamu.cli import main
@@ -38,10 +36,12 @@ from tatamu.folding.plans import make_plan
 from tatamu.garments import make_garment
 from tatamu.material import PRESETS, load_material
 from tatamu.meshing import staggered_rectangle
+from tatamu.options import TaskRequest
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 from tatamu.simulators import simulate
 from tatamu.simulators.native.simulation import Simulation
+from tatamu.study import Result
 from tatamu.sweep.description import read_sweep
 from tests.fabricated import write_fold
 from tests.foreign import svg, tshirt_svg
@@ -270,11 +270,11 @@ KINDS = (
     Kind(
         "sweep.toml",
         _copied(EXAMPLES / "sweep.toml", "sweep.toml"),
-        lambda f: read_sweep(f / "sweep.toml", LearnOptions),
+        lambda f: read_sweep(f / "sweep.toml", TaskRequest),
     ),
     Kind("r.npz", _rollout, lambda folder: Rollout.load(folder / "r.npz")),
-    Kind("result.json", _fold("result.json"), read_fold),
-    Kind("manipulation.json", _fold("manipulation.json"), lambda folder: read_fold(folder).manipulation),
+    Kind("result.json", _fold("result.json"), Result.load),
+    Kind("manipulation.json", _fold("manipulation.json"), lambda folder: Result.load(folder).manipulation),
 )
 """Every kind of file, and how it is read."""
 
