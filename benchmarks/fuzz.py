@@ -24,6 +24,8 @@ from tests.fuzzing import PATIENCE, acceptable, outcome, warm
 
 CHUNK = 150
 """Seeds for each worker: whatever it leaks goes with it."""
+HANGING = 10 * PATIENCE
+"""What takes longer by the clock hangs [s]."""
 LARGEST = 6 << 30
 """Memory that a worker may ask for [bytes]."""
 
@@ -33,7 +35,7 @@ def worker(seeds: range) -> None:
     resource.setrlimit(resource.RLIMIT_AS, (LARGEST, LARGEST))
     warm()
     for seed in seeds:
-        dump_traceback_later(3 * PATIENCE, exit=True)
+        dump_traceback_later(HANGING, exit=True)
         print(f"{seed}\t{outcome(seed)}", flush=True)
 
 
@@ -50,7 +52,7 @@ def outcomes(seeds: range) -> Iterator[tuple[int, str]]:
             found = int(seed) + 1
         if done.returncode:
             last = " | ".join(done.stderr.splitlines()[-3:])
-            yield found, f"WRONG: a crash, or more than {3 * PATIENCE:g} s (exit code {done.returncode}): {last[:400]}"
+            yield found, f"WRONG: a crash, or more than {HANGING:g} s (exit code {done.returncode}): {last[:400]}"
             found += 1
         elif done.stderr:
             yield found - 1, f"WRONG: a library wrote {done.stderr[:200]!r} (one of the {CHUNK} seeds before)"

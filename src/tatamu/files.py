@@ -37,6 +37,8 @@ LARGEST_NPZ = 1024 * MIB
 """Arrays of a file take no more memory in all [bytes]: ten minutes of the default towel take a tenth of it."""
 MOST_FIELDS = 10_000
 """No table of a file has more fields."""
+MOST_DIGITS = 300
+"""No integer of a file has more digits."""
 NUMBERS = "fiub"
 """Kinds of arrays that are read from files: floating point numbers, integers, booleans."""
 
@@ -176,7 +178,7 @@ def read_json(path: Path) -> Any:
     """Read JSON, or say where it stops being JSON."""
     text = read_text(path)
     try:
-        return json.loads(text, object_pairs_hook=_once)
+        return json.loads(text, object_pairs_hook=_once, parse_int=_integer)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     except (ValueError, RecursionError) as error:
@@ -198,12 +200,21 @@ def _check_fields(fields: Mapping[str, Any]) -> None:
         raise InputError(f"(whole file): must have tables of at most {MOST_FIELDS} fields, given {len(fields)}")
 
 
-def _tables(value: Any) -> Iterator[dict[str, Any]]:
-    """All tables in plain data."""
+def _integer(text: str) -> int:
+    """An integer that is a floating point number as well: no formula and no message expects others."""
+    if len(text) > MOST_DIGITS:
+        raise InputError(f"(whole file): must have integers of at most {MOST_DIGITS} digits, given {len(text)}")
+    return int(text)
+
+
+def _check_parts(value: Any) -> None:
+    """Refuse tables of too many fields and integers of too many digits anywhere in plain data."""
     if isinstance(value, dict):
-        yield value
+        _check_fields(value)
+    elif isinstance(value, int) and abs(value) >= 10**MOST_DIGITS:
+        raise InputError(f"(whole file): must have integers of at most {MOST_DIGITS} digits")
     for part in value.values() if isinstance(value, dict) else value if isinstance(value, list) else ():
-        yield from _tables(part)
+        _check_parts(part)
 
 
 def read_toml(path: Path) -> Any:
@@ -211,8 +222,7 @@ def read_toml(path: Path) -> Any:
     text = read_text(path, LARGEST_TOML)
     try:
         value = tomllib.loads(text)
-        for table in _tables(value):
-            _check_fields(table)
+        _check_parts(value)
         return value
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
