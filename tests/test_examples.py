@@ -45,6 +45,10 @@ def test_a_towels_readings_give_its_bending_length() -> None:
     assert main_of("06_calibrate")() == pytest.approx(0.026, rel=0.05)
 
 
+def test_a_folding_board_folds_a_towel() -> None:
+    assert main_of("07_folding_board")() < 0.05
+
+
 def test_no_example_is_forgotten() -> None:
     tested = Path(__file__).read_text()
     assert all(path.stem in tested for path in EXAMPLES.glob("*.py"))
