@@ -80,6 +80,10 @@ def test_a_study_is_a_table_of_its_trials() -> None:
     assert main_of("11_trials_as_a_table")() == 6
 
 
+def test_a_folding_board_folds_a_towel() -> None:
+    assert main_of("12_folding_board")() < 0.05
+
+
 def test_no_example_is_forgotten() -> None:
     tested = Path(__file__).read_text()
     assert all(path.stem in tested for path in EXAMPLES.glob("*.py"))

@@ -11,6 +11,8 @@ import numpy as np
 
 from tatamu.simulators.native.compiled import inlined, kernel
 from tatamu.simulators.native.contact import broad_phase, edge_edge, impact_zones, motion, table, vertex_face
+from tatamu.simulators.native.contact.bodies import sweep as rigid
+from tatamu.simulators.native.contact.bodies.state import Bodies
 from tatamu.simulators.native.contact.projection import Positions
 from tatamu.simulators.native.contact.state import ContactMesh, ContactState
 from tatamu.simulators.native.contact.table import TablePlane
@@ -22,15 +24,18 @@ def _sweep(
     positions: Positions,
     mesh: ContactMesh,
     contact: ContactState,
+    bodies: Bodies,
     plane: TablePlane,
     options: ContactOptions,
     step: float,
     restored: float,
 ) -> float:
-    """One sweep over edges, vertices and the table; the smallest gap before, as part of what the pair should keep."""
+    """One sweep over edges, vertices, bodies and the table; the smallest gap before, as part of what it should be."""
     contact.counters.sweep += 1
     edge_gap = edge_edge.sweep(positions, mesh, contact, options, step, restored)
     gap = vertex_face.sweep(positions, mesh, contact, options, step, restored)
+    if bodies.radius.shape[0]:
+        rigid.sweep(positions, mesh, contact, bodies, options, step, restored)
     if plane.present:  # last, so that it carries what the layers hand down
         table.sweep(positions, mesh.inverse_mass, contact, plane, options, step)
     return min(gap, edge_gap / options.edge_gap) / mesh.thickness
@@ -53,6 +58,7 @@ def resolve(
     positions: Positions,
     mesh: ContactMesh,
     contact: ContactState,
+    bodies: Bodies,
     plane: TablePlane,
     options: ContactOptions,
     step: float,
@@ -63,6 +69,7 @@ def resolve(
         positions: Positions to correct, and those that they came from.
         mesh: The mesh.
         contact: What contact remembers.
+        bodies: Rigid bodies, placed for this round.
         plane: The table.
         options: All of contact's, `restored` as an array.
         step: Time since the start of the round [s].
@@ -80,7 +87,7 @@ def resolve(
         restored = options.restored[number]
         if gap >= restored:
             break
-        gap = _sweep(positions, mesh, contact, plane, options, step, restored)
+        gap = _sweep(positions, mesh, contact, bodies, plane, options, step, restored)
     longest = _largest_correction(positions.x, positions.predicted)
     if longest > options.calm * mesh.thickness or counters.rounds > 1:
         motion.reach(positions, contact)  # what contact moved may have come near to what sleeps

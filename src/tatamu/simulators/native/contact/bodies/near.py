@@ -1,0 +1,162 @@
+"""Broad phase of bodies: which vertices, edges and faces are near each of them.
+
+In two steps: *wide* candidates are searched among all faces with a margin, and again once cloth and bodies together may
+have used it up; *narrow* ones are those of them that may meet the body in a round. Faces and edges are compared with a
+body as boxes in the frame of the body.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tatamu.simulators.native.compiled import kernel
+from tatamu.simulators.native.contact.bodies.state import Bodies, Candidates, Pose
+from tatamu.simulators.native.contact.state import ContactMesh
+
+MARGIN = 0.01
+"""Wide candidates are this much farther than those in contact, at most [m]."""
+WEAR = 0.7
+"""They are searched again once this part of the margin may be used up [-]; the rest is for what contact moves."""
+SLACK = 5e-4
+"""Narrow candidates may come nearer than their velocities say, by forces and contact, but by no more than this [m]."""
+
+
+@kernel
+def _longest_motion(x: np.ndarray, start: np.ndarray) -> float:
+    """The longest way of a vertex between two sets of positions [m]."""
+    square = 0.0
+    for v in range(x.shape[0]):
+        dx = x[v, 0] - start[v, 0]
+        dy = x[v, 1] - start[v, 1]
+        dz = x[v, 2] - start[v, 2]
+        square = max(square, dx * dx + dy * dy + dz * dz)
+    return np.sqrt(square)
+
+
+@kernel
+def _body_motion(bodies: Bodies, before: Pose, after: Pose) -> float:
+    """A bound on the way of any point on or near a body between two poses [m]."""
+    longest = 0.0
+    for b in range(bodies.radius.shape[0]):
+        half = bodies.half[b]
+        away = bodies.radius[b] + 2.0 * MARGIN
+        away += np.sqrt(half[0] * half[0] + half[1] * half[1] + half[2] * half[2])
+        moved = 0.0
+        turned = 0.0
+        for k in range(3):
+            moved += (after.position[b, k] - before.position[b, k]) ** 2
+            for j in range(3):
+                turned += (after.rotation[b, k, j] - before.rotation[b, k, j]) ** 2
+        longest = max(longest, np.sqrt(moved) + away * np.sqrt(turned))
+    return longest
+
+
+@kernel
+def refresh(x: np.ndarray, longest_way: float, mesh: ContactMesh, bodies: Bodies) -> None:
+    """Find the candidates of a round.
+
+    Args:
+        x: Positions at the start of the round [m], shape (n, 3).
+        longest_way: How far a vertex may move in the round [m].
+        mesh: The mesh.
+        bodies: Placed for the round.
+    """
+    near = bodies.near
+    moves = longest_way + _body_motion(bodies, bodies.start, bodies.end)
+    worn = _longest_motion(x, near.searched_at) + _body_motion(bodies, near.searched_pose, bodies.start)
+    search = worn + moves > WEAR * MARGIN
+    if search:
+        near.searched_at[:] = x
+        near.searched_pose.position[:] = bodies.start.position
+        near.searched_pose.rotation[:] = bodies.start.rotation
+    marked = np.zeros(mesh.inverse_mass.shape[0], dtype=np.bool_)
+    all_vertices = np.arange(mesh.inverse_mass.shape[0])
+    all_edges = np.arange(mesh.edges.shape[0])
+    all_faces = np.arange(mesh.faces.shape[0])
+    for b in range(bodies.radius.shape[0]):
+        rotation = bodies.start.rotation[b]
+        position = bodies.start.position[b]
+        reach = bodies.radius[b] + 0.5 * mesh.thickness + moves
+        wide = near.wide
+        counts = wide.counts[b]
+        if search:
+            far = bodies.half[b] + (reach + MARGIN)
+            _to_local(x, rotation, position, all_vertices, near.local)
+            _filter(mesh, near.local, far, all_vertices, all_edges, all_faces, marked, b, wide)
+        else:
+            _to_local(x, rotation, position, wide.vertices[b, : counts[0]], near.local)
+        far = bodies.half[b] + (reach + SLACK)
+        _filter(
+            mesh,
+            near.local,
+            far,
+            wide.vertices[b, : counts[0]],
+            wide.edges[b, : counts[1]],
+            wide.faces[b, : counts[2]],
+            marked,
+            b,
+            near.narrow,
+        )
+
+
+@kernel
+def _to_local(
+    x: np.ndarray, rotation: np.ndarray, position: np.ndarray, vertices: np.ndarray, local: np.ndarray
+) -> None:
+    """Positions of some vertices in the frame of a body."""
+    for i in range(vertices.shape[0]):
+        v = vertices[i]
+        dx = x[v, 0] - position[0]
+        dy = x[v, 1] - position[1]
+        dz = x[v, 2] - position[2]
+        for k in range(3):
+            local[v, k] = rotation[0, k] * dx + rotation[1, k] * dy + rotation[2, k] * dz
+
+
+@kernel
+def _reaches(local: np.ndarray, a: int, b: int, c: int, far: np.ndarray) -> bool:
+    """Whether the box around three vertices, in the frame of a body, reaches into a box with these half sizes."""
+    for k in range(3):
+        if min(local[a, k], local[b, k], local[c, k]) > far[k] or max(local[a, k], local[b, k], local[c, k]) < -far[k]:
+            return False
+    return True
+
+
+@kernel
+def _filter(
+    mesh: ContactMesh,
+    local: np.ndarray,
+    far: np.ndarray,
+    vertices: np.ndarray,
+    edges: np.ndarray,
+    faces: np.ndarray,
+    marked: np.ndarray,
+    b: int,
+    out: Candidates,
+) -> None:
+    """List those of some faces, edges and vertices that reach into the box around body b, in the same order."""
+    count = 0
+    for i in range(faces.shape[0]):
+        t = faces[i]
+        p, q, r = mesh.faces[t, 0], mesh.faces[t, 1], mesh.faces[t, 2]
+        if _reaches(local, p, q, r, far):
+            out.faces[b, count] = t
+            count += 1
+            marked[p] = True
+            marked[q] = True
+            marked[r] = True
+    out.counts[b, 2] = count
+    count = 0
+    for i in range(edges.shape[0]):
+        p, q = mesh.edges[edges[i], 0], mesh.edges[edges[i], 1]
+        if marked[p] and marked[q] and _reaches(local, p, q, q, far):
+            out.edges[b, count] = edges[i]
+            count += 1
+    out.counts[b, 1] = count
+    count = 0
+    for i in range(vertices.shape[0]):
+        if marked[vertices[i]]:
+            marked[vertices[i]] = False
+            out.vertices[b, count] = vertices[i]
+            count += 1
+    out.counts[b, 0] = count
