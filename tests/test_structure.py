@@ -30,6 +30,7 @@ ORDER = [
     ["disturbances"],
     ["evaluation"],
     ["robustness"],
+    ["envs"],
     ["study"],
     ["report"],
     ["crosscheck", "margins"],
