@@ -11,12 +11,12 @@ import argparse
 from typing import Any
 
 from benchmarks.tables import markdown, publish
-from tatamu.learning.reachable import check_reach
 
 from tatamu.errors import InputError
-from tatamu.folding.task import Reach, make_job
+from tatamu.folding.task import Reach, make_task
 from tatamu.robots import ReachConstraint, Robot
 from tatamu.robots.presets import PAIRS, Mount, facing, pair_of_arms, side_by_side
+from tatamu.study.reachable import check_reach
 
 SPACING = 0.03
 """Of the meshes [m]: grasps lie on vertices."""
@@ -32,7 +32,7 @@ def reaches(robot: Robot, garment: str, size: tuple[float, float]) -> bool:
     constraint = ReachConstraint(robot)
     reach = Reach(robot.name, constraint, constraint.refusal, constraint.forget)
     try:
-        check_reach(make_job(garment, size=size, spacing=SPACING, reach=reach))
+        check_reach(make_task(garment, size=size, spacing=SPACING, reach=reach))
     except InputError:
         return False
     return True
