@@ -48,7 +48,13 @@ def links_of(model: Any) -> dict[str, trimesh.Trimesh]:
         shape = _mesh_of(model, geom)
         shape.apply_transform(pose)
         found.setdefault(model.body(model.geom_bodyid[geom]).name, []).append(shape)
-    return {name: trimesh.util.concatenate(shapes) for name, shapes in found.items()}
+    return {name: _joined(shapes) for name, shapes in found.items()}
+
+
+def _joined(shapes: list[trimesh.Trimesh]) -> trimesh.Trimesh:
+    joined = trimesh.util.concatenate(shapes)
+    assert isinstance(joined, trimesh.Trimesh)
+    return joined
 
 
 def _mesh_of(model: Any, geom: int) -> trimesh.Trimesh:
