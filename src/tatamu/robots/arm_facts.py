@@ -248,7 +248,7 @@ XARM7 = SerialArm(
         rpy=(0.0, 0.0, 0.0),
         palm=((-0.038, -0.087, -0.009), (0.038, 0.087, 0.108)),
         fingers=(0.016, 0.087),
-        fingertip=0.172,
+        fingertip=0.172,  # assumed, from no source that could be read again: measure your gripper
         mass=0.8,
     ),
     ready=(0.0, -0.247, 0.0, 0.909, 0.0, 1.15644, 0.0),
@@ -318,7 +318,7 @@ UR5E = SerialArm(
         rpy=(-RIGHT, 0.0, 0.0),
         palm=((-0.038, -0.075, 0.0), (0.038, 0.075, 0.111)),
         fingers=(0.011, 0.075),
-        fingertip=0.1628,
+        fingertip=0.1628,  # assumed, from no source that could be read again: measure your gripper
         mass=0.9,
     ),
     ready=(0.0, -RIGHT, RIGHT, -RIGHT, -RIGHT, 0.0),
