@@ -9,6 +9,11 @@ TatamuError
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pydantic import ValidationError
+
 LONGEST = 1500
 """Texts of more characters are shortened in the middle: the file at the start and the advice at the end stay."""
 
@@ -47,3 +52,23 @@ class SimulationError(TatamuError):
 
 class WorkerKilledError(SimulationError):
     """A computation ended the processes it ran in, or never answered, until it was given up."""
+
+
+def describe(error: ValidationError) -> str:
+    """One line for the first wrong field: where it is, what is allowed, what was given."""
+    errors = error.errors(include_url=False)
+    first = errors[0]
+    where = ".".join(str(part) for part in first["loc"]) or "(whole file)"
+    message = first["msg"].removeprefix("Value error, ").removeprefix("Assertion failed, ")
+    if first["type"] in ("model_type", "dict_type"):
+        message = "must be a table (an object)"
+    if first["type"] == "literal_error":
+        message = f"must be {first['ctx']['expected']}".replace("'", "")
+    given = "" if first["type"] in ("missing", "value_error") else f", given {_short(first['input'])}"
+    more = sum(other["loc"] != first["loc"][: len(other["loc"])] for other in errors[1:])  # not what holds it
+    return f"{where}: {message}{given}" + (f" (and {more} more)" if more else "")
+
+
+def _short(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."

@@ -22,7 +22,7 @@ from numpy.lib import format as npy
 from pydantic import BaseModel, TypeAdapter, ValidationError
 from pydantic_core import SchemaValidator
 
-from tatamu.errors import InputError, UnavailableError
+from tatamu.errors import InputError, UnavailableError, describe
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -302,21 +302,3 @@ def _failing_fast(schema: Any) -> Any:
         return schema
     changed = {key: _failing_fast(part) for key, part in schema.items()}
     return {**changed, "fail_fast": True} if schema.get("type") in ("list", "tuple", "set") else changed
-
-
-def describe(error: ValidationError) -> str:
-    """One line for the first wrong field: where it is, what is allowed, what was given."""
-    errors = error.errors(include_url=False)
-    first = errors[0]
-    where = ".".join(str(part) for part in first["loc"]) or "(whole file)"
-    message = first["msg"].removeprefix("Value error, ").removeprefix("Assertion failed, ")
-    if first["type"] in ("model_type", "dict_type"):
-        message = "must be a table (an object)"
-    given = "" if first["type"] in ("missing", "value_error") else f", given {_short(first['input'])}"
-    more = sum(other["loc"] != first["loc"][: len(other["loc"])] for other in errors[1:])  # not what holds it
-    return f"{where}: {message}{given}" + (f" (and {more} more)" if more else "")
-
-
-def _short(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."

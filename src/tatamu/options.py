@@ -10,8 +10,7 @@ from typing import Any, Literal, Self
 
 from pydantic import ConfigDict, Field, StrictBool, StrictInt, ValidationError, model_validator
 
-from tatamu.errors import InputError
-from tatamu.files import describe
+from tatamu.errors import InputError, describe
 from tatamu.records import Record
 
 MOST_PARALLEL = 16

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tatamu.cli.app import app
-from tatamu.material import UNSAID
 
 if TYPE_CHECKING:
     from tatamu.presets import Preset
@@ -86,6 +85,8 @@ def _lines(presets: list[Preset]) -> Iterator[str]:
 
 def described(preset: Preset) -> str:
     """Everything known of one preset, one field per line."""
+    from tatamu.material import UNSAID
+
     lines = [f"{preset.name}: {preset.preset.title}. A preset: somebody else's cloth.", preset.preset.note]
     for name, unit in UNITS.items():
         if name in UNSAID and name not in preset.material.model_fields_set:
