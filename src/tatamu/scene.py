@@ -7,84 +7,27 @@ from __future__ import annotations
 
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import BeforeValidator, Field, PlainSerializer, model_validator
+from pydantic import Field, model_validator
 
+from tatamu.arrays import LARGEST, Edges, Triangles, edges
+from tatamu.arrays import Index as Index
+from tatamu.arrays import Points as Points
+from tatamu.body import Body
+from tatamu.clearance import deepest
 from tatamu.errors import InputError
 from tatamu.files import read_json, validated, write_text
 from tatamu.material import GRAVITY, Material, Number
 from tatamu.records import Record
 from tatamu.topology import check_mesh
 
-LARGEST = 1e3
-"""Coordinates and displacements beyond this [m] are refused: they are a unit error, not a cloth."""
-
-LARGEST_INDEX = 2**53
-"""No index of a vertex is so large; floating point numbers below it are exact."""
-
 LEAST_IN_PLANE = 1e-3
 """Least part of a fibre's direction that lies in the plane of its triangle [-]."""
 
 SAME_TIME = 1e-9
 """A time earlier by no more than this [s] counts as the same: a sum of steps misses a knot by as much."""
-
-
-def _floats(value: Any) -> np.ndarray:
-    try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise ValueError("must be a list of [x, y, z] numbers in metres") from None
-    if array.ndim != 2 or array.shape[1] != 3:
-        raise ValueError(f"must be a list of [x, y, z], given an array of shape {array.shape}")
-    if not np.isfinite(array).all():
-        raise ValueError(f"must be finite, row {int(np.argmin(np.isfinite(array).all(1)))} is not")
-    if np.abs(array).max(initial=0.0) > LARGEST:
-        raise ValueError(f"must lie within {LARGEST:g} m of the origin, given {np.abs(array).max():g} m")
-    array.setflags(write=False)
-    return array
-
-
-def _indices(value: Any, width: int, what: str) -> np.ndarray:
-    array = np.array(value if len(value) else np.empty((0, width)))
-    if array.ndim != 2 or array.shape[1] != width:
-        raise ValueError(f"must be a list of {what}, given an array of shape {array.shape}")
-    if array.dtype.kind not in "iuf" or not (np.abs(array) < LARGEST_INDEX).all():
-        raise ValueError(f"must be a list of {what} with whole numbers")
-    whole = array.astype(np.int64)
-    if not (whole == array).all():
-        raise ValueError(f"must be a list of {what} with whole numbers")
-    whole.setflags(write=False)
-    return whole
-
-
-def _faces(value: Any) -> np.ndarray:
-    return _guarded(value, 3, "[i, j, k]")
-
-
-def _edges(value: Any) -> np.ndarray:
-    return _guarded(value, 2, "[i, j]")
-
-
-def _guarded(value: Any, width: int, what: str) -> np.ndarray:
-    try:
-        return _indices(value, width, what)
-    except (TypeError, OverflowError):
-        raise ValueError(f"must be a list of {what}") from None
-    except ValueError as error:
-        text = str(error)
-        raise ValueError(text if text.startswith("must") else f"must be a list of {what}") from None
-
-
-def _plain(array: np.ndarray) -> list[Any]:
-    return array.tolist()
-
-
-Points = Annotated[np.ndarray, BeforeValidator(_floats), PlainSerializer(_plain)]
-Triangles = Annotated[np.ndarray, BeforeValidator(_faces), PlainSerializer(_plain)]
-Edges = Annotated[np.ndarray, BeforeValidator(_edges), PlainSerializer(_plain)]
-Index = Annotated[int, Field(ge=0, strict=True)]
 
 
 def _check_fibre(rest: np.ndarray, faces: np.ndarray, fibre: np.ndarray) -> None:
@@ -110,7 +53,7 @@ class Cloth(Record):
     """Triangles, shape (m, 3)."""
     rest_vertices: Points | None = None
     """The unstrained shape [m], shape (n, 3); None: `vertices`."""
-    seams: Edges = Field(default_factory=lambda: _edges([]))
+    seams: Edges = Field(default_factory=lambda: edges([]))
     """Mesh edges that hinge freely, shape (s, 2)."""
     fibre: Points | None = None
     """Direction of the warp in the unstrained shape, shape (m, 3), or (1, 3) for all triangles, of which the part in
@@ -193,13 +136,15 @@ class Gripper(Record):
 
 
 class Scene(Record):
-    """Cloth, material, table, hands and time: the whole input of a simulator."""
+    """Cloth, material, table, hands, rigid bodies and time: the whole input of a simulator."""
 
     version: Literal[1] = 1
     cloth: Cloth
     material: Material
     table: Table | None = None
     grippers: list[Gripper] = Field(default_factory=list)
+    bodies: list[Body] = Field(default_factory=list)
+    """Rigid bodies that the cloth collides with."""
     gravity: Number = Field(GRAVITY, ge=0.0, le=1e3)
     """Downward acceleration [m/s^2]."""
     duration: Number = Field(gt=0.0, le=3600.0)
@@ -219,6 +164,13 @@ class Scene(Record):
             for other in range(number):
                 if gripper.holds(self.grippers[other]):
                     raise ValueError(f"grippers {other} and {number} hold the same vertex at the same time")
+        for number, body in enumerate(self.bodies):
+            depth = 0.5 * self.material.thickness + deepest(body, self.cloth.vertices, self.cloth.faces)
+            if depth > self.material.thickness:
+                raise ValueError(
+                    f"bodies.{number} must begin outside the cloth, or inside it by at most its thickness "
+                    f"({self.material.thickness:g} m), given {depth:.3g} m; move the body or the cloth"
+                )
         if self.frames > 200_000:
             raise ValueError(f"duration x frame_rate must be at most 200000 frames, given {self.frames}")
         return self

@@ -22,6 +22,7 @@ from tatamu.scene import Cloth, Gripper, Scene, Table
 from tatamu.simulators.many import processors
 from tatamu.simulators.native import air
 from tatamu.simulators.native.contact import edge_edge, impact_zones, table, vertex_face
+from tatamu.simulators.native.contact.bodies import sweep as rigid
 from tatamu.simulators.native.elastic import bending, membrane
 from tatamu.simulators.native.simulation import Simulation
 from tatamu.simulators.native.step import advance
@@ -89,6 +90,7 @@ def calls(system: System) -> list[tuple[Any, tuple[Any, ...]]]:
         (membrane.largest_stretch, (state.X, elastic.membrane)),
         (edge_edge.sweep, (*contact, seconds, part)),
         (vertex_face.sweep, (*contact, seconds, part)),
+        (rigid.sweep, (*contact[:3], system.bodies, system.options, seconds, part)),
         (impact_zones.hold, contact),
         (
             table.sweep,

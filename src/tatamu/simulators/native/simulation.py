@@ -9,6 +9,7 @@ from tatamu.material import Material
 from tatamu.scene import Cloth, Scene
 from tatamu.simulators.native.air import Air, air_of, surface_of
 from tatamu.simulators.native.contact import broad_phase
+from tatamu.simulators.native.contact.bodies.state import bodies_of
 from tatamu.simulators.native.contact.projection import Positions
 from tatamu.simulators.native.contact.state import initial_state
 from tatamu.simulators.native.contact.table import TablePlane
@@ -61,6 +62,7 @@ class Simulation:
             mesh=self.mesh,
             contact=self.contact,
             air=air,
+            bodies=bodies_of(scene.bodies, self.sizes.outer_step, self.steps, self.mesh),
             plane=_plane(scene),
             sizes=self.sizes,
             options=compiled,

@@ -17,6 +17,7 @@ from tatamu.simulators.native import air as surroundings
 from tatamu.simulators.native.air import Air
 from tatamu.simulators.native.compiled import inlined, kernel, unlocked
 from tatamu.simulators.native.contact import gauss_seidel
+from tatamu.simulators.native.contact.bodies.state import place
 from tatamu.simulators.native.elastic import bending, membrane
 from tatamu.simulators.native.model import ElasticModel
 from tatamu.simulators.native.system import Hands, Span, State, System
@@ -187,7 +188,10 @@ def _outer_step(system: System, hands: Hands, number: int) -> bool:
         if not _gather(state.X, state.slot, positions.x, positions.predicted) < farthest * farthest:
             return False
         elapsed = (until - done) * sizes.substep
-        correction = gauss_seidel.resolve(positions, system.mesh, system.contact, system.plane, system.options, elapsed)
+        place(system.bodies, number, done / total, until / total)
+        correction = gauss_seidel.resolve(
+            positions, system.mesh, system.contact, system.bodies, system.plane, system.options, elapsed
+        )
         _scatter(positions.x, positions.predicted, state.slot, state.X, state.V, 1.0 / elapsed)
         longest = max(longest, correction)
         done = until

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tatamu.simulators.native.air import Air, AirSurface
+from tatamu.simulators.native.contact.bodies.state import Bodies
 from tatamu.simulators.native.contact.projection import Positions
 from tatamu.simulators.native.contact.state import ContactMesh, ContactState
 from tatamu.simulators.native.contact.table import TablePlane
@@ -80,6 +81,7 @@ class System(NamedTuple):
     mesh: ContactMesh
     contact: ContactState
     air: Air
+    bodies: Bodies
     plane: TablePlane
     sizes: StepSizes
     options: ContactOptions

@@ -11,6 +11,9 @@ import numpy as np
 
 from tatamu.simulators.native.compiled import inlined, kernel
 from tatamu.simulators.native.contact import broad_phase, edge_edge, impact_zones, motion, table, vertex_face
+from tatamu.simulators.native.contact.bodies import near
+from tatamu.simulators.native.contact.bodies import sweep as rigid
+from tatamu.simulators.native.contact.bodies.state import Bodies
 from tatamu.simulators.native.contact.projection import Positions
 from tatamu.simulators.native.contact.state import ContactMesh, ContactState
 from tatamu.simulators.native.contact.table import TablePlane
@@ -22,15 +25,18 @@ def _sweep(
     positions: Positions,
     mesh: ContactMesh,
     contact: ContactState,
+    bodies: Bodies,
     plane: TablePlane,
     options: ContactOptions,
     step: float,
     restored: float,
 ) -> float:
-    """One sweep over edges, vertices and the table; the smallest gap before, as part of what the pair should keep."""
+    """One sweep over edges, vertices, bodies and the table; the smallest gap before, as part of what it should be."""
     contact.counters.sweep += 1
     edge_gap = edge_edge.sweep(positions, mesh, contact, options, step, restored)
     gap = vertex_face.sweep(positions, mesh, contact, options, step, restored)
+    if bodies.radius.shape[0]:
+        gap = min(gap, 2.0 * rigid.sweep(positions, mesh, contact, bodies, options, step, restored))
     if plane.present:  # last, so that it carries what the layers hand down
         table.sweep(positions, mesh.inverse_mass, contact, plane, options, step)
     return min(gap, edge_gap / options.edge_gap) / mesh.thickness
@@ -53,6 +59,7 @@ def resolve(
     positions: Positions,
     mesh: ContactMesh,
     contact: ContactState,
+    bodies: Bodies,
     plane: TablePlane,
     options: ContactOptions,
     step: float,
@@ -63,6 +70,7 @@ def resolve(
         positions: Positions to correct, and those that they came from.
         mesh: The mesh.
         contact: What contact remembers.
+        bodies: Rigid bodies, placed for this round.
         plane: The table.
         options: All of contact's, `restored` as an array.
         step: Time since the start of the round [s].
@@ -72,6 +80,8 @@ def resolve(
     """
     counters = contact.counters
     broad_phase.refresh(positions, mesh, contact, options)
+    if bodies.radius.shape[0]:
+        near.refresh(positions, mesh, bodies)
     most_sweeps = len(options.restored)
     if counters.rounds > 1:
         most_sweeps = min(most_sweeps, options.sweeps_of_many)
@@ -80,7 +90,7 @@ def resolve(
         restored = options.restored[number]
         if gap >= restored:
             break
-        gap = _sweep(positions, mesh, contact, plane, options, step, restored)
+        gap = _sweep(positions, mesh, contact, bodies, plane, options, step, restored)
     longest = _largest_correction(positions.x, positions.predicted)
     if longest > options.calm * mesh.thickness or counters.rounds > 1:
         motion.reach(positions, contact)  # what contact moved may have come near to what sleeps

@@ -1,0 +1,71 @@
+"""Arrays as fields of records: validated on construction, read-only, plain lists in files."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import BeforeValidator, Field, PlainSerializer
+
+LARGEST = 1e3
+"""Coordinates and displacements beyond this [m] are refused: they are a unit error, not a cloth."""
+
+LARGEST_INDEX = 2**53
+"""No index of a vertex is so large; floating point numbers below it are exact."""
+
+
+def _floats(value: Any) -> np.ndarray:
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError("must be a list of [x, y, z] numbers in metres") from None
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ValueError(f"must be a list of [x, y, z], given an array of shape {array.shape}")
+    if not np.isfinite(array).all():
+        raise ValueError(f"must be finite, row {int(np.argmin(np.isfinite(array).all(1)))} is not")
+    if np.abs(array).max(initial=0.0) > LARGEST:
+        raise ValueError(f"must lie within {LARGEST:g} m of the origin, given {np.abs(array).max():g} m")
+    array.setflags(write=False)
+    return array
+
+
+def _indices(value: Any, width: int, what: str) -> np.ndarray:
+    array = np.array(value if len(value) else np.empty((0, width)))
+    if array.ndim != 2 or array.shape[1] != width:
+        raise ValueError(f"must be a list of {what}, given an array of shape {array.shape}")
+    if array.dtype.kind not in "iuf" or not (np.abs(array) < LARGEST_INDEX).all():
+        raise ValueError(f"must be a list of {what} with whole numbers")
+    whole = array.astype(np.int64)
+    if not (whole == array).all():
+        raise ValueError(f"must be a list of {what} with whole numbers")
+    whole.setflags(write=False)
+    return whole
+
+
+def _faces(value: Any) -> np.ndarray:
+    return _guarded(value, 3, "[i, j, k]")
+
+
+def edges(value: Any) -> np.ndarray:
+    """Pairs of whole numbers, shape (e, 2); an empty list has none."""
+    return _guarded(value, 2, "[i, j]")
+
+
+def _guarded(value: Any, width: int, what: str) -> np.ndarray:
+    try:
+        return _indices(value, width, what)
+    except (TypeError, OverflowError):
+        raise ValueError(f"must be a list of {what}") from None
+    except ValueError as error:
+        text = str(error)
+        raise ValueError(text if text.startswith("must") else f"must be a list of {what}") from None
+
+
+def _plain(array: np.ndarray) -> list[Any]:
+    return array.tolist()
+
+
+Points = Annotated[np.ndarray, BeforeValidator(_floats), PlainSerializer(_plain)]
+Triangles = Annotated[np.ndarray, BeforeValidator(_faces), PlainSerializer(_plain)]
+Edges = Annotated[np.ndarray, BeforeValidator(edges), PlainSerializer(_plain)]
+Index = Annotated[int, Field(ge=0, strict=True)]

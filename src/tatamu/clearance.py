@@ -1,0 +1,104 @@
+"""How far cloth is from a rigid body, its faces included: a thin finger may pierce a triangle between its corners.
+
+The signed distance of a body is convex. Over a triangle it is therefore above each plane that touches it at a corner,
+which clears almost all triangles at once; over the others its minimum is found by nested golden sections: of a convex
+function over a triangle, the minimum along each line parallel to a side is again convex from line to line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from tatamu.body import Body
+
+GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
+SECTIONS = 24
+"""Golden sections in each direction: a side of 20 mm is cut down to 0.2 micrometres."""
+
+
+def deepest(body: Body, points: np.ndarray, faces: np.ndarray, time: float = 0.0) -> float:
+    """How far the cloth's mid-surface reaches into a body [m]; negative if it is outside.
+
+    Args:
+        body: The body.
+        points: Positions of the vertices [m], shape (n, 3).
+        faces: Triangles, shape (m, 3).
+        time: When [s].
+    """
+    return -float(distances(body, points, faces, time, below=0.0).min())
+
+
+def distances(body: Body, points: np.ndarray, faces: np.ndarray, time: float, below: float = np.inf) -> np.ndarray:
+    """Smallest signed distance of each triangle from a body [m], shape (m,).
+
+    Args:
+        body: The body.
+        points: Positions of the vertices [m], shape (n, 3).
+        faces: Triangles, shape (m, 3).
+        time: When [s].
+        below: Triangles farther away than this are not looked at closely; their smallest corner stands for them [m].
+    """
+    local = body.local(points, time)
+    at_vertices = body.distance(local)
+    least = np.asarray(at_vertices[faces].min(axis=1))
+    unclear = np.flatnonzero(_bound(body, local, at_vertices, faces) < below)
+    if len(unclear):
+        least[unclear] = np.minimum(least[unclear], _minimum(body, local[faces[unclear]]))
+    return least
+
+
+def _bound(body: Body, local: np.ndarray, at_vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """A lower bound of the distance over each triangle, by its tangent planes at the corners [m], shape (m,)."""
+    normals = _normals(body, local)
+    corners = local[faces]
+    bounds = [
+        (np.einsum("mk,mck->mc", normals[faces[:, c]], corners - corners[:, c, None]).min(axis=1))
+        + at_vertices[faces[:, c]]
+        for c in range(3)
+    ]
+    return np.asarray(np.max(bounds, axis=0))
+
+
+def _normals(body: Body, local: np.ndarray) -> np.ndarray:
+    """A unit normal of the body next to each point in its frame, shape (n, 3)."""
+    q = np.abs(local) - body.core
+    signs = np.where(local >= 0.0, 1.0, -1.0)
+    outside = np.maximum(q, 0.0)
+    length = np.linalg.norm(outside, axis=1, keepdims=True)
+    inside = np.eye(3)[np.argmax(q, axis=1)]
+    return np.asarray(signs * np.where(length > 0.0, outside / np.maximum(length, 1e-300), inside))
+
+
+def _minimum(body: Body, corners: np.ndarray) -> np.ndarray:
+    """The minimum of the distance over triangles in the frame of the body [m], shape (k,); corners (k, 3, 3)."""
+    a, b, c = (corners[:, k] for k in range(3))
+
+    def along(part: np.ndarray) -> np.ndarray:
+        """The minimum on the line parallel to side b-c that is this part of the way from a."""
+        start = a + part[:, None] * (b - a)
+        side = part[:, None] * (c - b)
+        return _golden(lambda s: body.distance(start + s[:, None] * side), len(a))
+
+    return _golden(along, len(a))
+
+
+def _golden(values: Callable[[np.ndarray], np.ndarray], count: int) -> np.ndarray:
+    """The least value of convex functions of a number from 0 to 1, `count` of them at a time, shape (count,)."""
+    low = np.zeros(count)
+    high = np.ones(count)
+    left = high - GOLDEN * (high - low)
+    right = low + GOLDEN * (high - low)
+    at_left = values(left)
+    at_right = values(right)
+    least = np.minimum(np.minimum(values(low), values(high)), np.minimum(at_left, at_right))
+    for _ in range(SECTIONS):
+        lower = at_left < at_right
+        high = np.where(lower, right, high)
+        low = np.where(lower, low, left)
+        left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+        at_left = values(left)
+        at_right = values(right)
+        least = np.minimum(least, np.minimum(at_left, at_right))
+    return np.asarray(least)

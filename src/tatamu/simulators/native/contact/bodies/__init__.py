@@ -1,0 +1,34 @@
+"""Contact of cloth with rigid bodies: by how much does a moving body push the cloth, and how far does it drag it along?
+
+Every body is a *rounded box*: a core (a box with half sizes h; a segment or a point if some of these are zero) and
+everything within a radius of it. A sphere is a rounded point, a capsule a rounded segment, so one signed distance
+serves all shapes:
+
+    q = |p| - h,   d(p) = |max(q, 0)| + min(max(q_x, q_y, q_z), 0) - r        p in the body's frame
+
+The distance is convex. The part of a triangle that is nearest to a body is therefore at a vertex, inside an edge, or
+inside the face, and each is found by itself:
+
+    vertex   d at the vertex
+    edge     the minimum of d along the edge, by bisection of its derivative
+    face     a corner of the core over the inside of the triangle: the normal of the triangle then lies in the corner's
+             normal cone, and the body is on the side of the triangle on which its centre was
+
+The mid-surface of the cloth stays half a thickness from the body. A pair that is closer is pushed apart along the
+normal n, shared by inverse masses (the body has none); the tangential part is Coulomb friction against the moving
+surface. Slip is measured in the frame of the body, from where the cloth was at the start of the round to where it is,
+so that a body that moves or turns carries the cloth along:
+
+    s = R1' (x - c1) - R0' (x0 - c0),   s_t = s - (n s) n,   s_t shrinks by min(1, mu push / |s_t|)
+
+The side of a body on which cloth lies is that at the start of the round, which is legal, as everywhere in contact: what
+came nearer than its path is long, and now has a normal that points against the earlier one, has passed through the
+body, and is measured from the tangent plane of the earlier side.
+
+    state        the bodies as arrays: shapes, paths, poses of the round, candidates
+    rounded_box  the distance and its normal, and its minimum along an edge
+    near         candidates: vertices, edges and faces near each body, kept until something may have come near
+    sweep        the corrections
+
+No state is carried from round to round except the candidates, on which nothing depends as long as they are complete.
+"""

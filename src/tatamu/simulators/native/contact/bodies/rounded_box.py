@@ -1,0 +1,87 @@
+"""The signed distance of a rounded box, its normal, and its minimum along an edge; all in the frame of the body."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tatamu.simulators.native.compiled import kernel
+
+BISECTIONS = 14
+"""Halvings of an edge: a cell of 20 mm is cut down to about a micrometre."""
+LEVEL = 1e-9
+"""An edge that rises less steeply than this over the surface is level with it [-]."""
+
+
+@kernel
+def distance(half: np.ndarray, radius: float, x: float, y: float, z: float) -> tuple[float, float, float, float]:
+    """Signed distance of a point, and the unit normal of the surface next to it.
+
+    Args:
+        half: Half sizes of the core [m], shape (3,).
+        radius: Radius around the core [m].
+        x: The point [m].
+        y: See x.
+        z: See x.
+
+    Returns:
+        The distance [m], negative inside, and the normal, which points outwards.
+    """
+    qx = abs(x) - half[0]
+    qy = abs(y) - half[1]
+    qz = abs(z) - half[2]
+    sx = 1.0 if x >= 0.0 else -1.0
+    sy = 1.0 if y >= 0.0 else -1.0
+    sz = 1.0 if z >= 0.0 else -1.0
+    if qx <= 0.0 and qy <= 0.0 and qz <= 0.0:  # in the core: out through the nearest of its faces
+        if qx >= qy and qx >= qz:
+            return qx - radius, sx, 0.0, 0.0
+        if qy >= qz:
+            return qy - radius, 0.0, sy, 0.0
+        return qz - radius, 0.0, 0.0, sz
+    qx = max(qx, 0.0)
+    qy = max(qy, 0.0)
+    qz = max(qz, 0.0)
+    away = np.sqrt(qx * qx + qy * qy + qz * qz)
+    return away - radius, sx * qx / away, sy * qy / away, sz * qz / away
+
+
+@kernel
+def along_edge(half: np.ndarray, radius: float, a: np.ndarray, b: np.ndarray, within: float) -> float:
+    """Where along an edge the distance is smallest, if that is inside the edge and the distance may be small enough.
+
+    Args:
+        half: Half sizes of the core [m], shape (3,).
+        radius: Radius around the core [m].
+        a: Beginning of the edge [m], shape (3,).
+        b: End of the edge [m], shape (3,).
+        within: Edges that keep this distance are of no interest [m].
+
+    Returns:
+        The fraction of the edge; -1 if the distance is smallest at an end, or nowhere below `within`.
+    """
+    ex = b[0] - a[0]
+    ey = b[1] - a[1]
+    ez = b[2] - a[2]
+    at_a, nx, ny, nz = distance(half, radius, a[0], a[1], a[2])
+    down = nx * ex + ny * ey + nz * ez  # change of the distance over the edge, by its slope at the beginning
+    at_b, nx, ny, nz = distance(half, radius, b[0], b[1], b[2])
+    up = nx * ex + ny * ey + nz * ez
+    if down >= 0.0 or up <= 0.0:
+        return -1.0
+    meet = (at_b - up - at_a) / (down - up)
+    if at_a + down * meet >= within:  # where the tangents at both ends meet: a convex function is above its tangents
+        return -1.0
+    low = 0.0
+    high = 1.0
+    level = LEVEL * np.sqrt(ex * ex + ey * ey + ez * ez)
+    for _ in range(BISECTIONS):
+        s = 0.5 * (low + high)
+        _, nx, ny, nz = distance(half, radius, a[0] + s * ex, a[1] + s * ey, a[2] + s * ez)
+        slope = nx * ex + ny * ey + nz * ez
+        if abs(slope) <= level:
+            return s
+        if slope < 0.0:
+            low = s
+        else:
+            high = s
+    return 0.5 * (low + high)

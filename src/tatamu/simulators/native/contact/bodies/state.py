@@ -1,0 +1,153 @@
+"""Rigid bodies as arrays: shapes, paths, the poses of a round, and the candidates for contact.
+
+Shapes and paths are constants of a scene. `place` writes the poses at the start and at the end of each round; `near`
+writes the candidates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from tatamu.body import Body
+from tatamu.simulators.native.compiled import kernel
+from tatamu.simulators.native.contact.state import ContactMesh
+
+CORNERS = 8
+"""Corners of a core, at most."""
+
+
+class Pose(NamedTuple):
+    """Where the bodies are, at some instant."""
+
+    rotation: np.ndarray
+    """From the frame of each body to the world, shape (b, 3, 3)."""
+    position: np.ndarray
+    """Its centre [m], shape (b, 3)."""
+
+
+class Near(NamedTuple):
+    """Candidates for contact, and where everything was when they were searched. Written by `near`."""
+
+    vertices: np.ndarray
+    """Vertices near each body, shape (b, n); `count[:, 0]` of them are in use."""
+    edges: np.ndarray
+    """Edges near each body, shape (b, e); `count[:, 1]` of them are in use."""
+    faces: np.ndarray
+    """Faces near each body, shape (b, m); `count[:, 2]` of them are in use."""
+    count: np.ndarray
+    """Shape (b, 3)."""
+    searched_at: np.ndarray
+    """Positions of the vertices [m], shape (n, 3); not finite before the first search."""
+    searched_pose: Pose
+    local: np.ndarray
+    """Scratch: positions in the frame of a body at the end of the round [m], shape (n, 3)."""
+    local0: np.ndarray
+    """Scratch: the same at its start."""
+
+
+class Bodies(NamedTuple):
+    """All bodies of a scene; b is their number, which may be zero."""
+
+    half: np.ndarray
+    """Half sizes of the core [m], shape (b, 3)."""
+    radius: np.ndarray
+    """Radius around the core [m], shape (b,)."""
+    friction: np.ndarray
+    """Coulomb coefficient of cloth on the body [-], shape (b,)."""
+    corners: np.ndarray
+    """Corners of the core [m], shape (b, CORNERS, 3)."""
+    corner_count: np.ndarray
+    """Corners in use: 1 of a sphere, 2 of a capsule, 8 of a box; shape (b,)."""
+    positions: np.ndarray
+    """Centres at the beginning of each outer step [m], shape (b, steps + 1, 3)."""
+    orientations: np.ndarray
+    """Unit quaternions (w, x, y, z) at the beginning of each outer step, shape (b, steps + 1, 4)."""
+    start: Pose
+    """At the start of the round."""
+    end: Pose
+    """At its end."""
+    near: Near
+
+
+def bodies_of(bodies: Sequence[Body], outer_step: float, steps: int, mesh: ContactMesh) -> Bodies:
+    """The bodies of a scene, with room for candidates.
+
+    Args:
+        bodies: The scene's.
+        outer_step: Length of an outer step [s].
+        steps: Number of outer steps.
+        mesh: The mesh of the cloth.
+    """
+    count = len(bodies)
+    times = np.arange(steps + 1) * outer_step
+    positions = np.empty((count, steps + 1, 3))
+    orientations = np.empty((count, steps + 1, 4))
+    corners = np.zeros((count, CORNERS, 3))
+    corner_count = np.ones(count, dtype=np.int64)
+    for number, body in enumerate(bodies):
+        positions[number], orientations[number] = body.path(times)
+        signs = [(-1.0, 1.0) if half > 0.0 else (0.0,) for half in body.core]
+        own = np.array(list(product(*signs))) * body.core
+        corners[number, : len(own)] = own
+        corner_count[number] = len(own)
+    vertices = len(mesh.inverse_mass)
+    return Bodies(
+        half=np.array([body.core for body in bodies]).reshape(count, 3),
+        radius=np.array([body.radius for body in bodies]).reshape(count),
+        friction=np.array([body.friction for body in bodies]).reshape(count),
+        corners=corners,
+        corner_count=corner_count,
+        positions=positions,
+        orientations=orientations,
+        start=_no_pose(count),
+        end=_no_pose(count),
+        near=Near(
+            vertices=np.zeros((count, vertices), dtype=np.int64),
+            edges=np.zeros((count, len(mesh.edges)), dtype=np.int64),
+            faces=np.zeros((count, len(mesh.faces)), dtype=np.int64),
+            count=np.zeros((count, 3), dtype=np.int64),
+            searched_at=np.full((vertices, 3), np.inf),
+            searched_pose=_no_pose(count),
+            local=np.zeros((vertices, 3)),
+            local0=np.zeros((vertices, 3)),
+        ),
+    )
+
+
+def _no_pose(count: int) -> Pose:
+    return Pose(np.zeros((count, 3, 3)), np.zeros((count, 3)))
+
+
+@kernel
+def _set_pose(pose: Pose, b: int, position: np.ndarray, orientation: np.ndarray, number: int, fraction: float) -> None:
+    """Set the pose of body b at a fraction of an outer step; within a step it turns by a small angle."""
+    later = min(number + 1, position.shape[0] - 1)
+    q = np.empty(4)
+    for k in range(3):
+        pose.position[b, k] = position[number, k] + fraction * (position[later, k] - position[number, k])
+    for k in range(4):
+        q[k] = orientation[number, k] + fraction * (orientation[later, k] - orientation[number, k])
+    scale = 1.0 / np.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    w, x, y, z = scale * q[0], scale * q[1], scale * q[2], scale * q[3]
+    rotation = pose.rotation[b]
+    rotation[0, 0] = 1.0 - 2.0 * (y * y + z * z)
+    rotation[0, 1] = 2.0 * (x * y - w * z)
+    rotation[0, 2] = 2.0 * (x * z + w * y)
+    rotation[1, 0] = 2.0 * (x * y + w * z)
+    rotation[1, 1] = 1.0 - 2.0 * (x * x + z * z)
+    rotation[1, 2] = 2.0 * (y * z - w * x)
+    rotation[2, 0] = 2.0 * (x * z - w * y)
+    rotation[2, 1] = 2.0 * (y * z + w * x)
+    rotation[2, 2] = 1.0 - 2.0 * (x * x + y * y)
+
+
+@kernel
+def place(bodies: Bodies, number: int, begin: float, end: float) -> None:
+    """Set the poses at the start and at the end of a round: from one fraction of outer step `number` to another."""
+    for b in range(bodies.radius.shape[0]):
+        _set_pose(bodies.start, b, bodies.positions[b], bodies.orientations[b], number, begin)
+        _set_pose(bodies.end, b, bodies.positions[b], bodies.orientations[b], number, end)
