@@ -33,13 +33,13 @@ class Near(NamedTuple):
     """Candidates for contact, and where everything was when they were searched. Written by `near`."""
 
     vertices: np.ndarray
-    """Vertices near each body, shape (b, n); `count[:, 0]` of them are in use."""
+    """Vertices near each body, shape (b, n); `counts[:, 0]` of them are in use."""
     edges: np.ndarray
-    """Edges near each body, shape (b, e); `count[:, 1]` of them are in use."""
+    """Edges near each body, shape (b, e); `counts[:, 1]` of them are in use."""
     faces: np.ndarray
-    """Faces near each body, shape (b, m); `count[:, 2]` of them are in use."""
-    count: np.ndarray
-    """Shape (b, 3)."""
+    """Faces near each body, shape (b, m); `counts[:, 2]` of them are in use."""
+    counts: np.ndarray
+    """How many vertices, edges and faces are near each body, shape (b, 3)."""
     searched_at: np.ndarray
     """Positions of the vertices [m], shape (n, 3); not finite before the first search."""
     searched_pose: Pose
@@ -109,7 +109,7 @@ def bodies_of(bodies: Sequence[Body], outer_step: float, steps: int, mesh: Conta
             vertices=np.zeros((count, vertices), dtype=np.int64),
             edges=np.zeros((count, len(mesh.edges)), dtype=np.int64),
             faces=np.zeros((count, len(mesh.faces)), dtype=np.int64),
-            count=np.zeros((count, 3), dtype=np.int64),
+            counts=np.zeros((count, 3), dtype=np.int64),
             searched_at=np.full((vertices, 3), np.inf),
             searched_pose=_no_pose(count),
             local=np.zeros((vertices, 3)),

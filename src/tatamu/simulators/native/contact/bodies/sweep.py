@@ -213,13 +213,13 @@ def _vertices(
 ) -> float:
     """Correct the vertices near a body; the smallest gap [m]."""
     smallest = rule.wanted
+    clear = rule.wanted + frame.radius + rule.passing
     weights = (1.0, 0.0, 0.0)
     for i in range(near.shape[0]):
-        corners = (near[i], near[i], near[i])
-        if _beyond_a_face(
-            frame.local, near[i], near[i], near[i], frame.half, rule.wanted + frame.radius + rule.passing
-        ):
+        v = near[i]
+        if _beyond_a_face(frame.local, v, v, v, frame.half, clear):
             continue
+        corners = (v, v, v)
         gap, gap_at_start, normal = _gap(frame, corners, weights)
         if gap < rule.wanted:
             found = _correct(
@@ -367,7 +367,7 @@ def sweep(
     near = bodies.near
     activity = contact.activity
     for b in range(bodies.radius.shape[0]):
-        if near.count[b, 2] == 0:
+        if near.counts[b, 2] == 0:
             continue
         frame = Frame(
             bodies.half[b],
@@ -379,7 +379,7 @@ def sweep(
             near.local,
             near.local0,
         )
-        vertices = near.vertices[b, : near.count[b, 0]]
+        vertices = near.vertices[b, : near.counts[b, 0]]
         way = _enter(frame, positions, vertices)
         thin = bodies.radius[b] + min(frame.half[0], frame.half[1], frame.half[2])
         rule = Rule(
@@ -394,8 +394,8 @@ def sweep(
             passing=way if way > thin else 0.0,
         )
         at_vertices = _vertices(positions, mesh, activity, frame, rule, vertices)
-        at_edges = _edges(positions, mesh, activity, frame, rule, near.edges[b, : near.count[b, 1]])
+        at_edges = _edges(positions, mesh, activity, frame, rule, near.edges[b, : near.counts[b, 1]])
         points = bodies.corners[b, : bodies.corner_count[b]]
-        at_faces = _faces(positions, mesh, activity, frame, rule, near.faces[b, : near.count[b, 2]], points)
+        at_faces = _faces(positions, mesh, activity, frame, rule, near.faces[b, : near.counts[b, 2]], points)
         smallest = min(smallest, at_vertices, at_edges, at_faces)
     return smallest
