@@ -17,7 +17,9 @@ from tatamu.simulators.native import air as surroundings
 from tatamu.simulators.native.air import Air
 from tatamu.simulators.native.compiled import inlined, kernel, unlocked
 from tatamu.simulators.native.contact import gauss_seidel
-from tatamu.simulators.native.contact.bodies.state import place
+from tatamu.simulators.native.contact.bodies import near
+from tatamu.simulators.native.contact.bodies import sweep as rigid
+from tatamu.simulators.native.contact.bodies.state import Bodies, place
 from tatamu.simulators.native.elastic import bending, membrane
 from tatamu.simulators.native.model import ElasticModel
 from tatamu.simulators.native.system import Hands, Span, State, System
@@ -150,6 +152,61 @@ def _scatter(x: np.ndarray, predicted: np.ndarray, slot: np.ndarray, X: np.ndarr
         row_w[s] += rate * (x[i, 2] - predicted[i, 2])
 
 
+@kernel
+def _longest_way(V: np.ndarray, seconds: float) -> float:
+    """How far the fastest vertex goes in a time [s], at its present velocity [m]."""
+    square = 0.0
+    for s in range(V.shape[1]):
+        square = max(square, V[0, s] * V[0, s] + V[1, s] * V[1, s] + V[2, s] * V[2, s])
+    return seconds * np.sqrt(square)
+
+
+@kernel
+def _gather_near(X: np.ndarray, slot: np.ndarray, bodies: Bodies, to_start: bool) -> None:
+    """Positions of the vertices near bodies from slots, as those at the start of a membrane step or at its end."""
+    positions = bodies.near.positions
+    for b in range(bodies.radius.shape[0]):
+        for i in range(bodies.near.narrow.counts[b, 0]):
+            v = bodies.near.narrow.vertices[b, i]
+            for k in range(3):
+                if to_start:
+                    positions.start[v, k] = X[k, slot[v]]
+                else:
+                    positions.x[v, k] = X[k, slot[v]]
+                    positions.predicted[v, k] = X[k, slot[v]]
+
+
+@kernel
+def _scatter_near(state: State, bodies: Bodies, h: float, ahead: float) -> None:
+    """Corrected positions of the vertices near bodies to slots, corrections to velocities, and look ahead again."""
+    positions = bodies.near.positions
+    for b in range(bodies.radius.shape[0]):
+        for i in range(bodies.near.narrow.counts[b, 0]):
+            v = bodies.near.narrow.vertices[b, i]
+            s = state.slot[v]
+            for k in range(3):
+                state.V[k, s] += (positions.x[v, k] - positions.predicted[v, k]) / h
+                state.X[k, s] = positions.x[v, k]
+                state.Y[k, s] = positions.x[v, k] + ahead * state.V[k, s]
+                positions.predicted[v, k] = positions.x[v, k]  # another body may be near it, too
+                positions.start[v, k] = positions.x[v, k]
+
+
+@kernel
+def _meet_bodies(system: System, begin: float, end: float, number: int) -> None:
+    """Contact with bodies after a membrane step, from one fraction of outer step `number` to another.
+
+    Cloth that hangs over a finger pulls each vertex there by millimetres in an outer step, which is too much for one
+    correction, but not in a membrane step.
+    """
+    state = system.state
+    h = system.sizes.substep
+    place(system.bodies, number, begin, end)
+    _gather_near(state.X, state.slot, system.bodies, False)
+    rigid.sweep(system.bodies.near.positions, system.mesh, system.contact, system.bodies, system.options, h, 1.0)
+    _scatter_near(state, system.bodies, h, system.sizes.damping)
+
+
 @inlined
 def _outer_step(system: System, hands: Hands, number: int) -> bool:
     """Make one outer step; whether the cloth stayed near enough and finite."""
@@ -175,9 +232,14 @@ def _outer_step(system: System, hands: Hands, number: int) -> bool:
     per_round = (total + counters.rounds - 1) // counters.rounds
     longest = 0.0
     done = 0
+    rigid_bodies = system.bodies.radius.shape[0] > 0
     while done < total:
         positions.start[:] = positions.x
         until = min(done + per_round, total)
+        if rigid_bodies:
+            place(system.bodies, number, done / total, until / total)
+            near.refresh(positions.x, _longest_way(state.V, (until - done) * sizes.substep), system.mesh, system.bodies)
+            _gather_near(state.X, state.slot, system.bodies, True)
         for substep in range(done, until):
             kicked = substep % sizes.substeps_per_kick == 0
             if kicked:
@@ -185,6 +247,8 @@ def _outer_step(system: System, hands: Hands, number: int) -> bool:
             if kicked or substep == done:  # bending or contact came after the last look ahead
                 _look_ahead(state.Y, state.X, state.V, sizes.damping)
             _substep(state, system.elastic, system.air, sizes.substep, sizes.damping)
+            if rigid_bodies:
+                _meet_bodies(system, substep / total, (substep + 1) / total, number)
         if not _gather(state.X, state.slot, positions.x, positions.predicted) < farthest * farthest:
             return False
         elapsed = (until - done) * sizes.substep

@@ -11,7 +11,6 @@ import numpy as np
 
 from tatamu.simulators.native.compiled import inlined, kernel
 from tatamu.simulators.native.contact import broad_phase, edge_edge, impact_zones, motion, table, vertex_face
-from tatamu.simulators.native.contact.bodies import near
 from tatamu.simulators.native.contact.bodies import sweep as rigid
 from tatamu.simulators.native.contact.bodies.state import Bodies
 from tatamu.simulators.native.contact.projection import Positions
@@ -36,7 +35,7 @@ def _sweep(
     edge_gap = edge_edge.sweep(positions, mesh, contact, options, step, restored)
     gap = vertex_face.sweep(positions, mesh, contact, options, step, restored)
     if bodies.radius.shape[0]:
-        gap = min(gap, 2.0 * rigid.sweep(positions, mesh, contact, bodies, options, step, restored))
+        rigid.sweep(positions, mesh, contact, bodies, options, step, restored)
     if plane.present:  # last, so that it carries what the layers hand down
         table.sweep(positions, mesh.inverse_mass, contact, plane, options, step)
     return min(gap, edge_gap / options.edge_gap) / mesh.thickness
@@ -80,8 +79,6 @@ def resolve(
     """
     counters = contact.counters
     broad_phase.refresh(positions, mesh, contact, options)
-    if bodies.radius.shape[0]:
-        near.refresh(positions, mesh, bodies)
     most_sweeps = len(options.restored)
     if counters.rounds > 1:
         most_sweeps = min(most_sweeps, options.sweeps_of_many)

@@ -1,7 +1,8 @@
 """Broad phase of bodies: which vertices, edges and faces are near each of them.
 
-Candidates are searched with a margin, and again once cloth and bodies together may have used it up. Faces are compared
-with a body as boxes in the frame of the body; edges and vertices are those of the faces that are near.
+In two steps: *wide* candidates are searched among all faces with a margin, and again once cloth and bodies together may
+have used it up; *narrow* ones are those of them that may meet the body in a round. Faces and edges are compared with a
+body as boxes in the frame of the body.
 """
 
 from __future__ import annotations
@@ -9,14 +10,15 @@ from __future__ import annotations
 import numpy as np
 
 from tatamu.simulators.native.compiled import kernel
-from tatamu.simulators.native.contact.bodies.state import Bodies, Near, Pose
-from tatamu.simulators.native.contact.projection import Positions
+from tatamu.simulators.native.contact.bodies.state import Bodies, Candidates, Pose
 from tatamu.simulators.native.contact.state import ContactMesh
 
 MARGIN = 0.01
-"""Candidates are this much farther than those in contact, at most [m]."""
-WEAR = 0.8
-"""They are searched again once this part of the margin may be used up [-]."""
+"""Wide candidates are this much farther than those in contact, at most [m]."""
+WEAR = 0.7
+"""They are searched again once this part of the margin may be used up [-]; the rest is for what contact moves."""
+SLACK = 5e-4
+"""Narrow candidates may come nearer than their velocities say, by forces and contact, but by no more than this [m]."""
 
 
 @kernel
@@ -50,28 +52,60 @@ def _body_motion(bodies: Bodies, before: Pose, after: Pose) -> float:
 
 
 @kernel
-def refresh(positions: Positions, mesh: ContactMesh, bodies: Bodies) -> None:
-    """Search candidates again, at the start of the round, if they are worn out."""
+def refresh(x: np.ndarray, longest_way: float, mesh: ContactMesh, bodies: Bodies) -> None:
+    """Find the candidates of a round.
+
+    Args:
+        x: Positions at the start of the round [m], shape (n, 3).
+        longest_way: How far a vertex may move in the round [m].
+        mesh: The mesh.
+        bodies: Placed for the round.
+    """
     near = bodies.near
-    worn = _longest_motion(positions.x, near.searched_at) + _body_motion(bodies, near.searched_pose, bodies.end)
-    if worn <= WEAR * MARGIN:
-        return
-    moves = _longest_motion(positions.x, positions.start) + _body_motion(bodies, bodies.start, bodies.end)
-    near.searched_at[:] = positions.start
-    near.searched_pose.position[:] = bodies.start.position
-    near.searched_pose.rotation[:] = bodies.start.rotation
+    moves = longest_way + _body_motion(bodies, bodies.start, bodies.end)
+    worn = _longest_motion(x, near.searched_at) + _body_motion(bodies, near.searched_pose, bodies.start)
+    search = worn + moves > WEAR * MARGIN
+    if search:
+        near.searched_at[:] = x
+        near.searched_pose.position[:] = bodies.start.position
+        near.searched_pose.rotation[:] = bodies.start.rotation
     marked = np.zeros(mesh.inverse_mass.shape[0], dtype=np.bool_)
-    edge_marked = np.zeros(mesh.edges.shape[0], dtype=np.bool_)
+    all_vertices = np.arange(mesh.inverse_mass.shape[0])
+    all_edges = np.arange(mesh.edges.shape[0])
+    all_faces = np.arange(mesh.faces.shape[0])
     for b in range(bodies.radius.shape[0]):
-        reach = bodies.radius[b] + 0.5 * mesh.thickness + MARGIN + moves
-        _to_local(positions.start, bodies.start.rotation[b], bodies.start.position[b], near.local)
-        _search(mesh, near, b, bodies.half[b], reach, marked, edge_marked)
+        rotation = bodies.start.rotation[b]
+        position = bodies.start.position[b]
+        reach = bodies.radius[b] + 0.5 * mesh.thickness + moves
+        wide = near.wide
+        counts = wide.counts[b]
+        if search:
+            far = bodies.half[b] + (reach + MARGIN)
+            _to_local(x, rotation, position, all_vertices, near.local)
+            _filter(mesh, near.local, far, all_vertices, all_edges, all_faces, marked, b, wide)
+        else:
+            _to_local(x, rotation, position, wide.vertices[b, : counts[0]], near.local)
+        far = bodies.half[b] + (reach + SLACK)
+        _filter(
+            mesh,
+            near.local,
+            far,
+            wide.vertices[b, : counts[0]],
+            wide.edges[b, : counts[1]],
+            wide.faces[b, : counts[2]],
+            marked,
+            b,
+            near.narrow,
+        )
 
 
 @kernel
-def _to_local(x: np.ndarray, rotation: np.ndarray, position: np.ndarray, local: np.ndarray) -> None:
-    """All positions in the frame of a body."""
-    for v in range(x.shape[0]):
+def _to_local(
+    x: np.ndarray, rotation: np.ndarray, position: np.ndarray, vertices: np.ndarray, local: np.ndarray
+) -> None:
+    """Positions of some vertices in the frame of a body."""
+    for i in range(vertices.shape[0]):
+        v = vertices[i]
         dx = x[v, 0] - position[0]
         dy = x[v, 1] - position[1]
         dz = x[v, 2] - position[2]
@@ -80,46 +114,49 @@ def _to_local(x: np.ndarray, rotation: np.ndarray, position: np.ndarray, local: 
 
 
 @kernel
-def _search(
-    mesh: ContactMesh,
-    near: Near,
-    b: int,
-    half: np.ndarray,
-    reach: float,
-    marked: np.ndarray,
-    edge_marked: np.ndarray,
-) -> None:
-    """List the faces whose boxes in the frame of body b reach into its box, and their edges and vertices, in order."""
-    local = near.local
-    marked[:] = False
-    edge_marked[:] = False
-    count = 0
-    for t in range(mesh.faces.shape[0]):
-        i, j, m = mesh.faces[t, 0], mesh.faces[t, 1], mesh.faces[t, 2]
-        apart = False
-        for k in range(3):
-            far = half[k] + reach
-            low = min(local[i, k], local[j, k], local[m, k])
-            high = max(local[i, k], local[j, k], local[m, k])
-            apart |= low > far or high < -far
-        if apart:
-            continue
-        near.faces[b, count] = t
-        count += 1
-        for k in range(3):
-            marked[mesh.faces[t, k]] = True
-            edge_marked[mesh.face_edges[t, k]] = True
-    near.counts[b, 0] = _list(marked, near.vertices[b])
-    near.counts[b, 1] = _list(edge_marked, near.edges[b])
-    near.counts[b, 2] = count
+def _reaches(local: np.ndarray, a: int, b: int, c: int, far: np.ndarray) -> bool:
+    """Whether the box around three vertices, in the frame of a body, reaches into a box with these half sizes."""
+    for k in range(3):
+        if min(local[a, k], local[b, k], local[c, k]) > far[k] or max(local[a, k], local[b, k], local[c, k]) < -far[k]:
+            return False
+    return True
 
 
 @kernel
-def _list(marked: np.ndarray, out: np.ndarray) -> int:
-    """List what is marked; how much it is."""
+def _filter(
+    mesh: ContactMesh,
+    local: np.ndarray,
+    far: np.ndarray,
+    vertices: np.ndarray,
+    edges: np.ndarray,
+    faces: np.ndarray,
+    marked: np.ndarray,
+    b: int,
+    out: Candidates,
+) -> None:
+    """List those of some faces, edges and vertices that reach into the box around body b, in the same order."""
     count = 0
-    for i in range(marked.shape[0]):
-        if marked[i]:
-            out[count] = i
+    for i in range(faces.shape[0]):
+        t = faces[i]
+        p, q, r = mesh.faces[t, 0], mesh.faces[t, 1], mesh.faces[t, 2]
+        if _reaches(local, p, q, r, far):
+            out.faces[b, count] = t
             count += 1
-    return count
+            marked[p] = True
+            marked[q] = True
+            marked[r] = True
+    out.counts[b, 2] = count
+    count = 0
+    for i in range(edges.shape[0]):
+        p, q = mesh.edges[edges[i], 0], mesh.edges[edges[i], 1]
+        if marked[p] and marked[q] and _reaches(local, p, q, q, far):
+            out.edges[b, count] = edges[i]
+            count += 1
+    out.counts[b, 1] = count
+    count = 0
+    for i in range(vertices.shape[0]):
+        if marked[vertices[i]]:
+            marked[vertices[i]] = False
+            out.vertices[b, count] = vertices[i]
+            count += 1
+    out.counts[b, 0] = count

@@ -14,6 +14,7 @@ import numpy as np
 
 from tatamu.body import Body
 from tatamu.simulators.native.compiled import kernel
+from tatamu.simulators.native.contact.projection import Positions
 from tatamu.simulators.native.contact.state import ContactMesh
 
 CORNERS = 8
@@ -29,20 +30,31 @@ class Pose(NamedTuple):
     """Its centre [m], shape (b, 3)."""
 
 
+class Candidates(NamedTuple):
+    """Parts of the cloth near each body, in the order of their numbers."""
+
+    vertices: np.ndarray
+    """Shape (b, n); `counts[:, 0]` of them are in use."""
+    edges: np.ndarray
+    """Shape (b, e); `counts[:, 1]` of them are in use."""
+    faces: np.ndarray
+    """Shape (b, m); `counts[:, 2]` of them are in use."""
+    counts: np.ndarray
+    """How many vertices, edges and faces are near each body, shape (b, 3)."""
+
+
 class Near(NamedTuple):
     """Candidates for contact, and where everything was when they were searched. Written by `near`."""
 
-    vertices: np.ndarray
-    """Vertices near each body, shape (b, n); `counts[:, 0]` of them are in use."""
-    edges: np.ndarray
-    """Edges near each body, shape (b, e); `counts[:, 1]` of them are in use."""
-    faces: np.ndarray
-    """Faces near each body, shape (b, m); `counts[:, 2]` of them are in use."""
-    counts: np.ndarray
-    """How many vertices, edges and faces are near each body, shape (b, 3)."""
+    wide: Candidates
+    """Within a margin, kept over many rounds."""
+    narrow: Candidates
+    """Those of them that may meet the body in the present round."""
     searched_at: np.ndarray
     """Positions of the vertices [m], shape (n, 3); not finite before the first search."""
     searched_pose: Pose
+    positions: Positions
+    """Of the vertices near any body in a membrane step; of others they are old."""
     local: np.ndarray
     """Scratch: positions in the frame of a body at the end of the round [m], shape (n, 3)."""
     local0: np.ndarray
@@ -106,12 +118,11 @@ def bodies_of(bodies: Sequence[Body], outer_step: float, steps: int, mesh: Conta
         start=_no_pose(count),
         end=_no_pose(count),
         near=Near(
-            vertices=np.zeros((count, vertices), dtype=np.int64),
-            edges=np.zeros((count, len(mesh.edges)), dtype=np.int64),
-            faces=np.zeros((count, len(mesh.faces)), dtype=np.int64),
-            counts=np.zeros((count, 3), dtype=np.int64),
+            wide=_no_candidates(count, mesh),
+            narrow=_no_candidates(count, mesh),
             searched_at=np.full((vertices, 3), np.inf),
             searched_pose=_no_pose(count),
+            positions=Positions(np.zeros((vertices, 3)), np.zeros((vertices, 3)), np.zeros((vertices, 3))),
             local=np.zeros((vertices, 3)),
             local0=np.zeros((vertices, 3)),
         ),
@@ -120,6 +131,15 @@ def bodies_of(bodies: Sequence[Body], outer_step: float, steps: int, mesh: Conta
 
 def _no_pose(count: int) -> Pose:
     return Pose(np.zeros((count, 3, 3)), np.zeros((count, 3)))
+
+
+def _no_candidates(count: int, mesh: ContactMesh) -> Candidates:
+    return Candidates(
+        vertices=np.zeros((count, len(mesh.inverse_mass)), dtype=np.int64),
+        edges=np.zeros((count, len(mesh.edges)), dtype=np.int64),
+        faces=np.zeros((count, len(mesh.faces)), dtype=np.int64),
+        counts=np.zeros((count, 3), dtype=np.int64),
+    )
 
 
 @kernel

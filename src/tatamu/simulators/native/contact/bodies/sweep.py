@@ -21,6 +21,8 @@ from tatamu.simulators.native.options import ContactOptions
 CONE = 0.1
 """A corner counts as the one nearest to a triangle if the normal leaves its normal cone by no more than this sine:
 several corners of a face that is nearly level with the triangle then share the load."""
+LEVER = 2.0
+"""No vertex is moved by more than this times the push [-]: next to a held vertex, a push has a short lever."""
 CLEAR = 0.98
 """Edges and faces beyond a face of the core by this part of the gap are left to their vertices."""
 
@@ -188,8 +190,11 @@ def _correct(
     lx = push * nx - held * sx
     ly = push * ny - held * sy
     lz = push * nz - held * sz
+    lever = 1.0
     for v, w in ((a, wa), (b, wb), (c, wc)):
-        part = w * inverse_mass[v] / weight
+        lever = min(lever, LEVER * weight / (w * inverse_mass[v] + TINY_LENGTH))
+    for v, w in ((a, wa), (b, wb), (c, wc)):
+        part = lever * w * inverse_mass[v] / weight
         if part == 0.0:
             continue
         if push > rule.noticeable:
@@ -364,7 +369,7 @@ def sweep(
     """
     kept = 0.5 * mesh.thickness
     smallest = kept
-    near = bodies.near
+    near = bodies.near.narrow
     activity = contact.activity
     for b in range(bodies.radius.shape[0]):
         if near.counts[b, 2] == 0:
@@ -376,8 +381,8 @@ def sweep(
             bodies.end.position[b],
             bodies.start.rotation[b],
             bodies.start.position[b],
-            near.local,
-            near.local0,
+            bodies.near.local,
+            bodies.near.local0,
         )
         vertices = near.vertices[b, : near.counts[b, 0]]
         way = _enter(frame, positions, vertices)
