@@ -42,6 +42,12 @@ NATIVE = {
     "layer gap": 0.10,
     "stack creep": 1e-4,  # m in 10 s
     "crossings": 0,
+    # rigid bodies
+    "capstan": 0.05,
+    "carried": 0.02,
+    "dragged": 0.05,
+    "penetration": 0.1,  # of the thickness
+    "drape": 0.5,  # mm, half a thickness
     # mesh
     "rank correlation": 0.95,  # at least
     "best": 2e-3,  # m

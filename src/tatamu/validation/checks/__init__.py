@@ -6,6 +6,7 @@ from tatamu.validation.check import Check
 from tatamu.validation.checks import (
     air,
     bending,
+    bodies,
     determinism,
     friction,
     hysteresis,
@@ -26,6 +27,7 @@ FAMILIES = (
     orthotropy,
     hysteresis,
     friction,
+    bodies,
     stack,
     tangle,
     refinement,

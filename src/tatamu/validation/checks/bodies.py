@@ -1,0 +1,282 @@
+"""Cloth on rigid bodies: friction on what stands and on what moves, penetration, symmetry and energy.
+
+Capstan: around a cylinder that a strip touches over an angle theta, tensions per width on both sides differ by
+
+    T1 / T0 = e^(mu theta)
+
+once it slips (Euler and Eytelwein), whatever the radius. Both ends are held and moved along at one speed; tensions are
+read off the strains of the straight parts.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from tatamu.body import Body
+from tatamu.clearance import distances
+from tatamu.material import GRAVITY, Material
+from tatamu.rollout import Rollout
+from tatamu.scene import Cloth, Gripper, Scene
+from tatamu.validation.check import Case, Check
+from tatamu.validation.checks.friction import threshold
+from tatamu.validation.checks.motion import masses, mechanical
+from tatamu.validation.findings import Curve, Figure, Findings, relative, small
+from tatamu.validation.meshes import mirrored, right
+from tatamu.validation.scenes import flat, raised
+from tatamu.validation.subject import Subject
+
+FABRIC = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-6, poisson_ratio=0.0)
+DRAPED = FABRIC.model_copy(update={"bending_rigidity": 1e-4, "air_drag": 2.0})
+"""It comes to rest soon."""
+HALF = 0.5 * FABRIC.thickness
+RADIUS = 0.03
+"""Of the cylinder [m]."""
+FREE = 0.1
+"""Length of each straight part of the strip around the cylinder [m]."""
+ROW = 0.005
+STRAIN = 0.02
+"""Of the strip before it is moved [-]."""
+PULL = 0.1
+"""The strip is stretched until then [s]."""
+SPEED = 0.05
+"""Of the strip along the cylinder [m/s]."""
+ALONG_Y = [np.sqrt(0.5), -np.sqrt(0.5), 0.0, 0.0]
+"""Orientation that turns z to y."""
+TIPPED = 0.5 * np.arccos(np.sqrt(1.0 / 3.0))
+ON_A_CORNER = [np.cos(TIPPED), np.sin(TIPPED) * np.sqrt(0.5), -np.sin(TIPPED) * np.sqrt(0.5), 0.0]
+"""Orientation in which the corner (1, 1, 1) of a cube is its highest point."""
+SMALL = 0.06
+"""Half the side of a cloth that hangs down a sphere on all sides without buckling, in which it could not be symmetric
+for long [m]."""
+SLIPPED = 1e-3
+"""Way against the box after which a strip is said to have been left behind [m]."""
+
+
+def strip_around(mu: float, angle: float) -> Scene:
+    """A strip around a cylinder along y, over an angle [rad], stretched and then pulled around it."""
+    radius = RADIUS + HALF
+    length = radius * angle + 2 * FREE
+    plan, faces = right(length, 0.02, ROW)
+    arc = plan[:, 0] - 0.5 * length
+    turned = np.clip(arc / radius, -0.5 * angle, 0.5 * angle)
+    beyond = arc - radius * turned
+    points = np.column_stack(
+        [
+            radius * np.sin(turned) + beyond * np.cos(turned),
+            plan[:, 1] - 0.01,
+            radius * np.cos(turned) - beyond * np.sin(turned),
+        ]
+    )
+    grippers = []
+    for side in (-1.0, 1.0):
+        end = np.flatnonzero(np.isclose(plan[:, 0], 0.0 if side < 0 else length))
+        ahead = np.array([np.cos(0.5 * angle), 0.0, -side * np.sin(0.5 * angle)])  # in the direction of the arc
+        stretched = 0.5 * STRAIN * length * side * ahead
+        moved = stretched + 0.4 * FREE * ahead
+        times = [0.0, PULL, PULL + 0.4 * FREE / SPEED]
+        grippers.append(Gripper(vertices=end.tolist(), times=times, displacements=[np.zeros(3), stretched, moved]))
+    cylinder = Body(
+        name="cylinder",
+        shape="capsule",
+        size=[RADIUS, 0.05],
+        friction=mu,
+        positions=[[0, 0, 0]],
+        orientations=[ALONG_Y],
+    )
+    return Scene(
+        cloth=Cloth(vertices=points, faces=faces, rest_vertices=raised(plan)),
+        material=FABRIC,
+        grippers=grippers,
+        bodies=[cylinder],
+        gravity=0.0,
+        duration=PULL + 0.4 * FREE / SPEED,
+        frame_rate=100,
+    )
+
+
+def tensions(scene: Scene, rollout: Rollout) -> np.ndarray:
+    """Tension per width of both straight parts in every frame [N/m], shape (f, 2)."""
+    along = scene.cloth.rest[:, 0]
+    length = along.max()
+    found = []
+    for near, far in ((0.01, 0.04), (length - 0.01, length - 0.04)):
+        rows = [np.unique(along)[np.argmin(np.abs(np.unique(along) - x))] for x in (near, far)]
+        ends = [rollout.positions[:, np.isclose(along, row)].mean(axis=1) for row in rows]
+        stretch = np.linalg.norm(ends[1] - ends[0], axis=1) / abs(rows[1] - rows[0])
+        found.append(0.5 * scene.material.stretch_stiffness * stretch * (stretch**2 - 1.0))
+    return np.column_stack(found)
+
+
+def capstan(subject: Subject, mu: float, degrees: float) -> Findings:
+    """Ratio of the tensions on both sides of a cylinder that a strip slips around."""
+    scene = strip_around(mu, np.radians(degrees))
+    rollout = subject.simulate(scene)
+    pulled = tensions(scene, rollout)
+    late = rollout.times > PULL + 0.2 * FREE / SPEED
+    got = float(pulled[late, 1].mean() / pulled[late, 0].mean())
+    wanted = float(np.exp(mu * np.radians(degrees)))
+    yield relative("T1 / T0", wanted, got, subject.limit("capstan"), f"{degrees:g} deg, μ = {mu:g}")
+    yield Curve("capstan", f"μ = {mu:g}", np.array([degrees]), np.array([got]))
+    angles = np.linspace(0.0, 200.0, 41)
+    yield Curve("capstan", f"e^({mu:g} θ)", angles, np.exp(mu * np.radians(angles)), reference=True)
+
+
+def on_moving_box(mu: float, acceleration: float) -> Scene:
+    """A strip on a box that moves off with an acceleration [m/s^2]."""
+    mesh = right(0.1, 0.04, 0.02)
+    times = np.arange(501) * 1e-3
+    way = 0.5 * acceleration * times**2
+    positions = np.column_stack([way + 0.05, 0 * way + 0.02, 0 * way - 0.01])
+    box = Body(name="box", shape="box", size=[0.2, 0.1, 0.01], friction=mu, times=times.tolist(), positions=positions)
+    return Scene(cloth=flat(mesh, HALF), material=FABRIC, bodies=[box], duration=0.5, frame_rate=100)
+
+
+def left_behind(subject: Subject, mu: float, acceleration: float) -> float:
+    """How far a strip has stayed behind a box after half a second [m]."""
+    scene = on_moving_box(mu, acceleration)
+    moved = subject.simulate(scene).positions[-1] - scene.cloth.vertices
+    return float(scene.bodies[0].path(np.array([0.5]))[0][0, 0] - 0.05 - moved[:, 0].mean())
+
+
+def carried(subject: Subject, mu: float) -> Findings:
+    """The acceleration at which a box leaves a strip behind, and how far it does at 1.1 times that."""
+    wanted = mu * GRAVITY
+    found = threshold(lambda a: left_behind(subject, mu, a) > SLIPPED, wanted, 0.1 * wanted, 0.002 * wanted)
+    yield relative("acceleration at which it is left behind [m/s²]", wanted, found, subject.limit("carried"))
+    slip = 0.5 * 0.1 * wanted * 0.25
+    yield relative("way behind at 1.1 μ g [m]", slip, left_behind(subject, mu, 1.1 * wanted), subject.limit("carried"))
+
+
+def drawn_out(mu: float, table: float) -> Scene:
+    """A cloth on three boxes with level tops, of which the middle one, a long finger, is drawn away along y."""
+    mesh = right(0.2, 0.1, 0.02)
+    fixed = [
+        Body(name=side, shape="box", size=[0.2, 0.5, 0.01], friction=table, positions=[[x, 0.05, -0.01]])
+        for side, x in (("left", -0.13), ("right", 0.33))
+    ]
+    finger = Body(
+        name="finger",
+        shape="box",
+        size=[0.03, 0.8, 0.01],
+        friction=mu,
+        times=[0.0, 0.2],
+        positions=[[0.1, -0.3, -0.01], [0.1, 0.1, -0.01]],
+    )
+    return Scene(cloth=flat(mesh, HALF), material=FABRIC, bodies=[*fixed, finger], duration=0.2, frame_rate=100)
+
+
+def dragged(subject: Subject, mu: float, table: float) -> Findings:
+    """How far a finger that is drawn out from under a cloth drags it: a = g (phi mu - (1 - phi) mu_table)."""
+    scene = drawn_out(mu, table)
+    under = np.abs(scene.cloth.vertices[:, 0] - 0.1) < 0.03
+    share = masses(scene)[under].sum() / masses(scene).sum()
+    wanted = 0.5 * GRAVITY * (share * mu - (1.0 - share) * table) * 0.2**2
+    moved = subject.simulate(scene).positions[-1] - scene.cloth.vertices
+    got = float(masses(scene) @ moved[:, 1] / masses(scene).sum())
+    yield relative("way that it is dragged [m]", float(wanted), got, subject.limit("dragged"))
+
+
+OBSTACLES = {
+    "sphere": Body(name="sphere", shape="sphere", size=[0.1], positions=[[0, 0, -0.1]]),
+    "cylinder": Body(
+        name="cylinder", shape="capsule", size=[0.02, 0.2], positions=[[0, 0, -0.02]], orientations=[ALONG_Y]
+    ),
+    "finger": Body(name="finger", shape="box", size=[0.01, 0.05, 0.004], positions=[[0, 0, -0.004]]),
+    "corner": Body(
+        name="corner",
+        shape="box",
+        size=[0.05, 0.05, 0.05],
+        positions=[[0, 0, -0.05 * np.sqrt(3.0)]],
+        orientations=[ON_A_CORNER],
+    ),
+}
+"""Bodies whose highest point is the origin."""
+
+
+def over(obstacle: str, height: float, duration: float, side: float = 0.1) -> Scene:
+    """A square cloth, symmetric in x and in y, that falls over an obstacle; `side` is half of its own [m]."""
+    quarter = right(side, side, 0.2 * side)
+    half = mirrored(quarter)
+    plan, faces = mirrored((half[0][:, ::-1], half[1][:, ::-1]))
+    cloth = flat((plan, faces), height + HALF)
+    return Scene(cloth=cloth, material=DRAPED, bodies=[OBSTACLES[obstacle]], duration=duration, frame_rate=100)
+
+
+def penetration(scene: Scene, points: np.ndarray) -> float:
+    """How far a cloth reaches into a body, as part of its thickness [-]; 0 if it is where it rests, or farther."""
+    gap = distances(scene.bodies[0], points, scene.cloth.faces, scene.duration, below=0.45 * scene.material.thickness).min()
+    return float(max(0.0, 0.5 - gap / scene.material.thickness))
+
+
+def draped(subject: Subject, obstacle: str) -> Findings:
+    """Penetration of a cloth that came to rest on an obstacle, and over the way there."""
+    scene = over(obstacle, 0.0, 1.5, SMALL if obstacle == "sphere" else 0.1)
+    rollout = subject.simulate(scene)
+    limit = subject.limit("penetration")
+    yield small("penetration at rest / thickness", penetration(scene, rollout.positions[-1]), limit, "-")
+    worst = max(penetration(scene, points) for points in rollout.positions)
+    yield small("penetration in any frame / thickness", worst, None, "-")
+    if obstacle == "sphere":
+        yield small("asymmetry [mm]", 1e3 * asymmetry(scene, rollout.positions[-1]), subject.limit("drape"), "mm")
+
+
+def asymmetry(scene: Scene, points: np.ndarray) -> float:
+    """How far a vertex is from the mirror image of its partner in x = 0 and in y = 0, at most [m]."""
+    start = scene.cloth.vertices
+    worst = 0.0
+    for mirror in ([-1.0, 1.0, 1.0], [1.0, -1.0, 1.0]):
+        apart = np.linalg.norm(start[:, None] * mirror - start[None], axis=2)
+        partner = np.argmin(apart, axis=1)
+        worst = max(worst, float(np.linalg.norm(points[partner] - points * mirror, axis=1).max()))
+    return worst
+
+
+def dropped(subject: Subject, obstacle: str) -> Findings:
+    """Energy of a cloth that falls on an obstacle."""
+    scene = over(obstacle, 0.05, 0.6)
+    undamped = scene.material.model_copy(update={"air_drag": 0.0})
+    scene = scene.model_copy(update={"material": undamped})
+    energy = mechanical(scene, subject.simulate(scene))
+    scale = float(masses(scene).sum()) * scene.gravity * 0.05
+    yield small("energy above the start / m g h", max(0.0, float(energy.max()) / scale), subject.limit("energy"), "-")
+
+
+CHECKS = (
+    Check(
+        "capstan",
+        "A strip around a cylinder",
+        "slips where T1 / T0 > e^(μ θ)",
+        tuple(
+            Case(f"{degrees:g} deg, μ = {mu:g}", partial(capstan, mu=mu, degrees=degrees), quick=degrees == 120.0)
+            for mu in (0.2, 0.5)
+            for degrees in (60.0, 120.0, 180.0)
+        ),
+        {"capstan": Figure("Tensions of a strip that slips around a cylinder", "angle [deg]", "T1 / T0")},
+    ),
+    Check(
+        "carried",
+        "A strip on a box that moves off",
+        "is carried below μ g, and left behind above",
+        tuple(Case(f"μ = {mu:g}", partial(carried, mu=mu), quick=mu == 0.5) for mu in (0.2, 0.5)),
+    ),
+    Check(
+        "dragged",
+        "A finger drawn out from under a cloth",
+        "a = g (φ μ - (1 - φ) μ_table), φ the share of the weight on the finger",
+        tuple(
+            Case(f"μ = {mu:g}, the rest {table:g}", partial(dragged, mu=mu, table=table))
+            for mu, table in ((1.0, 0.1), (0.6, 0.0))
+        ),
+    ),
+    Check(
+        "obstacles",
+        "Cloth over bodies",
+        "rests half a thickness from them, as symmetric as it began, with no more energy",
+        (
+            *(Case(f"{name}, at rest", partial(draped, obstacle=name)) for name in OBSTACLES),
+            *(Case(f"{name}, dropped", partial(dropped, obstacle=name)) for name in OBSTACLES),
+        ),
+    ),
+)
