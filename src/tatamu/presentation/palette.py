@@ -23,6 +23,8 @@ RIGHT = "#14968c"
 SCALE = ("#fdf3dc", "#f9c982", "#ef8a5b", "#c9475f", "#6b2a72")
 """Stops of the scale of e_i, from none to the largest; lightness falls evenly, so it reads in grey too."""
 TABLE = "#e9e5dd"
+SOLID = "#8a93a3"
+"""Rigid bodies."""
 
 SERIES = 8
 """Number of colours `series-0`, `series-1`, ... for curves that differ in name only."""

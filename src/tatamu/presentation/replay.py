@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from tatamu.presentation.packing import motion, packed
+from tatamu.presentation.solids import MovingMesh, moving, together
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 from tatamu.topology import facing_down
@@ -20,8 +21,6 @@ STEP = 5e-5
 """Positions are rounded to this [m], or coarser where 65536 steps would not reach across the scene."""
 HAND_COLOURS = ("left", "right")
 """Names of the colours of the two hands."""
-MovingMesh = tuple[np.ndarray, np.ndarray]
-"""Points at each frame [m], shape (f, n, 3), and triangles, shape (m, 3)."""
 
 
 @dataclass(frozen=True)
@@ -43,13 +42,14 @@ def replay_data(
 
     Args:
         rollout: The cloth; the last of the packed frames is its target.
-        scene: Where it lies.
+        scene: Where it lies, with its rigid bodies, which are drawn as they move.
         hands: Hands at each frame of the rollout.
         largest: End of the scale of e_i [m].
         robot: The robot's links at each frame of the rollout.
     """
     kept = frames(len(rollout.times), len(rollout.positions[0]))
     table = scene.table
+    solid = together(robot, moving(scene.bodies, rollout.times))
     lower = facing_down(scene.cloth.rest, rollout.faces)
     return {
         **_packed(rollout.positions[kept], rollout.extra["target"], rollout.faces[np.argsort(lower, kind="stable")]),
@@ -59,7 +59,7 @@ def replay_data(
         "largest": largest,
         "hands": [{"colour": hand.colour, "path": _rounded(hand.path[kept], 5), "holds": hand.holds} for hand in hands],
         "table": table and {"height": table.height, "tilt": table.tilt},
-        **({"robot": _packed(robot[0][kept], robot[0][-1], robot[1])} if robot else {}),
+        **({"robot": _packed(solid[0][kept], solid[0][-1], solid[1])} if solid else {}),
     }
 
 

@@ -8,10 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from tatamu.presentation.image import save_png
-from tatamu.presentation.palette import LEFT, RIGHT, TABLE, rgb
+from tatamu.presentation.palette import LEFT, RIGHT, SOLID, TABLE, rgb
 from tatamu.presentation.raster import View
 from tatamu.presentation.shading import SUN, PaintedMesh, cloth, see, shade, shrink, to_pixels
+from tatamu.presentation.solids import moving
 from tatamu.presentation.tube import tube
+from tatamu.rollout import Rollout
+from tatamu.scene import Scene
 from tatamu.study import Result
 
 SIZE = (720, 1280)
@@ -49,6 +52,8 @@ def render(fold: Result, hands: tuple[str, ...] = (LEFT, RIGHT), *, flying: bool
     image = _table(view, sun, _height(fold))
     depth = np.full(view.shape, -np.inf)
     _paint(image, depth, view, body, sun, 1.0)
+    for solid in _solids(fold.scene, fold.rollout.times[-1]):
+        _paint(image, depth, view, solid, sun, 1.0)
     for colour, path in zip(hands, paths, strict=False):
         light = rgb(colour)
         points, faces = tube(path, 0.0035)
@@ -56,6 +61,29 @@ def render(fold: Result, hands: tuple[str, ...] = (LEFT, RIGHT), *, flying: bool
     if flying:
         _paint(image, depth, view, flight, None, 0.42)
     return image
+
+
+def scene_picture(scene: Scene, rollout: Rollout, frame: int) -> np.ndarray:
+    """The cloth and the rigid bodies of a scene in one frame, bytes of shape (h, w, 4)."""
+    body = cloth(rollout.positions[frame], rollout.faces, scene.cloth.rest)
+    meshes = [body, *_solids(scene, rollout.times[frame])]
+    around = np.vstack([mesh.points for mesh in meshes])
+    view = _eye(around)
+    sun = _Sun(meshes, around)
+    image = _table(view, sun, scene.table.height if scene.table else float(around[:, 2].min()))
+    depth = np.full(view.shape, -np.inf)
+    for mesh in meshes:
+        _paint(image, depth, view, mesh, sun, 1.0)
+    return to_pixels(shrink(image, FINER))
+
+
+def _solids(scene: Scene, time: float) -> list[PaintedMesh]:
+    """The rigid bodies of a scene at a time [s], as one mesh, if there are any."""
+    mesh = moving(scene.bodies, np.array([time]))
+    if mesh is None:
+        return []
+    light = rgb(SOLID)
+    return [PaintedMesh(mesh[0][0], mesh[1], np.tile(light, (len(mesh[1]), 1)), light)]
 
 
 def _highest(path: np.ndarray) -> int:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from tatamu.errors import InputError
 from tatamu.material import DIRECTIONAL_AIR, ORTHOTROPIC_BENDING, ORTHOTROPIC_MEMBRANE, Material
+from tatamu.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -25,6 +27,8 @@ class Capabilities:
     directional_air: bool = False
     """Whether air may drag by direction and by the square of a velocity, and be carried (`Material.air_added_mass` and
     its like); else only `Material.air_drag` acts."""
+    bodies: bool = False
+    """Whether cloth may collide with rigid bodies (`Scene.bodies`); otherwise scenes with bodies are refused."""
     sound_cell: float | None = None
     """Mean edge of the largest cells, in bending lengths, whose folds have the right shape; None: not limited."""
     usable_cell: float | None = None
@@ -34,6 +38,18 @@ class Capabilities:
     """Largest Coulomb coefficient between cloth and table; larger ones are cut to it. None: not limited."""
     friction_cloth: float | None = None
     """Largest Coulomb coefficient between layers of cloth; larger ones are cut to it. None: not limited."""
+
+    def refuse(self, scene: Scene, name: str) -> None:
+        """Refuse a scene that the simulator of that name cannot simulate at all.
+
+        Raises:
+            InputError: If the scene has rigid bodies and the simulator cannot do bodies.
+        """
+        if scene.bodies and not self.bodies:
+            raise InputError(
+                f"bodies: must be none for {name}, which cannot do rigid bodies, given {len(scene.bodies)}; "
+                f"simulate the scene with native"
+            )
 
     def lacking(self, material: Material) -> list[str]:
         """A line for each property of a material that is beyond the simulator, for the user to read."""

@@ -52,10 +52,11 @@ def simulate(scene: Scene) -> Rollout:
     """Run one scene in Blender.
 
     Raises:
-        InputError: There is no Blender, or the material's `blender` table is wrong.
+        InputError: There is no Blender, the material's `blender` table is wrong, or the scene has rigid bodies.
         SimulationError: The rollout is not finite, or Blender ends in the middle of it each time.
     """
     begin = time.perf_counter()
+    CAPABILITIES.refuse(scene, "blender")
     recipe = written(scene)
     answer, numbers, version = WORKERS.run(recipe.request)
     positions = _positions(scene, recipe.in_scene(numbers.reshape(-1, len(scene.cloth.vertices), 3)))

@@ -15,12 +15,13 @@ from tatamu.simulators.capabilities import Capabilities
 from tatamu.simulators.many import side_by_side
 from tatamu.simulators.mujoco.hold import HeldVertices
 from tatamu.simulators.mujoco.model import compiled, engine, vertex_masses
+from tatamu.simulators.mujoco.rigid import MovingBody
 from tatamu.simulators.timeline import Segment, segments
 from tatamu.topology import Topology, edge_lengths
 
 LONGEST_STEP = 2e-3
 """Longest time step [s]."""
-CAPABILITIES = Capabilities(parallel=True, sound_cell=0.37, usable_cell=0.45)
+CAPABILITIES = Capabilities(parallel=True, bodies=True, sound_cell=0.37, usable_cell=0.45)
 """Bending is quadratic: on large cells a fold collapses into a flat crease. Up to 0.37 bending lengths it has the loop
 that it should have, and a rollout on larger ones warns. A rehearsal compares two folds on the same mesh, and takes
 cells up to 0.45 rather than four times as many vertices (docs/theory/robot-planning.md)."""
@@ -73,7 +74,9 @@ class Run:
         self.scene = scene
         self.model = compiled(scene)
         self.data = engine().MjData(self.model)
-        self.data.qpos[:] = (scene.cloth.vertices - scene.cloth.rest).ravel()
+        self.sliders = 3 * len(scene.cloth.vertices)
+        self.data.qpos[: self.sliders] = (scene.cloth.vertices - scene.cloth.rest).ravel()
+        self.bodies = [MovingBody(body, self.model, number) for number, body in enumerate(scene.bodies)]
         self.scratch = engine().MjData(self.model)
         self.hands = [HeldVertices(gripper, vertex_masses(scene)) for gripper in scene.grippers]
         self.steps = 0
@@ -107,15 +110,15 @@ class Run:
     def _through(self, segment: Segment, pieces: int) -> None:
         bounds = np.linspace(segment.start, segment.end, pieces + 1)
         for start, end in pairwise(bounds.tolist()):
-            for hand in self.hands:
+            for hand in (*self.hands, *self.bodies):
                 hand.aim(self.data, start, end)
             engine().mj_step(self.model, self.data)
-            for hand in self.hands:
+            for hand in (*self.hands, *self.bodies):
                 hand.settle(self.data, end)
         self.steps += pieces
 
     def _now(self, time: float) -> np.ndarray:
-        positions = self.scene.cloth.rest + self.data.qpos.reshape(-1, 3)
+        positions = self.scene.cloth.rest + self.data.qpos[: self.sliders].reshape(-1, 3)
         names = engine().mjtWarning
         lost = any(self.data.warning[int(name)].number for name in (names.mjWARN_BADQPOS, names.mjWARN_BADQVEL))
         if lost or not np.isfinite(positions).all():

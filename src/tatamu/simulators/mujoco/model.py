@@ -16,10 +16,9 @@ import numpy as np
 from tatamu.errors import InputError
 from tatamu.material import Material
 from tatamu.scene import Scene, Table
+from tatamu.simulators.mujoco.rigid import CONTACT, RIGID, rigid
 from tatamu.topology import Topology, among, areas
 
-CONTACT = 'solref="0.004 1" solimp="0.95 0.99 0.0002"'
-"""Contact stiffness and softness: MuJoCo's contacts are springs and dampers, here of 4 ms over 0.2 mm."""
 SLIDERS = "".join(f'<joint type="slide" axis="{axis}"/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
 
 
@@ -55,7 +54,7 @@ def compiled(scene: Scene) -> Any:
         raise InputError(f"mujoco: {' '.join(str(error).split())}") from None
     _free_seams(model, scene)
     drag = scene.material.air_drag / scene.material.areal_density * vertex_masses(scene)
-    model.dof_damping[:] = np.repeat(drag, 3)
+    model.dof_damping[: 3 * len(drag)] = np.repeat(drag, 3)
     return model
 
 
@@ -67,6 +66,7 @@ def _document(scene: Scene) -> str:
         '<size memory="1G"/><worldbody>',
         "" if scene.table is None else _table(scene.table, scene.material),
         *_bodies(scene),
+        *(rigid(number, body) for number, body in enumerate(scene.bodies)),
         "</worldbody><deformable>",
         _flex(scene),
         "</deformable></mujoco>",
@@ -100,11 +100,12 @@ def _flex(scene: Scene) -> str:
     bends = material.bending_rigidity > 0.0
     squeeze = 12.0 * (1.0 - material.poisson_ratio**2)
     thickness = float(np.sqrt(squeeze * material.bending_rigidity / material.stretch_stiffness)) if bends else 1e-3
+    meets = f'conaffinity="{1 | RIGID}"' if scene.bodies else ""
     return (
         f'<flex name="cloth" dim="2" radius="{0.5 * material.thickness!r}" body="{bodies}" element="{elements}">'
         f'<elasticity young="{material.stretch_stiffness / thickness!r}" poisson="{material.poisson_ratio!r}"'
         f' thickness="{thickness!r}" elastic2d="{"both" if bends else "stretch"}"/>'
-        f'<contact selfcollide="auto" condim="3" friction="{material.friction_cloth!r} 0 0" {CONTACT}/></flex>'
+        f'<contact {meets} selfcollide="auto" condim="3" friction="{material.friction_cloth!r} 0 0" {CONTACT}/></flex>'
     )
 
 

@@ -17,7 +17,13 @@ from tatamu.simulators.native.options import (  # noqa: E402
 from tatamu.simulators.native.simulator import load_kernels, simulate, simulate_many  # noqa: E402
 
 CAPABILITIES = Capabilities(
-    parallel=True, coarse_search=True, compression=True, orthotropy=True, hysteresis=True, directional_air=True
+    parallel=True,
+    coarse_search=True,
+    compression=True,
+    orthotropy=True,
+    hysteresis=True,
+    directional_air=True,
+    bodies=True,
 )
 """A rollout runs on one core and holds no lock; the discrete bending is right on cells that other simulators crease."""
 

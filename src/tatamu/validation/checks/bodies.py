@@ -206,7 +206,9 @@ def over(obstacle: str, height: float, duration: float, side: float = 0.1) -> Sc
 
 def penetration(scene: Scene, points: np.ndarray) -> float:
     """How far a cloth reaches into a body, as part of its thickness [-]; 0 if it is where it rests, or farther."""
-    gap = distances(scene.bodies[0], points, scene.cloth.faces, scene.duration, below=0.45 * scene.material.thickness).min()
+    gap = distances(
+        scene.bodies[0], points, scene.cloth.faces, scene.duration, below=0.45 * scene.material.thickness
+    ).min()
     return float(max(0.0, 0.5 - gap / scene.material.thickness))
 
 

@@ -1,0 +1,52 @@
+"""Rigid bodies as triangle meshes, as pictures and the replay draw them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tatamu.body import Body, rotation
+
+MovingMesh = tuple[np.ndarray, np.ndarray]
+"""Points at each frame [m], shape (f, n, 3), and triangles, shape (m, 3)."""
+
+
+def solid(body: Body) -> tuple[np.ndarray, np.ndarray]:
+    """The surface of a body in its frame: points [m], shape (n, 3), and triangles, shape (m, 3), with flat shading."""
+    import trimesh.creation
+
+    if body.shape == "box":
+        mesh = trimesh.creation.box(extents=2.0 * body.core)
+    elif body.shape == "sphere":
+        mesh = trimesh.creation.icosphere(subdivisions=3, radius=body.radius)
+    else:
+        mesh = trimesh.creation.capsule(height=2.0 * body.core[2], radius=body.radius, count=[24, 24])
+        mesh.apply_translation(-mesh.bounds.mean(axis=0))
+    corners = np.asarray(mesh.vertices)[mesh.faces]  # a box has edges: its faces share no points
+    return corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)
+
+
+def moving(bodies: Sequence[Body], times: np.ndarray) -> MovingMesh | None:
+    """All bodies as one mesh at times [s], shape (f,); None if there are none."""
+    parts = []
+    faces = []
+    count = 0
+    for body in bodies:
+        points, own = solid(body)
+        positions, orientations = body.path(times)
+        turned = np.stack([points @ rotation(orientation).T for orientation in orientations])
+        parts.append(turned + positions[:, None])
+        faces.append(own + count)
+        count += len(points)
+    return (np.concatenate(parts, axis=1), np.concatenate(faces)) if parts else None
+
+
+def together(*meshes: MovingMesh | None) -> MovingMesh | None:
+    """Several moving meshes as one; None if there is none."""
+    given = [mesh for mesh in meshes if mesh is not None]
+    if not given:
+        return None
+    starts = np.cumsum([0] + [points.shape[1] for points, _ in given])
+    faces = [faces + start for start, (_, faces) in zip(starts, given, strict=False)]
+    return np.concatenate([points for points, _ in given], axis=1), np.concatenate(faces)
