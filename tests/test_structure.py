@@ -10,10 +10,11 @@ import tatamu
 SOURCE = Path(tatamu.__file__).parent
 ORDER = [
     ["errors", "version"],
-    ["files", "records", "curves", "size"],
+    ["files", "records", "curves", "arrays", "size"],
     ["topology", "heavy_strip", "plate_in_air", "zbuffer", "meshing"],
     ["material"],
-    ["settling"],
+    ["settling", "body"],
+    ["clearance"],
     ["presets"],
     ["scene", "rollout", "crossings"],
     ["subdivision"],

@@ -110,11 +110,15 @@ class Run:
     def _through(self, segment: Segment, pieces: int) -> None:
         bounds = np.linspace(segment.start, segment.end, pieces + 1)
         for start, end in pairwise(bounds.tolist()):
-            for hand in (*self.hands, *self.bodies):
+            for hand in self.hands:
                 hand.aim(self.data, start, end)
+            for body in self.bodies:
+                body.aim(self.data, start, end)
             engine().mj_step(self.model, self.data)
-            for hand in (*self.hands, *self.bodies):
+            for hand in self.hands:
                 hand.settle(self.data, end)
+            for body in self.bodies:
+                body.settle(self.data, end)
         self.steps += pieces
 
     def _now(self, time: float) -> np.ndarray:

@@ -1,0 +1,99 @@
+"""Contact of cloth with rigid bodies in `native`."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tatamu.body import Body
+from tatamu.clearance import distances
+from tatamu.material import Material
+from tatamu.meshing import staggered
+from tatamu.scene import Cloth, Scene
+from tatamu.simulators.native import simulate
+from tatamu.simulators.native.contact.bodies.rounded_box import along_edge, distance
+from tatamu.validation.scenes import held
+
+FABRIC = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-5, thickness=0.001)
+
+
+def gaps(scene: Scene, positions: np.ndarray, times: np.ndarray) -> float:
+    """Least distance of the mid-surface from any body in any frame, in thicknesses."""
+    least = [
+        distances(body, points, scene.cloth.faces, time, below=0.45 * scene.material.thickness).min()
+        for points, time in zip(positions, times, strict=True)
+        for body in scene.bodies
+    ]
+    return float(min(least)) / scene.material.thickness
+
+
+def test_the_kernel_measures_as_the_body_does() -> None:
+    random = np.random.default_rng(1)
+    for body in (
+        Body(shape="box", size=[0.3, 0.2, 0.1], positions=[[0, 0, 0]]),
+        Body(shape="capsule", size=[0.1, 0.3], positions=[[0, 0, 0]]),
+        Body(shape="sphere", size=[0.2], positions=[[0, 0, 0]]),
+    ):
+        for point in random.uniform(-0.5, 0.5, (200, 3)):
+            found, *normal = distance(body.core, body.radius, *point)
+            assert found == pytest.approx(float(body.distance(point)), abs=1e-12)
+            step = 1e-6 * np.array(normal)
+            assert float(body.distance(point + step)) - found == pytest.approx(1e-6, rel=1e-3)
+
+
+def test_the_nearest_point_of_an_edge_is_found() -> None:
+    half = np.array([0.3, 0.2, 0.1])
+    random = np.random.default_rng(2)
+    parts = np.linspace(0.0, 1.0, 2001)[:, None]
+    body = Body(shape="box", size=[0.3, 0.2, 0.1], positions=[[0, 0, 0]])
+    inside = 0
+    for a, b in random.uniform(-0.6, 0.6, (200, 2, 3)):
+        s = along_edge(half, 0.0, a, b, np.inf)
+        sampled = body.distance(a + parts * (b - a))
+        if s < 0.0:
+            assert sampled.min() >= min(sampled[0], sampled[-1]) - 1e-9
+        else:
+            inside += 1
+            assert float(body.distance(a + s * (b - a))) <= sampled.min() + 1e-5
+    assert inside > 20
+
+
+@pytest.mark.parametrize("spacing", [0.013, 0.026])
+@pytest.mark.parametrize("speed", [0.6, 2.0])
+def test_a_thin_finger_does_not_jump_through_the_cloth(spacing: float, speed: float) -> None:
+    plan, faces = staggered(0.13, 0.13, spacing)
+    sides = np.flatnonzero((plan[:, 0] < 1e-9) | (plan[:, 0] > plan[:, 0].max() - 1e-9))
+    cloth = Cloth(vertices=np.column_stack([plan, np.zeros(len(plan))]), faces=faces)
+    up = 0.04
+    for place in (0.061, 0.067):
+        start = np.array([place, 0.063, -0.03])
+        finger = Body(
+            shape="box",
+            size=[0.004, 0.004, 0.02],
+            times=[0.0, up / speed],
+            positions=[start, start + np.array([0.0, 0.0, up])],
+        )
+        scene = Scene(
+            cloth=cloth, material=FABRIC, grippers=[held(sides)], bodies=[finger], duration=0.15, frame_rate=100
+        )
+        rollout = simulate(scene)
+        assert gaps(scene, rollout.positions, rollout.times) > 0.25
+        assert rollout.positions[-1, :, 2].max() > 0.02
+
+
+def test_a_board_lifts_a_cloth() -> None:
+    plan, faces = staggered(0.1, 0.1, 0.0125)
+    cloth = Cloth(vertices=np.column_stack([plan - 0.05, np.zeros(len(plan))]), faces=faces)
+    board = Body(shape="box", size=[0.03, 0.03, 0.004], positions=[[0, 0, -0.0045], [0, 0, 0.1]], times=[0.1, 0.4])
+    scene = Scene(cloth=cloth, material=FABRIC, bodies=[board], duration=0.6, frame_rate=50)
+    rollout = simulate(scene)
+    assert rollout.positions[-1, :, 2].max() == pytest.approx(0.1045, abs=0.005)
+    assert gaps(scene, rollout.positions, rollout.times) > 0.4
+
+
+def test_the_same_scene_gives_the_same_bytes() -> None:
+    plan, faces = staggered(0.1, 0.1, 0.02)
+    cloth = Cloth(vertices=np.column_stack([plan - 0.05, np.full(len(plan), 0.001)]), faces=faces)
+    ball = Body(shape="sphere", size=[0.03], positions=[[0.004, 0.002, -0.03]])
+    scene = Scene(cloth=cloth, material=FABRIC, bodies=[ball], duration=0.2)
+    assert simulate(scene).positions.tobytes() == simulate(scene).positions.tobytes()
