@@ -65,6 +65,7 @@ def scene(seed: int) -> Scene:
         "material": material,
         "table": _table(random),
         "grippers": _hands(random, start, size, duration),
+        "bodies": _bodies(np.random.default_rng([seed, 2]), start, size, duration) if seed % 3 == 0 else [],
         "gravity": gravity,
         "duration": duration,
         "frame_rate": rate,
@@ -208,3 +209,27 @@ def _motion(random: np.random.Generator, kind: str, across: np.ndarray, size: fl
         closes = duration * random.uniform(0.0, 1.5)
         opens = closes + duration * random.uniform(1e-6, 0.5)
     return {"times": times, "displacements": displacements, "closes": closes, "opens": opens}
+
+
+def _bodies(random: np.random.Generator, start: np.ndarray, size: float, duration: float) -> list[dict[str, Any]]:
+    """Up to four bodies of any shape that fly, turn and jump about the cloth, some of them from within it."""
+    bodies = []
+    for _ in range(int(random.integers(1, 5))):
+        shape = str(random.choice(["box", "sphere", "capsule"]))
+        sizes = [_log(random, 1e-4, size) for _ in range({"box": 3, "sphere": 1, "capsule": 2}[shape])]
+        knots = int(random.integers(1, 5))
+        times = np.cumsum(random.uniform(1e-4, duration, knots)) - random.uniform(0.0, duration)
+        centre = start[random.integers(len(start))] + size * random.normal(size=3) * random.choice([0.01, 0.3, 1.0])
+        way = size * 10 ** random.uniform(-3.0, 0.5) * random.normal(size=(knots, 3))
+        turns = random.normal(size=(knots, 4))
+        bodies.append(
+            {
+                "shape": shape,
+                "size": sizes,
+                "friction": float(random.choice([0.0, 0.5, 10.0])),
+                "times": times.tolist(),
+                "positions": (centre + np.cumsum(way, axis=0)).tolist(),
+                "orientations": (turns / np.linalg.norm(turns, axis=1, keepdims=True)).tolist(),
+            }
+        )
+    return bodies

@@ -10,13 +10,16 @@ read off the strains of the straight parts.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
 
 from tatamu.body import Body
 from tatamu.clearance import distances
+from tatamu.errors import SimulationError
 from tatamu.material import GRAVITY, Material
+from tatamu.meshing import staggered
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene
 from tatamu.validation.check import Case, Check
@@ -24,7 +27,7 @@ from tatamu.validation.checks.friction import threshold
 from tatamu.validation.checks.motion import masses, mechanical
 from tatamu.validation.findings import Curve, Figure, Findings, relative, small
 from tatamu.validation.meshes import mirrored, right
-from tatamu.validation.scenes import flat, raised
+from tatamu.validation.scenes import flat, held, raised
 from tatamu.validation.subject import Subject
 
 FABRIC = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-6, poisson_ratio=0.0)
@@ -50,6 +53,8 @@ ON_A_CORNER = [np.cos(TIPPED), np.sin(TIPPED) * np.sqrt(0.5), -np.sin(TIPPED) * 
 SMALL = 0.06
 """Half the side of a cloth that hangs down a sphere on all sides without buckling, in which it could not be symmetric
 for long [m]."""
+POKE = 0.6
+"""Speed of a finger that is pushed into cloth [m/s]."""
 SLIPPED = 1e-3
 """Way against the box after which a strip is said to have been left behind [m]."""
 
@@ -243,6 +248,47 @@ def dropped(subject: Subject, obstacle: str) -> Findings:
     energy = mechanical(scene, subject.simulate(scene))
     scale = float(masses(scene).sum()) * scene.gravity * 0.05
     yield small("energy above the start / m g h", max(0.0, float(energy.max()) / scale), subject.limit("energy"), "-")
+
+
+def poked(seed: int) -> Scene:
+    """A limp cloth held at two sides, and a thin finger that flies about, over and under it and into it, at 0.6 m/s."""
+    random = np.random.default_rng(seed)
+    plan, faces = staggered(0.16, 0.16, float(random.choice([0.013, 0.026])))
+    sides = np.flatnonzero((plan[:, 0] < 1e-9) | (plan[:, 0] > plan[:, 0].max() - 1e-9))
+    points = np.column_stack([0.85 * (plan[:, 0] - 0.08), plan[:, 1] - 0.08, -0.3 * plan[:, 0] * (0.16 - plan[:, 0])])
+    cloth = Cloth(vertices=points, faces=faces, rest_vertices=raised(plan))
+    stops = random.uniform(-0.06, 0.06, (5, 3)) * [1.0, 1.0, 0.7]
+    stops[0, 2] = 0.06 * random.choice([-1.0, 1.0])
+    times = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(stops, axis=0), axis=1) / POKE)])
+    turn = random.normal(size=4)
+    shape, size = [("box", [0.004, 0.01, 0.02]), ("capsule", [0.004, 0.02]), ("sphere", [0.004])][random.integers(3)]
+    finger = Body(
+        name="finger",
+        shape=shape,
+        size=size,
+        friction=float(random.uniform(0.0, 1.0)),
+        times=times.tolist(),
+        positions=stops,
+        orientations=np.tile(turn / np.linalg.norm(turn), (len(times), 1)),
+    )
+    limp = FABRIC.model_copy(update={"bending_rigidity": 2e-6})
+    return Scene(
+        cloth=cloth, material=limp, grippers=[held(sides)], bodies=[finger], duration=times[-1] + 0.1, frame_rate=100
+    )
+
+
+def deepest_poke(simulate: Callable[[Scene], Rollout], seed: int) -> float | None:
+    """How far the finger of `poked` is in the cloth at most, in thicknesses; None if the rollout ended in an error."""
+    scene = poked(seed)
+    try:
+        rollout = simulate(scene)
+    except SimulationError:
+        return None
+    gaps = [
+        distances(scene.bodies[0], points, scene.cloth.faces, time, below=0.45 * scene.material.thickness).min()
+        for points, time in zip(rollout.positions, rollout.times, strict=True)
+    ]
+    return float(max(0.0, 0.5 - min(gaps) / scene.material.thickness))
 
 
 CHECKS = (
