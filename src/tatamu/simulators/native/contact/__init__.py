@@ -23,6 +23,8 @@ round of contact is `gauss_seidel.resolve`:
     sweeps           one after the other, each only while some pair lacks what it would restore:
                        `edge_edge.sweep`        narrow phase and correction of edge pairs
                        `vertex_face.sweep`      of vertices, from the highest down; Coulomb friction with anchors
+                       `bodies.sweep`           of vertices, edges and faces near rigid bodies; also made after every
+                                                membrane step
                        `table.sweep`            last, so that it carries what the layers hand down
                        `projection`             how far a pair is pushed, what of it becomes velocity (split impulse)
     last resort      `impact_zones.hold`        what has passed nevertheless is set back, and moves as one

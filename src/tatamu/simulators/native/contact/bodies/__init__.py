@@ -27,8 +27,10 @@ body, and is measured from the tangent plane of the earlier side.
 
     state        the bodies as arrays: shapes, paths, poses of the round, candidates
     rounded_box  the distance and its normal, and its minimum along an edge
-    near         candidates: vertices, edges and faces near each body, kept until something may have come near
-    sweep        the corrections
+    near         candidates: wide ones, kept until something may have come near, and narrow ones of each round
+    push         the gap of a point of the cloth, and its correction
+    sweep        all vertices, edges and faces near each body
 
-No state is carried from round to round except the candidates, on which nothing depends as long as they are complete.
+Bodies are resolved after every membrane step, and again in each sweep of contact. No state is carried from round to
+round except the candidates, on which nothing depends as long as they are complete.
 """

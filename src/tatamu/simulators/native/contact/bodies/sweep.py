@@ -1,17 +1,12 @@
-"""Narrow phase and correction of cloth against bodies, with Coulomb friction; derived in the docstring of the package.
-
-All vectors are in the frame of the body, at the end of the round or, with a 0, at its start. In that frame the body
-rests, so that one slip holds for bodies that stand, move and turn.
-"""
+"""Narrow phase of cloth against bodies: vertices, edges and faces; derived in the docstring of the package."""
 
 from __future__ import annotations
-
-from typing import NamedTuple
 
 import numpy as np
 
 from tatamu.simulators.native.compiled import kernel
-from tatamu.simulators.native.contact.bodies.rounded_box import along_edge, distance
+from tatamu.simulators.native.contact.bodies.push import Frame, Rule, beyond_a_face, correct, enter, gap_of
+from tatamu.simulators.native.contact.bodies.rounded_box import along_edge
 from tatamu.simulators.native.contact.bodies.state import Bodies
 from tatamu.simulators.native.contact.projection import Positions
 from tatamu.simulators.native.contact.state import Activity, ContactMesh, ContactState
@@ -21,195 +16,8 @@ from tatamu.simulators.native.options import ContactOptions
 CONE = 0.1
 """A corner counts as the one nearest to a triangle if the normal leaves its normal cone by no more than this sine:
 several corners of a face that is nearly level with the triangle then share the load."""
-LEVER = 2.0
-"""No vertex is moved by more than this times the push [-]: next to a held vertex, a push has a short lever."""
 CLEAR = 0.98
 """Edges and faces beyond a face of the core by this part of the gap are left to their vertices."""
-
-
-class Frame(NamedTuple):
-    """One body in one round."""
-
-    half: np.ndarray
-    """Half sizes of the core [m], shape (3,)."""
-    radius: float
-    rotation: np.ndarray
-    """To the world, at the end of the round, shape (3, 3)."""
-    position: np.ndarray
-    """Of the centre, at the end of the round [m], shape (3,)."""
-    rotation0: np.ndarray
-    """At the start of the round."""
-    position0: np.ndarray
-    """At the start of the round."""
-    local: np.ndarray
-    """Vertices near the body in its frame, at the end of the round [m], shape (n, 3)."""
-    local0: np.ndarray
-    """The same at its start."""
-
-
-class Rule(NamedTuple):
-    """How far pairs are pushed in a sweep, and what is noted of it."""
-
-    wanted: float
-    """Gap that this sweep restores [m]."""
-    clearing: float
-    """How far a pair may come apart that was too close at the start [m]."""
-    recovery: float
-    """How far of that as velocity [m]."""
-    friction: float
-    """Coulomb coefficient [-]."""
-    noticeable: float
-    """Pushes beyond this make the next sweep look again [m]."""
-    hard: float
-    """Pushes beyond this make vertices restless [m]."""
-    sweep: int
-    """Number of the sweep."""
-    restless_until: int
-    """Number of an outer step."""
-    passing: float
-    """How far beyond a gap a pair may be that has passed through the body in this round [m]; 0 if none can have."""
-
-
-@kernel
-def _to_frame(rotation: np.ndarray, position: np.ndarray, x: np.ndarray, v: int, local: np.ndarray) -> None:
-    """Write vertex v in the frame of a body [m]."""
-    dx = x[v, 0] - position[0]
-    dy = x[v, 1] - position[1]
-    dz = x[v, 2] - position[2]
-    for k in range(3):
-        local[v, k] = rotation[0, k] * dx + rotation[1, k] * dy + rotation[2, k] * dz
-
-
-@kernel
-def _enter(frame: Frame, positions: Positions, near: np.ndarray) -> float:
-    """Write the vertices near a body in its frame; the longest way of one in it [m]."""
-    longest = 0.0
-    for i in range(near.shape[0]):
-        v = near[i]
-        _to_frame(frame.rotation, frame.position, positions.x, v, frame.local)
-        _to_frame(frame.rotation0, frame.position0, positions.start, v, frame.local0)
-        square = 0.0
-        for k in range(3):
-            square += (frame.local[v, k] - frame.local0[v, k]) ** 2
-        longest = max(longest, square)
-    return np.sqrt(longest)
-
-
-@kernel
-def _beyond_a_face(local: np.ndarray, a: int, b: int, c: int, half: np.ndarray, far: float) -> bool:
-    """Whether three vertices are all beyond one face of the core by that much [m]."""
-    for k in range(3):
-        if min(local[a, k], local[b, k], local[c, k]) >= half[k] + far:
-            return True
-        if max(local[a, k], local[b, k], local[c, k]) <= -half[k] - far:
-            return True
-    return False
-
-
-@kernel
-def _between(local: np.ndarray, corners: tuple[int, int, int], weights: Vector) -> Vector:
-    """A point of the cloth by its barycentric coordinates [m]."""
-    a, b, c = corners
-    wa, wb, wc = weights
-    return (
-        wa * local[a, 0] + wb * local[b, 0] + wc * local[c, 0],
-        wa * local[a, 1] + wb * local[b, 1] + wc * local[c, 1],
-        wa * local[a, 2] + wb * local[b, 2] + wc * local[c, 2],
-    )
-
-
-@kernel
-def _gap(frame: Frame, corners: tuple[int, int, int], weights: Vector) -> tuple[float, float, Vector]:
-    """Gap of a point of the cloth [m], its gap at the start [m], and the normal that both are measured along.
-
-    A point that passed through the body is measured from the tangent plane of the side that it came from. It did if its
-    way is longer than both of its distances, and the normals at both ends point against one another.
-    """
-    px, py, pz = _between(frame.local, corners, weights)
-    qx, qy, qz = _between(frame.local0, corners, weights)
-    d, nx, ny, nz = distance(frame.half, frame.radius, px, py, pz)
-    d0, mx, my, mz = distance(frame.half, frame.radius, qx, qy, qz)
-    if nx * mx + ny * my + nz * mz < 0.0:
-        wx = px - qx
-        wy = py - qy
-        wz = pz - qz
-        if d + d0 < np.sqrt(wx * wx + wy * wy + wz * wz):
-            return d0 + wx * mx + wy * my + wz * mz, d0, (mx, my, mz)
-    return d, d0, (nx, ny, nz)
-
-
-@kernel
-def _correct(
-    positions: Positions,
-    inverse_mass: np.ndarray,
-    activity: Activity,
-    frame: Frame,
-    rule: Rule,
-    corners: tuple[int, int, int],
-    weights: Vector,
-    gap: float,
-    gap_at_start: float,
-    normal: Vector,
-) -> float:
-    """Push a point of the cloth out of a body, and hold it by friction.
-
-    Args:
-        positions: Positions to correct.
-        inverse_mass: Of the vertices [1/kg].
-        activity: Written where the push is noticeable or hard.
-        frame: The body; its positions of the vertices are kept up to date.
-        rule: How far to push.
-        corners: Vertices that the point lies between.
-        weights: Its barycentric coordinates.
-        gap: How far it is from the body [m].
-        gap_at_start: How far it was at the start of the round [m].
-        normal: From the body to the cloth.
-
-    Returns:
-        The gap before [m], `rule.wanted` if that was enough.
-    """
-    push = min(rule.wanted, gap_at_start + rule.clearing) - gap
-    a, b, c = corners
-    wa, wb, wc = weights
-    weight = wa * wa * inverse_mass[a] + wb * wb * inverse_mass[b] + wc * wc * inverse_mass[c]
-    if push <= 0.0 or weight == 0.0:
-        return rule.wanted
-    position_only = push - max(min(rule.wanted, gap_at_start + rule.recovery) - gap, 0.0)
-    nx, ny, nz = normal
-    px, py, pz = _between(frame.local, corners, weights)
-    qx, qy, qz = _between(frame.local0, corners, weights)
-    sx = px - qx
-    sy = py - qy
-    sz = pz - qz
-    along = sx * nx + sy * ny + sz * nz
-    sx -= along * nx
-    sy -= along * ny
-    sz -= along * nz
-    slip = np.sqrt(sx * sx + sy * sy + sz * sz) + TINY_LENGTH
-    held = min(1.0, rule.friction * push / slip)
-    lx = push * nx - held * sx
-    ly = push * ny - held * sy
-    lz = push * nz - held * sz
-    lever = 1.0
-    for v, w in ((a, wa), (b, wb), (c, wc)):
-        lever = min(lever, LEVER * weight / (w * inverse_mass[v] + TINY_LENGTH))
-    for v, w in ((a, wa), (b, wb), (c, wc)):
-        part = lever * w * inverse_mass[v] / weight
-        if part == 0.0:
-            continue
-        if push > rule.noticeable:
-            activity.touched[v] = rule.sweep
-        if push > rule.hard:
-            activity.restless[v] = rule.restless_until
-        for k in range(3):
-            r = frame.rotation[k]
-            positions.x[v, k] += part * (r[0] * lx + r[1] * ly + r[2] * lz)
-            if position_only > 0.0:
-                positions.predicted[v, k] += part * position_only * (r[0] * nx + r[1] * ny + r[2] * nz)
-        frame.local[v, 0] += part * lx
-        frame.local[v, 1] += part * ly
-        frame.local[v, 2] += part * lz
-    return gap
 
 
 @kernel
@@ -222,12 +30,12 @@ def _vertices(
     weights = (1.0, 0.0, 0.0)
     for i in range(near.shape[0]):
         v = near[i]
-        if _beyond_a_face(frame.local, v, v, v, frame.half, clear):
+        if beyond_a_face(frame.local, v, v, v, frame.half, clear):
             continue
         corners = (v, v, v)
-        gap, gap_at_start, normal = _gap(frame, corners, weights)
+        gap, gap_at_start, normal = gap_of(frame, corners, weights)
         if gap < rule.wanted:
-            found = _correct(
+            found = correct(
                 positions, mesh.inverse_mass, activity, frame, rule, corners, weights, gap, gap_at_start, normal
             )
             smallest = min(smallest, found)
@@ -244,16 +52,16 @@ def _edges(
     within = rule.wanted + rule.passing
     for i in range(near.shape[0]):
         a, b = mesh.edges[near[i], 0], mesh.edges[near[i], 1]
-        if _beyond_a_face(frame.local, a, b, b, frame.half, clear):
+        if beyond_a_face(frame.local, a, b, b, frame.half, clear):
             continue
         s = along_edge(frame.half, frame.radius, frame.local[a], frame.local[b], within)
         if s < 0.0:
             continue
         corners = (a, b, b)
         weights = (1.0 - s, s, 0.0)
-        gap, gap_at_start, normal = _gap(frame, corners, weights)
+        gap, gap_at_start, normal = gap_of(frame, corners, weights)
         if gap < rule.wanted:
-            found = _correct(
+            found = correct(
                 positions, mesh.inverse_mass, activity, frame, rule, corners, weights, gap, gap_at_start, normal
             )
             smallest = min(smallest, found)
@@ -315,7 +123,7 @@ def _faces(
     half = frame.half
     for i in range(near.shape[0]):
         a, b, c = mesh.faces[near[i], 0], mesh.faces[near[i], 1], mesh.faces[near[i], 2]
-        if _beyond_a_face(local, a, b, c, half, clear):
+        if beyond_a_face(local, a, b, c, half, clear):
             continue
         nx, ny, nz, height = _normal(local, a, b, c)
         wide = abs(nx) * half[0] + abs(ny) * half[1] + abs(nz) * half[2] + frame.radius
@@ -335,7 +143,7 @@ def _faces(
                 continue
             gap_at_start = side * (height0 + mx * point[0] + my * point[1] + mz * point[2]) - frame.radius
             normal = (-side * nx, -side * ny, -side * nz)
-            found = _correct(
+            found = correct(
                 positions, mesh.inverse_mass, activity, frame, rule, (a, b, c), weights, gap, gap_at_start, normal
             )
             smallest = min(smallest, found)
@@ -385,7 +193,7 @@ def sweep(
             bodies.near.local0,
         )
         vertices = near.vertices[b, : near.counts[b, 0]]
-        way = _enter(frame, positions, vertices)
+        way = enter(frame, positions, vertices)
         thin = bodies.radius[b] + min(frame.half[0], frame.half[1], frame.half[2])
         rule = Rule(
             wanted=restored * kept,
