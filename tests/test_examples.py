@@ -60,7 +60,6 @@ def test_a_towels_readings_give_its_bending_length() -> None:
     assert main_of("06_calibrate")() == pytest.approx(0.026, rel=0.05)
 
 
-<<<<<<< HEAD
 def test_an_objective_of_ones_own_decides_what_is_learned() -> None:
     assert main_of("07_your_own_objective")() > 0.02
 
@@ -79,10 +78,10 @@ def test_a_simulator_of_ones_own_simulates_folds() -> None:
 
 def test_a_study_is_a_table_of_its_trials() -> None:
     assert main_of("11_trials_as_a_table")() == 6
-=======
+
+
 def test_a_folding_board_folds_a_towel() -> None:
-    assert main_of("07_folding_board")() < 0.05
->>>>>>> e33b78d (Bodies: example of a folding board, tests, documentation)
+    assert main_of("12_folding_board")() < 0.05
 
 
 def test_no_example_is_forgotten() -> None:

@@ -1,6 +1,6 @@
 """A folding board folds a towel: two boards, of which one turns over on its hinge and back again.
 
-python examples/07_folding_board.py [PICTURE.png]
+python examples/12_folding_board.py [PICTURE.png]
 """
 
 from __future__ import annotations
