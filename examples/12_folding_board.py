@@ -55,7 +55,7 @@ def main(picture: Path | None = None) -> float:
     away = float(np.linalg.norm(rollout.positions[-1][moved] - place, axis=1).mean())
     print(f"the folded half lies {1000 * away:.1f} mm from its place")
     if picture is not None:
-        save_png(scene_picture(scene, rollout, 39), picture)
+        save_png(scene_picture(scene, rollout, 27), picture)
     return away
 
 

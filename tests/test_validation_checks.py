@@ -7,6 +7,7 @@ from functools import cache, partial
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from tatamu.errors import SimulationError
 from tatamu.heavy_strip.cantilever import cantilever
@@ -18,6 +19,7 @@ from tatamu.validation.checks import (
     CHECKS,
     air,
     bending,
+    bodies,
     determinism,
     friction,
     hysteresis,
@@ -196,6 +198,38 @@ def sinks(scene: Scene, time: float) -> np.ndarray:
     return scene.cloth.vertices * [1, 1, 0] + [0, 0, 0.0005]
 
 
+def rides(scene: Scene, time: float, grip: float = 1.0) -> np.ndarray:
+    box = scene.bodies[0]
+    way = box.path(np.array([time]))[0][0, 0] - box.positions[0, 0]
+    return scene.cloth.vertices + np.array([min(way, 0.5 * grip * box.friction * scene.gravity * time**2), 0, 0])
+
+
+def is_dragged(scene: Scene, time: float, grip: float = 1.0) -> np.ndarray:
+    table, _, finger = (body.friction for body in scene.bodies)
+    return scene.cloth.vertices + np.array([0, 0.5 * grip * scene.gravity * (0.3 * finger - 0.7 * table) * time**2, 0])
+
+
+def slips(scene: Scene, degrees: float, steeper: float = 1.0) -> np.ndarray:
+    """Both straight parts stretched so that their tensions are as 1 to e^(mu theta)."""
+    arc = scene.cloth.rest[:, 0]
+    start = scene.cloth.vertices
+    ratio = np.exp(steeper * scene.bodies[0].friction * np.radians(degrees))
+    moved = start.copy()
+    for end, tension in ((0.0, 1.0), (arc.max(), ratio)):
+        stretch = brentq(lambda x, t=tension: 150.0 * x * (x * x - 1.0) - t, 1.0, 2.0)
+        part = np.abs(arc - end) < bodies.FREE
+        tip = start[np.isclose(arc, end)].mean(axis=0) * [1, 0, 1]
+        moved[part] += (stretch - 1.0) * (start[part] * [1, 0, 1] - tip)
+    return moved
+
+
+def lies_on_sphere(scene: Scene, higher: float = 4e-4, aside: float = 0.0) -> np.ndarray:
+    ball = scene.bodies[0]
+    away = scene.cloth.vertices - ball.positions[0]
+    far = ball.radius + 0.5 * scene.material.thickness + higher
+    return ball.positions[0] + away * (far / np.linalg.norm(away, axis=1))[:, None] + np.array([aside, 0, 0])
+
+
 PAIRS: dict[str, tuple[Question, Motion, Motion]] = {
     "fall": (motion.free_fall, falls, partial(falls, factor=1.002)),
     "momentum": (motion.momentum, breathes, partial(breathes, drift=1e-5)),
@@ -222,6 +256,24 @@ PAIRS: dict[str, tuple[Question, Motion, Motion]] = {
         swings_in_air,
         partial(swings_in_air, drag=1.05),
     ),
+    "carried": (partial(bodies.carried, mu=0.5), rides, partial(rides, grip=1.04)),
+    "dragged": (partial(bodies.dragged, mu=1.0, table=0.1), is_dragged, partial(is_dragged, grip=1.1)),
+    "capstan": (
+        partial(bodies.capstan, mu=0.5, degrees=120.0),
+        still(partial(slips, degrees=120.0)),
+        still(partial(slips, degrees=120.0, steeper=1.1)),
+    ),
+    "obstacles": (
+        partial(bodies.draped, obstacle="sphere"),
+        still(lies_on_sphere),
+        still(partial(lies_on_sphere, higher=-3e-4)),
+    ),
+    "obstacles that are asymmetric": (
+        partial(bodies.draped, obstacle="sphere"),
+        still(lies_on_sphere),
+        still(partial(lies_on_sphere, aside=1e-3)),
+    ),
+    "obstacles that throw": (partial(bodies.dropped, obstacle="corner"), falls, partial(falls, factor=1.01)),
     "shear": (partial(stretch.shear, layout="staggered"), still(shears), still(partial(shears, factor=1.03))),
     "pull": (partial(stretch.pull, layout="staggered"), still(pulls), still(partial(pulls, factor=1.1))),
     "catenary": (stretch.hands, still(sags), still(partial(sags, factor=1.02))),
