@@ -3,8 +3,10 @@
     python benchmarks/speed.py [--only towel ..] [--simulators native ..] [--runs 3] [--out FOLDER] [--write-docs]
 
 Parts: towel (two meshes), shirt (the T-shirt), growth (native, from 850 to 13,000 vertices, time and memory),
-answer (seconds until a finer mesh changes nothing), throughput (`simulate_many`, and one after another on all cores),
-startup (import). Simulators run in turn, `--runs` times each on one core (but for throughput), each rollout in a
+answer (seconds until a finer mesh changes nothing), stepping (native, the towel led by a controller, over the same in
+one go), throughput (`simulate_many`, and one after another on all cores), startup (import).
+
+Simulators run in turn, `--runs` times each on one core (but for throughput), each rollout in a
 process of its own; medians are given, and only of rollouts that ended folded. Rollouts are kept in the folder, and one
 that is there is not run again, so a killed run goes on; to measure again, remove them.
 """
@@ -20,16 +22,16 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from statistics import median
-from time import perf_counter
+from time import perf_counter, process_time
 from typing import Any
 
 import numpy as np
 from engines import ENGINES
 from tables import markdown, publish
-from timed_folds import FABRICS, Fold, towel
+from timed_folds import FABRICS, FOLDED, Fold, towel
 from timed_rollouts import Case, Timing, check_folded, timed
 
-from tatamu import __version__, simulate, simulate_many
+from tatamu import HandTarget, Simulation, __version__, simulate, simulate_many
 from tatamu.errors import TatamuError
 from tatamu.files import read_json, write_json
 
@@ -41,6 +43,10 @@ HELD_OPEN, *ANSWER_FABRICS = FABRICS
 """All simulators hold the loop of the first open on a 2 cm mesh, or nearly; `answer` takes the others."""
 RIGHT = 0.003
 """A shape within this of the finest mesh's is a right answer, root mean square [m]."""
+CONTROL = (10, 60, 200)
+"""Rates at which a controller gives targets [Hz]."""
+TURNS = 5
+"""Rollouts at each rate, at least: differences are of a few per cent."""
 BATCH = {"native": 16, "blender": 4, "mujoco": 2}
 """Scenes that `simulate_many` is given."""
 
@@ -137,6 +143,55 @@ def _answer_row(case: Case, timing: Timing, finest: np.ndarray | None) -> Row:
     return {**row, "seconds": _short(timing.seconds), "rms to finest [mm]": f"{1e3 * away:.1f}", "within 3 mm": right}
 
 
+def stepping(options: argparse.Namespace) -> list[Row]:
+    """A towel that a controller leads, over the same scene in one go: seconds of the processor in turn, medians."""
+    fold = towel(SPACINGS[0])
+    simulate(fold.scene.model_copy(update={"duration": 0.1}))  # load what is compiled
+    seconds: dict[int, list[float]] = {rate: [] for rate in (0, *CONTROL)}
+    for _ in range(max(options.runs, TURNS)):
+        for rate, found in seconds.items():
+            found.append(_controlled(fold, rate) if rate else _in_one_go(fold))
+    whole = seconds.pop(0)
+    rows: list[Row] = [{"control": "none, in one go", "steps/s": "-", "over one go": "1.000"}]
+    for rate, found in seconds.items():
+        ratio = median(stepped / one for stepped, one in zip(found, whole, strict=True))
+        steps = round(rate * fold.scene.duration) / median(found)
+        rows.append({"control": f"{rate} Hz", "steps/s": round(steps), "over one go": f"{ratio:.3f}"})
+    return rows
+
+
+def _in_one_go(fold: Fold) -> float:
+    """Seconds of the processor for a rollout."""
+    simulation = Simulation(fold.scene)
+    begin = process_time()
+    simulation.frames()
+    return process_time() - begin
+
+
+def _controlled(fold: Fold, rate: int) -> float:
+    """Seconds of the processor for a rollout whose hands are given their places as targets, at that rate [Hz]."""
+    scene = fold.scene
+    simulation = Simulation(scene)
+    instants = np.arange(1, round(rate * scene.duration) + 1) / rate
+    paths = np.stack([gripper.path(instants) for gripper in scene.grippers], axis=1)
+    opens = [gripper.opens for gripper in scene.grippers]
+    begin = process_time()
+    for time, places in zip(instants, paths, strict=True):
+        held = [end is None or time <= end for end in opens]
+        simulation.advance(
+            time - simulation.time,
+            [
+                HandTarget(place, True) if closed else HandTarget(closed=False)
+                for place, closed in zip(places, held, strict=True)
+            ],
+        )
+        simulation.positions.sum()  # a controller looks
+    spent = process_time() - begin
+    if not np.linalg.norm(simulation.positions - fold.target, axis=1).mean() < FOLDED:
+        raise SystemExit("the towel that was led did not fold: its time counts for nothing")
+    return spent
+
+
 def throughput(options: argparse.Namespace) -> list[Row]:
     """Rollouts per second on all cores, of `simulate_many` and one after another; each with hands a little higher."""
     rows: list[Row] = []
@@ -186,6 +241,7 @@ PARTS: dict[str, Callable[[argparse.Namespace], list[Row]]] = {
     "shirt": lambda options: compared(_cases("T-shirt", SPACINGS[:1], options), options),
     "growth": growth,
     "answer": answer,
+    "stepping": stepping,
     "throughput": throughput,
     "startup": startup,
 }

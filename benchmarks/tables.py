@@ -53,6 +53,7 @@ PLACES = {
     "shirt": NOTES / "benchmarks.md",
     "growth": NOTES / "benchmarks.md",
     "answer": NOTES / "benchmarks.md",
+    "stepping": NOTES / "benchmarks.md",
     "throughput": NOTES / "benchmarks.md",
     "startup": NOTES / "benchmarks.md",
     "abuse": NOTES / "benchmarks.md",

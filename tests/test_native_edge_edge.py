@@ -42,7 +42,7 @@ def simulation_of(gap: float) -> Simulation:
 def swept(simulation: Simulation, gaps: np.ndarray, restored: float = 1.0) -> tuple[np.ndarray, float]:
     """Gaps after a sweep that finds these, and the smallest that it found."""
     x = crossed(gaps)
-    positions = Positions(x, simulation.state.positions.x, x.copy())
+    positions = Positions(x, simulation.system.state.positions.x, x.copy())
     options, step = simulation.system.options, simulation.sizes.outer_step
     smallest = edge_edge.sweep(positions, simulation.mesh, simulation.contact, options, step, restored)
     z = x[:, 2].reshape(COUNT, 2, 3)

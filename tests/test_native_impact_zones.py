@@ -53,7 +53,7 @@ def across(height: float) -> Simulation:
 
 def held(simulation: Simulation, sunk: float) -> tuple[np.ndarray, np.ndarray, int]:
     """Positions at the start and after the upper triangle sank by that much, and the passes that it took."""
-    start = simulation.state.positions.x
+    start = simulation.system.state.positions.x
     x = start.copy()
     x[3:, 2] -= sunk
     passes = impact_zones.hold(
@@ -135,7 +135,7 @@ def test_zones_that_run_into_one_another_become_one() -> None:
     vertex_face.triangle[5, 0], vertex_face.side[5, 0] = 0, 1  # vertex 5 over the lowest triangle
     vertex_face.triangle[8, 0], vertex_face.side[8, 0] = 1, 1  # vertex 8 over the middle one
     simulation.contact.activity.restless[:] = 10
-    start = simulation.state.positions.x
+    start = simulation.system.state.positions.x
     x = start.copy()
     x[3:6, 2] -= 1.5 * THICKNESS
     x[6:, 2] -= 1.6 * THICKNESS

@@ -97,7 +97,7 @@ def test_edges_that_come_under_pressure_are_paired_without_another_search() -> N
     )
     simulation = Simulation(Scene(cloth=cloth, material=CLOTH, duration=0.1))
     contact = simulation.contact
-    positions = simulation.state.positions
+    positions = simulation.system.state.positions
     positions.start[:] = positions.x
     borders = contact.counters.pairs
     contact.activity.pressed[:] = 4

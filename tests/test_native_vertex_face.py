@@ -44,7 +44,7 @@ def swept(
     simulation: Simulation, height: float, at_start: float, slide: float = 0.0, restored: float = 1.0
 ) -> tuple[Positions, float]:
     """A sweep that finds the corner at some height over the sheet, where it came from another, after some slide."""
-    start = simulation.state.positions.x.copy()
+    start = simulation.system.state.positions.x.copy()
     start[4, 2] = at_start
     x = start.copy()
     x[4] += [slide, 0.0, height - at_start]

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from tatamu.search.space import Bounds, Space
     from tatamu.search.two_fidelity import TwoFidelitySearch
     from tatamu.simulators import register_simulator, simulate, simulate_many
+    from tatamu.simulators.native import HandTarget, Simulation, SimulationState
     from tatamu.study.loop import Progress
     from tatamu.study.trial import Trial
 
@@ -53,6 +54,7 @@ _HOME = {
     "GPSearch": "tatamu.search.gp",
     "Garment": "tatamu.garments.garment",
     "Gripper": "tatamu.scene",
+    "HandTarget": "tatamu.simulators.native",
     "InputError": "tatamu.errors",
     "LearnOptions": "tatamu.options",
     "Limits": "tatamu.folding.score",
@@ -66,7 +68,9 @@ _HOME = {
     "Scene": "tatamu.scene",
     "Score": "tatamu.folding.score",
     "Search": "tatamu.search.search",
+    "Simulation": "tatamu.simulators.native",
     "SimulationError": "tatamu.errors",
+    "SimulationState": "tatamu.simulators.native",
     "Space": "tatamu.search.space",
     "Table": "tatamu.scene",
     "Task": "tatamu.folding.task",
@@ -104,6 +108,7 @@ __all__ = [
     "GPSearch",
     "Garment",
     "Gripper",
+    "HandTarget",
     "InputError",
     "LearnOptions",
     "Limits",
@@ -117,7 +122,9 @@ __all__ = [
     "Scene",
     "Score",
     "Search",
+    "Simulation",
     "SimulationError",
+    "SimulationState",
     "Space",
     "Table",
     "Task",

@@ -14,7 +14,10 @@ from tatamu.simulators.native.options import (  # noqa: E402
     StepOptions,
     UntangleOptions,
 )
+from tatamu.simulators.native.simulation import Simulation  # noqa: E402
 from tatamu.simulators.native.simulator import load_kernels, simulate, simulate_many  # noqa: E402
+from tatamu.simulators.native.snapshot import SimulationState  # noqa: E402
+from tatamu.simulators.native.targets import HandTarget  # noqa: E402
 
 CAPABILITIES = Capabilities(
     parallel=True, coarse_search=True, compression=True, orthotropy=True, hysteresis=True, directional_air=True
@@ -35,8 +38,11 @@ __all__ = [
     "CAPABILITIES",
     "ContactOptions",
     "ElasticOptions",
+    "HandTarget",
     "LimitOptions",
     "Options",
+    "Simulation",
+    "SimulationState",
     "StepOptions",
     "UntangleOptions",
     "compilation",

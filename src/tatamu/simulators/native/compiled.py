@@ -11,7 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from numba import njit
+from numba import njit, typeof
 
 _KERNELS: list[Any] = []
 """Every function that is compiled by itself, as numba's dispatcher."""
@@ -35,6 +35,16 @@ inlined = njit(cache=True, error_model="numpy", inline="always")
 many records and is called in one place, as it would otherwise be compiled for itself and once more there."""
 unlocked = _compiler(nogil=True)
 """One that lets other threads of Python run meanwhile: the outermost loop."""
+
+
+def for_types_of(kernel: Any, arguments: tuple[Any, ...]) -> Callable[..., Any]:
+    """Return a kernel's code for arguments of these types, compiled if it is not.
+
+    A kernel looks at the types of all arguments whenever it is called, which costs a hundred microseconds for a scene
+    with its hundred arrays; this code does not, and must not be given arguments of other types.
+    """
+    code: Callable[..., Any] = kernel.compile(tuple(map(typeof, arguments)))
+    return code
 
 
 def compilation() -> tuple[int, int]:

@@ -1,15 +1,49 @@
-"""The grippers of a scene under way: which are closed, what they hold, and where it goes."""
+"""The grippers of a scene under way: which are closed, what they hold, and where it moves."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import dist, inf
+
 import numpy as np
 
-from tatamu.scene import Gripper, Scene
+from tatamu.errors import InputError
+from tatamu.scene import Scene
 from tatamu.simulators.native.system import Hands
+from tatamu.simulators.native.targets import NOWHERE, HandTarget, Place
+
+
+@dataclass(frozen=True)
+class Grip:
+    """The vertices that a closed gripper holds."""
+
+    vertices: np.ndarray
+    """Shape (k,)."""
+    base: np.ndarray
+    """Their positions where it closed [m], shape (k, 3)."""
+
+
+@dataclass(frozen=True)
+class Led:
+    """A gripper that targets lead, no longer the scene."""
+
+    vertices: tuple[int, ...] | None
+    """The vertices that it holds; None if it is open."""
+    displacement: Place
+    """Its last target [m]; zero if it is open."""
+
+
+@dataclass(frozen=True)
+class GripperState:
+    """What changes of the grippers in the course of a rollout, by number."""
+
+    grips: dict[int, Grip]
+    led: dict[int, Led]
 
 
 class Grippers:
-    """Grippers by number, in outer steps rather than seconds."""
+    """Grippers by number, in outer steps instead of seconds."""
 
     def __init__(self, scene: Scene, outer_step: float, steps: int) -> None:
         """Sample the paths.
@@ -17,55 +51,158 @@ class Grippers:
         Args:
             scene: The scene.
             outer_step: Length of an outer step [s].
-            steps: How many there will be.
+            steps: Number of outer steps of the scene.
         """
         self._grippers = scene.grippers
+        self._vertices = len(scene.cloth.vertices)
         self._outer_step = outer_step
+        self._steps = steps
         self._latest = 2 * scene.duration
-        self._closed: dict[int, tuple[np.ndarray, np.ndarray]] = {}
-        times = np.arange(steps + 1) * outer_step
-        self._paths = np.zeros((max(len(scene.grippers), 1), len(times), 3))
-        for path, gripper in zip(self._paths, scene.grippers, strict=False):
-            path[:] = gripper.path(times)
+        self._own = [tuple(gripper.vertices) for gripper in scene.grippers]
+        self._closes = [self.step_at(gripper.closes) for gripper in scene.grippers]
+        self._opens = [self.step_at(inf if gripper.opens is None else gripper.opens) for gripper in scene.grippers]
+        self._grips: dict[int, Grip] = {}
+        self._led: dict[int, Led] = {}
+        self._hands: Hands | None = None
+        self._times = np.arange(steps + 1) * outer_step
+        self._paths = np.zeros((max(len(scene.grippers), 1), len(self._times), 3))
+        for index in range(len(scene.grippers)):
+            self._follow_scene(index)
+
+    @property
+    def closed(self) -> tuple[bool, ...]:
+        """Whether each gripper holds something."""
+        return tuple(number in self._grips for number in range(len(self._grippers)))
+
+    def displacements(self, number: int) -> np.ndarray:
+        """Displacements at outer step `number` [m], shape (grippers, 3); zero while a gripper is open."""
+        shape = (len(self._grippers), 3)
+        return np.where(np.reshape(self.closed, (-1, 1)), self._paths[: shape[0], number], np.zeros(shape))
 
     def step_at(self, time: float) -> int:
         """Number of the outer step at which something at `time` [s] happens."""
         return round(min(time, self._latest) / self._outer_step)
 
     def events(self) -> list[int]:
-        """Numbers of the outer steps at which grippers close or open."""
-        times = [time for gripper in self._grippers for time in (gripper.closes, gripper.opens)]
-        return [self.step_at(time) for time in times if time is not None]
+        """Numbers of the outer steps at which the scene closes or opens grippers."""
+        own = [index for index in range(len(self._own)) if index not in self._led]
+        return [number for numbers in (self._closes, self._opens) for number in (numbers[index] for index in own)]
+
+    def lead(self, hands: Sequence[HandTarget | None], number: int, stop: int, fastest: float) -> None:
+        """Lead grippers to targets, at constant velocity; keep those that have none where earlier targets led them.
+
+        Args:
+            hands: A target for each gripper; None if it has no new one.
+            number: Outer step at which grippers open, close and begin to move.
+            stop: Outer step at which they have arrived.
+            fastest: Highest speed of a hand [m/s].
+
+        Raises:
+            InputError: If one of them is wrong; then all grippers are as they were.
+        """
+        held = self._held(number)
+        given = {index: hand for index, hand in enumerate(hands) if hand is not None}
+        starts = {index: self._start(index, index in held, number) for index in {*given, *self._led}}
+        led = {index: self._led_by(hand, index, held.get(index), starts[index]) for index, hand in given.items()}
+        for index, target in led.items():
+            length = 0.0 if target.vertices is None else dist(target.displacement, starts[index])
+            self._check_speed(f"hands[{index}]", length, stop - number, fastest)
+        if any(target.vertices is not held.get(index) for index, target in led.items()):
+            self._check_held_once(led, number)
+        self._led |= led
+        part = np.arange(1, stop - number + 1)[:, None] / max(stop - number, 1)
+        for index, start in starts.items():
+            way = np.subtract(self._led[index].displacement, start)
+            self._paths[index, number + 1 : stop + 1] = start + part * way
 
     def open_due(self, number: int) -> list[np.ndarray]:
         """Open the grippers that do not hold in step `number`; the vertices of each that did until now."""
-        due = sorted(self._closed.keys() - self._wanted(number))
-        return [self._closed.pop(gripper)[0] for gripper in due]
+        due = sorted(self._grips.keys() - self._held(number).keys())
+        self._hands = None if due else self._hands
+        return [self._grips.pop(gripper).vertices for gripper in due]
 
     def close_due(self, number: int, x: np.ndarray) -> list[np.ndarray]:
         """Close the grippers that hold from step `number` on, at positions x [m]; the vertices of each."""
-        due = sorted(self._wanted(number) - self._closed.keys())
+        held = self._held(number)
         taken = []
-        for gripper in due:
-            vertices = np.array(self._grippers[gripper].vertices)
-            self._closed[gripper] = (vertices, x[vertices].copy())
+        for gripper in sorted(held.keys() - self._grips.keys()):
+            vertices = np.array(held[gripper])
+            self._grips[gripper] = Grip(vertices, x[vertices].copy())
+            self._hands = None
             taken.append(vertices)
         return taken
 
     def hands(self) -> Hands:
         """Vertices that are held now, and their paths."""
-        if not self._closed:
+        if self._hands is None:
+            self._hands = self._make_hands()
+        return self._hands
+
+    def _make_hands(self) -> Hands:
+        if not self._grips:
             return Hands(np.empty(0, np.int64), np.empty((0, 3)), np.empty(0, np.int64), self._paths)
         return Hands(
-            vertex=np.concatenate([vertices for vertices, _ in self._closed.values()]),
-            base=np.concatenate([base for _, base in self._closed.values()]),
-            gripper=np.concatenate([np.full(len(v), number) for number, (v, _) in self._closed.items()]),
+            vertex=np.concatenate([grip.vertices for grip in self._grips.values()]),
+            base=np.concatenate([grip.base for grip in self._grips.values()]),
+            gripper=np.concatenate([np.full(len(grip.vertices), number) for number, grip in self._grips.items()]),
             path=self._paths,
         )
 
-    def _wanted(self, number: int) -> set[int]:
-        return {i for i, gripper in enumerate(self._grippers) if self._holds(gripper, number)}
+    def state(self) -> GripperState:
+        """Copy what changes."""
+        return GripperState(dict(self._grips), dict(self._led))
 
-    def _holds(self, gripper: Gripper, number: int) -> bool:
-        over = gripper.opens is not None and self.step_at(gripper.opens) <= number
-        return self.step_at(gripper.closes) <= number and not over
+    def restore(self, state: GripperState) -> None:
+        """Return to a state of the same scene."""
+        for index in self._led.keys() - state.led.keys():
+            self._follow_scene(index)
+        self._grips = dict(state.grips)
+        self._hands = None
+        self._led = dict(state.led)
+
+    def _follow_scene(self, index: int) -> None:
+        self._paths[index] = self._grippers[index].path(self._times)
+
+    def _held(self, number: int) -> dict[int, tuple[int, ...]]:
+        """The vertices of the grippers that are to hold in outer step `number`, by gripper."""
+        held = {}
+        for index, own in enumerate(self._own):
+            led = self._led.get(index)
+            vertices = led.vertices if led else own if self._closes[index] <= number < self._opens[index] else None
+            if vertices is not None:
+                held[index] = vertices
+        return held
+
+    def _start(self, index: int, holds: bool, number: int) -> Place:
+        """Displacement of a gripper at outer step `number` [m]; zero if it is open."""
+        if not holds:
+            return NOWHERE
+        led = self._led.get(index)
+        return led.displacement if led else tuple(self._paths[index, number].tolist())
+
+    def _led_by(self, hand: HandTarget, index: int, before: tuple[int, ...] | None, start: Place) -> Led:
+        name = f"hands[{index}]"
+        vertices = hand.held(name, before, self._own[index], self._vertices)
+        return Led(vertices, hand.place(name) or (NOWHERE if vertices is None else start))
+
+    def _check_speed(self, name: str, length: float, steps: int, fastest: float) -> None:
+        seconds = steps * self._outer_step
+        if not length <= fastest * (1.0 + 1e-9) * seconds:
+            raise InputError(
+                f"{name}.displacement: must be reached at {fastest:g} m/s at most, given {length:.3g} m away in "
+                f"{seconds:.3g} s"
+            )
+
+    def _check_held_once(self, led: dict[int, Led], number: int) -> None:
+        """Refuse vertices that two grippers hold at a time, or will by the scene."""
+        holder: dict[int, int] = {}
+        for index, own in enumerate(self._own):
+            target = led.get(index) or self._led.get(index)
+            later = number < self._opens[index] and self._closes[index] <= self._steps
+            for vertex in (target.vertices or ()) if target else own if later else ():
+                other = holder.setdefault(vertex, index)
+                if other != index:
+                    raise InputError(
+                        f"hands[{index if index in led else other}].vertices: must be held by one gripper, "
+                        f"given vertex {vertex} of grippers {other} and {index}"
+                    )

@@ -143,6 +143,8 @@ class LimitOptions(NamedTuple):
     """Thickness is refused beyond this part of the shortest edge [-]."""
     most_work: float = 1e12
     """Steps of a vertex that a rollout may need: about two hours."""
+    fastest_hand: float = 10.0
+    """A target that a hand would have to reach at a higher speed is refused [m/s]: arms move at 2, a throw at 10."""
     most_bytes_in_double: float = 64e6
     """Frames that take more bytes are kept in single precision, which rounds a meter by 0.06 micrometers."""
 

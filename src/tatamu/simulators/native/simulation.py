@@ -1,13 +1,22 @@
-"""One scene under way."""
+"""One scene under way: what `simulate` runs to the end, and what a controller steps.
+
+Time advances in outer steps of H, a whole fraction of a frame. Nothing depends on where a run is cut: a scene that is
+advanced in pieces, or continued from a state, passes through the same bytes as one that is simulated in one go.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from math import floor, inf
+
 import numpy as np
 
-from tatamu.errors import SimulationError
+from tatamu.errors import InputError, SimulationError
 from tatamu.material import Material
 from tatamu.scene import Cloth, Scene
 from tatamu.simulators.native.air import Air, air_of, surface_of
+from tatamu.simulators.native.compiled import for_types_of
 from tatamu.simulators.native.contact import broad_phase
 from tatamu.simulators.native.contact.projection import Positions
 from tatamu.simulators.native.contact.state import initial_state
@@ -18,8 +27,10 @@ from tatamu.simulators.native.grippers import Grippers
 from tatamu.simulators.native.memory.bands import BLOCK
 from tatamu.simulators.native.model import Model, model_of, steps_per_frame, substeps
 from tatamu.simulators.native.options import Options, StepOptions
+from tatamu.simulators.native.snapshot import SimulationState, copy_arrays, digest, set_arrays
 from tatamu.simulators.native.step import advance
 from tatamu.simulators.native.system import Span, State, StepSizes, System
+from tatamu.simulators.native.targets import HandTarget
 from tatamu.topology import Topology, edge_lengths
 
 FRAMES_AT_ONCE = 8
@@ -31,32 +42,42 @@ THICK = 0.5
 
 
 class Simulation:
-    """A rollout from its first step to its last.
+    """A scene that is advanced step by step.
 
-    `number` outer steps were made; `state`, `mesh` and `contact` are what the compiled loops read and write.
+        simulation = Simulation(scene)
+        while simulation.time < scene.duration:
+            simulation.advance(1 / 60, hands=[HandTarget(displacement=policy(simulation.positions))])
+
+    Attributes:
+        scene: The scene.
+        number: How many outer steps were made.
+        mesh, contact, system: What the compiled loops read and write.
     """
 
     def __init__(self, scene: Scene, options: Options | None = None) -> None:
         """Make everything ready.
 
+        Args:
+            scene: The scene. Grippers follow its motions until `advance` is given targets for them.
+            options: Settings of the simulator; None for the defaults.
+
         Raises:
-            SimulationError: The cloth is too thick for its mesh, or the scene would take hours.
+            SimulationError: If the cloth is too thick for its mesh, or the scene would take hours.
         """
         self.scene = scene
         self.options = options or Options()
         self.model = model_of(scene.cloth, scene.material, self.options)
         self.per_frame = steps_per_frame(scene.frame_rate, self.options.step.outer_step)
         self.sizes = _step_sizes(self.model, 1.0 / (scene.frame_rate * self.per_frame), self.options.step)
-        self.steps = (scene.frames - 1) * self.per_frame
+        self.steps = int(scene.duration / self.sizes.outer_step + 1e-6)
         self.number = 0
         self._refuse()
         self.mesh = self.model.mesh._replace(inverse_mass=self.model.mesh.inverse_mass.copy())
         air = air_of(scene.gravity, scene.material)
-        self.state = _state(scene, self.model, air)
         self.contact = initial_state(self.mesh, self.options.contact.pairs_per_edge)
         compiled = self.options.contact._replace(restored=np.array(self.options.contact.restored))
         self.system = System(
-            state=self.state,
+            state=_state(scene, self.model, air),
             elastic=self.model.elastic,
             mesh=self.mesh,
             contact=self.contact,
@@ -66,54 +87,152 @@ class Simulation:
             options=compiled,
             limits=self.options.limits,
         )
+        self._latest = np.empty((FRAMES_AT_ONCE, *scene.cloth.vertices.shape))
+        self._positions = _read_only(self.system.state.positions.x)
+        self._velocities = np.empty((3, len(scene.cloth.vertices)))
+        self._loop: Callable[..., tuple[int, float]] | None = None
+        self._requested = 0.0
         self._grippers = Grippers(scene, self.sizes.outer_step, self.steps)
         self._untangle_at = 0  # what begins within itself, as a state that was read off another mesh may
         self.search()
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self.number * self.sizes.outer_step
+
+    @property
+    def positions(self) -> np.ndarray:
+        """Positions of the vertices [m], shape (n, 3): a view, read-only, which `advance` changes."""
+        return self._positions
+
+    @property
+    def velocities(self) -> np.ndarray:
+        """Velocities of the vertices [m/s], shape (n, 3): read-only; gathered into one array, which each use fills."""
+        np.take(self.system.state.V, self.model.slot, axis=1, out=self._velocities)
+        return _read_only(self._velocities.T)
+
+    @property
+    def closed(self) -> tuple[bool, ...]:
+        """Whether each gripper of the scene holds something."""
+        return self._grippers.closed
+
+    @property
+    def displacements(self) -> np.ndarray:
+        """Displacement of each gripper from where it closed [m], shape (grippers, 3); zero while it is open."""
+        return self._grippers.displacements(self.number)
 
     @property
     def substeps(self) -> int:
         """Membrane steps made."""
         return self.number * self.sizes.kicks * self.sizes.substeps_per_kick
 
-    def frames(self) -> np.ndarray:
-        """Run to the end; positions in all frames [m], shape (f, n, 3).
+    def advance(self, seconds: float, hands: Sequence[HandTarget | None] | None = None) -> None:
+        """Simulate that much longer, to the outer step that is nearest to all the time requested so far.
+
+        Args:
+            seconds: How much longer [s], at least one outer step.
+            hands: Target of each gripper, in the order of the scene; None, for one or for all, if there is no new one.
+                A gripper follows the motion of the scene until its first target, and its targets from then on: it
+                opens or closes at once, moves to the displacement at constant velocity until the end of this call, and
+                then stays there.
 
         Raises:
-            SimulationError: The cloth went beyond one of `LimitOptions`.
+            InputError: If an argument is wrong; the message names it, and nothing was done.
+            SimulationError: If the cloth went beyond one of `LimitOptions`.
         """
-        x = self.state.positions.x
+        requested = self._requested + self._checked(seconds)
+        stop = min(self._step_at(requested), self.steps)
+        count = len(self.scene.grippers)
+        hands = [None] * count if hands is None else hands
+        if len(hands) != count:
+            raise InputError(f"hands: must be one for each of {count} grippers, given {len(hands)}")
+        self._grippers.lead(hands, self.number, stop, self.options.limits.fastest_hand)
+        self._requested = requested
+        while self.number < stop:
+            self._advance_to(stop)
+
+    def state(self) -> SimulationState:
+        """Copy everything that the rest of the rollout depends on; the copy can be pickled."""
+        return SimulationState(
+            digest=self._digest,
+            number=self.number,
+            requested=self._requested,
+            untangle_at=self._untangle_at,
+            grippers=self._grippers.state(),
+            arrays=copy_arrays(self.system),
+        )
+
+    def restore(self, state: SimulationState) -> None:
+        """Return to a state of this scene, from this simulation or from another one of the same scene and options.
+
+        Raises:
+            InputError: If the state is of another scene, of other options or of another version of the simulator.
+        """
+        if state.digest != self._digest:
+            raise InputError("state: must be of the same scene, options and version of tatamu, given that of others")
+        self.number = state.number
+        self._requested = state.requested
+        self._untangle_at = state.untangle_at
+        self._grippers.restore(state.grippers)
+        set_arrays(self.system, state.arrays)
+
+    def frames(self) -> np.ndarray:
+        """Run from the start to the end; positions in all frames [m], shape (f, n, 3).
+
+        Raises:
+            SimulationError: If the cloth went beyond one of `LimitOptions`.
+        """
+        x = self.system.state.positions.x
         size = self.scene.frames * x.nbytes
         single = size > self.options.limits.most_bytes_in_double
         frames = np.empty((self.scene.frames, *x.shape), dtype=np.float32 if single else float)
         frames[0] = x
-        while self.number < self.steps:
-            self.advance(frames)
+        last = (self.scene.frames - 1) * self.per_frame
+        while self.number < last:
+            begin = self.number // self.per_frame + 1
+            self._advance_to(last)
+            reached = self.number // self.per_frame + 1
+            frames[begin:reached] = self._latest[: reached - begin]
         return frames
 
-    def advance(self, frames: np.ndarray) -> None:
-        """Go on until something happens, or for a few frames, and fill these in.
+    @cached_property
+    def _digest(self) -> str:
+        return digest(self.scene, self.options)
 
-        Args:
-            frames: Positions in all frames [m], shape (f, n, 3).
+    def _checked(self, seconds: float) -> float:
+        """Seconds by which time may advance [s].
 
         Raises:
-            SimulationError: The cloth went beyond one of `LimitOptions`.
+            InputError: If time would not advance, or beyond the end of the scene.
         """
+        step = self.sizes.outer_step
+        if not step <= seconds < inf:
+            raise InputError(f"seconds: must be finite and at least an outer step of {step:.3g} s, given {seconds}")
+        if self._step_at(self._requested + seconds) > max(self._step_at(self.scene.duration), self.steps):
+            raise InputError(
+                f"seconds: must end with the scene, after {self.scene.duration:g} s, given {seconds:g} at "
+                f"{self.time:.6g} s; give the scene a longer duration"
+            )
+        return float(seconds)
+
+    def _step_at(self, time: float) -> int:
+        return floor(time / self.sizes.outer_step + 0.5)
+
+    def _advance_to(self, last: int) -> None:
+        """Advance until something happens, for a few frames, or to step `last`; `_latest` is what frames it passed."""
         self._work_grippers()
-        end = min(self.steps, self.number + FRAMES_AT_ONCE * self.per_frame)
+        end = min(last, self.number + FRAMES_AT_ONCE * self.per_frame)
         events = [self._untangle_at, *self._grippers.events()]
         stop = min([end, *(number for number in events if number > self.number)])
-        begin = self.number // self.per_frame + 1
-        latest = np.empty((FRAMES_AT_ONCE, *frames.shape[1:]))
-        span = Span(self.number, stop, self.per_frame)
-        self.number, stretch = advance(self.system, self._grippers.hands(), latest, span)
-        reached = self.number // self.per_frame + 1
-        frames[begin:reached] = latest[: reached - begin]
+        arguments = (self.system, self._grippers.hands(), self._latest, Span(self.number, stop, self.per_frame))
+        self._loop = self._loop or for_types_of(advance, arguments)
+        self.number, stretch = self._loop(*arguments)
         self._check(stretch, self.number < stop)
 
     def search(self) -> None:
         """Search candidates of contact at the present positions, which must be legal."""
-        broad_phase.search(self.state.positions.x, self.mesh, self.contact, self.system.options)
+        broad_phase.search(self.system.state.positions.x, self.mesh, self.contact, self.system.options)
 
     def warnings(self) -> list[str]:
         """Lines that a user should read with this rollout."""
@@ -136,7 +255,7 @@ class Simulation:
             self._set_free(vertices, 1.0)
         if opened or self.number == self._untangle_at:
             self._untangle()
-        for vertices in self._grippers.close_due(self.number, self.state.positions.x):
+        for vertices in self._grippers.close_due(self.number, self.system.state.positions.x):
             self._set_free(vertices, 0.0)
 
     def _untangle(self) -> None:
@@ -144,20 +263,20 @@ class Simulation:
 
         What does not come apart at once may do so when the cloth has moved on; what came apart may have snapped back.
         """
-        x = self.state.positions.x
+        x = self.system.state.positions.x
         apart, left = untangle(x, self.mesh, self.model.lengths, self.options.untangle)
         wait = max(1, self._grippers.step_at(self.options.untangle.again_after))
         self._untangle_at = self.number + wait if left or apart is not x else -1
         if apart is not x:
             x[:] = apart
-            self.state.X[:, self.state.slot] = apart.T
+            self.system.state.X[:, self.system.state.slot] = apart.T
             self.search()
 
     def _set_free(self, vertices: np.ndarray, free: float) -> None:
         slot = self.model.slot[vertices]
         inverse_mass = free / self.model.mass[vertices]
-        self.state.free[slot] = free
-        self.state.inverse_mass[slot] = inverse_mass
+        self.system.state.free[slot] = free
+        self.system.state.inverse_mass[slot] = inverse_mass
         self.mesh.inverse_mass[vertices] = inverse_mass
 
     def _check(self, stretch: float, stopped: bool) -> None:
@@ -195,6 +314,12 @@ def locking(cloth: Cloth, material: Material) -> float:
     stiffness = max(material.stretch_stiffness, material.weft_stiffness)
     rigidity = min(material.bending_rigidity, material.weft_rigidity)
     return stiffness * edge * edge / rigidity if rigidity > 0.0 else np.inf
+
+
+def _read_only(array: np.ndarray) -> np.ndarray:
+    view = array.view()
+    view.setflags(write=False)
+    return view
 
 
 def _step_sizes(model: Model, outer_step: float, options: StepOptions) -> StepSizes:

@@ -208,7 +208,8 @@ def advance(system: System, hands: Hands, frames: np.ndarray, span: Span) -> tup
         span: Which steps.
 
     Returns:
-        The number reached and the largest stretch there: `span.last`, unless the cloth went beyond a limit before.
+        The number reached, `span.last` unless the cloth went beyond a limit before, and the largest stretch in the
+        last frame.
     """
     state = system.state
     stretching = system.elastic.membrane
@@ -222,10 +223,12 @@ def advance(system: System, hands: Hands, frames: np.ndarray, span: Span) -> tup
             near = _outer_step(system, hands, number)
             if near:
                 number += 1
-        copy_out(state.X, stretching.copies, state.V.shape[1])
-        stretch = membrane.largest_stretch(state.X, stretching)
+        framed = number % span.per_frame == 0
+        if framed or number < until:  # between frames nobody looks: where a run is cut must not matter
+            copy_out(state.X, stretching.copies, state.V.shape[1])
+            stretch = membrane.largest_stretch(state.X, stretching)
         if number < until:
             break
-        if number % span.per_frame == 0:
+        if framed:
             frames[number // span.per_frame - begin] = state.positions.x
     return number, stretch
