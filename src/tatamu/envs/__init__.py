@@ -1,0 +1,41 @@
+"""Environments of Gymnasium: a fold by one manipulation, and hands that are led step by step.
+
+    import gymnasium as gym
+
+    env = gym.make("tatamu.envs:tatamu/Hands-v0", garment="towel", observation="key_points")
+
+Importing this package registers both with Gymnasium.
+"""
+
+from __future__ import annotations
+
+from tatamu.errors import InputError
+
+try:
+    import gymnasium
+except ImportError:
+    raise InputError("environments need the package gymnasium: pip install 'tatamu[gym]'") from None
+
+from tatamu.envs.cameras import CAMERAS
+from tatamu.envs.fold import FoldEnv
+from tatamu.envs.hands import HandsEnv
+from tatamu.envs.observation import OBSERVATIONS
+from tatamu.envs.threads import ThreadedVectorEnv
+
+FOLD = "tatamu/Fold-v0"
+HANDS = "tatamu/Hands-v0"
+
+
+def _register() -> None:
+    """Make both environments known to `gymnasium.make` and `gymnasium.make_vec`."""
+    for name, entry, vector in (
+        (FOLD, "tatamu.envs.fold:FoldEnv", "tatamu.envs.threads:vector_of_folds"),
+        (HANDS, "tatamu.envs.hands:HandsEnv", "tatamu.envs.threads:vector_of_hands"),
+    ):
+        if name not in gymnasium.registry:
+            gymnasium.register(id=name, entry_point=entry, vector_entry_point=vector)
+
+
+_register()
+
+__all__ = ["CAMERAS", "FOLD", "HANDS", "OBSERVATIONS", "FoldEnv", "HandsEnv", "ThreadedVectorEnv"]

@@ -1,0 +1,102 @@
+"""Cameras with names: pictures of cloth and hands, small and quick, as a policy sees them."""
+
+from __future__ import annotations
+
+from typing import Literal, get_args
+
+import numpy as np
+
+from tatamu.presentation.palette import BACK, FRONT, LEFT, REAR, RIGHT, TABLE, rgb
+from tatamu.presentation.raster import View
+from tatamu.presentation.shading import PaintedMesh, see, shade, to_pixels
+from tatamu.topology import facing_down
+from tatamu.zbuffer import z_buffer
+
+Camera = Literal["top", "front", "left", "right"]
+CAMERAS: tuple[Camera, ...] = get_args(Camera)
+"""Names of the cameras: from above, and from three sides at 45 degrees above the table."""
+FROM = {"top": (180.0, 90.0), "front": (180.0, 45.0), "left": (90.0, 45.0), "right": (-90.0, 45.0)}
+"""Direction of each camera: angle about z from +x, and height above the table [degrees]. Hands begin at -x."""
+FAR = 3.0
+"""Distance of a camera from the middle, in radii of what it shows."""
+ROOM = 1.1
+"""Radius that a camera shows, over that of the flat cloth."""
+HAND = 0.02
+"""Half the length of the octahedron that is drawn for a hand [m]."""
+CORNERS = np.array([[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=float)
+FACES = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4], [1, 0, 5], [2, 1, 5], [3, 2, 5], [0, 3, 5]])
+"""An octahedron."""
+COLOURS = (LEFT, RIGHT)
+"""Colours of the left and of the right hand."""
+
+
+class Studio:
+    """Cameras round one garment."""
+
+    def __init__(self, start: np.ndarray, faces: np.ndarray, pixels: int = 96) -> None:
+        """Set up the cameras.
+
+        Args:
+            start: The cloth before the fold [m], shape (n, 3).
+            faces: Triangles, shape (m, 3).
+            pixels: Height and width of a picture.
+        """
+        self.middle = (start.min(axis=0) + start.max(axis=0)) / 2
+        self.radius = ROOM * float(np.linalg.norm(start - self.middle, axis=1).max())
+        self.pixels = pixels
+        self._start = start
+        self._faces = faces
+        outside = np.where(facing_down(start, faces)[:, None], rgb(REAR), rgb(FRONT))
+        self._colours = [outside, *(np.tile(rgb(colour), (len(FACES), 1)) for colour in COLOURS)]
+        self._table = to_pixels(np.append(rgb(TABLE), 1.0)[None, None])[0, 0, :3]
+
+    def picture(self, camera: Camera, points: np.ndarray, hands: np.ndarray | None = None) -> np.ndarray:
+        """Return what a camera sees: RGB, uint8, shape (h, w, 3).
+
+        Args:
+            camera: Name of the camera.
+            points: The cloth [m], shape (n, 3).
+            hands: Places of the hands [m], shape (k, 3); None if there are none to see.
+        """
+        mesh = self._mesh(points, np.empty((0, 3)) if hands is None else hands)
+        view = _view(self.middle, self.radius, self.pixels, *FROM[camera])
+        visible, _ = see(view, mesh)
+        picture = np.broadcast_to(self._table, (*view.shape, 3)).copy()
+        light = np.append(shade(view, mesh, visible), np.ones((len(visible.covered[0]), 1)), axis=1)
+        picture[visible.mask] = to_pixels(light)[:, :3]
+        return picture
+
+    def heights(self, points: np.ndarray) -> np.ndarray:
+        """Return the height of the highest layer over each pixel from above [m], 0 if there is none; float32, (h, w).
+
+        Pixels are those of the camera `top`.
+        """
+        scale = self.pixels / (2.0 * self.radius)
+        across = (points[:, :2] - self.middle[:2]) * scale
+        grid = np.column_stack([self.pixels / 2 - across, points[:, 2]])  # +x is above, +y to the left
+        found = z_buffer(grid, self._faces, (self.pixels, self.pixels)).heights
+        return np.where(np.isfinite(found), found, 0.0).astype(np.float32)
+
+    def _mesh(self, points: np.ndarray, hands: np.ndarray) -> PaintedMesh:
+        """The cloth, and an octahedron for each hand."""
+        count = len(points)
+        faces = [self._faces, *(FACES + count + len(CORNERS) * number for number in range(len(hands)))]
+        shapes = [points, *(hand + HAND * CORNERS for hand in hands)]
+        unmarked = np.full((len(CORNERS) * len(hands), 2), 0.025)  # between two lines of the cloth
+        return PaintedMesh(
+            np.concatenate(shapes),
+            np.concatenate(faces),
+            np.concatenate(self._colours[: 1 + len(hands)]),
+            rgb(BACK),
+            np.concatenate([self._start[:, :2], unmarked]),
+        )
+
+
+def _view(middle: np.ndarray, radius: float, pixels: int, angle: float, height: float) -> View:
+    """A view of a ball round the middle [m], from an angle about z and a height over the table [degrees]."""
+    turn, rise = np.radians([angle, height])
+    near = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
+    right = np.array([-np.sin(turn), np.cos(turn), 0.0])
+    rotation = np.vstack([right, np.cross(near, right), near])
+    distance = np.inf if height == 90.0 else FAR * radius
+    return View(middle, rotation, pixels / (2.0 * radius), (pixels, pixels), distance)

@@ -1,0 +1,75 @@
+"""Episodes: one task, in a disturbed world that is drawn for each episode."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tatamu.disturbances import CHANNELS, NOMINAL, Disturbances, World, disturbed_scene, load_disturbances
+from tatamu.disturbances.world import worlds_of
+from tatamu.folding.fold import Fold
+from tatamu.folding.parameters import arched_curve
+from tatamu.folding.task import Task, make_task
+from tatamu.garments import Garment
+from tatamu.material import Material
+from tatamu.scene import Scene
+
+
+@dataclass(frozen=True)
+class Episodes:
+    """A task and what is not known of its world."""
+
+    task: Task
+    disturbances: Disturbances | None
+
+    @property
+    def fold(self) -> Fold:
+        """The fold of the task."""
+        return self.task.fold
+
+    def draw(self, generator: np.random.Generator) -> World:
+        """Draw the world of an episode; the nominal one if there are no disturbances."""
+        if self.disturbances is None:
+            return NOMINAL
+        return worlds_of(self.disturbances, [generator.standard_normal(len(CHANNELS))])[0]
+
+    def untouched(self, world: World) -> Scene:
+        """Return the scene of a world without hands: its cloth and its table."""
+        touched = disturbed_scene(self.fold, self.task.manipulation(arched_curve(self.fold)), world)
+        return touched.model_copy(update={"grippers": []})
+
+
+def make_episodes(
+    garment: Garment | str | Path,
+    fold: str,
+    size: tuple[float, float] | None,
+    material: Material | Path | str | None,
+    spacing: float | None,
+    disturbances: Disturbances | str | None,
+) -> Episodes:
+    """Make the episodes of an environment, which has the same arguments.
+
+    Raises:
+        InputError: If an argument is wrong; the message names it.
+    """
+    known = load_disturbances(disturbances) if isinstance(disturbances, str) else disturbances
+    task = make_task(garment, fold=fold, size=size, material=material, spacing=spacing)
+    return Episodes(task, known)
+
+
+def hand_errors(fold: Fold, world: World, hands: int) -> np.ndarray:
+    """Return by how much each hand is beside the place where it believes to be [m], shape (hands, 3).
+
+    Args:
+        fold: The fold.
+        world: The world: errors of the hands, of the table's height and of the place of the cloth count.
+        hands: Number of hands.
+    """
+    place = np.array([world["cloth.place.along"], world["cloth.place.across"], world["table.height"]])
+    shared = world.vector("hands.offset") - place
+    apart = 0.5 * world.vector("hands.difference")
+    errors = [shared] if hands == 1 else [shared + apart, shared - apart]
+    axes = np.array([[*fold.normal, 0.0], [*fold.crease.along, 0.0], [0.0, 0.0, 1.0]])
+    return np.asarray(np.array(errors) @ axes)

@@ -1,0 +1,137 @@
+"""`tatamu/Fold-v0`: one action, the six numbers of Eq. (9); one fold; reward -C."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+
+from tatamu.disturbances import NOMINAL, Disturbances
+from tatamu.envs.episodes import make_episodes
+from tatamu.envs.observation import Observation, Observer, View
+from tatamu.errors import InputError
+from tatamu.evaluation import Nominal
+from tatamu.garments import Garment
+from tatamu.material import Material
+from tatamu.search import Parameters
+
+NAMES = ("x1", "z1", "x2", "z2", "g1", "g2")
+"""The numbers of an action, in order."""
+
+
+class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
+    """One manipulation per episode. docs/reference/env-fold.md has the spaces and the reward."""
+
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 1}  # noqa: RUF012 (Gymnasium's name and form)
+
+    def __init__(
+        self,
+        garment: Garment | str | Path = "towel",
+        *,
+        fold: str = "half",
+        size: tuple[float, float] | None = None,
+        material: Material | Path | str | None = None,
+        spacing: float | None = None,
+        disturbances: Disturbances | str | None = None,
+        observation: str | tuple[str, ...] = "key_points",
+        pixels: int = 96,
+        render_mode: str | None = None,
+    ) -> None:
+        """Make the environment.
+
+        Args:
+            garment: A garment, the name of one, or its file.
+            fold: Name of a fold plan, or its file; its first step is folded.
+            size: Width and length [m]; None for the garment's own.
+            material: Material of the cloth, or its preset or file; None for the garment's own.
+            spacing: Distance between vertices [m]; None for the garment's own.
+            disturbances: What is not known, or "default" or a file of it: each episode is one draw. None for nothing.
+            observation: Name of an observation, or several.
+            pixels: Height and width of masks, depths and pictures.
+            render_mode: "rgb_array" to get pictures from `render`.
+
+        Raises:
+            InputError: If an argument is wrong; the message names it.
+        """
+        self.episodes = make_episodes(garment, fold, size, material, spacing, disturbances)
+        self.task = self.episodes.task
+        self.render_mode = render_mode
+        self.action_space = spaces.Box(-1.0, 1.0, (len(NAMES),), np.float32)
+        start = self.task.fold.start
+        self._observer = Observer(self.task.garment, start, observation, hands=0, pixels=pixels)
+        self.observation_space = self._observer.space
+        self._world = NOMINAL
+        self._positions = start
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Lay the garment down, in a world that is drawn anew.
+
+        Args:
+            seed: Random seed of this and the following worlds; None to draw the next one.
+            options: None are known.
+        """
+        super().reset(seed=seed)
+        self._world = self.episodes.draw(self.np_random)
+        self._positions = self.task.fold.start
+        return self._observe(), {"is_success": False, "world": dict(self._world.values)}
+
+    def step(self, action: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Fold once.
+
+        Args:
+            action: From -1 to 1, the six numbers of Eq. (9) between their bounds, shape (6,).
+
+        Raises:
+            InputError: If the action is not of that shape or not finite.
+        """
+        parameters = self.parameters(action)
+        found = Nominal(self.task).in_world(parameters, self._world)
+        if found.rollout is not None:
+            self._positions = found.rollout.positions[-1]
+        info = {
+            "is_success": found.score is not None and found.score.succeeds,
+            "parameters": parameters,
+            "score": {} if found.score is None else found.score.model_dump(),
+            "error": found.error or "",
+        }
+        return self._observe(), -found.objective, True, False, info
+
+    def parameters(self, action: np.ndarray) -> Parameters:
+        """Return the parameters of Eq. (9) that an action stands for; values beyond -1 and 1 count as these.
+
+        Raises:
+            InputError: If the action is not of shape (6,) or not finite.
+        """
+        given = np.asarray(action, dtype=float)
+        if given.shape != (len(NAMES),) or not np.isfinite(given).all():
+            raise InputError(f"action: must be {len(NAMES)} finite numbers, given {action}")
+        part = 0.5 * (np.clip(given, -1.0, 1.0) + 1.0)
+        bounds = self.task.space.bounds
+        ranges = {name: bounds[name].high - bounds[name].low for name in NAMES}
+        given_parts = zip(NAMES, part, strict=True)
+        return {name: bounds[name].nearest(bounds[name].low + each * ranges[name]) for name, each in given_parts}
+
+    def action(self, parameters: Parameters) -> np.ndarray:
+        """Return the action that stands for parameters of Eq. (9), shape (6,)."""
+        self.task.space.check(parameters)
+        bounds = [self.task.space.bounds[name] for name in NAMES]
+        values = [parameters[name] for name in NAMES]
+        pairs = zip(bounds, values, strict=True)
+        parts = [0.5 if each.single else (value - each.low) / (each.high - each.low) for each, value in pairs]
+        return np.array(2.0 * np.array(parts) - 1.0, dtype=np.float32)
+
+    def render(self) -> np.ndarray | None:
+        """Return what the camera `front` sees: RGB, uint8, shape (h, w, 3); None without a render mode."""
+        if self.render_mode is None:
+            return None
+        return self._observer.studio.picture("front", self._positions)
+
+    def _observe(self) -> Observation:
+        nothing = np.zeros((0, 3))
+        still = np.zeros_like(self._positions)
+        return self._observer.observe(View(self._positions, still, nothing, nothing, np.zeros(0)))

@@ -1,0 +1,212 @@
+"""`tatamu/Hands-v0`: hands that are led at 10 Hz, with jaws that open and close."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Literal
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+
+from tatamu.disturbances import Disturbances
+from tatamu.envs.demonstration import follow
+from tatamu.envs.episodes import hand_errors, make_episodes
+from tatamu.envs.jaw import HandsOptions, Jaw
+from tatamu.envs.observation import Observation, Observer, View
+from tatamu.errors import InputError, SimulationError
+from tatamu.folding.manipulation import HANDS
+from tatamu.folding.score import Limits, Score, score, vertex_distances
+from tatamu.garments import Garment
+from tatamu.material import Material
+from tatamu.scene import Gripper
+from tatamu.search import Parameters
+from tatamu.simulators.native import HandTarget, Simulation
+
+RATE = 10
+"""Steps per second [1/s]."""
+NEVER = 1e6
+"""A time beyond every episode [s]: grippers wait for targets."""
+
+
+class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
+    """Hands that fold a garment step by step. docs/reference/env-hands.md has the spaces and the rewards."""
+
+    metadata = {"render_modes": ["rgb_array"], "render_fps": RATE}  # noqa: RUF012 (Gymnasium's name and form)
+
+    def __init__(
+        self,
+        garment: Garment | str | Path = "towel",
+        *,
+        fold: str = "half",
+        size: tuple[float, float] | None = None,
+        material: Material | Path | str | None = None,
+        spacing: float | None = None,
+        disturbances: Disturbances | str | None = None,
+        observation: str | tuple[str, ...] = ("key_points", "hands"),
+        pixels: int = 96,
+        reward: Literal["dense", "sparse"] = "dense",
+        seconds: float = 6.0,
+        options: HandsOptions | None = None,
+        render_mode: str | None = None,
+    ) -> None:
+        """Make the environment.
+
+        Args:
+            garment: A garment, the name of one, or its file.
+            fold: Name of a fold plan, or its file; its first step is folded.
+            size: Width and length [m]; None for the garment's own.
+            material: Material of the cloth, or its preset or file; None for the garment's own.
+            spacing: Distance between vertices [m]; None for the garment's own.
+            disturbances: What is not known, or "default" or a file of it: each episode is one draw. None for nothing.
+            observation: Name of an observation, or several.
+            pixels: Height and width of masks, depths and pictures.
+            reward: "dense" for progress towards the target, "sparse" for success alone.
+            seconds: Length of an episode [s].
+            options: What hands can do; None for the defaults.
+            render_mode: "rgb_array" to get pictures from `render`.
+
+        Raises:
+            InputError: If an argument is wrong; the message names it.
+        """
+        if reward not in ("dense", "sparse"):
+            raise InputError(f"reward: must be dense or sparse, given {reward!r}")
+        if not 1.0 / RATE <= seconds <= 600.0:
+            raise InputError(f"seconds: must be from {1.0 / RATE:g} to 600, given {seconds}")
+        self.episodes = make_episodes(garment, fold, size, material, spacing, disturbances)
+        self.task = self.episodes.task
+        self.reward = reward
+        self.render_mode = render_mode
+        self.steps = round(seconds * RATE)
+        self.options = options or HandsOptions()
+        start = self.task.fold.start
+        count = self.task.fold.hands
+        self._observer = Observer(self.task.garment, start, observation, count, pixels)
+        self.observation_space = self._observer.space
+        self.action_space = spaces.Box(-1.0, 1.0, (4 * count,), np.float32)
+        self._grasps = tuple(int(side[0]) for side in (self.task.fold.left, self.task.fold.right)[:count])
+        margin = np.array([self.options.beside, self.options.beside, 0.0])
+        self._low = start.min(axis=0) - margin
+        self._high = np.array([*(start.max(axis=0) + margin)[:2], self.options.highest])
+        self._untouched = float(vertex_distances(self.task.fold.target, start).mean())
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Lay the garment down, in a world that is drawn anew; the hands are open, at the corners that move.
+
+        Args:
+            seed: Random seed of this and the following worlds; None to draw the next one.
+            options: None are known.
+        """
+        super().reset(seed=seed)
+        world = self.episodes.draw(self.np_random)
+        fold = self.task.fold
+        idle = [
+            Gripper(hand=hand, vertices=[vertex], closes=NEVER, times=[0.0], displacements=np.zeros((1, 3)))
+            for hand, vertex in zip(HANDS, self._grasps, strict=False)
+        ]
+        scene = self.episodes.untouched(world)
+        self._simulation = Simulation(scene.model_copy(update={"grippers": idle, "duration": self.steps / RATE}))
+        errors = hand_errors(fold, world, fold.hands)
+        lowest = 0.5 * scene.material.thickness
+        self._jaws = [Jaw(fold.start[v], error, lowest) for v, error in zip(self._grasps, errors, strict=True)]
+        self._done = 0
+        self._view = self._look()
+        self._distance = self._measure()
+        return self._observer.observe(self._view), {**self._info(False, None, ""), "world": dict(world.values)}
+
+    def step(self, action: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Lead the hands for a tenth of a second.
+
+        Args:
+            action: From -1 to 1, for each hand its motion along x, y and z in parts of the largest, and its jaw:
+                closed above 0; shape (4 hands,).
+
+        Raises:
+            InputError: If the action is not of that shape or not finite.
+        """
+        given = np.asarray(action, dtype=float)
+        if given.shape != self.action_space.shape or not np.isfinite(given).all():
+            raise InputError(f"action: must be {4 * len(self._jaws)} finite numbers, given {action}")
+        self._done += 1
+        try:
+            self._simulation.advance(1.0 / RATE, self._targets(np.clip(given, -1.0, 1.0).reshape(-1, 4)))
+        except SimulationError as error:
+            info = self._info(False, None, str(error))
+            return self._observer.observe(self._view), self.options.torn, True, False, info
+        self._view = self._look()
+        before, self._distance = self._distance, self._measure()
+        success = self._succeeds()
+        over = success or self._done >= self.steps
+        progress = (before - self._distance) / self._untouched if self.reward == "dense" else 0.0
+        info = self._info(success, self._score() if over else None, "")
+        return self._observer.observe(self._view), progress + float(success), success, over and not success, info
+
+    def follow(self, parameters: Parameters) -> Iterator[np.ndarray]:
+        """Return the actions that lead the hands as a manipulation does: a demonstration.
+
+        Args:
+            parameters: x1, z1, x2, z2 [m], g1 and g2 of Eq. (9); the hands begin at the corners, so g1 = g2 = 0.
+
+        Raises:
+            InputError: If a parameter is wrong, or the hands do not begin at these grasps.
+        """
+        manipulation = self.task.manipulation(parameters)
+        if manipulation.grasps != self._grasps:
+            raise InputError("parameters: must be of the grasps g1 = 0 and g2 = 0, where the hands begin")
+        return follow(manipulation, self.options.speed / RATE, RATE, self.steps)
+
+    def render(self) -> np.ndarray | None:
+        """Return what the camera `front` sees: RGB, uint8, shape (h, w, 3); None without a render mode."""
+        if self.render_mode is None:
+            return None
+        return self._observer.studio.picture("front", self._view.positions, self._view.seen)
+
+    def _targets(self, actions: np.ndarray) -> list[HandTarget | None]:
+        """Targets of the grippers, from the actions of the hands, shape (hands, 4)."""
+        targets = []
+        for jaw, action in zip(self._jaws, actions, strict=True):
+            place = np.clip(jaw.place + action[:3] * self.options.speed / RATE, self._low, self._high)
+            targets.append(jaw.lead(place, bool(action[3] > 0.0), self._near(jaw)))
+        return targets
+
+    def _near(self, jaw: Jaw) -> tuple[int, ...]:
+        """The vertices that a jaw takes if it closes now: those within its reach that no other one holds."""
+        reach = max(self.options.reach, 0.6 * self.task.garment.spacing)
+        near = np.flatnonzero(np.linalg.norm(self._simulation.positions - jaw.actual, axis=1) <= reach)
+        held = {vertex for other in self._jaws for vertex in other.held}
+        return tuple(vertex for vertex in near.tolist() if vertex not in held)
+
+    def _look(self) -> View:
+        return View(
+            positions=self._simulation.positions.copy(),
+            velocities=self._simulation.velocities.copy(),
+            hands=np.array([jaw.place for jaw in self._jaws]),
+            seen=np.array([jaw.actual for jaw in self._jaws]),
+            closed=np.array([float(bool(jaw.held)) for jaw in self._jaws]),
+        )
+
+    def _measure(self) -> float:
+        """Mean distance of the vertices to the target [m]."""
+        return float(vertex_distances(self.task.fold.target, self._view.positions).mean())
+
+    def _succeeds(self) -> bool:
+        """Whether the fold succeeds as `Score` defines it, with open hands and cloth at rest."""
+        if self._view.closed.any() or np.linalg.norm(self._view.velocities, axis=1).mean() > self.options.calm:
+            return False
+        near = self._distance <= Limits().mean_vertex_distance  # the views from above, which take longer, come second
+        return near and self._score().succeeds
+
+    def _score(self) -> Score:
+        length = sum(jaw.way for jaw in self._jaws) / len(self._jaws)
+        return score(self.task.fold, length, self._view.positions)
+
+    def _info(self, success: bool, score: Score | None, error: str) -> dict[str, Any]:
+        return {
+            "is_success": success,
+            "mean_vertex_distance": self._distance,
+            "score": {} if score is None else score.model_dump(),
+            "error": error,
+        }

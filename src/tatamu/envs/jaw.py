@@ -1,0 +1,81 @@
+"""A hand whose jaw takes cloth: where it believes to be, where it is, and what it holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tatamu.simulators.native import HandTarget
+
+
+@dataclass(frozen=True)
+class HandsOptions:
+    """What hands can do, and when a fold counts."""
+
+    speed: float = 0.6
+    """Highest speed along each axis [m/s], that of a manipulation (De Gusseme and wyffels 2022)."""
+    reach: float = 0.012
+    """A jaw that closes takes the vertices this near [m], or within 0.6 spacings of the mesh if that is more."""
+    beside: float = 0.25
+    """Hands stay over the table within this margin of the flat cloth [m]."""
+    highest: float = 0.6
+    """Hands stay below this height [m]."""
+    calm: float = 0.02
+    """A fold counts once the mean speed of the cloth is below this [m/s]."""
+    torn: float = -1.0
+    """Reward of a step in which the cloth is torn or flies away, which ends the episode."""
+
+
+class Jaw:
+    """A hand in the course of an episode.
+
+    Attributes:
+        place: Where it believes to be [m], shape (3,).
+        way: Length of its path so far [m].
+        held: The vertices that it holds; none if it is open.
+    """
+
+    def __init__(self, place: np.ndarray, error: np.ndarray, lowest: float) -> None:
+        """Begin with an open jaw.
+
+        Args:
+            place: Where it believes to be [m], shape (3,).
+            error: By how much it is beside that [m], shape (3,).
+            lowest: Height at which it meets the table [m].
+        """
+        self.place = np.array(place)
+        self.way = 0.0
+        self.held: tuple[int, ...] = ()
+        self._closed_at = self.place
+        self._error = error
+        self._lowest = lowest
+
+    @property
+    def actual(self) -> np.ndarray:
+        """Where it is [m], shape (3,): a hand that is too low meets the table, and goes no lower."""
+        there = self.place + self._error
+        there[2] = max(there[2], self._lowest)
+        return np.asarray(there)
+
+    def lead(self, place: np.ndarray, close: bool, near: tuple[int, ...]) -> HandTarget | None:
+        """Open or close the jaw, then move; return the target for the hand's gripper, None if it does nothing.
+
+        Args:
+            place: Where it will believe to be [m], shape (3,).
+            close: Whether the jaw is to be closed.
+            near: The vertices that it takes if it closes now.
+        """
+        before = self.actual
+        self.way += float(np.linalg.norm(place - self.place))
+        self.place = place
+        if self.held and not close:
+            self.held = ()
+            return HandTarget(closed=False)
+        if self.held:
+            return HandTarget(self.actual - self._closed_at)
+        if not close or not near:
+            return None
+        self.held = near
+        self._closed_at = before
+        return HandTarget(self.actual - before, True, near)

@@ -1,0 +1,122 @@
+"""What an environment shows of a scene, by names that the user chooses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, get_args
+
+import numpy as np
+from gymnasium import spaces
+
+from tatamu.envs.cameras import Camera, Studio
+from tatamu.errors import InputError
+from tatamu.garments import Garment
+
+Observation = np.ndarray | dict[str, np.ndarray]
+"""One array, or arrays by name."""
+PLAIN = ("vertices", "velocities", "key_points", "mask", "depth", "hands")
+"""Observations that are no pictures."""
+OBSERVATIONS = (*PLAIN, *get_args(Camera))
+"""Names of all observations; the last are pictures of the cameras of these names."""
+WIDEST = 1e3
+"""Bound of places [m] and velocities [m/s]."""
+
+
+@dataclass(frozen=True)
+class View:
+    """What there is to show at one moment."""
+
+    positions: np.ndarray
+    """The cloth [m], shape (n, 3)."""
+    velocities: np.ndarray
+    """[m/s], shape (n, 3)."""
+    hands: np.ndarray
+    """Places where the hands believe to be [m], shape (k, 3)."""
+    seen: np.ndarray
+    """Places where they are, as cameras see them [m], shape (k, 3)."""
+    closed: np.ndarray
+    """1 if a hand is closed, 0 if open, shape (k,)."""
+
+
+def key_points(garment: Garment) -> np.ndarray:
+    """Return the vertices at which a named part of the outline ends: corners, the ends of hems, openings and seams.
+
+    Returns:
+        Their numbers, increasing, shape (k,).
+    """
+    ends = [end for path in garment.edges.values() for end in (path[0], path[-1])]
+    return np.unique(np.array(ends, dtype=np.int64))
+
+
+class Observer:
+    """Makes the observations that were chosen."""
+
+    def __init__(
+        self, garment: Garment, start: np.ndarray, names: str | Sequence[str], hands: int, pixels: int = 96
+    ) -> None:
+        """Choose observations.
+
+        Args:
+            garment: The garment.
+            start: The cloth before the fold [m], shape (n, 3).
+            names: Names of `OBSERVATIONS`: of one, to get an array, or of several, to get arrays by name.
+            hands: Number of hands that may be seen.
+            pixels: Height and width of masks, depths and pictures.
+
+        Raises:
+            InputError: If a name is unknown, or `pixels` is no positive number.
+        """
+        self.single = isinstance(names, str)
+        self.names = (names,) if isinstance(names, str) else tuple(names)
+        allowed = [name for name in OBSERVATIONS if hands or name != "hands"]
+        if not self.names or len(set(self.names)) < len(self.names) or set(self.names) - set(allowed):
+            raise InputError(f"observation: must be of {', '.join(allowed)}, each once, given {names!r}")
+        if not 8 <= pixels <= 4096:
+            raise InputError(f"pixels: must be from 8 to 4096, given {pixels}")
+        self.studio = Studio(start, garment.faces, pixels)
+        self._points = key_points(garment)
+        self._shapes: dict[str, tuple[int, ...]] = {
+            "vertices": (len(start), 3),
+            "velocities": (len(start), 3),
+            "key_points": (len(self._points), 3),
+        }
+        self._shapes["hands"] = (4 * hands,)
+
+    @property
+    def space(self) -> spaces.Space[Any]:
+        """The space of the observations."""
+        by_name: dict[str, spaces.Space[Any]] = {name: self._space(name) for name in self.names}
+        return by_name[self.names[0]] if self.single else spaces.Dict(by_name)
+
+    def observe(self, view: View) -> Observation:
+        """Return the observations of a moment."""
+        by_name = {name: self._observe(name, view) for name in self.names}
+        return by_name[self.names[0]] if self.single else by_name
+
+    def _space(self, name: str) -> spaces.Box:
+        square = (self.studio.pixels, self.studio.pixels)
+        if name == "mask":
+            return spaces.Box(0, 1, square, np.uint8)
+        if name == "depth":
+            return spaces.Box(-WIDEST, WIDEST, square, np.float32)
+        if name in self._shapes:
+            return spaces.Box(-WIDEST, WIDEST, self._shapes[name], np.float32)
+        return spaces.Box(0, 255, (*square, 3), np.uint8)
+
+    def _observe(self, name: str, view: View) -> np.ndarray:
+        if name == "hands":
+            return np.column_stack([view.hands, view.closed]).ravel().astype(np.float32)
+        if name == "mask":
+            return (self.studio.heights(view.positions) > 0.0).astype(np.uint8)
+        if name == "depth":
+            return self.studio.heights(view.positions)
+        plain: Mapping[str, np.ndarray] = {
+            "vertices": view.positions,
+            "velocities": view.velocities,
+            "key_points": view.positions[self._points],
+        }
+        if name in plain:
+            return plain[name].astype(np.float32)
+        camera: Any = name
+        return self.studio.picture(camera, view.positions, view.seen)
