@@ -29,6 +29,7 @@ ORDER = [
     ["disturbances"],
     ["evaluation"],
     ["robustness"],
+    ["envs"],
     ["study"],
     ["report"],
     ["crosscheck", "margins"],
