@@ -45,7 +45,7 @@ class Simulation:
     """A scene that is advanced step by step.
 
         simulation = Simulation(scene)
-        while simulation.time < scene.duration:
+        while not simulation.done:
             simulation.advance(1 / 60, hands=[HandTarget(displacement=policy(simulation.positions))])
 
     Attributes:
@@ -102,6 +102,11 @@ class Simulation:
         return self.number * self.sizes.outer_step
 
     @property
+    def done(self) -> bool:
+        """Whether the scene has ended."""
+        return self.number >= self.steps
+
+    @property
     def positions(self) -> np.ndarray:
         """Positions of the vertices [m], shape (n, 3): a view, read-only, which `advance` changes."""
         return self._positions
@@ -130,8 +135,11 @@ class Simulation:
     def advance(self, seconds: float, hands: Sequence[HandTarget | None] | None = None) -> None:
         """Simulate that much longer, to the outer step that is nearest to all the time requested so far.
 
+        What else a controller may lead, such as bodies, belongs into further arguments like `hands`: checked and
+        written for the steps up to `stop` before the first of them is made.
+
         Args:
-            seconds: How much longer [s], at least one outer step.
+            seconds: How much longer [s], at least one outer step; not beyond the end of the scene.
             hands: Target of each gripper, in the order of the scene; None, for one or for all, if there is no new one.
                 A gripper follows the motion of the scene until its first target, and its targets from then on: it
                 opens or closes at once, moves to the displacement at constant velocity until the end of this call, and
@@ -141,8 +149,9 @@ class Simulation:
             InputError: If an argument is wrong; the message names it, and nothing was done.
             SimulationError: If the cloth went beyond one of `LimitOptions`.
         """
-        requested = self._requested + self._checked(seconds)
-        stop = min(self._step_at(requested), self.steps)
+        self._check_seconds(seconds)
+        requested = min(self._requested + seconds, self.scene.duration)
+        stop = max(self.number, min(self._step_at(requested), self.steps))
         count = len(self.scene.grippers)
         hands = [None] * count if hands is None else hands
         if len(hands) != count:
@@ -200,21 +209,14 @@ class Simulation:
     def _digest(self) -> str:
         return digest(self.scene, self.options)
 
-    def _checked(self, seconds: float) -> float:
-        """Seconds by which time may advance [s].
-
-        Raises:
-            InputError: If time would not advance, or beyond the end of the scene.
-        """
+    def _check_seconds(self, seconds: float) -> None:
         step = self.sizes.outer_step
+        if self.done:
+            raise InputError(
+                f"seconds: must be within the scene, which ended after {self.time:.6g} s; give it a longer duration"
+            )
         if not step <= seconds < inf:
             raise InputError(f"seconds: must be finite and at least an outer step of {step:.3g} s, given {seconds}")
-        if self._step_at(self._requested + seconds) > max(self._step_at(self.scene.duration), self.steps):
-            raise InputError(
-                f"seconds: must end with the scene, after {self.scene.duration:g} s, given {seconds:g} at "
-                f"{self.time:.6g} s; give the scene a longer duration"
-            )
-        return float(seconds)
 
     def _step_at(self, time: float) -> int:
         return floor(time / self.sizes.outer_step + 0.5)
