@@ -256,9 +256,7 @@ def test_hands_that_are_slow_take_longer_along_the_same_path() -> None:
 @pytest.mark.slow
 def test_stable_baselines_learns_to_fold(tmp_path: Path) -> None:
     library = pytest.importorskip("stable_baselines3", reason="no policy is trained: pip install stable-baselines3")
-    from stable_baselines3.common.monitor import Monitor
-
-    env = Monitor(make(envs.FOLD, observation="key_points"), str(tmp_path / "log"))
+    env = library.common.monitor.Monitor(make(envs.FOLD, observation="key_points"), str(tmp_path / "log"))
     model = library.SAC("MlpPolicy", env, learning_starts=100, batch_size=64, gamma=0.0, seed=0, device="cpu")
     model.learn(400)
     rewards = np.array(env.get_episode_rewards())
