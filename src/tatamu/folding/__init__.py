@@ -1,1 +1,1 @@
-"""Folding: the wanted shape, the hands that reach for it, and how well they did."""
+"""Folding: the target shape, the manipulation that produces it, and the score of the result."""

@@ -1,4 +1,4 @@
-"""Advice on a plan before it is learned: the part of a fold that no hand carries, and plans that carry it."""
+"""Advice on a plan before it is learned: the parts of a fold that no hand carries, and plans that carry them."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ class UncarriedWarning(UserWarning):
 
 
 def left_behind(garment: Garment, plan: Plan, hands: int | None = None) -> list[tuple[int, Part]]:
-    """Parts that no hand carries in the steps of a plan: number of the step, the first being 0, and the part.
+    """Return the parts that no hand carries in the steps of a plan, each with the number of its step, from 0.
 
     Args:
-        garment: What is folded.
-        plan: How; each step begins from what the one before it leaves, if all goes well.
-        hands: How many hands fold; None: as the plan says.
+        garment: The garment to fold.
+        plan: The fold plan; each step starts from the ideal result of the step before.
+        hands: Number of hands that fold; None for the plan's number.
 
     Raises:
-        InputError: The garment cannot be folded so.
+        InputError: If the garment cannot be folded by this plan.
     """
     state = garment.vertices
     found: list[tuple[int, Part]] = []
@@ -41,9 +41,9 @@ def left_behind(garment: Garment, plan: Plan, hands: int | None = None) -> list[
 
 
 def advice(garment: Garment, plan: Plan, hands: int | None = None) -> list[str]:
-    """Lines to say before a plan is learned: one for each part that no hand carries, then what to do about it.
+    """Return lines to print before a plan is learned: one for each part that no hand carries, then what to do about it.
 
-    Arguments and errors as `left_behind` has them.
+    For arguments and errors see `left_behind`.
     """
     found = left_behind(garment, plan, hands)
     lines = [f"{_step(plan, number)}no hand carries {part.text}" for number, part in found]
@@ -58,7 +58,7 @@ def _step(plan: Plan, number: int) -> str:
 
 
 def _remedies(garment: Garment, plan: Plan, found: list[tuple[int, Part]]) -> list[str]:
-    """Other grasps where they carry all, and the best plan of the garment's outline."""
+    """Return lines that propose other grasps, if they carry everything, and the best plan for the garment's outline."""
     lines = []
     wrong = {number for number, _ in found}
     state = garment.vertices
@@ -82,10 +82,10 @@ def _remedies(garment: Garment, plan: Plan, found: list[tuple[int, Part]]) -> li
 
 
 def choices(garment: Garment) -> list[Proposal]:
-    """The plans that a garment can be folded by: those that tatamu knows and, of one's own, its outline's, best first.
+    """Return the plans for a garment, best first: known plans and, for the user's own garment, those of its outline.
 
     Raises:
-        InputError: No line is found that it can be folded over.
+        InputError: If no line is found over which the garment can be folded.
     """
     if garment.own and not garment.kind:
         return propose(garment)
@@ -97,10 +97,10 @@ def choices(garment: Garment) -> list[Proposal]:
 
 
 def chosen(garment: Garment, names: Sequence[str]) -> list[Proposal]:
-    """Some of the plans that a garment can be folded by: by name, `auto`, or from files; all where none is named.
+    """Return plans for a garment by name, `auto` or file; all known plans if `names` is empty.
 
     Raises:
-        InputError: One of them is not there, or cannot be folded.
+        InputError: If a plan does not exist, or the garment cannot be folded by it.
     """
     if not names:
         return choices(garment)

@@ -1,8 +1,8 @@
 """Parts of a flat outline that stand off its body: sleeves, a hood, the foot of a sock.
 
 The body is the morphological opening of the outline with a disc: the union of all discs of one radius that fit inside
-it. What no such disc reaches, and stands off far enough, is an appendage. It is folded in along a line through the
-corner where it leaves the body.
+the outline. A part that no such disc reaches is an appendage if it stands off far enough. It is folded in along a line
+through the corner where it leaves the body.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from tatamu.garments import Garment
 OPENING = 0.6
 """Radius of the opening, as part of the largest disc inside the outline: sleeves and hoods are narrower than that."""
 LEAST_DEPTH = 0.7
-"""How far an appendage stands off the body, in radii of the opening; the body's own corners stand off less."""
+"""Least depth of an appendage, in radii of the opening; the body's own corners stand off less."""
 BRIDGE = 0.12
 """Slivers along the body thinner than this part of the radius do not join two appendages."""
 COARSE = 0.006
-"""Corners of an outline are those that are left when it may change by this much [m]."""
+"""Tolerance by which an outline is simplified before its corners are found [m]."""
 REFLEX = np.radians(12.0)
-"""Where an outline turns inwards by more than this an appendage may leave the body."""
+"""Least inward turn of an outline at which an appendage may leave the body [rad]."""
 NOTCH = 0.35
-"""An outline has legs if a notch this deep, as part of its length, ends near its middle."""
+"""Least depth of the notch between two legs, as part of the garment's length."""
 NOTCH_ASIDE = 0.15
-"""How far from the middle the end of that notch may be, as part of the width."""
+"""Largest distance of the end of that notch from the middle, as part of the width."""
 FACING = {name: SIDES[name] for name in ("+y", "-y", "+x", "-x")}
 """The four directions in which an appendage may stand off the body, in the order of folding; +y is the left."""
 
@@ -38,29 +38,29 @@ class Appendage:
     """A part of a garment that stands off its body."""
 
     region: shapely.Polygon
-    """The area that it covers beside the body [m]."""
+    """Area that the part covers outside the body [m]."""
     facing: str
-    """The direction in which it leaves the body: +x, -x, +y or -y."""
+    """Direction in which the part leaves the body: +x, -x, +y or -y."""
     line: float
-    """Where it leaves the body: x or y of the line across its root [m]."""
+    """X or y of the line across the root of the part [m]."""
 
     @property
     def tip(self) -> np.ndarray:
-        """Its point farthest from that line [m], shape (2,)."""
+        """Point of the part farthest from that line [m], shape (2,)."""
         points = np.array(self.region.exterior.coords)
         return np.asarray(points[np.argmax(points @ FACING[self.facing])])
 
 
 def silhouette(garment: Garment) -> shapely.Polygon:
-    """The region that a garment covers as it lies flat [m]; holes are filled."""
+    """Return the region that a flat garment covers [m]; holes are filled."""
     return region_of(garment.vertices[:, :2], garment.faces)
 
 
 def region_of(plan: np.ndarray, faces: np.ndarray) -> shapely.Polygon:
-    """The largest piece of what a mesh covers, seen from above; holes are filled.
+    """Return the largest piece of the region that a mesh covers, seen from above; holes are filled.
 
     Args:
-        plan: Places of its vertices on the table [m], shape (n, 2).
+        plan: Places of the vertices on the table [m], shape (n, 2).
         faces: Triangles, shape (m, 3).
     """
     triangles = shapely.polygons(plan[faces])
@@ -70,7 +70,7 @@ def region_of(plan: np.ndarray, faces: np.ndarray) -> shapely.Polygon:
 
 
 def appendages(outline: shapely.Polygon) -> list[Appendage]:
-    """The appendages of an outline: at the sides first, left before right, then those at the ends."""
+    """Return the appendages of an outline: those at the sides first, left before right, then those at the ends."""
     radius = OPENING * float(shapely.maximum_inscribed_circle(outline, 1e-3).length)
     body = outline.buffer(-radius).buffer(radius)
     sliver = BRIDGE * radius
@@ -85,13 +85,13 @@ def appendages(outline: shapely.Polygon) -> list[Appendage]:
 
 
 def _depth(part: shapely.Polygon, body: shapely.Geometry) -> float:
-    """How far a part reaches away from the body [m]."""
+    """Return the depth of a part, measured away from the body [m]."""
     corners = shapely.points(np.array(part.exterior.coords))
     return float(shapely.distance(corners, body).max())
 
 
 def _appendage(outline: shapely.Polygon, body: shapely.Geometry, part: shapely.Polygon) -> Appendage:
-    """The appendage of a part: it faces the direction that is most nearly across its root."""
+    """Return the appendage of a part; it faces the direction that is most nearly across its root."""
     root = _root(part, body)
     chord = root[1] - root[0]
     across = np.array([chord[1], -chord[0]]) / (np.linalg.norm(chord) + 1e-12)
@@ -106,7 +106,7 @@ def _appendage(outline: shapely.Polygon, body: shapely.Geometry, part: shapely.P
 
 
 def _root(part: shapely.Polygon, body: shapely.Geometry) -> np.ndarray:
-    """The two ends of the border between a part and the body [m], shape (2, 2)."""
+    """Return the two ends of the border between a part and the body [m], shape (2, 2)."""
     corners = np.array(part.exterior.coords[:-1])
     distance = shapely.distance(shapely.points(corners), body)
     touching = corners[distance <= distance.min() + 0.25 * (np.median(distance) - distance.min()) + 1e-9]
@@ -115,7 +115,7 @@ def _root(part: shapely.Polygon, body: shapely.Geometry) -> np.ndarray:
 
 
 def _reflex(outline: shapely.Polygon) -> np.ndarray:
-    """Corners where the outline turns inwards [m], shape (k, 2)."""
+    """Return the corners where the outline turns inwards [m], shape (k, 2)."""
     coarse = shapely.orient_polygons(shapely.simplify(outline, COARSE))
     points = np.array(coarse.exterior.coords[:-1])
     before = points - np.roll(points, 1, axis=0)
@@ -125,7 +125,7 @@ def _reflex(outline: shapely.Polygon) -> np.ndarray:
 
 
 def has_legs(outline: shapely.Polygon) -> bool:
-    """Whether a notch near the middle of the garment's lower end parts it into two legs."""
+    """Return whether a notch near the middle of the garment's lower end divides it into two legs."""
     low_x, low_y, high_x, high_y = outline.bounds
     middle = 0.5 * (low_y + high_y)
     aside = NOTCH_ASIDE * (high_y - low_y)

@@ -13,13 +13,13 @@ from tatamu.search.lm import LI_2015
 
 
 def li_2015(fold: Fold) -> Manipulation:
-    """The curve shipped with Li et al. 2015's code."""
+    """Return the curve shipped with the code of Li et al. 2015."""
     (x1, z1), (x2, z2) = np.array(LI_2015) * fold.span
     return bezier_manipulation(fold, _corners(fold), x1, z1, x2, z2)
 
 
 def triangle(fold: Fold) -> Manipulation:
-    """Straight up to half the span above the fold line, straight down."""
+    """Return paths straight up to half the span above the fold line, then straight down."""
 
     def path(span: float, translation: np.ndarray) -> np.ndarray:
         return np.stack([np.zeros(3), 0.5 * translation + [0.0, 0.0, 0.5 * span], translation])
@@ -28,7 +28,7 @@ def triangle(fold: Fold) -> Manipulation:
 
 
 def circle(fold: Fold) -> Manipulation:
-    """Half a circle about the fold line, as if the moving side were a stiff board."""
+    """Return half circles about the fold line, as if the moving side were a stiff board."""
     angle = np.linspace(0.0, np.pi, SAMPLES + 1)
 
     def path(span: float, translation: np.ndarray) -> np.ndarray:
@@ -43,7 +43,7 @@ BASELINES: dict[str, tuple[str, Callable[[Fold], Manipulation]]] = {
     "triangle": ("Straight lines over half the span", triangle),
     "circle": ("Circular arc about the fold line", circle),
 }
-"""Name, title and maker of each baseline."""
+"""Title and function of each baseline, by name."""
 
 
 def _corners(fold: Fold) -> tuple[int, ...]:
@@ -51,6 +51,6 @@ def _corners(fold: Fold) -> tuple[int, ...]:
 
 
 def _each(fold: Fold, path: Callable[[float, np.ndarray], np.ndarray]) -> Manipulation:
-    """The same kind of path for each hand, from its own span and translation [m]."""
+    """Return a manipulation whose hands follow the same kind of path, made from span and translation of each [m]."""
     grasps = _corners(fold)
     return polyline_manipulation(fold, grasps, [path(fold.span_of(v), fold.translation(v)) for v in grasps])

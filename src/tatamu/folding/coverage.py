@@ -1,18 +1,17 @@
-"""Which part of the moving side no hand carries.
+"""The parts of the moving side that no hand carries.
 
-Cloth on a table folds over a line as a sheet of paper does, also beside the hands: what hangs down between a hand and
-a corner is laid down where it belongs. What goes wrong is cloth that stands off: a sleeve beside the body, whose tip
-hangs from its root and trails, or one that is joined to the body only across the line and stays where it lies. So, with
-the cloth as it lies seen from above:
+Cloth on a table folds over a line as a sheet of paper does, also beside the hands: cloth that hangs between a hand and
+a corner is laid down in its place. Two kinds of cloth fail. A sleeve that stands off the body hangs from its root and
+trails. A part that is joined to the body only across the line stays where it lies. With the cloth seen from above:
 
-- *Held* is, of the pieces of the moving side that a hand grasps, what lies between the hands and the line (the convex
-  hull), and what is no farther from the line than they are and joined straight to it, its shortest way there all in
-  cloth, unless that is farther beside the hands than the hands are from the line.
-- What lies on top of cloth that is carried is carried with it, as a sleeve that was laid on the body.
-- Elsewhere the *overhang* is the shortest distance through the cloth of the moving side to what is held.
+- *Held* is cloth of a grasped piece of the moving side that lies between the hands and the line (the convex hull).
+- *Held*, too, is cloth beside the hull that is no farther from the line than the hands are, if its straight path to the
+  line lies in the cloth, and if it is no farther beside the hands than they are from the line.
+- Cloth that lies on top of carried cloth is carried with it, such as a sleeve that was laid on the body.
+- Elsewhere the *overhang* is the shortest distance through the cloth of the moving side to held cloth.
 
-A part that overhangs by more than `LONGEST`, or `LONGEST_TAIL` beyond the hands, is not carried, from its root on.
-docs/guide/fold-plans-for-your-garment.md has the simulator's figures from which these numbers come.
+A part that overhangs by more than `LONGEST`, or by more than `LONGEST_TAIL` beyond the hands, is not carried, from its
+root on. docs/guide/fold-plans-for-your-garment.md has the simulations from which these numbers come.
 """
 
 from __future__ import annotations
@@ -31,25 +30,25 @@ from tatamu.garments import Garment
 from tatamu.topology import Topology, areas, lumped
 
 OFF = 0.0125
-"""Cloth that ends farther than this from its place is not folded [m] (BiFold 2025): twice its distance from the line,
-at least, for what stays behind."""
+"""Cloth that ends farther than this from its target is not folded [m] (BiFold 2025). For cloth that stays behind, this
+error is at least twice its distance from the line."""
 LONGEST = 0.15
-"""Cloth that stands off by no more than this [m] is laid down with what it hangs from."""
+"""Longest overhang that is laid down with the cloth from which it hangs [m]."""
 LONGEST_TAIL = 0.10
-"""Of cloth that hangs beyond the hands, away from the line, by no more than this [m]: hands do not turn, and it is laid
-under what they carry."""
+"""Longest overhang of cloth beyond the hands, away from the line [m]. Hands do not turn, so this cloth is laid under
+the cloth that they carry."""
 ROOT = 0.03
-"""A part that is not carried begins this far from what is held [m]."""
+"""Overhang at which a part that is not carried begins [m]."""
 BESIDE = 1.0
 """Cloth beside the hands is held up to this many times their distance from the line."""
 LEAST_SHARE = 0.01
-"""Smaller parts than this share of the cloth that moves are not spoken of."""
+"""Parts smaller than this share of the moving cloth are not reported."""
 SAME_PLACE = 0.7
-"""Vertices nearer than this many cells from above lies over or under one another."""
+"""Vertices nearer than this many cells, seen from above, lie over or under one another."""
 PIXEL = 0.4
-"""Whether cloth is joined straight to the line is looked up in pixels of this many cells."""
+"""Size of the pixels in which straight paths to the line are looked up, in cells."""
 TRIES = 3
-"""So many candidates of each hand are tried, from the corner inwards."""
+"""Number of grasp candidates tried for each hand, from the corner inwards."""
 
 
 @dataclass(frozen=True)
@@ -57,21 +56,21 @@ class Part:
     """A part of the moving side that no hand carries."""
 
     name: str
-    """The edges of the garment along it, or its place."""
+    """Edges of the garment along the part, or its place."""
     low: np.ndarray
-    """Least x and y of where it lies before the fold [m], shape (2,)."""
+    """Lowest x and y of the part before the fold [m], shape (2,)."""
     high: np.ndarray
-    """Largest x and y [m], shape (2,)."""
+    """Highest x and y of the part before the fold [m], shape (2,)."""
     area: float
-    """Of its cloth, all layers [m^2]."""
+    """Area of the part, in all layers [m^2]."""
     overhang: float
-    """How far it reaches beyond what the hands hold [m]; infinite where nothing joins it to them."""
+    """Largest distance from the part to held cloth [m]; infinite if nothing joins them."""
     vertices: np.ndarray
-    """Its vertices, shape (k,)."""
+    """Vertices of the part, shape (k,)."""
 
     @property
     def text(self) -> str:
-        """Name and extent in a few words."""
+        """Name and extent of the part."""
         (x0, y0), (x1, y1) = self.low, self.high
         how = "not joined to the hands" if np.isinf(self.overhang) else f"{self.overhang:.2f} m beyond the hands"
         return f"{self.name} (x {x0:.2f} to {x1:.2f}, y {y0:.2f} to {y1:.2f} m; {how})"
@@ -84,15 +83,15 @@ class Coverage:
     grasps: tuple[int, ...]
     """Grasped vertices."""
     overhang: np.ndarray
-    """Of every vertex beyond what is held [m], shape (n,); 0 for what is held or lies still, infinite for the rest."""
+    """Overhang of each vertex [m], shape (n,): 0 for cloth that is held or lies still, infinite if not joined to it."""
     limit: np.ndarray
-    """Of the overhang, from which on a part is not carried [m], shape (n,)."""
+    """Overhang above which a vertex is not carried [m], shape (n,)."""
     missed: np.ndarray
-    """Vertices of parts that may be missed: beyond their root, and so far from the line that it matters, shape (n,)."""
+    """Vertices beyond the root of a part whose error would matter if they stayed behind, shape (n,)."""
 
     @property
     def lost(self) -> np.ndarray:
-        """Which vertices are too far from what is held, shape (n,)."""
+        """Vertices whose overhang exceeds the limit, shape (n,)."""
         return self.missed & (self.overhang > self.limit)
 
 
@@ -102,10 +101,10 @@ def uncarried(
     line: FoldLine,
     hands: tuple[np.ndarray, ...],
 ) -> tuple[Part, ...]:
-    """The parts of the moving side that no hand carries, the largest first.
+    """Return the parts of the moving side that no hand carries, the largest first.
 
     Args:
-        garment: What is folded.
+        garment: The garment to fold.
         state: The cloth before the fold [m], shape (n, 3).
         line: The fold line and its moving side.
         hands: Grasp candidates of each hand, from the corner inwards, shapes (m,).
@@ -115,7 +114,7 @@ def uncarried(
 
 
 def best_coverage(garment: Garment, state: np.ndarray, line: FoldLine, hands: tuple[np.ndarray, ...]) -> Coverage:
-    """The cloth carried by the best of some pairs of grasps: the pair that leaves least behind."""
+    """Return the coverage of the pair of grasps that leaves the least cloth behind."""
     cloth = _Cloth.of(garment, state, line)
     count = min(len(hand) for hand in hands)
     tried = np.unique(np.linspace(0, count - 1, TRIES).round().astype(int))
@@ -125,7 +124,7 @@ def best_coverage(garment: Garment, state: np.ndarray, line: FoldLine, hands: tu
 
 
 def parts_of(garment: Garment, state: np.ndarray, line: FoldLine, hold: Coverage) -> tuple[Part, ...]:
-    """Overhanging cloth in connected parts; only parts that reach beyond the limit."""
+    """Return the overhanging cloth in connected parts; only parts that exceed the limit."""
     missed = np.flatnonzero(hold.missed)
     weight = vertex_areas(garment)
     moving = line.split(state)[0] < 0
@@ -150,31 +149,32 @@ def parts_of(garment: Garment, state: np.ndarray, line: FoldLine, hold: Coverage
 
 
 def vertex_areas(garment: Garment) -> np.ndarray:
-    """A third of the triangles around each vertex [m^2], shape (n,)."""
+    """Return a third of the area of the triangles around each vertex [m^2], shape (n,)."""
     flat = garment.unstrained
     return lumped(areas(flat, garment.faces), garment.faces, len(flat))
 
 
 @dataclass(frozen=True)
 class _Cloth:
-    """The moving side as a graph: along the mesh by the length of its edges, upwards through a stack for nothing."""
+    """The moving side as a graph: edges of the mesh with their lengths, and steps up through a stack at no cost."""
 
     line: FoldLine
     places: np.ndarray
-    """Across the line and along it [m], shape (n, 2)."""
+    """Distance across the line and place along it [m], shape (n, 2)."""
     moving: np.ndarray
-    """Which vertices are on the moving side, shape (n,)."""
+    """Whether each vertex is on the moving side, shape (n,)."""
     weight: np.ndarray
     """Area of each vertex [m^2], shape (n,)."""
     pieces: np.ndarray
-    """Which piece of the moving side each vertex belongs to, -1 for those that stay, shape (n,)."""
+    """Piece of the moving side that each vertex belongs to, shape (n,); -1 for vertices that stay."""
     graph: csr_array
     """Lengths from vertex to vertex [m], shape (n, n)."""
     region: np.ndarray
     """Triangles of the moving side by their vertices, shape (m, 3)."""
     spacing: float
     straight: dict[int, np.ndarray] = field(default_factory=dict)
-    """Vertices of each piece that are joined straight to the line, kept once asked for, shape (n,)."""
+    """Vertices of each piece whose straight path to the line lies in the cloth, kept after the first use, shape (n,).
+    """
 
     @classmethod
     def of(cls, garment: Garment, state: np.ndarray, line: FoldLine) -> _Cloth:
@@ -196,7 +196,7 @@ class _Cloth:
         return cls(line, places, moving, vertex_areas(garment), pieces, graph, triangles, garment.spacing)
 
     def hold(self, grasps: tuple[int, ...]) -> Coverage:
-        """The cloth that hands at these vertices carry."""
+        """Return the cloth that hands at these vertices carry."""
         overhang = np.full(len(self.places), np.inf)
         held = np.zeros(len(self.places), dtype=bool)
         for piece, members in self._pinched(grasps).items():
@@ -212,11 +212,11 @@ class _Cloth:
         return Coverage(grasps, overhang, np.where(beyond, LONGEST_TAIL, LONGEST), missed)
 
     def _farthest(self, grasps: tuple[int, ...]) -> float:
-        """Where the hand is that is farthest from the line [m]; negative."""
+        """Return the distance from the line of the farther hand [m]; negative."""
         return float(self.places[list(grasps), 0].min())
 
     def _pinched(self, grasps: tuple[int, ...]) -> dict[int, list[int]]:
-        """Pieces under the fingers, and the grasps that hold them; a pinch takes all layers."""
+        """Return the pieces under the fingers, and the grasps that hold each of them; a pinch takes all layers."""
         found: dict[int, list[int]] = {}
         for grasp in grasps:
             near = np.linalg.norm(self.places - self.places[grasp], axis=1) < SAME_PLACE * self.spacing
@@ -225,7 +225,7 @@ class _Cloth:
         return found
 
     def _inside(self, own: np.ndarray, grasps: list[int], straight: np.ndarray) -> np.ndarray:
-        """Vertices of a piece between its grasps and the line, or beside that straight above the line, shape (n,)."""
+        """Return the held vertices of a piece: between grasps and line, or beside with a straight path, shape (n,)."""
         at_line = own & (self.places[:, 0] > -1.5 * self.spacing)
         hands = self.places[grasps]
         corners = [*hands]
@@ -241,7 +241,7 @@ class _Cloth:
         return np.asarray(inside | (beside & straight))
 
     def _straight(self, own: np.ndarray) -> np.ndarray:
-        """Vertices of a piece whose shortest path to the line lies in its cloth, shape (n,)."""
+        """Return the vertices of a piece whose straight path to the line lies in the cloth, shape (n,)."""
         triangles = self.region[own[self.region].any(axis=1)]
         pixel = PIXEL * self.spacing
         shrunk = np.column_stack([layers.PIXEL / pixel * self.places, np.ones(len(self.places))])
@@ -258,7 +258,7 @@ class _Cloth:
 
 
 def _stacked(state: np.ndarray, vertices: np.ndarray, spacing: float) -> np.ndarray:
-    """Pairs of vertices of which the second lies on the first, shape (k, 2)."""
+    """Return pairs of vertices in which the second lies on the first, shape (k, 2)."""
     if not len(vertices):
         return np.empty((0, 2), dtype=np.int64)
     tree = cKDTree(state[vertices, :2])
@@ -269,7 +269,7 @@ def _stacked(state: np.ndarray, vertices: np.ndarray, spacing: float) -> np.ndar
 
 
 def _name(garment: Garment, vertices: np.ndarray, plan: np.ndarray) -> str:
-    """The named edges that end in a part, longest first; else its place."""
+    """Return the named edges that lie in a part, those with the largest share first; otherwise its place."""
     inside = set(vertices.tolist())
     shares = {name: np.mean([int(v) in inside for v in path]) for name, path in garment.edges.items()}
     whole = [name for name in sorted(shares, key=lambda name: -shares[name]) if shares[name] > 0.5]

@@ -1,4 +1,4 @@
-"""How high hands must carry the cloth so that their lower fingers clear what lies below."""
+"""Heights at which hands must carry the cloth so that their lower fingers clear the cloth below."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from tatamu.folding.fold import Fold
 from tatamu.folding.layers import Surface
 
 LIES = 0.02
-"""Cloth counts as lying below a hand from this distance to its grasp on [m]; nearer, it hangs from the hand."""
+"""Distance from its grasp over which a hand comes to have cloth below it [m]; nearer, the cloth hangs from the hand."""
 
 
 def lowest_lift(fold: Fold, vertex: int, moved: np.ndarray) -> np.ndarray:
-    """Return the least displacement upwards at which the lower finger clears what lies below it [m], shape (k,).
+    """Return the least displacement upwards at which the lower finger clears the cloth below it [m], shape (k,).
 
     Args:
         fold: The fold.
-        vertex: The grasped one.
+        vertex: The grasped vertex.
         moved: Displacements of the hand [m], shape (k, 3).
     """
     half = 0.5 * fold.garment.material.thickness
@@ -27,9 +27,9 @@ def lowest_lift(fold: Fold, vertex: int, moved: np.ndarray) -> np.ndarray:
 
 
 def raise_clear(fold: Fold, vertex: int, moved: np.ndarray) -> np.ndarray:
-    """Return displacements of a hand [m], shape (k, 3), raised if its lower finger would touch what lies below it.
+    """Return displacements of a hand [m], shape (k, 3), raised if its lower finger would touch the cloth below it.
 
-    The release stays as it is: it is as high as the finger must be over the layers there.
+    The release stays unchanged, because it has the height that the finger needs over the layers there.
     """
     if not fold.lift:
         return moved

@@ -1,8 +1,8 @@
-"""Fingers: one under the cloth and one over it, so that no hand carries cloth lower than its lower finger allows.
+"""Fingers: one under the cloth and one over it. The lower finger limits how low a hand can carry the cloth.
 
-A hand that closes takes the cloth off the table by the thickness of its lower finger. It carries it no lower than that
-over whatever lies below, the table or layers of cloth, and opens there; the cloth falls by the finger's thickness, and
-the finger is drawn out from under it.
+A hand that closes lifts the cloth off the table by the thickness of its lower finger. It carries the cloth no lower
+than that over the table or the layers below, and opens at that height. The cloth then falls by the finger's thickness,
+and the finger is drawn out from under it.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ PRESETS = {
 
 
 class Fingers(Record):
-    """The fingers of a hand; without any, cloth is carried as if they had no thickness."""
+    """Size of the fingers of a hand; by default, cloth is carried as if they had no thickness."""
 
     thickness: Annotated[Number, Field(ge=0.0, le=0.05)] = 0.0
-    """Of the lower finger [m]."""
+    """Thickness of the lower finger [m]."""
     width: Annotated[Number, Field(gt=0.0, le=0.15)] = 0.03
-    """Of the pad along the edge [m]."""
+    """Width of the finger pad along the edge [m]."""
 
     @model_validator(mode="before")
     @classmethod
     def _of_preset(cls, given: Any) -> Any:
-        """The numbers of a hand that is named; others given beside the name take the place of its own."""
+        """Replace the name of a hand by its sizes; sizes given as well as the name override its own."""
         if not isinstance(given, dict) or "preset" not in given:
             return given
         name, own = given["preset"], {field: value for field, value in given.items() if field != "preset"}

@@ -1,4 +1,4 @@
-"""A fold of a garment as it lies: the line, the shape that is wanted, and where hands may grasp."""
+"""A fold of a garment as it lies: the line, the target shape, and the vertices where hands may grasp."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tatamu.garments import Garment
 from tatamu.topology import Topology
 
 PINCH = 0.01
-"""How far the pad reaches in from the edge [m]."""
+"""Depth to which the finger pad reaches in from the edge [m]."""
 
 
 @dataclass(frozen=True)
@@ -33,22 +33,22 @@ class Fold:
     crease: FoldLine
     """The fold line and its moving side."""
     stacks: Stack
-    """How high the cloth lies before the fold."""
+    """Heights of the cloth before the fold."""
     target: np.ndarray
-    """The wanted shape S_t [m], shape (n, 3)."""
+    """The target shape S_t [m], shape (n, 3)."""
     left: np.ndarray
     """Grasp candidates of the left hand, from the corner inwards, shape (M,)."""
     right: np.ndarray
-    """Grasp candidates of the right hand, from the corner inwards, shape (M,); unused where one hand folds."""
+    """Grasp candidates of the right hand, from the corner inwards, shape (M,); unused if one hand folds."""
     hands: int = 2
     area_ratio: float | None = None
-    """Folded area over the area before, of a fold without thickness; None: of the target."""
+    """Folded area over the area before, for a fold without thickness; None for the target's ratio."""
     fingers: Fingers = field(default_factory=Fingers)
-    """Of the hands."""
+    """Fingers of the hands."""
 
     @property
     def lift(self) -> float:
-        """By how much a hand that closes takes the cloth off what it lies on [m]: its lower finger's thickness."""
+        """Height by which a closing hand lifts the cloth [m]: the thickness of its lower finger."""
         return self.fingers.thickness
 
     @property
@@ -68,13 +68,13 @@ class Fold:
         return sum(nearest[: self.hands]) / self.hands
 
     def span_of(self, vertex: int) -> float:
-        """Horizontal distance from a grasp to its release [m]."""
+        """Return the horizontal distance from a grasp to its release [m]."""
         return float(-2.0 * self.crease.split(self.start[[vertex]])[0][0])
 
     def translation(self, vertex: int) -> np.ndarray:
-        """From a grasp P0 to its release P3 [m], shape (3,); both are higher by `lift`.
+        """Return the vector from a grasp P0 to its release P3 [m], shape (3,); `lift` raises both equally.
 
-        P3 is the mirror image of P0, so high that the lowest layer in the hand comes to lie on what stays.
+        P3 is the mirror image of P0. Its height lets the lowest layer in the hand come to lie on the side that stays.
         """
         lowest = self.start[self.patch(vertex), 2].min() - 0.5 * self.garment.material.thickness
         return np.array([*self.span_of(vertex) * self.normal, self.stacks.under[vertex] - lowest])
@@ -86,14 +86,14 @@ class Fold:
         return tuple(np.array([[self.span_of(int(v)), self.translation(int(v))[2]] for v in hand]) for hand in hands)
 
     def patch(self, vertex: int) -> list[int]:
-        """Vertices that fingers hold when they pinch there: under the pad, the outermost of every layer."""
+        """Return the vertices that fingers hold in a pinch at a vertex: under the pad, the outermost of every layer."""
         if vertex not in self._patches:
             self._patches[vertex] = self._patch(vertex)
         return list(self._patches[vertex])
 
     @cached_property
     def _patches(self) -> dict[int, list[int]]:
-        """Those asked for so far; a search asks for the same few in every trial."""
+        """Patches computed so far; a search uses the same few in every trial."""
         return {}
 
     def _patch(self, vertex: int) -> list[int]:
@@ -101,14 +101,14 @@ class Fold:
         across, along = self.crease.split(self.start)
         sideways = np.abs(along - along[vertex]) <= max(
             self.fingers.width / 2, 1.3 * spacing
-        )  # on a coarse mesh neighbours too
+        )  # On a coarse mesh also neighbours.
         inwards = np.abs(across - across[vertex]) <= PINCH + 1e-9
         under = np.flatnonzero(sideways & inwards & (across < 0))
         held = outermost(across[under], along[under], self._links(under), spacing)
         return under[held | (under == vertex)].tolist()
 
     def _links(self, vertices: np.ndarray) -> np.ndarray:
-        """Edges of the mesh between some vertices, by their places among them, shape (e, 2)."""
+        """Return the edges of the mesh between some vertices, by their indices in `vertices`, shape (e, 2)."""
         place = np.full(len(self.start), -1)
         place[vertices] = np.arange(len(vertices))
         links = place[self._edges]
@@ -126,17 +126,17 @@ class Fold:
 def fold_of(
     garment: Garment, plan: Plan, step: Step, state: np.ndarray | None = None, hands: int | None = None
 ) -> Fold:
-    """The fold of a step of a plan.
+    """Return the fold of a step of a plan.
 
     Args:
-        garment: What is folded.
-        plan: Of which the step is one.
-        step: Which fold.
-        state: The cloth as it lies [m], shape (n, 3); None: flat.
-        hands: How many hands fold; None: as the plan says.
+        garment: The garment to fold.
+        plan: The plan that the step belongs to.
+        step: The step to fold.
+        state: The cloth as it lies [m], shape (n, 3); None if flat.
+        hands: Number of hands that fold; None for the plan's number.
 
     Raises:
-        InputError: The garment cannot be folded so.
+        InputError: If the garment cannot be folded by this step.
     """
     state = garment.vertices if state is None else state
     line = plan.line(step, garment)
@@ -153,7 +153,7 @@ def fold_of(
 
 
 def _check_room(garment: Garment, reach: float) -> None:
-    """Refuse a crease that is wider than what moves."""
+    """Refuse a crease that is wider than the moving side."""
     width = crease_of(garment, garment.material.thickness).arc[-1]
     if width > reach:
         raise InputError(
@@ -163,20 +163,20 @@ def _check_room(garment: Garment, reach: float) -> None:
 
 
 def make_fold(name: str, garment: Garment) -> Fold:
-    """The first fold of the plan of that name, on the flat garment.
+    """Return the first fold of a plan, given by its name, on the flat garment.
 
     Raises:
-        InputError: There is no such plan, or the garment cannot be folded so.
+        InputError: If there is no such plan, or the garment cannot be folded by it.
     """
     plan = make_plan(name, garment)
     return fold_of(garment, plan, plan.steps[0])
 
 
 def ideal_folds(garment: Garment, plan: Plan, hands: int | None = None) -> list[Fold]:
-    """The folds of a plan, each of what the one before it ideally leaves, from flat.
+    """Return the folds of a plan, from the flat garment; each starts from the ideal result of the one before.
 
     Raises:
-        InputError: The garment cannot be folded so.
+        InputError: If the garment cannot be folded by this plan.
     """
     folds: list[Fold] = []
     for step in plan.steps:

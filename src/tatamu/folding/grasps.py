@@ -1,4 +1,4 @@
-"""Where hands may grasp: vertices of the garment's edge on the moving side, from the corner inwards."""
+"""Grasp candidates: vertices of the garment's edge on the moving side, from the corner inwards."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from tatamu.folding.plan import AUTO, Step
 from tatamu.garments import Garment
 
 HAND_CLEARANCE = 0.06
-"""Grasps of the two hands stay at least this far apart [m]; so hands never cross or touch."""
+"""Least distance between the grasps of the two hands [m]; it keeps hands from crossing or touching."""
 NEAREST = 0.5
-"""Least distance of a grasp from the line, as a part of that of the farthest vertex of its edge."""
+"""Least distance of a grasp from the line, as a part of the distance of the farthest vertex of its edge."""
 SAME_PLACE = 0.4
 """Vertices nearer to each other than this many cells are one place: a pinch there takes all layers."""
 
 
 def candidates(garment: Garment, state: np.ndarray, line: FoldLine, step: Step, hands: int) -> tuple[np.ndarray, ...]:
-    """Grasp candidates of the left and of the right hand, each of shape (M,); the same for both where one hand folds.
+    """Return the grasp candidates of the left and of the right hand, each of shape (M,); equal if one hand folds.
 
     Raises:
-        InputError: The garment has no such edge on the moving side, or the hands do not fit on it.
+        InputError: If the garment has no such edge on the moving side, or the hands do not fit on it.
     """
     edges = [_edge(garment, state, line, name) for name in step.grasp]
     _, along = line.split(state)
     if hands == 1:
         only = _ordered(state, line, edges[0], 1.0)
         return only, only
-    clearance = max(HAND_CLEARANCE, 2.7 * garment.spacing)  # coarse meshes: the pinches share no vertex
+    clearance = max(HAND_CLEARANCE, 2.7 * garment.spacing)  # on coarse meshes, so that the pinches share no vertex
     if len(edges) == 1:
         middle = 0.5 * (along[edges[0]].min() + along[edges[0]].max())
         place = along[edges[0]] - middle
@@ -41,16 +41,16 @@ def candidates(garment: Garment, state: np.ndarray, line: FoldLine, step: Step, 
 
 
 def distances(garment: Garment, state: np.ndarray, line: FoldLine) -> dict[str, float]:
-    """Mean distance from the line of what may be grasped of each edge on the moving side [m]."""
+    """Return the mean distance from the line of the graspable part of each edge on the moving side [m]."""
     parts = {name: _moving(garment, state, line, name) for name in garment.edges}
     return {name: float(-line.split(state[part])[0].mean()) for name, part in parts.items() if len(part)}
 
 
 def farthest_edge(garment: Garment, state: np.ndarray, line: FoldLine) -> str:
-    """The edge on the moving side that is on average farthest from the line.
+    """Return the edge on the moving side that is on average farthest from the line.
 
     Raises:
-        InputError: No edge lies on the moving side.
+        InputError: If no edge lies on the moving side.
     """
     far = distances(garment, state, line)
     if not far:
@@ -59,7 +59,7 @@ def farthest_edge(garment: Garment, state: np.ndarray, line: FoldLine) -> str:
 
 
 def _edge(garment: Garment, state: np.ndarray, line: FoldLine, name: str) -> np.ndarray:
-    """The vertices of a named edge that move, uppermost where several lie on each other."""
+    """Return the moving vertices of a named edge, the uppermost if several lie on each other."""
     if name == AUTO:
         return _moving(garment, state, line, farthest_edge(garment, state, line))
     if name not in garment.edges:
@@ -80,7 +80,7 @@ def _moving(garment: Garment, state: np.ndarray, line: FoldLine, name: str) -> n
 
 
 def _uppermost(state: np.ndarray, vertices: np.ndarray, apart: float) -> np.ndarray:
-    """Of vertices at one place only the highest, in the order given."""
+    """Return the vertices without those below another one at the same place, in the order given."""
     kept: list[int] = []
     for vertex in vertices[np.argsort(-state[vertices, 2], kind="stable")]:
         if not (np.linalg.norm(state[kept, :2] - state[vertex, :2], axis=1) < apart).any():
@@ -89,13 +89,13 @@ def _uppermost(state: np.ndarray, vertices: np.ndarray, apart: float) -> np.ndar
 
 
 def _ordered(state: np.ndarray, line: FoldLine, edge: np.ndarray, side: float) -> np.ndarray:
-    """From the corner inwards: far from the line, and far to the hand's own side."""
+    """Return the edge in order from the corner inwards: from far off the line and far to the hand's own side."""
     across, along = line.split(state[edge])
     return edge[np.argsort(across - side * along, kind="stable")]
 
 
 def _apart(left: np.ndarray, right: np.ndarray, clearance: float) -> int:
-    """How many candidates of both hands may be kept so that any two are that far apart."""
+    """Return the largest number of candidates per hand with which any two are at least `clearance` apart."""
     count = min(len(left), len(right))
     distance = np.linalg.norm(left[:count, None, :2] - right[None, :count, :2], axis=2)
     while count and distance[:count, :count].min() < clearance - 1e-9:

@@ -1,4 +1,4 @@
-"""Which edges hands should grasp for a fold, so that they carry all that moves."""
+"""Choice of the edges that hands should grasp for a fold, so that they carry all moving cloth."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from tatamu.folding.plan import Step
 from tatamu.garments import Garment
 
 TWO_HANDS = 0.15
-"""An edge at least this long along the fold line is grasped by both hands [m]; a cuff by one."""
+"""Least length along the fold line of an edge that both hands grasp [m]; a cuff is grasped by one."""
 MOST_EDGES = 8
-"""Pairs are tried of so many edges, those that lie farthest from the line."""
+"""Number of edges among which pairs are tried: those farthest from the line."""
 
 
 def grasp_for(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[tuple[str, ...], int]:
-    """The edges to grasp, one or two, and with how many hands.
+    """Return the edges to grasp, one or two, and the number of hands.
 
-    The edge farthest from the line is best, if hands that hold it carry all that moves; else the edge, or the pair of
-    edges, one for each hand, that leaves least behind.
+    The edge farthest from the line is best, if hands that hold it carry all moving cloth. Otherwise it is the edge, or
+    the pair of edges, one for each hand, that leaves the least cloth behind.
 
     Raises:
-        InputError: No edge lies on the moving side, or the hands do not fit on any.
+        InputError: If no edge lies on the moving side, or the hands do not fit on any.
     """
     plain = (farthest_edge(garment, state, line),)
     hands = 2 if _extent(garment, state, line, plain[0]) >= TWO_HANDS else 1
@@ -40,7 +40,7 @@ def grasp_for(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[tupl
 
 
 def other_grasp(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[str, ...] | None:
-    """One edge for both hands, or one for each, with which they carry all that moves; None where there is none."""
+    """Return one edge for both hands, or one for each, that carries all moving cloth; None if there is none."""
     far = distances(garment, state, line)
     names = sorted(far, key=lambda name: -far[name])[:MOST_EDGES]
     middle = {name: float(line.split(state[garment.edges[name]])[1].mean()) for name in names}
@@ -49,7 +49,7 @@ def other_grasp(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[st
         try:
             if not covered(garment, state, line, grasp, 2):
                 return grasp
-        except InputError:  # no room for both hands
+        except InputError:  # too short for both hands
             continue
     return None
 
@@ -57,16 +57,16 @@ def other_grasp(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[st
 def covered(
     garment: Garment, state: np.ndarray, line: FoldLine, grasp: tuple[str, ...], hands: int
 ) -> tuple[Part, ...]:
-    """The parts that hands on these edges do not carry.
+    """Return the parts that hands on these edges leave behind.
 
     Raises:
-        InputError: The hands cannot grasp there.
+        InputError: If the hands cannot grasp there.
     """
     step = Step.model_validate({"line": ((0.0, 0.0), (0.0, 1.0)), "moves": "-x", "grasp": grasp})
     return uncarried(garment, state, line, candidates(garment, state, line, step, hands)[:hands])
 
 
 def _extent(garment: Garment, state: np.ndarray, line: FoldLine, edge: str) -> float:
-    """How long the far part of an edge is along the line [m]."""
+    """Return the length along the line of the far part of an edge [m]."""
     across, along = line.split(state[np.unique(garment.edges[edge])])
     return float(np.ptp(along[-across >= NEAREST * float((-across).max())]))

@@ -1,12 +1,12 @@
-"""The ideal fold of a cloth as it lies: what moves is mirrored over the line, on top of what stays.
+"""The ideal fold of a cloth as it lies: the moving side is mirrored over the line, on top of the side that stays.
 
-The stack at a place and the stack that is laid upon it are one stack of height H on average, bent round the line: its
-mid-surface is the crease of least energy of that thickness (see `crease`), and a layer at height z before the fold runs
-beside it at the distance d = z - H/2, inside the loop where d > 0. Far from the line that is the stack turned over,
-z -> 2H - z, and at the line no layer touches another; lengths there change by the factor 1 - d * curvature.
+The stack at a place and the stack that is laid on it count as one stack of mean height H, bent round the line. Its
+mid-surface is the crease of minimum energy for that thickness (see `crease`). A layer at height z before the fold runs
+beside it at the distance d = z - H/2, inside the loop where d > 0. Far from the line that is the stack turned over, z
+-> 2H - z, and at the line no layer touches another; lengths there change by the factor 1 - d * curvature.
 
-Two simplifications: loops of earlier folds that come to lie in the stack are pressed, whatever stands out of the flat
-part to the share `KEPT`; and H changes along the table by at most `SLOPE`, as cloth laid over an edge does not hang
+There are two simplifications. Loops of earlier folds inside the stack are pressed: their height over the flat part is
+reduced to the share `KEPT`. H changes along the table by at most `SLOPE`, because cloth laid over an edge does not hang
 straight down from it.
 """
 
@@ -21,18 +21,18 @@ from tatamu.garments import Garment
 from tatamu.heavy_strip.crease import Crease, crease
 
 STACKS = (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0)
-"""Heights of stacks in thicknesses for which creases are computed; between them they are interpolated."""
+"""Heights of stacks, in thicknesses, for which creases are computed; creases between them are interpolated."""
 KEPT = 0.5
 """Share of its height over the flat part of the stack that a pressed loop keeps, under twice its weight and more."""
 FADE = 3.5
 """Distance over which a loop falls to nothing beside the end of its crease, in bending lengths."""
 SLOPE = 0.3
-"""Steepest rise of the cloth over what lies below it [-]: it is then 4 % longer than flat."""
+"""Steepest rise of the cloth over the cloth below it [-]: it is then 4 % longer than flat."""
 
 
 @dataclass(frozen=True)
 class FoldLine:
-    """A straight fold line on the table, and which side of it moves."""
+    """A straight fold line on the table, and the side of it that moves."""
 
     origin: np.ndarray
     """A point of the line [m], shape (2,)."""
@@ -45,36 +45,37 @@ class FoldLine:
         return np.array([-self.normal[1], self.normal[0]])
 
     def split(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Distance from the line, negative on the moving side, and place along it [m], shapes (n,)."""
+        """Return the distance from the line, negative on the moving side, and the place along it [m], shapes (n,)."""
         offset = points[:, :2] - self.origin
         return offset @ self.normal, offset @ self.along
 
     def mirrored(self, points: np.ndarray) -> np.ndarray:
-        """Mirror images of points over the line, shape (n, 2)."""
+        """Return mirror images of points over the line, shape (n, 2)."""
         across, along = self.split(points)
         return self.join(-across, along)
 
     def join(self, across: np.ndarray, along: np.ndarray) -> np.ndarray:
-        """Points of given distance from the line and place along it, shape (n, 2)."""
+        """Return points from their distances from the line and places along it, shape (n, 2)."""
         return self.origin + across[:, None] * self.normal + along[:, None] * self.along
 
 
 @dataclass(frozen=True)
 class Stack:
-    """How high a cloth lies at its vertices, and the stack that a fold makes there; loops are pressed."""
+    """Heights of a cloth at its vertices, and the stack that a fold makes there; loops are pressed."""
 
     middle: np.ndarray
-    """The mid-surface at each vertex [m], shape (n,)."""
+    """Height of the mid-surface at each vertex [m], shape (n,)."""
     under: np.ndarray
-    """Upper surface over the mirror image of each vertex [m], shape (n,); 0 on the bare table."""
+    """Height of the upper surface at the mirror image of each vertex [m], shape (n,); 0 on the bare table."""
     mean: np.ndarray
-    """H: half the height of the stack at a place and its mirror image together [m], shape (n,)."""
+    """H: half the summed height of the stacks at a place and at its mirror image [m], shape (n,)."""
     creased: np.ndarray
-    """1 where cloth crosses the line beside a vertex, 0 far from any that does, as between trouser legs, shape (n,)."""
+    """1 where cloth crosses the line beside a vertex, 0 far from any such cloth, as between trouser legs, shape (n,).
+    """
 
 
 def stack(garment: Garment, state: np.ndarray, line: FoldLine) -> Stack:
-    """The stacks of a garment as it lies, `state` of shape (n, 3)."""
+    """Return the stacks of a garment that lies as `state` [m], shape (n, 3)."""
     thickness = garment.material.thickness
     reach = 0.5 * garment.spacing
     top = Surface.of(state, garment.faces, thickness, reach).height(state[:, :2])
@@ -82,7 +83,7 @@ def stack(garment: Garment, state: np.ndarray, line: FoldLine) -> Stack:
     surface = Surface.of(np.column_stack([state[:, :2], middle]), garment.faces, thickness, reach)
 
     def together(points: np.ndarray) -> np.ndarray:
-        """Height of the stack that the moving side forms with the cloth it is laid upon; 0 beside the moving side."""
+        """Return the summed height of the moving side and the cloth it is laid upon; 0 beside the moving side."""
         own = surface.height(points)
         across = line.split(points)[0]
         return np.where((own > 0) & (across < PIXEL), own + surface.height(line.mirrored(points)), 0.0)
@@ -95,7 +96,7 @@ def stack(garment: Garment, state: np.ndarray, line: FoldLine) -> Stack:
 
 
 def _creased(surface: Surface, line: FoldLine, state: np.ndarray, fade: float) -> np.ndarray:
-    """1 where cloth crosses the line at a vertex's place along it, falling to 0 over `fade` [m], shape (n,)."""
+    """Return 1 where cloth crosses the line at a vertex's place along it, falling to 0 over `fade` [m], shape (n,)."""
     along = line.split(state)[1]
     places = np.arange(along.min(), along.max() + PIXEL, PIXEL)
     crossing = places[surface.height(line.join(np.zeros(len(places)), places)) > 0]
@@ -107,12 +108,12 @@ def _creased(surface: Surface, line: FoldLine, state: np.ndarray, fade: float) -
 
 
 def pressed(z: np.ndarray, flat: float) -> np.ndarray:
-    """Heights [m] of which what stands out of the `flat` part is pressed; order is kept, so no layer meets another."""
+    """Return heights [m] with the excess over the `flat` part pressed; their order is kept, so no layers meet."""
     return np.where(z <= flat, z, flat + KEPT * (z - flat))
 
 
 def ideal_fold(garment: Garment, state: np.ndarray, line: FoldLine, stacks: Stack) -> np.ndarray:
-    """The wanted shape after a fold [m], shape (n, 3), of a garment that lies as `state`, shape (n, 3)."""
+    """Return the target shape of a fold [m], shape (n, 3), of a garment that lies as `state`, shape (n, 3)."""
     across, along = line.split(state)
     x, z = _bent(garment, stacks.mean, across, stacks.middle - 0.5 * stacks.mean)
     flat_z = np.where(across < 0, 2.0 * stacks.mean - stacks.middle, stacks.middle)
@@ -125,12 +126,12 @@ def ideal_fold(garment: Garment, state: np.ndarray, line: FoldLine, stacks: Stac
 
 
 def crease_of(garment: Garment, height: float) -> Crease:
-    """The crease of a stack of that height [m]."""
+    """Return the crease of a stack of this height [m]."""
     return crease(garment.material.bending_length, height)
 
 
 def _bent(garment: Garment, height: np.ndarray, u: np.ndarray, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """X and z of points at arc lengths u and distances d from the middle of stacks of given heights, shapes (n,)."""
+    """Return x and z of points at arc lengths u and distances d from the middle of stacks of `height`, shapes (n,)."""
     grid = np.array(STACKS) * garment.material.thickness
     held = np.clip(height, grid[0], grid[-1])
     lower = np.clip(np.searchsorted(grid, held, side="right") - 1, 0, len(grid) - 2)

@@ -1,4 +1,4 @@
-"""A state of a garment on one mesh, at the vertices of another mesh of the same garment."""
+"""Interpolation of a garment's state from one mesh to the vertices of another mesh of the same garment."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from scipy.spatial import cKDTree
 from tatamu.garments import Garment
 
 CANDIDATES = 12
-"""Triangles whose centres are nearest to a point, among which the one around it is looked for."""
+"""Number of triangles, by nearest centre, among which the one around a point is looked for."""
 
 
 def interpolated(garment: Garment, state: np.ndarray, other: Garment) -> np.ndarray:
-    """A state of a garment at the vertices of another mesh of it [m], shape (m, 3).
+    """Return a state of a garment at the vertices of another mesh of it [m], shape (m, 3).
 
-    Every vertex is looked for on the flat garment, in its own layer.
+    Every vertex is looked up on the flat garment, in its own layer.
 
     Args:
-        garment: On one mesh.
-        state: Of it [m], shape (n, 3).
+        garment: The garment on the first mesh.
+        state: Its vertices [m], shape (n, 3).
         other: The same garment on the other mesh.
     """
     found = np.empty((len(other.vertices), 3))
@@ -31,7 +31,7 @@ def interpolated(garment: Garment, state: np.ndarray, other: Garment) -> np.ndar
 
 
 def _in_triangles(flat: np.ndarray, faces: np.ndarray, points: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Values (n, 3) of a flat mesh (n, 2) at points (p, 2), shape (p, 3); beside the mesh those nearby."""
+    """Return values (n, 3) of a flat mesh (n, 2) at points (p, 2), shape (p, 3); outside the mesh, those nearby."""
     corners = flat[faces]
     count = min(CANDIDATES, len(faces))
     _, near = cKDTree(corners.mean(axis=1)).query(points, count)

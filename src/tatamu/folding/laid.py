@@ -1,6 +1,6 @@
-"""A cloth after a fold in a rough and ready way: the moving side turned over the line, flat, on top of all else.
+"""Approximation of the folded cloth: the moving side mirrored over the line, flat, on top of all other cloth.
 
-It is what plans are weighed by before anything is simulated; `ideal` has the shape that a fold is scored against.
+Proposed plans are compared on it before any simulation; folds are scored against the shape of `ideal`.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from tatamu.garments import Garment
 
 
 def laid(garment: Garment, state: np.ndarray, line: FoldLine) -> np.ndarray:
-    """The cloth with its moving side on top [m], shape (n, 3).
+    """Return the cloth with its moving side on top [m], shape (n, 3).
 
     Args:
-        garment: What is folded.
+        garment: The garment to fold.
         state: The cloth before the fold [m], shape (n, 3).
         line: The fold line and its moving side.
     """

@@ -1,4 +1,4 @@
-"""How high a cloth lies: its upper surface over every point of the table."""
+"""Height of a cloth: its upper surface over every point of the table."""
 
 from __future__ import annotations
 
@@ -13,28 +13,28 @@ from tatamu.zbuffer import z_buffer
 PIXEL = 0.001
 """Resolution of the map [m]."""
 SLACK = 1e-9
-"""Of pixels beside a triangle, in barycentric coordinates: the cloth has no gaps."""
+"""Tolerance for pixels at the border of a triangle, in barycentric coordinates; it leaves no gaps in the cloth."""
 NANOMETRES = 9
-"""Heights are rounded to this many decimals of a metre, so that a flat layer is flat to the last bit."""
+"""Number of decimals of a metre to which heights are rounded, so that a flat layer is flat to the last bit."""
 
 
 class Surface:
     """A map of heights over the table."""
 
     def __init__(self, low: np.ndarray, heights: np.ndarray) -> None:
-        """A map whose first pixel has its corner at `low` [m], shape (2,); heights [m], shape (columns, rows)."""
+        """Make a map of heights [m], shape (columns, rows), with the corner of the first pixel at `low` [m], (2,)."""
         self._low = low
         self._heights = heights
 
     @classmethod
     def of(cls, points: np.ndarray, faces: np.ndarray, thickness: float, reach: float) -> Surface:
-        """The upper surface of a cloth.
+        """Return the upper surface of a cloth.
 
         Args:
-            points: Positions of its mid-surface [m], shape (n, 3).
+            points: Positions of the mid-surface [m], shape (n, 3).
             faces: Triangles, shape (m, 3).
-            thickness: Of the cloth [m]; its surface lies half of it above the mid-surface.
-            reach: A point beside the cloth counts as on it when this near [m].
+            thickness: Thickness of the cloth [m]; its surface lies half of it above the mid-surface.
+            reach: Distance within which a point beside the cloth counts as on it [m].
         """
         low = points[:, :2].min(axis=0) - reach - 2 * PIXEL
         size = np.ceil((points[:, :2].max(axis=0) + reach + 2 * PIXEL - low) / PIXEL).astype(int)
@@ -45,7 +45,7 @@ class Surface:
         return cls(low, np.where(np.isfinite(heights), heights.round(NANOMETRES), 0.0))
 
     def height(self, points: np.ndarray) -> np.ndarray:
-        """Height of the surface at points of shape (k, 2) [m], shape (k,); 0 where there is only the table."""
+        """Return the height of the surface at points of shape (k, 2) [m], shape (k,); 0 on the bare table."""
         column, row = np.floor((points - self._low) / PIXEL).astype(int).T
         inside = (column >= 0) & (row >= 0) & (column < self._heights.shape[0]) & (row < self._heights.shape[1])
         heights = np.zeros(len(points))
@@ -53,7 +53,7 @@ class Surface:
         return heights
 
     def mapped(self, height: Callable[[np.ndarray], np.ndarray], slope: float) -> Surface:
-        """Another surface on the same pixels: `height` of their centres (k, 2), raised to be no steeper than that."""
+        """Return a surface of `height` at the pixels' centres (k, 2), raised to be no steeper than `slope`."""
         index = np.indices(self._heights.shape).reshape(2, -1).T
         heights = height(self._low + (index + 0.5) * PIXEL).reshape(self._heights.shape)
         return Surface(self._low, _gentle(np.ascontiguousarray(heights), slope * PIXEL))

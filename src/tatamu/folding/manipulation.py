@@ -1,4 +1,4 @@
-"""A manipulation: where the hands grasp, the paths they follow, when they move and let go."""
+"""A manipulation: the grasps of the hands, their paths, and the times at which they move and let go."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from tatamu.records import OpenRecord
 from tatamu.scene import Index, Points
 
 TOP_SPEED = 0.6
-"""Fastest that a hand moves [m/s]; folding twice as fast changes folds (De Gusseme and wyffels 2022)."""
+"""Top speed of a hand [m/s]; folding twice as fast changes folds (De Gusseme and wyffels 2022)."""
 WAIT, HOLD, SETTLE = 0.1, 0.4, 1.0
-"""Before the hands move, between arriving and opening, and after opening until the fold is scored [s]."""
+"""Time before the hands move, between arriving and opening, and after opening until the fold is scored [s]."""
 FRAME_RATE = 60.0
 """Frames per second [1/s]."""
 
@@ -30,13 +30,13 @@ Hand = Literal["left", "right"]
 HANDS: tuple[Hand, Hand] = ("left", "right")
 """Names of the hands, in the order of `Manipulation`."""
 OFF_PATH = 2e-3
-"""Via-points farther than this from the motion of their hand do not belong to it [m]."""
+"""Largest distance of via-points from the motion of their hand [m]; farther ones do not belong to it."""
 VIA_EVERY = 10
-"""The robot's via-points lie this many frames apart (paper, section VI-C)."""
+"""Frames between the robot's via-points (paper, section VI-C)."""
 
 
 class Timing(OpenRecord):
-    """When the hands close, start, arrive and open, and when the scene ends [s]."""
+    """Times at which the hands close, start, arrive and open, and at which the scene ends [s]."""
 
     closes: float = Field(ge=0)
     starts: float
@@ -44,7 +44,7 @@ class Timing(OpenRecord):
     opens: float
     ends: float
     top_speed: float | None = None
-    """Of the faster hand [m/s]; None: not said."""
+    """Top speed of the faster hand [m/s]; None if unknown."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -61,13 +61,13 @@ class GraspPoint(OpenRecord):
 
     vertex: Index
     position: Annotated[list[float], Field(min_length=3, max_length=3)]
-    """[m], shape (3,)."""
+    """Position of the grasped vertex [m], shape (3,)."""
     patch: list[Index] = Field(default_factory=list)
     """The held vertices."""
 
 
 class ArmPath(OpenRecord):
-    """The path of one arm, as `manipulation.json` has it."""
+    """The path of one arm in `manipulation.json`."""
 
     name: Literal["left", "right"]
     grasp: GraspPoint
@@ -90,17 +90,17 @@ class ArmPath(OpenRecord):
 
 
 class ViaPoints(OpenRecord):
-    """Points of the path in steps of `every_frames`, as a robot is given them."""
+    """Points of the path in steps of `every_frames`, for a robot."""
 
     UNSAID: ClassVar[frozenset[str]] = frozenset({"right"})
 
     every_frames: int = Field(ge=1)
     times: list[float]
-    """[s]."""
+    """Times of the points [s]."""
     left: Points
-    """[m], one for each of `times`."""
+    """Points of the left hand [m], one for each of `times`."""
     right: Points | None = None
-    """None if one hand folds."""
+    """Points of the right hand [m]; None if one hand folds."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -113,13 +113,13 @@ class ViaPoints(OpenRecord):
 
 
 class ManipulationFile(OpenRecord):
-    """The file `manipulation.json`: all of a manipulation on Bezier curves, and what others read of it."""
+    """The file `manipulation.json`: a manipulation on Bezier curves, with timing and via-points for other programs."""
 
     version: Literal[1] = 1
     frame_rate: float = Field(60.0, gt=0)
     """Frames per second [1/s]."""
     arms: Annotated[list[ArmPath], Field(min_length=1, max_length=2)]
-    """Left before right."""
+    """Arms, left before right."""
     timing: Timing | None = None
     lift: float | None = None
     """`Manipulation.lift`; None in files of other programs."""
@@ -136,31 +136,31 @@ class ManipulationFile(OpenRecord):
 
     @property
     def timing_values(self) -> dict[str, float]:
-        """The timing by name, as far as the file has it."""
+        """The times in the file, by name."""
         return self.timing.model_dump(exclude_none=True) if self.timing else {}
 
 
 @dataclass(frozen=True, eq=False)
 class Manipulation:
-    """One trial as the hands see it; one hand, or two."""
+    """One trial as the hands execute it; one hand, or two."""
 
     grasps: tuple[int, ...]
     """Grasped vertex of the left and of the right hand."""
     positions: tuple[np.ndarray, ...]
-    """Where each hand grasps [m], shape (3,)."""
+    """Position of each hand's grasp [m], shape (3,)."""
     paths: tuple[np.ndarray, ...]
     """Each hand's path relative to its grasp [m], shape (s, 3), from 0 to its release."""
     control_points: tuple[np.ndarray, ...] | None
-    """P0..P3 of each hand relative to its grasp [m], shape (4, 3); None for paths that are no cubic Bezier curves."""
+    """P0..P3 of each hand relative to its grasp [m], shape (4, 3); None if the paths are no cubic Bezier curves."""
     lift: float = 0.0
     """Height of the hands over their grasps when their fingers have closed [m]."""
     settle: float = SETTLE
-    """From the opening of the hands until the fold is scored [s]."""
+    """Time from the opening of the hands until the fold is scored [s]."""
     patches: tuple[tuple[int, ...], ...] = ()
     """The vertices that each hand holds."""
 
     def describe(self) -> ManipulationFile:
-        """Return the manipulation as `manipulation.json` has it.
+        """Return the content of `manipulation.json`.
 
         Raises:
             ValueError: If the paths are no cubic Bezier curves.
@@ -195,7 +195,7 @@ class Manipulation:
 
     @classmethod
     def of(cls, file: ManipulationFile) -> Manipulation:
-        """Return the manipulation of a file: exactly the one that was saved."""
+        """Return the manipulation of a file, exactly as it was saved."""
         arms = sorted(file.arms, key=lambda arm: arm.name)
         lift = file.lift
         if lift is None:
@@ -216,7 +216,7 @@ class Manipulation:
         return made
 
     def check_via_points(self, via: ViaPoints | None) -> None:
-        """Refuse via-points that do not belong to the manipulation: a robot would go elsewhere than the file says.
+        """Refuse via-points that do not belong to the manipulation, as a robot would not follow the curve in the file.
 
         Raises:
             InputError: If one of them is farther from the hand's motion than `OFF_PATH`.
@@ -243,7 +243,7 @@ class Manipulation:
 
     @classmethod
     def load(cls, path: Path | str) -> Manipulation:
-        """Read `manipulation.json`: exactly the manipulation that was saved.
+        """Read `manipulation.json`, exactly as the manipulation was saved.
 
         Raises:
             InputError: If the file cannot be read, or a field is wrong; the message names both.
@@ -259,7 +259,7 @@ class Manipulation:
         """Each hand's Bezier curve in the scene.
 
         Raises:
-            ValueError: The paths are no cubic Bezier curves.
+            ValueError: If the paths are no cubic Bezier curves.
         """
         if self.control_points is None:
             raise ValueError("the paths of this manipulation are polylines")
@@ -277,13 +277,13 @@ class Manipulation:
 
     @property
     def move_seconds(self) -> float:
-        """How long the hands move [s], a whole number of frames; the longer path sets it."""
+        """Time that the hands move [s], a whole number of frames; the longer path determines it."""
         longest = max(map(curves.length, self.paths))
         return float(np.ceil(curves.minimum_jerk_duration(longest, TOP_SPEED) * FRAME_RATE) / FRAME_RATE)
 
     @property
     def timing(self) -> Timing:
-        """When the hands close, move and open."""
+        """Times at which the hands close, move and open."""
         arrives = WAIT + self.move_seconds
         return Timing(
             closes=0.0,
@@ -295,7 +295,7 @@ class Manipulation:
         )
 
     def motion(self) -> tuple[np.ndarray, list[np.ndarray]]:
-        """Knots of the motion, one per frame: times [s], shape (k,), displacements of each hand [m], shape (k, 3)."""
+        """Return one knot per frame: times [s], shape (k,), and displacements of each hand [m], shapes (k, 3)."""
         count = round(self.move_seconds * FRAME_RATE)
         fraction = curves.minimum_jerk(np.arange(count + 1) / count)
         times = WAIT + np.arange(count + 1) / FRAME_RATE
@@ -305,10 +305,10 @@ class Manipulation:
 def bezier_manipulation(
     fold: Fold, grasps: tuple[int, ...], x1: float, z1: float, x2: float, z2: float
 ) -> Manipulation:
-    """The paper's manipulation, Eq. (9): P1 and P2 are given relative to P0, x along the fold, z up [m].
+    """Return the paper's manipulation, Eq. (9), from P1 and P2 relative to P0, x along the fold, z up [m].
 
-    They are those of a hand at the fold's span; a hand that is farther from the line follows the same curve, larger in
-    proportion, so that both hands turn the cloth about the line together.
+    P1 and P2 are given for a hand at the fold's span. A hand that is farther from the line follows the same curve,
+    larger in proportion, so that both hands turn the cloth about the line together.
     """
     across = np.array([*fold.normal, 0.0])
     up = np.array([0.0, 0.0, 1.0])
@@ -323,7 +323,7 @@ def bezier_manipulation(
 
 
 def trajectory_lengths(fold: Fold, parameters: Mapping[str, np.ndarray]) -> np.ndarray:
-    """l_x of Eq. (10) of many manipulations at once [m], shape (p,), without sampling their paths.
+    """Return l_x of Eq. (10) of many manipulations at once [m], shape (p,), without sampling their paths.
 
     Args:
         fold: The fold.
@@ -343,7 +343,7 @@ def trajectory_lengths(fold: Fold, parameters: Mapping[str, np.ndarray]) -> np.n
 
 
 def polyline_manipulation(fold: Fold, grasps: tuple[int, ...], paths: Sequence[np.ndarray]) -> Manipulation:
-    """Hands that follow polylines relative to their grasps [m], shape (s, 3) each."""
+    """Return a manipulation whose hands follow polylines relative to their grasps [m], shape (s, 3) each."""
     return Manipulation(grasps, _places(fold, grasps), tuple(paths), None, fold.lift)
 
 

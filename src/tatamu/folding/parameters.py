@@ -1,4 +1,4 @@
-"""The parameters of a manipulation, x = (x1, z1, x2, z2, g1, g2) of Eq. (9): their space, and curves to start from."""
+"""The parameters of a manipulation, x = (x1, z1, x2, z2, g1, g2) of Eq. (9): search space and starting curves."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from tatamu.folding.manipulation import trajectory_lengths
 from tatamu.search.space import Bounds, Parameters, Space
 
 Grasps = Literal["integer", "continuous"]
-"""Grasps as whole numbers 0 .. M-1, or as the paper's real numbers 0 .. M that are floored when used."""
+"""Grasps as whole numbers 0 to M-1, or as the paper's real numbers 0 to M, which are floored when used."""
 
 HIGHEST = 0.75
-"""P1 and P2 lie at most this part of the span over the grasp."""
+"""Largest height of P1 and P2 over the grasp, in parts of the span."""
 LOW = ((0.2, 0.33), (0.1, 0.33), (0.06, 1.0))
-"""Low curves: height of P1 over the grasp and how far P2 is ahead of it, in parts of the span."""
+"""Low curves: height of P1 over the grasp, and distance of P2 ahead of it, in parts of the span."""
 ARCHED = 0.2
 """The arched curve: height of P1 over the grasp and of P2 over the release, in parts of the span."""
 HIGH = 0.5
-"""The same for the high curve: layers that were folded before are lifted off the table before they are turned over."""
+"""The same height for the high curve, which lifts layers of earlier folds off the table before it turns them over."""
 
 
 def search_space(fold: Fold, grasps: Grasps = "integer") -> Space:
@@ -53,7 +53,7 @@ def later_curves(fold: Fold) -> list[Parameters]:
 def arched_curve(fold: Fold, grasp: int = 0, spans: float = ARCHED) -> Parameters:
     """Return a curve that starts straight up and ends straight down.
 
-    Hands that come down from above do not push what lies there, as those on low curves do
+    Hands that come down from above do not push the cloth below them. Hands on low curves do
     (docs/notes/own-garments.md).
 
     Args:
@@ -68,8 +68,8 @@ def arched_curve(fold: Fold, grasp: int = 0, spans: float = ARCHED) -> Parameter
 def low_curves(fold: Fold) -> list[Parameters]:
     """Return curves from the corners that rise a little and pass low over the part that lies still.
 
-    The shortest paths to a good fold are of this kind if nothing is pushed. How low they may be depends on the cloth,
-    and coarse meshes are crushed by the last.
+    The shortest paths to a good fold are of this kind if nothing is pushed. How low they may be depends on the cloth;
+    the lowest of them crushes coarse meshes.
     """
     lowest = _lowest(fold)
     return [
@@ -84,9 +84,9 @@ def _lowest(fold: Fold) -> float:
 
 
 def transfer(parameters: Parameters, before: Fold, fold: Fold, grasps: Grasps) -> Parameters:
-    """Return the parameters that mean for `fold` what `parameters` mean for another fold.
+    """Return the parameters for `fold` that correspond to `parameters` of the fold `before`.
 
-    P1 and P2 keep their place in parts of the span, grasps theirs among the candidates from the corner inwards.
+    P1 and P2 keep their place in parts of the span; grasps keep theirs among the candidates from the corner inwards.
     """
     old = search_space(before, grasps).bounds
     new = search_space(fold, grasps).bounds

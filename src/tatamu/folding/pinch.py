@@ -1,4 +1,4 @@
-"""A pinch: the vertices that fingers hold under their pads, and how they press layers together as they close."""
+"""A pinch: the vertices that fingers hold under their pads, and the motion of layers that they press together."""
 
 from __future__ import annotations
 
@@ -7,30 +7,30 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 BESIDE, FARTHER_OUT = 0.55, 0.1
-"""Of two vertices of a layer that are less than the first part of a cell apart along the edge, only the outer one is
-held, if it is farther out by more than the second."""
+"""Distance along the edge, and distance across it, in cells. If two vertices of a layer are nearer than the first along
+the edge and differ by more than the second across it, only the outer one is held."""
 SAME_PLACE = 0.55
 """Vertices nearer than this many cells, seen from above, lie over or under one another."""
 APART = 1.05
-"""Pressed layers are this many thicknesses apart."""
+"""Distance between pressed layers, in thicknesses."""
 NOTICEABLE = 1.0
-"""A vertex that would be pressed down by less than this many thicknesses stays as it lies."""
+"""Least displacement by which a vertex is pressed down, in thicknesses; with less it stays as it lies."""
 
 
 def outermost(across: np.ndarray, along: np.ndarray, links: np.ndarray, spacing: float) -> np.ndarray:
-    """Which vertices under a finger pad are held: of every layer its outermost row, about which the cloth turns.
+    """Return which vertices under a finger pad are held: the outermost row of each layer.
 
-    A second row, which only fine meshes have under a pad, would hold the slope of the cloth as well: hands do not turn,
-    so the flap would be laid down with its hem turned up, and jump when they open.
+    The cloth turns about this row. Only fine meshes have a second row under a pad. It would also hold the slope of the cloth. As hands do not turn, the
+    flap would be laid down with its hem turned up, and would jump when they open.
 
     Args:
-        across: Where the vertices are across the fold line [m], the less the farther out, shape (k,).
-        along: Where they are along it [m], shape (k,).
-        links: Edges of the mesh between them, shape (e, 2); what hangs together is one layer.
-        spacing: Of the mesh [m].
+        across: Distances of the vertices from the fold line [m], lower farther out, shape (k,).
+        along: Their places along the fold line [m], shape (k,).
+        links: Edges of the mesh between them, shape (e, 2); connected vertices form one layer.
+        spacing: Distance between vertices of the mesh [m].
 
     Returns:
-        Shape (k,).
+        Whether each vertex is held, shape (k,).
     """
     count = len(across)
     graph = coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(count, count))
@@ -41,18 +41,18 @@ def outermost(across: np.ndarray, along: np.ndarray, links: np.ndarray, spacing:
 
 
 def pressed(points: np.ndarray, thickness: float, spacing: float) -> np.ndarray:
-    """How far closing fingers move the cloth between them.
+    """Return the displacements of the cloth between closing fingers.
 
     A vertex comes to lie as many thicknesses over the lowest as there are vertices under it. Layers that lie flat on
     each other stay where they are.
 
     Args:
         points: The vertices under the finger pad [m], shape (k, 3).
-        thickness: Of the cloth [m].
-        spacing: Of its mesh [m].
+        thickness: Thickness of the cloth [m].
+        spacing: Distance between vertices of its mesh [m].
 
     Returns:
-        By how much each moves up [m], shape (k,); negative or zero, zero for the lowest.
+        Displacement of each vertex upwards [m], shape (k,); negative or zero, zero for the lowest.
     """
     height = points[:, 2]
     beside = np.linalg.norm(points[:, None, :2] - points[None, :, :2], axis=2) < SAME_PLACE * spacing

@@ -1,6 +1,6 @@
-"""A fold plan: folds that follow one another, each a line, the side that moves, and the edges where hands may grasp.
+"""A fold plan: successive folds, each with a line, the side that moves, and the edges where hands may grasp.
 
-Own plans are TOML; docs/reference/fold-plan.md shows one.
+Users write plans in TOML; docs/reference/fold-plan.md shows one.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from tatamu.garments import Garment
 from tatamu.records import Record
 
 AUTO = "auto"
-"""The edge that lies farthest from the line."""
+"""Name that stands for the edge farthest from the line."""
 SIDES = {"+x": (1.0, 0.0), "-x": (-1.0, 0.0), "+y": (0.0, 1.0), "-y": (0.0, -1.0)}
 """Names of the moving side, and the direction from the line to it."""
 
@@ -34,16 +34,16 @@ class Step(Record):
     """One fold of a plan."""
 
     title: str = ""
-    """In a few words what is folded."""
+    """What is folded, in a few words."""
     line: tuple[Place, Place]
     """Two points (x, y) of the fold line, in the plan's unit."""
     moves: Literal["+x", "-x", "+y", "-y"]
-    """On which side of the line the cloth moves."""
+    """Side of the line on which the cloth moves."""
     grasp: Annotated[tuple[str, ...], BeforeValidator(_names), Field(min_length=1, max_length=2)] = (AUTO,)
-    """Edge of the garment that both hands grasp, or the left hand's and the right hand's; `auto`: the farthest."""
+    """Edge of the garment that both hands grasp, or the left hand's and the right hand's; `auto` for the farthest."""
     hands: Literal[1, 2] = 2
     area_ratio: float | None = Field(None, gt=0.0, le=1.0)
-    """Folded area over the area before, of a fold without thickness; None: of the target."""
+    """Folded area over the area before, for a fold without thickness; None for the target's ratio."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -56,30 +56,30 @@ class Step(Record):
 
 
 class Plan(Record):
-    """Folds that follow one another."""
+    """Successive folds of a garment."""
 
     name: str = Field(min_length=1, max_length=60, pattern=r"^[\w -]+$")
     unit: Literal["fraction", "m"] = "fraction"
-    """Lines are given in parts of the garment's length (x) and width (y), or in metres; from the garment's middle."""
+    """Unit of the lines, from the garment's middle: fractions of its length (x) and width (y), or metres."""
     steps: Annotated[tuple[Step, ...], Field(min_length=1, max_length=20, alias="step")]
 
     def to_toml(self) -> str:
-        """The plan as a file that `load_plan` reads."""
+        """Return the plan as a file that `load_plan` reads."""
         steps = [step.model_dump(exclude_defaults=True, mode="json") for step in self.steps]
         return tomli_w.dumps({"plan": {"name": self.name, "unit": self.unit}, "step": steps})
 
     def points(self, step: Step, garment: Garment) -> np.ndarray:
-        """Two points of a step's fold line [m], shape (2, 2)."""
+        """Return two points of a step's fold line [m], shape (2, 2)."""
         scale = np.array([garment.size[1], garment.size[0]]) if self.unit == "fraction" else np.ones(2)
         return np.array(step.line) * scale
 
     def line(self, step: Step, garment: Garment) -> FoldLine:
-        """The fold line of a step on the table."""
+        """Return the fold line of a step on the table."""
         return line_of(self.points(step, garment), step.moves)
 
 
 def line_of(points: np.ndarray, moves: str) -> FoldLine:
-    """The line through two points [m], shape (2, 2), with the moving side in the direction `moves`."""
+    """Return the line through two points [m], shape (2, 2), with the moving side in the direction `moves`."""
     direction = (points[1] - points[0]) / np.linalg.norm(points[1] - points[0])
     normal = np.array([direction[1], -direction[0]])
     normal = np.where(normal == 0.0, 0.0, normal)  # no negative zero
@@ -91,7 +91,7 @@ def load_plan(path: Path) -> Plan:
     """Read a plan from TOML.
 
     Raises:
-        InputError: The file cannot be read, or a field is wrong; the message names both.
+        InputError: If the file cannot be read, or a field is wrong; the message names both.
     """
     value = read_toml(path)
     head = value.pop("plan", {})

@@ -1,6 +1,6 @@
 """The plans that tatamu knows, in parts of the garment's length (x, from -0.5 at the hem) and width (y).
 
-Left is +y. A garment of somebody's own knows those of its kind, else those of `ANY`.
+Left is +y. A user's own garment has the plans of its kind, if known, otherwise those of `ANY`.
 """
 
 from __future__ import annotations
@@ -13,17 +13,17 @@ from tatamu.folding.proposals import AUTO_PLAN, best_plan, propose
 from tatamu.garments import Garment
 
 THIRD = 0.18
-"""Where the sides of a T-shirt are folded, from its middle, in parts of its width over the sleeves. A sixth would lay
-the end of the first sleeve exactly on the second line; a little more keeps it out of the second fold."""
+"""Distance from the middle at which the sides of a T-shirt are folded, in parts of its width over the sleeves. A sixth
+would lay the end of the first sleeve exactly on the second line; a little more keeps it out of the second fold."""
 
 
 def _across(x: float, **more: object) -> dict[str, object]:
-    """A fold across the length."""
+    """Return a fold across the length."""
     return {"line": ((x, -0.5), (x, 0.5)), **more}
 
 
 def _lengthwise(y: float, **more: object) -> dict[str, object]:
-    """A fold along the length."""
+    """Return a fold along the length."""
     return {"line": ((-0.5, y), (0.5, y)), **more}
 
 
@@ -70,12 +70,12 @@ PLANS: dict[str, dict[str, Plan]] = {
 
 
 def make_plan(name: str, garment: Garment) -> Plan:
-    """The plan of that name for a garment, the one in a .toml file, or one that its outline proposes.
+    """Return a plan for a garment by name, from a .toml file, or as proposed for its outline.
 
-    `auto` is the best that the outline of a garment of one's own proposes; of other garments, their half fold.
+    `auto` is the best plan proposed for the outline of a user's own garment; for other garments it is their half fold.
 
     Raises:
-        InputError: There is no such plan, or the file holds none.
+        InputError: If there is no such plan, or the file contains none.
     """
     if name.endswith(".toml"):
         return load_plan(Path(name))
@@ -92,5 +92,5 @@ def make_plan(name: str, garment: Garment) -> Plan:
 
 
 def known_plans(garment: Garment) -> dict[str, Plan]:
-    """The plans that tatamu knows for a garment, by name, whatever its outline."""
+    """Return the plans that tatamu knows for a garment, by name, independent of its outline."""
     return PLANS.get(garment.kind if garment.own else garment.name, ANY)

@@ -1,7 +1,7 @@
-"""Fold plans for a garment by its outline: what stands off the body goes in first, then the body is folded in half.
+"""Fold plans from a garment's outline: parts that stand off the body are folded in, then the body is folded in half.
 
-Proposed are lines, the sides that move, their order, and the edges to grasp; what no hand would carry is found as
-`coverage` finds it, and plans without such parts come first. Nothing is simulated.
+A proposal has lines, the sides that move, their order, and the edges to grasp. `coverage` finds the parts that no hand
+would carry, and plans without such parts come first. Nothing is simulated.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from tatamu.folding.plan import Plan, line_of
 from tatamu.garments import Garment
 
 SHORT_FLAP = 2.0
-"""The fold of an appendage, or of what was folded before, is short if narrower than this many creases: mostly loop."""
+"""Width, in creases, below which a fold of an appendage, or of earlier folds, is short: mostly loop."""
 AUTO_PLAN = "auto"
-"""The name under which the best proposal is asked for."""
+"""Name of the best proposal."""
 SIDES = ("bottom", "top", "left", "right")
-"""Names that edges have when nobody gave them one, as `garments.sides` has them."""
+"""Names that `garments.sides` gives to edges without a name of their own."""
 
 
 @dataclass(frozen=True)
@@ -35,21 +35,21 @@ class Proposal:
 
     plan: Plan
     missed: tuple[tuple[int, Part], ...]
-    """Parts that no hand carries: number of the step, the first being 0, and the part."""
+    """Parts that no hand carries: number of the step, from 0, and the part."""
     short: bool = False
-    """Whether an appendage, or what was folded before, is narrow for its crease, so that it hardly lies flat."""
+    """Whether a folded part is so narrow for its crease that it hardly lies flat."""
 
     @property
     def text(self) -> str:
-        """The steps in a few words."""
+        """Titles of the steps."""
         return ", ".join(step.title for step in self.plan.steps)
 
 
 def propose(garment: Garment) -> list[Proposal]:
-    """Fold plans for a garment, the best first.
+    """Return fold plans for a garment, the best first.
 
     Raises:
-        InputError: No line is found that it can be folded over.
+        InputError: If no line is found over which the garment can be folded.
     """
     known: dict[tuple[_Fold, ...], _Folded | None] = {(): _Folded((), (), False, garment.vertices)}
     found = [
@@ -59,20 +59,22 @@ def propose(garment: Garment) -> list[Proposal]:
     ]
     if not found:
         raise InputError(f"fold: no plan is found for {garment.name}; write one (docs/reference/fold-plan.md)")
-    return sorted(found, key=lambda each: (bool(each.missed), each.short))  # a stable sort: else in the order proposed
+    return sorted(
+        found, key=lambda each: (bool(each.missed), each.short)
+    )  # a stable sort keeps the order of proposals that are equally good
 
 
 def best_plan(garment: Garment) -> Plan:
-    """The best proposal for a garment, under the name by which it is asked for.
+    """Return the best proposal for a garment, under the name `auto`.
 
     Raises:
-        InputError: No line is found that it can be folded over.
+        InputError: If no line is found over which the garment can be folded.
     """
     return propose(garment)[0].plan
 
 
 def _sequences(garment: Garment) -> list[tuple[str, list[_Fold]]]:
-    """Names of plans and their folds in order; the first is what most people do."""
+    """Return names of plans and their folds in order, the most common plan first."""
     outline = silhouette(garment)
     legs = has_legs(outline)
     parts = [part for part in appendages(outline) if not (legs and part.facing == "-x")]
@@ -95,7 +97,7 @@ def _sequences(garment: Garment) -> list[tuple[str, list[_Fold]]]:
 
 
 def _title(garment: Garment, part: Appendage, parts: list[Appendage]) -> str:
-    """The name of an appendage."""
+    """Return the title of the fold of an appendage."""
     pair = {"+y", "-y"} <= {each.facing for each in parts}
     if part.facing in ("+y", "-y"):
         return f"{'left' if part.facing == '+y' else 'right'} {'sleeve' if pair else 'side'} in"
@@ -127,7 +129,7 @@ class _Inwards:
 
 @dataclass(frozen=True)
 class _Halving:
-    """A fold over the middle of what the garment then covers."""
+    """A fold over the middle of the area that the garment covers at that time."""
 
     axis: str
 
@@ -142,7 +144,7 @@ _Fold = _Inwards | _Halving
 
 
 def _ends(moves: str, at: float) -> np.ndarray:
-    """Two points of the line at x or y = `at`, shape (2, 2)."""
+    """Return two points of the line at x or y = `at`, shape (2, 2)."""
     return np.array([[at, -0.5], [at, 0.5]] if moves[1] == "x" else [[-0.5, at], [0.5, at]])
 
 
@@ -160,7 +162,7 @@ class _Folded:
 def _folded(
     garment: Garment, folds: tuple[_Fold, ...], known: dict[tuple[_Fold, ...], _Folded | None]
 ) -> _Folded | None:
-    """The garment after these folds; None where one of them cannot be. What is `known` is not asked again."""
+    """Return the garment after these folds, or None if one of them is impossible. Results are kept in `known`."""
     if folds not in known:
         before = _folded(garment, folds[:-1], known)
         try:
@@ -171,10 +173,10 @@ def _folded(
 
 
 def _folded_once(garment: Garment, before: _Folded, fold: _Fold) -> _Folded:
-    """One fold more.
+    """Return the garment after one more fold.
 
     Raises:
-        InputError: It cannot be folded.
+        InputError: If it cannot be folded.
     """
     state = before.state
     wanted = fold.step(state)

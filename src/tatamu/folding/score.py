@@ -1,11 +1,11 @@
-"""How good a fold is: the paper's objective and the measures of the field, computed here and nowhere else.
+"""Quality of a fold: the paper's objective and the field's measures, all computed in this module.
 
     C   = l_x + alpha D                               Eq. (10)
     D   = sum_i w_i e_i                               Eq. (11)
     e_i = |q_i - y_i|                                 Eq. (12)
     w_i = max(e_i - (mu_e + 1.28 sigma_e), 0) + 1     Eq. (13)
 
-q_i are the vertices of the wanted shape S_t, y_i those of the outcome S_x, in metres.
+q_i are the vertices of the target shape S_t, y_i those of the outcome S_x, in metres.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ PIXEL = 0.001
 
 
 class Measured(Protocol):
-    """How a fold ended, as far as its success depends on it; None if its simulation failed."""
+    """The measures of a fold that decide its success; None if its simulation failed."""
 
     @property
     def mean_vertex_distance(self) -> float | None:
@@ -41,7 +41,7 @@ class Measured(Protocol):
 
 
 class Limits(OpenRecord):
-    """The measures that a successful fold keeps."""
+    """The limits of a successful fold."""
 
     mean_vertex_distance: float = 0.0125
     """Largest mean of e_i [m] (BiFold 2025)."""
@@ -49,16 +49,16 @@ class Limits(OpenRecord):
     """Least overlap of the views from above [-] (FoldBack 2026)."""
 
     def hold(self, measured: Measured) -> bool:
-        """Return whether a fold succeeds; one whose simulation failed does not."""
+        """Return whether a fold succeeds; False if its simulation failed."""
         if measured.mean_vertex_distance is None or measured.mask_iou is None:
             return False
         near = measured.mean_vertex_distance <= self.mean_vertex_distance
         return near and measured.mask_iou >= self.mask_iou
 
     def slack(self, measured: Measured) -> float:
-        """Return how far a fold is from failing, as a part of the limits: 1 without any error, -1 twice beyond them.
+        """Return the distance to failure, as a part of the limits: 1 without any error, -1 twice beyond them.
 
-        Negative if it fails.
+        Negative if the fold fails.
         """
         if measured.mean_vertex_distance is None or measured.mask_iou is None:
             return -1.0
@@ -81,7 +81,8 @@ class Score(OpenRecord):
     mask_iou: float
     """Intersection over union of the outcome's and the target's view from above [-]."""
     area_error: float
-    """E_f = 100/r abs(A_f/A_i - r) [%]; r = 0.5 for a fold in half (Garcia-Camacho et al. 2020), else the target's."""
+    """E_f = 100/r abs(A_f/A_i - r) [%]; r = 0.5 for a fold in half (Garcia-Camacho et al. 2020), otherwise the
+    target's."""
     slip: float
     """Mean horizontal displacement of the part that should lie still [m]."""
     residual_bend: float
@@ -98,17 +99,17 @@ MEASURES = tuple(Score.model_fields)
 
 
 def vertex_distances(target: np.ndarray, outcome: np.ndarray) -> np.ndarray:
-    """e_i of Eq. (12) [m], shape (n,)."""
+    """Return e_i of Eq. (12) [m], shape (n,)."""
     return np.linalg.norm(target - outcome, axis=1)
 
 
 def weights(e: np.ndarray) -> np.ndarray:
-    """w_i of Eq. (13) from e_i [m], shape (n,)."""
+    """Return w_i of Eq. (13) from e_i [m], shape (n,)."""
     return np.asarray(np.maximum(e - (e.mean() + TAIL * e.std()), 0.0) + 1.0)
 
 
 def shape_distance(e: np.ndarray) -> float:
-    """D of Eq. (11) from e_i [m]."""
+    """Return D of Eq. (11) from e_i [m]."""
     return float((weights(e) * e).sum())
 
 
@@ -137,12 +138,12 @@ def score(fold: Fold, trajectory_length: float, outcome: np.ndarray) -> Score:
 
 
 def intersection_over_union(one: np.ndarray, other: np.ndarray) -> float:
-    """Overlap of two masks of one shape."""
+    """Return the overlap of two masks of the same shape [-]."""
     return float((one & other).sum() / max((one | other).sum(), 1))
 
 
 def top_views(faces: np.ndarray, *shapes: np.ndarray) -> list[np.ndarray]:
-    """Masks of shapes seen from above, on one raster of `PIXEL`; pixels count by their centre."""
+    """Return masks of shapes seen from above, on one raster of `PIXEL`; a pixel counts if its centre is covered."""
     low = np.min([shape[:, :2].min(0) for shape in shapes], axis=0) - PIXEL
     high = np.max([shape[:, :2].max(0) for shape in shapes], axis=0) + PIXEL
     size = np.minimum(np.ceil((high - low) / PIXEL).astype(int), 8000)

@@ -1,4 +1,4 @@
-"""A task: one fold of one garment in one simulator; the step of a plan."""
+"""A task: one fold of one garment in one simulator; a step of a plan."""
 
 from __future__ import annotations
 
@@ -36,22 +36,22 @@ def _forget_nothing() -> None:
 
 @dataclass(frozen=True)
 class Reach:
-    """The manipulations that a robot can do."""
+    """The manipulations that a robot can execute."""
 
     robot: str
-    """Its name."""
+    """Name of the robot."""
     description: bytes = field(default=b"", kw_only=True)
-    """The file that describes it; empty for a robot that comes with tatamu."""
+    """Content of the file that describes the robot; empty for a robot that comes with tatamu."""
     files: tuple[Path, ...] = field(default=(), kw_only=True)
-    """That file and those that it names."""
+    """The file that describes the robot, and the files that it names."""
     disturbances: Mapping[str, Any] | None = field(default=None, kw_only=True)
-    """The table of disturbances of its description; None if it has none."""
+    """Table of disturbances in the robot's description; None if it has none."""
     quality: Callable[[Manipulation], float]
-    """How well the robot does a manipulation on Bezier curves: negative if it cannot."""
+    """How well the robot executes a manipulation on Bezier curves; negative if it cannot."""
     refusal: Callable[[Manipulation], str | None] = _no_refusal
-    """Why the robot cannot do a manipulation, None if it can; a call changes no later answer of `quality`."""
+    """Why the robot cannot execute a manipulation; None if it can. A call changes no later result of `quality`."""
     forget: Callable[[], None] = _forget_nothing
-    """Forgets the placements that `quality` remembers of earlier calls."""
+    """Delete the placements that `quality` keeps from earlier calls."""
 
 
 class TaskOptions(OpenRecord):
@@ -66,11 +66,11 @@ class TaskOptions(OpenRecord):
     scale: float | None = None
     """Metres per unit of the garment's file; None if the file says so itself."""
     hands: int | None = None
-    """How many hands fold; None for the plan's number."""
+    """Number of hands that fold; None for the plan's number."""
     material: str | None = None
     """Name or file of the cloth's material; None for the garment's own."""
     robot: str | None = None
-    """Name or file of the robot within whose reach it is folded; None for any manipulation."""
+    """Name or file of the robot within whose reach the fold must be; None for any manipulation."""
 
     UNSAID: ClassVar[frozenset[str]] = frozenset({"scale", "material", "robot"})
 
@@ -88,9 +88,9 @@ class Task:
     plan: Plan
     simulator: str
     hands: int | None = None
-    """How many hands fold; None for the plan's number."""
+    """Number of hands that fold; None for the plan's number."""
     reach: Reach | None = None
-    """What the robot can do; None if any manipulation is allowed."""
+    """The manipulations that the robot can execute; None if any manipulation is allowed."""
     asked: TaskOptions | None = None
     """The names and options that the task was made from; None if it was made from objects."""
     fingers: Fingers = field(default_factory=Fingers)
@@ -103,7 +103,7 @@ class Task:
     """From the opening of the hands until the fold is scored [s]."""
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave out what a worker has no use for: the robot, which stays with the process that proposes."""
+        """Leave out the robot, which workers do not need: it stays with the process that proposes."""
         return {**self.__dict__, "reach": None}
 
     @cached_property
@@ -119,7 +119,7 @@ class Task:
 
     @property
     def step(self) -> tuple[int, int]:
-        """Number of the step from 1, and how many steps the plan has."""
+        """Number of the step from 1, and number of steps in the plan."""
         return self.number + 1, len(self.plan.steps)
 
     @property
@@ -167,7 +167,7 @@ def check_parameters(parameters: Mapping[str, float], candidates: int) -> None:
 
     Args:
         parameters: x1, z1, x2, z2 [m], g1 and g2 of Eq. (9).
-        candidates: How many grasps each hand may choose from.
+        candidates: Number of grasps that each hand may choose from.
 
     Raises:
         InputError: If a parameter is missing, not finite, a negative height, or no grasp; the message names it.
@@ -224,7 +224,7 @@ def make_task(
     task = Task(
         made, make_plan(fold, made), simulator, hands, reach, _asked(made, fold, hands, reach), fingers or Fingers()
     )
-    ideal_folds(made, task.plan, hands)  # refuse now what a later step could not fold
+    ideal_folds(made, task.plan, hands)  # refuse a plan now if a later step cannot be folded
     return task
 
 
@@ -246,5 +246,5 @@ def _asked(garment: Garment, fold: str, hands: int | None, reach: Reach | None) 
 
 
 def digest(*arrays: np.ndarray) -> str:
-    """Return a short name of arrays of numbers that differs when a bit of them does."""
+    """Return a short name of arrays of numbers; it changes with any bit of them."""
     return sha256(b"".join(np.ascontiguousarray(array, dtype="<f8").tobytes() for array in arrays)).hexdigest()[:16]

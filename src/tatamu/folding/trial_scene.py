@@ -16,7 +16,7 @@ from tatamu.material import Material
 from tatamu.scene import Cloth, Gripper, Scene, Table
 
 _CLOSING = np.linspace(0.0, WAIT, round(WAIT * FRAME_RATE) + 1).tolist()
-"""When fingers close, frame by frame [s]: before the hands move."""
+"""Times at which the fingers close, frame by frame [s], before the hands move."""
 
 
 @dataclass(frozen=True)
@@ -27,15 +27,15 @@ class Carry:
     vertex: int
     """The grasped vertex."""
     times: np.ndarray
-    """Knots of the motion [s], shape (k,); the first is when the hand begins to move."""
+    """Knots of the motion [s], shape (k,); at the first the hand starts to move."""
     displacements: np.ndarray
-    """From the grasp at each knot [m], shape (k, 3); the first is where the hand is as it has closed."""
+    """Displacements from the grasp at each knot [m], shape (k, 3); the first is the hand's when it has closed."""
     opens: float
-    """When the hand opens [s]."""
+    """Time at which the hand opens [s]."""
 
 
 def carries_of(fold: Fold, manipulation: Manipulation) -> list[Carry]:
-    """Both hands of a manipulation, left before right, their fingers clear of what lies below them."""
+    """Return both hands of a manipulation, left before right, their fingers clear of the cloth below them."""
     times, displacements = manipulation.motion()
     opens = manipulation.timing.opens
     hands = zip(HANDS, manipulation.grasps, displacements, strict=False)
@@ -43,20 +43,20 @@ def carries_of(fold: Fold, manipulation: Manipulation) -> list[Carry]:
 
 
 def scene_of(fold: Fold, manipulation: Manipulation) -> Scene:
-    """The scene of one trial: the garment as it lies on the table, and the hands.
+    """Return the scene of one trial: the garment as it lies on the table, and the hands.
 
-    A hand is one gripper, left before right, or several where its fingers press layers together.
+    A hand is one gripper, left before right, or several if its fingers press layers together.
     """
     return scene_with(fold, carries_of(fold, manipulation), manipulation.timing.ends, fold.garment.material)
 
 
 def scene_with(fold: Fold, carries: Sequence[Carry], ends: float, material: Material) -> Scene:
-    """The scene of hands that carry the garment about in other manners than a manipulation says.
+    """Return the scene of hands that carry the garment in ways that a manipulation does not describe.
 
     Args:
         fold: The fold.
-        carries: What each hand does.
-        ends: When the scene ends [s].
+        carries: Motion of each hand.
+        ends: Time at which the scene ends [s].
         material: Material of the cloth; thicker cloth lies higher.
     """
     grippers = [
@@ -76,14 +76,14 @@ def scene_with(fold: Fold, carries: Sequence[Carry], ends: float, material: Mate
 
 
 def _held(fold: Fold, vertex: int) -> list[tuple[list[int], float]]:
-    """The vertices of a hand in parts that its fingers press down equally far [m]; the part that stays is the first."""
+    """Return the vertices of a hand in parts that its fingers press down equally far [m]; the part that stays first."""
     patch = np.array(fold.patch(vertex))
     down = pressed(fold.start[patch], fold.garment.material.thickness, fold.garment.spacing)
     return [(patch[down == each].tolist(), float(each)) for each in np.unique(down)[::-1]]
 
 
 def _after_closing(carry: Carry, down: float) -> tuple[list[float], np.ndarray]:
-    """Knots [s] and displacements [m] of what the fingers press `down` while they close, and then carry along."""
+    """Return knots [s] and displacements [m] of vertices that closing fingers press `down` and then carry along."""
     pressed_down = np.array([0.0, 0.0, down])
     shift = pressed_down + carry.displacements[0]
     if not shift.any():
@@ -94,7 +94,7 @@ def _after_closing(carry: Carry, down: float) -> tuple[list[float], np.ndarray]:
 
 
 def _cloth(fold: Fold, thicker: float) -> Cloth:
-    """The cloth before the fold; once it was folded, its unstrained shape is still the flat one."""
+    """Return the cloth before the fold; its unstrained shape is the flat one, even if it was folded before."""
     garment = fold.garment
     rest = garment.rest if fold.start is garment.vertices else garment.unstrained
     start = fold.start if thicker == 1.0 else fold.start * [1.0, 1.0, thicker]
