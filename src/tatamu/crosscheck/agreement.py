@@ -1,6 +1,6 @@
-"""How far simulators agree over a set of manipulations: the order of their scores, and where the cloth ends.
+"""Agreement of simulators over a set of manipulations: the order of their scores, and the final shapes of the cloth.
 
-Every simulation is kept, so that a comparison that was interrupted goes on where it stopped.
+Every simulation is kept, so an interrupted comparison is resumed.
 """
 
 from __future__ import annotations
@@ -44,11 +44,11 @@ class Entry:
     """C, or the penalty of a failed simulation."""
     score: Score | None
     final: np.ndarray | None
-    """Where the cloth ended [m], shape (n, 3)."""
+    """Final vertices of the cloth [m], shape (n, 3)."""
     error: str | None
 
     def distance_to(self, other: Entry) -> float | None:
-        """Mean distance between two final shapes [m]; None where one is missing."""
+        """Return the mean distance between two final shapes [m]; None if one is missing."""
         if self.final is None or other.final is None:
             return None
         return float(np.linalg.norm(self.final - other.final, axis=1).mean())
@@ -63,34 +63,34 @@ class Pair:
     objective_rank: float
     """Spearman's rank correlation of C."""
     distance_rank: float
-    """Spearman's rank correlation of the mean vertex distance: of what the simulation alone decides."""
+    """Spearman's rank correlation of the mean vertex distance, the part of C that the simulation alone determines."""
     between: dict[str, float]
     """Mean distance between the final shapes of each manipulation that both finished [m]."""
 
     @property
     def mean_between(self) -> float | None:
-        """Mean over the manipulations [m]."""
+        """Mean over the manipulations [m]; None if no manipulation finished in both."""
         return float(np.mean(list(self.between.values()))) if self.between else None
 
     @property
     def median_between(self) -> float | None:
-        """Median over the manipulations [m]."""
+        """Median over the manipulations [m]; None if no manipulation finished in both."""
         return float(np.median(list(self.between.values()))) if self.between else None
 
 
 @dataclass(frozen=True)
 class Agreement:
-    """Everything that was compared."""
+    """All results of a comparison."""
 
     learned: Result
     simulators: list[str]
     manipulations: list[str]
     entries: dict[tuple[str, str], Entry]
-    """By manipulation and simulator."""
+    """Results by manipulation and simulator."""
 
     @property
     def pairs(self) -> list[Pair]:
-        """Each pair of simulators."""
+        """Results for each pair of simulators."""
         return [self._pair(first, second) for first, second in combinations(self.simulators, 2)]
 
     def _pair(self, first: str, second: str) -> Pair:
@@ -106,7 +106,7 @@ class Agreement:
         )
 
     def column(self, simulator: str) -> list[Entry]:
-        """All manipulations in one simulator."""
+        """Return the results of all manipulations in one simulator."""
         return [self.entries[name, simulator] for name in self.manipulations]
 
     @property
@@ -116,7 +116,7 @@ class Agreement:
         return all(entry.score is not None and entry.score.succeeds for entry in entries)
 
     def to_json(self) -> dict[str, Any]:
-        """Plain data, as `agreement.json` holds it."""
+        """Return plain data for `agreement.json`."""
         return {
             "version": 1,
             "tatamu": __version__,
@@ -130,7 +130,7 @@ class Agreement:
 
 
 def rank_correlation(first: list[float], second: list[float]) -> float:
-    """Spearman's rank correlation; NaN of fewer than three, or where one says the same of all."""
+    """Return Spearman's rank correlation; NaN of fewer than three values, or if one list is constant."""
     if len(first) < 3 or len(set(first)) == 1 or len(set(second)) == 1:
         return float("nan")
     return float(spearmanr(first, second).statistic)
@@ -157,7 +157,7 @@ def _entry_data(entry: Entry) -> dict[str, Any]:
 
 
 def manipulations(learned: Result, count: int, seed: int) -> dict[str, tuple[Scene, float]]:
-    """Scene and l_x [m] of the learned fold, the baselines and `count` random manipulations, by name."""
+    """Return scene and l_x [m] of the learned fold, the baselines and `count` random manipulations, by name."""
     fold = learned.task.fold
     length = learned.score.trajectory_length
     made = {name: make(fold) for name, (_, make) in BASELINES.items()}
@@ -167,7 +167,7 @@ def manipulations(learned: Result, count: int, seed: int) -> dict[str, tuple[Sce
 
 
 def _random(learned: Result, count: int, seed: int) -> Iterator[Manipulation]:
-    """Manipulations drawn evenly from what the search may choose."""
+    """Draw manipulations uniformly from the search space."""
     random = np.random.default_rng(seed)
     for _ in range(count):
         drawn = {
@@ -193,17 +193,17 @@ def compare(
     """Simulate a set of manipulations in several simulators.
 
     Args:
-        learned: The fold whose task they belong to.
+        learned: The fold whose task the manipulations belong to.
         simulators: Names of the simulators.
-        folder: Where every simulation is kept.
-        count: How many random manipulations there are.
-        seed: Of the random manipulations.
-        halved: On a mesh of half the spacing.
+        folder: Folder that keeps every simulation.
+        count: Number of random manipulations.
+        seed: Random seed of the random manipulations.
+        halved: Whether to simulate on a mesh of half the spacing.
         progress: Called before each simulation, or before waiting for it.
-        executor: Where simulations run, all at a time; None: here, one by one.
+        executor: Where simulations run, all at a time; None to run them here, one by one.
 
     Raises:
-        InputError: There is no such simulator, one cannot run here, or the folder cannot be used.
+        InputError: If a simulator does not exist or cannot run here, or the folder cannot be used.
     """
     for simulator in simulators:
         named(simulator)
@@ -227,7 +227,7 @@ def compare(
 
 @dataclass(frozen=True)
 class _Run:
-    """One manipulation in one simulator, and the file that keeps its start and its end."""
+    """One manipulation in one simulator, and the file that keeps its first and last frame."""
 
     simulator: str
     name: str
@@ -237,24 +237,24 @@ class _Run:
 
     @property
     def arguments(self) -> tuple[Scene, str, np.ndarray]:
-        """Of `ends`."""
+        """Arguments of `ends`."""
         return self.scene, self.simulator, self.faces
 
     @cached_property
     def digest(self) -> str:
-        """Of the scene."""
+        """Digest of the scene."""
         return sha256(self.scene.model_dump_json().encode()).hexdigest()
 
     @cached_property
     def kept(self) -> Rollout | None:
-        """The rollout that the file holds, if it is of this scene."""
+        """The rollout in the file, if it is of this scene; None otherwise."""
         if not self.path.exists():
             return None
         rollout = Rollout.load(self.path)
         return rollout if rollout.info.get("scene") == self.digest else None
 
     def rollout(self, future: Future[Rollout] | None) -> Rollout:
-        """The start and the end: from the file, or simulated and written."""
+        """Return the first and last frame, read from the file, or simulated and written."""
         if self.kept is not None:
             return self.kept
         try:
@@ -267,7 +267,7 @@ class _Run:
 
 
 def ends(scene: Scene, simulator: str, faces: np.ndarray) -> Rollout:
-    """The start and the end of a simulation, on the mesh of those faces; of one that fails the start and the error."""
+    """Return the first and last frame of a simulation on the mesh `faces`; the first and the error if it fails."""
     try:
         rollout = on_coarse_mesh(named(simulator).simulate(scene), faces)
     except SimulationError as error:

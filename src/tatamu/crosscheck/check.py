@@ -1,4 +1,4 @@
-"""The best manipulation of a learned fold once more, in another simulator."""
+"""The best manipulation of a learned fold, simulated again in another simulator."""
 
 from __future__ import annotations
 
@@ -20,31 +20,31 @@ from tatamu.version import __version__
 
 @dataclass(frozen=True)
 class Opinion:
-    """The same manipulation in another simulator."""
+    """The result of the same manipulation in another simulator."""
 
     learned: Result
     simulator: str
     scene: Scene
     """The scene that was simulated."""
     rollout: Rollout | None
-    """The motion there, of the vertices of the learned fold; None where the simulation failed."""
+    """Motion of the learned fold's vertices in that simulator; None if the simulation failed."""
     score: Score | None
     error: str | None
-    """Why the simulation failed."""
+    """Why the simulation failed; None if it did not."""
 
     @property
     def apart(self) -> np.ndarray:
-        """How far each vertex ends from where it ended when it was learned [m], shape (n,)."""
+        """Distance of each vertex's final place from its place after learning [m], shape (n,)."""
         assert self.rollout is not None
         return np.asarray(np.linalg.norm(self.rollout.positions[-1] - self.learned.final, axis=1))
 
     @property
     def holds(self) -> bool:
-        """Whether the fold meets the thresholds of success there too."""
+        """Whether the fold meets the thresholds of success in that simulator too."""
         return self.score is not None and self.score.succeeds
 
     def to_json(self) -> dict[str, Any]:
-        """Plain data, as `check.json` holds it."""
+        """Return plain data for `check.json`."""
         info = self.rollout.info if self.rollout else {}
         between = None
         if self.rollout is not None:
@@ -73,12 +73,12 @@ def check(learned: Result, simulator: str, material: Material | None = None, hal
 
     Args:
         learned: The fold.
-        simulator: Where to simulate it.
-        material: Of the cloth there; None: the same.
-        halved: On a mesh of half the spacing.
+        simulator: Name of the simulator.
+        material: Material of the cloth in that simulation; None for the same.
+        halved: Whether to simulate on a mesh of half the spacing.
 
     Raises:
-        InputError: There is no such simulator, or it cannot run here.
+        InputError: If there is no such simulator, or it cannot run here.
     """
     scene = modify_scene(learned.scene, material, halved)
     try:

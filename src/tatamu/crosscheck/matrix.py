@@ -1,4 +1,4 @@
-"""The page and the terminal's table of how far simulators agree."""
+"""The page, and the table on the terminal, of the agreement of simulators."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from tatamu.report.headline import title
 
 
 def save(agreement: Agreement, folder: Path) -> Path:
-    """Write `agreement.json` and `agreement.html`; returns the page."""
+    """Write `agreement.json` and `agreement.html`; return the path of the page."""
     write_json(folder / "agreement.json", agreement.to_json())
     write_text(folder / "agreement.html", page(agreement))
     return folder / "agreement.html"
 
 
 def pair_cells(pair: Pair) -> list[str]:
-    """A pair of simulators as text."""
+    """Return the cells of a pair of simulators."""
     learned = pair.between.get(LEARNED)
     return [
         f"{pair.first}, {pair.second}",
@@ -36,7 +36,7 @@ HEAD = ("simulators", "rank of C", "rank of mean distance", "mean [mm]", "median
 
 
 def terminal(agreement: Agreement) -> Table:
-    """The matrix for the terminal."""
+    """Return the table for the terminal."""
     out = Table(title=f"{len(agreement.manipulations)} manipulations of {agreement.learned.name}", title_justify="left")
     for number, name in enumerate(HEAD):
         out.add_column(name, justify="left" if number == 0 else "right")
@@ -46,7 +46,7 @@ def terminal(agreement: Agreement) -> Table:
 
 
 def page(agreement: Agreement) -> str:
-    """The whole page."""
+    """Return the whole page."""
     pairs = [Chart(f"{pair.first} and {pair.second}", _scatter(agreement, pair)) for pair in agreement.pairs]
     return render(
         "crosscheck/matrix.html",
@@ -64,7 +64,7 @@ def page(agreement: Agreement) -> str:
 
 
 def _spelled(name: str) -> str:
-    """A manipulation's name for readers."""
+    """Return a manipulation's name for readers."""
     return BASELINES[name][0] if name in BASELINES else name
 
 

@@ -25,10 +25,10 @@ from tatamu.study import Result
 
 
 def save(opinion: Opinion, folder: Path) -> Path:
-    """Write `check.json`, `check.html` and, where the simulation ended well, `rollout.npz` and `check.png`.
+    """Write `check.json`, `check.html` and, if the simulation succeeded, `rollout.npz` and `check.png`.
 
     Returns:
-        The page.
+        The path of the page.
     """
     if opinion.rollout is not None:
         second = seen(opinion)
@@ -41,7 +41,7 @@ def save(opinion: Opinion, folder: Path) -> Path:
 
 
 def seen(opinion: Opinion) -> Result:
-    """The learned fold as the other simulator has it."""
+    """Return the learned fold with the score and the rollout of the other simulator."""
     rollout = opinion.rollout
     assert rollout is not None
     fold = opinion.learned
@@ -49,7 +49,7 @@ def seen(opinion: Opinion) -> Result:
 
 
 def page(opinion: Opinion) -> str:
-    """The whole page."""
+    """Return the whole page."""
     shown: dict[str, Any] = {"charts": {}, "views": []}
     if opinion.rollout is not None:
         second = seen(opinion)

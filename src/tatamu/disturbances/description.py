@@ -1,4 +1,4 @@
-"""The file of disturbances: how far hands, grasps, cloth, table and material may be from what the simulation takes.
+"""The file of disturbances: possible errors of hands, grasps, cloth, table and material in the simulation.
 
 docs/reference/disturbances.md explains every field. Numbers are standard deviations.
 """
@@ -21,22 +21,22 @@ from tatamu.records import Record
 DEFAULT = "default"
 NONE = "none"
 OWN = Path(__file__).parent
-"""Where `default.toml` is."""
+"""Folder of `default.toml`."""
 
 Length = Annotated[Number, Field(ge=0.0, le=0.5)]
-"""A standard deviation of a place [m]."""
+"""Standard deviation of a place [m]."""
 Angle = Annotated[Number, Field(ge=0.0, le=1.0)]
-"""A standard deviation of an angle [rad]."""
+"""Standard deviation of an angle [rad]."""
 Time = Annotated[Number, Field(ge=0.0, le=2.0)]
-"""A standard deviation of a time [s]."""
+"""Standard deviation of a time [s]."""
 MOST_RELATIVE = 2.0
-"""The largest standard deviation of a logarithm: a factor of seven."""
+"""Largest standard deviation of a logarithm: a factor of seven."""
 Relative = Annotated[Number, Field(ge=0.0, le=MOST_RELATIVE)]
-"""A standard deviation of a logarithm."""
+"""Standard deviation of a logarithm."""
 ThreeLengths = Annotated[list[Length], Field(min_length=3, max_length=3)]
-"""Along the fold, across it, up [m]."""
+"""Standard deviations along the fold, across it, and up [m]."""
 TwoLengths = Annotated[list[Length], Field(min_length=2, max_length=2)]
-"""Along the fold, across it [m]."""
+"""Standard deviations along the fold and across it [m]."""
 
 FIELDS = (
     "areal_density",
@@ -63,51 +63,51 @@ FIELDS = (
 )
 """Fields of a material that may be disturbed, in the order in which they are drawn: append only."""
 LEAST_EIGENVALUE = -0.01
-"""Of a correlation matrix whose entries were rounded to three digits."""
+"""Lowest eigenvalue accepted for a correlation matrix whose entries were rounded to three digits."""
 
 
 class HandErrors(Record):
     """Errors of the hands, constant through one fold."""
 
     offset: ThreeLengths = Field(default_factory=lambda: [0.0] * 3)
-    """Of both hands alike: along the fold, across, up [m]."""
+    """Offset of both hands equally: along the fold, across, up [m]."""
     difference: ThreeLengths = Field(default_factory=lambda: [0.0] * 3)
-    """Of the left hand against the right, half each: along the fold, across, up [m]."""
+    """Difference of the left hand from the right, half each: along the fold, across, up [m]."""
     yaw: Angle = 0.0
-    """Of the pair about the middle between the hands [rad]."""
+    """Turn of the pair about the middle between the hands [rad]."""
     opening_delay: Time = 0.0
-    """Of the opening of one hand after the other [s]."""
+    """Delay of the opening of one hand after the other [s]."""
     speed: Relative = 0.0
-    """Of the speed of both hands."""
+    """Relative deviation of the speed of both hands."""
 
 
 class GraspErrors(Record):
-    """Errors of the place where a hand takes the edge, each hand for itself; it is laid down where it was to be."""
+    """Errors of the grasps, independent for each hand; each hand is still laid down in its intended place."""
 
     along: Length = 0.0
-    """Along the edge [m]."""
+    """Error along the edge [m]."""
     into: Length = 0.0
-    """Into the cloth [m]."""
+    """Error into the cloth [m]."""
 
 
 class PlaceErrors(Record):
-    """Errors of the place where the cloth is thought to lie."""
+    """Errors of the cloth's assumed position."""
 
     place: TwoLengths = Field(default_factory=lambda: [0.0] * 2)
-    """Along the fold, across it [m]."""
+    """Displacement along the fold and across it [m]."""
     yaw: Angle = 0.0
-    """About the middle of the cloth [rad]."""
+    """Turn about the middle of the cloth [rad]."""
 
 
 class TableErrors(Record):
     """Errors of the table."""
 
     height: Length = 0.0
-    """Of its top [m]."""
+    """Error of the height of the table's top [m]."""
 
 
 class Correlation(Record):
-    """Correlations of the logarithms of a material's fields, as a calibrated material has them."""
+    """Correlations of the logarithms of a material's fields, as in a calibrated material."""
 
     parameters: list[str]
     matrix: list[list[Annotated[Number, Field(ge=-1.0, le=1.0)]]]
@@ -130,7 +130,7 @@ class Correlation(Record):
 
 
 class Disturbances(Record):
-    """All that is not known of hands, cloth and table; what is left out is known exactly."""
+    """Uncertainties of hands, cloth and table; a field that is left out is exact."""
 
     hands: HandErrors = HandErrors()
     grasp: GraspErrors = GraspErrors()
@@ -139,9 +139,9 @@ class Disturbances(Record):
     material: dict[str, Relative] = Field(default_factory=dict)
     """Relative deviations by field."""
     correlation: Correlation | None = None
-    """Of the fields of `material`; None: independent."""
+    """Correlations of the fields of `material`; None if they are independent."""
     fingers: Fingers = Fingers()
-    """Of the hands; not drawn."""
+    """Fingers of the hands; not drawn."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -153,18 +153,18 @@ class Disturbances(Record):
         return self
 
     def describe(self) -> dict[str, Any]:
-        """Plain data, as `result.json` and `margins.json` hold it: only what is not known exactly."""
+        """Return plain data for `result.json` and `margins.json`: only fields that differ from exact."""
         return self.model_dump(exclude_defaults=True)
 
 
 def load_disturbances(name: str) -> Disturbances | None:
-    """The disturbances of a file, the default ones, or none.
+    """Return the disturbances of a file, the default ones, or None.
 
     Args:
         name: `default`, `none` or a TOML file.
 
     Raises:
-        InputError: The file cannot be read, or a field is wrong; the message names both.
+        InputError: If the file cannot be read, or a field is wrong; the message names both.
     """
     if name == NONE:
         return None
@@ -174,42 +174,42 @@ def load_disturbances(name: str) -> Disturbances | None:
 
 
 def default_disturbances() -> Disturbances:
-    """The disturbances that count where nobody gives others."""
+    """Return the disturbances used if none are given."""
     return read_disturbances(OWN / "default.toml")
 
 
 def read_disturbances(path: Path) -> Disturbances:
-    """The disturbances of a file.
+    """Return the disturbances of a file.
 
     Raises:
-        InputError: The file cannot be read, or a field is wrong; the message names both.
+        InputError: If the file cannot be read, or a field is wrong; the message names both.
     """
     return disturbances_in(read_toml(path), path)
 
 
 def disturbances_in(value: Mapping[str, Any], source: Path | str) -> Disturbances:
-    """The disturbances of plain data, as a file holds them.
+    """Return disturbances from plain data in the form of a file.
 
     Args:
         value: The tables; [source] is not read.
-        source: Where they are from, for the message.
+        source: Origin of the data, for the message.
 
     Raises:
-        InputError: A field is wrong; the message names it and the source.
+        InputError: If a field is wrong; the message names it and the source.
     """
     return validated(Disturbances, {name: table for name, table in value.items() if name != "source"}, source)
 
 
 def with_calibrated(disturbances: Disturbances, path: Path, material: Material) -> Disturbances:
-    """Disturbances in which a calibrated material's own uncertainties take the place of the usual ones.
+    """Return disturbances with the uncertainties of a calibrated material in place of the default ones.
 
     Args:
-        disturbances: The usual ones.
+        disturbances: The disturbances to change.
         path: The file of the material.
-        material: The material in it.
+        material: The material in the file.
 
     Raises:
-        InputError: Its [uncertainty] or [correlation] is wrong.
+        InputError: If its [uncertainty] or [correlation] is wrong.
     """
     value = read_toml(path) if path.is_file() else {}
     uncertainty = value.get("uncertainty")
@@ -230,7 +230,7 @@ def _table(path: Path, value: Any) -> list[tuple[str, Any]]:
 
 
 def _relative(path: Path, name: str, given: Any, material: Material) -> float:
-    """A standard uncertainty over the value [-], `MOST_RELATIVE` at most: what is known no better is anything."""
+    """Return a standard uncertainty over the value [-], limited to `MOST_RELATIVE`."""
     if name not in FIELDS:
         raise InputError(f"{path}: uncertainty.{name}: must be one of {', '.join(FIELDS)}")
     if isinstance(given, bool) or not isinstance(given, int | float) or not 0.0 <= given < np.inf:

@@ -1,7 +1,7 @@
-"""The scene of a manipulation in a world that is not as it was thought to be.
+"""The scene of a manipulation in a disturbed world.
 
-Everything is said in the frame of the cloth: a table that is higher is a pair of hands that are lower, and cloth that
-lies elsewhere is hands that come elsewhere. So outcomes are compared with the same target in all worlds.
+Positions are in the frame of the cloth. A table that is too high appears as hands that are too low, and displaced cloth
+as displaced hands. So outcomes are compared with the same target in all worlds.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from tatamu.material import Material
 from tatamu.scene import Scene
 
 BASES = ("stretch_stiffness", "bending_rigidity")
-"""Fields whose other directions are off as they are."""
+"""Warp stiffnesses whose error factor also scales the other directions."""
 BEARS_DOWN = 0.001
-"""A finger that is this much too low bears down in full [m]."""
+"""Depth below its clearance at which a finger presses fully on the cloth below it [m]."""
 SIDES = (("left", 1.0), ("right", -1.0))
-"""Names of the hands, and which part of the difference between them is theirs."""
+"""Names of the hands, and the sign of their part of the difference between them."""
 
 
 def disturbed_scene(fold: Fold, manipulation: Manipulation, world: World) -> Scene:
-    """The scene of a manipulation in a world; where nothing is off it is that of `scene_of`.
+    """Return the scene of a manipulation in a world; in the nominal world it is that of `scene_of`.
 
     Raises:
-        SimulationError: The hands would grasp the same place.
+        SimulationError: If the hands would grasp the same place.
     """
     if world.is_nominal:
         return scene_of(fold, manipulation)
@@ -49,14 +49,14 @@ def disturbed_scene(fold: Fold, manipulation: Manipulation, world: World) -> Sce
 
 
 def _material(usual: Material, world: World) -> Material:
-    """A material whose fields are off, within what a material may be."""
+    """Return the disturbed material, each field within its bounds."""
     known = {name: getattr(usual, name) for name in FIELDS if getattr(usual, name) is not None}
     changed = {name: float(np.clip(known[name] * _factor(name, world), *_bounds(name))) for name in known}
     return _possible(usual.model_copy(update=changed))
 
 
 def _possible(material: Material) -> Material:
-    """The nearest material in which fields agree with one another; each by itself is what it may be."""
+    """Return the nearest material whose fields are consistent; each field alone is within its bounds."""
     changed: dict[str, float] = {}
     if material.orthotropic_membrane:
         changed["compression"] = 1.0
@@ -70,14 +70,14 @@ def _possible(material: Material) -> Material:
 
 
 def _factor(name: str, world: World) -> float:
-    """The factor of a field; stiffnesses of other directions are off as those along the warp are, and by their own."""
+    """Return the factor of a field; stiffnesses of other directions also have the factor of the warp."""
     own = world.factor(f"material.{name}")
     base = next((field for field in BASES if name.startswith(f"{field}_")), None)
     return own if base is None else own * world.factor(f"material.{base}")
 
 
 def _bounds(name: str) -> tuple[float, float]:
-    """Least and greatest value of a field of a material."""
+    """Return the lowest and the highest value of a field of a material."""
     limits = Material.model_fields[name].metadata
     least = next(limit.ge for limit in limits if hasattr(limit, "ge"))
     return float(least), float(next(limit.le for limit in limits if hasattr(limit, "le")))
@@ -85,20 +85,20 @@ def _bounds(name: str) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class _Grasp:
-    """Where a hand takes the cloth, seen from above; along the fold and across it [m]."""
+    """The place at which a hand takes the cloth, seen from above; along the fold and across it [m]."""
 
     vertex: int
-    """The nearest vertex, which stands for the place."""
+    """The nearest vertex, which represents the place."""
     slip: np.ndarray
-    """From the place where the hand was to take the cloth to where it takes it, shape (2,)."""
+    """Displacement from the intended to the actual place of the grasp, shape (2,)."""
     rest: float
-    """From that place to the vertex, along the fold."""
+    """Distance from that place to the vertex, along the fold."""
     misses: bool
-    """Whether the fingers close beside the cloth."""
+    """Whether the fingers close outside the cloth."""
 
 
 def _carry(fold: Fold, manipulation: Manipulation, world: World, number: int) -> Carry | None:
-    """The doings of a hand; None where it misses the cloth."""
+    """Return the disturbed motion of a hand, or None if it misses the cloth."""
     usual = carries_of(fold, manipulation)[number]
     grasp = _grasp(fold, usual.vertex, world, number)
     if grasp.misses:
@@ -115,14 +115,14 @@ def _carry(fold: Fold, manipulation: Manipulation, world: World, number: int) ->
 
 
 def _delay(world: World, number: int) -> float:
-    """By how much a hand opens late [s]: the left one where the delay is positive, else the right one."""
+    """Return the delay of a hand's opening [s]; a positive delay is the left hand's, a negative one the right's."""
     return max(0.0, SIDES[number][1] * world["hands.opening_delay"])
 
 
 def _off(fold: Fold, manipulation: Manipulation, world: World, number: int) -> np.ndarray:
-    """By how much a hand is off [m], shape (3,).
+    """Return the error of a hand's position [m], shape (3,).
 
-    A hand takes the cloth where it finds it, so what it is off sideways shows as it carries and lays it down.
+    A hand grasps the cloth at its actual place, so its horizontal error acts while it carries and lays down the cloth.
     """
     error = world.vector("hands.offset") - [0.0, 0.0, world["table.height"]]
     if len(manipulation.grasps) > 1:
@@ -135,7 +135,7 @@ def _off(fold: Fold, manipulation: Manipulation, world: World, number: int) -> n
 
 
 def _grasp(fold: Fold, vertex: int, world: World, number: int) -> _Grasp:
-    """Where a hand takes the cloth that was to take it at a vertex."""
+    """Return the actual grasp of a hand that was meant to grasp a vertex."""
     side = SIDES[number][0]
     place = fold.start[vertex, :2]
     wrong = np.array([world[f"grasp.into.{side}"], world[f"grasp.along.{side}"]])
@@ -151,7 +151,7 @@ def _grasp(fold: Fold, vertex: int, world: World, number: int) -> _Grasp:
 
 
 def _nearest(fold: Fold, vertex: int, place: np.ndarray) -> int:
-    """The vertex of the moving side that stands for a place; the one that was chosen if none is nearer."""
+    """Return the vertex of the moving side that represents a place; `vertex` if none is nearer."""
     across, _ = fold.crease.split(fold.start)
     level = np.abs(fold.start[:, 2] - fold.start[vertex, 2]) < 0.5 * fold.garment.material.thickness
     near = np.flatnonzero((across < 0) & level)
@@ -162,17 +162,18 @@ def _nearest(fold: Fold, vertex: int, place: np.ndarray) -> int:
 
 
 def _floor(fold: Fold, vertex: int) -> float:
-    """The least displacement upwards of a hand [m]: one that is too low meets the table, and goes no lower.
+    """Return the lowest vertical displacement of a hand [m]: a hand that is too low meets the table and stops there.
 
-    Cloth is no obstacle to it: the hand bears down on what lies below it, and drags it along.
+    Cloth does not stop it: the hand presses on the cloth below it and drags it along.
     """
     return 0.5 * fold.garment.material.thickness - float(fold.start[fold.patch(vertex), 2].min())
 
 
 def _borne_down(fold: Fold, vertex: int, moved: np.ndarray) -> np.ndarray:
-    """How much lower the cloth in a hand is taken to be whose lower finger bears down [m], shape (k,).
+    """Return by how much the cloth in a hand is lowered if its lower finger presses on other cloth [m], shape (k,).
 
-    Simulators know no fingers: what a finger would press on and drag along, the cloth in the hand does in its place.
+    Simulators have no fingers, so the cloth in the hand presses on the cloth below, and drags it, in the finger's
+    place.
     """
     if not fold.lift:
         return np.zeros(len(moved))
@@ -181,13 +182,13 @@ def _borne_down(fold: Fold, vertex: int, moved: np.ndarray) -> np.ndarray:
 
 
 def _in_scene(fold: Fold, vector: np.ndarray) -> np.ndarray:
-    """A vector along the fold, across it and up, in the scene, shape (3,)."""
+    """Return a vector along the fold, across it and up in the coordinates of the scene, shape (3,)."""
     along, across, up = vector
     return np.array([*(along * fold.normal + across * fold.crease.along), up])
 
 
 def _turned(vectors: np.ndarray, angle: float) -> np.ndarray:
-    """Vectors of shape (k, 3), turned about the vertical [rad]."""
+    """Return vectors of shape (k, 3), turned about the vertical by `angle` [rad]."""
     if not angle:
         return vectors
     cos, sin = np.cos(angle), np.sin(angle)

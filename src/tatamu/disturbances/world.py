@@ -19,9 +19,9 @@ class Channel:
     """One disturbance: a number that is drawn from a normal distribution."""
 
     name: str
-    """As in `margins.json`, such as "hands.offset.up"."""
+    """Name in `margins.json`, such as "hands.offset.up"."""
     unit: str
-    """m, rad or s; 1 where the number is the logarithm of a factor."""
+    """Unit: m, rad or s; 1 if the number is the logarithm of a factor."""
 
     @property
     def relative(self) -> bool:
@@ -29,7 +29,7 @@ class Channel:
         return self.unit == "1"
 
     def shown(self, value: float) -> float:
-        """Return a value as people read it: in its unit, or as a relative change."""
+        """Return a value for readers: in its unit, or as a relative change."""
         return float(np.expm1(value)) if self.relative else value
 
 
@@ -130,7 +130,7 @@ def sample_worlds(disturbances: Disturbances, count: int, seed: int, stream: Str
 
 
 def sample_sobol(disturbances: Disturbances, count: int, seed: int, stream: Stream) -> list[World]:
-    """Draw worlds from a scrambled Sobol sequence, whose even spread makes fewer do for a mean or a quantile.
+    """Draw worlds from a scrambled Sobol sequence, whose even spread needs fewer worlds for a mean or a quantile.
 
     The first ones do not depend on `count`; see `sample_worlds` for the arguments.
     """
@@ -141,7 +141,7 @@ def sample_sobol(disturbances: Disturbances, count: int, seed: int, stream: Stre
 
 
 def worlds_of(disturbances: Disturbances, rows: Sequence[np.ndarray] | np.ndarray) -> list[World]:
-    """Return the worlds of standard normal numbers, one for each of `CHANNELS`, shape (n, k)."""
+    """Return worlds from standard normal numbers, shape (n, k), one column for each of `CHANNELS`."""
     scales = deviations(disturbances)
     mixing = _mixing(disturbances)
     return [

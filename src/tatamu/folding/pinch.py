@@ -20,8 +20,8 @@ NOTICEABLE = 1.0
 def outermost(across: np.ndarray, along: np.ndarray, links: np.ndarray, spacing: float) -> np.ndarray:
     """Return which vertices under a finger pad are held: the outermost row of each layer.
 
-    The cloth turns about this row. Only fine meshes have a second row under a pad. It would also hold the slope of the cloth. As hands do not turn, the
-    flap would be laid down with its hem turned up, and would jump when they open.
+    The cloth turns about this row. Only fine meshes have a second row under a pad. It would also hold the slope of the
+    cloth. As hands do not turn, the flap would be laid down with its hem turned up, and would jump when they open.
 
     Args:
         across: Distances of the vertices from the fold line [m], lower farther out, shape (k,).

@@ -1,4 +1,4 @@
-"""How far one disturbance alone may go: to where the fold still holds far out, or by halving to where it fails."""
+"""The range of one disturbance alone: up to `FARTHEST` if the fold still holds there, otherwise found by bisection."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from tatamu.folding.score import Limits
 from tatamu.robustness import Verdict, WorldSearch
 
 FARTHEST = 6.0
-"""How far is tried, in standard deviations: what is normal goes beyond in two of a thousand million."""
+"""Farthest value tried, in standard deviations; a normal variable exceeds it twice in a thousand million draws."""
 NEAR = 2.0
-"""Where a fold that fails there is asked next: most margins that are found are less than this."""
+"""Value tried next if the fold fails at `FARTHEST`, in standard deviations; most ranges end below it."""
 HALVINGS = 3
-"""Of what is then left."""
+"""Number of bisections of the remaining interval."""
 
 
 @dataclass(frozen=True)
@@ -30,11 +30,11 @@ class Side:
         return World({self.channel.name: self.sign * deviations * self.deviation})
 
     def shown(self, deviations: float) -> float:
-        """The value as people read it."""
+        """Return the value for readers."""
         return self.channel.shown(self.sign * deviations * self.deviation)
 
     def search(self, limits: Limits) -> WorldSearch:
-        """Find the farthest value at which the fold still holds; None where it holds at the farthest that is tried."""
+        """Find the farthest value at which the fold still holds; None if it holds at `FARTHEST`."""
         if limits.hold((yield self.world(FARTHEST))):
             return None
         near = limits.hold((yield self.world(NEAR)))

@@ -35,7 +35,7 @@ from tatamu.version import __version__
 DRAWS = 200
 """Default number of joint draws."""
 KEPT = "simulated.jsonl"
-"""The file that keeps simulations, beside `margins.json`."""
+"""The file that keeps simulations, next to `margins.json`."""
 
 
 @dataclass(frozen=True)
@@ -45,28 +45,28 @@ class Draw:
     number: int
     world: World
     verdict: Verdict
-    """On the finest mesh that it was simulated on."""
+    """Verdict on the finest mesh on which the draw was simulated."""
     distance: float
-    """Mean vertex distance on the fold's own mesh [m]; where it was not simulated there, what pairs of both meshes say;
-    where the simulation failed, twice that of untouched cloth."""
+    """Mean vertex distance on the fine mesh [m]. If the draw was not simulated there, it is estimated from pairs on
+    both meshes; if the simulation failed, it is twice that of untouched cloth."""
     own: bool
-    """Whether it was simulated on the fold's own mesh."""
+    """Whether the draw was simulated on the fine mesh."""
 
 
 @dataclass(frozen=True)
 class Measured:
-    """Margins, and what a page shows as well."""
+    """Margins, and further data for the page."""
 
     learned: Result
     subject: FoldOnMesh
     """The fold on the fine mesh."""
     result: MarginsResult
     draws: list[Draw]
-    """From the worst to the best."""
+    """Draws from the worst to the best."""
 
     @property
     def share(self) -> float:
-        """The share of draws in which the fold succeeded."""
+        """Share of draws in which the fold succeeded."""
         return self.result.joint.share
 
 
@@ -154,7 +154,7 @@ def check_draws(draws: int, seed: int) -> None:
 
 
 def _sides(disturbances: Disturbances) -> list[Side]:
-    """Every disturbance in both directions, below zero before above."""
+    """Return every disturbance in both directions, below zero before above."""
     known = deviations(disturbances)
     channels = [channel for channel in CHANNELS if channel.name in known]
     return [Side(channel, known[channel.name], sign) for channel in channels for sign in (-1.0, 1.0)]

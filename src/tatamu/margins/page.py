@@ -1,4 +1,4 @@
-"""The page of margins: how far each disturbance may go, how all of them together end, and the worst draws replayed."""
+"""The page of margins: the range of each disturbance, the results of joint draws, and a replay of the worst of them."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ from tatamu.simulators import capabilities, simulate
 from tatamu.simulators.many import executor_of
 
 REPLAYED = 3
-"""How many of the worst draws the page replays."""
+"""Number of worst draws that the page replays."""
 NAMED = 3
-"""How many disturbances are named as the chief ones of a draw."""
+"""Number of disturbances named as the largest ones of a draw."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ def write_page(measured: Measured, out: Path) -> Path:
 
 
 def page(measured: Measured) -> str:
-    """The whole page; the same margins give the same bytes."""
+    """Return the whole page; the same margins give the same bytes."""
     result = measured.result
     shown = _replayed(measured)
     return render(
@@ -70,7 +70,7 @@ def page(measured: Measured) -> str:
 
 
 def sureness(margin: AloneMargin) -> float:
-    """How many standard deviations a disturbance may go in its worse direction; infinite where it never fails."""
+    """Return the range of a disturbance in its worse direction, in standard deviations; infinite if it never fails."""
     return min(_deviations(margin, end) for end in (margin.low, margin.high))
 
 
@@ -86,7 +86,7 @@ def _sorted(result: MarginsResult) -> list[AloneMargin]:
 
 
 def _tornado(result: MarginsResult) -> Plot:
-    """Bars from the lowest to the highest value at which the fold holds, in standard deviations."""
+    """Return bars from the lowest to the highest value at which the fold holds, in standard deviations."""
     rows = _sorted(result)[::-1]
     most = 1.0 + max((_tried(margin) for margin in rows), default=1.0)
     names = [TITLES.get(margin.name, margin.name) for margin in rows]
@@ -97,7 +97,7 @@ def _tornado(result: MarginsResult) -> Plot:
         barmode="overlay",
         bargap=0.25,
         margin={"l": 220, "r": 20, "t": 10, "b": 44},
-        xaxis=axis("standard deviations; pale: holds as far out as was tried", range=[-most, most]),
+        xaxis=axis("standard deviations; pale: holds up to the largest value tried", range=[-most, most]),
         yaxis={"automargin": True, "ticks": ""},
         shapes=[*bounds, line("x", 0.0, dash="solid")],
     )
@@ -145,7 +145,7 @@ def _histogram(measured: Measured) -> Chart:
 
 
 def _described(measured: Measured, draw: Draw) -> tuple[int, str, str]:
-    """Number of a draw, how it ended, and what was off most."""
+    """Return the number of a draw, its result, and its largest disturbances."""
     known = {margin.name: margin for margin in measured.result.alone}
     ranked = sorted(known.values(), key=lambda margin: -abs(draw.world[margin.name]) / margin.deviation)
     chief = [
@@ -163,7 +163,7 @@ def _value(margin: AloneMargin, world: World) -> float:
 
 
 def _replayed(measured: Measured) -> list[Replayed]:
-    """The worst draws that did not fail in the simulator, simulated again."""
+    """Simulate again the worst draws whose simulation did not fail."""
     subject = measured.subject
     worst = [draw for draw in measured.draws if draw.verdict.error is None][:REPLAYED]
     with executor_of(None, REPLAYED if capabilities(subject.evaluator.task.simulator).parallel else 1) as workers:
@@ -172,7 +172,7 @@ def _replayed(measured: Measured) -> list[Replayed]:
 
 
 def _simulated(subject: FoldOnMesh, draw: Draw) -> Replayed | None:
-    """A draw, simulated again on the fold's own mesh; None where that fails, as it may where the coarse one decided."""
+    """Simulate a draw again on the fine mesh; None if that fails, which is possible if the coarse mesh decided."""
     try:
         task = subject.evaluator.task
         scene = disturbed_scene(task.fold, task.manipulation(subject.parameters), draw.world)
@@ -182,14 +182,14 @@ def _simulated(subject: FoldOnMesh, draw: Draw) -> Replayed | None:
 
 
 def _replay(measured: Measured, shown: Sequence[Replayed]) -> dict[str, Any]:
-    """The data of the viewer: the worst draws one after another."""
+    """Return the data of the viewer: the worst draws one after another."""
     goal = measured.subject.evaluator.task.fold.target
     scale = largest(np.linalg.norm(shown[0].rollout.positions[-1] - goal, axis=1))
     return replay_data(_joined(measured, shown), shown[0].scene, _hands(shown), scale)
 
 
 def _joined(measured: Measured, shown: Sequence[Replayed]) -> Rollout:
-    """The worst draws one after another."""
+    """Return the worst draws as one rollout, one after another."""
     starts = _starts(shown)
     times = [each.rollout.times + start for each, start in zip(shown, starts, strict=True)]
     positions = np.concatenate([each.rollout.positions for each in shown])
@@ -198,13 +198,13 @@ def _joined(measured: Measured, shown: Sequence[Replayed]) -> Rollout:
 
 
 def _starts(shown: Sequence[Replayed]) -> list[float]:
-    """When each draw begins [s]; a frame lies between two."""
+    """Return the time at which each draw starts [s]; a frame lies between two draws."""
     lengths = [each.rollout.times[-1] + 1.0 / each.scene.frame_rate for each in shown]
     return [0.0, *np.cumsum(lengths)[:-1].tolist()]
 
 
 def _hands(shown: Sequence[Replayed]) -> list[HandTrack]:
-    """Return both hands through all draws; one that missed the cloth is drawn at the other."""
+    """Return both hands through all draws; a hand that missed the cloth is drawn at the other."""
     tracks = []
     starts = _starts(shown)
     for hand, colour in zip(HANDS, HAND_COLOURS, strict=True):
@@ -229,7 +229,7 @@ def _leading(scene: Scene, hand: str) -> Gripper | None:
 
 
 def _events(shown: Sequence[Replayed]) -> list[tuple[float, str]]:
-    """Marks under the time slider, at parts of the whole time: where each draw begins."""
+    """Return marks under the time slider, at fractions of the whole time: the start of each draw."""
     if not shown:
         return []
     starts = _starts(shown)

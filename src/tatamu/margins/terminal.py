@@ -1,4 +1,4 @@
-"""Margins on a terminal: a table of what each disturbance alone may be, and how sure the fold is."""
+"""Margins on a terminal: a table of the range of each disturbance alone, and a summary of the joint draws."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from tatamu.margins.words import TITLES, amount, reach, simulated
 from tatamu.robustness import MarginsResult
 
 EVERY = 50
-"""Simulations per printed line where there is no terminal."""
+"""Simulations per printed line if there is no terminal."""
 
 
 def table(margins: MarginsResult) -> Table:
-    """A table of how far each disturbance alone may go, those that the fold stands least first."""
-    out = Table(title="Alone, the fold holds from .. to", title_justify="left", title_style="bold")
+    """Return a table of the range of each disturbance alone, the smallest in standard deviations first."""
+    out = Table(title="Range tolerated, one disturbance at a time", title_justify="left", title_style="bold")
     out.add_column("disturbance", ratio=1)
     for name in ("σ", "from", "to"):
         out.add_column(name, justify="right", no_wrap=True)
@@ -31,7 +31,7 @@ def table(margins: MarginsResult) -> Table:
 
 
 def summary(margins: MarginsResult) -> str:
-    """How sure the fold is, and on what meshes that was found, in two lines."""
+    """Return the result of the joint draws, and the meshes of the simulations, in two lines."""
     spread = margins.joint.mean_vertex_distance
     return (
         f"{margins.joint.headline}: mean distance {1e3 * spread.median:.1f} mm in the median, "
@@ -42,7 +42,7 @@ def summary(margins: MarginsResult) -> str:
 
 @contextmanager
 def reporting(console: Console, title: str) -> Iterator[Callable[[int, int], None]]:
-    """A callback that draws a progress bar, or prints a line every so often where there is no terminal."""
+    """Yield a callback that draws a progress bar, or prints a line now and then if there is no terminal."""
     if not console.is_terminal:
         yield lambda done, total: _line(console, title, done, total)
         return

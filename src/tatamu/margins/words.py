@@ -1,4 +1,4 @@
-"""Disturbances and margins in words, for the terminal and the page."""
+"""Texts for disturbances and margins, for the terminal and the page."""
 
 from __future__ import annotations
 
@@ -46,18 +46,18 @@ TITLES = {
 }
 """The meaning of a positive value of each disturbance."""
 SHOWN = {"m": (1e3, "mm"), "rad": (180.0 / 3.141592653589793, "°"), "s": (1e3, "ms"), "1": (100.0, "%")}
-"""From a file's unit to the one that people read, and its name."""
+"""Factor from a file's unit to the one shown, and the shown unit's name."""
 
 
 def amount(value: float, unit: str) -> str:
-    """A value with its sign and unit."""
+    """Return a value with its sign and unit."""
     scale, name = SHOWN[unit]
     space = "" if name == "°" else " "
     return f"{scale * value:+.3g}".replace("-", "−") + space + name
 
 
 def reach(margin: AloneMargin) -> tuple[str, str]:
-    """How far a disturbance may go below and above zero, in words."""
+    """Return the range of a disturbance below and above zero, as text."""
     return _side(margin.low, margin.tried[0], margin.unit), _side(margin.high, margin.tried[1], margin.unit)
 
 
@@ -66,7 +66,7 @@ def _side(end: float | None, tried: float, unit: str) -> str:
 
 
 def simulated(margins: MarginsResult) -> str:
-    """How many simulations ran on which mesh."""
+    """Return the number of simulations on each mesh, as text."""
     mesh = margins.mesh
     whole = f"{margins.simulations} simulations in {margins.simulator}"
     if not mesh.coarser or mesh.own_spacing is None or mesh.own_simulations is None:
@@ -74,5 +74,5 @@ def simulated(margins: MarginsResult) -> str:
     return (
         f"{whole}: {margins.simulations - mesh.own_simulations} on a mesh of {1e3 * mesh.spacing:.3g} mm, and "
         f"{mesh.own_simulations} of the same worlds on the fold's own of {1e3 * mesh.own_spacing:.3g} mm, among them "
-        f"all whose verdict hangs on the mesh; {mesh.same} of {mesh.checked} end alike on both"
+        f"all whose verdict the mesh could change; {mesh.same} of {mesh.checked} have the same verdict on both"
     )

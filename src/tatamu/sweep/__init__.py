@@ -1,6 +1,6 @@
-"""Sweeps: many learned folds from one file, a folder each, and what compares them.
+"""Sweeps: many learned folds from one file, each in a folder, and the page and table that compare them.
 
-How a task is learned comes from the caller; a sweep knows names, options and results.
+The caller provides the function that learns a task; a sweep only uses names, options and results.
 """
 
 from tatamu.sweep.description import SweepTask, read_sweep

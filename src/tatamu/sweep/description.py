@@ -1,4 +1,4 @@
-"""The sweep file: options that all tasks share, a grid of which every combination is a task, and single tasks.
+"""The sweep file: options that all tasks share, a grid whose every combination is a task, and single tasks.
 
 docs/reference/sweep-file.md describes it.
 """
@@ -22,9 +22,9 @@ from tatamu.files import read_toml, validated
 from tatamu.records import Record
 
 MOST_TASKS = 100_000
-"""Tasks of a sweep at most."""
+"""Largest number of tasks in a sweep."""
 GROWING = frozenset({"trials"})
-"""Options that a task may change and remain itself: it goes on where it stopped."""
+"""Options that may change without making a new task: a study with more trials is resumed."""
 NAME = re.compile(r"[A-Za-z0-9][\w.-]{0,99}")
 
 Options = dict[str, Any]
@@ -47,9 +47,9 @@ class SweepTask:
     """One study of a sweep."""
 
     name: str
-    """Of its folder: what it is, and a short digest of its options."""
+    """Name of the task's folder: a description, and a short digest of its options."""
     options: Options
-    """Those that were given, by name."""
+    """Given options, by name."""
 
 
 def read_sweep(path: Path, model: type[BaseModel]) -> list[SweepTask]:
@@ -57,10 +57,10 @@ def read_sweep(path: Path, model: type[BaseModel]) -> list[SweepTask]:
 
     Args:
         path: The file.
-        model: The options of a task.
+        model: Model of the options of a task.
 
     Raises:
-        InputError: The file cannot be read, or a field is wrong.
+        InputError: If the file cannot be read, or a field is wrong.
     """
     file = validated(SweepFile, read_toml(path), path)
     count = prod(len(values) for values in file.grid.values()) if file.grid else 0
@@ -78,7 +78,7 @@ def read_sweep(path: Path, model: type[BaseModel]) -> list[SweepTask]:
 
 
 def _all_options(file: SweepFile) -> Iterator[tuple[str, Options]]:
-    """Where each task stands in the file, and its options."""
+    """Yield the place of each task in the file, and its options."""
     for number, values in enumerate(product(*file.grid.values()) if file.grid else ()):
         yield f"grid[{number}]", {**file.all, **dict(zip(file.grid, values, strict=True))}
     for number, options in enumerate(file.task):
@@ -98,7 +98,7 @@ def _task(path: Path, where: str, options: Options, model: type[BaseModel]) -> S
 
 
 def _name(made: BaseModel, given: Options) -> str:
-    """Garment, fold, seed, and a digest of all options that make the task another one."""
+    """Return garment, fold, seed, and a digest of all options that distinguish the task."""
     kept = {name: value for name, value in sorted(given.items()) if name not in GROWING}
     digest = sha256(json.dumps(kept, sort_keys=True).encode()).hexdigest()[:6]
     words = [Path(str(getattr(made, name, ""))).stem for name in ("garment", "fold")]

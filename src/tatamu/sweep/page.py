@@ -17,9 +17,9 @@ from tatamu.sweep.records import SweepFolder, TaskRecord
 from tatamu.sweep.table import counts, varied, write_parquet
 
 LEAST = 1e-5
-"""Distances below this are drawn at it: the axis is logarithmic [m]."""
+"""Distances below this are drawn at it, because the axis is logarithmic [m]."""
 MOST_POINTS = 5000
-"""Tasks in a chart at most; the table has all."""
+"""Largest number of tasks in a chart; the table has all."""
 
 
 def write_results(folder: SweepFolder, records: Sequence[TaskRecord]) -> Path:
@@ -37,7 +37,7 @@ def write_results(folder: SweepFolder, records: Sequence[TaskRecord]) -> Path:
 
 
 def page(records: Sequence[TaskRecord]) -> str:
-    """The whole page."""
+    """Return the whole page."""
     names = varied(records)
     apart = [name for name in names if name != "seed"]
     complete = [record for record in records if record.state == "complete"]
@@ -59,7 +59,7 @@ def page(records: Sequence[TaskRecord]) -> str:
 
 
 def grouped(records: Sequence[TaskRecord], names: Sequence[str]) -> dict[str, list[TaskRecord]]:
-    """Tasks by the options of those names, in words; seeds of the same task stand together."""
+    """Return the tasks by the options with those names, as text; seeds of the same task stand together."""
     groups: dict[str, list[TaskRecord]] = {}
     for record in records:
         words = ", ".join(_shown(record.options[name]) for name in names if name in record.options)
@@ -83,7 +83,7 @@ def _summary(group: Sequence[TaskRecord]) -> list[str]:
 
 
 def _distances(groups: dict[str, list[TaskRecord]]) -> Chart:
-    """Each task a dot, each group a row."""
+    """Return a chart with a dot for each task and a row for each group."""
     shown = [(name, record) for name, group in groups.items() for record in group][:MOST_POINTS]
     values = [1e3 * max(record.mean_vertex_distance or LEAST, LEAST) for _, record in shown]
     dots = {
@@ -107,7 +107,7 @@ def _distances(groups: dict[str, list[TaskRecord]]) -> Chart:
 
 
 def _pairs(records: Sequence[TaskRecord]) -> list[Chart]:
-    """The two parts of the objective, Eq. (10), against each other."""
+    """Return charts of the two parts of the objective, Eq. (10), against each other."""
     both = [record for record in records if record.trajectory_length is not None][:MOST_POINTS]
     if not both:
         return []
@@ -137,7 +137,7 @@ def _cloud(garment: str, number: int, records: Sequence[TaskRecord]) -> dict[str
 
 
 def _cells(record: TaskRecord) -> list[tuple[str, str]]:
-    """Numbers of a task, and the tone of its grade."""
+    """Return the numbers of a task, and the tone of its grade."""
     if record.mean_vertex_distance is None:
         return []
     word = grade(record.mean_vertex_distance)
@@ -157,5 +157,5 @@ def _shown(value: Any) -> str:
 
 
 def _short(words: str) -> str:
-    """The name of a row of the chart."""
+    """Return the name of a row of the chart."""
     return (words if len(words) <= 44 else words[:42] + "..") or "all"

@@ -1,4 +1,4 @@
-"""Records of the tasks of a sweep, and the folder that keeps them: `sweep.json` beside a result folder for each."""
+"""Records of the tasks of a sweep, and their folder: `sweep.json` and a result folder for each task."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ State = Literal["waiting", "running", "complete", "failed"]
 
 
 class TaskRecord(OpenRecord):
-    """A task and how far it is; measures of the best trial, or of a plan's last fold."""
+    """A task and its state; measures of the best trial, or of a plan's last fold."""
 
     name: str
-    """Of its folder."""
+    """Name of the task's folder."""
     options: dict[str, Any]
-    """As in the sweep file."""
+    """Options as in the sweep file."""
     state: State = "waiting"
     error: str | None = None
-    """Why it failed."""
+    """Why the task failed; None if it did not."""
     trials: int | None = None
-    """How many trials there are, over all steps."""
+    """Number of trials, over all steps."""
     failed_trials: int | None = None
     objective: float | None = None
     """C of the best trial, Eq. (10); None for a plan of several steps."""
@@ -62,28 +62,28 @@ class SweepFolder:
 
     @property
     def file(self) -> Path:
-        """The records of the tasks: `sweep.json`."""
+        """File with the records of the tasks: `sweep.json`."""
         return self.path / "sweep.json"
 
     @property
     def table_file(self) -> Path:
-        """The same as a table: `sweep.parquet`."""
+        """File with the same as a table: `sweep.parquet`."""
         return self.path / "sweep.parquet"
 
     @property
     def page_file(self) -> Path:
-        """The page that compares the tasks: `sweep.html`."""
+        """File of the page that compares the tasks: `sweep.html`."""
         return self.path / "sweep.html"
 
     def of_task(self, name: str) -> Path:
-        """The result folder of a task."""
+        """Return the result folder of a task."""
         return self.path / name
 
     def read(self) -> list[TaskRecord]:
-        """The records that an earlier run wrote; none where there was none.
+        """Return the records that an earlier run wrote; empty if there was none.
 
         Raises:
-            InputError: The file cannot be read, or it is no sweep's.
+            InputError: If the file cannot be read, or does not belong to a sweep.
         """
         if not self.file.exists():
             return []
@@ -95,10 +95,10 @@ class SweepFolder:
 
 
 def completed(record: TaskRecord, folder: Path) -> TaskRecord:
-    """The record of a task whose folder is written.
+    """Return the record of a task whose folder is written.
 
     Raises:
-        InputError: The folder cannot be read.
+        InputError: If the folder cannot be read.
     """
     results = ResultFolder(folder)
     measures = _of_plan(results.plan_record) if results.holds_plan else _of_fold(results.record)
@@ -106,7 +106,7 @@ def completed(record: TaskRecord, folder: Path) -> TaskRecord:
 
 
 def holds_task(record: TaskRecord, folder: Path, trials: int) -> bool:
-    """Whether a task is complete with so many trials for each step, and its folder is still there."""
+    """Return whether a task is complete with `trials` trials for each step, and its folder still exists."""
     results = ResultFolder(folder)
     if record.state != "complete" or not (folder / "report.html").exists():
         return False

@@ -1,4 +1,4 @@
-"""Running the tasks of a sweep, several at a time; each is recorded when it ends, whether it failed or not."""
+"""Running the tasks of a sweep, several at a time; each is recorded when it ends, with a result or an error."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from tatamu.sweep.description import SweepTask
 from tatamu.sweep.records import SweepFolder, TaskRecord, completed, holds_task
 
 Learned = Callable[[dict[str, Any], Path, Callable[[Any], None]], None]
-"""Learns a task: its options, its folder, and a function to call with the progress of its trials."""
+"""Function that learns a task from its options, its folder, and a callback for the progress of its trials."""
 Shown = Callable[[TaskRecord, Any], None]
-"""Is called with a task whenever something changes, and with the progress of its trials, if it is that."""
+"""Callback for a changed task, and for the progress of its trials (None if the task itself changed)."""
 
 
 class _StoppedError(Exception):
-    """The sweep ends before this task is done."""
+    """The sweep ended before this task was complete."""
 
 
 def run_sweep(
@@ -35,24 +35,24 @@ def run_sweep(
     at_a_time: int = 1,
     show: Shown = lambda record, progress: None,
 ) -> list[TaskRecord]:
-    """Learn every task, or go on where an earlier run stopped.
+    """Learn every task, or resume an earlier run.
 
-    A task that fails is recorded with its error and tried again by the next run; the others go on.
+    A task that fails is recorded with its error and tried again by the next run; the other tasks continue.
 
     Args:
-        tasks: What is to be learned.
-        folder: Where everything goes; made if it is not there.
-        learned: Learns one of them.
-        trials: Of a task that does not say how many.
-        at_a_time: How many tasks run at a time, in threads.
-        show: Draws the progress.
+        tasks: The tasks to learn.
+        folder: Folder of the sweep; created if missing.
+        learned: Function that learns one task.
+        trials: Number of trials of a task without that option.
+        at_a_time: Number of tasks that run at a time, in threads.
+        show: Callback that draws the progress.
 
     Returns:
-        A record of each task, in their order.
+        A record of each task, in the order of `tasks`.
 
     Raises:
-        InputError: The folder cannot be used.
-        UnavailableError: A scheduler, a database or a disk does not answer; what was finished is kept.
+        InputError: If the folder cannot be used.
+        UnavailableError: If a scheduler, a database or a disk does not answer; finished work is kept.
     """
     try:
         folder.path.mkdir(parents=True, exist_ok=True)
@@ -70,7 +70,7 @@ def run_sweep(
 
 
 def _begun(task: SweepTask, before: dict[str, TaskRecord], folder: SweepFolder, trials: int) -> TaskRecord:
-    """The record of a task as this run finds it."""
+    """Return the record of a task at the start of this run."""
     known = before.get(task.name)
     wanted = task.options.get("trials", trials)
     if known is not None and holds_task(known, folder.of_task(task.name), wanted):
@@ -80,7 +80,7 @@ def _begun(task: SweepTask, before: dict[str, TaskRecord], folder: SweepFolder, 
 
 @dataclass
 class _Sweep:
-    """A sweep under way."""
+    """A running sweep."""
 
     folder: SweepFolder
     records: list[TaskRecord]
@@ -91,10 +91,10 @@ class _Sweep:
         self._stop = Event()
 
     def run(self, learned: Learned, at_a_time: int) -> None:
-        """Run what is not complete.
+        """Run the tasks that are not complete.
 
         Raises:
-            UnavailableError: Of the first task that met one.
+            UnavailableError: If a task meets one; the first is raised.
         """
         with ThreadPoolExecutor(at_a_time, thread_name_prefix="sweep") as pool:
             numbers = [k for k, record in enumerate(self.records) if record.state != "complete"]
@@ -107,7 +107,7 @@ class _Sweep:
                 raise
 
     def write(self) -> None:
-        """Write `sweep.json`; a task that runs is written as one that waits."""
+        """Write `sweep.json`; a running task is written as waiting."""
         with self._lock:
             waiting = {"state": "waiting"}
             self.folder.write([r.model_copy(update=waiting) if r.state == "running" else r for r in self.records])
@@ -144,7 +144,7 @@ class _Sweep:
 
 
 def _first_error(futures: Sequence[Future[None]]) -> None:
-    """Wait for all, and raise the first error as soon as there is one."""
+    """Wait for all futures, and raise the first error as soon as there is one."""
     waiting = set(futures)
     while waiting:
         ended, waiting = wait(waiting, return_when="FIRST_COMPLETED")
@@ -153,6 +153,6 @@ def _first_error(futures: Sequence[Future[None]]) -> None:
 
 
 def _said(error: Exception) -> str:
-    """An error in one line."""
+    """Return an error in one line."""
     words = " ".join(str(error).split())
     return words if isinstance(error, TatamuError) else f"{type(error).__name__}: {words}"

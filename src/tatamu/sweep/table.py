@@ -1,4 +1,4 @@
-"""The tasks of a sweep as rows: of `sweep.parquet`, and of the table on the terminal."""
+"""The tasks of a sweep as rows of `sweep.parquet` and of the table on the terminal."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ MEASURES = (
 WHOLE = ("trials", "failed_trials", "crossings")
 """Measures that are whole numbers."""
 SHOWN = 24
-"""Rows of the terminal's table at most."""
+"""Largest number of rows in the terminal's table."""
 
 
 def check_parquet() -> None:
-    """Refuse to begin where `sweep.parquet` could not be written.
+    """Refuse to start a sweep if `sweep.parquet` could not be written.
 
     Raises:
-        InputError: pyarrow is not installed.
+        InputError: If pyarrow is not installed.
     """
     if importlib.util.find_spec("pyarrow") is None:
         raise InputError("sweep.parquet: needs pyarrow; python -m pip install 'tatamu[cluster]'")
@@ -46,7 +46,7 @@ def write_parquet(records: Sequence[TaskRecord], path: Path) -> None:
     """Write a row for each task: its name, its state, its options as `option.NAME`, its measures in SI units.
 
     Raises:
-        InputError: The file cannot be written.
+        InputError: If the file cannot be written.
     """
     import pyarrow
     import pyarrow.parquet
@@ -66,18 +66,18 @@ def write_parquet(records: Sequence[TaskRecord], path: Path) -> None:
 
 
 def option_names(records: Sequence[TaskRecord]) -> list[str]:
-    """Options that some task gives, in the order of their first use."""
+    """Return the options that some task gives, in the order of their first use."""
     return list(dict.fromkeys(name for record in records for name in record.options))
 
 
 def varied(records: Sequence[TaskRecord]) -> list[str]:
-    """Options that differ between tasks."""
+    """Return the options that differ between tasks."""
     names = option_names(records)
     return [name for name in names if len({json.dumps(record.options.get(name)) for record in records}) > 1]
 
 
 def _plain(values: list[Any]) -> list[Any]:
-    """Values of one type: as they are, or all as text."""
+    """Return values of one type: unchanged, or all as text."""
     kinds = {type(value) for value in values if value is not None}
     if len(kinds) <= 1 or kinds == {int, float}:
         return [float(value) if kinds == {int, float} and value is not None else value for value in values]
@@ -85,14 +85,14 @@ def _plain(values: list[Any]) -> list[Any]:
 
 
 def counts(records: Sequence[TaskRecord]) -> str:
-    """How many tasks are in which state, in words."""
+    """Return the number of tasks in each state, as text."""
     found = Counter(record.state for record in records)
     words = [f"{found[state]} {state}" for state in ("complete", "running", "waiting", "failed") if found[state]]
     return f"{len(records)} tasks: {', '.join(words)}"
 
 
 class LiveTable:
-    """The table on the terminal: what runs first, then what ended last."""
+    """The table on the terminal: running tasks first, then those that ended last."""
 
     def __init__(self, records: Sequence[TaskRecord]) -> None:
         self._records = {record.name: record for record in records}
@@ -100,7 +100,7 @@ class LiveTable:
         self._latest: list[str] = []
 
     def update(self, record: TaskRecord, progress: str | None) -> None:
-        """Take over a change of a task, or the words of its progress."""
+        """Store a changed task, or the text of its progress."""
         if self._records.get(record.name, record).state != record.state or record.name not in self._latest:
             self._latest = [record.name, *(name for name in self._latest if name != record.name)]
         self._records[record.name] = record
@@ -108,7 +108,7 @@ class LiveTable:
             self._progress[record.name] = progress
 
     def __rich__(self) -> Table:
-        """The table as it is now."""
+        """Return the current table."""
         out = Table(title=counts(list(self._records.values())), title_justify="left")
         for name in ("task", "state", "progress"):
             out.add_column(name, overflow="fold")
@@ -120,7 +120,7 @@ class LiveTable:
 
 
 def said(record: TaskRecord) -> str:
-    """How a task ended, in a few words; nothing while it has not."""
+    """Return how a task ended, in a few words; empty if it has not ended."""
     if record.state == "failed":
         return record.error or "failed"
     if record.state != "complete":
