@@ -1,8 +1,8 @@
 """The pages of a learned fold, of a whole plan and of a garment, and a picture of a fold.
 
-Built on `presentation`, which knows no fold. Each page collects its data from the modules beside it: `headline`,
-`tables`, `measures` (the measures and their thresholds), `topview`, `errormap`, `histogram`, `search`, `paths`,
-`replay`, `command`; those read a `fold`. `still` draws a picture without a browser.
+The pages are built on `presentation`, which does not depend on folds. Each page collects its data from the modules of
+this package: `headline`, `tables`, `measures` (the measures and their thresholds), `topview`, `errormap`, `histogram`,
+`search`, `paths`, `replay`, `command`. These read a `fold`. `still` draws a picture without a browser.
 """
 
 from __future__ import annotations

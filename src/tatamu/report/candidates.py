@@ -1,4 +1,4 @@
-"""Fold plans that a garment can be folded by, drawn one by one, as a page and as a picture."""
+"""The fold plans for a garment, drawn one by one, as a page and as a picture."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from tatamu.presentation.shapes import Polyline
 from tatamu.report.garment import FoldMark, diagram
 
 COLUMNS = 3
-"""Plans side by side in a picture."""
+"""Number of plans side by side in a picture."""
 TITLE = 40
 """Height of a plan's name over its drawing [pixels]."""
 
 
 def marks(garment: Garment, plan: Plan) -> list[FoldMark]:
-    """Every fold of a plan on the flat garment; later grasps stand where they are on it."""
+    """Return every fold of a plan on the flat garment; grasps of later steps are drawn at their flat places."""
     flat = garment.vertices[:, :2]
     titles = [f"{number}. {step.title}" for number, step in enumerate(plan.steps, start=1)]
     names = titles if len(titles) > 1 else [plan.name]
@@ -37,10 +37,10 @@ def marks(garment: Garment, plan: Plan) -> list[FoldMark]:
 
 
 def drawings(garment: Garment, proposals: Sequence[Proposal]) -> list[Drawing]:
-    """A drawing of each plan; what no hand carries is shaded, where it lies on the flat garment.
+    """Return a drawing of each plan; parts that no hand carries are shaded at their flat places.
 
     Raises:
-        InputError: The garment cannot be folded so.
+        InputError: If the garment cannot be folded by a plan.
     """
     drawn = []
     for proposal in proposals:
@@ -52,7 +52,7 @@ def drawings(garment: Garment, proposals: Sequence[Proposal]) -> list[Drawing]:
 
 
 def _shaded(garment: Garment, part: Part) -> list[Polyline]:
-    """The region of a part."""
+    """Return the outlines of a part."""
     inside = np.isin(garment.faces, part.vertices).all(axis=1)
     covered = shapely.union_all(shapely.polygons(garment.vertices[garment.faces[inside], :2]), grid_size=1e-6)
     regions = [each for each in shapely.get_parts(covered) if isinstance(each, shapely.Polygon)]
@@ -60,10 +60,10 @@ def _shaded(garment: Garment, part: Part) -> list[Polyline]:
 
 
 def page(garment: Garment, proposals: Sequence[Proposal]) -> str:
-    """All plans as one HTML page that opens offline.
+    """Return all plans as one HTML page that opens offline.
 
     Raises:
-        InputError: The garment cannot be folded so.
+        InputError: If the garment cannot be folded by a plan.
     """
     drawn = drawings(garment, proposals)
     return render(
@@ -81,10 +81,10 @@ def _warnings(proposal: Proposal) -> list[str]:
 
 
 def picture(garment: Garment, proposals: Sequence[Proposal]) -> bytes:
-    """All plans side by side, as the bytes of a PNG file.
+    """Return all plans side by side, as the bytes of a PNG file.
 
     Raises:
-        InputError: The garment cannot be folded so.
+        InputError: If the garment cannot be folded by a plan.
     """
     from PIL import Image, ImageDraw, ImageFont
 

@@ -1,4 +1,4 @@
-"""The commands that make a learned fold again."""
+"""The commands that repeat a learned fold."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def request(record: ResultRecord, folder: Path | None) -> TaskRequest:
 
 
 def _is_late(record: ResultRecord) -> bool:
-    """Return whether the study is of a step that has no coarser mesh in any case."""
+    """Return whether the study is of a later step, which never has a coarser mesh."""
     return record.task.step is not None and record.task.step[0] > 1
 
 
@@ -71,7 +71,7 @@ def _disturbances(record: ResultRecord, folder: Path | None) -> str | None:
 
 
 def _quantile(record: ResultRecord) -> float | str | None:
-    """Return the quantile of the first step as it was given; None for the default."""
+    """Return the quantile of the first step as the user gave it; None for the default."""
     if record.disturbances is None:
         return None
     if record.quantile is None:

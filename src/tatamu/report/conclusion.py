@@ -1,4 +1,4 @@
-"""The conclusion of a study in words: whether the fold succeeds, what to know of it, what to do where it does not."""
+"""The conclusion of a study in words: whether the fold succeeds, notes on the search, and advice if it failed."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from tatamu.report.measures import FAILED, OVERLAP, SUCCESS, grade
 from tatamu.study import PlanRecord, ResultRecord
 
 LATE = 0.6
-"""The best of a search that still gets better came after this part of its trials."""
+"""A best trial after this part of all trials shows a search that still improves."""
 EDGE = 0.01
-"""A value lies on a bound when it is nearer to it than this part of the range."""
+"""Distance from a bound within which a value counts as on it, as part of the range."""
 MEANING = {
     "x1": "P1 ahead of the grasp",
     "z1": "P1 above the grasp",
@@ -26,17 +26,17 @@ MEANING = {
 
 @dataclass(frozen=True)
 class Conclusion:
-    """The verdict on a fold, or on a plan of several."""
+    """The verdict on a fold, or on a plan of several folds."""
 
     succeeded: bool
     measures: list[str]
-    """The figures that the verdict rests on, each with its threshold; further ones may follow."""
+    """Values that the verdict rests on, each with its threshold, possibly with further ones."""
     notes: list[str] = field(default_factory=list)
-    """Lines to know before the verdict is believed."""
+    """Lines that qualify the verdict."""
     advice: list[str] = field(default_factory=list)
-    """Things to do; empty where the fold succeeded."""
+    """Lines on what to do; empty if the fold succeeded."""
     steps: list[tuple[str, Conclusion]] = field(default_factory=list)
-    """Of a plan: the name of each step and the verdict on it."""
+    """Name of each step of a plan and the verdict on it."""
 
     @property
     def text(self) -> str:
@@ -45,7 +45,7 @@ class Conclusion:
 
 
 def of_fold(result: ResultRecord) -> Conclusion:
-    """The verdict on a single fold, or on a step of a plan."""
+    """Return the verdict on a single fold, or on a step of a plan."""
     best = result.best_score
     succeeded = best.succeeds
     return Conclusion(
@@ -57,18 +57,18 @@ def of_fold(result: ResultRecord) -> Conclusion:
 
 
 def of_plan(plan: PlanRecord, results: Sequence[ResultRecord]) -> Conclusion:
-    """The verdict on a plan of several steps.
+    """Return the verdict on a plan of several steps.
 
     Args:
-        plan: The whole.
-        results: The study of each step.
+        plan: Record of the plan.
+        results: Record of each step's study.
     """
     steps = [of_fold(result) for result in results]
     names = [f"step {n}, {step.title or 'fold'}" for n, step in enumerate(plan.steps, start=1)]
     succeeded = Limits().hold(plan.final)
     return Conclusion(
         succeeded,
-        _measures(plan.final, "from where ideal folds of the flat garment would lay it"),
+        _measures(plan.final, "from the ideal folds of the flat garment"),
         notes=[f"{name}: {note}" for name, step in zip(names, steps, strict=True) for note in step.notes],
         advice=[] if succeeded else _about_steps(plan, steps, names),
         steps=list(zip(names, steps, strict=True)),
@@ -83,7 +83,7 @@ def _origin(result: ResultRecord) -> list[str]:
 
 
 def on_bounds(result: ResultRecord) -> list[str]:
-    """A note where the best trial lies on a bound of the search; a grasp at the corner is none, as cloth ends there."""
+    """Return a note if the best trial is on a bound of the search, except for grasps at the cloth's corner."""
     if result.best_is_given:  # given curves lie on bounds by design
         return []
     chosen = result.best_trial.parameters
@@ -121,7 +121,7 @@ def _measures(measured: Measured, apart: str) -> list[str]:
 
 
 def _about_search(result: ResultRecord) -> list[str]:
-    """Things to do after a search that found no fold that succeeds, from its own trials."""
+    """Return advice after a search without a successful fold, from its own trials."""
     trials = result.trials
     best = result.best_trial
     failed = [trial for trial in trials if trial.state == "failed"]
@@ -139,7 +139,7 @@ def _about_search(result: ResultRecord) -> list[str]:
         for each in result.baselines
         if each.score is not None and each.score.succeeds
     ][:1]
-    more = f"more trials: the same command with --trials {2 * len(trials)} goes on from here"
+    more = f"more trials: repeat the command with --trials {2 * len(trials)}"
     if best.number >= LATE * len(trials):
         lines.append(f"{more}; the best came late, as trial {best.number} of {len(trials)}, so they are likely to help")
     else:
@@ -149,10 +149,10 @@ def _about_search(result: ResultRecord) -> list[str]:
 
 
 def _about_steps(plan: PlanRecord, steps: Sequence[Conclusion], names: Sequence[str]) -> list[str]:
-    """Which step to look at."""
+    """Return advice on which step to improve."""
     failing = [number for number, step in enumerate(steps) if not step.succeeded]
     if failing:
-        first = failing[0]  # those after it begin from what it left
+        first = failing[0]  # later steps start from the state that it left
         page = f"{plan.steps[first].folder}/report.html"
         return [f"look at {names[first]}, the first to fail by itself: {page}", *steps[first].advice]
     away = [step.whole.mean_vertex_distance for step in plan.steps]
@@ -161,5 +161,5 @@ def _about_steps(plan: PlanRecord, steps: Sequence[Conclusion], names: Sequence[
     return [
         f"every step succeeds by itself, but errors add up, most in {names[most]} (+{1e3 * growth[most]:.1f} mm): "
         f"{plan.steps[most].folder}/report.html",
-        f"more trials: the same command with --trials {2 * max(step.trials for step in plan.steps)} goes on from here",
+        f"more trials: repeat the command with --trials {2 * max(step.trials for step in plan.steps)}",
     ]

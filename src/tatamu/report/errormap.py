@@ -1,4 +1,4 @@
-"""A map of e_i on the flat cloth: which part of the garment misses its place."""
+"""A map of e_i on the flat cloth, which shows the parts of the garment that miss their target."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from tatamu.report.topview import Extent, extent
 from tatamu.study import Result
 
 CELLS = 45_000
-"""About how many cells a map has."""
+"""Approximate number of cells of a map."""
 HIDDEN = 0.02
-"""A lower layer is shown apart if it hides in more than this share of the map."""
+"""Share of cells with a hidden lower layer above which that layer gets a map of its own."""
 
 
 def largest(errors: np.ndarray) -> float:
-    """End of the scale [m], round; set by the 99th percentile of e_i, so that one vertex cannot bleach it."""
+    """Return the rounded end of the scale [m]: the 99th percentile of e_i, so that one vertex cannot bleach it."""
     goal = max(float(np.quantile(errors, 0.99)), 5e-4)
     power = 10.0 ** np.floor(np.log10(goal))
     rounds = (step * power for step in (1, 1.5, 2, 3, 4, 5, 6, 8, 10))
@@ -27,7 +27,7 @@ def largest(errors: np.ndarray) -> float:
 
 
 def maps(fold: Result) -> list[Chart]:
-    """One map, or one of the upper and one of the lower layer."""
+    """Return one map, or one each of the upper and the lower layer."""
     area = extent(fold.start, margin=0.012)
     upper, lower = (_seen(fold, area, sign) for sign in (1.0, -1.0))
     both = (upper[0] >= 0) & (lower[0] >= 0)
@@ -38,7 +38,7 @@ def maps(fold: Result) -> list[Chart]:
 
 
 def _seen(fold: Result, area: Extent, sign: float) -> tuple[np.ndarray, np.ndarray]:
-    """Triangle and e_i [mm] in each cell, seen from above (1) or below (-1), shapes (h, w)."""
+    """Return triangle and e_i [mm] in each cell, seen from above (1) or below (-1), shapes (h, w)."""
     view = area.view(round(np.sqrt(CELLS * area.size[0] / area.size[1])))
     projected = view.project(fold.start) * [1.0, 1.0, sign]
     visible = rasterise(projected, fold.faces, view.shape)

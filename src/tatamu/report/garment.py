@@ -1,4 +1,4 @@
-"""A garment laid flat, drawn from above: mesh, seams, openings, grasp candidates and fold lines; and a page of it."""
+"""Drawing and page of a flat garment from above: mesh, seams, openings, grasp candidates and fold lines."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ OPENING = "warm"
 TALL = 760
 """Height of the drawing [pixels]."""
 MARGIN = 0.22
-"""White around the garment, as part of its longer side."""
+"""Margin around the garment, as part of its longer side."""
 ALONG = (0.5, 0.45, 0.55, 0.4, 0.6, 0.35, 0.65, 0.3, 0.7, 0.25, 0.75, 0.2, 0.8)
-"""Parts of a fold line over which its arrow may lie, the best first."""
+"""Places along a fold line for its arrow, as parts of the line, the best first."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class FoldMark:
 
 
 def diagram(garment: Garment, folds: Sequence[FoldMark] = ()) -> Drawing:
-    """Draw a garment with the folds that it is handed."""
+    """Draw a garment and some folds."""
     plan = garment.vertices[:, :2]
     low = plan.min(axis=0)
     high = plan.max(axis=0)
@@ -53,13 +53,13 @@ def diagram(garment: Garment, folds: Sequence[FoldMark] = ()) -> Drawing:
     drawing.add(*_cloth(garment), *_edges(garment))
     for fold in folds:
         _draw_fold(drawing, fold, margin, [other for other in folds if other is not fold])
-    drawing.shapes.sort(key=lambda shape: isinstance(shape, Label))  # no line strikes a name through
+    drawing.shapes.sort(key=lambda shape: isinstance(shape, Label))  # keeps lines from crossing names
     _draw_scale(drawing)
     return drawing
 
 
 def _cloth(garment: Garment) -> list[Shape]:
-    """The region that the garment covers, and the triangles of its upper side."""
+    """Return the region that the garment covers, and the triangles of its upper side."""
     plan = garment.vertices[:, :2]
     triangles = shapely.polygons(plan[garment.faces])
     covered = shapely.get_parts(shapely.union_all(triangles[shapely.area(triangles) > 0.0], grid_size=1e-6))
@@ -73,7 +73,7 @@ def _cloth(garment: Garment) -> list[Shape]:
 
 
 def _edges(garment: Garment) -> list[Shape]:
-    """Every named side: seams drawn through, openings dashed; its name outside, or inside for want of room."""
+    """Return the named sides: seams solid, openings dashed, with names outside, or inside if space is short."""
     plan = garment.vertices[:, :2]
     places = shapely.points(plan)
     shapes: list[Shape] = []
@@ -85,7 +85,7 @@ def _edges(garment: Garment) -> list[Shape]:
         middle = len(points) // 2
         along = points[min(middle + 1, len(points) - 1)] - points[max(middle - 1, 0)]
         out = np.array([along[1], -along[0]]) / (np.linalg.norm(along) + 1e-12)
-        word = 0.013 * len(name) * float(np.ptp(plan, axis=0).max())  # about as long as it will be written
+        word = 0.013 * len(name) * float(np.ptp(plan, axis=0).max())  # approximate length of the written name
         beside = shapely.LineString([points[middle] + 0.2 * word * out, points[middle] + word * out])
         if (shapely.distance(places, beside) >= 0.1 * word).all():
             shapes.append(Label(points[middle], name, out, colour))
@@ -97,7 +97,7 @@ def _edges(garment: Garment) -> list[Shape]:
 
 
 def _draw_fold(drawing: Drawing, fold: FoldMark, margin: float, others: Sequence[FoldMark]) -> None:
-    """The line, an arrow over it, and the places where the hands may grasp."""
+    """Draw the fold line, an arrow over it, and the grasp candidates."""
     start, end = fold.line
     along = (end - start) / np.linalg.norm(end - start)
     arm = 0.35 * margin
@@ -112,7 +112,7 @@ def _draw_fold(drawing: Drawing, fold: FoldMark, margin: float, others: Sequence
 
 
 def _arrow(fold: FoldMark, arm: float, others: shapely.Geometry, clear: float) -> np.ndarray:
-    """Tail and tip of a fold's arrow: over the middle of its line, or beside it where other lines are there."""
+    """Return tail and tip of a fold's arrow, as near to the middle of its line as other lines permit."""
     start, end = fold.line
     arms = np.outer([-arm, arm], fold.towards)
     arrows = [start + part * (end - start) + arms for part in ALONG]
@@ -121,7 +121,7 @@ def _arrow(fold: FoldMark, arm: float, others: shapely.Geometry, clear: float) -
 
 
 def _draw_scale(drawing: Drawing) -> None:
-    """Ten centimetres in a corner, and the axes in another."""
+    """Draw ten centimetres in one corner, and the axes in another."""
     low = drawing.low
     high = drawing.high
     gap = 0.06 * float(high[0] - low[0])
@@ -134,7 +134,7 @@ def _draw_scale(drawing: Drawing) -> None:
 
 
 def facts(garment: Garment) -> list[tuple[str, str]]:
-    """Names and values that describe a garment."""
+    """Return names and values that describe a garment."""
     rest = garment.unstrained
     mass = float(areas(rest, garment.faces).sum()) * garment.material.areal_density
     width, length = garment.size
@@ -151,7 +151,7 @@ def facts(garment: Garment) -> list[tuple[str, str]]:
 
 
 def page(garment: Garment, folds: Sequence[FoldMark] = ()) -> str:
-    """The drawing and all facts as one HTML page that opens offline."""
+    """Return the drawing and all facts as one HTML page that opens offline."""
     legend = [(SEAM, "seam"), (OPENING, "open edge")]
     if folds:
         legend += [("target", "fold line"), ("left", "grasps of the left hand"), ("right", "grasps of the right hand")]
@@ -169,7 +169,7 @@ def page(garment: Garment, folds: Sequence[FoldMark] = ()) -> str:
 
 
 def _named_edges(garment: Garment) -> list[tuple[str, str, float, int]]:
-    """Each edge: its name, whether it is open or sewn, its length [m] and its number of vertices."""
+    """Return the name of each edge, whether it is open or sewn, its length [m] and its number of vertices."""
     plan = garment.vertices[:, :2]
     return [
         (

@@ -1,4 +1,4 @@
-"""The head of the page: the fold's name, the verdict in words, the chief numbers, a gauge."""
+"""The head of the page: the fold's name, the verdict in words, the main numbers, a gauge."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ TILES = ("mean_vertex_distance", "mask_iou", "area_error", "slip", "residual_ben
 
 
 def title(fold: Result) -> str:
-    """The garment and its fold in plain text: "Towel, half fold"."""
+    """Return the garment and its fold in plain text: "Towel, half fold"."""
     task = fold.record.task
     step = f", step {task.step[0]} of {task.step[1]}" if task.step else ""
     return f"{spelled(task.garment)}, {task.fold} fold{step}"
 
 
 def spelled(garment: str) -> str:
-    """The garment's name at the beginning of a title."""
+    """Return the garment's name for the beginning of a title."""
     return "T-shirt" if garment == "tshirt" else garment[:1].upper() + garment[1:]
 
 
 def word(fold: Result) -> str:
-    """The grade: near perfect, good, fair or failed."""
+    """Return the grade: near perfect, good, fair or failed."""
     return grade(fold.record.best_score.mean_vertex_distance)
 
 
 def sureness(fold: Result) -> tuple[str, str] | None:
-    """Return headline and tone from the margins, otherwise from the study; None if neither has any."""
+    """Return headline and tone of the success rate, from margins, otherwise from the study; None if unknown."""
     margins = ResultFolder(fold.folder).margins if fold.folder else None
     joint = margins.joint if margins else fold.record.judged
     return None if joint is None else (joint.headline, joint.tone)
@@ -41,20 +41,20 @@ def sureness(fold: Result) -> tuple[str, str] | None:
 
 @dataclass(frozen=True)
 class Gauge:
-    """The mean vertex distance on a bar of the grades. Places are in per cent of its length."""
+    """The mean vertex distance on a bar of the grades. Places are in per cent of the bar's length."""
 
     zones: list[tuple[str, float]]
     """Grades and their widths."""
     ticks: list[tuple[float, str]]
     """Ends of the grades and their words."""
     success: tuple[float, str]
-    """Where success begins, in words too."""
+    """Limit of success and its label."""
     needle: float
-    """The fold's place."""
+    """Place of the fold."""
 
 
 def gauge(fold: Result) -> Gauge:
-    """The gauge of a learned fold."""
+    """Return the gauge of a learned fold."""
     ends = [GAUGE[0], *(end for end, _ in GRADES), GAUGE[1]]
     words = [*(name for _, name in GRADES), FAILED]
     widths = [_share(high) - _share(low) for low, high in pairwise(ends)]
@@ -67,13 +67,13 @@ def gauge(fold: Result) -> Gauge:
 
 
 def _share(distance: float) -> float:
-    """Place on the gauge [%] of a distance [m]."""
+    """Return the place on the gauge [%] of a distance [m]."""
     low, high = np.log(GAUGE)
     return float(np.clip(100 * (np.log(max(distance, 1e-9)) - low) / (high - low), 1.0, 99.0))
 
 
 def events(fold: Result) -> list[tuple[float, str]]:
-    """Marks under the time slider, at parts of the whole time: when the hands start, arrive and open."""
+    """Return marks under the time slider, at fractions of the whole time: the hands' start, arrival and opening."""
     end = float(fold.rollout.times[-1])
     timing = fold.description.timing_values
     known = (("starts", "start"), ("arrives", "arrive"), ("opens", "open"))
@@ -81,6 +81,6 @@ def events(fold: Result) -> list[tuple[float, str]]:
 
 
 def tiles() -> list[Measure]:
-    """The chief measures, which the page shows large."""
+    """Return the main measures, which the page shows large."""
     chosen = {measure.key: measure for measure in MEASURES}
     return [chosen[key] for key in TILES]

@@ -10,7 +10,7 @@ BINS = 40
 
 
 def along(moments: list[tuple[str, np.ndarray]]) -> list[Chart]:
-    """Small multiples with one error axis, one for each moment.
+    """Return small multiples with one error axis, one for each moment.
 
     Args:
         moments: Title and e_i [m], shape (n,), in the order of the search.
@@ -25,8 +25,8 @@ def histogram(errors: np.ndarray, width: float, end: float | None = None) -> Plo
 
     Args:
         errors: e_i [m], shape (n,).
-        width: Of a bin [m].
-        end: Where the axis ends at least [m].
+        width: Width of a bin [m].
+        end: Least end of the axis [m]; None for the largest error.
     """
     last = int(np.floor(max(float(errors.max()), end or 0.0) / width)) + 1
     counts = np.bincount((errors / width).astype(int), minlength=last)
@@ -62,7 +62,7 @@ def histogram(errors: np.ndarray, width: float, end: float | None = None) -> Plo
 
 
 def bin_width(largest: float) -> float:
-    """A round width [m] that makes about BINS bins up to `largest` [m]."""
+    """Return a round width [m] that makes about BINS bins up to `largest` [m]."""
     rough = max(largest, 1e-6) / BINS
     power = 10.0 ** np.floor(np.log10(rough))
     return float(power * min((1, 2, 2.5, 5, 10), key=lambda step: abs(np.log(step * power / rough))))

@@ -1,4 +1,4 @@
-"""The measures of a fold in the field's words: titles, grades, thresholds and their sources."""
+"""The measures of a fold in the field's terms: titles, grades, thresholds and their sources."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ FOLDBACK = "FoldBack 2026"
 GARCIA = "Garcia-Camacho et al. 2020"
 
 GRADES = ((0.002, "near perfect"), (0.005, "good"), (0.020, "fair"))
-"""Upper ends of the mean vertex distance [m] and their words; beyond the last: failed."""
+"""Upper limits of the mean vertex distance [m] and their grades; beyond the last the grade is failed."""
 FAILED = "failed"
 LIMITS = Limits()
 SUCCESS = LIMITS.mean_vertex_distance
@@ -20,11 +20,11 @@ SUCCESS = LIMITS.mean_vertex_distance
 OVERLAP = LIMITS.mask_iou
 """Intersection over union of the views from above that counts as success."""
 AREA = 2.77
-"""Area error that others reach [%]."""
+"""Area error reached in the literature [%]."""
 
 
 def grade(mean_vertex_distance: float | None) -> str:
-    """A word for a mean vertex distance [m]; None, a failed trial, has failed."""
+    """Return the grade of a mean vertex distance [m]; failed if None, because the trial failed."""
     if mean_vertex_distance is None:
         return FAILED
     below = (word for end, word in GRADES if mean_vertex_distance < end)
@@ -33,33 +33,33 @@ def grade(mean_vertex_distance: float | None) -> str:
 
 @dataclass(frozen=True)
 class Measure:
-    """One measure of a fold: how it is shown and what it is compared with."""
+    """One measure of a fold: its presentation and its threshold."""
 
     key: str
-    """Its field in result.json."""
+    """Field of the measure in result.json."""
     title: str
-    """Its name, as HTML."""
+    """Name of the measure, as HTML."""
     unit: str
     scale: float
-    """From the file's unit to the shown one."""
+    """Factor from the file's unit to the shown one."""
     digits: int
     meaning: str
-    """In a few words, as HTML."""
+    """Meaning in a few words, as HTML."""
     threshold: str = ""
     limit: str = ""
-    """The threshold that counts, in a few words."""
+    """Threshold in a few words."""
     source: str = ""
     most: float | None = None
-    """Largest value that passes, in the file's unit."""
+    """Largest value that passes, in the file's unit; None if there is no upper limit."""
     least: float | None = None
-    """Smallest value that passes."""
+    """Smallest value that passes; None if there is no lower limit."""
 
     def value(self, score: Score | None) -> float | None:
-        """Return its value in the file's unit; None if the fold failed."""
+        """Return the value of the measure in the file's unit; None if the fold failed."""
         return None if score is None else float(getattr(score, self.key))
 
     def text(self, score: Score | None) -> str:
-        """Return its value in the shown unit."""
+        """Return the value in the shown unit, as text."""
         value = self.value(score)
         return "–" if value is None else f"{value * self.scale:.{self.digits}f}"
 

@@ -21,7 +21,7 @@ def write_report(fold: Result, file: Path | None = None) -> Path:
 
     Args:
         fold: The learned fold.
-        file: Where it goes; None for `report.html` in the fold's folder.
+        file: File to write; None for `report.html` in the fold's folder.
 
     Raises:
         InputError: If the file cannot be written, or the fold has no folder and no file is given.
@@ -34,7 +34,7 @@ def write_report(fold: Result, file: Path | None = None) -> Path:
 
 
 def page(fold: Result) -> str:
-    """The whole page; the same fold gives the same bytes."""
+    """Return the whole page; the same fold gives the same bytes."""
     return render(
         "report/page.html",
         charts=_charts(fold),

@@ -1,4 +1,4 @@
-"""The hands' paths in the vertical plane of the fold, from the grasp on: the learned one beside fixed ones."""
+"""The hands' paths in the vertical plane of the fold, relative to the grasp: learned path and fixed trajectories."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ALIKE = 0.01
 
 
 def plot(fold: Result) -> Plot:
-    """The paths relative to the grasp, in millimetres, both axes alike."""
+    """Return a chart of the paths relative to the grasp, in millimetres, at the same scale on both axes."""
     lines = [
         _line(_in_plane(baseline.path), baseline.label, color="@muted", width=1.8, dash=DASHES[number % len(DASHES)])
         for number, baseline in enumerate(fold.record.baselines)
@@ -34,7 +34,10 @@ def plot(fold: Result) -> Plot:
 
 
 def _learned(fold: Result) -> list[tuple[str, str, np.ndarray, np.ndarray]]:
-    """Name, colour, control points (4, 2) and path (f, 2) in the plane of the fold; once for hands that move alike."""
+    """Return name, colour, control points (4, 2) and path (f, 2) of each hand in the plane of the fold.
+
+    Hands that move equally are one entry.
+    """
     arms = fold.arms
     paths = [_in_plane(fold.hand(arm) - np.array(arm.grasp.position)) for arm in arms]
     controls = [_in_plane(arm.control_points - arm.control_points[0]) for arm in arms]
@@ -45,7 +48,7 @@ def _learned(fold: Result) -> list[tuple[str, str, np.ndarray, np.ndarray]]:
 
 
 def _in_plane(path: np.ndarray) -> np.ndarray:
-    """A path from its grasp, shape (k, 3), as the distance towards its end and the height, shape (k, 2)."""
+    """Return a path from its grasp, shape (k, 3), as the distance towards its end and the height, shape (k, 2)."""
     along = path[-1, :2] / max(float(np.linalg.norm(path[-1, :2])), 1e-9)
     return np.column_stack([path[:, :2] @ along, path[:, 2]])
 
@@ -63,7 +66,7 @@ def _line(path: np.ndarray, name: str, **style: Any) -> dict[str, Any]:
 
 
 def _handles(control: np.ndarray, colour: str) -> dict[str, Any]:
-    """The control polygon P0 P1 P2 P3."""
+    """Return the control polygon P0 P1 P2 P3."""
     return {
         "x": (1e3 * control[:, 0]).round(2).tolist(),
         "y": (1e3 * control[:, 1]).round(2).tolist(),

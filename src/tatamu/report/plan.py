@@ -1,4 +1,4 @@
-"""The page of a plan of several steps: all steps in one replay, their measures, each beside its target."""
+"""The page of a plan of several steps: one replay of all, their measures, and pictures of each with its target."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def write_plan_report(whole: PlanResult, file: Path | None = None) -> Path:
 
     Args:
         whole: The learned plan.
-        file: Where it goes; None for `report.html` in the plan's folder.
+        file: File to write; None for `report.html` in the plan's folder.
 
     Raises:
         InputError: If the file cannot be written, or the plan has no folder and no file is given.
@@ -65,20 +65,20 @@ def page(whole: PlanResult) -> str:
 
 
 def _count(folds: list[Result]) -> str:
-    """How many folds there are; of a plan that was interrupted, how many of them are learned."""
+    """Return the number of folds; for an interrupted plan also how many of them are learned."""
     step = folds[0].record.task.step
     count = step[1] if step else len(folds)
     return f" in {count} folds" if count == len(folds) else f", the first {len(folds)} of {count} folds"
 
 
 def _events(rollout: Rollout) -> list[tuple[float, str]]:
-    """Marks under the time slider, at parts of the whole time: where each step begins."""
+    """Return marks under the time slider, at fractions of the whole time: the start of each step."""
     places = rollout.extra["step_starts"] / rollout.times[-1]
     return [(float(place), str(number)) for number, place in enumerate(places, start=1)]
 
 
 def _hands(folds: list[Result], rollout: Rollout) -> list[HandTrack]:
-    """The hands through all steps; while the cloth settles they go to their next grasp."""
+    """Return the hands through all steps; while the cloth settles they move to their next grasp."""
     starts = rollout.extra["step_starts"]
     found = []
     for number, colour in enumerate(HAND_COLOURS):
@@ -106,12 +106,12 @@ def _hand(fold: Result, number: int) -> HandTrack | None:
 
 
 def _next(parts: list[HandTrack | None]) -> np.ndarray | None:
-    """Where a hand grasps next [m], shape (3,)."""
+    """Return the place of a hand's next grasp [m], shape (3,); None if it has none."""
     return next((part.path[0] for part in parts if part is not None), None)
 
 
 def _onwards(part: HandTrack, fold: Result, goal: np.ndarray | None) -> np.ndarray:
-    """The path of a hand [m], shape (f, 3), that after opening goes on to its next grasp."""
+    """Return the path of a hand [m], shape (f, 3), that moves to its next grasp after opening."""
     opens = part.holds[-1][1]
     if goal is None or opens is None:
         return part.path
@@ -122,7 +122,7 @@ def _onwards(part: HandTrack, fold: Result, goal: np.ndarray | None) -> np.ndarr
 
 
 def joined_path(paths: list[np.ndarray | None], folds: list[Result]) -> np.ndarray:
-    """The paths of all steps as one [m]; a hand that does not work in a step waits."""
+    """Return the paths of all steps as one [m]; a hand that does not work in a step waits."""
     joined: list[np.ndarray] = []
     for path, fold in zip(paths, folds, strict=True):
         frames = len(fold.rollout.times)

@@ -9,12 +9,12 @@ from tatamu.study import Result
 
 
 def replay(fold: Result, largest: float) -> dict[str, Any]:
-    """The data of the viewer; `largest` is the end of the scale of e_i [m]."""
+    """Return the data of the viewer; `largest` is the end of the scale of e_i [m]."""
     return replay_data(fold.rollout, fold.scene, hands(fold), largest)
 
 
 def hands(fold: Result) -> list[HandTrack]:
-    """The hands of a learned fold."""
+    """Return the hands of a learned fold."""
     timing = fold.description.timing
     hold = (timing.closes, timing.opens) if timing else (0.0, None)
     return [HandTrack(colour, fold.hand(arm), [hold]) for colour, arm in zip(HAND_COLOURS, fold.arms, strict=False)]

@@ -13,7 +13,7 @@ from tatamu.study import ResultRecord, Trial
 
 
 def objective(result: ResultRecord) -> Plot:
-    """Objective of each trial and the best so far on its mesh."""
+    """Return a chart of each trial's objective and of the best so far on its mesh."""
     done = [trial for trial in result.trials if trial.state == "complete" and trial.objective is not None]
     values = [trial.minimised for trial in done]
     top = max(values) + 0.08 * (max(values) - min(values) or 1.0)
@@ -32,7 +32,7 @@ def objective(result: ResultRecord) -> Plot:
 
 
 def _steps(result: ResultRecord, coarse: bool) -> dict[str, Any]:
-    """Best so far on one of the meshes, up to its last trial."""
+    """Return the best so far on one of the meshes, up to the last trial of that mesh."""
     here = [trial for trial in result.trials if result.is_coarse(trial) == coarse]
     done = [trial for trial in here if trial.state == "complete" and trial.objective is not None]
     best = np.minimum.accumulate([trial.minimised for trial in done]).tolist()
@@ -47,7 +47,7 @@ def _steps(result: ResultRecord, coarse: bool) -> dict[str, Any]:
 
 
 def distance(result: ResultRecord) -> Plot:
-    """Mean vertex distance of each trial against the field's thresholds."""
+    """Return a chart of each trial's mean vertex distance and the field's thresholds."""
     scored = [(trial, trial.score) for trial in result.trials if trial.score is not None]
     done = [trial for trial, _ in scored]
     values = [1e3 * max(score.mean_vertex_distance, 1e-5) for _, score in scored]
@@ -88,7 +88,7 @@ def _trials(result: ResultRecord) -> dict[str, Any]:
 
 
 def _both(result: ResultRecord, trials: list[Trial], values: list[float], text: str) -> list[dict[str, Any]]:
-    """Dots of the trials that ran to their end on the task's own mesh, and hollow ones of the others."""
+    """Return dots for complete trials on the fine mesh, and hollow ones for the others."""
     shorter = [_shorter(result, trial) for trial in trials]
     plots = []
     for kind in sorted(set(shorter), reverse=True):
@@ -98,14 +98,14 @@ def _both(result: ResultRecord, trials: list[Trial], values: list[float], text: 
 
 
 def _shorter(result: ResultRecord, trial: Trial) -> str:
-    """Why a trial took less time than a whole one on the task's own mesh; empty of those."""
+    """Return why a trial took less time than a complete one on the fine mesh; empty if it is one."""
     if result.is_coarse(trial):
         return f"on the coarser mesh, {1e3 * (result.coarse or 0.0):.0f} mm"
     return "ended when its hands had arrived" if trial.ended == "arrival" else ""
 
 
 def _dots(places: list[tuple[int, float]], text: str, shorter: str) -> dict[str, Any]:
-    """Dots at trial numbers and values; hollow ones of trials that are shorter."""
+    """Return dots at trial numbers and values; hollow ones for trials that are shorter."""
     return {
         "x": [number for number, _ in places],
         "y": [value for _, value in places],
@@ -131,7 +131,7 @@ def _star(number: int, value: float, text: str) -> dict[str, Any]:
 
 
 def _failed(trials: list[Trial], height: float) -> dict[str, Any]:
-    """Crosses along the upper edge: a failed trial has a penalty, not a value."""
+    """Return crosses along the upper edge: a failed trial has a penalty, not a value."""
     failed = [trial for trial in trials if trial.state == "failed"]
     return {
         "x": [trial.number for trial in failed],

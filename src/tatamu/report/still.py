@@ -20,16 +20,16 @@ from tatamu.study import Result
 SIZE = (720, 1280)
 """Height and width of the picture [pixels]."""
 FINER = 2
-"""Drawn this much larger and averaged, for smooth edges."""
+"""Factor by which the picture is drawn larger and then averaged, for smooth edges."""
 SHADOW = 1200
-"""Height and width of the image from the sun that tells what lies in shadow [pixels]."""
+"""Height and width of the image from the sun that determines shadows [pixels]."""
 
 
 def picture(folder: Path, out_png: Path) -> Path:
     """Draw the learned fold of a result folder into a PNG file.
 
     Raises:
-        InputError: The folder does not hold a learned fold, or the file cannot be written.
+        InputError: If the folder contains no learned fold, or the file cannot be written.
     """
     fold = Result.load(Path(folder))
     save_png(to_pixels(shrink(render(fold), FINER)), Path(out_png))
@@ -37,12 +37,12 @@ def picture(folder: Path, out_png: Path) -> Path:
 
 
 def render(fold: Result, hands: tuple[str, ...] = (LEFT, RIGHT), *, flying: bool = True) -> np.ndarray:
-    """The picture in linear light, shape (h, w, 4), FINER times as large as it will be.
+    """Return the picture in linear light, shape (h, w, 4), FINER times its final size.
 
     Args:
-        fold: What is drawn.
-        hands: Colours of the hands' paths; of those that have none nothing is drawn.
-        flying: Whether the cloth is also drawn as it was when a hand was highest.
+        fold: The fold to draw.
+        hands: Colours of the hands' paths; a hand without a colour is not drawn.
+        flying: Whether to draw also the cloth at the moment when a hand is highest.
     """
     paths = [fold.hand(arm) for arm in fold.arms]
     body = cloth(fold.final, fold.faces, fold.start, fold.lower)
@@ -87,17 +87,17 @@ def _solids(scene: Scene, time: float) -> list[PaintedMesh]:
 
 
 def _highest(path: np.ndarray) -> int:
-    """The frame in which a hand is highest."""
+    """Return the frame in which a hand is highest."""
     return int(np.argmax(path[:, 2]))
 
 
 def _height(fold: Result) -> float:
-    """Where the table is drawn [m]: half a thickness below the lowest vertex at the start."""
+    """Return the height at which the table is drawn [m]: half a thickness below the lowest vertex at the start."""
     return float(fold.start[:, 2].min()) - fold.scene.material.thickness / 2
 
 
 def _eye(points: np.ndarray) -> View:
-    """A view from the front and above that just holds all points (n, 3)."""
+    """Return a view from the front and above that just contains all points (n, 3)."""
     turn = np.radians(-62.0)
     rise = np.radians(33.0)
     near = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
@@ -113,7 +113,7 @@ def _eye(points: np.ndarray) -> View:
 
 
 class _Sun:
-    """The scene as the sun sees it; what it does not see lies in shadow."""
+    """The scene as seen from the sun; points that are hidden there lie in shadow."""
 
     def __init__(self, meshes: list[PaintedMesh], around: np.ndarray) -> None:
         right = np.cross([0.0, 1.0, 0.0], SUN) / np.linalg.norm(np.cross([0.0, 1.0, 0.0], SUN))
@@ -124,7 +124,7 @@ class _Sun:
         self.depth = np.max([see(self.view, mesh)[1] for mesh in meshes], axis=0)
 
     def reaches(self, points: np.ndarray) -> np.ndarray:
-        """0 in shadow to 1 in full light, shape (p,), averaged over a few neighbours for a soft edge."""
+        """Return the light at points, 0 in shadow to 1 in full light, shape (p,); averaging softens the edges."""
         x, y, depth = self.view.project(points).T
         total = np.zeros(len(points))
         for dx, dy in (offsets := [(i, j) for i in (-5, -2, 0, 2, 5) for j in (-5, -2, 0, 2, 5)]):
@@ -135,7 +135,7 @@ class _Sun:
 
 
 def _paint(image: np.ndarray, depth: np.ndarray, view: View, mesh: PaintedMesh, sun: _Sun | None, alpha: float) -> None:
-    """Draw a mesh over the image where it is nearer than what is there."""
+    """Draw a mesh over the image, at pixels at which it is nearer than the image so far."""
     visible, near = see(view, mesh)
     lit = 1.0 if sun is None else 0.25 + 0.75 * sun.reaches(visible.sample(mesh.points, mesh.faces))
     light = np.zeros((*view.shape, 3))
@@ -147,8 +147,8 @@ def _paint(image: np.ndarray, depth: np.ndarray, view: View, mesh: PaintedMesh, 
 
 
 def _table(view: View, sun: _Sun, height: float) -> np.ndarray:
-    """The table with the cloth's shadow on it, fading to white far away, shape (h, w, 4)."""
-    view = replace(view, scale=view.scale / FINER, shape=SIZE)  # its light is soft: finer pixels show nothing
+    """Return the table with the cloth's shadow, fading to white far away, shape (h, w, 4)."""
+    view = replace(view, scale=view.scale / FINER, shape=SIZE)  # its light is soft, so finer pixels show nothing more
     rows, columns = view.shape
     y, x = np.mgrid[0:rows, 0:columns] + 0.5
     across = np.stack([(x - columns / 2) / view.scale, (rows / 2 - y) / view.scale], axis=-1)

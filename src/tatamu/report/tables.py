@@ -16,20 +16,20 @@ Facts = list[tuple[str, str]]
 
 @dataclass(frozen=True)
 class Column:
-    """A fold among those that a table compares."""
+    """A fold in a table that compares several."""
 
     name: str
     score: Score | None
-    """None if the fold failed."""
+    """Score of the fold; None if it failed."""
 
     @property
     def verdict(self) -> str:
-        """Its grade by the mean vertex distance."""
+        """Grade by the mean vertex distance."""
         return grade(None if self.score is None else self.score.mean_vertex_distance)
 
 
 def measures(fold: Result) -> list[Column]:
-    """The learned fold and, beside it, the trial of least C where that is another, and the fixed trajectories."""
+    """Return the learned fold, the trial with the lowest C if that is another one, and the fixed trajectories."""
     least = fold.record.lowest_objective
     other = [] if least is None or least.number == fold.record.best else [Column("lowest C", least.score)]
     fixed = [Column(each.label, each.score) for each in fold.record.baselines]
@@ -37,7 +37,7 @@ def measures(fold: Result) -> list[Column]:
 
 
 def parameters(fold: Result) -> Facts:
-    """The parameters that the search chose, Eq. (9)."""
+    """Return the parameters that the search chose, Eq. (9)."""
     given = fold.record.best_trial.parameters
     lengths = [
         (f"{name[0]}{'₁₂'[int(name[1]) - 1]} of P{'₁₂'[int(name[1]) - 1]}", f"{1e3 * given[name]:.1f} mm")
@@ -56,7 +56,7 @@ def parameters(fold: Result) -> Facts:
 
 
 def control_points(fold: Result) -> list[tuple[str, str, list[str]]]:
-    """Each hand with its grasp and its control points [mm]."""
+    """Return each hand with its grasp and its control points [mm]."""
     return [
         (
             arm.name,
@@ -72,7 +72,7 @@ def _place(point: np.ndarray) -> str:
 
 
 def timing(fold: Result) -> Facts:
-    """The times at which the hands close, start, arrive and open."""
+    """Return the times at which the hands close, start, arrive and open."""
     known = {
         "closes": "hands close",
         "starts": "hands start",
@@ -100,7 +100,7 @@ _AIR = (
 
 
 def material(fold: Result) -> Facts:
-    """The cloth's material in SI units."""
+    """Return the cloth's material in SI units."""
     cloth = fold.record.task.material
     return [
         ("areal density", f"{1e3 * cloth.areal_density:.4g} g/m²"),
@@ -122,7 +122,7 @@ def material(fold: Result) -> Facts:
 
 
 def task(fold: Result) -> Facts:
-    """The task, its simulation and its search."""
+    """Return the task, its simulation and its search."""
     chosen = fold.record.task
     info = fold.rollout.info
     result = fold.record
@@ -144,5 +144,5 @@ def task(fold: Result) -> Facts:
 
 
 def warnings(fold: Result) -> list[str]:
-    """Warnings of the simulator."""
+    """Return the warnings of the simulator."""
     return [str(warning) for warning in fold.rollout.info.get("warnings") or []]

@@ -1,4 +1,4 @@
-"""The cloth from above, as in Fig. 5 of the paper: target, learned fold, and one on the other."""
+"""The cloth from above, as in Fig. 5 of the paper: target, learned fold, and both overlaid."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from tatamu.study import Result
 WIDE = 600
 """Width of the images [pixels], before the screen scales them."""
 FINER = 2
-"""The images are drawn this much larger and averaged, for smooth outlines."""
+"""Factor by which images are drawn larger and then averaged, for smooth outlines."""
 
 
 @dataclass(frozen=True)
@@ -39,20 +39,20 @@ class Extent:
         return self.high - self.low
 
     def view(self, width: int) -> View:
-        """From straight above, x to the right, `width` pixels wide."""
+        """Return the view from straight above, x to the right, `width` pixels wide."""
         scale = width / self.size[0]
         centre = np.append((self.low + self.high) / 2, 0.0)
         return View(centre, np.eye(3), scale, (round(self.size[1] * scale), width))
 
 
 def extent(*shapes: np.ndarray, margin: float = 0.03) -> Extent:
-    """The rectangle around shapes (n, 3), with a margin [m]."""
+    """Return the rectangle around shapes (n, 3), with a margin [m]."""
     points = np.vstack(shapes)[:, :2]
     return Extent(points.min(axis=0) - margin, points.max(axis=0) + margin)
 
 
 def draw(fold: Result, points: np.ndarray, area: Extent) -> tuple[np.ndarray, np.ndarray]:
-    """The cloth (n, 3) from above, FINER than it will be: linear light (h, w, 4), and where it is (h, w)."""
+    """Return the cloth (n, 3) from above, FINER times larger: linear light (h, w, 4), and its mask (h, w)."""
     view = area.view(WIDE * FINER)
     mesh = cloth(points, fold.faces, fold.start, fold.lower)
     visible, depth = see(view, mesh)
@@ -65,7 +65,7 @@ def draw(fold: Result, points: np.ndarray, area: Extent) -> tuple[np.ndarray, np
 
 
 def outlined(image: np.ndarray, mask: np.ndarray) -> np.ndarray:
-    """A copy of an image with the border of a mask drawn over it, three fine pixels to either side."""
+    """Return an image with the border of a mask drawn over it, three fine pixels to either side."""
     border = binary_dilation(mask, iterations=3) & binary_dilation(~mask, iterations=3)
     copy = image.copy()
     copy[border, :3] = rgb(TARGET)
@@ -84,7 +84,7 @@ class TopView:
 
 
 def beside(fold: Result, goal: np.ndarray, name: str = "Learned fold") -> list[TopView]:
-    """A goal (n, 3), where the cloth came to rest under a name, and one on the other."""
+    """Return a goal (n, 3), the final shape of the cloth under `name`, and both overlaid."""
     area = extent(goal, fold.final)
     target, wanted = draw(fold, goal, area)
     final, _ = draw(fold, fold.final, area)
@@ -96,12 +96,12 @@ def beside(fold: Result, goal: np.ndarray, name: str = "Learned fold") -> list[T
 
 
 def paths(fold: Result) -> list[np.ndarray]:
-    """The places of the hands at each frame [m], shapes (f, 3)."""
+    """Return the places of the hands at each frame [m], shapes (f, 3)."""
     return [fold.hand(arm) for arm in fold.arms]
 
 
 def view(title: str, note: str, image: np.ndarray, area: Extent, hands: Sequence[np.ndarray] = ()) -> TopView:
-    """A picture with a ruler and the hands' paths (f, 3)."""
+    """Return a picture with a ruler and the hands' paths (f, 3)."""
     drawing = Drawing(area.low, area.high, 1000.0, background=None, words=f"{title}, from above")
     drawing.add(Picture(data_uri(to_pixels(shrink(image, FINER)))))
     for colour, path in zip(HAND_COLOURS, hands, strict=False):
