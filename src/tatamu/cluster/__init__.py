@@ -1,6 +1,6 @@
 """Work on other processes and machines: a Dask scheduler as a `concurrent.futures.Executor`.
 
-Dask is imported when an address is given, not before; it is the extra `tatamu[cluster]`.
+Dask is imported only when an address is given; it is the extra `tatamu[cluster]`.
 """
 
 from tatamu.cluster.connection import connected, executor_at

@@ -1,4 +1,4 @@
-"""Addresses of schedulers: `tcp://HOST:PORT`, `tls://HOST:PORT`, or `local:N` for N worker processes of one's own."""
+"""Addresses of schedulers: `tcp://HOST:PORT`, `tls://HOST:PORT`, or `local:N` for N processes on this machine."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ from dataclasses import dataclass
 from tatamu.errors import InputError
 
 MOST_LOCAL = 1024
-"""Worker processes of one's own at most."""
+"""Largest number of worker processes on this machine."""
 
 
 @dataclass(frozen=True)
 class SchedulerAddress:
-    """Where work goes."""
+    """Address of the scheduler that gets the work."""
 
     text: str
-    """As it was given."""
+    """The address as given."""
     local: int | None
-    """How many worker processes to start on this machine; None: the scheduler runs elsewhere."""
+    """Number of worker processes to start on this machine; None if the scheduler runs elsewhere."""
 
 
 def parse_address(text: str) -> SchedulerAddress:
     """Read an address.
 
     Raises:
-        InputError: It is none.
+        InputError: If the text is not an address.
     """
     if found := re.fullmatch(r"local:([0-9]{1,6})", text):
         count = int(found[1])

@@ -1,6 +1,6 @@
-"""Arguments of calls: large ones go to the scheduler once, and from worker to worker from there.
+"""Arguments of calls: large ones go to the scheduler once, and then from worker to worker.
 
-They are results of calls themselves, so that the scheduler makes them again where every worker that held one is dead.
+Each large argument is the result of a call of its own, so the scheduler makes it again if every worker with it is dead.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ import distributed
 from tatamu.cluster.call import unpacked
 
 LARGE = 65_536
-"""Arguments of more bytes than this are shared: a task is, a manipulation goes along with its call."""
+"""Size above which arguments are shared [bytes]: a task is shared, a manipulation goes along with its call."""
 KEPT = 256_000_000
-"""Bytes that are kept on the workers for calls to come; calls that are away keep theirs beside these."""
+"""Bytes of arguments kept on the workers for later calls, in addition to those of calls under way."""
 PLAIN = (str, bytes, int, float, bool, type(None))
 """Types whose size needs no pickling."""
 
 
 class SharedArguments:
-    """The large arguments that are on the workers, those used last at the end."""
+    """The large arguments that are on the workers, the most recently used at the end."""
 
     def __init__(self, client: distributed.Client, kept: int = KEPT) -> None:
         self._client = client
@@ -34,7 +34,7 @@ class SharedArguments:
         self._futures: dict[str, distributed.Future] = {}
 
     def replaced(self, value: Any) -> Any:
-        """A value, or what stands for it where it is large: the same for equal ones."""
+        """Return the value, or the future that replaces it if it is large; equal values get the same future."""
         if isinstance(value, PLAIN):
             return value
         content = cloudpickle.dumps(value)
@@ -49,14 +49,14 @@ class SharedArguments:
         return self._futures[key]
 
     def _forget(self, used: str) -> None:
-        """Forget those that were not used for longest, where there are too many."""
+        """Delete the least recently used arguments if they are too large in all."""
         while sum(self._sizes.values()) > self._kept and next(iter(self._sizes)) != used:
             oldest, _ = self._sizes.popitem(last=False)
             del self._futures[oldest]
 
 
 def unbound(function: Callable[..., Any]) -> tuple[Callable[..., Any], tuple[Any, ...]]:
-    """A function and its first arguments, where these are bound to it."""
+    """Return a function and the first arguments that are bound to it, if any."""
     if isinstance(function, partial) and not function.keywords:
         inner, first = unbound(function.func)
         return inner, (*first, *function.args)

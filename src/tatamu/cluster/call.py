@@ -12,19 +12,19 @@ from tatamu.cluster.versions import Versions, difference, processor, versions
 from tatamu.errors import UnavailableError
 
 RESTART_SECONDS = 20.0
-"""How long a nanny may take to restart its worker."""
+"""Longest time in which a nanny must restart its worker [s]."""
 
 
 def unpacked(content: bytes) -> Any:
-    """An argument that many calls share, as the worker keeps it."""
+    """Return an argument that many calls share, as the worker keeps it."""
     return pickle.loads(content)
 
 
 def checked_call(of_client: Versions, function: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
-    """Call a function where tatamu and what it computes with are those of the client.
+    """Call a function if tatamu and the packages that compute have the client's versions.
 
     Raises:
-        UnavailableError: They are not: this worker came later than the check at the start.
+        UnavailableError: If a version differs, because the worker came after the check at the start.
     """
     if of_client != versions():
         differing = difference(of_client)
@@ -33,17 +33,17 @@ def checked_call(of_client: Versions, function: Callable[..., Any], *args: Any, 
 
 
 def identify() -> tuple[Versions, str]:
-    """The versions and the processor of a worker."""
+    """Return the versions and the processor of a worker."""
     return dict(versions()), processor()
 
 
 async def replace_workers(keys: Sequence[str], dask_scheduler: Any = None) -> None:
-    """Restart the workers that have had calls for too long, or drop them; their calls run elsewhere.
+    """Restart the workers whose calls take too long, or drop them; their calls run elsewhere.
 
-    Runs on the scheduler.
+    This function runs on the scheduler.
 
     Args:
-        keys: Of the calls.
+        keys: Keys of the calls.
         dask_scheduler: The scheduler.
     """
     states = [dask_scheduler.tasks.get(key) for key in keys]
@@ -64,5 +64,5 @@ async def _replace(worker: Any, scheduler: Any) -> None:
 
 
 def _turned(differing: str | None) -> str:
-    """`difference` as the client sees it."""
+    """Return `difference` as seen by the client."""
     return (differing or "").replace(" there", " at the client").replace(" here", " at the worker")

@@ -1,4 +1,4 @@
-"""Connections to schedulers: one that runs elsewhere, or worker processes of one's own that end with the program."""
+"""Connections to schedulers: one that runs elsewhere, or worker processes that end with the program."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from tatamu.cluster.executor import DaskExecutor
 
 CONNECT_SECONDS = 5.0
-"""How long a scheduler may take to answer."""
+"""Longest time in which a scheduler must answer [s]."""
 KILLED_WORKERS = 3
-"""A call that has killed so many workers is given up, where the scheduler is ours."""
+"""Number of workers that a call may kill before it is given up, if the scheduler is our own."""
 CERTIFICATES = tuple(f"distributed.comm.tls.{name}" for name in ("ca-file", "client.cert", "client.key"))
 """Fields of Dask's configuration that a client needs for `tls://`."""
 QUIET = {name: "critical" for name in ("distributed", "distributed.client", "distributed.nanny", "distributed.worker")}
@@ -29,22 +29,22 @@ SETTINGS: dict[str, Any] = {
     "logging": {**QUIET, "distributed.scheduler": "critical", "bokeh": "critical", "tornado": "critical"},
     "distributed.scheduler.allowed-failures": KILLED_WORKERS - 1,
     "distributed.comm.retry.count": 2,
-    "distributed.worker.profile.enabled": False,  # a stack a hundred times a second: one per cent of a core
-    "distributed.admin.tick.interval": "1s",  # likewise fifty times a second, in each nanny too
-    "distributed.deploy.lost-worker-timeout": "1 day",  # else a worker that dies twice in 15 s is never started again
+    "distributed.worker.profile.enabled": False,  # 100 stacks a second cost one per cent of a core
+    "distributed.admin.tick.interval": "1s",  # by default fifty times a second, in each nanny too
+    "distributed.deploy.lost-worker-timeout": "1 day",  # less never restarts one that dies twice in 15 s
 }
 
 
 @contextmanager
 def executor_at(address: str | None) -> Iterator[Executor | None]:
-    """The workers of a scheduler as an executor while the block runs; None where no address is given.
+    """Yield the workers of a scheduler as an executor; None if no address is given.
 
     Args:
         address: `tcp://HOST:PORT`, `tls://HOST:PORT` or `local:N`.
 
     Raises:
-        InputError: The address is none, Dask is not installed, or versions differ.
-        UnavailableError: There is no scheduler.
+        InputError: If the address is invalid, Dask is not installed, or versions differ.
+        UnavailableError: If no scheduler answers.
     """
     if address is None:
         yield None
@@ -55,7 +55,7 @@ def executor_at(address: str | None) -> Iterator[Executor | None]:
 
 @contextmanager
 def connected(address: str) -> Iterator[DaskExecutor]:
-    """The workers of a scheduler as an executor while the block runs; errors are those of `executor_at`."""
+    """Yield the workers of a scheduler as an executor; for errors see `executor_at`."""
     parsed = parse_address(address)
     _configure()
     if address.startswith("tls://"):
@@ -85,10 +85,10 @@ def _configure() -> None:
 
 
 def _check_certificates(address: str) -> None:
-    """Refuse to begin without the files that Dask's configuration must name for `tls://`.
+    """Refuse to start without the files that Dask's configuration must name for `tls://`.
 
     Raises:
-        InputError: One is not named, or not there.
+        InputError: If a file is not named, or does not exist.
     """
     import dask
 
@@ -137,17 +137,17 @@ def _opened(to: Any, name: str) -> Iterator[distributed.Client]:
 
 
 def refuse_other_versions(client: distributed.Client, name: str) -> None:
-    """Compare versions of all workers with those here; say in one line if processors differ.
+    """Compare the versions of all workers with the versions here; print one line if processors differ.
 
     Raises:
-        InputError: A version differs.
+        InputError: If a version differs.
     """
     from tatamu.cluster.call import identify
     from tatamu.cluster.versions import difference, processor
 
     kinds = {processor()}
     for worker, found in client.run(identify, on_error="return").items():
-        if isinstance(found, OSError):  # it died meanwhile; one that comes in its place is asked with its first call
+        if isinstance(found, OSError):  # the worker died meanwhile; the first call of its successor checks the versions
             continue
         if isinstance(found, BaseException):
             raise InputError(f"--scheduler: {name}: worker {worker} cannot run tatamu ({found})")

@@ -1,8 +1,7 @@
 """Calls on the workers of a Dask scheduler, as a `concurrent.futures.Executor`.
 
-Calls wait here until workers want them: each thread has one call that it runs and one that waits beside it, which hides
-the time that messages take. So a worker that dies takes little with it, and how long a call has been away says how long
-it has run.
+Calls wait here until workers are free. Each thread has one call that it runs and one that waits there, which hides the
+time of messages. So a worker that dies loses few calls, and the time since a call was sent shows how long it has run.
 """
 
 from __future__ import annotations
@@ -25,11 +24,11 @@ from tatamu.cluster.watch import Watch
 from tatamu.errors import UnavailableError, WorkerKilledError
 
 CALLS_PER_THREAD = 2
-"""Calls that are away, over the number of threads: one runs, one waits."""
+"""Calls under way per thread of the workers: one runs, one waits."""
 
 
 class Call:
-    """A call that was submitted."""
+    """A submitted call."""
 
     def __init__(self, function: Callable[..., Any], args: tuple[Any, ...], kwargs: dict[str, Any]) -> None:
         self.function = function
@@ -45,9 +44,9 @@ class DaskExecutor(Executor):
         """Make an executor.
 
         Args:
-            client: Of the scheduler.
-            name: Of the scheduler, for messages.
-            watch: Says when a call has taken too long.
+            client: Client of the scheduler.
+            name: Name of the scheduler, for messages.
+            watch: Finds calls that take too long; None for the default.
         """
         self._client = client
         self._loop: asyncio.AbstractEventLoop = client.loop.asyncio_loop  # type: ignore[union-attr]
@@ -64,7 +63,7 @@ class DaskExecutor(Executor):
         self._watch.start(client, self._set_threads)
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Run a call on some worker; what it takes and gives must be picklable. Large arguments go over once."""
+        """Run a call on some worker; arguments and result must be picklable. Large arguments are sent once."""
         with self._lock:
             if self._closed:
                 raise RuntimeError("the executor was shut down")
@@ -76,11 +75,11 @@ class DaskExecutor(Executor):
 
     @property
     def threads(self) -> int:
-        """How many calls the workers can run at a time, as last heard; at least 1."""
+        """Number of calls that the workers can run at a time, at the last update; at least 1."""
         return self._watch.threads
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Take no more calls; with `cancel_futures`, drop those that have not ended."""
+        """Accept no more calls; with `cancel_futures`, drop those that have not ended."""
         with self._lock:
             self._closed = True
             calls = [*self._waiting, *self._away.values()]
@@ -101,7 +100,7 @@ class DaskExecutor(Executor):
         self._send()
 
     def _send(self) -> None:
-        """Send calls while there is room for them."""
+        """Send calls while the workers have room for them."""
         with self._lock:
             while self._waiting and len(self._away) < self._room:
                 call = self._waiting.popleft()
@@ -116,7 +115,7 @@ class DaskExecutor(Executor):
             sent = self._client.submit(
                 checked_call, dict(versions()), call.function, *args, **kwargs, key=key, pure=False
             )
-        except Exception as error:  # what cannot be pickled; a client that was closed
+        except Exception as error:  # an argument that cannot be pickled, or a closed client
             _end(call.future, error=error)
             return
         self._away[key] = call
@@ -124,7 +123,7 @@ class DaskExecutor(Executor):
         asyncio.run_coroutine_threadsafe(self._receive(key, sent), self._loop)
 
     async def _receive(self, key: str, sent: distributed.Future) -> None:
-        """Wait for the result of a call and hand it on; runs in the client's event loop."""
+        """Wait for the result of a call and pass it on; runs in the client's event loop."""
         try:
             result = await sent
         except distributed.scheduler.KilledWorker as error:
@@ -142,18 +141,18 @@ class DaskExecutor(Executor):
         sent.release()
         with self._lock:
             call = self._away.pop(key)
-            call.args = ()  # large ones may be forgotten here now
+            call.args = ()  # so that large arguments can be freed
         self._watch.ended(key)
         self._loop.run_in_executor(None, self._hand_over, call, outcome)
 
     def _hand_over(self, call: Call, outcome: dict[str, Any]) -> None:
-        """Send the next call before the caller hears of this one."""
+        """Send the next call, then give the caller the result of this one."""
         self._send()
         _end(call.future, **outcome)
 
 
 def _end(future: Future[Any], result: Any = None, error: BaseException | None = None) -> None:
-    """Set the result of a future unless it has one."""
+    """Set the result of a future, unless it has one."""
     if future.done():
         return
     if error is not None:

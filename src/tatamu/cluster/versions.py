@@ -1,4 +1,4 @@
-"""Versions that must be equal everywhere for results to be: of Python, of tatamu to the last byte, of what computes."""
+"""Versions that must be equal everywhere for equal results: of Python, tatamu's code, and packages that compute."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from pathlib import Path
 from tatamu.version import __version__
 
 COMPUTING = ("numpy", "numba", "scipy")
-"""Packages beside tatamu whose versions results may depend on."""
+"""Packages whose versions results may depend on."""
 
 Versions = Mapping[str, str]
 
 
 @cache
 def versions() -> Versions:
-    """The versions here, by name."""
+    """Return the versions here, by name."""
     found = {"Python": platform.python_version(), "tatamu": f"{__version__} ({source_digest()})"}
     return found | {name: _version(name) for name in COMPUTING}
 
 
 def difference(there: Versions) -> str | None:
-    """The first version that differs, in words; None where all are equal."""
+    """Return the first version that differs, in words; None if all are equal."""
     for name, here in versions().items():
         if there.get(name) != here:
             return f"{name} {there.get(name, 'missing')} there, {here} here"
@@ -34,7 +34,7 @@ def difference(there: Versions) -> str | None:
 
 @cache
 def source_digest() -> str:
-    """A short name of tatamu's own code that differs when a byte of it does."""
+    """Return a short digest of tatamu's code; it changes with any byte of it."""
     root = Path(__file__).parent.parent
     digest = sha256()
     for file in sorted(root.rglob("*.py")):
@@ -45,7 +45,7 @@ def source_digest() -> str:
 
 @cache
 def processor() -> str:
-    """The kind of processor, as the compiler of `native` sees it: equal ones give equal bytes."""
+    """Return the kind of processor, as the compiler of `native` sees it; equal kinds give equal bytes."""
     try:
         from llvmlite.binding import get_host_cpu_features, get_host_cpu_name
 

@@ -1,6 +1,6 @@
-"""Calls that take too long, and how many threads there are: looked at every second in a thread of its own.
+"""Calls that take too long, and the number of threads, checked every second in a separate thread.
 
-It decides where a call runs, never what it gives.
+The watch determines where a call runs, never its result.
 """
 
 from __future__ import annotations
@@ -16,32 +16,32 @@ import distributed
 from tatamu.cluster.call import replace_workers
 
 EVERY = 1.0
-"""Seconds between two looks."""
+"""Seconds between two checks."""
 NO_WORKERS = 10.0
-"""Seconds without any worker after which it is said."""
+"""Seconds without any worker after which a warning is logged."""
 
 logger = logging.getLogger("tatamu.cluster")
 
 
 @dataclass
 class Patience:
-    """How long a call may take."""
+    """Longest time that a call may take."""
 
     first: float = 1800.0
-    """While none has ended: a first call compiles [s]."""
+    """Limit until the first call has ended, as that call compiles [s]."""
     least: float = 60.0
-    """However quick the others were [s]."""
+    """Lowest limit, however quick other calls were [s]."""
     factor: float = 10.0
-    """Over the longest that any call took."""
+    """Ratio of the limit to the longest time of any call."""
 
     def limit(self, longest: float | None) -> float:
-        """The longest that a call may take [s], where the longest so far took `longest`."""
+        """Return the limit of a call's time [s], given the longest time so far [s]."""
         return self.first if longest is None else max(self.least, self.factor * longest)
 
 
 @dataclass
 class Watch:
-    """The times of the calls that are away."""
+    """The times of the calls under way."""
 
     patience: Patience = field(default_factory=Patience)
     threads: int = 1
@@ -53,37 +53,37 @@ class Watch:
     _nobody: bool = False
 
     def start(self, client: distributed.Client, tell: Callable[[int], None]) -> None:
-        """Begin to look; `tell` hears how many threads the workers have."""
+        """Start the checks; `tell` is called with the number of the workers' threads."""
         self._look(client, tell)
         self._thread = Thread(target=self._run, args=(client, tell), name="tatamu-watch", daemon=True)
         self._thread.start()
 
     def stop(self) -> None:
-        """Look no more."""
+        """Stop the checks."""
         self._stopped.set()
         if self._thread is not None:
             self._thread.join(timeout=2 * EVERY)
 
     def sent(self, key: str) -> None:
-        """A call went away."""
+        """Record that a call was sent."""
         with self._lock:
             self._since[key] = monotonic()
 
     def ended(self, key: str) -> None:
-        """A call came back."""
+        """Record that a call has ended."""
         with self._lock:
             taken = monotonic() - self._since.pop(key)
             self._longest = max(taken, self._longest or 0.0)
 
     def overdue(self) -> list[str]:
-        """The calls that have been away for too long."""
+        """Return the calls that have taken too long."""
         now = monotonic()
         with self._lock:
             limit = self.patience.limit(self._longest)
             return [key for key, since in self._since.items() if now - since > limit]
 
     def begin_again(self) -> None:
-        """Count every call from now: a worker was replaced, and what it had runs on others."""
+        """Restart the time of every call: a worker was replaced, and its calls run on others."""
         with self._lock:
             self._since = dict.fromkeys(self._since, monotonic())
 
@@ -96,7 +96,7 @@ class Watch:
                 if late:
                     client.run_on_scheduler(replace_workers, late)
                     self.begin_again()
-            except Exception as error:  # the scheduler is gone or busy: those who wait for results hear of it
+            except Exception as error:  # the scheduler is gone or busy; callers that wait for results get the error
                 logger.debug("the scheduler did not answer: %s", error)
                 continue
             empty = empty + EVERY if self._nobody and self._since else 0.0

@@ -3,8 +3,8 @@
     B theta'' = -w (L - s) cos(theta),  theta(0) = 0,  theta'(L) = 0,  x' = cos(theta),  y' = sin(theta)
     Gamma = w L^3 / B = (L / l_b)^3
 
-theta is the slope below the horizontal, w = rho g the weight per area, B the bending rigidity, y the drop.
-Gamma is raised step by step, each solution being the guess of the next: shooting alone finds wrong branches
+theta is the slope below the horizontal, w = rho g the weight per area, B the bending rigidity, y the drop. Gamma is
+raised step by step, and each solution is the initial guess of the next, because shooting alone finds wrong branches
 above Gamma of about 100. The bending length is Peirce's (1930).
 """
 
@@ -36,7 +36,7 @@ def _solve(gamma: float, s: np.ndarray, guess: np.ndarray) -> tuple[np.ndarray, 
 
 @lru_cache(maxsize=256)
 def _continued(gamma: float) -> tuple[np.ndarray, np.ndarray]:
-    """Arc in 0..1 and (theta, theta', x, y) / L on it, by continuation from the next smaller power."""
+    """Return arc in 0..1 and (theta, theta', x, y) / L on it, by continuation from the next smaller power."""
     if gamma <= SMALLEST:
         s = np.linspace(0, 1, 201)
         return _solve(gamma, s, np.vstack([0 * s, 0 * s, s, 0 * s]))
@@ -45,23 +45,23 @@ def _continued(gamma: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def cantilever(gamma: float, count: int = 201) -> np.ndarray:
-    """Reach x / L and drop y / L of the cantilever at equal steps of arc length, shape (count, 2)."""
+    """Return reach x / L and drop y / L of the cantilever at equal steps of arc length, shape (count, 2)."""
     s, y = _continued(float(gamma))
     arc = np.linspace(0, 1, count)
     return np.column_stack([np.interp(arc, s, y[2]), np.interp(arc, s, y[3])])
 
 
 def tip(gamma: float) -> tuple[float, float, float]:
-    """Reach x / L and drop y / L of the tip, and its slope below the horizontal [rad]."""
+    """Return reach x / L and drop y / L of the tip, and its slope below the horizontal [rad]."""
     _, y = _continued(float(gamma))
     return float(y[2, -1]), float(y[3, -1]), float(y[0, -1])
 
 
 def slowest_frequency(gamma: float, length: float, gravity: float) -> float:
-    """About the least angular frequency of a hanging cantilever [rad/s].
+    """Return an estimate of the lowest angular frequency of a hanging cantilever [rad/s].
 
-    Of a beam 3.52 sqrt(B / (rho L^4)), the slowest of a clamped one; of a limp one that of a hanging chain,
-    1.2 sqrt(g / L).
+    For a beam it is 3.52 sqrt(B / (rho L^4)), the lowest frequency of a clamped beam; for a limp strip that of a
+    hanging chain, 1.2 sqrt(g / L).
 
     Args:
         gamma: w L^3 / B.
@@ -72,6 +72,6 @@ def slowest_frequency(gamma: float, length: float, gravity: float) -> float:
 
 
 def chord(gamma: float) -> float:
-    """Angle below the horizontal of the line from clamp to tip [rad]."""
+    """Return the angle below the horizontal of the line from clamp to tip [rad]."""
     reach, drop, _ = tip(gamma)
     return float(np.arctan2(drop, reach))

@@ -1,13 +1,13 @@
-"""The loop of a folded strip as a chain of links: what validation holds simulators to.
+"""The loop of a folded strip as a chain of links: the reference of validation.
 
 One inextensible chain of n links, of slopes theta_i and link length h:
 
     E = sum B / (2 h) (theta_i+1 - theta_i)^2 + sum w h z_i,   x, z the sums of h cos(theta), h sin(theta)
 
-with both ends clamped (theta = 0 below, pi above), the last node held at (0, z_lower + rise), the lower
-half not below the table and the upper half not below the lower one (a thickness apart). The chain starts
-as a wide loop and its least energy is found by Newton's method with augmented Lagrangians for the
-constraints, which has no spurious branch: a boundary-value solver falls into a loop of 2 mm. No friction.
+with both ends clamped (theta = 0 below, pi above), the last node fixed at (0, z_lower + rise), the lower half not below
+the table and the upper half not below the lower one (a thickness apart). The chain starts as a wide loop. Newton's
+method finds its minimum energy, with augmented Lagrangians for the constraints. This has no spurious branch, whereas a
+boundary-value solver falls into a loop of 2 mm. There is no friction.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from tatamu.errors import TatamuError
 PENALTIES = (1e2, 1e3, 1e4, 1e4, 1e4, 1e4)
 """Stiffness of the constraints' penalty in each round of multipliers [w]."""
 AT_REST = 1e-5
-"""Largest moment on a link that may be left [w l_b^2]."""
+"""Largest moment on a link that counts as at rest [w l_b^2]."""
 MET = 1e-4
-"""Largest violation of a constraint that may be left [l_b]."""
+"""Largest violation at which a constraint counts as met [l_b]."""
 
 
 @dataclass(frozen=True)
@@ -36,15 +36,15 @@ class FoldedStrip:
     bending_length: float
     """l_b = (B / w)^(1/3) [m]."""
     thickness: float
-    """Layers rest this far apart [m]."""
+    """Distance between layers at rest [m]."""
     rise: float
     """Height of the upper clamp over the lower one [m]."""
 
     def solve(self, links: int = 200) -> np.ndarray:
-        """Nodes at rest, shape (links + 1, 2): x, z over the table [m]; the loop points to +x.
+        """Return the nodes at rest, shape (links + 1, 2): x, z over the table [m]; the loop points to +x.
 
         Raises:
-            TatamuError: The minimisation did not come to rest, or misses a constraint.
+            TatamuError: If the minimisation did not come to rest, or violates a constraint.
         """
         energy = ChainEnergy(self, links)
         theta = energy.start()
@@ -60,14 +60,14 @@ class FoldedStrip:
             )
             theta = found.x
             energy.update(theta)
-        # The minimiser calls it no success when rounding keeps it from `gtol`, so look at what it found instead.
+        # The minimiser reports a failure if rounding keeps it from `gtol`, so its result is checked instead.
         if not (np.abs(found.jac).max() < AT_REST and energy.violation(theta) < MET):
             raise TatamuError(f"chain of {links} links: no equilibrium of {self} found: {found.message}")
         return energy.nodes(theta)
 
 
 def start(length: float, bending_length: float, thickness: float, links: int = 200) -> np.ndarray:
-    """Nodes of a wide loop to begin from, shape (links + 1, 2) [m]: a half circle between two level runs."""
+    """Return the nodes of a wide loop to start from, shape (links + 1, 2) [m]: a half circle between two level runs."""
     chain = ChainEnergy(FoldedStrip(length, bending_length, thickness, 0.0), links)
     return chain.nodes(chain.start())
 
@@ -76,7 +76,7 @@ class ChainEnergy:
     """Augmented Lagrangian of the chain in units of w l_b^2, lengths in l_b, as a function of the links' slopes."""
 
     def __init__(self, strip: FoldedStrip, links: int) -> None:
-        """The chain of a strip in `links` links, all multipliers zero."""
+        """Make the chain of a strip with `links` links, all multipliers zero."""
         self.strip = strip
         self.links = links
         self.h = strip.length / strip.bending_length / links
@@ -87,7 +87,7 @@ class ChainEnergy:
         self.pull = np.zeros(2)  # multipliers of the upper end's place
 
     def start(self) -> np.ndarray:
-        """A half circle between two straight runs; its radius about one bending length."""
+        """Return a half circle between two straight runs; its radius is about one bending length."""
         arc = (np.arange(self.links) + 0.5) * self.h
         total = self.links * self.h
         radius = min(1.0, 0.2 * total)
@@ -97,13 +97,13 @@ class ChainEnergy:
         return np.cumsum(self.h * np.cos(theta)), np.cumsum(self.h * np.sin(theta))
 
     def nodes(self, theta: np.ndarray) -> np.ndarray:
-        """Nodes of the chain with these slopes [m], shape (links + 1, 2)."""
+        """Return the nodes of the chain with these slopes [m], shape (links + 1, 2)."""
         x, z = self._points(theta)
         points = np.vstack([[0.0, 0.0], np.column_stack([x, z])]) * self.strip.bending_length
         return points + np.array([0.0, self.strip.thickness / 2])
 
     def _turns(self, theta: np.ndarray) -> np.ndarray:
-        """Turn at every node, the clamps included; a clamp turns over half a link: twice the moment."""
+        """Return the turn at every node, including the clamps; a clamp turns over half a link: twice the moment."""
         return np.diff(np.concatenate([[0.0], theta, [np.pi]]))
 
     @property
@@ -111,7 +111,7 @@ class ChainEnergy:
         return np.concatenate([[2.0], np.ones(self.links - 1), [2.0]]) / self.h
 
     def _forces(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """dE/dx, dE/dz of every node but the first, and which contacts press."""
+        """Return dE/dx and dE/dz of every node except the first, and which contacts press."""
         x, z = self._points(theta)
         press = np.maximum(0.0, self.push - self.stiffness * (z - self.floor))
         fz = np.full(self.links, self.h) - press
@@ -121,7 +121,7 @@ class ChainEnergy:
         return fx, fz, press > 0
 
     def value(self, theta: np.ndarray) -> float:
-        """The augmented Lagrangian."""
+        """Return the augmented Lagrangian."""
         x, z = self._points(theta)
         turn = 0.5 * float(self._weights @ self._turns(theta) ** 2)
         weight = self.h * (z.sum() - 0.5 * z[-1])
@@ -131,14 +131,14 @@ class ChainEnergy:
         return float(turn + weight + (press @ press - self.push[:-1] @ self.push[:-1]) / (2 * self.stiffness) + held)
 
     def slope(self, theta: np.ndarray) -> np.ndarray:
-        """Its gradient, shape (links,)."""
+        """Return the gradient of the augmented Lagrangian, shape (links,)."""
         fx, fz, _ = self._forces(theta)
         sx, sz = (np.cumsum(f[::-1])[::-1] for f in (fx, fz))
         moment = -np.diff(self._weights * self._turns(theta))
         return moment + self.h * (sz * np.cos(theta) - sx * np.sin(theta))
 
     def curved(self, theta: np.ndarray, p: np.ndarray) -> np.ndarray:
-        """Its Hessian times a direction p, without the matrix, shape (links,)."""
+        """Return the Hessian of the augmented Lagrangian times a direction p, without the matrix, shape (links,)."""
         fx, fz, pressed = self._forces(theta)
         sx, sz = (np.cumsum(f[::-1])[::-1] for f in (fx, fz))
         cosine = self.h * np.cos(theta)
@@ -153,7 +153,7 @@ class ChainEnergy:
         return np.asarray(out + self.stiffness * sine * (sine @ p))
 
     def violation(self, theta: np.ndarray) -> float:
-        """How far the worst constraint is from being met [l_b]."""
+        """Return the largest violation of a constraint [l_b]."""
         x, z = self._points(theta)
         return float(max(abs(x[-1]), abs(z[-1] - self.rise), (self.floor - z)[:-1].max()))
 

@@ -62,10 +62,10 @@ class Preset(BaseModel):
 
 
 def load_preset(name: str) -> Preset:
-    """Read the preset of that name.
+    """Read a preset by name.
 
     Raises:
-        InputError: There is none of that name.
+        InputError: If there is no preset of that name.
     """
     path = PRESETS / f"{name}.toml"
     if not path.is_file():
