@@ -10,7 +10,7 @@ from tatamu.version import __version__
 
 
 class Interrupted(Exception):
-    """Ctrl-C ended a command; the text says what is kept and how to go on."""
+    """Ctrl-C ended a command; the text reports what is kept and how to resume."""
 
 
 app = typer.Typer(

@@ -15,17 +15,19 @@ from tatamu.errors import InputError
 
 @app.command()
 def calibrate(
-    measurements: Annotated[Path, typer.Argument(metavar="MEASUREMENTS.toml", help="What was measured.")],
-    out: Annotated[Path, typer.Option(metavar="MATERIAL.toml", help="Where the material goes; a page beside it.")],
-    simulator: Annotated[str, typer.Option(help="Which simulator: its material is for it alone.")] = "native",
+    measurements: Annotated[Path, typer.Argument(metavar="MEASUREMENTS.toml", help="File of the measurements.")],
+    out: Annotated[
+        Path, typer.Option(metavar="MATERIAL.toml", help="File of the material; its page gets the same name.")
+    ],
+    simulator: Annotated[str, typer.Option(help="Simulator to calibrate; the material is for it only.")] = "native",
     spacing: Annotated[
         float | None,
         typer.Option(help="Mesh spacing of the simulated tests in metres; default: fine enough not to matter."),
     ] = None,
 ) -> None:
-    """Find the material with which a simulator does what your cloth did.
+    """Find the material with which a simulator reproduces your measurements.
 
-    Writes MATERIAL.toml, which `--material` takes, and MATERIAL.html, the fits and what to read again.
+    Writes MATERIAL.toml for `--material`, and MATERIAL.html with the fits and the readings to repeat.
 
     Examples:
     `tatamu measure --template towel`
@@ -66,7 +68,7 @@ def calibrate(
 
 @contextmanager
 def progress() -> Iterator[Callable[[str], None]]:
-    """A callback that prints which test is simulated, and the number of simulations so far."""
+    """Yield a callback that prints the simulated test, and the number of simulations so far."""
     from rich.console import Console
 
     console = Console(stderr=True)

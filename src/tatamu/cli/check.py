@@ -21,25 +21,26 @@ if TYPE_CHECKING:
 @app.command()
 def check(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a learned fold.")],
-    simulator: Annotated[str | None, typer.Option(help="Ask this simulator: native, blender or mujoco.")] = None,
+    simulator: Annotated[str | None, typer.Option(help="Other simulator: native, blender or mujoco.")] = None,
     material: Annotated[
-        Path | None, typer.Option(metavar="FILE.toml", help="The cloth's material there; default: the same.")
+        Path | None,
+        typer.Option(metavar="FILE.toml", help="Material of the cloth in that simulator; default: the same."),
     ] = None,
     halve: Annotated[bool, typer.Option("--halve", help="Simulate on a mesh of half the spacing.")] = False,
     everything: Annotated[
         bool, typer.Option("--all", help="Compare simulators over the learned fold, baselines and random ones.")
     ] = False,
     simulators: Annotated[
-        str, typer.Option(metavar="NAME,..", help="With --all: which simulators.")
+        str, typer.Option(metavar="NAME,..", help="With --all: names of the simulators.")
     ] = "native,blender,mujoco",
-    count: Annotated[int, typer.Option("--random", help="With --all: how many random manipulations.")] = 10,
+    count: Annotated[int, typer.Option("--random", help="With --all: number of random manipulations.")] = 10,
     seed: Annotated[int, typer.Option(help="With --all: seed of the random manipulations.")] = 0,
     out: Annotated[
-        Path | None, typer.Option(metavar="OUT", help="Where it goes; default: DIR/check-SIMULATOR or DIR/check-all.")
+        Path | None, typer.Option(metavar="OUT", help="Output folder; default: DIR/check-SIMULATOR or DIR/check-all.")
     ] = None,
     scheduler: SchedulerOption = None,
 ) -> int:
-    """Simulate a learned fold again in another simulator: does it hold there?
+    """Simulate a learned fold again in another simulator, and report whether it holds there.
 
     Exits with 0 if the fold meets the thresholds of success (mean vertex distance, mask IoU) there too, with 1 if not.
 
@@ -50,7 +51,7 @@ def check(
 
     `tatamu check runs/towel --all --simulators native,mujoco --random 10`
 
-    With `--all` every simulation is kept: run the same command again to go on where it stopped.
+    With `--all` every simulation is kept: run the same command again to resume.
     """
     from tatamu.cli.progress import prepare
     from tatamu.simulators import require

@@ -1,4 +1,4 @@
-"""The options of commands whose work may go to other processes, and whose studies may be in a shared database."""
+"""Options of commands that can run on other processes and keep their studies in a shared database."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ SchedulerOption = Annotated[
     typer.Option(
         "--scheduler",
         metavar="ADDRESS",
-        help="Work on the workers of a Dask scheduler, tcp://HOST:PORT, or on N processes here, local:N.",
+        help="Use the workers of a Dask scheduler, tcp://HOST:PORT, or N processes on this machine, local:N.",
     ),
 ]
 StorageOption = Annotated[
@@ -25,13 +25,13 @@ StorageOption = Annotated[
 ]
 
 MOST_AT_A_TIME = 256
-"""Studies at a time at most: each is a thread that proposes trials and waits for them."""
+"""Largest number of studies at a time: each is a thread that proposes trials and waits for them."""
 CALLS_PER_THREAD = 2
 """Trials under way for each thread of the workers: one runs, one waits."""
 
 
 def at_a_time(executor: Executor | None, pending: int) -> int:
-    """How many studies at a time keep all workers busy, with so many pending trials each; 1 without workers."""
+    """Return how many studies at a time keep all workers busy, with `pending` trials each; 1 without workers."""
     threads = getattr(executor, "threads", None)
     if threads is None:
         return 1

@@ -7,10 +7,10 @@ from tatamu.cli.app import app
 
 @app.command()
 def garments() -> None:
-    """List the garments that can be named, with their default size and fabric.
+    """List the garments that have a name, with their default size and fabric.
 
-    A file is a garment, too: an outline (.svg, .dxf), a mesh (.obj, .ply, .stl, .glb), or a garment file (.toml) that
-    says more of one; see docs/reference/garment-file.md. `tatamu show GARMENT` draws any of them.
+    Commands also accept files: an outline (.svg, .dxf), a mesh (.obj, .ply, .stl, .glb), or a garment file (.toml) with
+    further facts; see docs/reference/garment-file.md. `tatamu show GARMENT` draws any of them.
 
     Example: `tatamu garments`
     """
@@ -29,4 +29,4 @@ def garments() -> None:
         size = "{:g}x{:g}".format(*garment.size)
         table.add_row(name, what, size, str(garment.layers), str(len(garment.vertices)), fabric)
     Console().print(table)
-    print("\nYour own: an outline (.svg, .dxf), a mesh (.obj, .ply, .stl, .glb) or a garment file (.toml).")
+    print("\nYour own garment: an outline (.svg, .dxf), a mesh (.obj, .ply, .stl, .glb) or a garment file (.toml).")

@@ -53,7 +53,7 @@ def learn(
 
 
 def _learn(options: TaskRequest, out: Path, scheduler: str | None, storage: str | None, connections: ExitStack) -> None:
-    """Learn, and print what came out; connections stay open until it has ended."""
+    """Learn, and print the result; connections stay open until it has ended."""
     from tatamu.cli.progress import LearningDisplay, starting
 
     with starting(f"laying out {options.garment}"):
@@ -66,7 +66,7 @@ def _learn(options: TaskRequest, out: Path, scheduler: str | None, storage: str 
         from tatamu.folding.advice import UncarriedWarning, advice
         from tatamu.folding.baselines import BASELINES
         from tatamu.search import Schedule
-        from tatamu.study.database import shared_database  # last, as it takes seconds to import
+        from tatamu.study.database import shared_database  # imported last, because it takes seconds
 
         database = connections.enter_context(shared_database(storage))
         task = task_of(options)

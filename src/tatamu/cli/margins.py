@@ -26,29 +26,29 @@ def margins(
         str | None,
         typer.Option(
             metavar="default|FILE.toml",
-            help="What is not known, and how far it may be off; default: as the fold was learned, or the usual.",
+            help="Uncertainties of hands, cloth and table; default: those of the study, or the default ones.",
         ),
     ] = None,
-    draws: Annotated[int, typer.Option(help="Draws in which everything is off at once.")] = 200,
+    draws: Annotated[int, typer.Option(help="Number of draws of all disturbances at once.")] = 200,
     seed: Annotated[int, typer.Option(help="Seed of the draws.")] = 0,
     simulator: Annotated[
-        str | None, typer.Option(help="Ask this one: native, blender or mujoco; default: where it was learned.")
+        str | None, typer.Option(help="native, blender or mujoco; default: the one in which it was learned.")
     ] = None,
     distance: Annotated[
         float, typer.Option(help="The fold fails beyond this mean vertex distance, in metres.")
     ] = 0.0125,
     iou: Annotated[float, typer.Option(help="The fold fails below this overlap of the views from above.")] = 0.80,
     fine: Annotated[
-        bool, typer.Option("--fine", help="On the fold's own mesh, even where a coarser one does.")
+        bool, typer.Option("--fine", help="Use only the fine mesh, even if a coarser one would do.")
     ] = False,
     out: Annotated[
-        Path | None, typer.Option(metavar="OUT", help="Where it goes; default: DIR/margins, DIR/margins-SIMULATOR.")
+        Path | None, typer.Option(metavar="OUT", help="Output folder; default: DIR/margins, DIR/margins-SIMULATOR.")
     ] = None,
     scheduler: SchedulerOption = None,
 ) -> None:
-    """Measure how far hands, grasps, cloth and table may be off before a learned fold fails.
+    """Measure how large errors of hands, grasps, cloth and table may be before a learned fold fails.
 
-    Each disturbance alone in both directions, then all of them at once in many draws.
+    Tests each disturbance alone in both directions, then all of them at once in many draws.
 
     Examples:
     `tatamu margins runs/towel`
@@ -59,7 +59,7 @@ def margins(
 
     `tatamu margins runs/towel --distance 0.005`
 
-    Every simulation is kept: run the same command again to go on where it stopped.
+    Every simulation is kept: run the same command again to resume.
     """
     from tatamu.cluster import executor_at
     from tatamu.folding.score import Limits
@@ -74,7 +74,7 @@ def margins(
     results = ResultFolder(folder)
     steps = results.learned_steps() if results.holds_plan else [results]
     if not steps:
-        raise InputError(f"{folder}: holds a plan of which no step is learned yet")
+        raise InputError(f"{folder}: contains a plan, but none of its steps is learned yet")
     if out is not None and len(steps) > 1:
         raise InputError("--out: is for a single fold; give the folder of a step")
     with executor_at(scheduler) as executor:
@@ -83,7 +83,7 @@ def margins(
 
 
 def _disturbances(folder: ResultFolder) -> Disturbances:
-    """The disturbances in which a fold was learned, or the usual ones."""
+    """Return the disturbances in which a fold was learned, or the default ones."""
     from tatamu.disturbances import Disturbances
 
     used = folder.record.disturbances
@@ -91,7 +91,7 @@ def _disturbances(folder: ResultFolder) -> Disturbances:
 
 
 def _load(given: str) -> Disturbances:
-    """The disturbances of that name or file."""
+    """Return the disturbances of a name or file."""
     from tatamu.disturbances import load_disturbances
 
     found = load_disturbances(given)
@@ -142,7 +142,7 @@ def _one(
     folder.write_margins(measured.result, target)
     page = write_page(measured, target)
     if target == folder.margins_folder:
-        write_report(learned)  # its headline has the share
+        write_report(learned)  # its headline has the success rate
     console.print(table(measured.result))
     print(summary(measured.result))
     print(f"margins: {page}")

@@ -44,7 +44,7 @@ def materials(
 ) -> None:
     """List the materials that come with tatamu, each with source and spread.
 
-    A preset is somebody else's cloth: to have your own, see `tatamu measure`.
+    Presets describe other people's cloth; to measure yours, see `tatamu measure`.
 
     Examples:
     `tatamu materials`
@@ -84,10 +84,10 @@ def _lines(presets: list[Preset]) -> Iterator[str]:
 
 
 def described(preset: Preset) -> str:
-    """Everything known of one preset, one field per line."""
+    """Return everything known of one preset, one field per line."""
     from tatamu.material import UNSAID
 
-    lines = [f"{preset.name}: {preset.preset.title}. A preset: somebody else's cloth.", preset.preset.note]
+    lines = [f"{preset.name}: {preset.preset.title}. A preset: other people's cloth.", preset.preset.note]
     for name, unit in UNITS.items():
         if name in UNSAID and name not in preset.material.model_fields_set:
             continue

@@ -16,9 +16,7 @@ def measure(
     template: Annotated[
         str | None, typer.Option(metavar="GARMENT", help="Write a file to fill in: towel, tshirt, trousers, ...")
     ] = None,
-    out: Annotated[Path, typer.Option(metavar="FILE.toml", help="Where the template goes.")] = Path(
-        "measurements.toml"
-    ),
+    out: Annotated[Path, typer.Option(metavar="FILE.toml", help="File of the template.")] = Path("measurements.toml"),
     drape: Annotated[
         Path | None, typer.Option(metavar="PHOTO", help="Read a photo of a disc over a plate, from above.")
     ] = None,
@@ -29,7 +27,7 @@ def measure(
         typer.Option(metavar="'X,Y X,Y LENGTH'", help="With --drape: two pixels, and the metres between them."),
     ] = None,
 ) -> None:
-    """Say how to measure a garment, write the file that the readings go into, or read a photo of a drape.
+    """Print how to measure a garment, write a file for the readings, or read a photo of a drape.
 
     Examples:
     `tatamu measure`

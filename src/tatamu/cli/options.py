@@ -71,7 +71,7 @@ def _kinds(annotation: Any) -> list[Any]:
 
 
 def _plain_type(field: FieldInfo) -> type:
-    """Return bool, int or float if the field has that type, otherwise str: what cannot be told apart is parsed."""
+    """Return bool, int or float if the field has that type, otherwise str, from which `parse` makes other types."""
     kinds = _kinds(field.annotation)
     return kinds[0] if len(kinds) == 1 and kinds[0] in PLAIN else str
 

@@ -17,23 +17,23 @@ if TYPE_CHECKING:
     from tatamu.garments.photo import Photo
 
 FARTHEST = 1e6
-"""Pixels that are given lie no farther from the photo's corner."""
+"""Largest coordinate of a given pixel."""
 
 
 @app.command()
 def outline(
     photo: Annotated[Path, typer.Argument(metavar="PHOTO", help="Taken from above, hem down, table all around.")],
-    out: Annotated[Path, typer.Option(metavar="OUTLINE.svg", help="Where the outline goes.")],
+    out: Annotated[Path, typer.Option(metavar="OUTLINE.svg", help="File of the outline.")],
     width: Annotated[float | None, typer.Option(help="Width of the garment, its largest, in metres.")] = None,
     ruler: Annotated[
-        str | None, typer.Option(metavar="'X,Y X,Y LENGTH'", help="Two pixels, and how many metres lie between them.")
+        str | None, typer.Option(metavar="'X,Y X,Y LENGTH'", help="Two pixels, and their distance in metres.")
     ] = None,
     sheet: Annotated[
         str | None,
         typer.Option(
             metavar="'X,Y X,Y X,Y X,Y WxH'",
             help="Corners of a sheet of paper on the table (top left, top right, bottom right, bottom left) and its "
-            "size in metres; takes the perspective out.",
+            "size in metres; removes the perspective.",
         ),
     ] = None,
     garment: Annotated[
@@ -44,10 +44,13 @@ def outline(
         ),
     ] = None,
     join: Annotated[
-        bool, typer.Option("--join", help="All regions that stand out are the garment, as of one in several colours.")
+        bool,
+        typer.Option(
+            "--join", help="Count all regions that stand out as the garment, for a garment in several colours."
+        ),
     ] = False,
 ) -> None:
-    """Find the outline of a garment on a photo, to be looked at on top of the photo and accepted.
+    """Find the outline of a garment on a photo, and draw it on the photo for you to check.
 
     Examples:
     `tatamu outline shirt.jpg --width 0.52 --out shirt.svg`
@@ -56,8 +59,8 @@ def outline(
 
     `tatamu outline shirt.jpg --width 0.52 --garment tshirt --out shirt.svg`
 
-    Then `tatamu show shirt.svg`; a garment file beside it says which parts are open (docs/reference/garment-file.md).
-    With --garment this file, shirt.toml, is written, too: `tatamu show shirt.toml --fold shop`.
+    Then run `tatamu show shirt.svg`. A garment file names the parts that are open (docs/reference/garment-file.md).
+    With --garment this file, shirt.toml, is written too: `tatamu show shirt.toml --fold shop`.
     """
     from tatamu.files import check_targets, replacing, write_text
     from tatamu.garments.landmarks import tshirt_openings
@@ -98,7 +101,7 @@ def outline(
 
 
 def to_metres(photo: Photo, width: float | None, ruler: str | None, sheet: str | None) -> np.ndarray:
-    """The matrix from pixels to metres, shape (3, 3)."""
+    """Return the matrix from pixels to metres, shape (3, 3)."""
     from tatamu.garments.photo import homography
 
     if sheet is not None:
@@ -119,7 +122,7 @@ def to_metres(photo: Photo, width: float | None, ruler: str | None, sheet: str |
 
 
 def _corners(sheet: str) -> np.ndarray:
-    """The corners of a sheet [pixels], shape (4, 2)."""
+    """Return the corners of a sheet [pixels], shape (4, 2)."""
     corners = sheet.split()[:-1]
     if len(corners) != 4:
         raise InputError(f"sheet: must be four corners X,Y and WxH, given {sheet!r}")
@@ -147,7 +150,7 @@ def _number(option: str, text: str) -> float:
 
 
 def _description(outline: Path, openings: Mapping[str, np.ndarray]) -> str:
-    """A garment file of a T-shirt with this outline."""
+    """Return a garment file of a T-shirt with this outline."""
     import tomli_w
 
     table = {"name": outline.stem[:60], "kind": "tshirt", "outline": outline.name, "openings": list(openings)}
@@ -155,7 +158,7 @@ def _description(outline: Path, openings: Mapping[str, np.ndarray]) -> str:
 
 
 def _overlay(photo: Photo, openings: Mapping[str, np.ndarray]) -> bytes:
-    """The photo with the outline and its openings drawn on it, as a JPEG file."""
+    """Return the photo with the outline and its openings drawn on it, as a JPEG file."""
     import io
 
     from PIL import Image, ImageDraw

@@ -14,20 +14,20 @@ from tatamu.errors import InputError
 @app.command()
 def plan(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a learned fold.")],
-    out: Annotated[Path, typer.Option(metavar="PLAN", help="The folder that the plan goes to.")],
+    out: Annotated[Path, typer.Option(metavar="PLAN", help="Folder of the plan.")],
     robot: Annotated[
         str | None,
         typer.Option(
             help="hironx, nextage, fr3-pair, panda-pair, ur5e-pair, xarm7-pair, or a .toml that describes a robot; "
-            "default: the one for which the fold was learned, else hironx."
+            "default: the one for which the fold was learned, otherwise hironx."
         ),
     ] = None,
     table_height: Annotated[
         float | None,
-        typer.Option(help="Height of the table top in the robot's base frame [m]; else searched."),
+        typer.Option(help="Height of the table top in the robot's base frame [m]; default: searched."),
     ] = None,
     place: Annotated[
-        str, typer.Option(metavar="auto|X,Y,YAW", help="Where the fold's frame lies in the base [m, m, rad].")
+        str, typer.Option(metavar="auto|X,Y,YAW", help="Place of the fold's frame in the base [m, m, rad].")
     ] = "auto",
     wrist_offset: Annotated[
         float | None,
@@ -70,7 +70,7 @@ def plan(
 
 
 def _robot_of(folder: Path) -> str | None:
-    """Name or file of the robot within whose reach a fold was learned; None: of none."""
+    """Return name or file of the robot within whose reach a fold was learned; None if there was none."""
     from tatamu.study import ResultFolder
     from tatamu.study.inputs import kept_input
 

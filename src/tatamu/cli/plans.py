@@ -1,4 +1,4 @@
-"""`tatamu plans`: how a garment can be folded, by its outline."""
+"""`tatamu plans`: fold plans for a garment, from its outline."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ def plans(
         Path | None,
         typer.Option(
             metavar="PATH",
-            help="A page (.html) or a picture (.png) of all plans, the best as a plan file (.toml), or a folder for "
-            "all of it.",
+            help="A page (.html) or a picture (.png) of all plans, a file of the best plan (.toml), or a folder for "
+            "all of these.",
         ),
     ] = None,
     fold: Annotated[
@@ -45,10 +45,10 @@ def plans(
         typer.Option(metavar="M", help="Metres per unit of the garment's file, such as 0.001; default: as it says."),
     ] = None,
 ) -> None:
-    """List the plans that a garment can be folded by, the best first; nothing is simulated.
+    """List the fold plans for a garment, the best first; nothing is simulated.
 
-    What stands off the body of the outline goes in first (sleeves, a hood), then the garment is folded in half. A
-    plan whose hands leave a part behind says which, and comes last.
+    Parts that stand off the body of the outline are folded in first (sleeves, a hood), then the garment is folded in
+    half. Plans whose hands leave a part behind come last, with the name of the part.
 
     Examples:
     `tatamu plans hoodie.toml`
@@ -82,7 +82,7 @@ def plans(
 
 
 def _print(proposal: Proposal, best: bool) -> None:
-    """A plan, its steps, and what none of its hands carries."""
+    """Print a plan, its steps, and the parts that no hand carries."""
     plan = proposal.plan
     print(f"{plan.name}{' (the best)' if best else ''}")
     for number, step in enumerate(plan.steps, start=1):
@@ -93,7 +93,7 @@ def _print(proposal: Proposal, best: bool) -> None:
 
 
 def _write(garment: Garment, found: list[Proposal], out: Path) -> None:
-    """Pictures and plan files."""
+    """Write pictures and plan files."""
     from tatamu.files import replacing, write_text
     from tatamu.report.candidates import page, picture
 

@@ -1,4 +1,4 @@
-"""The frame of a command line: exit codes, and one line on standard error for what went wrong."""
+"""The frame of a command line: exit codes, and one line on standard error for each failure."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from tatamu.cli.app import Interrupted
 from tatamu.errors import InputError, TatamuError, one_line
 
 UNWRITABLE = (errno.ENOSPC, errno.EIO, errno.EPIPE)
-"""Errors of standard output: it is full, broken, or closed."""
+"""Errors of standard output that is full, broken or closed."""
 INTERRUPTED = 130
 """Exit code of a program that Ctrl-C ended: 128 + SIGINT."""
 
 
 def run(app: typer.Typer, name: str) -> NoReturn:
-    """Run a command line; a wrong input is one line on standard error and exit code 2.
+    """Run a command line; a wrong input gives one line on standard error and exit code 2.
 
     Args:
         app: The commands.
-        name: Name of the program, which every message on standard error begins with.
+        name: Name of the program, with which every message on standard error begins.
     """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without Greek letters shows question marks
     if not sys.warnoptions:
-        warnings.simplefilter("ignore")  # of libraries: users of a command cannot act on them; `python -W` shows them
+        warnings.simplefilter("ignore")  # users cannot act on warnings of libraries; `python -W` shows them
     try:
         code = app(standalone_mode=False)
         sys.stdout.flush()
@@ -44,7 +44,7 @@ def run(app: typer.Typer, name: str) -> NoReturn:
     except typer.Abort:
         _stop(name, "aborted", INTERRUPTED)
     except KeyboardInterrupt:
-        code = INTERRUPTED  # as typer says where it sees the exception first
+        code = INTERRUPTED  # as typer returns it if it sees the exception first
     except MemoryError:
         _stop(name, "there is not enough memory for this; give smaller files or a coarser mesh", 2)
     except OSError as error:

@@ -1,4 +1,4 @@
-"""Progress of learning on the console: a bar on a terminal, elsewhere a line every few seconds."""
+"""Progress of learning on the console: a bar on a terminal, otherwise a line every few seconds."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ if TYPE_CHECKING:
     from tatamu.study import Progress
 
 LINE_EVERY = 5.0
-"""Seconds between lines where there is no terminal."""
+"""Seconds between lines if there is no terminal."""
 BAR_EVERY = 0.2
-"""Seconds between two looks at how far the work is, on a terminal."""
+"""Seconds between two updates on a terminal."""
 STEADY = 4
-"""Trials after which their pace is known: the first ones begin together."""
+"""Trials after which their pace is known; the first ones start together."""
 WRITING = 3.0
-"""Seconds that a folder and its page take, about: of what is not measured as it goes, all that is long."""
+"""Approximate seconds for writing a folder and its page, the only long stage that is not measured."""
 
 
 @contextmanager
 def starting(text: str) -> Iterator[None]:
-    """Say at once what begins, before anything that takes time is imported."""
+    """Print at once what starts, before slow imports."""
     console = Console()
     if not console.is_terminal:
         print(text, flush=True)
@@ -40,7 +40,7 @@ def starting(text: str) -> Iterator[None]:
 
 @contextmanager
 def ticking(every: float, look: Callable[[], None]) -> Iterator[None]:
-    """Call something every few seconds [s] meanwhile, in a thread of its own."""
+    """Call a function every few seconds [s] during the block, in a separate thread."""
     stopped = Event()
 
     def tick() -> None:
@@ -57,10 +57,10 @@ def ticking(every: float, look: Callable[[], None]) -> Iterator[None]:
 
 
 def prepare(simulator: str, console: Console | None = None) -> None:
-    """Compile a simulator, or load it; where it compiles, that is said, and how far it is.
+    """Load a simulator, or compile it, and print the progress of the compilation.
 
     Raises:
-        InputError: There is none of that name.
+        InputError: If there is no simulator of that name.
     """
     from tatamu.simulators import named
 
@@ -82,13 +82,13 @@ def prepare(simulator: str, console: Console | None = None) -> None:
 
 
 def compiling(done: int, total: int, seconds: float) -> str:
-    """The words for a simulator of which so much was compiled in that time [s]."""
+    """Return the text for a simulator of which `done` parts of `total` were compiled in this time [s]."""
     left = duration(seconds * (total - done) / max(done, 1))
     return f"compiling the simulator, once on this machine, about {left} left"
 
 
 def duration(seconds: float) -> str:
-    """A time as people say it: 8 s, 1 min 10 s, 2 h 5 min."""
+    """Return a time in words: 8 s, 1 min 10 s, 2 h 5 min."""
     whole = max(round(seconds), 1)
     if whole < 60:
         return f"{whole} s"
@@ -99,19 +99,19 @@ def duration(seconds: float) -> str:
 
 @dataclass(frozen=True)
 class Workload:
-    """How much there is to do, in rollouts; each step has its trials and then the fixed trajectories."""
+    """The amount of work, in rollouts; each step has its trials and then the fixed trajectories."""
 
     steps: int
     trials: int
     baselines: int
 
     def seconds(self, step: int, pace: float, rollouts: int) -> float:
-        """How long all takes from a place in a step on [s].
+        """Return the time that remains from a place in a step [s].
 
         Args:
-            step: Number of the step, the first being 1.
+            step: Number of the step, from 1.
             pace: Seconds for each rollout.
-            rollouts: How many are left in this step.
+            rollouts: Number of rollouts left in this step.
         """
         later = self.steps - step
         pages = later + 1 + (self.steps > 1)
@@ -124,19 +124,19 @@ class Workload:
 
 
 class LearningDisplay:
-    """Shows how learning goes: entered before it starts, left when it ends; `show` takes its progress."""
+    """Shows the progress of learning; a context around the study, whose `show` is called with each progress."""
 
     def __init__(
         self, task: Task, trials: int, baselines: int, console: Console | None = None, *, prepares: bool = True
     ) -> None:
-        """Begin nothing yet.
+        """Make a display; nothing starts yet.
 
         Args:
-            task: What is learned.
-            trials: Of each step.
-            baselines: How many fixed trajectories are folded after the trials of each step.
-            console: Where it is shown.
-            prepares: Whether this process simulates, and so compiles the simulator where it must.
+            task: The task to learn.
+            trials: Number of trials of each step.
+            baselines: Number of fixed trajectories simulated after the trials of each step.
+            console: Console to print on; None for standard output.
+            prepares: Whether this process simulates, and so compiles the simulator if necessary.
         """
         from tatamu.simulators import named
 
@@ -172,10 +172,10 @@ class LearningDisplay:
         return self
 
     def _interrupt(self, number: int, frame: object) -> None:
-        """Ctrl-C: the next one is no longer heard here."""
+        """Handle Ctrl-C; a second one has its default effect."""
         signal.signal(signal.SIGINT, self._before)
         self._ending = True
-        self.say("interrupted: trials under way end, then what is finished is written; Ctrl-C again ends at once")
+        self.say("interrupted: waiting for running trials, then finished ones are written; Ctrl-C again ends at once")
         raise KeyboardInterrupt
 
     def __exit__(self, *_: object) -> None:
@@ -198,7 +198,7 @@ class LearningDisplay:
         self._step.show(progress)
 
     def prepare(self) -> None:
-        """Compile the simulator, or load it, once; how far it is can be seen meanwhile."""
+        """Compile the simulator, or load it, once; the display shows the progress."""
         if not self._prepared:
             began = monotonic()
             self._lines = lambda: self._compiling(began)
@@ -206,13 +206,13 @@ class LearningDisplay:
             self._prepared = True
 
     def forecast(self, step: int, pace: float, rollouts: int, known: bool) -> None:
-        """Work out when all will have ended; it is said when it is first known.
+        """Estimate when everything will have ended; the estimate is printed when it is first known.
 
         Args:
-            step: Number of the step, the first being 1.
+            step: Number of the step, from 1.
             pace: Seconds for each rollout.
-            rollouts: How many are left in this step.
-            known: Whether that pace is known; else it is an upper bound, as the first trials begin together.
+            rollouts: Number of rollouts left in this step.
+            known: Whether the pace is known; otherwise it is an upper bound, because the first trials start together.
         """
         left = self.work.seconds(step, pace, rollouts)
         if known and self._how_long != "about":
@@ -221,7 +221,7 @@ class LearningDisplay:
         self._ends = monotonic() + left
 
     def now(self, text: str, done: int, total: int) -> None:
-        """Show from now on this text, with the time that is left where it is known."""
+        """Show this text from now on, with the remaining time if it is known."""
         self._lines = lambda: (text + self._left(), done, total)
         if self._bar:
             self._look()
@@ -251,7 +251,7 @@ class LearningDisplay:
 
 
 class _Step:
-    """One step under way."""
+    """A running step."""
 
     def __init__(self, display: LearningDisplay, number: int) -> None:
         self._display = display
@@ -262,7 +262,7 @@ class _Step:
         self._latest: Progress | None = None
 
     def show(self, progress: Progress) -> None:
-        """Show how far it is; before the first trial the simulator is made ready."""
+        """Show the progress; before the first trial the simulator is prepared."""
         display = self._display
         self._latest = progress
         if self._began is None:
@@ -287,13 +287,13 @@ class _Step:
         display.now(f"{words[progress.stage]}: {best(progress)}", progress.done, progress.trials)
 
     def end(self) -> None:
-        """Leave a line that stays."""
+        """Print a line that stays."""
         if self._latest is not None:
             self._display.say(f"trial {self._latest.done}/{self._latest.trials}: {best(self._latest)}")
 
 
 def best(progress: Progress) -> str:
-    """The best trial so far, in words."""
+    """Return the best trial so far, in words."""
     if progress.best is None or progress.best_distance is None:
         return "no fold yet" if progress.done else "the first trials are running"
     objective = "objective under disturbances" if progress.disturbed else "C"

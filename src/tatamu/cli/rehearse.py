@@ -18,13 +18,15 @@ def rehearse(
     plan: Annotated[Path, typer.Argument(metavar="PLAN", help="The folder of a plan.")],
     simulator: Annotated[
         str,
-        typer.Option(help="What folds the cloth: native, blender, mujoco, or `none`: no cloth."),
+        typer.Option(help="Simulator of the cloth: native, blender, mujoco, or `none` for no cloth."),
     ] = "mujoco",
     halvings: Annotated[
         int | None,
-        typer.Option(min=0, max=3, help="Halve the mesh's edges so often; default: as the simulator needs."),
+        typer.Option(
+            min=0, max=3, help="Number of times that the mesh's edges are halved; default: as the simulator needs."
+        ),
     ] = None,
-    film: Annotated[bool, typer.Option(help="Write an animated GIF too.")] = True,
+    film: Annotated[bool, typer.Option(help="Also write an animated GIF.")] = True,
 ) -> None:
     """Drive a robot through a plan in MuJoCo, and fold the cloth with its hands.
 

@@ -40,7 +40,7 @@ def show(
             "--fold",
             "--plan",
             metavar="NAME|FILE.toml",
-            help="Also draw a fold plan: the lines of its folds, which side moves, and where the hands may grasp.",
+            help="Also draw a fold plan: its fold lines, the moving sides, and the grasp candidates.",
         ),
     ] = None,
 ) -> None:
@@ -76,7 +76,7 @@ def show(
 
 
 def _targets(out: Path | None, name: str) -> list[Path]:
-    """The files to write."""
+    """Return the files to write."""
     if out is None:
         return [Path(f"{name}.html")]
     if out.suffix.lower() in (".html", ".png"):
@@ -87,7 +87,7 @@ def _targets(out: Path | None, name: str) -> list[Path]:
 
 
 def _marks(garment: Garment, name: str) -> list[FoldMark]:
-    """Every fold of the plan of that name as marks on the flat garment, later grasps too."""
+    """Return every fold of a plan as marks on the flat garment, including later grasps."""
     from tatamu.folding.plans import make_plan
     from tatamu.report.candidates import marks
 

@@ -13,7 +13,7 @@ from tatamu.cli.app import app
 @app.command()
 def simulate(
     scene: Annotated[Path, typer.Argument(metavar="SCENE.json", help="The scene file.")],
-    out: Annotated[Path, typer.Option(metavar="ROLLOUT.npz", help="Where the rollout goes.")],
+    out: Annotated[Path, typer.Option(metavar="ROLLOUT.npz", help="File of the rollout.")],
     simulator: Annotated[str, typer.Option(help="native, blender or mujoco.")] = "native",
 ) -> None:
     """Simulate a scene file and write the motion of its cloth.

@@ -27,17 +27,20 @@ if TYPE_CHECKING:
 
 @app.command()
 def sweep(
-    file: Annotated[Path, typer.Argument(metavar="SWEEP.toml", help="The tasks: a grid, or one by one.")],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="A result folder each, and what compares them.")],
+    file: Annotated[Path, typer.Argument(metavar="SWEEP.toml", help="The tasks: a grid, or a list.")],
+    out: Annotated[
+        Path,
+        typer.Option(metavar="DIR", help="Folder of the sweep: a result folder for each task, and their comparison."),
+    ],
     at_a_time: Annotated[
         int | None, typer.Option(help="Tasks at a time; default: 1, or enough to keep the workers of --scheduler busy.")
     ] = None,
     scheduler: SchedulerOption = None,
     storage: StorageOption = None,
 ) -> int:
-    """Learn many folds: a grid of garments, sizes, materials, seeds .., or a list.
+    """Learn many folds: a grid of garments, sizes, materials, seeds and other options, or a list.
 
-    Exits with 0 if every task is complete, with 1 if some failed: `sweep.json` and the page say why.
+    Exits with 0 if every task is complete, with 1 if some failed: `sweep.json` and the page give the errors.
 
     Examples:
     `tatamu sweep examples/sweep.toml --out runs/sweep`
@@ -46,7 +49,7 @@ def sweep(
 
     `tatamu sweep examples/sweep.toml --scheduler tcp://lab:8786 --storage postgresql://lab@db/folds --out runs/sweep`
 
-    Run the same command again to go on where it stopped; failed tasks are tried again.
+    Run the same command again to resume; failed tasks are tried again.
     """
     from tatamu.sweep.description import read_sweep
     from tatamu.sweep.table import check_parquet
@@ -59,13 +62,13 @@ def sweep(
     from tatamu.cluster import executor_at
     from tatamu.study.database import shared_database
 
-    warnings.simplefilter("ignore")  # of single folds: their reports say them
+    warnings.simplefilter("ignore")  # warnings of single folds are in their reports
     with shared_database(storage) as database, executor_at(scheduler) as executor:
         return _run(tasks, out, at_a_time or most_at_a_time(executor, _pending(tasks)), executor, database)
 
 
 def _check(file: Path, tasks: Sequence[SweepTask]) -> None:
-    """Refuse a sweep of which a task cannot be, before any is begun."""
+    """Refuse a sweep with an impossible task, before any task starts."""
     from tatamu.api import task_of
     from tatamu.simulators import require
     from tatamu.study import check_pending
@@ -85,7 +88,7 @@ def _check(file: Path, tasks: Sequence[SweepTask]) -> None:
 
 
 def _pending(tasks: Sequence[SweepTask]) -> int:
-    """The least number of pending trials that a task has."""
+    """Return the lowest number of pending trials of any task."""
     from tatamu.study import usual_pending
 
     options = [TaskRequest(**task.options) for task in tasks]
@@ -134,7 +137,7 @@ def _words(now: Progress) -> str:
 
 @contextmanager
 def _display(console: Console, tasks: Sequence[SweepTask]) -> Iterator[Callable[[TaskRecord, Any], None]]:
-    """A table that lives on a terminal; elsewhere a line for each task that ends."""
+    """Yield a callback that updates a table on a terminal, or otherwise prints a line for each task that ends."""
     from tatamu.sweep import TaskRecord
     from tatamu.sweep.table import LiveTable, said
 

@@ -15,13 +15,13 @@ from tatamu.cli.cluster import SchedulerOption
 def validate(
     simulator: Annotated[str, typer.Option(help="native, blender or mujoco.")] = "native",
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Where validation.json and validation.html go.")
+        Path | None, typer.Option(metavar="DIR", help="Folder for validation.json and validation.html.")
     ] = None,
     only: Annotated[list[str] | None, typer.Option(metavar="CHECK", help="Only this check; may be repeated.")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Leave out long cases: under a minute.")] = False,
     scheduler: SchedulerOption = None,
 ) -> None:
-    """Compare a simulator with what is known of cloth.
+    """Compare a simulator with textbook results for cloth.
 
     Exits with 0 if every judged quantity is within its limit, with 1 if not.
 

@@ -1,4 +1,4 @@
-"""The last words of a command on a learned fold: the verdict, what to know, what to do."""
+"""The last lines of a command on a learned fold: the verdict, notes, and advice."""
 
 from __future__ import annotations
 

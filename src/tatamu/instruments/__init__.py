@@ -4,5 +4,5 @@
 - `drapemeter`: the drapemeter: a disc of cloth over a round plate;
 - `oscillation`: periods and decrements of a signal that swings freely.
 
-They know no simulator.
+They do not depend on a simulator.
 """

@@ -1,9 +1,9 @@
 """The drapemeter: a disc of cloth over a round plate.
 
-As in the instrument, the specimen lies flat, its middle on a plate level with a table, and the plate rises. What lies
-on the plate does not move on it: the scene holds it, and holds half a row beyond the rim as well, so that the cloth
-leaves the plate level. The mesh is a ring of concentric rows. A flat disc has no reason to buckle: small, seeded
-unevenness takes the place of the fabric's own. Where more is asked, the unstrained cloth itself is wavy.
+As in the instrument, the specimen lies flat, its middle on a plate level with a table, and the plate rises. The cloth
+on the plate does not move on it: the scene fixes it, and also half a row beyond the rim, so that the cloth leaves the
+plate level. The mesh is a ring of concentric rows. A flat disc has no reason to buckle: small, seeded unevenness
+replaces the fabric's own. For more unevenness, the unstrained cloth itself can be wavy.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene, Table
 
 RISE = 0.1
-"""How far the plate rises [m]; more than the cloth hangs down."""
+"""Height by which the plate rises [m]; more than the cloth hangs down."""
 RISING = 2.0
-"""How long it takes [s]."""
+"""Time in which the plate rises [s]."""
 SETTLING = 2.0
-"""From then to the reading [s]."""
+"""Time from the end of the rise to the reading [s]."""
 FINENESS = 0.35
 """Spacing of the mesh in bending lengths."""
 UNEVENNESS = 0.02
-"""Of the flat cloth's height, standard deviation in spacings of the mesh."""
+"""Standard deviation of the flat cloth's height, in spacings of the mesh."""
 WAVE = 0.02
 """Length of the waves of unstrained cloth that is wavy [m]: its height is correlated as exp(-d² / (2 WAVE²))."""
 WAVES = 200
-"""Of which it is the sum."""
+"""Number of waves that are summed."""
 KNOTS = 21
 
 
@@ -48,31 +48,31 @@ class Drapemeter:
     spacing: float
     """Edge length of the mesh [m]."""
     seed: int = 0
-    """Of the unevenness, and of where the rows begin."""
+    """Random seed of the unevenness, and of where the rows start."""
     waviness: float = 0.0
-    """Of the height of the unstrained cloth beyond the plate, standard deviation [m]."""
+    """Standard deviation of the height of the unstrained cloth beyond the plate [m]."""
 
     @classmethod
     def fine_enough(
         cls, specimen: float, plate: float, material: Material, seed: int = 0, waviness: float = 0.0
     ) -> Drapemeter:
-        """With a mesh that the fabric can bend on."""
+        """Return a drapemeter whose mesh is fine enough for the fabric to bend."""
         spacing = min(FINENESS * material.bending_length, 0.2 * (specimen - plate))
         return cls(specimen, plate, spacing, seed, waviness)
 
     @property
     def rows(self) -> int:
-        """Free rows of the mesh."""
+        """Number of free rows of the mesh."""
         return max(4, round((self.specimen - self.plate) / (self.spacing * ROW)))
 
     @property
     def row(self) -> float:
-        """Distance of the rows [m]."""
+        """Distance between rows [m]."""
         return (self.specimen - self.plate) / (self.rows + 0.5)
 
     @cached_property
     def mesh(self) -> tuple[np.ndarray, np.ndarray]:
-        """Points of the ring [m], shape (n, 2), the first rows being held, and its triangles."""
+        """Return points of the ring [m], shape (n, 2), the fixed rows first, and its triangles."""
         random = np.random.default_rng(self.seed)
         radii = self.plate + self.row * (np.arange(-1, self.rows + 1) + 0.5)
         rings = [_ring(radius, self.spacing, random.uniform()) for radius in radii]
@@ -88,7 +88,7 @@ class Drapemeter:
 
     @property
     def unstrained(self) -> np.ndarray:
-        """The cloth without strain, shape (n, 3): level where it is held, and wavy from one wave beyond on [m]."""
+        """The cloth without strain [m], shape (n, 3): level where it is fixed, and wavy from one wave beyond on."""
         points, _ = self.mesh
         if not self.waviness:
             return np.column_stack([points, np.zeros(len(points))])
@@ -100,7 +100,7 @@ class Drapemeter:
         return np.column_stack([points, np.clip(beyond / WAVE, 0.0, 1.0) * height])
 
     def scene(self, material: Material) -> Scene:
-        """The plate rises from a table without friction, in air that damps critically."""
+        """Return a scene in which the plate rises from a table without friction, in air that damps critically."""
         points, faces = self.mesh
         random = np.random.default_rng([self.seed, 1])
         height = UNEVENNESS * self.spacing * np.abs(random.standard_normal(len(points)))
@@ -118,17 +118,17 @@ class Drapemeter:
         )
 
     def damping(self, material: Material) -> float:
-        """Air drag that damps the swing of the overhang critically [N s/m^3]: how it comes to rest does not matter."""
+        """Return the air drag that damps the overhang critically [N s/m^3], as only the shape at rest is read."""
         free = self.specimen - self.plate
         return float(2.0 * material.areal_density * np.sqrt(1.5 * GRAVITY / free))
 
     def outline(self, rollout: Rollout, frame: int = -1) -> PlanOutline:
-        """The outline from above, the plate's axis at the origin."""
+        """Return the outline from above, the plate's axis at the origin."""
         return PlanOutline.of(rollout.positions[frame], rollout.faces, np.zeros(2))
 
 
 def _ring(radius: float, spacing: float, turn: float) -> np.ndarray:
-    """Even points on a circle [m], shape (k, 2), turned by a part of their spacing."""
+    """Return evenly spaced points on a circle [m], shape (k, 2), turned by a part of their spacing."""
     count = max(6, round(2.0 * np.pi * radius / spacing))
     angles = 2.0 * np.pi * (np.arange(count) + turn) / count
     return radius * np.column_stack([np.cos(angles), np.sin(angles)])

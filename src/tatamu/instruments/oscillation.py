@@ -1,10 +1,10 @@
-"""Periods and decrements of a signal that swings freely about a rest.
+"""Periods and decrements of a signal that swings freely about its rest.
 
 A swing that decays a little each time is read from its zero crossings and from the extremes a_k between them:
 
     T = distance of two crossings in the same direction,    delta = 2 ln((a_k + a_(k+1)) / (a_(k+1) + a_(k+2)))
 
-A rest that is a little off does not matter so.
+So a small error of the rest has little effect.
 """
 
 from __future__ import annotations
@@ -17,30 +17,30 @@ import numpy as np
 
 @dataclass(frozen=True)
 class FreeSwing:
-    """One period: from a zero crossing to the next but one."""
+    """One period: from a zero crossing to the one after the next."""
 
     start: float
-    """[s]"""
+    """Start of the period [s]."""
     period: float
     """T [s]."""
     amplitude: float
-    """Peak to peak, of its two extremes [m]."""
+    """Amplitude from peak to peak, of the two extremes of the period [m]."""
     decrement: float
-    """delta [-]; not a number where there is no next extreme."""
+    """delta [-]; NaN if there is no next extreme."""
 
     @property
     def end(self) -> float:
-        """When the period is over [s]."""
+        """End of the period [s]."""
         return self.start + self.period
 
 
 def swings(times: np.ndarray, signal: np.ndarray, least: float) -> list[FreeSwing]:
-    """All periods of a signal [m] about 0 whose extremes are at least this far out [m].
+    """Return all periods of a signal [m] about 0 whose extremes are at least this far out [m].
 
     Args:
-        times: Increasing [s], shape (k,).
-        signal: Shape (k,).
-        least: Smaller extremes are noise.
+        times: Increasing times [s], shape (k,).
+        signal: Values of the signal [m], shape (k,).
+        least: Lowest size of an extreme; smaller ones are noise [m].
     """
     crossings = _crossings(times, signal)
     extremes = [_extreme(times, signal, start, end) for start, end in pairwise(crossings)]
@@ -55,14 +55,14 @@ def swings(times: np.ndarray, signal: np.ndarray, least: float) -> list[FreeSwin
 
 
 def _crossings(times: np.ndarray, signal: np.ndarray) -> list[float]:
-    """When the signal passes 0 [s], by lines between samples."""
+    """Return the times at which the signal passes 0 [s], by linear interpolation."""
     change = np.flatnonzero(np.sign(signal[:-1]) * np.sign(signal[1:]) < 0)
     part = signal[change] / (signal[change] - signal[change + 1])
     return list(times[change] + part * (times[change + 1] - times[change]))
 
 
 def _extreme(times: np.ndarray, signal: np.ndarray, start: float, end: float) -> float:
-    """Size of the extreme between two crossings [m], by a parabola through the three samples about it."""
+    """Return the size of the extreme between two crossings [m], by a parabola through the three samples around it."""
     inside = np.flatnonzero((times > start) & (times < end))
     if not len(inside):
         return 0.0

@@ -1,4 +1,4 @@
-"""The plan outline of a draped disc, and what is read from it.
+"""The plan outline of a draped disc, and the measures read from it.
 
 Seen from above, the hem of a cloth over a round plate is a curve r(phi) about the plate's axis. The drape coefficient
 (Cusick 1968; BS 5058, ISO 9073-9) compares its area with those of the flat specimen and of the plate:
@@ -19,9 +19,9 @@ from scipy.signal import find_peaks
 from tatamu.topology import Topology
 
 ANGLES = 360
-"""Of an outline: one each degree."""
+"""Number of angles of an outline: one for each degree."""
 TOUCHING = 1e-9
-"""A ray past a segment's end by no more than this part of it meets it: it shall not slip between two segments."""
+"""Tolerance at a segment's ends, as a part of the segment, so that no ray slips between two segments."""
 PROMINENCE = 0.003
 """Least prominence of a node [m]."""
 
@@ -31,16 +31,16 @@ class PlanOutline:
     """Radii of the outline about the plate's axis."""
 
     radii: np.ndarray
-    """At evenly spaced angles from 0 [m], shape (k,)."""
+    """Radii at evenly spaced angles from 0 [m], shape (k,)."""
 
     @classmethod
     def of(cls, positions: np.ndarray, faces: np.ndarray, centre: np.ndarray, angles: int = ANGLES) -> PlanOutline:
-        """The silhouette of a mesh from above: how far out cloth reaches at each angle.
+        """Return the silhouette of a mesh from above: the extent of the cloth at each angle.
 
         Args:
-            positions: Of the vertices [m], shape (n, 3).
+            positions: Positions of the vertices [m], shape (n, 3).
             faces: Triangles, shape (m, 3).
-            centre: Of the plate [m], shape (2,); the cloth surrounds it.
+            centre: Centre of the plate [m], shape (2,); the cloth surrounds it.
             angles: Number of angles.
         """
         plan = positions[:, :2] - centre
@@ -48,13 +48,13 @@ class PlanOutline:
 
     @classmethod
     def of_curve(cls, curve: np.ndarray, centre: np.ndarray, angles: int = ANGLES) -> PlanOutline:
-        """The outline of a closed curve, without its closing point, such as a photo gives [m], shape (k, 2)."""
+        """Return the outline of a closed curve without its closing point [m], shape (k, 2), such as from a photo."""
         plan = np.asarray(curve) - centre
         return cls(_reach(np.stack([plan, np.roll(plan, -1, axis=0)], axis=1), angles))
 
     @property
     def curve(self) -> np.ndarray:
-        """The closed curve about the plate's axis [m], shape (k + 1, 2)."""
+        """Return the closed curve about the plate's axis [m], shape (k + 1, 2)."""
         angles = 2.0 * np.pi * np.arange(len(self.radii) + 1) / len(self.radii)
         radii = np.append(self.radii, self.radii[0])
         return radii[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
@@ -67,13 +67,13 @@ class PlanOutline:
         return float(0.5 * np.sin(step) * (self.radii * turned).sum())
 
     def drape_coefficient(self, specimen: float, plate: float) -> float:
-        """The drape coefficient [-] of a specimen and a plate of these radii [m]."""
+        """Return the drape coefficient [-] of a specimen and a plate of these radii [m]."""
         covered = np.pi * plate**2
         return float((self.area - covered) / (np.pi * specimen**2 - covered))
 
     @property
     def peaks(self) -> np.ndarray:
-        """Places of the nodes among the radii, shape (k,)."""
+        """Indices of the nodes among the radii, shape (k,)."""
         start = int(self.radii.argmin())
         once = np.append(np.roll(self.radii, -start), self.radii[start])
         return np.sort((find_peaks(once, prominence=PROMINENCE)[0] + start) % len(self.radii))
@@ -85,7 +85,7 @@ class PlanOutline:
 
     @property
     def amplitude(self) -> float:
-        """Half of how far nodes stand out beyond the troughs between them, in the mean [m]; 0 without two nodes."""
+        """Half of the mean distance of nodes beyond the troughs between them [m]; 0 with fewer than two nodes."""
         peaks = self.peaks
         if len(peaks) < 2:
             return 0.0
@@ -96,26 +96,26 @@ class PlanOutline:
 
     @property
     def wavelength(self) -> float:
-        """Of the hem in plan: the mean circle over the nodes [m]; infinite without any."""
+        """Wavelength of the hem in plan: the mean circle over the nodes [m]; infinite without nodes."""
         return float(2.0 * np.pi * self.radii.mean() / self.nodes) if self.nodes else np.inf
 
     def harmonic(self, order: int) -> float:
-        """Amplitude of a harmonic of r(phi) [m]: the second tells warp from weft."""
+        """Return the amplitude of a harmonic of r(phi) [m]; the second distinguishes warp from weft."""
         return float(2.0 * np.abs(np.fft.rfft(self.radii)[order]) / len(self.radii))
 
 
 def centroid(curve: np.ndarray) -> np.ndarray:
-    """The middle of the area that a closed curve encloses [m], shape (2,): where the plate of a centred disc is."""
+    """Return the centroid of a closed curve's area [m], shape (2,): the plate's position under a centred disc."""
     turned = np.roll(curve, -1, axis=0)
     across = curve[:, 0] * turned[:, 1] - turned[:, 0] * curve[:, 1]
     return np.asarray(((curve + turned) * across[:, None]).sum(axis=0) / (3.0 * across.sum()))
 
 
 def _reach(segments: np.ndarray, angles: int) -> np.ndarray:
-    """The farthest crossing of each ray from the origin with segments [m], shape (k,); 0 where there is none.
+    """Return the farthest crossing of each ray from the origin with segments [m], shape (k,); 0 if there is none.
 
     Args:
-        segments: Shape (s, 2, 2) [m].
+        segments: Ends of the segments [m], shape (s, 2, 2).
         angles: Number of rays.
     """
     start = segments[:, 0]
