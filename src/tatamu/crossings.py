@@ -1,9 +1,8 @@
-"""Where a cloth passes through itself: edges that cross triangles.
+"""Places at which a cloth passes through itself: edges that cross triangles.
 
-An edge crosses a triangle when its ends lie strictly on opposite sides of the triangle's plane and its
-line passes strictly between the triangle's sides (five signed volumes). Pairs that share a vertex are
-left out; what only touches, or lies in one plane, does not count. Candidates come from a grid hashed by
-cell.
+An edge crosses a triangle if its ends lie strictly on opposite sides of the triangle's plane and its line passes
+strictly between the triangle's sides (five signed volumes). Pairs that share a vertex are left out; edges that only
+touch a triangle, or lie in its plane, do not count. Candidates come from a grid hashed by cell.
 """
 
 from __future__ import annotations
@@ -15,12 +14,12 @@ from tatamu.topology import Topology
 
 
 def crossing_pairs(points: np.ndarray, faces: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """Which edges cross which triangles that they share no vertex with.
+    """Return the pairs of an edge and a triangle that cross and share no vertex.
 
     Args:
         points: Positions [m], finite, shape (n, 3).
         faces: Triangles, shape (m, 3).
-        edges: Edges to try, shape (e, 2).
+        edges: Edges to test, shape (e, 2).
 
     Returns:
         Rows of an edge and a triangle, as indices, shape (k, 2).
@@ -34,23 +33,23 @@ def crossing_pairs(points: np.ndarray, faces: np.ndarray, edges: np.ndarray) -> 
 
 
 def crossings(points: np.ndarray, faces: np.ndarray, edges: np.ndarray | None = None) -> int:
-    """How many pairs of an edge and a triangle cross; arguments as above, `edges` None for all of the mesh.
+    """Return the number of pairs of an edge and a triangle that cross; for arguments see `crossing_pairs`.
 
-    Cloth that is nowhere counts as crossing everywhere.
+    All edges of the mesh are tested if `edges` is None. If a position is not finite, every edge counts as crossing.
     """
     edges = Topology(faces).edges if edges is None else edges
     return len(crossing_pairs(points, faces, edges)) if np.isfinite(points).all() else len(edges)
 
 
 def crossings_over_time(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Crossings in every frame, shape (f,), from positions of shape (f, n, 3)."""
+    """Return the crossings in every frame, shape (f,), from positions of shape (f, n, 3)."""
     edges = Topology(faces).edges
     return np.array([crossings(points, faces, edges) for points in positions])
 
 
 @njit(cache=True)
 def _volume(p: np.ndarray, q: np.ndarray, r: np.ndarray, s: np.ndarray) -> float:
-    """Six times the signed volume of a tetrahedron [m^3]."""
+    """Return six times the signed volume of a tetrahedron [m^3]."""
     ax, ay, az = q[0] - p[0], q[1] - p[1], q[2] - p[2]
     bx, by, bz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
     cx, cy, cz = s[0] - p[0], s[1] - p[1], s[2] - p[2]
@@ -59,7 +58,7 @@ def _volume(p: np.ndarray, q: np.ndarray, r: np.ndarray, s: np.ndarray) -> float
 
 @njit(cache=True)
 def _cross(p: np.ndarray, q: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray) -> bool:
-    """Whether the edge p-q passes strictly through the triangle a, b, c."""
+    """Return whether the edge p-q passes strictly through the triangle a, b, c."""
     if not _volume(a, b, c, p) * _volume(a, b, c, q) < 0.0:
         return False
     u = _volume(p, q, a, b)
@@ -78,7 +77,7 @@ def _find(
     origin: np.ndarray,
     cell: float,
 ) -> np.ndarray:
-    """Crossing pairs: every edge is hashed by the cell of its lower corner; each triangle looks into cells in reach.
+    """Return crossing pairs: every edge is hashed by the cell of its lower corner; triangles test the cells in reach.
 
     Args:
         points: Positions [m], shape (n, 3).

@@ -9,53 +9,53 @@ import numpy as np
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 SAMPLES = 400
-"""Segments of the polyline that stands for a Bezier curve."""
+"""Number of segments of the polyline that represents a Bezier curve."""
 FINE = 4000
-"""Segments of the polyline that lengths and points of a `Bezier` are looked up on."""
+"""Number of segments of the polyline in which lengths and points of a `Bezier` are looked up."""
 GOLDEN = 0.618034
 """Ratio of the golden section."""
 TOP_SPEED_FACTOR = 1.875
-"""Top speed of the minimum-jerk motion over its mean speed."""
+"""Ratio of the top speed of the minimum-jerk motion to its mean speed."""
 
 
 def bezier(control_points: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """T(t) = sum_k B_k^N(t) P_k, Eq. (1): shape (k, d) and (s,) to (s, d)."""
+    """Return T(t) = sum_k B_k^N(t) P_k, Eq. (1): shape (k, d) and (s,) to (s, d)."""
     n = len(control_points) - 1
     basis = np.stack([comb(n, k) * t**k * (1 - t) ** (n - k) for k in range(n + 1)], axis=-1)
     return basis @ control_points
 
 
 def sampled_bezier(control_points: np.ndarray) -> np.ndarray:
-    """A Bezier curve as a fine polyline, shape (SAMPLES + 1, d)."""
+    """Return a Bezier curve as a fine polyline, shape (SAMPLES + 1, d)."""
     return bezier(control_points, np.linspace(0.0, 1.0, SAMPLES + 1))
 
 
 def bezier_lengths(control_points: np.ndarray) -> np.ndarray:
-    """Lengths of many cubic Bezier curves (p, 4, d) [m], shape (p,), by Gauss-Legendre quadrature of their speed."""
+    """Return lengths of many cubic Bezier curves (p, 4, d) [m], shape (p,), by Gauss-Legendre quadrature."""
     u = 0.5 * (_NODES + 1.0)
-    basis = 3.0 * np.stack([(1.0 - u) ** 2, 2.0 * (1.0 - u) * u, u**2])  # (3, s): of T'(u) over the differences of P_k
+    basis = 3.0 * np.stack([(1.0 - u) ** 2, 2.0 * (1.0 - u) * u, u**2])  # (3, s): T'(u) per difference of the P_k
     velocity = np.einsum("ks,pkd->psd", basis, np.diff(control_points, axis=1))
     return np.asarray(np.linalg.norm(velocity, axis=2) @ (0.5 * _WEIGHTS))
 
 
 def arc_lengths(polyline: np.ndarray) -> np.ndarray:
-    """Length of a polyline (s, d) from its start up to each of its points [m], shape (s,)."""
+    """Return the length of a polyline (s, d) from its start up to each of its points [m], shape (s,)."""
     return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(polyline, axis=0), axis=1))])
 
 
 def length(polyline: np.ndarray) -> float:
-    """Length of a polyline (s, d) [m]: l_x of Eq. (10)."""
+    """Return the length of a polyline (s, d) [m]: l_x of Eq. (10)."""
     return float(np.linalg.norm(np.diff(polyline, axis=0), axis=1).sum())
 
 
 def along(polyline: np.ndarray, fraction: np.ndarray) -> np.ndarray:
-    """Points at fractions of a polyline's length, shape (s,) to (s, d)."""
+    """Return points at fractions of a polyline's length, shape (s,) to (s, d)."""
     arc = arc_lengths(polyline)
     return np.column_stack([np.interp(fraction * arc[-1], arc, column) for column in polyline.T])
 
 
 def minimum_jerk(fraction: np.ndarray) -> np.ndarray:
-    """Share of the path over share of the time in the smoothest motion from rest to rest.
+    """Return the share of the path at a share of the time in the smoothest motion from rest to rest.
 
     10 s^3 - 15 s^4 + 6 s^5 (Flash and Hogan 1985); before the start 0, after the end 1.
     """
@@ -64,7 +64,7 @@ def minimum_jerk(fraction: np.ndarray) -> np.ndarray:
 
 
 def minimum_jerk_duration(path_length: float, top_speed: float) -> float:
-    """Time that a minimum-jerk motion over a path of that length [m] needs at that top speed [m/s], in seconds."""
+    """Return the duration [s] of a minimum-jerk motion over a path of this length [m] at this top speed [m/s]."""
     return TOP_SPEED_FACTOR * path_length / top_speed
 
 
@@ -76,16 +76,16 @@ class Bezier:
     """P0..P3 [m], shape (4, 3)."""
 
     def at(self, u: np.ndarray) -> np.ndarray:
-        """Points at parameters u (n,) in [0, 1], shape (n, 3)."""
+        """Return points at parameters u (n,) in [0, 1], shape (n, 3)."""
         return bezier(self.control, np.asarray(u, dtype=float))
 
     def arc_lengths(self) -> tuple[np.ndarray, np.ndarray]:
-        """Parameters and the length of the curve up to each [m], shape (FINE + 1,) both."""
+        """Return parameters and the length of the curve up to each [m], shape (FINE + 1,) both."""
         u = np.linspace(0, 1, FINE + 1)
         return u, arc_lengths(self.at(u))
 
     def nearest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Parameters (n,) of the nearest points of the curve, and their distances [m] (n,)."""
+        """Return parameters (n,) of the nearest points of the curve, and their distances [m] (n,)."""
         u = np.linspace(0, 1, FINE // 2 + 1)
         curve = self.at(u)
         best = np.array([np.argmin(((curve - point) ** 2).sum(axis=1)) for point in points])

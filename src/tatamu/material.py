@@ -21,15 +21,15 @@ PRESETS = Path(__file__).parent / "presets"
 """Folder of the materials that come with tatamu; see `tatamu.presets`."""
 
 GRAVITY = 9.81
-"""Standard acceleration of free fall used where nothing else is said [m/s^2]."""
+"""Standard acceleration of free fall, used if no other value is given [m/s^2]."""
 
 Number = Annotated[float, Field(strict=True)]
-"""A number proper: no text, no truth value."""
+"""A strict number: no text, no truth value."""
 Friction = Annotated[Number, Field(ge=0.0, le=10.0, allow_inf_nan=False)]
 
 
 THICKNESS = (1e-5, 0.05)
-"""Least and greatest thickness of cloth [m]."""
+"""Lowest and highest thickness of cloth [m]."""
 
 
 DIRECTIONAL_AIR = (
@@ -40,18 +40,18 @@ DIRECTIONAL_AIR = (
     "air_drag_turning",
     "air_added_mass",
 )
-"""Fields of what air does beyond `air_drag`."""
+"""Fields of the effects of air other than `air_drag`."""
 ORTHOTROPIC_MEMBRANE = ("stretch_stiffness_weft", "shear_stiffness")
-"""Fields of a membrane that is not alike in all directions."""
+"""Fields of an orthotropic membrane."""
 ORTHOTROPIC_BENDING = ("bending_rigidity_weft", "bending_rigidity_bias")
-"""Fields of bending that is not alike in all directions."""
+"""Fields of orthotropic bending."""
 FRICTION_OF_BENDING = ("bending_hysteresis", "bending_rigidity_initial")
-"""Fields of bending that does not spring back as it was bent."""
+"""Fields of the friction of bending."""
 FRICTION_ELEMENTS = ((0.5, 0.4), (0.3, 1.0), (0.2, 2.5))
 """Elements of the friction of bending: parts of its stiffness, and yield curvatures, both sums of products being 1. The
 moment of a virgin sheet nears HB as 1 - exp(-k / k_y) does, within 0.09 HB."""
 STEEPER = 4.0
-"""Slope at which a bending moment turns around, over the slope far from there, where a material gives none."""
+"""Ratio of a bending moment's slope at a reversal to its slope far from there, if a material gives none."""
 UNSAID = (
     "blender",
     "compression",
@@ -60,43 +60,43 @@ UNSAID = (
     *FRICTION_OF_BENDING,
     *DIRECTIONAL_AIR,
 )
-"""Fields that are written only where they differ from their defaults."""
+"""Fields that are written only if they differ from their defaults."""
 
 
 class Material(BaseModel):
-    """The properties of a fabric that simulators use; alike in all directions unless weft, shear or bias are given."""
+    """The properties of a fabric that simulators use; isotropic unless weft, shear or bias are given."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     areal_density: Number = Field(ge=1e-3, le=20.0)
     """Mass per area, rho [kg/m^2]."""
     stretch_stiffness: Number = Field(ge=1e-1, le=1e6)
-    """Membrane stiffness Y: tension per width per strain [N/m]; along the warp where the weft has its own."""
+    """Membrane stiffness Y: tension per width per strain [N/m]; along the warp if the weft has its own."""
     stretch_stiffness_weft: Number | None = Field(None, ge=1e-1, le=1e6)
-    """The same along the weft [N/m]; None: as along the warp."""
+    """Membrane stiffness along the weft [N/m]; None for that along the warp."""
     shear_stiffness: Number | None = Field(None, ge=1e-2, le=1e6)
-    """Shear force per width per shear angle between warp and weft, G [N/m]; None: sqrt(Y Y_weft) / (2 (1 + nu)), that
-    of a material alike in all directions."""
+    """Shear force per width per shear angle between warp and weft, G [N/m]; None for sqrt(Y Y_weft) / (2 (1 + nu)), the
+    value of an isotropic material."""
     poisson_ratio: Number = Field(0.25, ge=-0.95, le=0.95)
-    """In-plane Poisson ratio nu [-]; where warp and weft differ, the geometric mean of both."""
+    """In-plane Poisson ratio nu [-]; if warp and weft differ, the geometric mean of both."""
     compression: Number = Field(1.0, ge=1e-3, le=1.0)
-    """Fraction c of the stretch stiffness that resists compression [-]; less than 1 stands for wrinkles finer than the
+    """Fraction c of the stretch stiffness that resists compression [-]; less than 1 represents wrinkles finer than the
     mesh."""
     bending_rigidity: Number = Field(ge=0.0, le=1.0)
-    """Bending rigidity B: moment per width per curvature [N m]; along the warp where the weft has its own."""
+    """Bending rigidity B: moment per width per curvature [N m]; along the warp if the weft has its own."""
     bending_rigidity_weft: Number | None = Field(None, ge=0.0, le=1.0)
-    """The same along the weft [N m]; None: as along the warp."""
+    """Bending rigidity along the weft [N m]; None for that along the warp."""
     bending_rigidity_bias: Number | None = Field(None, ge=0.0, le=1.0)
-    """The same of a wide sheet that is bent to a cylinder at 45 degrees to warp and weft [N m], at least a quarter of
-    the sum of both; None: as of sheets alike in all directions, (B + B_weft + 2 sqrt(B B_weft)) / 4."""
+    """Bending rigidity of a wide sheet that is bent to a cylinder at 45 degrees to warp and weft [N m], at least a
+    quarter of the sum of both; None for that of an isotropic sheet, (B + B_weft + 2 sqrt(B B_weft)) / 4."""
     bending_hysteresis: Number = Field(0.0, ge=0.0, le=1.0)
     """Frictional moment of bending per width, HB [N]: half of the width 2HB of the loop of moment against curvature, as
-    Kawabata's test states it."""
+    Kawabata's test reports it."""
     bending_rigidity_initial: Number | None = Field(None, ge=0.0, le=10.0)
-    """Slope of that loop where bending turns around [N m], more than all rigidities; None: four times the rigidity.
-    Without effect where there is no hysteresis."""
+    """Slope of that loop at a reversal of bending [N m], more than all rigidities; None for four times the rigidity. It
+    has no effect without hysteresis."""
     thickness: Number = Field(1e-3, ge=THICKNESS[0], le=THICKNESS[1])
-    """Distance at which layers rest [m]."""
+    """Distance between layers at rest [m]."""
     friction_table: Friction = 0.5
     """Coulomb coefficient of cloth on table, static = kinetic [-]."""
     friction_cloth: Friction = 0.5
@@ -113,17 +113,17 @@ class Material(BaseModel):
     air_drag_quadratic_tangential: Number = Field(0.0, ge=0.0, le=1e3)
     """Drag along the surface, per area per square of the velocity along it [kg/m^3]."""
     air_drag_turning: Number = Field(0.0, ge=0.0, le=1e3)
-    """Drag along the normal of what turned around: per area, per square of the velocity, times the cube root of the way
-    since then [kg/m^(8/3)]; `air_drag_quadratic` acts where that is more."""
+    """Drag along the normal after a reversal of the motion: per area, per square of the velocity, times the cube root of
+    the path since the reversal [kg/m^(8/3)]; `air_drag_quadratic` acts if it is larger."""
     air_added_mass: Number = Field(0.0, ge=0.0, le=20.0)
-    """Mass of air per area that moves with the surface along its normal [kg/m^2]; it weighs nothing."""
+    """Mass of air per area that moves with the surface along its normal [kg/m^2]; it adds no weight."""
 
     blender: dict[str, bool | int | float | str] | None = None
-    """Blender's own numbers by their property names, used as they are by that simulator alone; it checks them."""
+    """Blender's own numbers by their property names, used unchanged by that simulator only, which checks them."""
 
     @model_serializer(mode="wrap")
     def _plain(self, standard: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Plain data, without the fields of `UNSAID` that have their defaults."""
+        """Return plain data, without the fields of `UNSAID` that have their defaults."""
         plain: dict[str, Any] = standard(self)
         for name in UNSAID:
             if getattr(self, name) == type(self).model_fields[name].default:
@@ -150,12 +150,12 @@ class Material(BaseModel):
 
     @property
     def orthotropic_membrane(self) -> bool:
-        """Whether the membrane has directions of its own."""
+        """Whether the membrane is orthotropic."""
         return any(getattr(self, name) is not None for name in ORTHOTROPIC_MEMBRANE)
 
     @property
     def orthotropic_bending(self) -> bool:
-        """Whether bending has directions of its own."""
+        """Whether bending is orthotropic."""
         return any(getattr(self, name) is not None for name in ORTHOTROPIC_BENDING)
 
     @property
@@ -184,7 +184,7 @@ class Material(BaseModel):
 
     @property
     def friction_stiffness(self) -> float:
-        """Slope of the frictional moment where bending turns around [N m]; 0 without hysteresis."""
+        """Slope of the frictional moment at a reversal of bending [N m]; 0 without hysteresis."""
         if self.bending_hysteresis == 0.0:
             return 0.0
         initial = self.bending_rigidity_initial
@@ -201,7 +201,7 @@ class Material(BaseModel):
 
     @property
     def directional_air(self) -> bool:
-        """Whether air acts otherwise along the normal than along the surface, or by the square of a velocity."""
+        """Whether air acts differently along the normal and along the surface, or by the square of a velocity."""
         return any(getattr(self, name) > 0.0 for name in DIRECTIONAL_AIR)
 
     @property
@@ -211,12 +211,12 @@ class Material(BaseModel):
 
 
 def preset_names() -> list[str]:
-    """Names of all presets, sorted."""
+    """Return the names of all presets, sorted."""
     return sorted(path.stem for path in PRESETS.glob("*.toml"))
 
 
 def is_preset(path: Path) -> bool:
-    """Whether this names a preset, and no file."""
+    """Return whether a path is the name of a preset and not a file."""
     return not path.exists() and path.name == str(path) and (PRESETS / f"{path}.toml").is_file()
 
 
@@ -243,7 +243,7 @@ def load_material(path: Path) -> Material:
     """Read a material from the `[material]` table of a TOML file, or from the preset of that name.
 
     Raises:
-        InputError: The file cannot be read, or a field is wrong; the message names both.
+        InputError: If the file cannot be read, or a field is wrong; the message names both.
     """
     if is_preset(path):
         path = PRESETS / f"{path}.toml"

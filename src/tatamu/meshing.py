@@ -4,9 +4,9 @@ There are two ways to end staggered rows at a straight side, and both are needed
 
 - `staggered_rectangle`: all rows have the same number of points and all inner ones are shifted by a quarter cell, one
   row left, the next right. No triangle at the side is much smaller than the others, which would slow an explicit
-  simulator down. Garments and the strips of calibration are made of it.
+  simulator down. It is used for garments and the strips of calibration.
 - `staggered`: every other row is shifted by half a cell and has one point more. All inner triangles are equal, those at
-  the side are halves. Validation measures on it, as the mesh of textbooks.
+  the side are halves. Validation uses it, because textbooks use this mesh.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ import numpy as np
 from scipy.spatial import Delaunay
 
 ROW = np.sqrt(0.75)
-"""Distance of the rows of an equilateral lattice in spacings."""
+"""Distance between the rows of an equilateral lattice, in spacings."""
 SHEAR = 0.25
-"""Columns of even and odd rows are shifted by this part of a cell, one left, one right: interior triangles are then
+"""Shift of columns of even and odd rows in parts of a cell, one left, one right. Interior triangles are then
 equilateral, and those at the straight sides are not so small that they would slow the explicit steps down."""
 SLIVER = 1e-3
-"""Triangles of less than this part of twice the area of a square are no triangles: Delaunay also joins points along a
-straight side."""
+"""Triangles are left out if twice their area is below this part of a square's, because Delaunay also joins points along
+a straight side."""
 
 
 def staggered_rectangle(width: float, length: float, spacing: float) -> tuple[np.ndarray, np.ndarray]:
-    """Near-equilateral mesh of a rectangle: rows along y, stacked along x.
+    """Return a near-equilateral mesh of a rectangle: rows along y, stacked along x.
 
     Returns:
         Vertices [m], shape (n, 3), z = 0, centred; triangles, shape (m, 3), normals up.
@@ -48,7 +48,9 @@ def staggered_rectangle(width: float, length: float, spacing: float) -> tuple[np
 
 
 def staggered(length: float, width: float, spacing: float) -> tuple[np.ndarray, np.ndarray]:
-    """Equilateral mesh of a rectangle, halves at its sides: rows along y, every other one shifted by half a cell.
+    """Return an equilateral mesh of a rectangle, with halves at its sides.
+
+    Rows run along y, every other one shifted by half a cell.
 
     Returns:
         Points over 0..length x 0..width [m], shape (n, 2); counter-clockwise triangles, shape (m, 3).
@@ -67,7 +69,7 @@ def staggered(length: float, width: float, spacing: float) -> tuple[np.ndarray, 
 
 
 def _between(low: int, high: int, cells: int, wide_first: bool) -> np.ndarray:
-    """Triangles between a row of cells + 1 points and one of cells + 2, counter-clockwise seen from +z."""
+    """Return triangles between a row of cells + 1 points and one of cells + 2, counter-clockwise seen from +z."""
     narrow, wide = (high, low) if wide_first else (low, high)
     k = np.arange(cells)
     j = np.arange(cells + 1)
@@ -78,11 +80,11 @@ def _between(low: int, high: int, cells: int, wide_first: bool) -> np.ndarray:
 
 
 def delaunay(points: np.ndarray, joined: np.ndarray | None = None) -> np.ndarray:
-    """Delaunay triangles of points (n, 2), counter-clockwise, shape (m, 3).
+    """Return Delaunay triangles of points (n, 2), counter-clockwise, shape (m, 3).
 
     Args:
-        points: Of the mesh.
-        joined: Where the points are when they are joined; None: where they are.
+        points: Points of the mesh, shape (n, 2).
+        joined: Places of the points for the triangulation, shape (n, 2); None for `points`.
     """
     faces = Delaunay(points if joined is None else joined).simplices.astype(np.int64)
     clockwise = twice_areas(points, faces) < 0
@@ -91,6 +93,6 @@ def delaunay(points: np.ndarray, joined: np.ndarray | None = None) -> np.ndarray
 
 
 def twice_areas(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Twice the area of each triangle, negative if clockwise, shape (m,)."""
+    """Return twice the area of each triangle, negative if clockwise, shape (m,)."""
     a, b, c = (points[faces[:, k]] for k in range(3))
     return (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]

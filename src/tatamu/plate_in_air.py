@@ -1,7 +1,7 @@
-"""The air that a thin plate carries and is held by, predicted from its size.
+"""The air that a thin plate carries, and the drag on it, predicted from its size.
 
-None of this is measured on cloth: it is potential flow and the measured drag of rigid plates, to choose a material's
-`air_*` fields by where no swing of the cloth was timed. docs/theory/air.md derives and compares.
+None of this is measured on cloth. It is potential flow and the measured drag of rigid plates, for choosing a material's
+`air_*` fields if no swing of the cloth was timed. docs/theory/air.md derives and compares.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ STEADY_DRAG = 1.17
 
 
 def disc_added_mass(radius: float, density: float = AIR_DENSITY) -> float:
-    """Added mass per area of a thin disc that moves along its axis [kg/m^2].
+    """Return the added mass per area of a thin disc that moves along its axis [kg/m^2].
 
-    The disc carries 8/3 density radius^3 (Lamb, Hydrodynamics, article 102); divided by its area that is
-    8 / (3 pi) density radius.
+    The disc carries 8/3 density radius^3 (Lamb, Hydrodynamics, article 102); divided by its area that is 8 / (3 pi)
+    density radius.
 
     Args:
-        radius: Of the disc [m].
-        density: Of the air [kg/m^3].
+        radius: Radius of the disc [m].
+        density: Density of the air [kg/m^3].
     """
     return 8.0 / (3.0 * np.pi) * density * radius
 
 
 def rectangle_added_mass(length: float, width: float, density: float = AIR_DENSITY) -> float:
-    """Added mass per area of a thin rectangle that moves along its normal [kg/m^2].
+    """Return the added mass per area of a thin rectangle that moves along its normal [kg/m^2].
 
     A rectangle with sides a <= b carries C pi/4 density a^2 b, the infinite strip's mass times a coefficient C of b / a
     that is tabulated (DNV-RP-C205, Environmental Conditions and Environmental Loads, table D-2, rectangular plates).
@@ -42,18 +42,18 @@ def rectangle_added_mass(length: float, width: float, density: float = AIR_DENSI
     Args:
         length: One side [m].
         width: The other side [m].
-        density: Of the air [kg/m^3].
+        density: Density of the air [kg/m^3].
     """
     short = min(length, width)
     aspect = max(length, width) / short
     part = np.interp(1.0 / aspect, 1.0 / _ASPECT[::-1], _COEFFICIENT[::-1])
-    if aspect > _ASPECT[-1]:  # towards 1 of the strip
+    if aspect > _ASPECT[-1]:  # approaches 1, the strip's coefficient
         part = 1.0 - (1.0 - _COEFFICIENT[-1]) * _ASPECT[-1] / aspect
     return float(part * np.pi / 4.0 * density * short)
 
 
 def steady_drag(density: float = AIR_DENSITY) -> float:
-    """Drag per area and square of the speed of a square plate across a steady flow [kg/m^3]: half of density C_D."""
+    """Return density C_D / 2, the drag per area and square of the speed of a square plate in steady flow [kg/m^3]."""
     return 0.5 * density * STEADY_DRAG
 
 
@@ -64,42 +64,43 @@ SHARE = 27.0 / 20.0
 
 
 def swinging_drag(amplitude: float, width: float, density: float = AIR_DENSITY) -> float:
-    """Drag per area and square of the speed of a plate that swings along its normal [kg/m^3].
+    """Return the drag per area and square of the speed of a plate that swings along its normal [kg/m^3].
 
-    To and fro over less than its width, a plate drags more than in a steady flow, as it meets its own vortices:
+    To and fro over less than its width, a plate has more drag than in a steady flow, because it meets its own vortices:
     C_D = 8 KC^(-1/3), with the Keulegan-Carpenter number KC = 2 pi amplitude / width (Graham 1980, J. Fluid Mech. 97,
-    331 to 346; between KC 1 and 30). It is never taken below that of the steady flow.
+    331 to 346; between KC 1 and 30). The result is at least the drag in a steady flow.
 
     Args:
-        amplitude: Of the swing, half of peak to peak [m].
-        width: Of the plate, across the edges that shed vortices [m].
-        density: Of the air [kg/m^3].
+        amplitude: Amplitude of the swing, half of peak to peak [m].
+        width: Width of the plate, across the edges that shed vortices [m].
+        density: Density of the air [kg/m^3].
     """
     number = 2.0 * np.pi * amplitude / width
     return 0.5 * density * max(GRAHAM * number ** (-1.0 / 3.0), STEADY_DRAG)
 
 
 def turning_drag(width: float, density: float = AIR_DENSITY) -> float:
-    """Drag along the normal of a plate after it turned around, `Material.air_drag_turning` [kg/m^(8/3)].
+    """Return the drag along the normal of a plate after it turned around, `Material.air_drag_turning` [kg/m^(8/3)].
 
-    By the way s since then the plate drags with density C_D / 2, C_D = 8 / 1.35 (pi s / width)^(-1/3): over a harmonic
-    swing that takes as much energy as the C_D of `swinging_drag`, with KC = pi s / width at the end of a stroke.
+    After a path s since the turn the plate has drag with density C_D / 2, C_D = 8 / 1.35 (pi s / width)^(-1/3). Over a
+    harmonic swing that takes as much energy as the C_D of `swinging_drag`, with KC = pi s / width at the end of a
+    stroke.
 
     Args:
-        width: Of the plate, across the edges that shed vortices [m].
-        density: Of the air [kg/m^3].
+        width: Width of the plate, across the edges that shed vortices [m].
+        density: Density of the air [kg/m^3].
     """
     return float(0.5 * density * GRAHAM / SHARE * np.cbrt(width / np.pi))
 
 
 def skin_drag(frequency: float, density: float = AIR_DENSITY, viscosity: float = AIR_VISCOSITY) -> float:
-    """Linear drag along both faces of a plate that swings in its own plane [N s/m^3].
+    """Return the linear drag along both faces of a plate that swings in its own plane [N s/m^3].
 
-    Stokes's second problem: each face is dragged by density sqrt(viscosity omega / 2) times its velocity.
+    Stokes's second problem: the drag on each face is density sqrt(viscosity omega / 2) times its velocity.
 
     Args:
         frequency: Swings per second [1/s].
-        density: Of the air [kg/m^3].
-        viscosity: Kinematic, of the air [m^2/s].
+        density: Density of the air [kg/m^3].
+        viscosity: Kinematic viscosity of the air [m^2/s].
     """
     return float(2.0 * density * np.sqrt(viscosity * np.pi * frequency))

@@ -1,4 +1,4 @@
-"""Base classes of what files hold: frozen, validated on construction, every number finite."""
+"""Base classes of the contents of files: frozen, validated on construction, every number finite."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ from pydantic import BaseModel, ConfigDict, SerializerFunctionWrapHandler, model
 
 
 class Record(BaseModel):
-    """Base of what users write: an unknown field is an error."""
+    """Base of files that users write: an unknown field is an error."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True)
 
 
 class OpenRecord(BaseModel):
-    """Base of what tatamu writes and reads again: fields that other versions add are passed over."""
+    """Base of files that tatamu writes and reads again: fields that other versions add are ignored."""
 
     model_config = ConfigDict(frozen=True, extra="ignore", allow_inf_nan=False, arbitrary_types_allowed=True)
 
     UNSAID: ClassVar[frozenset[str]] = frozenset()
-    """Fields that are left out of the file where they have their default."""
+    """Fields that are left out of the file if they have their default."""
 
     @model_serializer(mode="wrap")
     def _plain(self, standard: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Plain data in the order of the fields."""
+        """Return plain data in the order of the fields."""
         plain: dict[str, Any] = standard(self)
         for name in self.UNSAID:
             usual = type(self).model_fields[name].get_default(call_default_factory=True)

@@ -1,4 +1,4 @@
-"""A rollout: the motion that a simulator computes of a scene."""
+"""A rollout: the motion that a simulator computes from a scene."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Rollout:
         """Read a rollout.
 
         Raises:
-            InputError: The file cannot be read or is not a rollout.
+            InputError: If the file cannot be read or is not a rollout.
         """
         arrays = read_npz(Path(path), "a rollout file")
         with foreign(Path(path), "a rollout file"):

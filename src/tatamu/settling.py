@@ -1,4 +1,4 @@
-"""Making cloth come to rest soon: air drag near critical damping, which does not change where it rests."""
+"""Air drag near critical damping, with which cloth comes to rest soon; it does not change the shape at rest."""
 
 from __future__ import annotations
 
@@ -9,5 +9,5 @@ MOST_DRAG = 1e3
 
 
 def settling(material: Material, rate: float) -> Material:
-    """The material with the drag that damps motions of angular frequency `rate` [rad/s] critically."""
+    """Return the material with the drag that damps motions of angular frequency `rate` [rad/s] critically."""
     return material.model_copy(update={"air_drag": min(2.0 * rate * material.areal_density, MOST_DRAG)})

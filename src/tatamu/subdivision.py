@@ -1,6 +1,6 @@
 """Midpoint subdivision: the same scene on a mesh of half the spacing, every triangle cut into four.
 
-The vertices of the coarse mesh stay and stay first, so that two rollouts can be compared vertex by vertex.
+The vertices of the coarse mesh come first in the fine one, so that two rollouts can be compared vertex by vertex.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from tatamu.topology import Topology
 
 
 def subdivided(scene: Scene, times: int = 1) -> Scene:
-    """A scene with every edge of its cloth halved `times` times.
+    """Return a scene with every edge of its cloth halved `times` times.
 
-    Hands hold also the middles of edges that they hold both ends of.
+    Hands also hold the middles of edges whose ends they both hold.
     """
     for _ in range(times):
         scene = _halved(scene)
@@ -23,7 +23,7 @@ def subdivided(scene: Scene, times: int = 1) -> Scene:
 
 
 def on_coarse_mesh(rollout: Rollout, faces: np.ndarray) -> Rollout:
-    """The rollout of a subdivided mesh as one of the mesh it was made from, with triangles `faces` of shape (m, 3)."""
+    """Return the rollout of a subdivided mesh on its coarse mesh, with triangles `faces` of shape (m, 3)."""
     return Rollout(rollout.times, rollout.positions[:, : faces.max() + 1], faces, rollout.info)
 
 
@@ -53,7 +53,7 @@ def _with_middles(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
 
 
 def _middles(pairs: np.ndarray, edges: np.ndarray, count: int) -> np.ndarray:
-    """Numbers of the vertices in the middle of edges, given as pairs of shape (k, 2); `edges` are in lexical order."""
+    """Return the vertices in the middle of edges, given as pairs (k, 2), by index; `edges` are in lexical order."""
     key = np.array([count, 1])
     return count + np.searchsorted(edges @ key, np.sort(pairs, axis=1) @ key)
 

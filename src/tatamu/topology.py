@@ -1,4 +1,4 @@
-"""Edges, hinges and borders of a triangle mesh, and whether it is a mesh that cloth can be made of."""
+"""Edges, hinges and borders of a triangle mesh, and a check whether cloth can be made of it."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import numpy as np
 
 
 def facing_down(flat: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Whether the normal of each triangle (m, 3) of a flat shape (n, 3) points down, as those of a lower layer do."""
+    """Return whether the normal of each triangle (m, 3) of a flat shape (n, 3) points down, as in a lower layer."""
     a, b, c = (flat[faces[:, k], :2] for k in range(3))
     return np.asarray((b - a)[:, 0] * (c - a)[:, 1] < (b - a)[:, 1] * (c - a)[:, 0])
 
 
 @dataclass(frozen=True)
 class Topology:
-    """Who touches whom in a triangle mesh."""
+    """Adjacency of a triangle mesh."""
 
     faces: np.ndarray
     """Triangles, shape (m, 3)."""
@@ -42,7 +42,7 @@ class Topology:
 
     @property
     def faces_per_edge(self) -> np.ndarray:
-        """How many triangles share each edge, shape (e,)."""
+        """Number of triangles that share each edge, shape (e,)."""
         return self._grouped[2]
 
     @cached_property
@@ -68,7 +68,7 @@ class Topology:
         return np.column_stack([first, opposite[inner[:, 0]], opposite[inner[:, 1]]])
 
     def _corner_order(self, sides: np.ndarray) -> np.ndarray:
-        """The two ends of sides in their own triangle's order, shape (s, 2)."""
+        """Return the two ends of sides in their own triangle's order, shape (s, 2)."""
         count = len(self.faces)
         corner = sides // count
         face = sides % count
@@ -76,38 +76,38 @@ class Topology:
 
 
 def among(pairs: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Which pairs of vertices, shape (k, 2), are among others, shape (o, 2), in either order; shape (k,)."""
+    """Return which pairs of vertices, shape (k, 2), are among others, shape (o, 2), in either order; shape (k,)."""
     count = max(pairs.max(initial=0), others.max(initial=0)) + 1
     return np.isin(np.sort(pairs, axis=1) @ [count, 1], np.sort(others, axis=1) @ [count, 1])
 
 
 def areas(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Triangle areas, shape (m,), from points of shape (n, 3)."""
+    """Return triangle areas, shape (m,), from points of shape (n, 3)."""
     a, b, c = (points[faces[:, k]] for k in range(3))
     return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
 
 
 def edge_lengths(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """Lengths of edges, shape (e,), from points of shape (n, 2) or (n, 3) and edges of shape (e, 2)."""
+    """Return lengths of edges, shape (e,), from points of shape (n, 2) or (n, 3) and edges of shape (e, 2)."""
     return np.asarray(np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1))
 
 
 def longest_sides(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Longest side of each triangle, shape (m,), from points of shape (n, 3)."""
+    """Return the longest side of each triangle, shape (m,), from points of shape (n, 3)."""
     return np.max([edge_lengths(points, faces[:, [i - 1, i]]) for i in range(3)], axis=0)
 
 
 def lumped(weight: np.ndarray, faces: np.ndarray, count: int) -> np.ndarray:
-    """Share the weight of every triangle, shape (m,), equally among its corners; shape (count,)."""
+    """Return the weight of every triangle, shape (m,), shared equally among its corners; shape (count,)."""
     return np.bincount(faces.ravel(), np.repeat(weight / 3.0, 3), minlength=count)
 
 
 def check_mesh(rest: np.ndarray, faces: np.ndarray, seams: np.ndarray) -> None:
-    """Refuse what is not a cloth.
+    """Refuse a mesh of which no cloth can be made.
 
     Raises:
-        ValueError: No triangles, an index out of range, a triangle without area, a vertex in no triangle,
-            an edge with more than two triangles, or a seam that is not an inner edge.
+        ValueError: If there are no triangles, an index is out of range, a triangle has no area, a vertex is in no
+            triangle, an edge has more than two triangles, or a seam is not an inner edge.
     """
     count = len(rest)
     if not len(faces):

@@ -1,7 +1,7 @@
-"""Triangles to pixels: which triangle lies highest over each pixel, and how high.
+"""Triangles to pixels: the highest triangle over each pixel, and its height.
 
-A triangle covers the pixels whose centres it holds; pixel (i, j) has its centre at (i + 0.5, j + 0.5). Masks, maps of
-heights and pictures are all made of this.
+A triangle covers the pixels whose centres lie in it; pixel (i, j) has its centre at (i + 0.5, j + 0.5). Masks, maps of
+heights and pictures are made with it.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ class ZBuffer:
     """The highest triangle over each pixel of a grid."""
 
     heights: np.ndarray
-    """At the pixels' centres, -inf where there is no triangle, shape (columns, rows)."""
+    """Heights at the pixels' centres, -inf without a triangle, shape (columns, rows)."""
     face: np.ndarray
-    """Number of the triangle, -1 where there is none, shape (columns, rows)."""
+    """Index of the triangle, -1 without one, shape (columns, rows)."""
     weights: np.ndarray
     """Barycentric coordinates of the pixels' centres in their triangles, shape (columns, rows, 3)."""
 
 
 def z_buffer(points: np.ndarray, faces: np.ndarray, shape: tuple[int, int], slack: float = 0.0) -> ZBuffer:
-    """The highest triangle over each pixel.
+    """Return the highest triangle over each pixel.
 
     Args:
         points: Place on the grid (along its columns, along its rows) [pixels] and height, shape (n, 3).
         faces: Triangles, shape (m, 3).
-        shape: Columns and rows of the grid.
-        slack: A centre that is no farther outside than this in barycentric coordinates counts as inside, so that
-            rounding opens no gap between two triangles.
+        shape: Numbers of columns and rows of the grid.
+        slack: Distance outside a triangle, in barycentric coordinates, at which a centre still counts as inside, so
+            that rounding opens no gap between two triangles.
     """
     heights = np.full(shape, -np.inf)
     face = np.full(shape, -1, dtype=np.int64)
@@ -45,7 +45,7 @@ def z_buffer(points: np.ndarray, faces: np.ndarray, shape: tuple[int, int], slac
 
 
 def mask(points: np.ndarray, faces: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """Where any triangle is, shape (columns, rows); points of shape (n, 2) [pixels]."""
+    """Return where any triangle is, shape (columns, rows); points of shape (n, 2) [pixels]."""
     covered = np.zeros(shape, dtype=np.bool_)
     _cover(np.ascontiguousarray(points, dtype=float), faces, covered)
     return covered
@@ -53,13 +53,13 @@ def mask(points: np.ndarray, faces: np.ndarray, shape: tuple[int, int]) -> np.nd
 
 @njit(inline="always")
 def _range(a, b, c, size):  # type: ignore[no-untyped-def]
-    """The pixels along one axis, of `size`, that a triangle with these corners may cover."""
+    """Return the pixels along one axis, of `size`, that a triangle with these corners may cover."""
     return range(int(max(min(a, b, c), 0.0)), int(min(max(a, b, c) + 1.0, size)))
 
 
 @njit(inline="always")
 def _sides(ax, ay, bx, by, cx, cy, x, y):  # type: ignore[no-untyped-def]
-    """Twice the signed areas of (x, y) with each side: of one sign inside, their sum that of the triangle."""
+    """Return twice the signed areas of (x, y) with each side: of one sign inside, their sum that of the triangle."""
     ab = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
     bc = (cx - bx) * (y - by) - (cy - by) * (x - bx)
     ca = (ax - cx) * (y - cy) - (ay - cy) * (x - cx)
