@@ -43,7 +43,7 @@ class InputError(TatamuError):
 
 
 class UnavailableError(InputError):
-    """A scheduler, a database or a disk that the run needs does not answer, or is full; a later run goes on."""
+    """A scheduler, a database or a disk that the run needs does not answer, or is full; a later run resumes."""
 
 
 class SimulationError(TatamuError):

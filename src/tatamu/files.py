@@ -47,7 +47,7 @@ def check_targets(targets: Sequence[Path], sources: Sequence[Path] = ()) -> None
     """Refuse targets that cannot be written, or would overwrite a source, before any work is done.
 
     Raises:
-        InputError: A target is a folder, or one of the sources.
+        InputError: If a target is a folder, or one of the sources.
     """
     for target in targets:
         if os.path.isdir(target):  # unlike Path.is_dir, False for a name that no file can have: writing says so
@@ -58,7 +58,7 @@ def check_targets(targets: Sequence[Path], sources: Sequence[Path] = ()) -> None
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield a temporary name beside `path`; rename it onto `path` when the block ends well, else remove it."""
+    """Yield a temporary name beside `path`; rename it onto `path` if the block succeeds, otherwise remove it."""
     if not path.name:
         raise InputError(f"{path}: cannot be written (is a folder)")
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
@@ -69,12 +69,12 @@ def replacing(path: Path) -> Iterator[Path]:
     except OSError as error:
         raise unwritable(path, error) from None
     finally:
-        with suppress(OSError):  # where nothing could be written, nothing is to be removed
+        with suppress(OSError):  # if nothing could be written, nothing is to be removed
             temporary.unlink()
 
 
 def unwritable(path: Path, error: OSError) -> InputError:
-    """The error of a file or folder that cannot be written: an `UnavailableError` where its disk is full."""
+    """Return the error of a file or folder that cannot be written: an `UnavailableError` if its disk is full."""
     kind = UnavailableError if error.errno in FULL else InputError
     return kind(f"{path}: cannot be written ({error.strerror or error})")
 
@@ -140,7 +140,11 @@ def read_bytes(path: Path, largest: int = LARGEST_TEXT) -> bytes:
 
 
 def read_text(path: Path, largest: int = LARGEST_TEXT) -> str:
-    """Read a UTF-8 text file, or say in one line why it cannot be read."""
+    """Read a UTF-8 text file.
+
+    Raises:
+        InputError: If it cannot be read; the message gives the reason in one line.
+    """
     try:
         return read_bytes(path, largest).decode("utf-8-sig")  # some editors put a mark in front
     except UnicodeDecodeError:
@@ -149,11 +153,11 @@ def read_text(path: Path, largest: int = LARGEST_TEXT) -> str:
 
 @contextmanager
 def foreign(path: Path, what: str) -> Iterator[None]:
-    """Call a library's reader: whatever it raises becomes one line, and what it would print is left out.
+    """Call a library's reader: any error becomes one line, and its output is suppressed.
 
     Args:
-        path: The file that is read.
-        what: What it should be, such as "a DXF file".
+        path: The file to read.
+        what: Expected kind of file, such as "a DXF file".
 
     Raises:
         InputError: If the reader raises anything.
@@ -175,7 +179,11 @@ def foreign(path: Path, what: str) -> Iterator[None]:
 
 
 def read_json(path: Path) -> Any:
-    """Read JSON, or say where it stops being JSON."""
+    """Read JSON.
+
+    Raises:
+        InputError: If the file is no JSON; the message names the place.
+    """
     text = read_text(path)
     try:
         return json.loads(text, object_pairs_hook=_once, parse_int=_integer)
@@ -201,7 +209,7 @@ def _check_fields(fields: Mapping[str, Any]) -> None:
 
 
 def _integer(text: str) -> int:
-    """An integer that is a floating point number as well: no formula and no message expects others."""
+    """Return an integer that also fits a floating point number; no formula and no message expects larger ones."""
     if len(text) > MOST_DIGITS:
         raise InputError(f"(whole file): must have integers of at most {MOST_DIGITS} digits, given {len(text)}")
     return int(text)
@@ -218,7 +226,11 @@ def _check_parts(value: Any) -> None:
 
 
 def read_toml(path: Path) -> Any:
-    """Read TOML, or say where it stops being TOML."""
+    """Read TOML.
+
+    Raises:
+        InputError: If the file is no TOML; the message names the place.
+    """
     text = read_text(path, LARGEST_TOML)
     try:
         value = tomllib.loads(text)
@@ -237,8 +249,8 @@ def read_npz(path: Path, what: str = "an .npz file of numbers", largest: int = L
 
     Args:
         path: The file.
-        what: What it should be, for the message.
-        largest: The memory that its arrays may take in all [bytes].
+        what: Expected kind of file, for the message.
+        largest: Largest memory of all its arrays [bytes].
 
     Raises:
         InputError: If it cannot be read, is no .npz file, has other arrays, or is larger.
@@ -255,10 +267,10 @@ def read_npz(path: Path, what: str = "an .npz file of numbers", largest: int = L
 
 
 def _size(member: IO[bytes], unpacked: int, name: str) -> int:
-    """Size of the array in a member of an .npz file [bytes], from its header.
+    """Return the size of the array in a member of an .npz file [bytes], from its header.
 
     Raises:
-        ValueError: If it is no array of numbers and no single text, or its header does not fit it.
+        ValueError: If it is no array of numbers and no single text, or its header does not match it.
     """
     version = npy.read_magic(member)
     if version not in ((1, 0), (2, 0)):
@@ -291,7 +303,7 @@ def validated(model: type[Model], value: Any, source: Path | str) -> Model:
 
 @cache
 def _validator(model: type[BaseModel]) -> SchemaValidator:
-    """A validator that stops at the first wrong item of each list: a file may have millions, each with its error."""
+    """Return a validator that stops at the first wrong item of a list, as a file may have millions of wrong items."""
     return SchemaValidator(_failing_fast(TypeAdapter(model).core_schema))
 
 

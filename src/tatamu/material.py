@@ -113,7 +113,7 @@ class Material(BaseModel):
     air_drag_quadratic_tangential: Number = Field(0.0, ge=0.0, le=1e3)
     """Drag along the surface, per area per square of the velocity along it [kg/m^3]."""
     air_drag_turning: Number = Field(0.0, ge=0.0, le=1e3)
-    """Drag along the normal after a reversal of the motion: per area, per square of the velocity, times the cube root of
+    """Drag along the normal after a reversal of motion: per area, per square of the velocity, times the cube root of
     the path since the reversal [kg/m^(8/3)]; `air_drag_quadratic` acts if it is larger."""
     air_added_mass: Number = Field(0.0, ge=0.0, le=20.0)
     """Mass of air per area that moves with the surface along its normal [kg/m^2]; it adds no weight."""
@@ -177,7 +177,7 @@ class Material(BaseModel):
 
     @property
     def twist_rigidity(self) -> float:
-        """Twisting moment, as it works on the twist k_uv, per twist [N m]; 2 B of a sheet alike in all directions."""
+        """Twisting moment, as it works on the twist k_uv, per twist [N m]; 2 B of an isotropic sheet."""
         if self.bending_rigidity_bias is not None:
             return max(0.0, 4.0 * self.bending_rigidity_bias - self.bending_rigidity - self.weft_rigidity)
         return 2.0 * (self.bending_rigidity * self.weft_rigidity) ** 0.5

@@ -79,9 +79,9 @@ def _views(first: Result, second: Result, opinion: Opinion) -> list[TopView]:
     area = extent(first.target, first.final, second.final)
     hands = paths(first)
     target, wanted = draw(first, first.target, area)
-    views = [view("Target", "the wanted shape", target, area)]
+    views = [view("Target", "the target shape", target, area)]
     for fold, name, word in (
-        (first, opinion.learned.simulator, "where it was learned"),
+        (first, opinion.learned.simulator, "learned here"),
         (second, opinion.simulator, "the second opinion"),
     ):
         views.append(view(name.capitalize(), word, outlined(draw(fold, fold.final, area)[0], wanted), area, hands))

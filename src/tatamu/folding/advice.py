@@ -82,7 +82,7 @@ def _remedies(garment: Garment, plan: Plan, found: list[tuple[int, Part]]) -> li
 
 
 def choices(garment: Garment) -> list[Proposal]:
-    """Return the plans for a garment, best first: known plans and, for the user's own garment, those of its outline.
+    """Return the plans for a garment, best first: built-in plans and, for the user's own garment, those of its outline.
 
     Raises:
         InputError: If no line is found over which the garment can be folded.
@@ -97,7 +97,7 @@ def choices(garment: Garment) -> list[Proposal]:
 
 
 def chosen(garment: Garment, names: Sequence[str]) -> list[Proposal]:
-    """Return plans for a garment by name, `auto` or file; all known plans if `names` is empty.
+    """Return plans for a garment by name, `auto` or file; all of them if `names` is empty.
 
     Raises:
         InputError: If a plan does not exist, or the garment cannot be folded by it.

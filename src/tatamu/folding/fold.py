@@ -119,7 +119,7 @@ class Fold:
         return Topology(self.garment.faces).edges
 
     def still(self) -> np.ndarray:
-        """Vertices that a perfect fold does not move, shape (n,)."""
+        """Return which vertices a perfect fold does not move, shape (n,)."""
         return np.linalg.norm(self.target - self.start, axis=1) < 1e-6
 
 

@@ -19,7 +19,7 @@ from tatamu.garments import Garment
 from tatamu.records import Record
 
 AUTO = "auto"
-"""Name that stands for the edge farthest from the line."""
+"""Name for the edge farthest from the line."""
 SIDES = {"+x": (1.0, 0.0), "-x": (-1.0, 0.0), "+y": (0.0, 1.0), "-y": (0.0, -1.0)}
 """Names of the moving side, and the direction from the line to it."""
 

@@ -1,4 +1,4 @@
-"""The plans that tatamu knows, in parts of the garment's length (x, from -0.5 at the hem) and width (y).
+"""The built-in plans, in parts of the garment's length (x, from -0.5 at the hem) and width (y).
 
 Left is +y. A user's own garment has the plans of its kind, if known, otherwise those of `ANY`.
 """
@@ -92,5 +92,5 @@ def make_plan(name: str, garment: Garment) -> Plan:
 
 
 def known_plans(garment: Garment) -> dict[str, Plan]:
-    """Return the plans that tatamu knows for a garment, by name, independent of its outline."""
+    """Return the built-in plans for a garment, by name, independent of its outline."""
     return PLANS.get(garment.kind if garment.own else garment.name, ANY)

@@ -48,7 +48,7 @@ class Drapemeter:
     spacing: float
     """Edge length of the mesh [m]."""
     seed: int = 0
-    """Random seed of the unevenness, and of where the rows start."""
+    """Random seed of the unevenness, and of the rows' first points."""
     waviness: float = 0.0
     """Standard deviation of the height of the unstrained cloth beyond the plate [m]."""
 
@@ -72,7 +72,7 @@ class Drapemeter:
 
     @cached_property
     def mesh(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return points of the ring [m], shape (n, 2), the fixed rows first, and its triangles."""
+        """Points of the ring [m], shape (n, 2), the fixed rows first, and its triangles."""
         random = np.random.default_rng(self.seed)
         radii = self.plate + self.row * (np.arange(-1, self.rows + 1) + 0.5)
         rings = [_ring(radius, self.spacing, random.uniform()) for radius in radii]

@@ -54,7 +54,7 @@ class PlanOutline:
 
     @property
     def curve(self) -> np.ndarray:
-        """Return the closed curve about the plate's axis [m], shape (k + 1, 2)."""
+        """The closed curve about the plate's axis [m], shape (k + 1, 2)."""
         angles = 2.0 * np.pi * np.arange(len(self.radii) + 1) / len(self.radii)
         radii = np.append(self.radii, self.radii[0])
         return radii[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])

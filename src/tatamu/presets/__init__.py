@@ -4,12 +4,12 @@ Each preset is a file NAME.toml in this folder:
 
     [preset]
     title = "..."                      what it is, in a few words
-    note = "..."                       optional: what to know before using it
+    note = "..."                       optional: caveats of its use
     [material]                         the fields of tatamu.material.Material
     [spread]                           optional: FIELD = [low, high], the range found in the source
-    [source]                           optional: FIELD = "where the figure is from, or that it is assumed"
+    [source]                           optional: FIELD = "source of the value, or that it is assumed"
 
-`--material NAME` takes a preset as it takes a file.
+`--material` accepts the name of a preset, or a file.
 """
 
 from __future__ import annotations

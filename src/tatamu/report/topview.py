@@ -90,7 +90,7 @@ def beside(fold: Result, goal: np.ndarray, name: str = "Learned fold") -> list[T
     final, _ = draw(fold, fold.final, area)
     return [
         view("Target", "the wanted shape", target, area),
-        view(name, "where the cloth came to rest", final, area, paths(fold)),
+        view(name, "the cloth at rest", final, area, paths(fold)),
         view("Both", "the fold with the target’s outline", outlined(final, wanted), area),
     ]
 
