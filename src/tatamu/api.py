@@ -1,4 +1,4 @@
-"""The Python interface: what joins several packages, so that a script and the command line do the same."""
+"""The Python interface: functions that join several packages, so that scripts and the command line do the same."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Result(study.Result):
         """Write the page of the fold, and return its path.
 
         Args:
-            file: Where it goes; None for `report.html` in the fold's folder.
+            file: File to write; None for `report.html` in the fold's folder.
 
         Raises:
             InputError: If the file cannot be written, or none is given and the fold has no folder.
@@ -48,7 +48,7 @@ class PlanResult(study.PlanResult):
         """Write the page of the plan, and return its path.
 
         Args:
-            file: Where it goes; None for `report.html` in the plan's folder.
+            file: File to write; None for `report.html` in the plan's folder.
 
         Raises:
             InputError: If the file cannot be written, or none is given and the plan has no folder.
@@ -65,7 +65,7 @@ def _public(found: study.Result | study.PlanResult) -> Result | PlanResult:
 
 
 def task_of(options: FoldOptions) -> Task:
-    """Return the task of options as the command line has them.
+    """Return the task of options as on the command line.
 
     Raises:
         InputError: If an option is wrong; the message names it.
@@ -111,9 +111,9 @@ def learn(
         task: The fold, made by `make_task`. The first step of a plan of several learns them all.
         options: Options of the study; None for the defaults.
         out: Folder that keeps the study while it runs; an unfinished one is resumed. None to keep it in memory.
-        evaluate: Minimised in place of the objective of the options: an evaluator, or a function of the parameters.
+        evaluate: Evaluator, or function of the parameters, to minimise instead of the objective of the options.
         executor: Where simulations run; None for threads on every processor.
-        database: Keeps the study; None for the file `study.db` of the folder.
+        database: Database that keeps the study; None for the file `study.db` of the folder.
         progress: Called with a `Progress` when the study is opened, after every trial, and when a stage starts.
 
     Raises:
@@ -200,10 +200,10 @@ def check(result: study.Result, simulator: str) -> Opinion:
 
 
 def calibrate(measurements: Measurements | Path | str, simulator: str = "native") -> Calibration:
-    """Find the material with which a simulator gives what was measured: `.material`, `.save(file)`.
+    """Find the material with which a simulator reproduces measurements: `.material`, `.save(file)`.
 
     Args:
-        measurements: What was measured, or the file of it.
+        measurements: The measurements, or their file.
         simulator: Name of the simulator.
 
     Raises:
@@ -215,7 +215,7 @@ def calibrate(measurements: Measurements | Path | str, simulator: str = "native"
 
 @dataclass(frozen=True)
 class FoldPlan:
-    """The motion of a robot that carries out a learned fold, and passed all checks."""
+    """A robot's motion that carries out a learned fold and passed all checks."""
 
     plan: RobotPlan
     result: study.Result
@@ -244,7 +244,7 @@ def plan_for(
     Args:
         result: The learned fold.
         robot: Name of a robot, or a .toml that describes one.
-        place: Where the fold's frame lies in the robot's base [m, m, rad]; None to search it.
+        place: Place of the fold's frame in the robot's base [m, m, rad]; None to search it.
         table_height: Height of the table top in the base [m]; None to search it.
 
     Raises:

@@ -1,4 +1,4 @@
-"""The options of learning: the only place where they and their defaults stand.
+"""The options of learning: the only definition of them and of their defaults.
 
 The command line, sweep files, results and the page's command for the same study are generated from these records or
 read them. The module imports little, so that `tatamu --help` is quick.
@@ -14,23 +14,23 @@ from tatamu.errors import InputError, describe
 from tatamu.records import Record
 
 MOST_PARALLEL = 16
-"""Largest number of pending trials: more would know too little of one another."""
+"""Largest number of pending trials; with more, each would be proposed without too many results."""
 USUAL_PENDING = 4
-"""Pending trials unless another number is given, if the simulator runs several: the same on any machine, since the
-study depends on it."""
+"""Default number of pending trials, if the simulator runs several; equal on any machine, because results depend on
+it."""
 USUAL_QUANTILE = 0.95
-"""The quantile that is minimised unless another one is given."""
+"""Default of the minimised quantile."""
 
 
 def _metavar(text: str) -> dict[str, Any]:
-    """Return what the command line shows in place of a value."""
+    """Return the placeholder that the command line shows for a value."""
     return {"metavar": text}
 
 
 class Options(Record):
     """Base of records of options; the descriptions of their fields are the help of the command line."""
 
-    model_config = ConfigDict(allow_inf_nan=True)  # the checks say what is wrong with such numbers
+    model_config = ConfigDict(allow_inf_nan=True)  # the checks report such numbers
 
     def __init__(self, **given: Any) -> None:
         """Make a record of options.
@@ -45,7 +45,7 @@ class Options(Record):
 
 
 class FoldOptions(Options):
-    """What is folded and how, by names and files."""
+    """Options of the garment and its fold, by names and files."""
 
     garment: str = Field(description="A name (`tatamu garments`) or a file.", json_schema_extra=_metavar("GARMENT"))
     size: str | None = Field(
@@ -78,7 +78,7 @@ class FoldOptions(Options):
 
 
 class LearnOptions(Options):
-    """How a fold is searched."""
+    """Options of the search of a fold."""
 
     trials: StrictInt | Literal["auto"] = Field(
         50,
@@ -96,7 +96,7 @@ class LearnOptions(Options):
         "the study started, as the robot's .toml says, or default.",
         json_schema_extra=_metavar("default|none|FILE.toml"),
     )
-    """A name or a file as the command line has it, or `Disturbances`; None for the default."""
+    """Name or file as on the command line, or `Disturbances`; None for the default."""
     quantile: float | Literal["mean"] | None = Field(
         None,
         description="Minimise this quantile of the objective, in later steps one with half as much beyond it, or its "
@@ -108,8 +108,8 @@ class LearnOptions(Options):
     )
     parallel: StrictInt | None = Field(
         None,
-        description=f"Trials pending at a time, on any number of cores; default: {USUAL_PENDING}. With 1 each knows "
-        "all before it.",
+        description=f"Trials pending at a time, on any number of cores; default: {USUAL_PENDING}. With 1 each is "
+        "proposed from all results before it.",
     )
     baselines: StrictBool = Field(True, description="Also score three fixed trajectories.")
 

@@ -24,7 +24,7 @@ def left_behind(garment: Garment, plan: Plan, hands: int | None = None) -> list[
 
     Args:
         garment: The garment to fold.
-        plan: The fold plan; each step starts from the ideal result of the step before.
+        plan: The fold plan; each step starts from the cloth as the step before lays it flat.
         hands: Number of hands that fold; None for the plan's number.
 
     Raises:

@@ -87,11 +87,11 @@ class Coverage:
     limit: np.ndarray
     """Overhang above which a vertex is not carried [m], shape (n,)."""
     missed: np.ndarray
-    """Vertices beyond the root of a part whose error would matter if they stayed behind, shape (n,)."""
+    """Whether each vertex lies beyond the root of a part and would be wrong if it stayed behind, shape (n,)."""
 
     @property
     def lost(self) -> np.ndarray:
-        """Vertices whose overhang exceeds the limit, shape (n,)."""
+        """Whether each missed vertex's overhang exceeds the limit, shape (n,)."""
         return self.missed & (self.overhang > self.limit)
 
 

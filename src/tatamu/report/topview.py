@@ -89,7 +89,7 @@ def beside(fold: Result, goal: np.ndarray, name: str = "Learned fold") -> list[T
     target, wanted = draw(fold, goal, area)
     final, _ = draw(fold, fold.final, area)
     return [
-        view("Target", "the wanted shape", target, area),
+        view("Target", "the target shape", target, area),
         view(name, "the cloth at rest", final, area, paths(fold)),
         view("Both", "the fold with the target’s outline", outlined(final, wanted), area),
     ]
