@@ -34,7 +34,7 @@ class TatamuError(Exception):
     """Base of every error that tatamu raises on purpose; its text is one line that a person can act on."""
 
     def __str__(self) -> str:
-        """The text as one line, without control characters."""
+        """Return the text as one line, without control characters."""
         return one_line(super().__str__())
 
 
@@ -55,7 +55,7 @@ class WorkerKilledError(SimulationError):
 
 
 def describe(error: ValidationError) -> str:
-    """One line for the first wrong field: where it is, what is allowed, what was given."""
+    """Return one line on the first wrong field: its place, the allowed and the given value."""
     errors = error.errors(include_url=False)
     first = errors[0]
     where = ".".join(str(part) for part in first["loc"]) or "(whole file)"

@@ -64,7 +64,7 @@ def render(fold: Result, hands: tuple[str, ...] = (LEFT, RIGHT), *, flying: bool
 
 
 def scene_picture(scene: Scene, rollout: Rollout, frame: int) -> np.ndarray:
-    """The cloth and the rigid bodies of a scene in one frame, bytes of shape (h, w, 4)."""
+    """Return a picture of a scene's cloth and rigid bodies in one frame, bytes of shape (h, w, 4)."""
     body = cloth(rollout.positions[frame], rollout.faces, scene.cloth.rest)
     meshes = [body, *_solids(scene, rollout.times[frame])]
     around = np.vstack([mesh.points for mesh in meshes])
@@ -78,7 +78,7 @@ def scene_picture(scene: Scene, rollout: Rollout, frame: int) -> np.ndarray:
 
 
 def _solids(scene: Scene, time: float) -> list[PaintedMesh]:
-    """The rigid bodies of a scene at a time [s], as one mesh, if there are any."""
+    """Return the rigid bodies of a scene at a time [s] as one mesh; an empty list without bodies."""
     mesh = moving(scene.bodies, np.array([time]))
     if mesh is None:
         return []
