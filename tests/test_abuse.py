@@ -26,7 +26,7 @@ def test_random_scenes_end_in_a_rollout_or_a_clear_error(first: int) -> None:
 
 
 def test_a_seed_is_one_scene() -> None:
-    assert abuse.scene(0).model_dump_json() == abuse.scene(0).model_dump_json() != abuse.scene(2).model_dump_json()
+    assert abuse.scene(15).model_dump_json() == abuse.scene(15).model_dump_json() != abuse.scene(2).model_dump_json()
 
 
 def test_scenes_are_as_varied_as_the_docs_say() -> None:

@@ -12,13 +12,14 @@ from tatamu.simulators.native.memory.kernel_cache import NATIVE
 
 NAME = "tatamu.simulators.native."
 ORDER = [
-    ["compiled", "options"],
+    ["compiled", "options", "targets"],
     ["geometry", "memory"],
     ["elastic", "contact"],
     ["air"],
     ["model"],
     ["system"],
     ["step", "grippers"],
+    ["snapshot"],
     ["simulation"],
     ["precompile"],
     ["simulator"],
