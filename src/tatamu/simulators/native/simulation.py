@@ -43,7 +43,9 @@ THICK = 0.5
 
 
 class Simulation:
-    """A scene that is advanced step by step::
+    """A scene that is advanced step by step.
+
+    For instance::
 
         simulation = Simulation(scene)
         while not simulation.done:
