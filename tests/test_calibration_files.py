@@ -126,7 +126,7 @@ def test_a_template_asks_for_readings_and_is_right_once_filled_in(tmp_path: Path
 
 def test_calibrate_writes_a_material_and_a_page_that_learn_takes(tmp_path: Path, tatamu: Command) -> None:
     (tmp_path / "m.toml").write_text(GOOD)
-    done = tatamu("calibrate", str(tmp_path / "m.toml"), "--out", str(tmp_path / "mine.toml"))
+    done = tatamu("calibrate", str(tmp_path / "m.toml"), "--out", str(tmp_path / "mine.toml"), "--spacing", "0.03")
     assert done.returncode == 0, done.stderr
     assert "stretch_stiffness" in done.stdout and "To gain most" in done.stdout
     assert load_material(tmp_path / "mine.toml").areal_density == pytest.approx(0.25)

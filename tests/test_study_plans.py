@@ -175,6 +175,7 @@ def test_a_plan_stopped_anywhere_ends_the_same(learned: Path, tmp_path: Path, mo
     assert timeless(tmp_path) == timeless(learned)
 
 
+@pytest.mark.slow
 def test_more_trials_begin_later_steps_anew_when_the_first_ends_better(learned: Path, tmp_path: Path) -> None:
     shutil.copytree(learned, tmp_path / "plan")
     learn_plan(tmp_path / "plan", 4)

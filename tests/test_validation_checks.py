@@ -322,15 +322,19 @@ PAIRS: dict[str, tuple[Question, Motion, Motion]] = {
     "drag without contact": (partial(tangle.press_and_drag, speed=1.0, press=0.0), rests, sinks),
 }
 
+LONG = ("air-swing", "air-swing that decays")
+"""Checks whose questions are asked of several meshes for many swings: 25 s each."""
+CASES = [pytest.param(name, marks=pytest.mark.slow if name in LONG else ()) for name in PAIRS]
 
-@pytest.mark.parametrize("name", PAIRS)
+
+@pytest.mark.parametrize("name", CASES)
 def test_check_passes_on_the_right_answer(name: str) -> None:
     question, right, _ = PAIRS[name]
     judged = [q for q in failures(question, right) if "order" not in q]  # an exact answer has no order
     assert judged == []
 
 
-@pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.parametrize("name", CASES)
 def test_check_fails_on_a_wrong_answer(name: str) -> None:
     question, _, wrong = PAIRS[name]
     assert failures(question, wrong)
