@@ -13,7 +13,8 @@ from tatamu.folding.score import intersection_over_union, top_views, vertex_dist
 from tatamu.folding.task import Task
 from tatamu.rollout import Rollout
 from tatamu.study.folder import ResultFolder, step_name
-from tatamu.study.plan_record import FromFlat, PlanRecord, StepRecord, describe_plan
+from tatamu.study.plan_record import FromFlat, PlanRecord, StepRecord
+from tatamu.study.record import describe_plan
 from tatamu.study.result import Result
 from tatamu.version import __version__
 

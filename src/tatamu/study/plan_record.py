@@ -6,42 +6,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from tatamu.folding.task import Task
-from tatamu.material import Material
 from tatamu.records import OpenRecord
 from tatamu.scene import Index
-from tatamu.study.record import Crossings
+from tatamu.study.record import Crossings, PlanDescription
 from tatamu.study.trial import Scored
-
-
-class PlanDescription(OpenRecord):
-    """The garment and the plan that folds it."""
-
-    garment: str
-    size: list[float]
-    """Width and length [m]."""
-    fold: str
-    """Name of the plan."""
-    material: Material
-    spacing: float
-    """Distance between vertices [m]."""
-    vertices: int
-    """How many the mesh has."""
-    simulator: str
-
-
-def describe_plan(task: Task) -> PlanDescription:
-    """Return the garment and the plan as `result.json` has them."""
-    garment = task.garment
-    return PlanDescription(
-        garment=garment.name,
-        size=list(garment.size),
-        fold=task.plan.name,
-        material=garment.material,
-        spacing=garment.spacing,
-        vertices=len(garment.vertices),
-        simulator=task.simulator,
-    )
 
 
 class FromFlat(OpenRecord):

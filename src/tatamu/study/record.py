@@ -21,6 +21,22 @@ from tatamu.search import Parameters
 from tatamu.study.trial import Baseline, Trial
 
 
+class PlanDescription(OpenRecord):
+    """The garment and the plan that folds it."""
+
+    garment: str
+    size: list[float]
+    """Width and length [m]."""
+    fold: str
+    """Name of the plan."""
+    material: Material
+    spacing: float
+    """Distance between vertices [m]."""
+    vertices: int
+    """How many the mesh has."""
+    simulator: str
+
+
 class TaskDescription(OpenRecord):
     """The task of a study: two tasks are the same if their descriptions are."""
 
@@ -56,12 +72,10 @@ class TaskDescription(OpenRecord):
     """Digest of the mesh, the grasps, the ratio of areas and the robot's file."""
 
 
-def describe_task(task: Task) -> TaskDescription:
-    """Return the task as `result.json` has it."""
-    fold = task.fold
-    garment = fold.garment
-    several = task.step[1] > 1
-    return TaskDescription(
+def describe_plan(task: Task) -> PlanDescription:
+    """Return the garment and the plan as `result.json` has them."""
+    garment = task.garment
+    return PlanDescription(
         garment=garment.name,
         size=list(garment.size),
         fold=task.plan.name,
@@ -69,6 +83,15 @@ def describe_task(task: Task) -> TaskDescription:
         spacing=garment.spacing,
         vertices=len(garment.vertices),
         simulator=task.simulator,
+    )
+
+
+def describe_task(task: Task) -> TaskDescription:
+    """Return the task as `result.json` has it."""
+    fold = task.fold
+    several = task.step[1] > 1
+    return TaskDescription(
+        **dict(describe_plan(task)),
         fold_line=fold.line.tolist(),
         translation=fold.translation(int(fold.left[0])).tolist(),
         candidates=fold.candidates,

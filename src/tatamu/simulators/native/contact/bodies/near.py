@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from tatamu.simulators.native.compiled import kernel
+from tatamu.simulators.native.contact.bodies.push import to_frame
 from tatamu.simulators.native.contact.bodies.state import Bodies, Candidates, Pose
 from tatamu.simulators.native.contact.state import ContactMesh
 
@@ -105,12 +106,7 @@ def _to_local(
 ) -> None:
     """Positions of some vertices in the frame of a body."""
     for i in range(vertices.shape[0]):
-        v = vertices[i]
-        dx = x[v, 0] - position[0]
-        dy = x[v, 1] - position[1]
-        dz = x[v, 2] - position[2]
-        for k in range(3):
-            local[v, k] = rotation[0, k] * dx + rotation[1, k] * dy + rotation[2, k] * dz
+        to_frame(rotation, position, x, vertices[i], local)
 
 
 @kernel
