@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from tatamu.cli import (  # noqa: F401
+    board,
     calibrate,
     check,
     garments,
     install,
     learn,
+    lens,
+    locate,
     margins,
     materials,
     measure,
