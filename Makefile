@@ -6,7 +6,7 @@ READY = $(VENV)/.ready
 DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 
-.PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
+.PHONY: photographs learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
         calibration folds robots foreign statics locking tangle coarser loop times own-garments golden cluster docs wheel real-cloth search holds fuzz help
 
 help:  ## this list
@@ -97,6 +97,9 @@ robots: $(DEV)  ## the table of docs/notes/robots.md: an hour, most of it MuJoCo
 	for case in trousers-leg-0.28 towel-half-0.50 tshirt-half-0.40; do \
 	  $(BIN)/python benchmarks/robots.py --out runs/robots --rehearse native,mujoco --only $$case; done
 	$(BIN)/python benchmarks/robots.py --out runs/robots --rehearse native --write-docs
+
+photographs: $(DEV)  ## the tables of docs/notes/photographs.md and the guide's pictures: where cloth lies, how folds ended; a quarter of an hour
+	$(BIN)/python -m benchmarks.photographs --write-docs
 
 foreign: $(DEV)  ## the table of docs/notes/garments.md: outlines and meshes from elsewhere; minutes
 	$(BIN)/python -m benchmarks.foreign --out runs/foreign --trials 25 --write-docs
