@@ -15,7 +15,7 @@ from tests.scenes import scene
 
 
 def tatamu(*arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", "from tatamu.cli import main; main()", *arguments]
+    command = [sys.executable, "-m", "tatamu", *arguments]
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
