@@ -18,6 +18,6 @@ def state_names(robot: Robot) -> tuple[str, ...]:
 
 
 def _of(arm: Arm) -> list[str]:
-    shared = re.match(r".*[_/.\-]", commonprefix(arm.joints))
+    shared = re.match(r".*[_/.\-]", commonprefix(arm.joints))  # noqa: RUF071 (letter by letter is meant)
     start = len(shared[0]) if shared and len(arm.joints) > 1 else 0
     return [*(re.sub(r"[^a-z0-9]+", "_", joint[start:].lower()) for joint in arm.joints), "gripper"]
