@@ -18,7 +18,7 @@ ORDER = [
     ["presets"],
     ["scene", "rollout", "crossings"],
     ["subdivision"],
-    ["presentation"],
+    ["presentation", "lerobot"],
     ["instruments"],
     ["simulators"],
     ["cluster"],
