@@ -32,6 +32,7 @@ ORDER = [
     ["robustness"],
     ["envs"],
     ["study"],
+    ["photographs"],
     ["report"],
     ["crosscheck", "margins"],
     ["validation"],

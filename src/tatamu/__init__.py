@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from tatamu.garments.garment import Garment
     from tatamu.material import Material
     from tatamu.options import LearnOptions
+    from tatamu.photographs.locate import locate
     from tatamu.robots.constraint import find_reach
     from tatamu.rollout import Rollout
     from tatamu.scene import Cloth, Gripper, Scene, Table
@@ -86,6 +87,7 @@ _HOME = {
     "learn": "tatamu.api",
     "load": "tatamu.api",
     "load_disturbances": "tatamu.disturbances.description",
+    "locate": "tatamu.photographs.locate",
     "make_garment": "tatamu.garments",
     "make_task": "tatamu.folding.task",
     "measure_margins": "tatamu.api",
@@ -140,6 +142,7 @@ __all__ = [
     "learn",
     "load",
     "load_disturbances",
+    "locate",
     "make_garment",
     "make_task",
     "measure_margins",
