@@ -34,6 +34,7 @@ ORDER = [
     ["study"],
     ["report"],
     ["crosscheck", "margins"],
+    ["observation"],
     ["validation"],
     ["robots"],
     ["sweep"],
