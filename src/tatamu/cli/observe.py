@@ -67,6 +67,7 @@ def observe(
     """
     from tatamu.files import write_text
     from tatamu.observation import FORM, read_template, ruler
+    from tatamu.observation.page import write_page
 
     given = {"left": left, "right": right, "slip": slip}
     typed = any(each is not None for each in (*given.values(), deviation, turned_in)) or failed
@@ -90,6 +91,7 @@ def observe(
             pairs, deviation=1e-3 * (1.5 if deviation is None else deviation), failed=failed, turned_in=sides
         )
     observed = _observed(folder, observation, scheduler)
+    write_page(observed)
     for line in _lines(observed):
         print(line)
 
@@ -134,18 +136,16 @@ def _observed(folder: Path, observation: Observation | None, scheduler: str | No
     from tatamu.cli.progress import prepare
     from tatamu.cluster import executor_at
     from tatamu.margins.terminal import reporting
+    from tatamu.observation import ObservedFolder
     from tatamu.observation import observe as observe_fold
-    from tatamu.observation.page import write_page
     from tatamu.study import Result
 
     learned = Result.load(folder)
     with executor_at(scheduler) as executor:
-        if executor is None:
+        if executor is None and not ObservedFolder.of(folder).has_draws:
             prepare(learned.simulator)
         with reporting(Console(), f"draws of {folder.name}") as progress:
-            observed = observe_fold(learned, observation, executor=executor, progress=progress)
-    write_page(observed)
-    return observed
+            return observe_fold(learned, observation, executor=executor, progress=progress)
 
 
 def _lines(observed: Observed) -> list[str]:

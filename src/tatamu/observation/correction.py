@@ -44,7 +44,8 @@ class Expected:
         ends = posterior.ends(emulator, correction)
         distances = emulator.distances(ends)
         low, high = np.quantile(distances, INTERVAL)
-        return cls(ends.mean(axis=0), np.quantile(ends, INTERVAL, axis=0).T, float(distances.mean()), (low, high))
+        interval = (float(low), float(high))
+        return cls(ends.mean(axis=0), np.quantile(ends, INTERVAL, axis=0).T, float(distances.mean()), interval)
 
     def plain(self) -> dict[str, object]:
         """Return plain data for a file."""

@@ -14,7 +14,9 @@ import tomli_w
 from tatamu.disturbances import Disturbances
 from tatamu.errors import InputError
 from tatamu.files import write_json, write_text
+from tatamu.margins.measurement import KEPT
 from tatamu.observation.measured import Observation
+from tatamu.study import ResultFolder
 
 OBSERVED = "observed"
 POSTERIOR = "posterior.toml"
@@ -46,6 +48,11 @@ class ObservedFolder:
     def page_file(self) -> Path:
         """The page: `observed/observation.html`."""
         return self.path / OBSERVED / "observation.html"
+
+    @property
+    def has_draws(self) -> bool:
+        """Whether simulations are kept, as `tatamu margins` and observed folds leave them."""
+        return (ResultFolder(self.path).margins_folder / KEPT).exists()
 
     def corrected(self, number: int) -> Path:
         """Return the folder of the fold as corrected after some observed folds."""

@@ -24,7 +24,7 @@ from tatamu.folding.score import Limits
 from tatamu.observation.draws import WIDER
 from tatamu.observation.emulator import Emulator
 from tatamu.observation.measured import Observation
-from tatamu.observation.sampling import Sample, sample
+from tatamu.observation.sampling import sample
 
 WIDTH = 0.4
 """Standard deviation of the logarithm of the factor by which the deviations of a file may be wrong."""
@@ -140,8 +140,10 @@ class Posterior:
 
     @property
     def deviations(self) -> list[tuple[str, float, float]]:
-        """Name, prior and posterior deviation of the systematic part of each disturbance."""
-        before, after = (np.sqrt(np.diag(each)) for each in (self.prior.systematic, self.covariance))
+        """Name, prior and posterior deviation of the systematic part of each disturbance, that of its width included."""
+        before, after = (
+            np.sqrt(np.diag(each)) for each in (np.exp(2.0 * WIDTH**2) * self.prior.systematic, self.covariance)
+        )
         return [(name, float(b), float(a)) for name, b, a in zip(self.names, before, after, strict=True) if b]
 
     def untold(self, share: float = 0.9) -> list[str]:
@@ -199,11 +201,7 @@ def posterior(disturbances: Disturbances, folds: Sequence[Fold], seed: int = 0) 
     used = [fold for fold, chance in zip(folds, chances, strict=True) if chance >= IMPLAUSIBLE]
     model = _Model(prior, used)
     drawn = sample(model.likelihood, model.dimensions, seed)
-    return Posterior(prior, model.systematic(drawn.members), _effective(drawn), chances, disturbances)
-
-
-def _effective(drawn: Sample) -> float:
-    return drawn.effective
+    return Posterior(prior, model.systematic(drawn.members), drawn.effective, chances, disturbances)
 
 
 class _Model:

@@ -15,11 +15,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-MEMBERS = 1000
+MEMBERS = 4000
 """Number of members."""
 KEPT = 0.5
 """Effective sample size of one step, as a part of the members."""
-MOVES = 15
+MOVES = 20
 """Moves of each member in each step."""
 ACCEPTED = 0.3
 """Share of moves that is to be accepted."""
