@@ -77,6 +77,8 @@ PLACES = {
     "cluster: thousand": NOTES / "cluster.md",
     "garments within reach": NOTES / "robots.md",
     "presets": NOTES / "robots.md",
+    "loop closed": NOTES / "observation.md",
+    "loop closed: updates": NOTES / "observation.md",
     "margins: meshes": NOTES / "margins.md",
     "margins: folds": NOTES / "margins.md",
     "margins: simulators": NOTES / "margins.md",

@@ -35,6 +35,7 @@ ORDER = [
     ["photographs"],
     ["report"],
     ["crosscheck", "margins"],
+    ["observation"],
     ["validation"],
     ["robots"],
     ["sweep"],

@@ -15,6 +15,7 @@ from tatamu.cli import (  # noqa: F401
     margins,
     materials,
     measure,
+    observe,
     outline,
     plan,
     plans,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -20,6 +20,8 @@ from tatamu.robustness.meshes import MeshVerdict, fit_distances
 class AloneMargin(OpenRecord):
     """The range of one disturbance within which a fold succeeds, without any other."""
 
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"mean"})
+
     name: str
     unit: str
     """m, rad or s; 1 for a relative change."""
@@ -31,6 +33,8 @@ class AloneMargin(OpenRecord):
     """Its standard deviation, in the same unit; of a relative change that of the logarithm."""
     tried: tuple[float, float]
     """The range that was tried."""
+    mean: float = 0.0
+    """Its mean; of a relative change that of the logarithm."""
 
 
 class Spread(OpenRecord):
