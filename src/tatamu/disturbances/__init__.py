@@ -11,7 +11,7 @@ from tatamu.disturbances.description import (
     read_disturbances,
     with_calibrated,
 )
-from tatamu.disturbances.disturbed import disturbed_scene
+from tatamu.disturbances.disturbed import disturbed_scene, hand_failure
 from tatamu.disturbances.world import CHANNELS, NOMINAL, Channel, Stream, World, deviations, sample_sobol, sample_worlds
 
 __all__ = [
@@ -25,6 +25,7 @@ __all__ = [
     "deviations",
     "disturbances_in",
     "disturbed_scene",
+    "hand_failure",
     "load_disturbances",
     "read_disturbances",
     "sample_sobol",

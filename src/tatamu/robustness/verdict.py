@@ -19,6 +19,8 @@ class Verdict:
     """[-]; None if the simulation failed."""
     error: str | None = None
     """Why it failed."""
+    moving_vertex_distance: FiniteFloat | None = None
+    """Mean over the part that moves [m]; None if the simulation failed."""
 
     @classmethod
     def of(cls, evaluation: Evaluation) -> Verdict:
@@ -26,4 +28,4 @@ class Verdict:
         score = evaluation.score
         if score is None:
             return cls(None, None, evaluation.error)
-        return cls(score.mean_vertex_distance, score.mask_iou)
+        return cls(score.mean_vertex_distance, score.mask_iou, None, score.moving_vertex_distance)
