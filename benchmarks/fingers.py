@@ -43,8 +43,8 @@ HANDS = {
 }
 LEARNED = ("bare", "15.2 mm")
 """Hands with which folds are learned."""
-TRIALS, WORLDS, DRAWS = 16, 6, 16
-"""Trials of a study, worlds of a study in disturbed worlds, and draws that judge a fold."""
+TRIALS, DRAWS = 16, 16
+"""Trials of a study, and draws that judge its fold."""
 REPEATS = 3
 """Times that a simulation is timed; the fastest counts."""
 
@@ -57,7 +57,6 @@ def learned(name: str, hand: str, robust: bool, out: Path) -> Result:
         coarse=False,
         baselines=False,
         disturbances=default_disturbances() if robust else "none",
-        worlds=WORLDS,
         seed=0,
     )
     folder = out / f"{name}-{hand}-{'robust' if robust else 'least'}".replace(" ", "-")
@@ -102,8 +101,8 @@ def rows(name: str, out: Path) -> Iterator[dict[str, str]]:
                 "fold": name,
                 "learned": "in disturbed worlds" if robust else "least C",
                 "fingers": hand,
-                "C": f"{result.best_score.objective:.3f}",
-                "path [m]": f"{result.best_score.trajectory_length:.3f}",
+                "C": f"{result.score.objective:.3f}",
+                "path [m]": f"{result.score.trajectory_length:.3f}",
                 "whole / moving part [mm]": outcome(result.task, result),
                 **others,
                 "holds in": f"{joint.held} of {joint.draws}",
