@@ -83,6 +83,9 @@ PLACES = {
     "margins: folds": NOTES / "margins.md",
     "margins: simulators": NOTES / "margins.md",
     "margins: two meshes": NOTES / "margins.md",
+    "fingers: folds": NOTES / "fingers.md",
+    "fingers: cost": NOTES / "fingers.md",
+    "fingers: hands": NOTES / "fingers.md",
 }
 """The page of each table, by the name of its marks."""
 

@@ -85,7 +85,7 @@ class Simulation:
             mesh=self.mesh,
             contact=self.contact,
             air=air,
-            bodies=bodies_of(scene.bodies, self.sizes.outer_step, self.steps, self.mesh),
+            bodies=bodies_of(scene.bodies, scene.grippers, self.sizes.outer_step, self.steps, self.mesh),
             plane=_plane(scene),
             sizes=self.sizes,
             options=compiled,
