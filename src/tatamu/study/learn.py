@@ -16,7 +16,7 @@ from tatamu.disturbances import Disturbances, default_disturbances
 from tatamu.errors import InputError, TatamuError
 from tatamu.evaluation import Evaluator
 from tatamu.folding.advice import UncarriedWarning, advice
-from tatamu.folding.parameters import first_curves, later_curves, search_space, transfer
+from tatamu.folding.parameters import first_curves, later_curves, robust_curves, search_space, transfer
 from tatamu.folding.task import Task, digest
 from tatamu.folding.trial_scene import scene_of
 from tatamu.garments.garmentfile import files_of
@@ -122,7 +122,9 @@ class _Learning:
 
     def first(self, task: Task) -> list[Parameters]:
         """Return the first parameters of the search of a first step."""
-        return first_curves(task.fold) if self.options.sampler == "gp" else []
+        if self.options.sampler != "gp":
+            return []
+        return first_curves(task.fold) if self.options.disturbances == "none" else robust_curves(task.fold)
 
     def plan(self, task: Task) -> PlanResult:
         """Learn every step of a plan."""
