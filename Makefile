@@ -8,6 +8,8 @@ NEWTON = .venv-newton/.ready
 
 .PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
         calibration folds robots foreign statics locking tangle coarser loop loop-closed times own-garments golden cluster docs wheel real-cloth search holds fuzz help
+.PHONY: learn blender test test-slow lint format learning earned garments validate bench abuse clean simulators crosscheck paper \
+        calibration folds robots foreign statics locking tangle coarser loop times own-garments golden cluster docs wheel real-cloth search holds fuzz help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1: /'
@@ -56,6 +58,9 @@ holds: $(DEV)  ## the tables of docs/notes/margins.md: folds learned in disturbe
 	$(BIN)/python -m benchmarks.holds folds --out runs/holds --write-docs
 	$(BIN)/python -m benchmarks.holds simulators --out runs/holds --write-docs
 	$(BIN)/python -m benchmarks.holds two-meshes --out runs/holds --write-docs
+
+earned: $(DEV)  ## learned folds against the curves that a search is given: the table of README.md; two processor hours
+	$(BIN)/python -m benchmarks.earned --out runs/earned --write-docs
 
 coarser: $(READY)  ## how coarser meshes rank folds: the table of docs/notes/learning.md; a quarter of an hour
 	$(BIN)/python benchmarks/coarser.py --out runs/coarser --write-docs
