@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import io
 import re
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -101,7 +102,8 @@ def _check_entities(text: str) -> None:
     entities = dict(re.findall(r"<!ENTITY\s+([^\s%]+)\s+[\"']([^\"']*)[\"']", text))
     if any("&" in value for value in entities.values()) or re.search(r"<!ENTITY\s+%", text):
         raise InputError("outline: must have entities that name no others")
-    if sum(len(value) * text.count(f"&{name};") for name, value in entities.items()) > LARGEST_DRAWING:
+    used = Counter(re.findall(r"&([^\s&;]+);", text)) if entities else Counter()
+    if sum(len(value) * used[name] for name, value in entities.items()) > LARGEST_DRAWING:
         raise InputError(f"outline: must have entities that unpack to at most {LARGEST_DRAWING / MIB:.0f} MiB")
 
 
