@@ -57,10 +57,6 @@ class SuccessRate(OpenRecord):
     interval: tuple[float, float]
     """Confidence interval of the share (Clopper and Pearson 1934), at 95 %."""
     mean_vertex_distance: Spread
-    moving_vertex_distance: Spread | None = None
-    """Of the part that moves; None in files of earlier versions."""
-    failures: dict[str, int] = Field(default_factory=dict)
-    """In how many draws there was no fold to score, by the reason."""
 
     @classmethod
     def of(cls, fold: Fold, judged: Sequence[MeshVerdict], limits: Limits) -> SuccessRate:
@@ -79,8 +75,6 @@ class SuccessRate(OpenRecord):
             share=held / len(judged),
             interval=(float(found.low), float(found.high)),
             mean_vertex_distance=Spread.of(distances_of(fold, judged, limits)),
-            moving_vertex_distance=Spread.of(distances_of(fold, judged, limits, moving=True)),
-            failures=dict(Counter(one.verdict.error.split(":")[0] for one in judged if one.verdict.error)),
         )
 
     @property
@@ -93,15 +87,14 @@ class SuccessRate(OpenRecord):
         )
 
     @property
-    def reasons(self) -> str:
-        """Why there was no fold to score, in words; empty if there always was."""
-        ranked = sorted(self.failures.items(), key=lambda each: (-each[1], each[0]))
-        return ", ".join(f"{reason} in {count}" for reason, count in ranked)
-
-    @property
     def tone(self) -> str:
         """How good that is, as a grade of the page."""
         return "near-perfect" if self.interval[0] >= SURE else "fair" if self.share >= LIKELY else "failed"
+
+
+def failures_of(judged: Sequence[MeshVerdict]) -> dict[str, int]:
+    """Return in how many worlds there was no fold to score, by the reason, the commonest first."""
+    return dict(Counter(one.verdict.error.split(":")[0] for one in judged if one.verdict.error).most_common())
 
 
 def distances_of(fold: Fold, judged: Sequence[MeshVerdict], limits: Limits, *, moving: bool = False) -> list[float]:
@@ -162,11 +155,20 @@ class MarginsResult(OpenRecord):
     """Mean vertex distance where nothing is off [m]; None: the simulation failed."""
     alone: list[AloneMargin]
     joint: SuccessRate
+    moving_vertex_distance: Spread | None = None
+    """Of the part that moves, in all draws; None in files of earlier versions."""
+    failures: dict[str, int] = Field(default_factory=dict)
+    """In how many draws there was no fold to score, by the reason."""
     mesh: MeshUsed
     simulations: Annotated[int, Field(ge=0)]
     """How many there were."""
     disturbances: dict[str, Any]
     """As used."""
+
+    @property
+    def reasons(self) -> str:
+        """Why there was no fold to score, in words; empty if there always was."""
+        return ", ".join(f"{reason} in {count}" for reason, count in self.failures.items())
 
     @classmethod
     def load(cls, path: Path) -> MarginsResult:
