@@ -32,12 +32,11 @@ def table(margins: MarginsResult) -> Table:
 
 def summary(margins: MarginsResult) -> str:
     """Return the result of the joint draws, why some failed, and the meshes of the simulations, in lines."""
-    joint = margins.joint
-    lines = [f"{joint.headline}: mean distance {_spread(joint.mean_vertex_distance)}"]
-    if joint.moving_vertex_distance is not None:
-        lines.append(f"of the part that moves: {_spread(joint.moving_vertex_distance)}")
-    if joint.failures:
-        lines.append(f"no fold: {joint.reasons}")
+    lines = [f"{margins.joint.headline}: mean distance {_spread(margins.joint.mean_vertex_distance)}"]
+    if margins.moving_vertex_distance is not None:
+        lines.append(f"of the part that moves: {_spread(margins.moving_vertex_distance)}")
+    if margins.failures:
+        lines.append(f"no fold: {margins.reasons}")
     return "\n".join([*lines, simulated(margins)])
 
 
