@@ -19,7 +19,7 @@ from tatamu.evaluation import NOTHING, Evaluation, Evaluator, Incumbent, Nominal
 from tatamu.folding.task import Task, make_task
 from tatamu.margins import DRAWS, Measured, measure
 from tatamu.options import FoldOptions, LearnOptions
-from tatamu.report import write_plan_report, write_report
+from tatamu.report import embedded, write_plan_report, write_report
 from tatamu.robots import RobotPlan, find_reach, plan_fold, save
 from tatamu.robots import load as load_robot
 from tatamu.size import parse_size
@@ -40,6 +40,10 @@ class Result(study.Result):
         """
         return write_report(self, None if file is None else Path(file))
 
+    def _repr_html_(self) -> str:
+        """Show the fold in a notebook: picture, measures and replay."""
+        return embedded(self)
+
 
 class PlanResult(study.PlanResult):
     """A learned plan of several steps: `.steps`, `.final`, `.rollout`, `.save(folder)`."""
@@ -54,6 +58,10 @@ class PlanResult(study.PlanResult):
             InputError: If the file cannot be written, or none is given and the plan has no folder.
         """
         return write_plan_report(self, None if file is None else Path(file))
+
+    def _repr_html_(self) -> str:
+        """Show every step in a notebook, one below the other."""
+        return "".join(embedded(step) for step in self.steps)
 
 
 def _public(found: study.Result | study.PlanResult) -> Result | PlanResult:
