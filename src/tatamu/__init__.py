@@ -174,7 +174,15 @@ def __getattr__(name: str) -> Any:
     """Import a public name when it is first used, so that `import tatamu` stays quick."""
     if name not in _HOME:
         raise AttributeError(f"module 'tatamu' has no attribute {name!r}")
-    return getattr(import_module(_HOME[name]), name)
+    try:
+        return getattr(import_module(_HOME[name]), name)
+    except ModuleNotFoundError as error:
+        from tatamu.extras import missing
+
+        refused = missing(error)
+        if refused is None:
+            raise
+        raise refused from None
 
 
 def __dir__() -> list[str]:

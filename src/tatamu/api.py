@@ -25,7 +25,7 @@ from tatamu.observation import observe as observe_fold
 from tatamu.observation.after import known_of
 from tatamu.observation.measured import RULER
 from tatamu.options import FoldOptions, LearnOptions
-from tatamu.report import write_plan_report, write_report
+from tatamu.report import embedded, write_plan_report, write_report
 from tatamu.robots import RobotPlan, find_reach, plan_fold, save
 from tatamu.robots import load as load_robot
 from tatamu.robots.motion import Pace
@@ -48,6 +48,10 @@ class Result(study.Result):
         """
         return write_report(self, None if file is None else Path(file))
 
+    def _repr_html_(self) -> str:
+        """Show the fold in a notebook: picture, measures and replay."""
+        return embedded(self)
+
 
 class PlanResult(study.PlanResult):
     """A learned plan of several steps: `.steps`, `.final`, `.rollout`, `.save(folder)`."""
@@ -62,6 +66,10 @@ class PlanResult(study.PlanResult):
             InputError: If the file cannot be written, or none is given and the plan has no folder.
         """
         return write_plan_report(self, None if file is None else Path(file))
+
+    def _repr_html_(self) -> str:
+        """Show every step in a notebook, one below the other."""
+        return "".join(embedded(step) for step in self.steps)
 
 
 def _public(found: study.Result | study.PlanResult) -> Result | PlanResult:

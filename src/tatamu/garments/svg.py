@@ -27,6 +27,8 @@ from tatamu.garments.unpacking import LARGEST_DRAWING, check_unpacked
 
 STEPS = 32
 """Points per curved segment of an SVG path."""
+LONGEST_STYLE = 32_768
+"""Longer style sheets are left out: their colours and widths of lines do not matter [characters]."""
 INCH = 0.0254
 LENGTHS = {
     "mm": (1e-3, "millimetres"),
@@ -82,6 +84,9 @@ def _curves(root: ElementTree.Element) -> list[DrawnCurve]:
     width, height = _viewbox(root) or (1000.0, 1000.0)
     for size in ("width", "height", "viewBox", "preserveAspectRatio"):
         root.attrib.pop(size, None)
+    for element in root.iter():
+        if str(element.tag).rpartition("}")[2] == "style":
+            element.text = _style(element.text or "")
     plain = io.BytesIO(ElementTree.tostring(root))
     drawing = svgelements.SVG.parse(plain, ppi=96, width=width, height=height, reify=True)
     shapes = [shape for shape in drawing.elements() if isinstance(shape, svgelements.Shape)]
@@ -91,6 +96,12 @@ def _curves(root: ElementTree.Element) -> list[DrawnCurve]:
         for part in svgelements.Path(shape).as_subpaths()
     ]
     return [curve for curve in curves if curve]
+
+
+def _style(text: str) -> str:
+    """A style sheet without comments; none if it is long, as reading it takes time that grows with its square."""
+    plain = re.sub(r"/\*.*?(?:\*/|\Z)", "", text, flags=re.DOTALL)
+    return plain if len(plain) <= LONGEST_STYLE else ""
 
 
 def _check_entities(text: str) -> None:
