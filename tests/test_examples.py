@@ -91,3 +91,8 @@ def test_a_towel_on_a_drawing_is_found() -> None:
 def test_no_example_is_forgotten() -> None:
     tested = Path(__file__).read_text()
     assert all(path.stem in tested for path in EXAMPLES.glob("*.py"))
+
+
+@pytest.mark.slow
+def test_an_observed_fold_is_corrected(tmp_path: Path) -> None:
+    assert main_of("13_observe")(tmp_path / "towel") < 0.8
