@@ -23,7 +23,7 @@ from time import process_time
 from typing import Any
 
 import numpy as np
-from benchmarks.tables import markdown, publish
+from benchmarks.tables import IMAGES, markdown, publish
 from threadpoolctl import threadpool_limits
 
 from tatamu.api import learn
@@ -209,6 +209,33 @@ def _row(here: Sequence[Mapping[str, Any]], given: Mapping[str, Any], studied: b
     }
 
 
+def draw(found: Sequence[Mapping[str, Any]], case: str, file: Path) -> None:
+    """Draw the hands' ways from the side: the best given curve, and what each study found."""
+    import matplotlib
+
+    matplotlib.use("svg")
+    matplotlib.rcParams.update({"svg.hashsalt": "tatamu", "svg.fonttype": "none"})  # the same bytes; text as text
+    from matplotlib import pyplot
+
+    task = CASES[case].task()
+    figure, axes = pyplot.subplots(figsize=(7.0, 2.0), layout="constrained")
+    given = best_given(found, case)
+    styles = {GIVEN: ("#888888", "best given curve"), LEAST: ("#d95f02", LEAST), ROBUST: ("#1b6ca8", "learned to hold")}
+    for kind, (colour, title) in styles.items():
+        studies = [each for each in found if each["case"] == case and each["kind"] == kind]
+        for number, each in enumerate([given] if kind == GIVEN else studies):
+            path = task.manipulation(each["parameters"]).paths[0]
+            lengths = f"{median(one['path'] for one in ([given] if kind == GIVEN else studies)):.3f} m"
+            label = f"{title}, {lengths}" if number == 0 else None
+            axes.plot(
+                *(path - path[0])[:, [0, 2]].T, color=colour, lw=1.5, alpha=1.0 if kind == GIVEN else 0.6, label=label
+            )
+    axes.set(xlabel="way over the table [m]", ylabel="height [m]", aspect="equal")
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.legend(frameon=False, fontsize=8, ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    figure.savefig(file, metadata={"Date": None})
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, required=True)
@@ -228,6 +255,7 @@ def main() -> None:
     print(table)
     if options.write_docs:
         publish("earned", table)
+        draw(found, "towel", IMAGES / "earned.svg")
 
 
 if __name__ == "__main__":
