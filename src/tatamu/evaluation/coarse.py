@@ -19,6 +19,7 @@ import numpy as np
 from tatamu.errors import InputError
 from tatamu.evaluation.evaluator import NOTHING, Evaluation, Evaluator, Incumbent, Wrapper
 from tatamu.folding.fold import ideal_folds
+from tatamu.folding.hand import leaves
 from tatamu.folding.interpolation import interpolated
 from tatamu.folding.score import vertex_distances
 from tatamu.folding.task import Task
@@ -90,7 +91,7 @@ def coarser_task(task: Task, settings: CoarseMesh | None = None) -> Task | None:
     if garment is None:
         return None
     state = None if task.state is None else interpolated(task.garment, task.state, garment)
-    coarse = replace(task, garment=garment, state=state, settle=settings.settle, reach=None)
+    coarse = replace(task, garment=garment, state=state, settle=settings.settle + leaves(task.fingers), reach=None)
     try:
         _ = coarse.fold
     except InputError:

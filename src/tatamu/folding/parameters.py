@@ -90,7 +90,7 @@ def low_curves(fold: Fold) -> list[Parameters]:
 
 def _lowest(fold: Fold) -> float:
     """Return the lowest height of P1 and P2 over P0 [m]."""
-    return max(0.0, *(float(hand[:, 1].max()) for hand in fold.releases)) if fold.lift else 0.0
+    return max(0.0, *(float(hand[:, 1].max()) for hand in fold.releases)) if fold.fingers.stated else 0.0
 
 
 def transfer(parameters: Parameters, before: Fold, fold: Fold, grasps: Grasps) -> Parameters:

@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from tatamu.disturbances import Disturbances, Stream, sample_worlds
+from tatamu.disturbances import Disturbances, Stream, mean_world, sample_worlds
 from tatamu.errors import InputError, WorkerKilledError
 from tatamu.evaluation import NOTHING, Evaluation, Evaluator, Nominal
 from tatamu.folding.baselines import BASELINES
@@ -259,7 +259,9 @@ class Study:
         coarse = None if low is None else FoldOnMesh(*low)
         worlds = sample_worlds(disturbances, VALIDATION_WORLDS, self.record.seed, Stream.JUDGING)
         judge = Judge(FoldOnMesh(self.evaluator, parameters), coarse, self._executor, VerdictCache())
-        return SuccessRate.of(self.evaluator.task.fold, judge.judge(worlds, Limits()).worlds, Limits())
+        return SuccessRate.of(
+            self.evaluator.task.fold, judge.judge(worlds, Limits(), nominal=mean_world(disturbances)).worlds, Limits()
+        )
 
     def _begin_baselines(self) -> dict[str, tuple[Manipulation, Future[Evaluation]]]:
         nominal = Nominal(self.evaluator.task)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from tatamu.disturbances import Disturbances, disturbances_in, load_disturbances, with_calibrated
+from tatamu.disturbances import NOMINAL, Disturbances, disturbances_in, load_disturbances, mean_world, with_calibrated
 from tatamu.errors import InputError
 from tatamu.evaluation import CoarseFirst, Disturbed, Evaluator, Nominal, WithinReach, ends_early
 from tatamu.folding.parameters import first_curves
@@ -49,7 +49,8 @@ def make_evaluator(task: Task, options: LearnOptions) -> Evaluator:
         task: The step.
         options: Resolved options (`resolve`).
     """
-    made: Evaluator = Nominal(task, ends_early=bool(options.coarse) and ends_early(task))
+    centre = mean_world(options.disturbances) if isinstance(options.disturbances, Disturbances) else NOMINAL
+    made: Evaluator = Nominal(task, bool(options.coarse) and ends_early(task), centre)
     if isinstance(options.disturbances, Disturbances):
         made = Disturbed(made, options.disturbances, options.chosen_quantile, seed=options.seed)
     if options.coarse:
@@ -65,7 +66,7 @@ def _disturbances(
         return None if held.disturbances is None else Disturbances.model_validate(held.disturbances), held.quantile
     found = _given_disturbances(task, options)
     material = task.asked.material if task.asked else None
-    if found is not None and material is not None:
+    if found is not None and material is not None and not found.mean:  # a posterior knows the material better
         found = with_calibrated(found, Path(material), task.garment.material)
     return found, options.chosen_quantile
 

@@ -12,7 +12,7 @@ from math import floor, inf
 
 import numpy as np
 
-from tatamu.errors import InputError, SimulationError
+from tatamu.errors import InputError, SceneError, SimulationError
 from tatamu.material import Material
 from tatamu.scene import Cloth, Scene
 from tatamu.simulators.native.air import Air, air_of, surface_of
@@ -33,10 +33,12 @@ from tatamu.simulators.native.snapshot import SimulationState, copy_arrays, dige
 from tatamu.simulators.native.step import advance
 from tatamu.simulators.native.system import Span, State, StepSizes, System
 from tatamu.simulators.native.targets import HandTarget
-from tatamu.topology import Topology, edge_lengths
+from tatamu.topology import Topology, edge_lengths, principal_stretches
 
 FRAMES_AT_ONCE = 8
 """Frames between two looks at what else goes on: compiled loops hear no interrupt."""
+RECENT = 0.1
+"""A hand that moved too fast is named as the cause of what ends a rollout this soon after [s]."""
 LOCKED = 3000.0
 """Cells whose Y h^2 / B is above this may drape too stiffly, which is said in a warning [-]."""
 THICK = 0.5
@@ -66,7 +68,7 @@ class Simulation:
             options: Settings of the simulator; None for the defaults.
 
         Raises:
-            SimulationError: If the cloth is too thick for its mesh, or the scene would take hours.
+            SceneError: If the cloth is too thick for its mesh, or the scene would take hours.
         """
         self.scene = scene
         self.options = options or Options()
@@ -86,7 +88,7 @@ class Simulation:
             mesh=self.mesh,
             contact=self.contact,
             air=air,
-            bodies=bodies_of(scene.bodies, self.sizes.outer_step, self.steps, self.mesh),
+            bodies=bodies_of(scene.bodies, scene.grippers, self.sizes.outer_step, self.steps, self.mesh),
             plane=_plane(scene),
             sizes=self.sizes,
             options=compiled,
@@ -313,13 +315,34 @@ class Simulation:
     def _check(self, stretch: float, stopped: bool) -> None:
         time = self.number * self.sizes.outer_step
         limits = self.options.limits
+        if not stopped and stretch <= limits.largest_stretch:
+            return
+        if time < RECENT:
+            self._refuse_stretched_start()
+        index, speed, when = self._grippers.fastest(self.number + 1, self._step_at(RECENT))
+        if speed > limits.fastest_hand:
+            raise SceneError(
+                f"grippers.{index}: must move no faster than cloth follows, given {speed:.3g} m/s at t = {when:.3f} s; "
+                "arms reach 2 m/s"
+            )
         if stretch > limits.largest_stretch:
             raise SimulationError(
                 f"the cloth was stretched to {stretch:.3g} of its length by t = {time:.3f} s; "
                 f"the limit is {limits.largest_stretch:g}"
             )
-        if stopped or not stretch <= limits.largest_stretch:
-            raise SimulationError(f"the cloth flew beyond {limits.farthest:g} m before t = {time:.3f} s")
+        raise SimulationError(f"the cloth flew beyond {limits.farthest:g} m before t = {time:.3f} s")
+
+    def _refuse_stretched_start(self) -> None:
+        """Name the start as the cause if it is stretched: explicit steps are stable near the unstrained shape only."""
+        cloth = self.scene.cloth
+        limit = self.options.limits.largest_stretch
+        stretches = principal_stretches(cloth.vertices, cloth.rest, cloth.faces)
+        worst = int(stretches.argmax())
+        if not stretches[worst] <= limit:
+            raise SceneError(
+                f"cloth.vertices: must be stretched to at most {limit:g} of rest_vertices, "
+                f"given {stretches[worst]:.3g} in triangle {worst}"
+            )
 
     def _refuse(self) -> None:
         """Refuse what cannot end well."""
@@ -327,13 +350,13 @@ class Simulation:
         shortest = self.model.shortest
         limits = self.options.limits
         if thickness > limits.thickest * shortest:
-            raise SimulationError(
+            raise SceneError(
                 f"the cloth is {thickness:g} m thick, its shortest edge {shortest:.3g} m long; neighbours would push "
                 f"one another apart beyond {limits.thickest:g} of an edge: give a coarser mesh"
             )
         work = self.steps * self.sizes.kicks * self.sizes.substeps_per_kick * len(self.model.mass)
         if work > limits.most_work:
-            raise SimulationError(
+            raise SceneError(
                 f"the scene needs {work:.2g} steps of a vertex, the limit is {limits.most_work:g} (hours); stiff, "
                 "light or finely meshed cloth takes small steps: give a coarser mesh or a shorter duration"
             )
