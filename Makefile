@@ -7,7 +7,7 @@ DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 
 .PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
-        calibration folds robots foreign statics locking tangle coarser loop times own-garments golden cluster docs wheel real-cloth search holds fuzz help
+        calibration folds robots foreign statics locking tangle coarser loop times own-garments golden cluster datasets docs wheel real-cloth search holds fuzz help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1: /'
@@ -122,6 +122,9 @@ bench: $(DEV) $(NEWTON)  ## native, Blender, MuJoCo and Newton side by side: doc
 
 cluster: $(DEV)  ## 200 studies while workers, PostgreSQL and client are killed; overhead; 1,000 workers: docs/notes/cluster.md; half an hour
 	$(BIN)/python -m studies.cluster_storm --write-docs
+
+datasets: $(DEV)  ## what an episode of a dataset costs, and a policy cloned from 200: docs/notes/datasets.md; minutes
+	$(BIN)/python -m benchmarks.datasets --out runs/datasets --write-docs
 
 abuse: $(READY)  ## ten thousand random scenes: each a rollout or a clear error
 	$(BIN)/python -m benchmarks.abuse --out runs/abuse.json --write-docs

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from tatamu.api import PlanResult, Result, calibrate, check, learn, load, measure_margins, plan_for
+    from tatamu.dataset import make_dataset, replay
     from tatamu.disturbances.description import Disturbances, load_disturbances
     from tatamu.errors import InputError, SimulationError, TatamuError, UnavailableError
     from tatamu.evaluation.coarse import CoarseFirst
@@ -86,6 +87,7 @@ _HOME = {
     "learn": "tatamu.api",
     "load": "tatamu.api",
     "load_disturbances": "tatamu.disturbances.description",
+    "make_dataset": "tatamu.dataset",
     "make_garment": "tatamu.garments",
     "make_task": "tatamu.folding.task",
     "measure_margins": "tatamu.api",
@@ -93,6 +95,7 @@ _HOME = {
     "register_garment": "tatamu.garments",
     "register_search": "tatamu.search.registry",
     "register_simulator": "tatamu.simulators",
+    "replay": "tatamu.dataset",
     "simulate": "tatamu.simulators",
     "simulate_many": "tatamu.simulators",
 }
@@ -140,6 +143,7 @@ __all__ = [
     "learn",
     "load",
     "load_disturbances",
+    "make_dataset",
     "make_garment",
     "make_task",
     "measure_margins",
@@ -147,6 +151,7 @@ __all__ = [
     "register_garment",
     "register_search",
     "register_simulator",
+    "replay",
     "simulate",
     "simulate_many",
 ]
