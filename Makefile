@@ -5,9 +5,10 @@ BIN = $(VENV)/bin
 READY = $(VENV)/.ready
 DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
+LEROBOT = .venv-lerobot/.ready
 
 .PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
-        calibration folds robots foreign statics locking tangle coarser loop times own-garments golden cluster datasets docs wheel real-cloth search holds fuzz help
+        calibration folds robots foreign statics locking tangle coarser loop times own-garments golden cluster datasets docs wheel real-cloth search holds fuzz lerobot help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1: /'
@@ -137,6 +138,14 @@ $(NEWTON):
 	$(dir $(NEWTON))bin/python -m pip install --quiet 'newton==1.8.*'
 	touch $(NEWTON)
 
+lerobot: $(LEROBOT)  ## LeRobot and tatamu's environment for it, in .venv-lerobot, for the slow tests of datasets; gigabytes, needs Python 3.12
+
+$(LEROBOT): packages/lerobot_env_tatamu/pyproject.toml
+	python3.12 -m venv $(dir $(LEROBOT))
+	$(dir $(LEROBOT))bin/python -m pip install --quiet --editable '.[gym]' 'lerobot[dataset,evaluation]>=0.6,<0.7'
+	$(dir $(LEROBOT))bin/python -m pip install --quiet --no-deps --editable packages/lerobot_env_tatamu
+	touch $(LEROBOT)
+
 simulators: $(DEV)  ## the figures of docs/notes/simulators.md: minutes; needs `make blender`
 	$(BIN)/python benchmarks/simulators.py --out runs/simulators --write-docs
 
@@ -158,4 +167,4 @@ $(DEV): $(READY)
 	touch $(DEV)
 
 clean:
-	rm -rf $(VENV) .venv-newton .pytest_cache .mypy_cache .ruff_cache build
+	rm -rf $(VENV) .venv-newton .venv-lerobot .pytest_cache .mypy_cache .ruff_cache build

@@ -14,9 +14,9 @@ from time import process_time
 from typing import Any
 
 import numpy as np
+from benchmarks.tables import markdown, publish
 from scipy.stats import bootstrap
 
-from benchmarks.tables import markdown, publish
 from tatamu.dataset import DatasetFolder, DatasetSpecification, make_dataset
 from tatamu.dataset.episode import Recorder, make_env, record_episode
 from tatamu.dataset.sources import draw_fold
@@ -218,7 +218,11 @@ def main() -> None:
     chosen = parser.parse_args()
     with ThreadPoolExecutor(1) as one:
         dataset = make_dataset(specification(), chosen.out / "folds", executor=one)
-    tables = {"datasets: speed": speed(), "datasets: read back": read_back(dataset), "datasets: policy": policies(dataset)}
+    tables = {
+        "datasets: speed": speed(),
+        "datasets: read back": read_back(dataset),
+        "datasets: policy": policies(dataset),
+    }
     for name, rows in tables.items():
         print(f"{name}\n{markdown(rows)}\n")
         if chosen.write_docs:
