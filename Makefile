@@ -8,6 +8,9 @@ DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 
 .PHONY: learn blender test test-slow oldest lint format learning garments validate bench abuse clean simulators crosscheck paper \
+.PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
+        calibration folds robots foreign statics locking tangle coarser loop loop-closed times own-garments golden cluster docs wheel real-cloth search holds fuzz help
+.PHONY: learn blender test test-slow lint format learning earned garments validate bench abuse clean simulators crosscheck paper \
         calibration folds robots foreign statics locking tangle coarser loop times own-garments golden cluster docs wheel real-cloth search holds fuzz help
 
 help:  ## this list
@@ -69,11 +72,17 @@ holds: $(DEV)  ## the tables of docs/notes/margins.md: folds learned in disturbe
 	$(BIN)/python -m benchmarks.holds simulators --out runs/holds --write-docs
 	$(BIN)/python -m benchmarks.holds two-meshes --out runs/holds --write-docs
 
+earned: $(DEV)  ## learned folds against the curves that a search is given: the table of README.md; two processor hours
+	$(BIN)/python -m benchmarks.earned --out runs/earned --write-docs
+
 coarser: $(READY)  ## how coarser meshes rank folds: the table of docs/notes/learning.md; a quarter of an hour
 	$(BIN)/python benchmarks/coarser.py --out runs/coarser --write-docs
 
 loop: $(DEV)  ## what a trial costs beside its simulation and its proposal; a minute
 	$(BIN)/python -m benchmarks.loop --write-docs
+
+loop-closed: $(DEV)  ## hidden set-ups observed and corrected: the tables of docs/notes/observation.md; an hour
+	$(BIN)/python -m benchmarks.loop_closed --out runs/loop-closed --write-docs
 
 times: $(READY)  ## how long whole commands take: the table of docs/notes/learning.md; minutes, `--cases shop` longer
 	$(BIN)/python benchmarks/times.py --out runs/times --write-docs

@@ -113,8 +113,10 @@ def on_bounds(result: ResultRecord) -> list[str]:
 def _measures(measured: Measured, succeeded: bool, apart: str) -> list[str]:
     distance = measured.mean_vertex_distance or 0.0
     graded = f"{grade(distance)}; " if succeeded else ""  # a fold may be near its target and fail all the same
+    moving = measured.moving_vertex_distance
+    part = "" if moving is None else f", {1e3 * moving:.1f} mm in the part that moves"
     return [
-        f"{1e3 * distance:.1f} mm {apart} on average ({graded}success below {1e3 * SUCCESS:g} mm)",
+        f"{1e3 * distance:.1f} mm {apart} on average{part} ({graded}success below {1e3 * SUCCESS:g} mm)",
         f"mask IoU {measured.mask_iou or 0.0:.3f} (success from {OVERLAP:.2f})",
     ]
 

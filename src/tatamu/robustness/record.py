@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -14,11 +15,13 @@ from tatamu.files import read_json, validated
 from tatamu.folding.fold import Fold
 from tatamu.folding.score import Limits, vertex_distances
 from tatamu.records import OpenRecord
-from tatamu.robustness.meshes import MeshVerdict, fit_distances
+from tatamu.robustness.meshes import MeshVerdict, fit_distances, moving_distance, whole_distance
 
 
 class AloneMargin(OpenRecord):
     """The range of one disturbance within which a fold succeeds, without any other."""
+
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"mean"})
 
     name: str
     unit: str
@@ -31,6 +34,8 @@ class AloneMargin(OpenRecord):
     """Its standard deviation, in the same unit; of a relative change that of the logarithm."""
     tried: tuple[float, float]
     """The range that was tried."""
+    mean: float = 0.0
+    """Its mean; of a relative change that of the logarithm."""
 
 
 class Spread(OpenRecord):
@@ -39,6 +44,12 @@ class Spread(OpenRecord):
     median: float
     q90: float
     worst: float
+
+    @classmethod
+    def of(cls, distances: Sequence[float]) -> Spread:
+        """Return the spread of distances [m]."""
+        median, q90 = np.quantile(distances, [0.5, 0.9])
+        return cls(median=float(median), q90=float(q90), worst=float(max(distances)))
 
 
 class SuccessRate(OpenRecord):
@@ -50,6 +61,10 @@ class SuccessRate(OpenRecord):
     interval: tuple[float, float]
     """Confidence interval of the share (Clopper and Pearson 1934), at 95 %."""
     mean_vertex_distance: Spread
+    moving_vertex_distance: Spread | None = None
+    """Of the part that moves; None in files of earlier versions."""
+    failures: dict[str, int] = Field(default_factory=dict)
+    """In how many draws there was no fold to score, by the reason."""
 
     @classmethod
     def of(cls, fold: Fold, judged: Sequence[MeshVerdict], limits: Limits) -> SuccessRate:
@@ -61,15 +76,14 @@ class SuccessRate(OpenRecord):
             limits: The limits of success.
         """
         held = sum(limits.hold(one.verdict) for one in judged)
-        found = binomtest(held, len(judged)).proportion_ci(CONFIDENCE, method="exact")
-        distances = distances_of(fold, judged, limits)
-        median, q90 = np.quantile(distances, [0.5, 0.9])
         return cls(
             draws=len(judged),
             held=held,
             share=held / len(judged),
-            interval=(float(found.low), float(found.high)),
-            mean_vertex_distance=Spread(median=float(median), q90=float(q90), worst=float(max(distances))),
+            interval=interval_of(held, len(judged)),
+            mean_vertex_distance=Spread.of(distances_of(fold, judged, limits)),
+            moving_vertex_distance=Spread.of(distances_of(fold, judged, limits, moving=True)),
+            failures=dict(Counter(one.verdict.error.split(":")[0] for one in judged if one.verdict.error)),
         )
 
     @property
@@ -82,19 +96,39 @@ class SuccessRate(OpenRecord):
         )
 
     @property
+    def reasons(self) -> str:
+        """Why there was no fold to score, in words; empty if there always was."""
+        ranked = sorted(self.failures.items(), key=lambda each: (-each[1], each[0]))
+        return ", ".join(f"{reason} in {count}" for reason, count in ranked)
+
+    @property
     def tone(self) -> str:
         """How good that is, as a grade of the page."""
         return "near-perfect" if self.interval[0] >= SURE else "fair" if self.share >= LIKELY else "failed"
 
 
-def distances_of(fold: Fold, judged: Sequence[MeshVerdict], limits: Limits) -> list[float]:
+def interval_of(held: int, draws: int) -> tuple[float, float]:
+    """Return the confidence interval of a share at 95 % (Clopper and Pearson 1934)."""
+    found = binomtest(held, draws).proportion_ci(CONFIDENCE, method="exact")
+    return float(found.low), float(found.high)
+
+
+def distances_of(fold: Fold, judged: Sequence[MeshVerdict], limits: Limits, *, moving: bool = False) -> list[float]:
     """Return mean vertex distances on the fine mesh [m], predicted from the coarse one if it was not simulated there.
 
     A failed simulation counts as twice the distance of untouched cloth.
+
+    Args:
+        fold: The fold on the fine mesh.
+        judged: Verdicts on worlds.
+        limits: The limits of success.
+        moving: Of the part that moves, not of the whole.
     """
-    predict = fit_distances(judged, limits)
-    failed = 2.0 * float(vertex_distances(fold.target, fold.start).mean())
-    found = [(one, one.verdict.mean_vertex_distance) for one in judged]
+    distance_of = moving_distance if moving else whole_distance
+    predict = fit_distances(judged, limits, distance_of)
+    untouched = vertex_distances(fold.target, fold.start)
+    failed = 2.0 * float((untouched[~fold.still()] if moving else untouched).mean())
+    found = [(one, distance_of(one.verdict)) for one in judged]
     return [failed if d is None else d if one.fine else predict(d) for one, d in found]
 
 

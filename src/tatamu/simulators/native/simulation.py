@@ -28,6 +28,7 @@ from tatamu.simulators.native.grippers import Grippers
 from tatamu.simulators.native.memory.bands import BLOCK
 from tatamu.simulators.native.model import Model, model_of, steps_per_frame, substeps
 from tatamu.simulators.native.options import Options, StepOptions
+from tatamu.simulators.native.rest import Rest
 from tatamu.simulators.native.snapshot import SimulationState, copy_arrays, digest, set_arrays
 from tatamu.simulators.native.step import advance
 from tatamu.simulators.native.system import Span, State, StepSizes, System
@@ -87,7 +88,7 @@ class Simulation:
             mesh=self.mesh,
             contact=self.contact,
             air=air,
-            bodies=bodies_of(scene.bodies, self.sizes.outer_step, self.steps, self.mesh),
+            bodies=bodies_of(scene.bodies, scene.grippers, self.sizes.outer_step, self.steps, self.mesh),
             plane=_plane(scene),
             sizes=self.sizes,
             options=compiled,
@@ -100,6 +101,7 @@ class Simulation:
         self._requested = 0.0
         self._grippers = Grippers(scene, self.sizes.outer_step, self.steps)
         self._untangle_at = 0  # what begins within itself, as a state that was read off another mesh may
+        self._rest = Rest()
         self.search()
 
     @property
@@ -174,6 +176,7 @@ class Simulation:
             number=self.number,
             requested=self._requested,
             untangle_at=self._untangle_at,
+            rest=self._rest,
             grippers=self._grippers.state(),
             arrays=copy_arrays(self.system),
         )
@@ -189,6 +192,7 @@ class Simulation:
         self.number = state.number
         self._requested = state.requested
         self._untangle_at = state.untangle_at
+        self._rest = state.rest
         self._grippers.restore(state.grippers)
         set_arrays(self.system, state.arrays)
 
@@ -231,7 +235,11 @@ class Simulation:
         """Advance until something happens, for a few frames, or to step `last`; `_latest` is what frames it passed."""
         self._work_grippers()
         end = min(last, self.number + FRAMES_AT_ONCE * self.per_frame)
-        events = [self._untangle_at, *self._grippers.events()]
+        if self._rest.reached:
+            self._latest[:] = self.system.state.positions.x
+            self.number = end
+            return
+        events = [self._untangle_at, self._rest.look_at, *self._grippers.events()]
         stop = min([end, *(number for number in events if number > self.number)])
         arguments = (self.system, self._grippers.hands(), self._latest, Span(self.number, stop, self.per_frame))
         self._loop = self._loop or for_types_of(advance, arguments)
@@ -263,8 +271,25 @@ class Simulation:
             self._set_free(vertices, 1.0)
         if opened or self.number == self._untangle_at:
             self._untangle()
-        for vertices in self._grippers.close_due(self.number, self.system.state.positions.x):
+        taken = self._grippers.close_due(self.number, self.system.state.positions.x)
+        for vertices in taken:
             self._set_free(vertices, 0.0)
+        if taken:
+            self._rest = Rest()
+        elif opened or self.number == self._rest.look_at:
+            self._look_for_rest()
+
+    def _look_for_rest(self) -> None:
+        """Let the cloth rest if it does: it then keeps its place until a hand takes it."""
+        later = any(number > self.number for number in self._grippers.events())
+        if later or any(self.closed) or self.scene.bodies:
+            self._rest = Rest()
+            return
+        options = self.options.rest
+        wait = max(1, self._grippers.step_at(options.every))
+        self._rest = self._rest.looked(self.number, self.system.state.positions.x, wait, options.still)
+        if self._rest.reached:
+            self.system.state.V[:] = 0.0
 
     def _untangle(self) -> None:
         """Take apart layers that are within one another, as after a pinch; candidates are then searched again.
