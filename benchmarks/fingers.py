@@ -106,7 +106,7 @@ def rows(name: str, out: Path) -> Iterator[dict[str, str]]:
                 "whole / moving part [mm]": outcome(result.task, result),
                 **others,
                 "holds in": f"{joint.held} of {joint.draws}",
-                "no fold": joint.reasons or "-",
+                "no fold": drawn.result.reasons or "-",
             }
 
 

@@ -34,7 +34,7 @@ from tatamu.folding.task import Task, make_task
 from tatamu.folding.trial_scene import scene_of
 from tatamu.margins.words import TITLES
 from tatamu.material import Material
-from tatamu.robustness import FoldOnMesh, Judge, MeshVerdict, SuccessRate, Verdict, VerdictCache
+from tatamu.robustness import FoldOnMesh, Judge, MeshVerdict, SuccessRate, Verdict, VerdictCache, failures_of
 from tatamu.scene import Scene
 
 LOW = {"x1": 0.02, "z1": 0.15, "x2": 0.3, "z2": 0.01, "g1": 0, "g2": 0}
@@ -316,7 +316,7 @@ def test_a_share_counts_failures_and_has_the_interval_of_clopper_and_pearson(tas
     apart = Verdict(0.005, 0.7)
     share = rate(task, good, far, failed, apart)
     assert (share.draws, share.held, share.share) == (4, 1, 0.25)
-    assert share.failures == {"tore": 1} and share.reasons == "tore in 1"
+    assert failures_of([MeshVerdict(verdict) for verdict in (good, failed, far, failed)]) == {"tore": 2}
     low, high = rate(task, *[good] * 196, *[far] * 4).interval
     assert (low, high) == pytest.approx((0.9496, 0.9945), abs=1e-4)
 

@@ -54,7 +54,7 @@ def dataset(
         prepare("native")
     count = min(workers or processors(), wanted.episodes)
     with executor_at(scheduler) as remote, _processes(count if remote is None else 1) as local:
-        with reporting(Console(), f"episodes of {out.name}") as progress:
+        with reporting(Console(), out.name, "episodes") as progress:
             found = make_dataset(wanted, out, executor=remote or local, progress=progress)
     about = found.read()
     print(f"{about.successes} of {about.episodes} episodes succeed, {about.frames} frames")

@@ -40,7 +40,8 @@ def options_from(
         made = {name: _parameter(name, field, name == argument) for name, field in record.model_fields.items()}
         first = made.pop(argument)
         if defaults is not None:
-            first = first.replace(default=None, annotation=first.annotation | None)
+            kind, shown = get_args(first.annotation)
+            first = first.replace(default=None, annotation=Annotated[kind | None, shown])
         required = [each for each in own if each.default is inspect.Parameter.empty]
         optional = [each for each in own if each.default is not inspect.Parameter.empty]
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -72,10 +71,11 @@ def add_demonstration(writer: LeRobotWriter, episode: Episode) -> None:
     for name, pictures in arrays.items():
         if name.startswith("camera."):
             values[f"observation.images.{name.removeprefix('camera.')}"] = pictures[:-1]
-    writer.add_episode(values, episode.record.task, columns_of(episode.record))
+    columns = columns_of(episode.record)
+    writer.add_episode(values, columns.pop("task"), columns)
 
 
-def columns_of(record: EpisodeRecord) -> Mapping[str, Any]:
+def columns_of(record: EpisodeRecord) -> dict[str, Any]:
     """Return what is said of an episode as columns of a table: measures and parameters one by one, tables as JSON."""
     plain = record.model_dump(exclude={"start", "score", "parameters", "episode"})
     measures = {name: None if record.score is None else getattr(record.score, name) for name in MEASURES}

@@ -6,7 +6,7 @@ import math
 from typing import Annotated, Any, Self, TypeVar
 
 import numpy as np
-from pydantic import Field, PlainValidator, model_validator
+from pydantic import Field, PlainSerializer, PlainValidator, model_validator
 
 from tatamu.material import Number
 from tatamu.records import Record
@@ -80,7 +80,14 @@ def _names(given: Any) -> str | list[str]:
     return [*given] if isinstance(given, list) else str(given)
 
 
-Distribution = Annotated[float | list[float] | Uniform | Normal, PlainValidator(_distribution)]
+def _plain(given: Any) -> Any:
+    """Return what a file has for a distribution."""
+    return given.model_dump() if isinstance(given, Record) else given
+
+
+Distribution = Annotated[
+    float | list[float] | Uniform | Normal, PlainValidator(_distribution), PlainSerializer(_plain, return_type=Any)
+]
 """A number, a list of which one is drawn, a range, or a normal distribution."""
 Names = Annotated[str | list[str], PlainValidator(_names)]
 """A name, or a list of which one is drawn."""

@@ -45,7 +45,7 @@ def page(dataset: DatasetRecord, records: Sequence[EpisodeRecord], pictures: Seq
     return render(
         "dataset/page.html",
         charts=charts if shown else None,
-        title=f"{dataset.episodes} folds",
+        title=f"{dataset.episodes} episodes",
         succeeded=dataset.successes,
         episodes=dataset.episodes,
         frames=dataset.frames,

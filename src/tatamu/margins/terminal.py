@@ -32,12 +32,11 @@ def table(margins: MarginsResult) -> Table:
 
 def summary(margins: MarginsResult) -> str:
     """Return the result of the joint draws, why some failed, and the meshes of the simulations, in lines."""
-    joint = margins.joint
-    lines = [f"{joint.headline}: mean distance {_spread(joint.mean_vertex_distance)}"]
-    if joint.moving_vertex_distance is not None:
-        lines.append(f"of the part that moves: {_spread(joint.moving_vertex_distance)}")
-    if joint.failures:
-        lines.append(f"no fold: {joint.reasons}")
+    lines = [f"{margins.joint.headline}: mean distance {_spread(margins.joint.mean_vertex_distance)}"]
+    if margins.moving_vertex_distance is not None:
+        lines.append(f"of the part that moves: {_spread(margins.moving_vertex_distance)}")
+    if margins.failures:
+        lines.append(f"no fold: {margins.reasons}")
     return "\n".join([*lines, simulated(margins)])
 
 
@@ -49,10 +48,10 @@ def _spread(spread: Spread) -> str:
 
 
 @contextmanager
-def reporting(console: Console, title: str) -> Iterator[Callable[[int, int], None]]:
+def reporting(console: Console, title: str, what: str = "simulations") -> Iterator[Callable[[int, int], None]]:
     """Yield a callback that draws a progress bar, or prints a line now and then if there is no terminal."""
     if not console.is_terminal:
-        yield lambda done, total: _line(console, title, done, total)
+        yield lambda done, total: _line(console, title, done, total, what)
         return
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True) as bar:
@@ -60,6 +59,6 @@ def reporting(console: Console, title: str) -> Iterator[Callable[[int, int], Non
         yield lambda done, total: bar.update(line, completed=done, total=total)
 
 
-def _line(console: Console, title: str, done: int, total: int) -> None:
-    if done % EVERY == 0:
-        console.print(f"{title}: {done} of {total} simulations", soft_wrap=True, markup=False)
+def _line(console: Console, title: str, done: int, total: int, what: str) -> None:
+    if done and done % EVERY == 0:
+        console.print(f"{title}: {done} of {total} {what}", soft_wrap=True, markup=False)

@@ -140,7 +140,7 @@ class Posterior:
 
     @property
     def deviations(self) -> list[tuple[str, float, float]]:
-        """Name, prior and posterior deviation of the systematic part of each disturbance, its width included."""
+        """Name, prior and posterior deviation of each systematic part; the prior's with the unknown width."""
         before, after = (
             np.sqrt(np.diag(each)) for each in (np.exp(2.0 * WIDTH**2) * self.prior.systematic, self.covariance)
         )

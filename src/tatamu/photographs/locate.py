@@ -21,6 +21,8 @@ from tatamu.study.result import Result
 
 TURNED_IN = 0.015
 """A corner whose outline stays this far inside the garment's is turned in [m]."""
+OTHER = 0.15
+"""Cloth whose sides differ by this part from what was learned is not the same, or not all of it is seen."""
 UNLIKE = 0.010
 """An outline that deviates by more than this is of another garment, or wrinkled [m]."""
 
@@ -117,6 +119,8 @@ def locate_shape(
     found = camera.on_table(edge, shape.height)
     fit = lay(shape, found, shown, board_pose)
     _check(path, fit, found, set(pinned))
+    if learned:
+        _check_size(path, fit)
     covariance = fit.covariance + _of_camera(photograph, fit, edge, pinned)
     spread = np.sqrt(np.diag(covariance))
     length, width = (shape.size * fit.scale).tolist()
@@ -157,6 +161,17 @@ def _of_camera(photograph: Photograph, fit: Fit, edge: np.ndarray, given: Mappin
         moved[2] = wrapped(float(moved[2]))
         total += np.outer(moved, moved)
     return total
+
+
+def _check_size(path: object, fit: Fit) -> None:
+    """Refuse cloth of quite another size than was learned: a part of it is probably not told from the table."""
+    if not (np.abs(np.log(fit.scale)) < OTHER).all():
+        length, width = fit.shape.size * fit.scale
+        size = f"{fit.shape.size[1]:.3f} x {fit.shape.size[0]:.3f} m"
+        raise InputError(
+            f"{path}: the outline has {width:.3f} x {length:.3f} m, but the cloth {size}: lay it flat on a table of "
+            "another colour than any part of it, or give its --size"
+        )
 
 
 def _check(path: object, fit: Fit, found: np.ndarray, shown: set[str]) -> None:

@@ -15,6 +15,7 @@ from tatamu.files import replacing
 from tatamu.photographs.located import Located
 from tatamu.photographs.opencv import opencv
 from tatamu.photographs.photograph import Photograph
+from tatamu.photographs.reading import FoldReading
 from tatamu.presentation.palette import day
 
 FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG"}
@@ -87,6 +88,19 @@ def draw_located(located: Located) -> Image.Image:
         overlay.table_curve(paper, FITTED, 0.5, closed=True)
     overlay.frame(np.zeros(2), np.eye(2), "board")
     overlay.frame(np.array([fit.pose.x, fit.pose.y]), fit.pose.rotation, "garment")
+    return overlay.image
+
+
+def draw_reading(reading: FoldReading) -> Image.Image:
+    """Return the photograph with the outline, the corners that were found and where those of the moved hem belong."""
+    overlay = Overlay(reading.photograph)
+    overlay.curve(reading.outline, OUTLINE, 1.0, closed=True)
+    for target in reading.targets.values():
+        overlay.dot(target, "target")
+    for name, corner in reading.corners.items():
+        if name in reading.targets:
+            overlay.curve(np.array([reading.targets[name], corner]), "target", 1.0)
+        overlay.dot(corner, "left" if "left" in name else "right", name)
     return overlay.image
 
 

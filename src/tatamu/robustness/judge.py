@@ -173,15 +173,15 @@ def simulate_missing(
         jobs: The fold and the world of each verdict, by its key.
         workers: Where simulations run.
         cache: Keeps the verdicts.
-        ended: Called after every simulation with how many have not ended.
+        ended: Called after every simulation with how many are left.
     """
     futures = {
         workers.submit(verdict_in, fold.evaluator, fold.parameters, world): key for key, (fold, world) in jobs.items()
     }
     try:
-        for future in as_completed(futures):
+        for left, future in zip(range(len(futures) - 1, -1, -1), as_completed(futures), strict=True):
             cache.keep(futures[future], _result(future))
-            ended(sum(not each.done() for each in futures))
+            ended(left)
     finally:
         for future in futures:
             future.cancel()  # if it was interrupted

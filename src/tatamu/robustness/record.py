@@ -61,10 +61,6 @@ class SuccessRate(OpenRecord):
     interval: tuple[float, float]
     """Confidence interval of the share (Clopper and Pearson 1934), at 95 %."""
     mean_vertex_distance: Spread
-    moving_vertex_distance: Spread | None = None
-    """Of the part that moves; None in files of earlier versions."""
-    failures: dict[str, int] = Field(default_factory=dict)
-    """In how many draws there was no fold to score, by the reason."""
 
     @classmethod
     def of(cls, fold: Fold, judged: Sequence[MeshVerdict], limits: Limits) -> SuccessRate:
@@ -82,8 +78,6 @@ class SuccessRate(OpenRecord):
             share=held / len(judged),
             interval=interval_of(held, len(judged)),
             mean_vertex_distance=Spread.of(distances_of(fold, judged, limits)),
-            moving_vertex_distance=Spread.of(distances_of(fold, judged, limits, moving=True)),
-            failures=dict(Counter(one.verdict.error.split(":")[0] for one in judged if one.verdict.error)),
         )
 
     @property
@@ -96,12 +90,6 @@ class SuccessRate(OpenRecord):
         )
 
     @property
-    def reasons(self) -> str:
-        """Why there was no fold to score, in words; empty if there always was."""
-        ranked = sorted(self.failures.items(), key=lambda each: (-each[1], each[0]))
-        return ", ".join(f"{reason} in {count}" for reason, count in ranked)
-
-    @property
     def tone(self) -> str:
         """How good that is, as a grade of the page."""
         return "near-perfect" if self.interval[0] >= SURE else "fair" if self.share >= LIKELY else "failed"
@@ -111,6 +99,11 @@ def interval_of(held: int, draws: int) -> tuple[float, float]:
     """Return the confidence interval of a share at 95 % (Clopper and Pearson 1934)."""
     found = binomtest(held, draws).proportion_ci(CONFIDENCE, method="exact")
     return float(found.low), float(found.high)
+
+
+def failures_of(judged: Sequence[MeshVerdict]) -> dict[str, int]:
+    """Return in how many worlds there was no fold to score, by the reason, the commonest first."""
+    return dict(Counter(one.verdict.error.split(":")[0] for one in judged if one.verdict.error).most_common())
 
 
 def distances_of(fold: Fold, judged: Sequence[MeshVerdict], limits: Limits, *, moving: bool = False) -> list[float]:
@@ -171,11 +164,20 @@ class MarginsResult(OpenRecord):
     """Mean vertex distance where nothing is off [m]; None: the simulation failed."""
     alone: list[AloneMargin]
     joint: SuccessRate
+    moving_vertex_distance: Spread | None = None
+    """Of the part that moves, in all draws; None in files of earlier versions."""
+    failures: dict[str, int] = Field(default_factory=dict)
+    """In how many draws there was no fold to score, by the reason."""
     mesh: MeshUsed
     simulations: Annotated[int, Field(ge=0)]
     """How many there were."""
     disturbances: dict[str, Any]
     """As used."""
+
+    @property
+    def reasons(self) -> str:
+        """Why there was no fold to score, in words; empty if there always was."""
+        return ", ".join(f"{reason} in {count}" for reason, count in self.failures.items())
 
     @classmethod
     def load(cls, path: Path) -> MarginsResult:
