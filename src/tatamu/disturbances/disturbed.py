@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from tatamu import curves
-from tatamu.disturbances.description import FIELDS
+from tatamu.disturbances.channels import FIELDS
 from tatamu.disturbances.world import World
 from tatamu.errors import SimulationError
 from tatamu.folding.fold import PINCH, Fold
@@ -36,10 +36,12 @@ SIDES = (("left", 1.0), ("right", -1.0))
 def disturbed_scene(fold: Fold, manipulation: Manipulation, world: World) -> Scene:
     """Return the scene of a manipulation in a world; in the nominal world it is that of `scene_of`.
 
+    A hand that is sent to grasp beside its vertex, as a corrected manipulation may be, closes there.
+
     Raises:
         SimulationError: If the hands would grasp the same place.
     """
-    if world.is_nominal:
+    if world.is_nominal and not _aims_beside(fold, manipulation).any():
         return scene_of(fold, manipulation)
     hands = [_hand(fold, manipulation, world, number) for number in range(len(manipulation.grasps))]
     held = [hand.carry for hand in hands if hand.carry is not None]
@@ -57,7 +59,7 @@ def hand_failure(fold: Fold, manipulation: Manipulation, world: World) -> str | 
     A hand that grasps beside the cloth holds nothing. One that is commanded below the table by more than it yields
     stops, or breaks.
     """
-    if world.is_nominal:
+    if world.is_nominal and not _aims_beside(fold, manipulation).any():
         return None
     for number, name in enumerate(HANDS[: len(manipulation.grasps)]):
         hand = _hand(fold, manipulation, world, number)
@@ -135,14 +137,15 @@ class _DisturbedHand:
 def _hand(fold: Fold, manipulation: Manipulation, world: World, number: int) -> _DisturbedHand:
     """Return the disturbed motion of a hand, or none if it misses the cloth."""
     usual = carries_of(fold, manipulation)[number]
-    grasp = _grasp(fold, usual.vertex, world, number)
+    aim = _aims_beside(fold, manipulation)[number]
+    grasp = _grasp(fold, usual.vertex, aim, world, number)
     if grasp.misses:
         return _DisturbedHand(None, 0.0)
     speed = world.factor("hands.speed")
     times = usual.times[0] + (usual.times - usual.times[0]) / speed
     share = curves.minimum_jerk(np.linspace(0.0, 1.0, len(times)))[:, None]
     back = grasp.slip + np.array([2.0 * grasp.rest, 0.0])
-    off = _off(fold, manipulation, world, number) - _in_scene(fold, np.array([*back, 0.0]))
+    off = _off(fold, manipulation, world, number) - _in_scene(fold, np.array([*back, 0.0])) + [0.0, 0.0, aim[2]]
     moved = _turned(usual.displacements, -world["cloth.yaw"]) + np.hstack([share, share, np.ones_like(share)]) * off
     floor = _floor(fold, grasp.vertex, moved)
     too_low = float((floor - moved[:, 2]).max())
@@ -151,6 +154,27 @@ def _hand(fold: Fold, manipulation: Manipulation, world: World, number: int) -> 
     turning = _in_scene(fold, np.array([2.0 * grasp.rest, 0.0, 0.0]))
     beside = share * turning - [*(fold.start[grasp.vertex, :2] - grasp.place), 0.0]
     return _DisturbedHand(Carry(HANDS[number], grasp.vertex, times, moved, opens, beside), too_low)
+
+
+def hand_errors(fold: Fold, manipulation: Manipulation, world: World) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return the errors of each hand in a world, along the fold, across it and up [m], as a correction takes them away.
+
+    The first is of the place where it grasps, shape (2,), the second of the hand itself, shape (3,); cloth that lies
+    elsewhere counts as hands that are elsewhere.
+    """
+    lies = np.array([world["cloth.place.along"], world["cloth.place.across"], 0.0])
+    found = []
+    for number, side in enumerate(HANDS[: len(manipulation.grasps)]):
+        off = _off(fold, manipulation, world, number)
+        hand = np.array([off[:2] @ fold.normal, off[:2] @ fold.crease.along, off[2]]) - lies
+        grasp = np.array([world[f"grasp.into.{side}"], world[f"grasp.along.{side}"]]) - lies[:2]
+        found.append((grasp, hand))
+    return found
+
+
+def _aims_beside(fold: Fold, manipulation: Manipulation) -> np.ndarray:
+    """Return how far beside its vertex each hand is sent to grasp [m], shape (hands, 3): 0 without a correction."""
+    return np.array(manipulation.positions) - fold.start[list(manipulation.grasps)]
 
 
 def _delay(world: World, number: int) -> float:
@@ -173,8 +197,8 @@ def _off(fold: Fold, manipulation: Manipulation, world: World, number: int) -> n
     return _in_scene(fold, error)
 
 
-def _grasp(fold: Fold, vertex: int, world: World, number: int) -> _Grasp:
-    """Return the actual grasp of a hand that was meant to grasp a vertex."""
+def _grasp(fold: Fold, vertex: int, aim: np.ndarray, world: World, number: int) -> _Grasp:
+    """Return the actual grasp of a hand that was sent `aim` [m], shape (3,), beside a vertex."""
     side = SIDES[number][0]
     place = fold.start[vertex, :2]
     wrong = np.array([world[f"grasp.into.{side}"], world[f"grasp.along.{side}"]])
@@ -182,7 +206,7 @@ def _grasp(fold: Fold, vertex: int, world: World, number: int) -> _Grasp:
     seen = np.array([[*(place - middle), 0.0]])
     turned = _turned(seen, -world["cloth.yaw"])[0, :2] + middle - place
     lies = _in_scene(fold, np.array([world["cloth.place.along"], world["cloth.place.across"], 0.0]))[:2]
-    held = place + _in_scene(fold, np.array([*wrong, 0.0]))[:2] + turned - lies
+    held = place + aim[:2] + _in_scene(fold, np.array([*wrong, 0.0]))[:2] + turned - lies
     chosen = _nearest(fold, vertex, held)
     rest = float((fold.start[chosen, :2] - held) @ fold.normal)
     misses = _covered(fold, held) < LEAST_HELD * _covered(fold, place)

@@ -1,7 +1,7 @@
 """Robustness: in which disturbed worlds a fold still succeeds, judged on one mesh or on two."""
 
 from tatamu.robustness.cache import VerdictCache
-from tatamu.robustness.judge import Judge, Judged, Progress, WorldSearch
+from tatamu.robustness.judge import Judge, Judged, Progress, WorldSearch, simulate_missing
 from tatamu.robustness.meshes import FoldOnMesh, MeshVerdict
 from tatamu.robustness.record import (
     AloneMargin,
@@ -30,4 +30,5 @@ __all__ = [
     "WorldSearch",
     "distances_of",
     "failures_of",
+    "simulate_missing",
 ]

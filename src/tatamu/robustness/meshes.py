@@ -13,9 +13,9 @@ from hashlib import sha256
 
 import numpy as np
 
+from tatamu.disturbances import NOMINAL, disturbed_scene
 from tatamu.evaluation import Evaluator
 from tatamu.folding.score import Limits
-from tatamu.folding.trial_scene import scene_of
 from tatamu.robustness.verdict import Verdict
 from tatamu.simulators.source import source_digest
 
@@ -54,7 +54,7 @@ class FoldOnMesh:
     def key(self) -> str:
         """A name that differs if a simulation does, also of another version of the simulator."""
         task = self.evaluator.task
-        scene = scene_of(task.fold, task.manipulation(self.parameters))
+        scene = disturbed_scene(task.fold, task.manipulation(self.parameters), NOMINAL)
         known = f"{VERSION} {task.simulator} {source_digest()} {scene.model_dump_json()}"
         return sha256(known.encode()).hexdigest()[:16]
 

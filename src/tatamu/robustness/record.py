@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -21,6 +21,8 @@ from tatamu.robustness.meshes import MeshVerdict, fit_distances, moving_distance
 class AloneMargin(OpenRecord):
     """The range of one disturbance within which a fold succeeds, without any other."""
 
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"mean"})
+
     name: str
     unit: str
     """m, rad or s; 1 for a relative change."""
@@ -32,6 +34,8 @@ class AloneMargin(OpenRecord):
     """Its standard deviation, in the same unit; of a relative change that of the logarithm."""
     tried: tuple[float, float]
     """The range that was tried."""
+    mean: float = 0.0
+    """Its mean; of a relative change that of the logarithm."""
 
 
 class Spread(OpenRecord):
@@ -68,12 +72,11 @@ class SuccessRate(OpenRecord):
             limits: The limits of success.
         """
         held = sum(limits.hold(one.verdict) for one in judged)
-        found = binomtest(held, len(judged)).proportion_ci(CONFIDENCE, method="exact")
         return cls(
             draws=len(judged),
             held=held,
             share=held / len(judged),
-            interval=(float(found.low), float(found.high)),
+            interval=interval_of(held, len(judged)),
             mean_vertex_distance=Spread.of(distances_of(fold, judged, limits)),
         )
 
@@ -90,6 +93,12 @@ class SuccessRate(OpenRecord):
     def tone(self) -> str:
         """How good that is, as a grade of the page."""
         return "near-perfect" if self.interval[0] >= SURE else "fair" if self.share >= LIKELY else "failed"
+
+
+def interval_of(held: int, draws: int) -> tuple[float, float]:
+    """Return the confidence interval of a share at 95 % (Clopper and Pearson 1934)."""
+    found = binomtest(held, draws).proportion_ci(CONFIDENCE, method="exact")
+    return float(found.low), float(found.high)
 
 
 def failures_of(judged: Sequence[MeshVerdict]) -> dict[str, int]:
