@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from tatamu.garments.garment import Garment
     from tatamu.material import Material
     from tatamu.options import LearnOptions
+    from tatamu.photographs.locate import locate
     from tatamu.robots.constraint import find_reach
     from tatamu.rollout import Rollout
     from tatamu.scene import Cloth, Gripper, Scene, Table
@@ -98,6 +99,7 @@ _HOME = {
     "learn": "tatamu.api",
     "load": "tatamu.api",
     "load_disturbances": "tatamu.disturbances.description",
+    "locate": "tatamu.photographs.locate",
     "make_garment": "tatamu.garments",
     "make_task": "tatamu.folding.task",
     "measure_margins": "tatamu.api",
@@ -154,6 +156,7 @@ __all__ = [
     "learn",
     "load",
     "load_disturbances",
+    "locate",
     "make_garment",
     "make_task",
     "measure_margins",
@@ -171,7 +174,15 @@ def __getattr__(name: str) -> Any:
     """Import a public name when it is first used, so that `import tatamu` stays quick."""
     if name not in _HOME:
         raise AttributeError(f"module 'tatamu' has no attribute {name!r}")
-    return getattr(import_module(_HOME[name]), name)
+    try:
+        return getattr(import_module(_HOME[name]), name)
+    except ModuleNotFoundError as error:
+        from tatamu.extras import missing
+
+        refused = missing(error)
+        if refused is None:
+            raise
+        raise refused from None
 
 
 def __dir__() -> list[str]:

@@ -16,6 +16,7 @@ from tatamu.crosscheck import check as check_result
 from tatamu.disturbances import Disturbances, default_disturbances, load_disturbances
 from tatamu.errors import InputError
 from tatamu.evaluation import NOTHING, Evaluation, Evaluator, Incumbent, Nominal, Wrapper
+from tatamu.files import validated
 from tatamu.folding.task import Task, make_task
 from tatamu.margins import DRAWS, Measured, measure
 from tatamu.observation import Observation, Observed, ruler, write_corrected
@@ -24,9 +25,10 @@ from tatamu.observation import observe as observe_fold
 from tatamu.observation.after import known_of
 from tatamu.observation.measured import RULER
 from tatamu.options import FoldOptions, LearnOptions
-from tatamu.report import write_plan_report, write_report
+from tatamu.report import embedded, write_plan_report, write_report
 from tatamu.robots import RobotPlan, find_reach, plan_fold, save
 from tatamu.robots import load as load_robot
+from tatamu.robots.motion import Pace
 from tatamu.search import Parameters
 from tatamu.size import parse_size
 from tatamu.study.database import SharedDatabase
@@ -46,6 +48,10 @@ class Result(study.Result):
         """
         return write_report(self, None if file is None else Path(file))
 
+    def _repr_html_(self) -> str:
+        """Show the fold in a notebook: picture, measures and replay."""
+        return embedded(self)
+
 
 class PlanResult(study.PlanResult):
     """A learned plan of several steps: `.steps`, `.final`, `.rollout`, `.save(folder)`."""
@@ -60,6 +66,10 @@ class PlanResult(study.PlanResult):
             InputError: If the file cannot be written, or none is given and the plan has no folder.
         """
         return write_plan_report(self, None if file is None else Path(file))
+
+    def _repr_html_(self) -> str:
+        """Show every step in a notebook, one below the other."""
+        return "".join(embedded(step) for step in self.steps)
 
 
 def _public(found: study.Result | study.PlanResult) -> Result | PlanResult:
@@ -313,6 +323,8 @@ def plan_for(
     *,
     place: tuple[float, float, float] | None = None,
     table_height: float | None = None,
+    speed_scale: float = 1.0,
+    hover: float = 0.0,
 ) -> FoldPlan:
     """Plan a learned fold for a robot.
 
@@ -321,10 +333,13 @@ def plan_for(
         robot: Name of a robot, or a .toml that describes one.
         place: Place of the fold's frame in the robot's base [m, m, rad]; None to search it.
         table_height: Height of the table top in the base [m]; None to search it.
+        speed_scale: Speed of the motion, waits included, over that of the plan, from 0.05 to 1.
+        hover: Height above the table at which the motion is made with open jaws [m]; 0 to fold.
 
     Raises:
         InputError: If there is no such robot, or the fold is out of its reach.
     """
+    pace = validated(Pace, {"speed_scale": speed_scale}, "pace")
     with TemporaryDirectory() as temporary:
         folder = result.folder or result.save(temporary).path
-        return FoldPlan(plan_fold(folder, load_robot(robot), place, table_height), result)
+        return FoldPlan(plan_fold(folder, load_robot(robot), place, table_height, pace, hover), result)

@@ -12,7 +12,7 @@ from tatamu.disturbances.description import (
     read_disturbances,
     with_calibrated,
 )
-from tatamu.disturbances.disturbed import disturbed_scene, hand_errors
+from tatamu.disturbances.disturbed import disturbed_scene, hand_errors, hand_failure
 from tatamu.disturbances.systematic import Split, join, split
 from tatamu.disturbances.world import (
     NOMINAL,
@@ -37,6 +37,7 @@ __all__ = [
     "disturbances_in",
     "disturbed_scene",
     "hand_errors",
+    "hand_failure",
     "join",
     "load_disturbances",
     "mean_world",

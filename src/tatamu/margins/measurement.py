@@ -22,10 +22,12 @@ from tatamu.robustness import (
     MeshUsed,
     MeshVerdict,
     Progress,
+    Spread,
     SuccessRate,
     Verdict,
     VerdictCache,
     distances_of,
+    failures_of,
 )
 from tatamu.simulators import capabilities
 from tatamu.simulators.many import executor_of, processors
@@ -129,6 +131,8 @@ def measure(
             undisturbed=nominal.mean_vertex_distance,
             alone=_alone(sides, found.findings if limits.hold(nominal) else [0.0] * len(sides)),
             joint=SuccessRate.of(task.fold, found.worlds, limits),
+            moving_vertex_distance=Spread.of(distances_of(task.fold, found.worlds, limits, moving=True)),
+            failures=failures_of(found.worlds),
             mesh=_mesh(own, coarser, judge, found.seen, limits),
             simulations=judge.simulations,
             disturbances=disturbances.describe(),

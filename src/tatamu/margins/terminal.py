@@ -11,7 +11,7 @@ from rich.table import Table
 
 from tatamu.margins.page import sureness
 from tatamu.margins.words import TITLES, amount, reach, simulated
-from tatamu.robustness import MarginsResult
+from tatamu.robustness import MarginsResult, Spread
 
 EVERY = 50
 """Simulations per printed line if there is no terminal."""
@@ -31,20 +31,27 @@ def table(margins: MarginsResult) -> Table:
 
 
 def summary(margins: MarginsResult) -> str:
-    """Return the result of the joint draws, and the meshes of the simulations, in two lines."""
-    spread = margins.joint.mean_vertex_distance
+    """Return the result of the joint draws, why some failed, and the meshes of the simulations, in lines."""
+    lines = [f"{margins.joint.headline}: mean distance {_spread(margins.joint.mean_vertex_distance)}"]
+    if margins.moving_vertex_distance is not None:
+        lines.append(f"of the part that moves: {_spread(margins.moving_vertex_distance)}")
+    if margins.failures:
+        lines.append(f"no fold: {margins.reasons}")
+    return "\n".join([*lines, simulated(margins)])
+
+
+def _spread(spread: Spread) -> str:
     return (
-        f"{margins.joint.headline}: mean distance {1e3 * spread.median:.1f} mm in the median, "
-        f"{1e3 * spread.q90:.1f} mm at 90 %, {1e3 * spread.worst:.1f} mm at worst\n"
-        f"{simulated(margins)}"
+        f"{1e3 * spread.median:.1f} mm in the median, {1e3 * spread.q90:.1f} mm at 90 %, "
+        f"{1e3 * spread.worst:.1f} mm at worst"
     )
 
 
 @contextmanager
-def reporting(console: Console, title: str) -> Iterator[Callable[[int, int], None]]:
+def reporting(console: Console, title: str, what: str = "simulations") -> Iterator[Callable[[int, int], None]]:
     """Yield a callback that draws a progress bar, or prints a line now and then if there is no terminal."""
     if not console.is_terminal:
-        yield lambda done, total: _line(console, title, done, total)
+        yield lambda done, total: _line(console, title, done, total, what)
         return
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True) as bar:
@@ -52,6 +59,6 @@ def reporting(console: Console, title: str) -> Iterator[Callable[[int, int], Non
         yield lambda done, total: bar.update(line, completed=done, total=total)
 
 
-def _line(console: Console, title: str, done: int, total: int) -> None:
-    if done % EVERY == 0:
-        console.print(f"{title}: {done} of {total} simulations", soft_wrap=True, markup=False)
+def _line(console: Console, title: str, done: int, total: int, what: str) -> None:
+    if done and done % EVERY == 0:
+        console.print(f"{title}: {done} of {total} {what}", soft_wrap=True, markup=False)

@@ -35,7 +35,7 @@ PATH_ERROR = 1e-3
 TURN_ERROR = 5e-3
 """Largest rotation of the tool from its orientation at the grasp [rad]."""
 SLOWEST = 5.0
-"""Largest time scaling: a fold driven slower still is another fold than the one simulated."""
+"""Largest time scaling at full speed: a fold driven slower still is another fold than the one simulated."""
 
 
 class Checks:
@@ -146,7 +146,7 @@ class Checks:
 
     def _nearest(self) -> dict[str, Distance]:
         """The least distance of each kind: of some samples, and of all where anything comes too near."""
-        robot, height, angles = self._task.robot, self._task.placement.z, self._motion.angles
+        robot, height, angles = self._task.robot, self._task.table, self._motion.angles
         clearance = Clearance(robot)
         clearance.set_table(height)
         some = clearance.least(angles[::EVERY])
@@ -173,7 +173,7 @@ class Checks:
         rate = np.diff(self._motion.simulated(self._fold)) / self._motion.times[1]
         slowest = int(self._fold[int(rate.argmin())]) if len(rate) else int(self._fold[0])
         value = fold.timed.duration / float(times[-1] - times[0])
-        return self._check(value, SLOWEST, "1", slowest, "slowest")
+        return self._check(value, SLOWEST / self._motion.speed_scale, "1", slowest, "slowest")
 
 
 def in_words(value: float, limit: float, unit: str, ok: bool) -> tuple[str, str, str]:

@@ -32,6 +32,8 @@ class Pace(Record):
     """Fingers open slowly, so that the cloth keeps its shape (paper, section VI-C)."""
     lower_speed: float = Field(0.10, gt=0)
     raise_speed: float = Field(0.05, gt=0)
+    speed_scale: float = Field(1.0, ge=0.05, le=1.0)
+    """Speed of the whole motion, waits included, over that of a plan."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +55,7 @@ class Motion:
     """Full configurations [rad], shape (n, nq)."""
     parts: tuple[TimedStage, ...]
     events: tuple[FingerEvent, ...]
+    speed_scale: float = 1.0
 
     def part(self, name: str) -> TimedStage:
         """A part by its name."""
@@ -91,10 +94,11 @@ def motion(robot: Robot, hands: HandMotion, stages: list[Stage], pace: Pace) -> 
         else:
             stage = by_name[name]
             driven = timed(stage.spline, min(stage.rate, JOINT_MOVE), speed, acceleration)
+        driven = driven.slowed(pace.speed_scale)
         parts.append(TimedStage(name, start, driven))
         start += driven.duration
     times = PERIOD * np.arange(int(np.ceil(start / PERIOD)) + 1)
-    return Motion(times, _sampled(parts, times), tuple(parts), _events(robot, parts))
+    return Motion(times, _sampled(parts, times), tuple(parts), _events(robot, parts), pace.speed_scale)
 
 
 def _order(stages: Collection[str]) -> list[str]:

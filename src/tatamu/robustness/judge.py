@@ -6,7 +6,7 @@ from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import Executor, Future, as_completed
 from dataclasses import dataclass, field
 
-from tatamu.disturbances import NOMINAL, World
+from tatamu.disturbances import NOMINAL, World, hand_failure
 from tatamu.errors import WorkerKilledError
 from tatamu.evaluation import Evaluator
 from tatamu.folding.score import Limits
@@ -188,8 +188,12 @@ def simulate_missing(
 
 
 def verdict_in(evaluator: Evaluator, parameters: Mapping[str, int | float], world: World) -> Verdict:
-    """Simulate a manipulation in a world."""
-    return Verdict.of(evaluator.in_world(parameters, world), evaluator.task.fold)
+    """Simulate a manipulation in a world, unless a hand cannot do its part there whatever the cloth does."""
+    task = evaluator.task
+    failure = hand_failure(task.fold, task.manipulation(parameters), world)
+    if failure is not None:
+        return Verdict(None, None, failure)
+    return Verdict.of(evaluator.in_world(parameters, world), task.fold)
 
 
 def _result(future: Future[Verdict]) -> Verdict:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
@@ -14,7 +15,7 @@ from tatamu.files import read_json, validated
 from tatamu.folding.fold import Fold
 from tatamu.folding.score import Limits, vertex_distances
 from tatamu.records import OpenRecord
-from tatamu.robustness.meshes import MeshVerdict, fit_distances
+from tatamu.robustness.meshes import MeshVerdict, fit_distances, moving_distance, whole_distance
 
 
 class AloneMargin(OpenRecord):
@@ -44,6 +45,12 @@ class Spread(OpenRecord):
     q90: float
     worst: float
 
+    @classmethod
+    def of(cls, distances: Sequence[float]) -> Spread:
+        """Return the spread of distances [m]."""
+        median, q90 = np.quantile(distances, [0.5, 0.9])
+        return cls(median=float(median), q90=float(q90), worst=float(max(distances)))
+
 
 class SuccessRate(OpenRecord):
     """In how many disturbed worlds a fold succeeded."""
@@ -65,15 +72,12 @@ class SuccessRate(OpenRecord):
             limits: The limits of success.
         """
         held = sum(limits.hold(one.verdict) for one in judged)
-        found = binomtest(held, len(judged)).proportion_ci(CONFIDENCE, method="exact")
-        distances = distances_of(fold, judged, limits)
-        median, q90 = np.quantile(distances, [0.5, 0.9])
         return cls(
             draws=len(judged),
             held=held,
             share=held / len(judged),
-            interval=(float(found.low), float(found.high)),
-            mean_vertex_distance=Spread(median=float(median), q90=float(q90), worst=float(max(distances))),
+            interval=interval_of(held, len(judged)),
+            mean_vertex_distance=Spread.of(distances_of(fold, judged, limits)),
         )
 
     @property
@@ -91,14 +95,33 @@ class SuccessRate(OpenRecord):
         return "near-perfect" if self.interval[0] >= SURE else "fair" if self.share >= LIKELY else "failed"
 
 
-def distances_of(fold: Fold, judged: Sequence[MeshVerdict], limits: Limits) -> list[float]:
+def interval_of(held: int, draws: int) -> tuple[float, float]:
+    """Return the confidence interval of a share at 95 % (Clopper and Pearson 1934)."""
+    found = binomtest(held, draws).proportion_ci(CONFIDENCE, method="exact")
+    return float(found.low), float(found.high)
+
+
+def failures_of(judged: Sequence[MeshVerdict]) -> dict[str, int]:
+    """Return in how many worlds there was no fold to score, by the reason, the commonest first."""
+    return dict(Counter(one.verdict.error.split(":")[0] for one in judged if one.verdict.error).most_common())
+
+
+def distances_of(fold: Fold, judged: Sequence[MeshVerdict], limits: Limits, *, moving: bool = False) -> list[float]:
     """Return mean vertex distances on the fine mesh [m], predicted from the coarse one if it was not simulated there.
 
     A failed simulation counts as twice the distance of untouched cloth.
+
+    Args:
+        fold: The fold on the fine mesh.
+        judged: Verdicts on worlds.
+        limits: The limits of success.
+        moving: Of the part that moves, not of the whole.
     """
-    predict = fit_distances(judged, limits)
-    failed = 2.0 * float(vertex_distances(fold.target, fold.start).mean())
-    found = [(one, one.verdict.mean_vertex_distance) for one in judged]
+    distance_of = moving_distance if moving else whole_distance
+    predict = fit_distances(judged, limits, distance_of)
+    untouched = vertex_distances(fold.target, fold.start)
+    failed = 2.0 * float((untouched[~fold.still()] if moving else untouched).mean())
+    found = [(one, distance_of(one.verdict)) for one in judged]
     return [failed if d is None else d if one.fine else predict(d) for one, d in found]
 
 
@@ -141,11 +164,20 @@ class MarginsResult(OpenRecord):
     """Mean vertex distance where nothing is off [m]; None: the simulation failed."""
     alone: list[AloneMargin]
     joint: SuccessRate
+    moving_vertex_distance: Spread | None = None
+    """Of the part that moves, in all draws; None in files of earlier versions."""
+    failures: dict[str, int] = Field(default_factory=dict)
+    """In how many draws there was no fold to score, by the reason."""
     mesh: MeshUsed
     simulations: Annotated[int, Field(ge=0)]
     """How many there were."""
     disturbances: dict[str, Any]
     """As used."""
+
+    @property
+    def reasons(self) -> str:
+        """Why there was no fold to score, in words; empty if there always was."""
+        return ", ".join(f"{reason} in {count}" for reason, count in self.failures.items())
 
     @classmethod
     def load(cls, path: Path) -> MarginsResult:

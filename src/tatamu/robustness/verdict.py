@@ -21,6 +21,8 @@ class Verdict:
     """[-]; None if the simulation failed."""
     error: str | None = None
     """Why it failed."""
+    moving_vertex_distance: FiniteFloat | None = None
+    """Mean over the part that moves [m]; None if the simulation failed."""
     marks: dict[str, FiniteFloat] | None = None
     """Where the fold ended, by the names of `folding.marks.MARKS` [m]; None if there is no rollout, and in verdicts of
     older versions."""
@@ -31,7 +33,12 @@ class Verdict:
         score = evaluation.score
         if score is None:
             return cls(None, None, evaluation.error)
-        return cls(score.mean_vertex_distance, score.mask_iou, marks=_marks(evaluation, fold))
+        return cls(
+            score.mean_vertex_distance,
+            score.mask_iou,
+            moving_vertex_distance=score.moving_vertex_distance,
+            marks=_marks(evaluation, fold),
+        )
 
 
 def _marks(evaluation: Evaluation, fold: Fold | None) -> dict[str, float] | None:

@@ -16,7 +16,7 @@ from tatamu.disturbances import NOMINAL, Disturbances, default_disturbances, dis
 from tatamu.errors import InputError, TatamuError
 from tatamu.evaluation import Evaluator
 from tatamu.folding.advice import UncarriedWarning, advice
-from tatamu.folding.parameters import first_curves, later_curves, search_space, transfer
+from tatamu.folding.parameters import first_curves, later_curves, robust_curves, search_space, transfer
 from tatamu.folding.task import Task, digest
 from tatamu.garments.garmentfile import files_of
 from tatamu.material import is_preset
@@ -126,7 +126,10 @@ class _Learning:
 
     def first(self, task: Task) -> list[Parameters]:
         """Return the first parameters of the search of a first step."""
-        return [*(first_curves(task.fold) if self.options.sampler == "gp" else []), *self.known]
+        if self.options.sampler != "gp":
+            return list(self.known)
+        given = first_curves if self.options.disturbances == "none" else robust_curves
+        return [*given(task.fold), *self.known]
 
     def plan(self, task: Task) -> PlanResult:
         """Learn every step of a plan."""

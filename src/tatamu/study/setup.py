@@ -16,9 +16,11 @@ from tatamu.search import Parameters, Schedule, Search, Space, TwoFidelitySearch
 from tatamu.simulators import SIMULATORS, capabilities
 from tatamu.study.record import StudyRecord, describe_task
 
-UNSURE_SHARE = 0.3
-"""Part of the trials at high fidelity if coarser meshes rank trials less surely (docs/notes/learning.md,
-docs/notes/margins.md)."""
+ROBUST_SHARE = 0.24
+"""Part of the trials at high fidelity in disturbed worlds: a coarser mesh says less surely where a fold fails
+(docs/notes/learning.md)."""
+LATER_SHARE = 0.3
+"""The same in later steps of plans, which coarser meshes rank least surely."""
 
 
 def resolve(options: LearnOptions, task: Task, held: StudyRecord | None) -> LearnOptions:
@@ -50,8 +52,7 @@ def make_evaluator(task: Task, options: LearnOptions) -> Evaluator:
     centre = mean_world(options.disturbances) if isinstance(options.disturbances, Disturbances) else NOMINAL
     made: Evaluator = Nominal(task, bool(options.coarse) and ends_early(task), centre)
     if isinstance(options.disturbances, Disturbances):
-        robust = Disturbed(made, options.disturbances, options.chosen_quantile, seed=options.seed)
-        made = robust.for_step(task.number)
+        made = Disturbed(made, options.disturbances, options.chosen_quantile, seed=options.seed)
     if options.coarse:
         made = CoarseFirst(made)
     return WithinReach(made, task.reach) if task.reach else made
@@ -137,11 +138,8 @@ def make_search(record: StudyRecord, space: Space, fidelities: int) -> Search:
 
 
 def make_schedule(task: Task, record: StudyRecord, options: LearnOptions, fidelities: int) -> Schedule:
-    """Return the schedule of a study.
-
-    More trials run at high fidelity if coarser meshes are less sure: for later steps, and for how folds of two layers
-    succeed in disturbed worlds.
-    """
+    """Return the schedule of a study; more trials run at high fidelity where coarser meshes are less sure."""
     schedule = Schedule(options.trials, fidelities)
-    unsure = task.number > 0 or (record.disturbances is not None and task.garment.layers > 1)
-    return replace(schedule, high_share=UNSURE_SHARE) if unsure else schedule
+    if task.number > 0:
+        return replace(schedule, high_share=LATER_SHARE)
+    return schedule if record.disturbances is None else replace(schedule, high_share=ROBUST_SHARE)
