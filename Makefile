@@ -9,6 +9,7 @@ NEWTON = .venv-newton/.ready
 LEROBOT = .venv-lerobot/.ready
 
 .PHONY: learn blender test test-slow oldest lint format learning garments validate bench abuse clean simulators crosscheck paper \
+.PHONY: photographs learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
 .PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
         calibration folds robots foreign statics locking tangle coarser loop loop-closed times own-garments golden cluster docs wheel real-cloth search holds fuzz help
 .PHONY: learn blender test test-slow lint format learning earned garments validate bench abuse clean simulators crosscheck paper \
@@ -120,6 +121,9 @@ robots: $(DEV)  ## the table of docs/notes/robots.md: an hour, most of it MuJoCo
 	for case in trousers-leg-0.28 towel-half-0.50 tshirt-half-0.40; do \
 	  $(BIN)/python benchmarks/robots.py --out runs/robots --rehearse native,mujoco --only $$case; done
 	$(BIN)/python benchmarks/robots.py --out runs/robots --rehearse native --write-docs
+
+photographs: $(DEV)  ## the tables of docs/notes/photographs.md and the guide's pictures: where cloth lies, how folds ended; a quarter of an hour
+	$(BIN)/python -m benchmarks.photographs --write-docs
 
 foreign: $(DEV)  ## the table of docs/notes/garments.md: outlines and meshes from elsewhere; minutes
 	$(BIN)/python -m benchmarks.foreign --out runs/foreign --trials 25 --write-docs
