@@ -38,7 +38,7 @@ class Arm:
     """Speed that plans keep to [rad/s], shape (k,)."""
     planned_acceleration: np.ndarray
     """Acceleration that plans keep to [rad/s^2], shape (k,)."""
-    jaw: Jaw = Jaw()
+    jaw: Jaw = field(default_factory=Jaw)
     """The fingers, and how they take a hem."""
 
     @property

@@ -82,7 +82,7 @@ def _feet(mount: Mount) -> dict[str, np.ndarray]:
 
 
 def _arm(side: str, arm: SerialArm, mount: Mount) -> Arm:
-    """The arm in the pose where its jaw opens along x of B, across the hem; T is turned half round if the gripper is."""
+    """The arm in the pose where its jaw opens along x of B, across the hem; T is turned as the gripper is."""
     yaw = _feet(mount)[side][:3, :3]
     initial = np.array(arm.ready)
     X_WG = pose(from_rpy(*arm.gripper.rpy), np.array(arm.gripper.xyz))
