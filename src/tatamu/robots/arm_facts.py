@@ -9,8 +9,10 @@ Lengths [m], angles [rad], speeds [rad/s], accelerations [rad/s^2], masses [kg].
 [UR-M]   robosuite 1.5.2, robots/ur5e/robot.xml: ranges, boxes of its collision meshes
 [XARM]   example-robot-data 6.0.0, xarm_description/urdf/xarm7.urdf: joints, limits, masses
 [XARM-M] robosuite 1.5.2, robots/xarm7/robot.xml: boxes of its collision meshes
-[2F-85]  robosuite 1.5.2, grippers/robotiq_gripper_85.xml, open: boxes; closed length: Robotiq, manual, section 6.1
-[XARM-G] robosuite 1.5.2, grippers/xarm7_gripper.xml, open: boxes; closed length: UFACTORY, gripper manual, TCP offset
+[2F-85]  robosuite 1.5.2, grippers/robotiq_gripper_85.xml, open: boxes; coupling of 10.8 mm and closed length: linkage of
+         google-deepmind/mujoco_menagerie, robotiq_2f85/2f85.xml, driven to 0.8 rad with parallel pads
+[XARM-G] robosuite 1.5.2, grippers/xarm7_gripper.xml, open: boxes; closed length: linkage of xArm-Developer/xarm_ros2,
+         xarm_gripper.urdf.xacro, driven to 0.85 rad (its link_tcp, 0.172, is 2.5 mm inside)
 
 Plans accelerate by at most 5 rad/s^2: below Franka's own limits (7.5 for Panda, 10 for FR3) and within what MoveIt's
 configurations of UR arms have (5 to 10); no figure of UFACTORY's was found. Boxes come from
@@ -24,9 +26,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tatamu.robots.interfaces import LeRobotNames
+
 Vector = tuple[float, float, float]
 Box = tuple[Vector, Vector]
 RIGHT = np.pi / 2
+
+
+LEROBOT = LeRobotNames()
+"""Radians, metres, and keys that follow from the joints."""
 
 
 class Hinge(NamedTuple):
@@ -75,6 +83,11 @@ class SerialArm:
     """A pose in which the gripper points straight down, before the arm [rad]."""
     acceleration: float
     """What plans keep to [rad/s^2]."""
+    lerobot: LeRobotNames = LEROBOT
+    lerobot_type: str = ""
+    """Type of a pair in LeRobot."""
+    right: SerialArm | None = None
+    """The right arm of a pair; None for the same arm."""
 
 
 _PANDA_BOXES: tuple[tuple[Box, ...], ...] = (
@@ -248,7 +261,7 @@ XARM7 = SerialArm(
         rpy=(0.0, 0.0, 0.0),
         palm=((-0.038, -0.087, -0.009), (0.038, 0.087, 0.108)),
         fingers=(0.016, 0.087),
-        fingertip=0.172,  # assumed, from no source that could be read again: measure your gripper
+        fingertip=0.1745,
         mass=0.8,
     ),
     ready=(0.0, -0.247, 0.0, 0.909, 0.0, 1.15644, 0.0),
@@ -316,9 +329,9 @@ UR5E = SerialArm(
     gripper=ParallelGripper(
         xyz=(0.0, 0.0996, 0.0),
         rpy=(-RIGHT, 0.0, 0.0),
-        palm=((-0.038, -0.075, 0.0), (0.038, 0.075, 0.111)),
+        palm=((-0.038, -0.075, 0.0), (0.038, 0.075, 0.122)),
         fingers=(0.011, 0.075),
-        fingertip=0.1628,  # assumed, from no source that could be read again: measure your gripper
+        fingertip=0.1736,
         mass=0.9,
     ),
     ready=(0.0, -RIGHT, RIGHT, -RIGHT, -RIGHT, 0.0),
