@@ -11,12 +11,8 @@ import pytest
 
 from tatamu import Rollout
 from tatamu.cli import main
+from tests.commands import tatamu
 from tests.scenes import scene
-
-
-def tatamu(*arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", "from tatamu.cli import main; main()", *arguments]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
 def test_simulate_writes_a_rollout(tmp_path: Path) -> None:
@@ -92,8 +88,8 @@ def test_a_wrong_material_file_is_named(tmp_path: Path, text: str, named: str) -
 
 
 def test_help_shows_examples() -> None:
-    done = tatamu("learn", "--help")
-    assert done.returncode == 0
+    command = [sys.executable, "-m", "tatamu", "learn", "--help"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert "tatamu learn towel --out runs/towel" in done.stdout
 
 

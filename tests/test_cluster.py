@@ -6,7 +6,6 @@ import os
 import shutil
 import signal
 import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -35,6 +34,7 @@ from tatamu.cluster.watch import Patience, Watch
 from tatamu.errors import InputError, UnavailableError, WorkerKilledError
 from tatamu.evaluation import NOTHING, Incumbent, Nominal
 from tatamu.folding.task import make_task
+from tests.commands import tatamu
 from tests.scenes import scene
 from tests.small_studies import X, learn_plain, timeless, towel
 from tests.test_real_cloth import write_fabrics
@@ -309,15 +309,6 @@ def test_a_trial_that_kills_its_workers_has_failed_with_its_seed(
 
 
 def test_the_command_line_says_in_one_line_that_there_is_no_scheduler(tmp_path: Path) -> None:
-    command = [
-        sys.executable,
-        "-c",
-        "from tatamu.cli import main; main()",
-        "learn",
-        "towel",
-        "--out",
-        str(tmp_path / "a"),
-    ]
-    done = subprocess.run([*command, "--scheduler", "tcp://127.0.0.1:9"], capture_output=True, text=True)
+    done = tatamu("learn", "towel", "--out", str(tmp_path / "a"), "--scheduler", "tcp://127.0.0.1:9")
     assert done.returncode == 2 and done.stderr.count("\n") == 1 and "tcp://127.0.0.1:9" in done.stderr
     assert not (tmp_path / "a").exists()

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import warnings
 from pathlib import Path
 from typing import Any
@@ -26,6 +24,7 @@ from tatamu.garments.outline import Outline
 from tatamu.garments.sewing import one_layer
 from tatamu.options import LearnOptions
 from tatamu.presets import load_preset
+from tests.commands import tatamu
 
 DRAWN = Path(__file__).parent.parent / "examples" / "garments"
 COARSE = 0.025
@@ -39,11 +38,6 @@ OWN = {
     "apron": ["in half across the length"],
 }
 """The steps of the best plan of each garment of examples/garments."""
-
-
-def tatamu(*arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", "from tatamu.cli import main; main()", *arguments]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
 def own(name: str, spacing: float = COARSE) -> Garment:

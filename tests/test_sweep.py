@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import inspect
 import json
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -17,6 +15,7 @@ from tatamu.options import TaskRequest
 from tatamu.sweep import SweepFolder, TaskRecord, read_sweep, run_sweep
 from tatamu.sweep.page import page
 from tatamu.sweep.table import LiveTable, counts, varied, write_parquet
+from tests.commands import tatamu
 from tests.fabricated import write_fold
 
 GRID = """
@@ -100,8 +99,7 @@ def test_a_wrong_file_is_refused_in_one_line(tmp_path: Path, text: str, said: st
 def test_a_task_that_cannot_be_is_refused_before_anything_is_made(tmp_path: Path, wrong: str) -> None:
     pytest.importorskip("pyarrow", reason="pyarrow is not installed")
     file = written(tmp_path / "sweep.toml", f'[[task]]\ngarment = "towel"\n[[task]]\n{wrong}\n')
-    command = [sys.executable, "-c", "from tatamu.cli import main; main()", "sweep", str(file), "--out"]
-    done = subprocess.run([*command, str(tmp_path / "out")], capture_output=True, text=True)
+    done = tatamu("sweep", str(file), "--out", str(tmp_path / "out"))
     assert done.returncode == 2 and done.stderr.count("\n") == 1 and "sweep.toml" in done.stderr
     assert not (tmp_path / "out").exists()
 
@@ -254,9 +252,8 @@ def test_the_command_learns_and_goes_on(tmp_path: Path, small_pictures: None) ->
     options = 'garment = "towel"\nsize = "0.24x0.5"\nspacing = 0.04\ntrials = 2\nbaselines = false'
     text = f"[all]\n{options}\n[grid]\nseed = [0, 1]\n"
     file = written(tmp_path / "sweep.toml", text)
-    command = [sys.executable, "-c", "from tatamu.cli import main; main()", "sweep", str(file), "--out"]
     for _ in range(2):
-        done = subprocess.run([*command, str(tmp_path / "out")], capture_output=True, text=True)
+        done = tatamu("sweep", str(file), "--out", str(tmp_path / "out"))
         assert done.returncode == 0 and "2 tasks: 2 complete" in done.stdout, done.stderr
     names = {path.name for path in (tmp_path / "out").iterdir() if not path.name.startswith(".")}
     assert {"sweep.json", "sweep.parquet", "sweep.html"} < names and len(names) == 5

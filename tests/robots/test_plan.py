@@ -1,9 +1,6 @@
 import csv
 import json
-import os
 import re
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,6 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from tests.commands import tatamu
 from tests.robots.folds import bezier, folder, manipulation
 
 mujoco = pytest.importorskip("mujoco")
@@ -211,11 +209,6 @@ def test_a_table_too_high_for_every_pose_is_refused_with_the_highest(fold: Path)
     assert table_heights(robot.starting(robot.poses[1]), highest + 0.001) is None
 
 
-def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", "from tatamu.cli import main; main()", *arguments]
-    return subprocess.run(command, cwd=cwd, env=os.environ, capture_output=True, text=True, timeout=300)
-
-
 @pytest.mark.parametrize(
     "arguments",
     [
@@ -230,7 +223,7 @@ def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
 def test_a_wrong_command_line_is_one_line_and_leaves_nothing(arguments: tuple[str, ...], tmp_path: Path) -> None:
     folder(tmp_path / "long", span=0.8)
     (tmp_path / "notes.txt").write_text("mine")
-    result = run(*arguments, cwd=tmp_path)
+    result = tatamu(*arguments, cwd=tmp_path)
     assert result.returncode == 2
     assert len(result.stderr.strip().splitlines()) == 1 and "Traceback" not in result.stderr
     assert sorted(path.name for path in tmp_path.iterdir()) == ["long", "notes.txt"]
@@ -259,12 +252,12 @@ def test_a_link_to_a_plan_stays_a_link_and_the_folder_one_stands_in_is_refused(
 
 
 def test_a_table_height_that_is_no_height_is_refused_by_its_name(fold: Path, tmp_path: Path) -> None:
-    result = run("plan", str(fold), "--table-height", "nan", "--out", "out", cwd=tmp_path)
+    result = tatamu("plan", str(fold), "--table-height", "nan", "--out", "out", cwd=tmp_path)
     assert result.returncode == 2 and "--table-height: must be within 10 m, given nan" in result.stderr
 
 
 def test_the_command_writes_a_plan_and_its_figures(fold: Path, tmp_path: Path) -> None:
-    result = run("plan", str(fold), "--robot", "hironx", "--out", "out", cwd=tmp_path)
+    result = tatamu("plan", str(fold), "--robot", "hironx", "--out", "out", cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     assert re.search(r"tool path error +0\.\d+ mm +\(at most 1\)\n", result.stdout)
     assert re.search(r"joint limit margin .* rad +\(at least 0.01\)\n", result.stdout)
