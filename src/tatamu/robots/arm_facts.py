@@ -9,7 +9,7 @@ Lengths [m], angles [rad], speeds [rad/s], accelerations [rad/s^2], masses [kg].
 [UR-M]   robosuite 1.5.2, robots/ur5e/robot.xml: ranges, boxes of its collision meshes
 [XARM]   example-robot-data 6.0.0, xarm_description/urdf/xarm7.urdf: joints, limits, masses
 [XARM-M] robosuite 1.5.2, robots/xarm7/robot.xml: boxes of its collision meshes
-[2F-85]  robosuite 1.5.2, grippers/robotiq_gripper_85.xml, open: boxes; coupling of 10.8 mm and closed length: linkage of
+[2F-85]  robosuite 1.5.2, grippers/robotiq_gripper_85.xml, open: boxes; coupling (10.8 mm) and closed length: linkage of
          google-deepmind/mujoco_menagerie, robotiq_2f85/2f85.xml, driven to 0.8 rad with parallel pads
 [XARM-G] robosuite 1.5.2, grippers/xarm7_gripper.xml, open: boxes; closed length: linkage of xArm-Developer/xarm_ros2,
          xarm_gripper.urdf.xacro, driven to 0.85 rad (its link_tcp, 0.172, is 2.5 mm inside)
