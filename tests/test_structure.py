@@ -37,6 +37,7 @@ ORDER = [
     ["validation"],
     ["robots"],
     ["sweep"],
+    ["dataset"],
     ["api"],
     ["cli"],
 ]
