@@ -15,7 +15,7 @@ from gymnasium.utils.env_checker import check_env  # noqa: E402
 from gymnasium.vector import AsyncVectorEnv  # noqa: E402
 
 import tatamu.envs as envs  # noqa: E402
-from tatamu import InputError, Nominal  # noqa: E402
+from tatamu import InputError, Nominal, make_task, simulate  # noqa: E402
 from tatamu.envs.cameras import CAMERAS, Studio  # noqa: E402
 from tatamu.envs.demonstration import follow  # noqa: E402
 from tatamu.folding.parameters import arched_curve  # noqa: E402
@@ -216,6 +216,7 @@ def test_environments_run_in_processes() -> None:
         (envs.HANDS, {"pixels": 0}, "^pixels"),
         (envs.HANDS, {"reward": "shaped"}, "^reward: must be dense or sparse, given 'shaped'"),
         (envs.HANDS, {"seconds": 0.0}, "^seconds"),
+        (envs.HANDS, {"rate": 0}, "^rate: must be a whole number from 1 to 60, given 0"),
         (envs.HANDS, {"seconds": float("nan")}, "^seconds"),
         (envs.HANDS, {"disturbances": "loud"}, "^disturbances: must be default, none or a file"),
         (envs.FOLD, {"garment": "sock"}, "^garment"),
@@ -235,17 +236,67 @@ def test_a_wrong_action_is_named(action: np.ndarray) -> None:
         env.step(action)
 
 
-def test_a_demonstration_needs_the_grasps_at_which_hands_begin() -> None:
+def test_a_demonstration_of_inner_grasps_goes_there_first() -> None:
     env = make(envs.HANDS, size=(0.34, 0.4))
-    parameters = {**arched_curve(env.task.fold), "g1": 1}
-    with pytest.raises(InputError, match=r"^parameters: must be of the grasps g1 = 0 and g2 = 0"):
-        env.follow(parameters)
+    env.reset(seed=0)
+    parameters = {**arched_curve(env.task.fold), "g1": 1, "g2": 1}
+    wanted = env.task.manipulation(parameters)
+    for action in env.follow(parameters):
+        before = env.hands
+        observation, *_ = env.step(action)
+        if observation["hands"].reshape(2, 4)[:, 3].any():
+            break
+        assert (action.reshape(2, 4)[:, 3] == -1.0).all()
+    assert before == pytest.approx(np.array(wanted.positions), abs=1e-6)
+    assert {int(vertex) for jaw in env._jaws for vertex in jaw.held} >= set(wanted.grasps)
+
+
+def test_what_hands_did_is_a_scene_that_ends_the_same() -> None:
+    env = make(envs.HANDS, disturbances="default")
+    env.reset(seed=3)
+    for action in env.follow(arched_curve(env.task.fold)):
+        if any(env.step(action)[2:4]):
+            break
+    scene = env.scene()
+    assert [gripper.hand for gripper in scene.grippers] == ["left", "right"]
+    final, score = env.outcome()
+    again = simulate(scene).positions[-1]
+    assert np.linalg.norm(again - final, axis=1).mean() < 1e-3 and score.mean_vertex_distance < 0.0125
+
+
+def test_a_world_that_is_given_is_not_drawn() -> None:
+    env = make(envs.HANDS, disturbances="default", observation="key_points")
+    _, info = env.reset(seed=5)
+    drawn = [env.step(np.ones(8))[0] for _ in range(3)]
+    _, again = env.reset(options={"world": info["world"]})
+    assert again["world"] == info["world"]
+    assert (np.array([env.step(np.ones(8))[0] for _ in range(3)]) == drawn).all()
+
+
+def test_more_steps_a_second_lead_to_the_same_fold() -> None:
+    env = make(envs.HANDS, rate=20)
+    assert env.metadata["render_fps"] == 20 and env.steps == 120
+    env.reset(seed=0)
+    for action in env.follow(arched_curve(env.task.fold)):
+        _, _, terminated, truncated, info = env.step(action)
+        if terminated or truncated:
+            break
+    assert terminated and info["is_success"]
+
+
+def test_a_task_is_its_garment_and_fold() -> None:
+    task = make_task("towel", **SMALL)
+    env = envs.HandsEnv(task)
+    assert env.task is task
+    with pytest.raises(InputError, match=r"^garment: a task has its fold"):
+        envs.HandsEnv(task, spacing=0.04)
 
 
 def test_hands_that_are_slow_take_longer_along_the_same_path() -> None:
     env = make(envs.HANDS)
     manipulation = env.task.manipulation(arched_curve(env.task.fold))
-    quick, slow = (np.array(list(follow(manipulation, largest, 10.0, 80))) for largest in (0.06, 0.02))
+    start = np.array(manipulation.positions)
+    quick, slow = (np.array(list(follow(manipulation, start, largest, 10.0, 80))) for largest in (0.06, 0.02))
     for actions, largest in ((quick, 0.06), (slow, 0.02)):
         assert np.abs(actions).max() <= 1.0
         ends = actions.reshape(80, 2, 4)[..., :3].sum(axis=0) * largest

@@ -18,7 +18,7 @@ ORDER = [
     ["presets"],
     ["scene", "rollout", "crossings"],
     ["subdivision"],
-    ["presentation"],
+    ["presentation", "lerobot"],
     ["instruments"],
     ["simulators"],
     ["cluster"],
@@ -37,6 +37,7 @@ ORDER = [
     ["validation"],
     ["robots"],
     ["sweep"],
+    ["dataset"],
     ["api"],
     ["cli"],
 ]

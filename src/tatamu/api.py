@@ -16,12 +16,14 @@ from tatamu.crosscheck import check as check_result
 from tatamu.disturbances import Disturbances, default_disturbances, load_disturbances
 from tatamu.errors import InputError
 from tatamu.evaluation import NOTHING, Evaluation, Evaluator, Incumbent, Nominal, Wrapper
+from tatamu.files import validated
 from tatamu.folding.task import Task, make_task
 from tatamu.margins import DRAWS, Measured, measure
 from tatamu.options import FoldOptions, LearnOptions
 from tatamu.report import write_plan_report, write_report
 from tatamu.robots import RobotPlan, find_reach, plan_fold, save
 from tatamu.robots import load as load_robot
+from tatamu.robots.motion import Pace
 from tatamu.size import parse_size
 from tatamu.study.database import SharedDatabase
 
@@ -238,6 +240,8 @@ def plan_for(
     *,
     place: tuple[float, float, float] | None = None,
     table_height: float | None = None,
+    speed_scale: float = 1.0,
+    hover: float = 0.0,
 ) -> FoldPlan:
     """Plan a learned fold for a robot.
 
@@ -246,10 +250,13 @@ def plan_for(
         robot: Name of a robot, or a .toml that describes one.
         place: Place of the fold's frame in the robot's base [m, m, rad]; None to search it.
         table_height: Height of the table top in the base [m]; None to search it.
+        speed_scale: Speed of the motion, waits included, over that of the plan, from 0.05 to 1.
+        hover: Height above the table at which the motion is made with open jaws [m]; 0 to fold.
 
     Raises:
         InputError: If there is no such robot, or the fold is out of its reach.
     """
+    pace = validated(Pace, {"speed_scale": speed_scale}, "pace")
     with TemporaryDirectory() as temporary:
         folder = result.folder or result.save(temporary).path
-        return FoldPlan(plan_fold(folder, load_robot(robot), place, table_height), result)
+        return FoldPlan(plan_fold(folder, load_robot(robot), place, table_height, pace, hover), result)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from tatamu.cli import (  # noqa: F401
     calibrate,
     check,
+    dataset,
     garments,
     install,
     learn,

@@ -1,40 +1,83 @@
-"""A manipulation as the actions of an environment: what a scripted policy does."""
+"""A manipulation as the motion of hands that are led step by step: what a scripted policy does."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
 from tatamu.folding.manipulation import Manipulation
 
 
-def follow(manipulation: Manipulation, largest: float, rate: float, steps: int) -> Iterator[np.ndarray]:
-    """Yield the actions of all hands: closed along their paths, then open and still.
+@dataclass(frozen=True)
+class Led:
+    """The places of all hands at the end of each step, and whether their jaws are closed in it."""
+
+    places: np.ndarray
+    """[m], shape (steps, hands, 3)."""
+    closed: np.ndarray
+    """Shape (steps,)."""
+
+
+def lead(manipulation: Manipulation, start: np.ndarray, largest: float, rate: float) -> Led:
+    """Return how hands carry out a manipulation: open to their grasps, closed along their paths, then open.
 
     Hands that are slower than the manipulation take longer, along the same paths.
 
     Args:
         manipulation: The manipulation.
+        start: Places where the hands are [m], shape (hands, 3).
+        largest: Largest motion of a hand in a step, along each axis [m].
+        rate: Steps per second [1/s].
+    """
+    grasps = np.array(manipulation.positions)
+    count = int(np.ceil(float(np.abs(grasps - start).max()) / largest - 1e-9))
+    there = start + (grasps - start) * (np.arange(1, count + 1) / max(count, 1))[:, None, None]
+    instants = np.arange(0.0, manipulation.timing.opens, 1.0 / rate)
+    places = _places(manipulation, instants)
+    slower = float(np.abs(np.diff(places, axis=0)).max()) / largest
+    if slower > 1.0:
+        instants = np.linspace(0.0, instants[-1], int(np.ceil(1.1 * slower * len(instants))))
+        places = _places(manipulation, instants)
+    moves = places - places[0]  # fingers without thickness do not rise when they close
+    closed = np.arange(count + len(moves)) >= count
+    return Led(np.concatenate([there, grasps + moves]), closed)
+
+
+def actions_of(led: Led, start: np.ndarray, largest: float, wait: int) -> np.ndarray:
+    """Return the actions of hands that are led so, then open and still; float32, shape (steps + wait, 4 hands).
+
+    Args:
+        led: Their way.
+        start: Places where they are [m], shape (hands, 3).
+        largest: Largest motion of a hand in a step, along each axis [m].
+        wait: Number of steps in which they wait.
+    """
+    moves = np.diff(led.places, axis=0, prepend=start[None]) / largest
+    jaws = np.broadcast_to(np.where(led.closed, 1.0, -1.0)[:, None, None], (*moves.shape[:2], 1))
+    still = np.tile([0.0, 0.0, 0.0, -1.0], (wait, moves.shape[1]))
+    return np.concatenate([np.concatenate([moves, jaws], axis=2).reshape(len(moves), -1), still]).astype(np.float32)
+
+
+def follow(
+    manipulation: Manipulation, start: np.ndarray, largest: float, rate: float, steps: int
+) -> Iterator[np.ndarray]:
+    """Yield the actions of all hands: a demonstration.
+
+    Args:
+        manipulation: The manipulation.
+        start: Places where the hands are [m], shape (hands, 3).
         largest: Largest motion of a hand in a step, along each axis [m].
         rate: Steps per second [1/s].
         steps: Number of steps.
     """
-    timing = manipulation.timing
-    instants = np.arange(0.0, timing.opens, 1.0 / rate)
-    ways = _ways(manipulation, instants)
-    slower = float(np.abs(ways).max()) / largest
-    if slower > 1.0:
-        instants = np.linspace(0.0, instants[-1], int(np.ceil(1.1 * slower * len(instants))))
-        ways = _ways(manipulation, instants)
-    for number in range(steps):
-        led = number < len(instants)
-        hands = [np.append(way[number] / largest if led else np.zeros(3), 1.0 if led else -1.0) for way in ways]
-        yield np.concatenate(hands).astype(np.float32)
+    yield from actions_of(lead(manipulation, start, largest, rate), start, largest, steps)[:steps]
 
 
-def _ways(manipulation: Manipulation, instants: np.ndarray) -> np.ndarray:
-    """The way of each hand until each instant [m], shape (hands, k, 3)."""
+def _places(manipulation: Manipulation, instants: np.ndarray) -> np.ndarray:
+    """The displacement of each hand from its grasp at each instant [m], shape (k, hands, 3)."""
     times, paths = manipulation.motion()
-    places = [np.column_stack([np.interp(instants, times, column) for column in path.T]) for path in paths]
-    return np.stack([np.diff(each, axis=0, prepend=each[:1]) for each in places])
+    return np.stack(
+        [np.column_stack([np.interp(instants, times, column) for column in path.T]) for path in paths], axis=1
+    )

@@ -9,6 +9,7 @@ import numpy as np
 
 from tatamu.disturbances import CHANNELS, NOMINAL, Disturbances, World, disturbed_scene, load_disturbances
 from tatamu.disturbances.world import worlds_of
+from tatamu.errors import InputError
 from tatamu.folding.fold import Fold
 from tatamu.folding.parameters import arched_curve
 from tatamu.folding.task import Task, make_task
@@ -42,7 +43,7 @@ class Episodes:
 
 
 def make_episodes(
-    garment: Garment | str | Path,
+    garment: Task | Garment | str | Path,
     fold: str,
     size: tuple[float, float] | None,
     material: Material | Path | str | None,
@@ -55,6 +56,10 @@ def make_episodes(
         InputError: If an argument is wrong; the message names it.
     """
     known = load_disturbances(disturbances) if isinstance(disturbances, str) else disturbances
+    if isinstance(garment, Task):
+        if (fold, size, material, spacing) != ("half", None, None, None):
+            raise InputError("garment: a task has its fold, size, material and spacing; give them to make_task")
+        return Episodes(garment, known)
     task = make_task(garment, fold=fold, size=size, material=material, spacing=spacing)
     return Episodes(task, known)
 

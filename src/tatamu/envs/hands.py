@@ -10,22 +10,26 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
-from tatamu.disturbances import Disturbances
+from tatamu.disturbances import Disturbances, World
 from tatamu.envs.demonstration import follow
 from tatamu.envs.episodes import hand_errors, make_episodes
 from tatamu.envs.jaw import HandsOptions, Jaw
 from tatamu.envs.observation import Observation, Observer, View
+from tatamu.envs.record import scene_of_led
 from tatamu.errors import InputError, SimulationError
 from tatamu.folding.manipulation import HANDS
 from tatamu.folding.score import Limits, Score, score, vertex_distances
+from tatamu.folding.task import Task
 from tatamu.garments import Garment
 from tatamu.material import Material
-from tatamu.scene import Gripper
+from tatamu.scene import Gripper, Scene
 from tatamu.search import Parameters
 from tatamu.simulators.native import HandTarget, Simulation
 
 RATE = 10
-"""Steps per second [1/s]."""
+"""Default number of steps per second [1/s]."""
+MOST_RATE = 60
+"""Largest number of steps per second [1/s]."""
 NEVER = 1e6
 """A time beyond every episode [s]: grippers wait for targets."""
 
@@ -37,7 +41,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
 
     def __init__(
         self,
-        garment: Garment | str | Path = "towel",
+        garment: Task | Garment | str | Path = "towel",
         *,
         fold: str = "half",
         size: tuple[float, float] | None = None,
@@ -48,13 +52,14 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         pixels: int = 96,
         reward: Literal["dense", "sparse"] = "dense",
         seconds: float = 6.0,
+        rate: int = RATE,
         options: HandsOptions | None = None,
         render_mode: str | None = None,
     ) -> None:
         """Make the environment.
 
         Args:
-            garment: A garment, the name of one, or its file.
+            garment: A garment, the name of one, or its file; or a task, which has its fold, size, material and spacing.
             fold: Name of a fold plan, or its file; its first step is folded.
             size: Width and length [m]; None for the garment's own.
             material: Material of the cloth, or its preset or file; None for the garment's own.
@@ -64,6 +69,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
             pixels: Height and width of masks, depths and pictures.
             reward: "dense" for progress towards the target, "sparse" for success alone.
             seconds: Length of an episode [s].
+            rate: Steps per second [1/s].
             options: What hands can do; None for the defaults.
             render_mode: "rgb_array" to get pictures from `render`.
 
@@ -72,13 +78,17 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         """
         if reward not in ("dense", "sparse"):
             raise InputError(f"reward: must be dense or sparse, given {reward!r}")
-        if not 1.0 / RATE <= seconds <= 600.0:
-            raise InputError(f"seconds: must be from {1.0 / RATE:g} to 600, given {seconds}")
+        if not (isinstance(rate, int) and 1 <= rate <= MOST_RATE):
+            raise InputError(f"rate: must be a whole number from 1 to {MOST_RATE}, given {rate}")
+        if not 1.0 / rate <= seconds <= 600.0:
+            raise InputError(f"seconds: must be from {1.0 / rate:g} to 600, given {seconds}")
         self.episodes = make_episodes(garment, fold, size, material, spacing, disturbances)
         self.task = self.episodes.task
         self.reward = reward
         self.render_mode = render_mode
-        self.steps = round(seconds * RATE)
+        self.rate = rate
+        self.metadata = {**self.metadata, "render_fps": rate}
+        self.steps = round(seconds * rate)
         self.options = options or HandsOptions()
         start = self.task.fold.start
         count = self.task.fold.hands
@@ -98,27 +108,30 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
 
         Args:
             seed: Random seed of this and the following worlds; None to draw the next one.
-            options: None are known.
+            options: "world" for the values of a world by the names of its disturbances, which is not drawn then.
         """
         super().reset(seed=seed)
-        world = self.episodes.draw(self.np_random)
+        given = (options or {}).get("world")
+        world = self.episodes.draw(self.np_random) if given is None else World(given)
         fold = self.task.fold
         idle = [
             Gripper(hand=hand, vertices=[vertex], closes=NEVER, times=[0.0], displacements=np.zeros((1, 3)))
             for hand, vertex in zip(HANDS, self._grasps, strict=False)
         ]
         scene = self.episodes.untouched(world)
-        self._simulation = Simulation(scene.model_copy(update={"grippers": idle, "duration": self.steps / RATE}))
+        self._simulation = Simulation(scene.model_copy(update={"grippers": idle, "duration": self.steps / self.rate}))
         errors = hand_errors(fold, world, fold.hands)
         lowest = 0.5 * scene.material.thickness
         self._jaws = [Jaw(fold.start[v], error, lowest) for v, error in zip(self._grasps, errors, strict=True)]
         self._done = 0
+        self._led: list[list[HandTarget | None]] = []
+        self._scene = scene
         self._view = self._look()
         self._distance = self._measure()
         return self._observer.observe(self._view), {**self._info(False, None, ""), "world": dict(world.values)}
 
     def step(self, action: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Lead the hands for a tenth of a second.
+        """Lead the hands for one step, a tenth of a second by default.
 
         Args:
             action: From -1 to 1, for each hand its motion along x, y and z in parts of the largest, and its jaw:
@@ -130,9 +143,39 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         given = np.asarray(action, dtype=float)
         if given.shape != self.action_space.shape or not np.isfinite(given).all():
             raise InputError(f"action: must be {4 * len(self._jaws)} finite numbers, given {action}")
+        moves = np.clip(given, -1.0, 1.0).reshape(-1, 4)
+        return self.lead(self.hands + moves[:, :3] * self.largest, moves[:, 3] > 0.0)
+
+    @property
+    def hands(self) -> np.ndarray:
+        """Places where the hands believe to be [m], shape (hands, 3)."""
+        return np.array([jaw.place for jaw in self._jaws])
+
+    @property
+    def start(self) -> np.ndarray:
+        """Places where the hands begin [m], shape (hands, 3)."""
+        return self.task.fold.start[list(self._grasps)]
+
+    @property
+    def largest(self) -> float:
+        """Largest motion of a hand in a step, along each axis [m]."""
+        return self.options.speed / self.rate
+
+    def lead(self, places: np.ndarray, closed: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Lead the hands to places for one step; what `step` does with actions, without its limit on speed.
+
+        Args:
+            places: Places where the hands believe to be at the end of the step [m], shape (hands, 3).
+            closed: Whether each jaw is closed from the start of the step, shape (hands,).
+        """
         self._done += 1
+        targets = [
+            jaw.lead(np.clip(place, self._low, self._high), bool(close), self._near(jaw))
+            for jaw, place, close in zip(self._jaws, places, closed, strict=True)
+        ]
+        self._led.append(targets)
         try:
-            self._simulation.advance(1.0 / RATE, self._targets(np.clip(given, -1.0, 1.0).reshape(-1, 4)))
+            self._simulation.advance(1.0 / self.rate, targets)
         except SimulationError as error:
             info = self._info(False, None, str(error))
             return self._observer.observe(self._view), self.options.torn, True, False, info
@@ -147,16 +190,19 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
     def follow(self, parameters: Parameters) -> Iterator[np.ndarray]:
         """Return the actions that lead the hands as a manipulation does: a demonstration.
 
+        The hands first go to the grasps, open, then close.
+
         Args:
-            parameters: x1, z1, x2, z2 [m], g1 and g2 of Eq. (9); the hands begin at the corners, so g1 = g2 = 0.
+            parameters: x1, z1, x2, z2 [m], g1 and g2 of Eq. (9).
 
         Raises:
-            InputError: If a parameter is wrong, or the hands do not begin at these grasps.
+            InputError: If a parameter is wrong.
         """
-        manipulation = self.task.manipulation(parameters)
-        if manipulation.grasps != self._grasps:
-            raise InputError("parameters: must be of the grasps g1 = 0 and g2 = 0, where the hands begin")
-        return follow(manipulation, self.options.speed / RATE, RATE, self.steps)
+        return follow(self.task.manipulation(parameters), self.start, self.largest, self.rate, self.steps)
+
+    def scene(self) -> Scene:
+        """Return what the hands did so far as a scene that any simulator runs; it ends `SETTLE` seconds later."""
+        return scene_of_led(self._scene, self._led, self.rate)
 
     def render(self) -> np.ndarray | None:
         """Return what the camera `front` sees: RGB, uint8, shape (h, w, 3); None without a render mode."""
@@ -164,13 +210,9 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
             return None
         return self._observer.studio.picture("front", self._view.positions, self._view.seen)
 
-    def _targets(self, actions: np.ndarray) -> list[HandTarget | None]:
-        """Targets of the grippers, from the actions of the hands, shape (hands, 4)."""
-        targets = []
-        for jaw, action in zip(self._jaws, actions, strict=True):
-            place = np.clip(jaw.place + action[:3] * self.options.speed / RATE, self._low, self._high)
-            targets.append(jaw.lead(place, bool(action[3] > 0.0), self._near(jaw)))
-        return targets
+    def outcome(self) -> tuple[np.ndarray, Score]:
+        """Return the cloth as it lies [m], shape (n, 3), and what it is worth."""
+        return self._view.positions, self._score()
 
     def _near(self, jaw: Jaw) -> tuple[int, ...]:
         """The vertices that a jaw takes if it closes now: those within its reach that no other one holds."""

@@ -41,10 +41,10 @@ def summary(margins: MarginsResult) -> str:
 
 
 @contextmanager
-def reporting(console: Console, title: str) -> Iterator[Callable[[int, int], None]]:
+def reporting(console: Console, title: str, what: str = "simulations") -> Iterator[Callable[[int, int], None]]:
     """Yield a callback that draws a progress bar, or prints a line now and then if there is no terminal."""
     if not console.is_terminal:
-        yield lambda done, total: _line(console, title, done, total)
+        yield lambda done, total: _line(console, title, done, total, what)
         return
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True) as bar:
@@ -52,6 +52,6 @@ def reporting(console: Console, title: str) -> Iterator[Callable[[int, int], Non
         yield lambda done, total: bar.update(line, completed=done, total=total)
 
 
-def _line(console: Console, title: str, done: int, total: int) -> None:
-    if done % EVERY == 0:
-        console.print(f"{title}: {done} of {total} simulations", soft_wrap=True, markup=False)
+def _line(console: Console, title: str, done: int, total: int, what: str) -> None:
+    if done and done % EVERY == 0:
+        console.print(f"{title}: {done} of {total} {what}", soft_wrap=True, markup=False)

@@ -11,6 +11,7 @@ from tatamu.robots import demand, grasp
 from tatamu.robots.clearance import Clearance, Distance
 from tatamu.robots.cloth import nearest_cloth, simulated_cloth
 from tatamu.robots.contacts import touches
+from tatamu.robots.jaw import LEAST_HELD
 from tatamu.robots.model import Arm
 from tatamu.robots.motion import Motion
 from tatamu.robots.pairs import KINDS
@@ -40,7 +41,7 @@ PATH_ERROR = 1e-3
 TURN_ERROR = 5e-3
 """Largest rotation of the tool from its orientation at the grasp [rad]."""
 SLOWEST = 5.0
-"""Largest time scaling: a fold driven slower still is another fold than the one simulated."""
+"""Largest time scaling at full speed: a fold driven slower still is another fold than the one simulated."""
 
 
 class Checks:
@@ -149,7 +150,7 @@ class Checks:
 
         return {
             "hem_in_the_open_jaw": worst(lambda take: take.depth, grasp.LEAST_DEPTH, least=True),
-            "cloth_in_the_closed_jaw": worst(lambda take: take.held, grasp.LEAST_HELD, least=True),
+            "cloth_in_the_closed_jaw": worst(lambda take: take.held, LEAST_HELD, least=True),
             "lower_finger_under_the_hem": worst(lambda take: take.lowest, grasp.UNDERNEATH),
             "jaw_across_the_hem": worst(
                 lambda take: take.askew, max(take.jaw.yaw for take in takes) + grasp.ASKEW, "rad"
@@ -177,7 +178,7 @@ class Checks:
 
     def _nearest(self) -> dict[str, Distance]:
         """The least distance of each kind: of some samples, and of all where anything comes too near."""
-        robot, height, angles = self._task.robot, self._task.placement.z, self._motion.angles
+        robot, height, angles = self._task.robot, self._task.table, self._motion.angles
         clearance = Clearance(robot)
         clearance.set_table(height)
         some = clearance.least(angles[::EVERY])
@@ -204,7 +205,7 @@ class Checks:
         rate = np.diff(self._motion.simulated(self._fold)) / self._motion.times[1]
         slowest = int(self._fold[int(rate.argmin())]) if len(rate) else int(self._fold[0])
         value = fold.timed.duration / float(times[-1] - times[0])
-        return self._check(value, SLOWEST, "1", slowest, "slowest")
+        return self._check(value, SLOWEST / self._motion.speed_scale, "1", slowest, "slowest")
 
 
 def in_words(value: float, limit: float, unit: str, ok: bool) -> tuple[str, str, str]:

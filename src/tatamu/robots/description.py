@@ -16,6 +16,8 @@ from tatamu.errors import InputError
 from tatamu.files import read_toml, validated
 from tatamu.records import Record
 from tatamu.robots import demand
+from tatamu.robots.gripper import Gripper
+from tatamu.robots.interfaces import LeRobotNames, RosNames
 from tatamu.robots.jaw import Jaw
 from tatamu.robots.modelfile import ModelFile, read_model
 from tatamu.robots.pose import from_rpy, pose
@@ -62,6 +64,12 @@ class ArmDescription(Record):
     """Greatest acceleration of each joint [rad/s^2]."""
     faster_than_model: list[str] = Field(default_factory=list)
     """Joints whose `speed` counts although the model's own limit is below it."""
+    gripper: Gripper = Gripper()
+    """Widths and force of the gripper's commands."""
+    ros: RosNames = RosNames()
+    """Names of the arm's controllers and joints in ROS."""
+    lerobot: LeRobotNames = LeRobotNames()
+    """Keys and units of the arm in LeRobot."""
     standing: dict[str, float] = Field(default_factory=dict)
     """Where joints of this arm's model outside `joints` stand [rad, m], when two single arms make a pair."""
 
@@ -75,6 +83,13 @@ class ArmDescription(Record):
         for name in ("initial", "speed", "acceleration"):
             if len(getattr(self, name)) != len(self.joints):
                 raise ValueError(f"{name} must be as many as joints ({len(self.joints)})")
+        for table, names in (("ros", ["joints"]), ("lerobot", ["joints", "zero", "sign"])):
+            for name in names:
+                given = getattr(getattr(self, table), name)
+                if given is not None and len(given) != len(self.joints):
+                    raise ValueError(
+                        f"{table}.{name} must be as many as joints ({len(self.joints)}), given {len(given)}"
+                    )
         if len(set(self.joints)) < len(self.joints):
             raise ValueError("joints must differ")
         for name in self.faster_than_model:
@@ -95,6 +110,8 @@ class Description(Record):
     """The body that plans are written in; it must not move."""
     table_heights: tuple[Length, Length] = (0.0, 0.0)
     """Lowest and highest table top that may be chosen, in the base [m]."""
+    lerobot_type: str = ""
+    """Type of the robot in LeRobot, for datasets; empty for its name here."""
     front: Length = 0.1
     """Near edge of the table, along x of the base [m]."""
     packages: dict[str, str] = Field(default_factory=dict)

@@ -15,6 +15,7 @@ from tatamu.errors import InputError
 from tatamu.files import write_json, write_text
 from tatamu.robots.bags import write_ros1, write_ros2
 from tatamu.robots.chain import Chain
+from tatamu.robots.goals import write_goals
 from tatamu.robots.model import Arm
 from tatamu.robots.paths import tool_poses
 from tatamu.robots.picture import reach_svg
@@ -24,7 +25,7 @@ from tatamu.robots.planfile import FoldPose, JawFile, PlanFile, StageTime, ToolV
 from tatamu.robots.planned import FOLD
 from tatamu.robots.pose import pose
 from tatamu.robots.stage import save_stage
-from tatamu.robots.tables import joint_csv, pattern_json, trajectory_json
+from tatamu.robots.tables import gripper_csv, joint_csv, pattern_json, trajectory_json
 from tatamu.study.folder import MANIPULATION, RESULT, ROLLOUT, SCENE
 from tatamu.version import __version__
 
@@ -57,9 +58,11 @@ def save(plan: RobotPlan, out: Path) -> None:
         write_text(folder / "joint_trajectory.csv", joint_csv(robot, plan.motion))
         write_json(folder / "joint_trajectory.json", trajectory_json(plan))
         write_json(folder / "play_pattern.json", pattern_json(plan))
+        write_text(folder / "gripper_commands.csv", gripper_csv(plan))
+        write_goals(plan, folder / "goals")
         write_ros1(plan, folder / "joint_trajectory.bag")
         write_ros2(plan, folder / "joint_trajectory_ros2")
-        save_stage(robot, plan.task.placement.z, folder)
+        save_stage(robot, plan.task.table, folder)
         write_text(folder / "reach.svg", reach_svg(plan))
         _carry_fold(plan.task.source, folder / FOLD)
 
@@ -114,7 +117,11 @@ def plan_file(plan: RobotPlan) -> PlanFile:
         wrist_frame={arm.name: arm.link for arm in robot.arms},
         joints=list(robot.joints),
         duration=float(motion.times[-1]),
-        events=list(motion.events),
+        events=list(plan.events),
+        gripper_commands=list(plan.gripper_commands),
+        segments=list(plan.segments),
+        speed_scale=motion.speed_scale,
+        hover=task.hover,
         stages=[StageTime(name=part.name, start=part.start, duration=part.timed.duration) for part in motion.parts],
         checks=plan.checks,
         via_points=_via_points(plan),

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 
 from tatamu.robots.extras import needed
+from tatamu.robots.gripper import Gripper
+from tatamu.robots.interfaces import LeRobotNames, RosNames
 from tatamu.robots.jaw import Jaw
 from tatamu.robots.pose import to_quaternion
 
@@ -40,6 +42,9 @@ class Arm:
     """Acceleration that plans keep to [rad/s^2], shape (k,)."""
     jaw: Jaw = field(default_factory=Jaw)
     """The fingers, and how they take a hem."""
+    gripper: Gripper = field(default_factory=Gripper)
+    ros: RosNames = field(default_factory=RosNames)
+    lerobot: LeRobotNames = field(default_factory=LeRobotNames)
 
     @property
     def site(self) -> str:
@@ -48,8 +53,18 @@ class Arm:
 
     @property
     def controller(self) -> str:
-        """The name of the ROS controller."""
-        return f"{self.name}_controller"
+        """The name of the ROS controller of the joints."""
+        return self.ros.controller or f"{self.name}_controller"
+
+    @property
+    def gripper_controller(self) -> str:
+        """The name of the ROS controller of the gripper."""
+        return self.ros.gripper or f"{self.name}_gripper"
+
+    @property
+    def ros_joints(self) -> tuple[str, ...]:
+        """The names of the joints in ROS."""
+        return self.joints if self.ros.joints is None else tuple(self.ros.joints)
 
 
 @dataclass(frozen=True)
@@ -89,6 +104,8 @@ class Robot:
     """Near edge of the table, along x of B [m]."""
     standing: Mapping[str, float] = field(default_factory=dict)
     """Angles or positions of joints outside the arms that do not stand where the model draws them [rad, m]."""
+    lerobot_type: str = ""
+    """Type of the robot in LeRobot; empty for its name here."""
     notes: tuple[str, ...] = ()
     """What the user should know of how the robot's files were read, one line each."""
 

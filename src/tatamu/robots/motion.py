@@ -33,6 +33,8 @@ class Pace(Record):
     """Fingers open slowly, so that the cloth keeps its shape (paper, section VI-C)."""
     lower_speed: float = Field(0.10, gt=0)
     raise_speed: float = Field(0.05, gt=0)
+    speed_scale: float = Field(1.0, ge=0.05, le=1.0)
+    """Speed of the whole motion, waits included, over that of a plan."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,7 @@ class Motion:
     """Full configurations [rad], shape (n, nq)."""
     parts: tuple[TimedStage, ...]
     events: tuple[FingerEvent, ...]
+    speed_scale: float = 1.0
 
     def part(self, name: str) -> TimedStage:
         """A part by its name."""
@@ -92,6 +95,7 @@ def motion(robot: Robot, hands: HandMotion, stages: list[Stage], pace: Pace) -> 
         else:
             stage = by_name[name]
             driven = timed(stage.spline, min(stage.rate, JOINT_MOVE), speed, acceleration)
+        driven = driven.slowed(pace.speed_scale)
         parts.append(TimedStage(name, start, driven))
         start += driven.duration
     times = PERIOD * np.arange(int(np.ceil(start / PERIOD)) + 1)
@@ -101,7 +105,7 @@ def motion(robot: Robot, hands: HandMotion, stages: list[Stage], pace: Pace) -> 
         closed = closing(times, by_part["close"], by_part["open"])
         for joint, (opened, shut) in arm.jaw.fingers.items():
             angles[:, robot.finger_columns[joint]] = opened + closed * (shut - opened)
-    return Motion(times, angles, tuple(parts), _events(robot, parts))
+    return Motion(times, angles, tuple(parts), _events(robot, parts), pace.speed_scale)
 
 
 def closing(times: np.ndarray, close: TimedStage, opening: TimedStage) -> np.ndarray:

@@ -6,7 +6,7 @@ curve is cut into via-points every ten frames, and the joints pass smoothly thro
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -56,6 +56,18 @@ class PlacedFold:
     """Tool orientations of the left and the right hand."""
     source: Path
     """The folder of the fold, for messages."""
+    hover: float = 0.0
+    """Height of the placement over the table [m]: a motion to look at, which grasps nothing."""
+
+    @property
+    def table(self) -> float:
+        """Height of the table top in B [m]."""
+        return self.placement.z - self.hover
+
+    def hovering(self, height: float) -> PlacedFold:
+        """The same fold that far above the table [m]."""
+        placement = replace(self.placement, z=self.table + height)
+        return replace(self, placement=placement, hover=height)
 
     def trunk(self, times: np.ndarray) -> np.ndarray:
         """The trunk's angle [rad] at simulated times (n,)."""

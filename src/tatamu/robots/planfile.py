@@ -37,6 +37,37 @@ class FingerEvent(OpenRecord):
     event: Literal["close", "open"]
 
 
+class GripperCommand(OpenRecord):
+    """A command to a gripper."""
+
+    time: float = Field(ge=0)
+    """[s]."""
+    arm: Literal["larm", "rarm"]
+    width: float = Field(ge=0)
+    """Wanted between the fingertips [m]."""
+    force: float = Field(gt=0)
+    """At most [N]."""
+    duration: float = Field(ge=0)
+    """Time that the plan leaves for it [s]."""
+
+
+class Segment(OpenRecord):
+    """A part of the motion from rest to rest; a player may stop after it for as long as it likes."""
+
+    name: Literal["approach", "fold", "leave"]
+    start: float = Field(ge=0)
+    """[s]."""
+    duration: float = Field(ge=0)
+    """[s]."""
+    then: Literal["close", "open", ""]
+    """What the grippers do after it; empty for nothing."""
+
+    @property
+    def end(self) -> float:
+        """[s]."""
+        return self.start + self.duration
+
+
 class StageTime(OpenRecord):
     """When a stage of the motion begins, and how long it lasts [s]."""
 
@@ -124,6 +155,12 @@ class PlanFile(OpenRecord):
     duration: float | None = None
     """[s]."""
     events: list[FingerEvent]
+    gripper_commands: list[GripperCommand] = Field(default_factory=list)
+    segments: list[Segment] = Field(default_factory=list)
+    speed_scale: float = 1.0
+    """Speed of the motion over the fastest that the robot and the fold allow."""
+    hover: float = Field(0.0, ge=0)
+    """Height of the whole motion above the one that folds [m]; above 0 the jaws stay open and there are no events."""
     stages: list[StageTime] = Field(default_factory=list)
     checks: dict[str, PlanCheck] = Field(default_factory=dict)
     via_points: ToolViaPoints | None = None

@@ -61,14 +61,13 @@ class SuccessRate(OpenRecord):
             limits: The limits of success.
         """
         held = sum(limits.hold(one.verdict) for one in judged)
-        found = binomtest(held, len(judged)).proportion_ci(CONFIDENCE, method="exact")
         distances = distances_of(fold, judged, limits)
         median, q90 = np.quantile(distances, [0.5, 0.9])
         return cls(
             draws=len(judged),
             held=held,
             share=held / len(judged),
-            interval=(float(found.low), float(found.high)),
+            interval=interval_of(held, len(judged)),
             mean_vertex_distance=Spread(median=float(median), q90=float(q90), worst=float(max(distances))),
         )
 
@@ -85,6 +84,12 @@ class SuccessRate(OpenRecord):
     def tone(self) -> str:
         """How good that is, as a grade of the page."""
         return "near-perfect" if self.interval[0] >= SURE else "fair" if self.share >= LIKELY else "failed"
+
+
+def interval_of(held: int, draws: int) -> tuple[float, float]:
+    """Return the confidence interval of a share at 95 % (Clopper and Pearson 1934)."""
+    found = binomtest(held, draws).proportion_ci(CONFIDENCE, method="exact")
+    return float(found.low), float(found.high)
 
 
 def distances_of(fold: Fold, judged: Sequence[MeshVerdict], limits: Limits) -> list[float]:

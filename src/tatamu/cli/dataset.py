@@ -1,0 +1,111 @@
+"""`tatamu dataset` and `tatamu replay`: folds for policies, and their actions again."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import threading
+from collections.abc import Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from tatamu.cli.app import app
+from tatamu.cli.cluster import MOST_AT_A_TIME, SchedulerOption
+from tatamu.errors import InputError
+
+
+@app.command()
+def dataset(
+    specification: Annotated[Path, typer.Argument(metavar="SPEC.toml", help="What is folded and recorded.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the dataset.")],
+    workers: Annotated[
+        int | None, typer.Option(help="Processes that record on this machine; default: one for each processor.")
+    ] = None,
+    scheduler: SchedulerOption = None,
+) -> None:
+    """Record folds for policies: LeRobotDataset v3.0 and Zarr, with what every fold is worth.
+
+    Examples:
+    `tatamu dataset examples/dataset.toml --out runs/folds`
+
+    `tatamu dataset examples/dataset.toml --workers 1 --out runs/folds`
+
+    `tatamu dataset examples/dataset.toml --scheduler tcp://lab:8786 --out runs/folds`
+
+    The dataset does not depend on the number of workers. Run the same command again to resume.
+    """
+    from tatamu.cli.progress import prepare
+    from tatamu.cluster import executor_at
+    from tatamu.dataset import DatasetFolder, make_dataset, read_specification
+    from tatamu.margins.terminal import reporting
+    from tatamu.simulators.many import processors
+
+    if workers is not None and not 1 <= workers <= MOST_AT_A_TIME:
+        raise InputError(f"--workers: must be from 1 to {MOST_AT_A_TIME}, given {workers}")
+    if workers is not None and scheduler is not None:
+        raise InputError("--workers: is for this machine; omit it with --scheduler")
+    wanted = read_specification(specification)
+    if scheduler is None and not DatasetFolder(out).is_finished:
+        prepare("native")
+    count = min(workers or processors(), wanted.episodes)
+    with executor_at(scheduler) as remote, _processes(count if remote is None else 1) as local:
+        with reporting(Console(), out.name, "episodes") as progress:
+            found = make_dataset(wanted, out, executor=remote or local, progress=progress)
+    about = found.read()
+    print(f"{about.successes} of {about.episodes} episodes succeed, {about.frames} frames")
+    print(f"dataset: {found.page}")
+
+
+@app.command()
+def replay(
+    folder: Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of a dataset.")],
+    episode: Annotated[int, typer.Argument(metavar="EPISODE", help="Number of the episode, from 0.")],
+) -> None:
+    """Run the actions of an episode in the simulator again, and print how far the outcome differs.
+
+    Example: `tatamu replay runs/folds 7`
+    """
+    from tatamu.cli.progress import prepare
+    from tatamu.dataset import replay as again
+
+    prepare("native")
+    found = again(folder, episode)
+    before = found.recorded.score
+    was = "failed" if before is None else f"{1e3 * before.mean_vertex_distance:.2f} mm"
+    print(f"mean distance from the target: {1e3 * found.score.mean_vertex_distance:.2f} mm, recorded {was}")
+    print(f"success: {_yes(found.success)}, recorded {_yes(found.recorded.success)}")
+    mean, largest = 1e3 * found.distances.mean(), 1e3 * found.distances.max()
+    print(f"vertices differ by {mean:.3g} mm on average, {largest:.3g} mm at most")
+
+
+def _yes(value: bool) -> str:
+    return "yes" if value else "no"
+
+
+@contextmanager
+def _processes(count: int) -> Iterator[Executor]:
+    """Yield processes on this machine that end with this one, or a thread if one is enough."""
+    pool: Executor = ThreadPoolExecutor(1)
+    if count > 1:
+        pool = ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), _end_with_parent)
+    try:
+        yield pool
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _end_with_parent() -> None:
+    """Let this process end when its parent does, even if that is killed."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+
+    def watch() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()

@@ -1,0 +1,22 @@
+"""Datasets of folds for policies: a specification in, episodes out, with what every fold is worth.
+
+    specification ──▶ draw ──▶ episode ──▶ part of the folder ──▶ LeRobot and Zarr, table, page
+
+An episode depends on the specification and on its number alone, so any process can record any of them, in any order.
+"""
+
+from tatamu.dataset.folder import DatasetFolder
+from tatamu.dataset.make import make_dataset
+from tatamu.dataset.record import EpisodeRecord
+from tatamu.dataset.replay import Replay, replay
+from tatamu.dataset.specification import DatasetSpecification, read_specification
+
+__all__ = [
+    "DatasetFolder",
+    "DatasetSpecification",
+    "EpisodeRecord",
+    "Replay",
+    "make_dataset",
+    "read_specification",
+    "replay",
+]

@@ -1,0 +1,182 @@
+"""The arms of a robot that lead the hands: joint angles as states and actions, under LeRobot's names.
+
+F is the fold's frame, B the robot's base, T the tool. An action is a target of every joint [rad] and of every gripper,
+1 open and 0 closed; the hands are where forward kinematics has the tools.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from tatamu.dataset.specification import RobotDraw
+from tatamu.envs.demonstration import Led
+from tatamu.errors import InputError, TatamuError
+from tatamu.folding.manipulation import Manipulation
+from tatamu.records import OpenRecord
+from tatamu.robots import load
+from tatamu.robots.chain import Chain
+from tatamu.robots.clearance import Clearance
+from tatamu.robots.hands import HandMotion
+from tatamu.robots.keys import state_names
+from tatamu.robots.model import Robot
+from tatamu.robots.paths import tool_poses
+from tatamu.robots.placement import HOLDS, Hold, Placement
+from tatamu.robots.pose import pose
+from tatamu.robots.reach import DISTANCES, best_placements, search, table_heights
+
+REACHED = 1e-5
+"""Error at which a tool pose counts as reached [m, and rad times LENGTH]."""
+ROUNDS = 4
+"""How often a motion is slowed down until no joint is too fast."""
+
+
+class OutOfReachError(TatamuError):
+    """The arms cannot carry out a fold."""
+
+
+class Stand(OpenRecord):
+    """A robot, and where the fold lies before it."""
+
+    robot: str
+    place: list[float]
+    """x, y, z [m] and yaw [rad] of the fold's frame in the robot's base, and the trunk's turning."""
+    holds: list[list[float]]
+    """Tilt and azimuth of the left and of the right tool [rad]."""
+
+
+def find_stand(wanted: RobotDraw, manipulation: Manipulation) -> Stand:
+    """Return where a fold lies best before a robot.
+
+    Raises:
+        InputError: If there is no such robot, or the fold is out of its reach everywhere.
+    """
+    robot = load(wanted.name)
+    hands = HandMotion.exact(manipulation)
+    heights = table_heights(robot, wanted.table_height)
+    if heights is None:
+        raise InputError("robot.table_height: the robot at its start touches a table of that height")
+    if wanted.place is None:
+        found = best_placements(robot, hands, heights)
+    else:
+        x, y, yaw = wanted.place
+        levels = np.linspace(*heights, 1 if heights[0] == heights[1] else 7)
+        found = search(robot, hands, [Placement(x, y, float(z), yaw) for z in levels], HOLDS)
+    if not found.good:
+        raise InputError(f"robot: {wanted.name} cannot reach the largest fold that may be drawn; give smaller sizes")
+    best = found.placements[0]
+    holds = [[hold.tilt, hold.azimuth] for hold in found.holds[0]]
+    return Stand(robot=wanted.name, place=[best.x, best.y, best.z, best.yaw, best.turning], holds=holds)
+
+
+@dataclass(frozen=True)
+class Arms:
+    """A robot's arms before a fold."""
+
+    robot: Robot
+    placement: Placement
+    holds: tuple[Hold, ...]
+
+    @classmethod
+    def at(cls, stand: Stand) -> Arms:
+        """Make the arms of a stand.
+
+        Raises:
+            InputError: If there is no such robot.
+        """
+        x, y, z, yaw, turning = stand.place
+        return cls(load(stand.robot), Placement(x, y, z, yaw, turning), tuple(Hold(*hold) for hold in stand.holds))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the numbers of states and actions."""
+        return state_names(self.robot)
+
+    def follow(self, lead: Callable[[float], Led], largest: float, start: np.ndarray, rate: float) -> np.ndarray:
+        """Return the states along the hands' way, the first at their start, slowed down until no joint is too fast.
+
+        Args:
+            lead: Returns the hands' way from their largest motion in a step [m].
+            largest: Largest motion of a hand in a step [m].
+            start: Places where the hands begin [m], shape (2, 3).
+            rate: Steps per second [1/s].
+
+        Returns:
+            float32, shape (steps + 1, k).
+
+        Raises:
+            OutOfReachError: If an arm does not reach the way, would touch something, or is too slow.
+        """
+        for _ in range(ROUNDS):
+            led = lead(largest)
+            q = self._reach(np.concatenate([start[None], led.places]))
+            speed, _ = self.robot.planned()
+            slower = float((np.abs(np.diff(q, axis=0)) * rate / speed).max())
+            if slower <= 1.0:
+                self._check_clearance(q)
+                return self._states(q, led)
+            largest /= 1.05 * slower
+        raise OutOfReachError("the arms are too slow")
+
+    def places(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return where the tools are, and whether the grippers are closed.
+
+        Args:
+            numbers: States or actions, shape (n, k).
+
+        Returns:
+            Places in F [m], shape (n, 2, 3), and whether each is closed, shape (n, 2).
+        """
+        left, right = (len(arm.joints) for arm in self.robot.arms)
+        angles = numbers.astype(float)
+        trunk = angles[:, -1] if self.robot.trunk else 0.0
+        q = self.robot.configuration(angles[:, :left], angles[:, left + 1 : left + 1 + right], trunk)
+        X_BF = self.placement.matrix
+        points = (tool_poses(self.robot, self._chains, q)[:, :, :3, 3] - X_BF[:3, 3]) @ X_BF[:3, :3]
+        return points.transpose(1, 0, 2), numbers[:, [left, left + 1 + right]] < 0.5
+
+    def opened(self, state: np.ndarray) -> np.ndarray:
+        """Return a state with open grippers, shape (k,)."""
+        left, right = (len(arm.joints) for arm in self.robot.arms)
+        found = state.copy()
+        found[[left, left + 1 + right]] = 1.0
+        return found
+
+    @cached_property
+    def _chains(self) -> tuple[Chain, ...]:
+        return tuple(Chain.of(self.robot, arm) for arm in self.robot.arms)
+
+    def _reach(self, places: np.ndarray) -> np.ndarray:
+        """Full configurations [rad] with the tools at places (n, 2, 3) [m] in F, each near the last."""
+        X_BF = self.placement.matrix
+        points = (places @ X_BF[:3, :3].T + X_BF[:3, 3]).transpose(1, 0, 2)
+        trunk = self.placement.trunk(places.transpose(1, 0, 2))
+        both = []
+        for chain, arm, hold, path in zip(self._chains, self.robot.arms, self.holds, points, strict=True):
+            targets = chain.before_trunk(pose(hold.rotation, path), trunk)
+            angles = [arm.initial]
+            for number, target in enumerate(targets):
+                steps = 60 if number == 0 else 20
+                found, reached = chain.solve(target[None], angles[-1][None], steps=steps, tolerance=REACHED)
+                if not reached[0]:
+                    raise OutOfReachError(f"{arm.name} does not reach step {number}")
+                angles.append(found[0])
+            both.append(np.array(angles[1:]))
+        return self.robot.configuration(both[0], both[1], trunk)
+
+    def _check_clearance(self, q: np.ndarray) -> None:
+        clearance = Clearance(self.robot)
+        clearance.set_table(self.placement.z)
+        for kind, found in clearance.least(q).items():
+            if not found.value >= DISTANCES.get(kind, (0.0, 0.0))[0]:
+                raise OutOfReachError(f"{found.pair[0]} comes too near {found.pair[1]} at step {found.row}")
+
+    def _states(self, q: np.ndarray, led: Led) -> np.ndarray:
+        columns = [[self.robot.columns[name] for name in arm.joints] for arm in self.robot.arms]
+        opening = np.where(np.append(False, led.closed), 0.0, 1.0)[:, None]
+        parts = [part for column in columns for part in (q[:, column], opening)]
+        trunk = [] if self.robot.trunk is None else [q[:, [self.robot.columns[self.robot.trunk]]]]
+        return np.hstack([*parts, *trunk]).astype(np.float32)

@@ -1,0 +1,24 @@
+"""The curve of a drawn fold: near the arched one, or near a learned one."""
+
+from __future__ import annotations
+
+from tatamu.dataset.sources import DrawnFold
+from tatamu.folding.parameters import arched_curve
+from tatamu.folding.task import Task
+from tatamu.search import Parameters
+
+
+def parameters_of(drawn: DrawnFold, task: Task, spread: float) -> Parameters:
+    """Return the parameters of Eq. (9) of a drawn fold.
+
+    Args:
+        drawn: The fold.
+        task: Its task.
+        spread: Largest distance from the curve in the middle, in parts of the search space.
+    """
+    middle = drawn.middle or arched_curve(task.fold)
+    bounds = task.space.bounds
+    return {
+        name: bounds[name].nearest(middle[name] + spread * each * (bounds[name].high - bounds[name].low))
+        for name, each in zip(bounds, drawn.unit, strict=True)
+    }

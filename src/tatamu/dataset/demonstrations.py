@@ -1,0 +1,84 @@
+"""The episodes of a dataset as demonstrations in LeRobot's format."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tatamu.dataset.arms import Arms, Stand
+from tatamu.dataset.episode import Episode
+from tatamu.dataset.record import EpisodeRecord
+from tatamu.dataset.specification import DatasetSpecification
+from tatamu.folding.manipulation import HANDS
+from tatamu.folding.score import MEASURES
+from tatamu.lerobot import Feature, LeRobotWriter, camera, flag, vector
+
+FLOATING = "tatamu_hands"
+"""Type of the robot that is two floating hands."""
+
+
+def start_writer(
+    root: Path, specification: DatasetSpecification, stand: Stand | None, first: Episode, key_points: int | None
+) -> LeRobotWriter:
+    """Return a writer of the demonstrations of a dataset.
+
+    Args:
+        root: Folder of the LeRobotDataset.
+        specification: The specification.
+        stand: Where the robot stands; None for floating hands.
+        first: An episode.
+        key_points: Number of key points of every garment; None if garments differ.
+
+    Raises:
+        InputError: If a package or an encoder is missing, or the folder cannot be written.
+    """
+    if stand is None:
+        hands = HANDS[: first.arrays["hands"].shape[1] // 4]
+        states = [f"{hand}_{axis}" for hand in hands for axis in ("x.pos", "y.pos", "z.pos", "gripper.pos")]
+        actions = [f"{hand}_{axis}" for hand in hands for axis in ("x.move", "y.move", "z.move", "gripper.close")]
+    else:
+        states = actions = [*Arms.at(stand).names]
+    features: dict[str, Feature] = {"observation.state": vector(states), "action": vector(actions)}
+    if key_points is not None:
+        names = [f"key_point_{number}.{axis}" for number in range(key_points) for axis in "xyz"]
+        features["observation.environment_state"] = vector(names)
+    features |= {f"observation.images.{name}": camera(specification.record.pixels) for name in specification.cameras}
+    features |= {"next.reward": Feature("float32", (1,)), "next.done": flag(), "next.success": flag()}
+    return LeRobotWriter(root, specification.record.fps, features, FLOATING if stand is None else stand.robot)
+
+
+def add_demonstration(writer: LeRobotWriter, episode: Episode) -> None:
+    """Append an episode: what is seen before each action, the action, and what follows.
+
+    Raises:
+        InputError: If a file cannot be written.
+    """
+    arrays = episode.arrays
+    frames = len(arrays["action"])
+    last = np.arange(frames)[:, None] == frames - 1
+    values: dict[str, np.ndarray] = {
+        "observation.state": arrays["state"][:-1],
+        "action": arrays["action"],
+        "next.reward": arrays["reward"][:, None],
+        "next.done": last,
+        "next.success": last & episode.record.success,
+    }
+    if "observation.environment_state" in writer.features:
+        values["observation.environment_state"] = arrays["key_points"][:-1].reshape(frames, -1)
+    for name, pictures in arrays.items():
+        if name.startswith("camera."):
+            values[f"observation.images.{name.removeprefix('camera.')}"] = pictures[:-1]
+    columns = columns_of(episode.record)
+    writer.add_episode(values, columns.pop("task"), columns)
+
+
+def columns_of(record: EpisodeRecord) -> dict[str, Any]:
+    """Return what is said of an episode as columns of a table: measures and parameters one by one, tables as JSON."""
+    plain = record.model_dump(exclude={"start", "score", "parameters", "episode"})
+    measures = {name: None if record.score is None else getattr(record.score, name) for name in MEASURES}
+    interval = None if record.held_interval is None else [*record.held_interval]
+    texts = {name: json.dumps(plain.pop(name)) for name in ("material", "world")}
+    return {**plain, **measures, **record.parameters, **texts, "held_interval": interval}

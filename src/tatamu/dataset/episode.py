@@ -1,0 +1,235 @@
+"""One episode: a fold is drawn, hands or arms carry it out step by step, and the outcome is judged."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from tatamu.dataset.arms import Arms, OutOfReachError, Stand
+from tatamu.dataset.curve import parameters_of
+from tatamu.dataset.record import EpisodeRecord
+from tatamu.dataset.sources import DrawnFold, LearnedFold, draw_fold
+from tatamu.dataset.specification import DatasetSpecification
+from tatamu.dataset.subject import fields_of
+from tatamu.disturbances import NOMINAL, Disturbances, Stream, World, sample_worlds
+from tatamu.disturbances.world import CHANNELS, worlds_of
+from tatamu.envs.cameras import Camera, Studio
+from tatamu.envs.demonstration import Led, actions_of, lead
+from tatamu.envs.hands import HandsEnv
+from tatamu.errors import InputError, SimulationError
+from tatamu.evaluation import Nominal
+from tatamu.folding.manipulation import SETTLE
+from tatamu.folding.score import score
+from tatamu.folding.task import Task
+from tatamu.search import Parameters
+from tatamu.simulators import named
+
+ATTEMPTS = 50
+"""How often a fold is drawn again if the robot cannot do it."""
+SECONDS = 120.0
+"""Longest episode [s]."""
+THUMBNAILS = 24
+"""Number of episodes, the first ones, whose outcome the page shows."""
+SHOWN: Camera = "front"
+"""The camera of the page's pictures."""
+SHARP = 192
+"""Height and width of the page's pictures."""
+
+
+@dataclass(frozen=True)
+class Recorder:
+    """All that recording an episode needs beside its number; the same for all episodes."""
+
+    specification: DatasetSpecification
+    runs: Sequence[LearnedFold]
+    disturbances: Disturbances | None
+    stand: Stand | None
+    """Where the robot stands; None for floating hands."""
+
+
+@dataclass(frozen=True)
+class Episode:
+    """What is kept of an episode."""
+
+    record: EpisodeRecord
+    arrays: Mapping[str, np.ndarray]
+    """By name, for T actions:
+
+    state (T + 1, s), action (T, a), reward (T,), key_points (T + 1, k, 3) [m], positions (T + 1, n, 3) [m],
+    hands (T + 1, 4 h), mask (T + 1, p, p), faces (m, 3), final (n, 3) [m] in double precision, a camera's pictures
+    (T + 1, p, p, 3) as `camera.NAME`, and `thumbnail` (p, p, 3) of the first episodes.
+    """
+
+
+@dataclass(frozen=True)
+class _Prepared:
+    """A fold that is drawn, made and planned."""
+
+    drawn: DrawnFold
+    task: Task
+    parameters: Parameters
+    actions: np.ndarray
+    """float32, shape (T, a); after the hands have opened they wait for `SETTLE`."""
+    states: np.ndarray | None
+    """Of the robot, float32, shape (T + 1, a); None for floating hands."""
+
+
+def record_episode(recorder: Recorder, number: int) -> Episode:
+    """Record an episode; the same arguments give the same bytes in any process.
+
+    Args:
+        recorder: What is recorded.
+        number: Number of the episode, from 0.
+
+    Raises:
+        InputError: If the robot can do none of the folds that were drawn.
+    """
+    specification = recorder.specification
+    prepared = _prepare(recorder, number // specification.per_fold)
+    world = _world(recorder, number)
+    env = make_env(prepared.task, specification)
+    first, _ = env.reset(options={"world": world.values})
+    answers = play(env, prepared.actions, recorder.stand)
+    info = answers[-1][4]
+    final, reached = env.outcome()
+    task = prepared.task
+    record = EpisodeRecord(
+        **prepared.drawn.subject.model_copy(update={"material": fields_of(task.garment.material)}).model_dump(),
+        episode=number,
+        fold=number // specification.per_fold,
+        task=f"Fold the {task.garment.name}: {task.title}.",
+        source=prepared.drawn.source,
+        parameters={name: float(value) for name, value in prepared.parameters.items()},
+        world={name: value for name, value in world.values.items() if value},
+        frames=len(answers),
+        vertices=len(final),
+        success=bool(info["is_success"]),
+        error=info["error"],
+        score=None if info["error"] else reached,
+    )
+    arrays = _seen([first, *(answer[0] for answer in answers)])
+    arrays |= {
+        "state": arrays["hands"] if prepared.states is None else prepared.states[: len(answers) + 1],
+        "action": prepared.actions[: len(answers)],
+        "reward": np.array([answer[1] for answer in answers], dtype=np.float32),
+        "final": final,
+        "faces": task.garment.faces.astype(np.int32),
+    }
+    if number < THUMBNAILS:
+        studio = Studio(task.fold.start, task.garment.faces, SHARP)
+        arrays["thumbnail"] = studio.picture(SHOWN, final)
+    return Episode(_judged(record, recorder, prepared, env), arrays)
+
+
+def make_env(task: Task, specification: DatasetSpecification) -> HandsEnv:
+    """Return the environment in which the episodes of a specification take place."""
+    mask = ("mask",) if "zarr" in specification.formats else ()
+    observation = ("vertices", "key_points", "hands", *mask, *specification.cameras)
+    options = specification.record
+    return HandsEnv(task, rate=options.fps, seconds=SECONDS, observation=observation, pixels=options.pixels)
+
+
+def play(
+    env: HandsEnv, actions: np.ndarray, stand: Stand | None
+) -> list[tuple[Any, float, bool, bool, dict[str, Any]]]:
+    """Let an environment carry out actions until they or the episode end; return its answers.
+
+    Args:
+        env: The environment, after its reset.
+        actions: float32, shape (T, a).
+        stand: Where the robot stands whose joints the actions are; None for floating hands.
+    """
+    places, closed = (None, None) if stand is None else _arms(stand.model_dump_json()).places(actions)
+    answers = []
+    for number, action in enumerate(actions):
+        moved = env.step(action) if places is None or closed is None else env.lead(places[number], closed[number])
+        answers.append(moved)
+        if moved[2] or moved[3]:
+            break
+    return answers
+
+
+def _prepare(recorder: Recorder, fold: int) -> _Prepared:
+    """Draw a fold until the arms can carry it out; floating hands can do any."""
+    reason = ""
+    for attempt in range(ATTEMPTS):
+        drawn = draw_fold(recorder.specification, recorder.runs, fold, attempt)
+        task = drawn.subject.make_task()
+        parameters = parameters_of(drawn, task, recorder.specification.fold.spread)
+        try:
+            return _Prepared(drawn, task, parameters, *_planned(recorder, task, parameters))
+        except OutOfReachError as error:
+            reason = str(error)
+    assert recorder.stand is not None
+    raise InputError(
+        f"robot: {recorder.stand.robot} can do none of {ATTEMPTS} folds that were drawn, the last one because {reason}"
+    )
+
+
+def _planned(recorder: Recorder, task: Task, parameters: Parameters) -> tuple[np.ndarray, np.ndarray | None]:
+    """Return the actions of a fold, and the robot's states; None for floating hands."""
+    rate = recorder.specification.record.fps
+    env = HandsEnv(task, rate=rate, seconds=SECONDS, observation="key_points")
+    manipulation = task.manipulation(parameters)
+    wait = int(np.ceil(SETTLE * rate))
+
+    def led(largest: float) -> Led:
+        return lead(manipulation, env.start, largest, rate)
+
+    if recorder.stand is None:
+        return actions_of(led(env.largest), env.start, env.largest, wait), None
+    arms = _arms(recorder.stand.model_dump_json())
+    states = arms.follow(led, env.largest, env.start, rate)
+    states = np.concatenate([states, np.repeat(arms.opened(states[-1])[None], wait, axis=0)])
+    return states[1:], states
+
+
+@lru_cache(maxsize=1)
+def _arms(stand: str) -> Arms:
+    """Return the arms of a stand, given as JSON; making them takes longer than an episode."""
+    return Arms.at(Stand.model_validate_json(stand))
+
+
+def _world(recorder: Recorder, number: int) -> World:
+    """Draw the world of an episode."""
+    if recorder.disturbances is None:
+        return NOMINAL
+    generator = np.random.default_rng(np.random.SeedSequence([recorder.specification.seed, 1, number]))
+    return worlds_of(recorder.disturbances, [generator.standard_normal(len(CHANNELS))])[0]
+
+
+def _seen(observations: Sequence[Any]) -> dict[str, np.ndarray]:
+    """Return what was seen, stacked, under the names of `Episode.arrays`."""
+    stacked = {name: np.stack([each[name] for each in observations]) for name in observations[0]}
+    plain = {"vertices": "positions", "key_points": "key_points", "hands": "hands", "mask": "mask"}
+    return {plain.get(name, f"camera.{name}"): value for name, value in stacked.items()}
+
+
+def _judged(record: EpisodeRecord, recorder: Recorder, prepared: _Prepared, env: HandsEnv) -> EpisodeRecord:
+    """Return the record with the share of worlds of its fold, if known or asked, and the second simulator's verdict."""
+    outcome = recorder.specification.outcome
+    if prepared.drawn.known is not None and not recorder.specification.fold.spread:
+        record = record.with_share(*prepared.drawn.known)
+    elif outcome.worlds and recorder.disturbances and record.episode % recorder.specification.per_fold == 0:
+        worlds = sample_worlds(recorder.disturbances, outcome.worlds, recorder.specification.seed, Stream.MARGINS)
+        found = [Nominal(prepared.task).in_world(prepared.parameters, world).score for world in worlds]
+        record = record.with_share(sum(each is not None and each.succeeds for each in found), len(found), "worlds")
+    if outcome.simulator is None:
+        return record
+    return record.model_copy(update=_second(outcome.simulator, prepared.task, env))
+
+
+def _second(simulator: str, task: Task, env: HandsEnv) -> dict[str, Any]:
+    """Return the verdict of another simulator on the same motion of the hands."""
+    try:
+        final = named(simulator).simulate(env.scene()).positions[-1]
+    except SimulationError:
+        return {"second_simulator": simulator, "second_success": False}
+    found = score(task.fold, 0.0, final)
+    distance = found.mean_vertex_distance
+    verdict = {"second_success": found.succeeds, "second_mean_vertex_distance": distance}
+    return {"second_simulator": simulator, **verdict}

@@ -1,0 +1,215 @@
+"""The folder of a dataset: episodes as they are recorded, then the finished files.
+
+While episodes are recorded, each is a file of `.episodes`. Then all other files are written in `.building` and put in
+their places, `dataset.json` last: a folder without it is unfinished, and the same command resumes it.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from filelock import FileLock, Timeout
+
+from tatamu.dataset.arms import Stand
+from tatamu.dataset.episode import Episode
+from tatamu.dataset.record import EpisodeRecord
+from tatamu.dataset.specification import DatasetSpecification
+from tatamu.errors import InputError
+from tatamu.files import read_json, read_npz, unwritable, validated, write_json, write_npz
+from tatamu.lerobot.layout import PARTS
+from tatamu.records import OpenRecord
+from tatamu.version import __version__
+
+VERSION = 1
+"""Version of the folder."""
+FINISHED = (*PARTS, "states.zarr", "episodes.parquet", "dataset.html", "dataset.json")
+"""What a finished dataset may have, in the order in which it is put in its place."""
+
+
+class DatasetRecord(OpenRecord):
+    """The file `dataset.json`: what a dataset was made from, and how many episodes succeed."""
+
+    version: Literal[1] = 1
+    tatamu: str = __version__
+    specification: DatasetSpecification
+    stand: Stand | None = None
+    """Where the robot stands; None for floating hands."""
+    episodes: int = 0
+    frames: int = 0
+    successes: int = 0
+
+
+@dataclass(frozen=True)
+class DatasetFolder:
+    """A folder with a dataset, or a place for one."""
+
+    path: Path
+
+    @property
+    def file(self) -> Path:
+        """File that says what the dataset is: `dataset.json`."""
+        return self.path / "dataset.json"
+
+    @property
+    def table(self) -> Path:
+        """File with a row for each episode: `episodes.parquet`."""
+        return self.path / "episodes.parquet"
+
+    @property
+    def states(self) -> Path:
+        """Folder of the states in Zarr: `states.zarr`."""
+        return self.path / "states.zarr"
+
+    @property
+    def page(self) -> Path:
+        """File of the page: `dataset.html`."""
+        return self.path / "dataset.html"
+
+    @property
+    def building(self) -> Path:
+        """Folder in which the finished files are written first."""
+        return self.path / ".building"
+
+    @property
+    def started_file(self) -> Path:
+        """File that says what is being recorded."""
+        return self.path / ".episodes" / "started.json"
+
+    def episode_file(self, number: int) -> Path:
+        """Return the file of a recorded episode."""
+        return self.path / ".episodes" / f"{number:06d}.npz"
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether the dataset is complete."""
+        return self.file.exists()
+
+    def read(self) -> DatasetRecord:
+        """Return what a finished dataset is.
+
+        Raises:
+            InputError: If there is none, or it is of another version.
+        """
+        if not self.path.is_dir():
+            raise InputError(f"{self.path}: must be the folder of a dataset, and is no folder")
+        if not self.file.exists():
+            unfinished = self.started_file.exists()
+            why = "it is unfinished: run the same `tatamu dataset` again" if unfinished else "has no dataset.json"
+            raise InputError(f"{self.path}: must be the folder of a dataset, and {why}")
+        return _read_record(self.file)
+
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Keep the folder to this process.
+
+        Raises:
+            InputError: If another process writes a dataset here, or the folder cannot be written.
+        """
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            lock = FileLock(self.path / ".dataset-lock").acquire(timeout=0)
+        except Timeout:
+            raise InputError(f"{self.path}: another dataset is being made here") from None
+        except OSError as error:
+            raise unwritable(self.path, error) from None
+        with lock:
+            yield
+
+    def start(self, record: DatasetRecord) -> None:
+        """Start to record, or resume.
+
+        Raises:
+            InputError: If the folder has something else, or a dataset of another specification or version.
+        """
+        known = [name for name in os.listdir(self.path) if name not in (".dataset-lock", ".episodes", ".building")]
+        if self.started_file.exists():
+            before = _read_record(self.started_file)
+            self._refuse_other(before, record)
+        elif known:
+            raise InputError(f"{self.path}: is already there and is no dataset; give another --out")
+        else:
+            write_json(self.started_file, record.model_dump(mode="json"))
+
+    def refuse_other(self, record: DatasetRecord) -> None:
+        """Refuse to take a finished dataset for one of another specification.
+
+        Raises:
+            InputError: If they differ.
+        """
+        self._refuse_other(self.read(), record)
+
+    def _refuse_other(self, before: DatasetRecord, record: DatasetRecord) -> None:
+        if before.specification != record.specification:
+            raise InputError(f"{self.path}: has a dataset of another specification; give another --out")
+        if before.tatamu != record.tatamu and not self.is_finished:
+            raise InputError(
+                f"{self.path}: was started by tatamu {before.tatamu}, this is {record.tatamu}; give another --out"
+            )
+
+    def keep(self, episode: Episode) -> None:
+        """Keep a recorded episode, in one piece.
+
+        Raises:
+            InputError: If it cannot be written.
+        """
+        about = np.array(episode.record.model_dump_json())
+        write_npz(self.episode_file(episode.record.episode), {**episode.arrays, "record": about})
+
+    def kept(self, number: int) -> Episode:
+        """Return a recorded episode.
+
+        Raises:
+            InputError: If its file is missing or broken.
+        """
+        file = self.episode_file(number)
+        arrays = read_npz(file, "a recorded episode")
+        return Episode(_record(file, arrays.pop("record")), arrays)
+
+    def finish(self, record: DatasetRecord) -> None:
+        """Put all that was built in its place, and remove what is needed no more.
+
+        Raises:
+            InputError: If the folder cannot be written.
+        """
+        write_json(self.building / self.file.name, record.model_dump(mode="json"))
+        try:
+            for name in FINISHED:
+                built = self.building / name
+                if built.exists():
+                    _remove(self.path / name)
+                    os.rename(built, self.path / name)
+            shutil.rmtree(self.building)
+            shutil.rmtree(self.started_file.parent)
+        except OSError as error:
+            raise unwritable(self.path, error) from None
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
+
+
+def _read_record(file: Path) -> DatasetRecord:
+    value: Any = read_json(file)
+    version = value.get("version") if isinstance(value, dict) else None
+    if version != VERSION:
+        raise InputError(f"{file}: version: must be {VERSION}, given {json.dumps(version)}")
+    return validated(DatasetRecord, value, file)
+
+
+def _record(file: Path, text: np.ndarray) -> EpisodeRecord:
+    try:
+        value = json.loads(str(text))
+    except ValueError:
+        raise InputError(f"{file}: is no recorded episode") from None
+    return validated(EpisodeRecord, value, file)

@@ -1,0 +1,197 @@
+"""Makes a dataset: records the episodes that are missing, then writes the finished files."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from concurrent.futures import Executor, Future, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import ExitStack
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+
+from tatamu.dataset.arms import Stand, find_stand
+from tatamu.dataset.curve import parameters_of
+from tatamu.dataset.demonstrations import add_demonstration, start_writer
+from tatamu.dataset.episode import Episode, Recorder, record_episode
+from tatamu.dataset.folder import DatasetFolder, DatasetRecord
+from tatamu.dataset.page import page
+from tatamu.dataset.record import EpisodeRecord, with_shares
+from tatamu.dataset.sources import LearnedFold, check_names, draw_fold, read_runs
+from tatamu.dataset.specification import DatasetSpecification, read_specification
+from tatamu.dataset.states import Extent, StateWriter, extend
+from tatamu.dataset.table import TableWriter
+from tatamu.disturbances import load_disturbances
+from tatamu.errors import UnavailableError
+from tatamu.files import unwritable, write_text
+from tatamu.lerobot.extras import needed
+from tatamu.lerobot.video import check_codec
+from tatamu.simulators import require
+from tatamu.simulators.many import executor_of, processors
+from tatamu.version import __version__
+
+Progress = Callable[[int, int], None]
+"""Called with how many episodes are recorded, and how many there will be."""
+UNDER_WAY = 64
+"""Largest number of episodes that are submitted and not kept yet."""
+
+
+def make_dataset(
+    specification: DatasetSpecification | Path | str,
+    out: Path | str,
+    *,
+    executor: Executor | None = None,
+    progress: Progress = lambda done, total: None,
+) -> DatasetFolder:
+    """Make a dataset, or resume one; a finished one of the same specification is left alone.
+
+    Args:
+        specification: The specification, or its file.
+        out: Folder of the dataset.
+        executor: Where episodes are recorded; None for threads on every processor.
+        progress: Called after every episode.
+
+    Raises:
+        InputError: If the specification is wrong, a package is missing, or the folder has something else.
+        UnavailableError: If workers or the disk fail; what was recorded is kept.
+    """
+    if not isinstance(specification, DatasetSpecification):
+        specification = read_specification(Path(specification))
+    folder = DatasetFolder(Path(out))
+    if folder.is_finished:
+        folder.refuse_other(DatasetRecord(specification=specification))
+        progress(specification.episodes, specification.episodes)
+        return folder
+    runs = _check(specification)
+    with folder.locked():
+        folder.start(DatasetRecord(specification=specification))
+        stand = _find_stand(specification, runs)
+        recorder = Recorder(specification, runs, load_disturbances(specification.disturbances), stand)
+        with executor_of(executor, processors()) as workers:
+            _record(recorder, folder, workers, progress)
+        _write(recorder, folder)
+    return folder
+
+
+def _check(specification: DatasetSpecification) -> list[LearnedFold]:
+    """Refuse what could not be recorded or written, before any episode is; return the learned folds."""
+    load_disturbances(specification.disturbances)
+    needed("pyarrow")
+    if "zarr" in specification.formats:
+        needed("zarr")
+    if specification.cameras:
+        check_codec()
+    if specification.outcome.simulator is not None:
+        require(specification.outcome.simulator)
+    runs = read_runs(specification)
+    if not runs:
+        check_names(specification)
+    return runs
+
+
+def _find_stand(specification: DatasetSpecification, runs: list[LearnedFold]) -> Stand | None:
+    """Return where the robot stands best before the first fold, at the largest size; None for floating hands."""
+    if specification.robot is None:
+        return None
+    drawn = draw_fold(specification, runs, 0)
+    largest = specification.drawn_garment.largest
+    subject = drawn.subject if largest is None else drawn.subject.model_copy(update={"size": [*largest]})
+    task = subject.make_task()
+    return find_stand(specification.robot, task.manipulation(parameters_of(drawn, task, 0.0)))
+
+
+def _record(recorder: Recorder, folder: DatasetFolder, workers: Executor, progress: Progress) -> None:
+    """Record all episodes that are not kept yet."""
+    total = recorder.specification.episodes
+    missing = iter([number for number in range(total) if not folder.episode_file(number).exists()])
+    done = sum(folder.episode_file(number).exists() for number in range(total))
+    progress(done, total)
+    futures: set[Future[Episode]] = set()
+
+    def submit(count: int) -> None:
+        futures.update(workers.submit(record_episode, recorder, number) for number in islice(missing, count))
+
+    try:
+        submit(UNDER_WAY)
+        while futures:
+            ended = next(as_completed(futures))
+            futures.discard(ended)
+            folder.keep(ended.result())
+            done += 1
+            progress(done, total)
+            submit(1)
+    except BrokenProcessPool:
+        raise UnavailableError(f"{folder.path}: a worker died; run the same command again to resume") from None
+    finally:
+        for future in futures:
+            future.cancel()
+
+
+@dataclass
+class _Overview:
+    """What must be known of all episodes before the first is written."""
+
+    records: list[EpisodeRecord]
+    extents: dict[str, Extent]
+    key_points: set[int]
+    """Numbers of key points."""
+
+    @classmethod
+    def of(cls, folder: DatasetFolder, count: int) -> _Overview:
+        found = cls([], {}, set())
+        for number in range(count):
+            episode = folder.kept(number)
+            found.records.append(episode.record)
+            found.key_points.add(episode.arrays["key_points"].shape[1])
+            extend(found.extents, episode)
+        return found
+
+
+def _write(recorder: Recorder, folder: DatasetFolder) -> None:
+    """Write the finished files from the episodes that are kept."""
+    specification = recorder.specification
+    building = folder.building
+    try:
+        shutil.rmtree(building, ignore_errors=True)
+        building.mkdir(parents=True)
+    except OSError as error:
+        raise unwritable(building, error) from None
+    seen = _Overview.of(folder, specification.episodes)
+    records = with_shares(seen.records, recorder.disturbances is not None)
+    table = TableWriter()
+    pictures = []
+    states = demonstrations = None
+    with ExitStack() as stack:
+        if "zarr" in specification.formats:
+            about = {"fps": specification.record.fps, "tatamu": __version__}
+            states = StateWriter(building / folder.states.name, len(records), seen.extents, about)
+        if "lerobot" in specification.formats:
+            key_points = seen.key_points.pop() if len(seen.key_points) == 1 else None
+            demonstrations = stack.enter_context(
+                start_writer(building / "lerobot", specification, recorder.stand, folder.kept(0), key_points)
+            )
+        for record in records:
+            episode = Episode(record, folder.kept(record.episode).arrays)
+            table.add(record, episode.arrays["final"])
+            pictures += [episode.arrays["thumbnail"]] if "thumbnail" in episode.arrays else []
+            if states is not None:
+                states.add(episode)
+            if demonstrations is not None:
+                add_demonstration(demonstrations, episode)
+    if states is not None:
+        states.finish()
+    if demonstrations is not None:
+        for part in demonstrations.root.iterdir():
+            part.rename(building / part.name)
+        demonstrations.root.rmdir()
+    table.write(building / folder.table.name)
+    about_all = DatasetRecord(
+        specification=specification,
+        stand=recorder.stand,
+        episodes=len(records),
+        frames=sum(each.frames for each in records),
+        successes=sum(each.success for each in records),
+    )
+    write_text(building / folder.page.name, page(about_all, records, pictures))
+    folder.finish(about_all)

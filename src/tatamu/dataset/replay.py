@@ -1,0 +1,65 @@
+"""Runs the actions of an episode in the simulator again, and says how far the outcome differs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tatamu.dataset.episode import make_env, play
+from tatamu.dataset.folder import DatasetFolder
+from tatamu.dataset.record import EpisodeRecord
+from tatamu.dataset.states import read_states
+from tatamu.dataset.table import read_outcome
+from tatamu.errors import InputError
+from tatamu.folding.score import Score
+from tatamu.lerobot import LeRobotReader
+
+
+@dataclass(frozen=True)
+class Replay:
+    """The outcome of the actions of an episode, simulated again."""
+
+    recorded: EpisodeRecord
+    success: bool
+    """Whether the fold succeeds now."""
+    score: Score
+    """What it is worth now."""
+    distances: np.ndarray
+    """Distance of each vertex from its recorded place at the end [m], shape (n,)."""
+
+    @property
+    def differs(self) -> bool:
+        """Whether anything differs from what was recorded."""
+        return self.success != self.recorded.success or bool(self.distances.any())
+
+
+def replay(dataset: Path | str, episode: int) -> Replay:
+    """Run the actions of an episode in the simulator again.
+
+    Args:
+        dataset: Folder of a dataset that `tatamu dataset` made; its actions may have been changed since.
+        episode: Number of the episode.
+
+    Raises:
+        InputError: If there is no such dataset or episode, or a file is broken.
+    """
+    folder = DatasetFolder(Path(dataset))
+    about = folder.read()
+    recorded, final = read_outcome(folder.table, episode)
+    env = make_env(recorded.make_task(), about.specification)
+    env.reset(options={"world": recorded.world})
+    if recorded.vertices != len(final) or final.shape != env.outcome()[0].shape:
+        raise InputError(f"{folder.path}: episode {episode} is of another mesh than its garment has now")
+    actions = _actions(folder, "lerobot" in about.specification.formats, episode)
+    answers = play(env, actions, about.stand)
+    reached, score = env.outcome()
+    success = bool(answers) and bool(answers[-1][4]["is_success"])
+    return Replay(recorded, success, score, np.linalg.norm(reached - final, axis=1))
+
+
+def _actions(folder: DatasetFolder, in_lerobot: bool, episode: int) -> np.ndarray:
+    if in_lerobot:
+        return LeRobotReader(folder.path).numbers(episode, "action")["action"]
+    return read_states(folder.states, episode, ["action"])["action"]

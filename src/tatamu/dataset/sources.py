@@ -1,0 +1,174 @@
+"""Where the folds of a dataset come from: drawn at random, learned, or the tasks of a sweep."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tatamu.dataset.distribution import choose, draw
+from tatamu.dataset.specification import DatasetSpecification
+from tatamu.dataset.subject import Subject, fields_of
+from tatamu.errors import InputError
+from tatamu.robustness import SuccessRate
+from tatamu.search import Parameters
+from tatamu.study import Result, ResultFolder
+from tatamu.study.inputs import kept_input
+from tatamu.sweep import SweepFolder
+
+MOST_RUNS = 10_000
+"""Largest number of learned folds in a dataset."""
+
+
+@dataclass(frozen=True)
+class DrawnFold:
+    """A fold before its garment is made: the names of everything, and numbers that were drawn for its curve."""
+
+    source: str
+    subject: Subject
+    unit: tuple[float, ...]
+    """Distance from the curve in the middle, in parts of `spread`, from -1 to 1: x1, z1, x2, z2, g1, g2."""
+    middle: Parameters | None = None
+    """Parameters of the learned fold; None for the arched curve."""
+    known: tuple[int, int, str] | None = None
+    """In how many of how many disturbed worlds the learned fold held, and where that is from; None if unknown."""
+
+
+@dataclass(frozen=True)
+class LearnedFold:
+    """A learned fold of a run."""
+
+    source: str
+    subject: Subject
+    parameters: Parameters
+    known: tuple[int, int, str] | None
+
+
+def read_runs(specification: DatasetSpecification) -> list[LearnedFold]:
+    """Read the learned folds that a specification names; none if its folds are drawn.
+
+    Raises:
+        InputError: If a folder has no learned fold, or is broken.
+    """
+    folders = [found for path in _folders(specification) for found in _steps(path)]
+    if len(folders) > MOST_RUNS:
+        raise InputError(f"fold: must name at most {MOST_RUNS} learned folds, given {len(folders)}")
+    return [_learned(folder) for folder in folders]
+
+
+def draw_fold(
+    specification: DatasetSpecification, runs: Sequence[LearnedFold], number: int, attempt: int = 0
+) -> DrawnFold:
+    """Draw a fold.
+
+    Args:
+        specification: The specification.
+        runs: Its learned folds.
+        number: Number of the fold, from 0.
+        attempt: Number of the attempt, if earlier ones were beyond the robot.
+    """
+    generator = np.random.default_rng(np.random.SeedSequence([specification.seed, 0, number, attempt]))
+    if runs:
+        run = runs[number % len(runs)]
+        return DrawnFold(run.source, run.subject, _unit(generator), run.parameters, run.known)
+    garment = specification.drawn_garment
+    name = choose(garment.name, generator)
+    size = None
+    if garment.width is not None and garment.length is not None:
+        size = [draw(garment.width, generator), draw(garment.length, generator)]
+    material = None if garment.material is None else choose(garment.material, generator)
+    subject = Subject(
+        garment=name,
+        plan=choose(specification.fold.plan, generator),
+        size=size,
+        spacing=garment.spacing,
+        scale=garment.scale,
+        hands=specification.fold.hands,
+        material=material,
+    )
+    return DrawnFold("drawn", subject, _unit(generator))
+
+
+def check_names(specification: DatasetSpecification) -> None:
+    """Refuse names of garments, plans and materials that are unknown or do not fit, before any episode is recorded.
+
+    Raises:
+        InputError: If one is; the message names it.
+    """
+    garment = specification.drawn_garment
+    for name in _listed(garment.name):
+        for plan in _listed(specification.fold.plan):
+            for material in _listed(garment.material):
+                largest_subject(specification, name, plan, material).make_task()
+
+
+def largest_subject(
+    specification: DatasetSpecification, garment: str, plan: str, material: str | None = None
+) -> Subject:
+    """Return the largest subject of these names that may be drawn."""
+    drawn = specification.drawn_garment
+    return Subject(
+        garment=garment,
+        plan=plan,
+        size=None if drawn.largest is None else [*drawn.largest],
+        spacing=drawn.spacing,
+        scale=drawn.scale,
+        hands=specification.fold.hands,
+        material=material,
+    )
+
+
+def _listed(names: str | list[str] | None) -> Sequence[str | None] | list[Any]:
+    return names if isinstance(names, list) else [names]
+
+
+def _unit(generator: np.random.Generator) -> tuple[float, ...]:
+    return tuple(generator.uniform(-1.0, 1.0, 6).tolist())
+
+
+def _folders(specification: DatasetSpecification) -> list[Path]:
+    if specification.fold.sweep is None:
+        return [Path(run) for run in specification.fold.runs or ()]
+    sweep = SweepFolder(Path(specification.fold.sweep))
+    complete = [sweep.of_task(record.name) for record in sweep.read() if record.state == "complete"]
+    if not complete:
+        raise InputError(f"{sweep.path}: fold.sweep: must be the folder of a sweep with a complete task")
+    return complete
+
+
+def _steps(path: Path) -> list[Path]:
+    """The folders of the learned folds in the folder of a run: itself, or the steps of its plan."""
+    folder = ResultFolder(path)
+    if not path.is_dir():
+        raise InputError(f"{path}: must be the folder of a learned fold, and is no folder")
+    return [step.path for step in folder.learned_steps()] if folder.holds_plan else [path]
+
+
+def _learned(path: Path) -> LearnedFold:
+    result = Result.load(path)
+    description = result.record.task
+    named = result.record.asked or description
+    files = {kind: kept_input(path, kind) for kind in ("garment", "fold")}
+    step = (description.step or (1, 1))[0] - 1
+    subject = Subject(
+        garment=str(files["garment"] or named.garment),
+        plan=str(files["fold"] or named.fold),
+        step=step,
+        size=named.size,
+        spacing=named.spacing,
+        scale=result.record.asked.scale if result.record.asked else None,
+        hands=1 if description.hands == 1 else None,
+        material=fields_of(description.material),
+        start=result.start.ravel().tolist() if step else None,
+    )
+    return LearnedFold(str(path), subject, dict(result.best.parameters), _known(ResultFolder(path), result))
+
+
+def _known(folder: ResultFolder, result: Result) -> tuple[int, int, str] | None:
+    margins = folder.margins
+    rates: list[tuple[SuccessRate | None, str]] = [(margins.joint if margins else None, "margins")]
+    rates += [(result.held, "study")]
+    return next(((rate.held, rate.draws, name) for rate, name in rates if rate is not None), None)

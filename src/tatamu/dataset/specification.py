@@ -1,0 +1,168 @@
+"""The specification of a dataset: what is drawn, what is recorded, what is asked of the outcome.
+
+docs/reference/dataset-file.md explains every field.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, StrictInt, model_validator
+
+from tatamu.dataset.distribution import Distribution, Names, highest
+from tatamu.envs.cameras import Camera
+from tatamu.files import read_toml, validated
+from tatamu.material import Number
+from tatamu.records import Record
+
+MOST_EPISODES = 1_000_000
+"""Largest number of episodes."""
+Format = Literal["lerobot", "zarr"]
+
+
+class GarmentDraw(Record):
+    """What garment is folded; drawn for each fold."""
+
+    name: Names = "towel"
+    """Name or file of a garment."""
+    width: Distribution | None = None
+    """[m]; None for the garment's own."""
+    length: Distribution | None = None
+    """[m]; None for the garment's own."""
+    material: Names | None = None
+    """Name or file of a material; None for the garment's own."""
+    spacing: Annotated[Number, Field(gt=0.0)] | None = None
+    """Distance between vertices [m]; None for the garment's own."""
+    scale: Annotated[Number, Field(gt=0.0)] | None = None
+    """Metres per unit of the garment's file; None if the file says so itself."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        for name, other in (("width", "length"), ("length", "width")):
+            given = getattr(self, name)
+            if given is not None and getattr(self, other) is None:
+                raise ValueError(f"{other} must be given with {name}")
+        return self
+
+    @property
+    def largest(self) -> tuple[float, float] | None:
+        """The largest width and length that may be drawn [m]; None for the garment's own."""
+        if self.width is None or self.length is None:
+            return None
+        return highest(self.width), highest(self.length)
+
+
+class FoldDraw(Record):
+    """How it is folded; drawn for each fold."""
+
+    source: Literal["drawn", "learned", "sweep"] = "drawn"
+    plan: Names = "half"
+    """Name or file of a fold plan, whose first step is folded; for drawn folds."""
+    hands: Literal[1, 2] | None = None
+    """Number of hands that fold; None for the plan's number; for drawn folds."""
+    spread: Annotated[Number, Field(ge=0.0, le=1.0)] = 0.0
+    """Largest distance from the arched curve, or from the learned fold, in parts of the search space."""
+    runs: Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=1)] | None = None
+    """Folders of `tatamu learn`; for learned folds."""
+    sweep: Annotated[str, Field(min_length=1)] | None = None
+    """Folder of `tatamu sweep`; for folds of a sweep."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        for source, name in (("learned", "runs"), ("sweep", "sweep")):
+            given = getattr(self, name)
+            if self.source == source and given is None:
+                raise ValueError(f"{name} must be given with source = {source!r}")
+            if self.source != source and given is not None:
+                raise ValueError(f"{name} is for source = {source!r}, given {self.source!r}")
+        return self
+
+
+class RobotDraw(Record):
+    """The robot whose arms fold; they stand where all folds are best within reach unless a place is given."""
+
+    name: Annotated[str, Field(min_length=1)]
+    """Name of a robot, or a .toml that describes one."""
+    place: Annotated[list[Number], Field(min_length=3, max_length=3)] | None = None
+    """x, y [m] and yaw [rad] of the fold's frame in the robot's base; None to search it."""
+    table_height: Number | None = None
+    """Height of the table top in the robot's base [m]; None to search it."""
+
+
+class RecordOptions(Record):
+    """What is recorded, and how often."""
+
+    fps: Annotated[StrictInt, Field(ge=5, le=60)] = 10
+    """Frames per second [1/s]."""
+    cameras: list[Camera] = Field(default_factory=lambda: ["top", "front"])
+    """Cameras whose pictures become videos."""
+    pixels: Annotated[StrictInt, Field(ge=64, le=512, multiple_of=2)] = 96
+    """Height and width of pictures and masks."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if len(set(self.cameras)) < len(self.cameras):
+            raise ValueError("cameras must differ")
+        return self
+
+
+class OutcomeOptions(Record):
+    """What is asked of each outcome beside its score."""
+
+    worlds: Annotated[StrictInt, Field(ge=0, le=10_000)] = 0
+    """Number of disturbed worlds in which each fold is simulated beside its episodes, for its held share."""
+    simulator: Literal["mujoco", "blender"] | None = None
+    """A second simulator that repeats the hands' motion of each episode; None for none."""
+
+
+class DatasetSpecification(Record):
+    """A specification file."""
+
+    version: Literal[1] = 1
+    episodes: Annotated[StrictInt, Field(ge=1, le=MOST_EPISODES)]
+    seed: Annotated[StrictInt, Field(ge=0, lt=2**32)] = 0
+    formats: Annotated[list[Format], Field(min_length=1)] = Field(default_factory=lambda: ["lerobot", "zarr"])
+    disturbances: str = "default"
+    """`default`, `none` or a file: every episode is in a world of its own."""
+    per_fold: Annotated[StrictInt, Field(ge=1, le=10_000)] = 1
+    """Number of episodes, each in another world, that share a fold."""
+    garment: GarmentDraw | None = None
+    """For drawn folds; None for the towel of `tatamu learn towel`."""
+    fold: FoldDraw = FoldDraw()
+    robot: RobotDraw | None = None
+    """None for floating hands."""
+    record: RecordOptions = RecordOptions()
+    outcome: OutcomeOptions = OutcomeOptions()
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if len(set(self.formats)) < len(self.formats):
+            raise ValueError("formats must differ")
+        if self.fold.source != "drawn":
+            drawn = [name for name in ("plan", "hands") if name in self.fold.model_fields_set]
+            if self.garment is not None or drawn:
+                given = "garment" if self.garment is not None else f"fold.{drawn[0]}"
+                raise ValueError(f"{given} is for drawn folds; learned ones have theirs")
+        if self.disturbances == "none" and self.outcome.worlds:
+            raise ValueError("outcome.worlds needs disturbances, given none")
+        return self
+
+    @property
+    def drawn_garment(self) -> GarmentDraw:
+        """What garment is folded, in drawn folds."""
+        return self.garment or GarmentDraw()
+
+    @property
+    def cameras(self) -> list[Camera]:
+        """Cameras whose pictures are recorded."""
+        return self.record.cameras if "lerobot" in self.formats else []
+
+
+def read_specification(path: Path) -> DatasetSpecification:
+    """Read a specification file.
+
+    Raises:
+        InputError: If the file cannot be read, or a field is wrong; the message names both.
+    """
+    return validated(DatasetSpecification, read_toml(path), path)

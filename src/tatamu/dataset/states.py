@@ -1,0 +1,159 @@
+"""States in Zarr 3: what each vertex and hand does, padded to the longest episode and the largest cloth.
+
+A shard has whole episodes, and one process writes it once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tatamu.dataset.episode import Episode
+from tatamu.errors import InputError
+from tatamu.files import foreign, unwritable
+from tatamu.lerobot.extras import needed
+
+SHARD = 16 << 20
+"""A shard has as many episodes as fit into this size, before compression [bytes]."""
+MOST_IN_SHARD = 64
+"""Largest number of episodes in a shard."""
+FRAMES = 16
+"""Frames in a chunk, the part of a shard that is read at once."""
+GAP: Mapping[str, Any] = {"f": np.nan, "i": -1, "b": False, "u": 0}
+"""What stands beyond the end of an episode, or of a cloth, by the kind of numbers."""
+PER_FRAME = ("positions", "key_points", "hands", "mask", "state", "action", "reward")
+"""Arrays with a row for each frame or action."""
+
+
+@dataclass(frozen=True)
+class Extent:
+    """Shape and type of an array, without the axis of episodes; the largest of all episodes."""
+
+    shape: tuple[int, ...]
+    dtype: np.dtype[Any]
+
+    def joined(self, array: np.ndarray) -> Extent:
+        """Return the extent that also has room for an array."""
+        return Extent(tuple(map(max, self.shape, array.shape)), self.dtype)
+
+
+def extend(extents: dict[str, Extent], episode: Episode) -> None:
+    """Let extents have room for the arrays of an episode, too."""
+    for name in (*PER_FRAME, "faces"):
+        if name in episode.arrays:
+            array = episode.arrays[name]
+            extents[name] = extents.get(name, Extent(array.shape, array.dtype)).joined(array)
+
+
+class StateWriter:
+    """A group of arrays under construction: one writer, which writes each shard once."""
+
+    def __init__(self, root: Path, count: int, extents: Mapping[str, Extent], about: Mapping[str, Any]) -> None:
+        """Create the arrays.
+
+        Args:
+            root: Folder of the group.
+            count: Number of episodes.
+            extents: Extents of their arrays.
+            about: Attributes of the group.
+
+        Raises:
+            InputError: If the folder cannot be written, or zarr is not installed.
+        """
+        self._root = root
+        self._extents = extents
+        self._count = count
+        self._lengths: list[int] = []
+        self._successes: list[bool] = []
+        self._waiting: dict[str, list[np.ndarray]] = {name: [] for name in extents}
+        zarr = needed("zarr")
+        try:
+            self._group = zarr.create_group(store=str(root), attributes=dict(about))
+            self._arrays = {name: _create(self._group, name, count, extent) for name, extent in extents.items()}
+        except OSError as error:
+            raise unwritable(root, error) from None
+
+    def add(self, episode: Episode) -> None:
+        """Append an episode.
+
+        Raises:
+            InputError: If a file cannot be written.
+        """
+        self._lengths.append(episode.record.frames)
+        self._successes.append(episode.record.success)
+        done = len(self._lengths)
+        try:
+            for name, array in self._arrays.items():
+                waiting = self._waiting[name]
+                waiting.append(_padded(episode.arrays[name], self._extents[name]))
+                if len(waiting) == array.shards[0] or done == self._count:
+                    array[done - len(waiting) : done] = np.stack(waiting)
+                    waiting.clear()
+        except OSError as error:
+            raise unwritable(self._root, error) from None
+
+    def finish(self) -> None:
+        """Write what is said of each episode.
+
+        Raises:
+            InputError: If a file cannot be written.
+        """
+        try:
+            self._group.create_array("length", data=np.array(self._lengths))
+            self._group.create_array("success", data=np.array(self._successes))
+        except OSError as error:
+            raise unwritable(self._root, error) from None
+
+
+def read_states(root: Path, episode: int, names: Sequence[str]) -> dict[str, np.ndarray]:
+    """Return arrays of an episode, without what they are padded with.
+
+    Args:
+        root: Folder of the group.
+        episode: Number of the episode.
+        names: Names of the arrays.
+
+    Raises:
+        InputError: If there is no such array or episode, or it is broken.
+    """
+    zarr = needed("zarr")
+    with foreign(root, "a Zarr group"):
+        group = zarr.open_group(store=str(root), mode="r")
+        if missing := [name for name in names if name not in group]:
+            raise InputError(f"{root}: has no array {missing[0]!r}")
+        frames = int(group["length"][episode])
+        return {name: _cut(group[name][episode], name, frames) for name in names}
+
+
+def _create(group: Any, name: str, count: int, extent: Extent) -> Any:
+    size = extent.dtype.itemsize * int(np.prod(extent.shape))
+    episodes = int(np.clip(SHARD // max(size, 1), 1, min(count, MOST_IN_SHARD)))
+    frames = extent.shape[0]
+    chunk = min(frames, FRAMES) if name in PER_FRAME else frames
+    return group.create_array(
+        name,
+        shape=(count, *extent.shape),
+        dtype=extent.dtype,
+        chunks=(1, chunk, *extent.shape[1:]),
+        shards=(episodes, -(-frames // chunk) * chunk, *extent.shape[1:]),
+        fill_value=GAP[extent.dtype.kind],
+    )
+
+
+def _padded(array: np.ndarray, extent: Extent) -> np.ndarray:
+    whole = np.full(extent.shape, GAP[extent.dtype.kind], extent.dtype)
+    whole[tuple(map(slice, array.shape))] = array
+    return whole
+
+
+def _cut(array: np.ndarray, name: str, frames: int) -> np.ndarray:
+    """Return an array without the frames after its end, and without vertices that are not there."""
+    if name in PER_FRAME:
+        array = array[: frames + (name not in ("action", "reward"))]
+    if name in ("positions", "key_points"):
+        array = array[:, np.isfinite(array[0, :, 0])]
+    return array[array[:, 0] >= 0] if name == "faces" else array

@@ -1,0 +1,145 @@
+"""The growing files of a dataset: numbers in Parquet, pictures in videos; a full one is followed by the next."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tatamu.files import unwritable
+from tatamu.lerobot import layout
+from tatamu.lerobot.extras import needed
+from tatamu.lerobot.video import VideoWriter
+
+
+class NumberFiles:
+    """The files of all features that are no pictures: a row for each frame, a row group for each episode."""
+
+    def __init__(self, folder: Path, largest: int) -> None:
+        """Start without a file.
+
+        Args:
+            folder: Folder of the dataset.
+            largest: A larger file is followed by the next one [bytes].
+        """
+        self._folder = folder
+        self._largest = largest
+        self._number = -1
+        self._file: Any = None
+        self._writer: Any = None
+
+    def add(self, columns: Mapping[str, np.ndarray]) -> dict[str, int]:
+        """Append an episode.
+
+        Args:
+            columns: By the names of the features, shape (frames, k).
+
+        Returns:
+            The columns of the table of episodes that say where it is.
+
+        Raises:
+            InputError: If a file cannot be written.
+        """
+        table = needed("pyarrow").table({name: _column(array) for name, array in columns.items()})
+        try:
+            if self._file is None or self._file.tell() > self._largest:
+                self._next(table.schema)
+            self._writer.write_table(table)
+        except OSError as error:
+            raise unwritable(self._path, error) from None
+        chunk, file = divmod(self._number, layout.FILES_IN_CHUNK)
+        return {"data/chunk_index": chunk, "data/file_index": file}
+
+    def close(self) -> None:
+        """End the last file.
+
+        Raises:
+            InputError: If it cannot be written.
+        """
+        if self._file is None:
+            return
+        opened, self._file = self._file, None
+        try:
+            with opened:
+                self._writer.close()
+        except OSError as error:
+            raise unwritable(self._path, error) from None
+
+    @property
+    def _path(self) -> Path:
+        return self._folder / layout.numbered(layout.DATA, max(self._number, 0))
+
+    def _next(self, schema: Any) -> None:
+        self.close()
+        self._number += 1
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        self._file = self._path.open("wb")
+        self._writer = needed("pyarrow.parquet").ParquetWriter(self._file, schema)
+
+
+def _column(array: np.ndarray) -> Any:
+    """Return numbers of shape (frames, k) as Arrow keeps them: single ones plain, others as lists of fixed length."""
+    arrow = needed("pyarrow")
+    width = array.shape[1]
+    plain = arrow.array(array.ravel())
+    return plain if width == 1 else arrow.FixedSizeListArray.from_arrays(plain, width)
+
+
+class VideoFiles:
+    """The videos of one camera, several episodes in each."""
+
+    def __init__(self, folder: Path, name: str, fps: int, largest: int) -> None:
+        """Start without a file.
+
+        Args:
+            folder: Folder of the dataset.
+            name: Name of the feature.
+            fps: Frames per second.
+            largest: A larger file is followed by the next one [bytes].
+        """
+        self._folder = folder
+        self._name = name
+        self._fps = fps
+        self._largest = largest
+        self._number = -1
+        self._video: VideoWriter | None = None
+
+    def add(self, pictures: np.ndarray) -> dict[str, float]:
+        """Append an episode.
+
+        Args:
+            pictures: RGB, uint8, shape (frames, h, w, 3).
+
+        Returns:
+            The columns of the table of episodes that say where it is.
+
+        Raises:
+            InputError: If a file cannot be written.
+        """
+        if self._video is None or self._video.size > self._largest:
+            self.close()
+            self._number += 1
+            path = self._folder / layout.numbered(layout.VIDEOS, self._number, self._name)
+            self._video = VideoWriter(path, self._fps, *pictures.shape[1:3])
+        first = self._video.frames
+        self._video.add(pictures)
+        chunk, file = divmod(self._number, layout.FILES_IN_CHUNK)
+        place = {
+            "chunk_index": chunk,
+            "file_index": file,
+            "from_timestamp": first / self._fps,
+            "to_timestamp": self._video.frames / self._fps,
+        }
+        return {f"videos/{self._name}/{kind}": value for kind, value in place.items()}
+
+    def close(self) -> None:
+        """End the last video.
+
+        Raises:
+            InputError: If it cannot be written.
+        """
+        if self._video is not None:
+            video, self._video = self._video, None
+            video.close()

@@ -1,0 +1,30 @@
+"""The files of a LeRobotDataset v3.0 and their names.
+
+Source: LeRobot 0.6.1, datasets/utils.py and datasets/dataset_writer.py (Apache-2.0): names, sizes, columns.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+VERSION = "v3.0"
+"""Version of the format."""
+FILES_IN_CHUNK = 1000
+"""A folder `chunk-...` has at most this many files."""
+DATA_MIB, VIDEO_MIB = 100, 200
+"""A new file starts when a file of numbers, or a video, is larger than this [MiB]."""
+CHUNK = "chunk-{chunk_index:03d}/file-{file_index:03d}"
+DATA = f"data/{CHUNK}.parquet"
+VIDEOS = "videos/{video_key}/" + CHUNK + ".mp4"
+EPISODES = f"meta/episodes/{CHUNK}.parquet"
+TASKS = "meta/tasks.parquet"
+STATS = "meta/stats.json"
+INFO = "meta/info.json"
+PARTS = ("data", "videos", "meta")
+"""The folders of a dataset; the last is written when the others are there."""
+
+
+def numbered(pattern: str, number: int, key: str = "") -> Path:
+    """Return the path of a file in a dataset by its number from 0; `key` is a video's."""
+    chunk, file = divmod(number, FILES_IN_CHUNK)
+    return Path(pattern.format(chunk_index=chunk, file_index=file, video_key=key))

@@ -1,0 +1,101 @@
+"""Reads a LeRobotDataset v3.0 by pyarrow and PyAV alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tatamu.errors import InputError
+from tatamu.files import foreign, read_json
+from tatamu.lerobot import layout
+from tatamu.lerobot.extras import needed
+from tatamu.lerobot.video import read_video
+
+
+class LeRobotReader:
+    """A dataset in a folder."""
+
+    def __init__(self, root: Path | str) -> None:
+        """Open a dataset.
+
+        Raises:
+            InputError: If the folder has none, or one of another version.
+        """
+        self.root = Path(root)
+        path = self.root / layout.INFO
+        if not path.is_file():
+            raise InputError(f"{self.root}: must be the folder of a LeRobotDataset, and has no {layout.INFO}")
+        self.info: dict[str, Any] = read_json(path)
+        version = self.info.get("codebase_version") if isinstance(self.info, dict) else None
+        if version != layout.VERSION:
+            raise InputError(f"{path}: codebase_version: must be {layout.VERSION}, given {version!r}")
+
+    @property
+    def fps(self) -> int:
+        """Frames per second."""
+        return int(self.info["fps"])
+
+    @cached_property
+    def episodes(self) -> list[dict[str, Any]]:
+        """The rows of the table of episodes, without their statistics."""
+        files = sorted((self.root / "meta" / "episodes").glob("*/*.parquet"))
+        rows: list[dict[str, Any]] = []
+        for file in files:
+            with foreign(file, "a Parquet file"):
+                table = needed("pyarrow.parquet").read_table(file)
+                rows += table.select([name for name in table.column_names if not name.startswith("stats/")]).to_pylist()
+        return rows
+
+    @cached_property
+    def tasks(self) -> list[str]:
+        """The tasks in words, by their numbers."""
+        file = self.root / layout.TASKS
+        with foreign(file, "a Parquet file"):
+            rows = needed("pyarrow.parquet").read_table(file).to_pylist()
+        return [row["task"] for row in sorted(rows, key=lambda row: int(row["task_index"]))]
+
+    def row(self, episode: int) -> dict[str, Any]:
+        """Return the row of an episode.
+
+        Raises:
+            InputError: If there is no such episode.
+        """
+        if not 0 <= episode < len(self.episodes):
+            raise InputError(f"episode: must be from 0 to {len(self.episodes) - 1}, given {episode}")
+        return self.episodes[episode]
+
+    def numbers(self, episode: int, *names: str) -> dict[str, np.ndarray]:
+        """Return features of an episode that are no pictures, shape (frames, k); single numbers (frames,).
+
+        Raises:
+            InputError: If there is no such episode or feature, or a file is broken.
+        """
+        row = self.row(episode)
+        if unknown := [name for name in names if name not in self.info["features"]]:
+            raise InputError(f"{self.root}: has no feature {unknown[0]!r}")
+        place = {"chunk_index": row["data/chunk_index"], "file_index": row["data/file_index"]}
+        file = self.root / self.info["data_path"].format(**place)
+        with foreign(file, "a Parquet file"):
+            rule = [("episode_index", "==", episode)]
+            table = needed("pyarrow.parquet").read_table(file, columns=list(names), filters=rule)
+            kinds = {name: self.info["features"][name]["dtype"] for name in names}
+            return {name: np.array(table[name].to_pylist(), dtype=kind) for name, kind in kinds.items()}
+
+    def pictures(self, episode: int, name: str) -> Iterator[np.ndarray]:
+        """Yield the pictures of an episode: RGB, uint8, shape (h, w, 3).
+
+        Raises:
+            InputError: If there is no such episode or camera, or a file is broken.
+        """
+        row = self.row(episode)
+        if f"videos/{name}/file_index" not in row:
+            raise InputError(f"{self.root}: has no camera {name!r}")
+        place = {kind: row[f"videos/{name}/{kind}"] for kind in ("chunk_index", "file_index")}
+        first = round(row[f"videos/{name}/from_timestamp"] * self.fps)
+        last = round(row[f"videos/{name}/to_timestamp"] * self.fps)
+        yield from islice(read_video(self.root / self.info["video_path"].format(video_key=name, **place)), first, last)

@@ -1,0 +1,108 @@
+"""Videos in AV1, as LeRobot keeps cameras: libsvtav1, yuv420p, every second frame a key frame."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tatamu.errors import InputError
+from tatamu.files import foreign, unwritable
+from tatamu.lerobot.extras import needed
+
+CODEC = "libsvtav1"
+OPTIONS = {"g": "2", "crf": "30", "preset": "12", "svtav1-params": "fast-decode=0:lp=1"}
+"""LeRobot's options; with one thread (lp) the bytes do not depend on the machine's processors."""
+
+
+def check_codec() -> None:
+    """Refuse to start if videos could not be encoded.
+
+    Raises:
+        InputError: If PyAV is not installed, or has no encoder for AV1.
+    """
+    av = needed("av")
+    os.environ.setdefault("SVT_LOG", "0")  # otherwise the encoder describes itself on standard error
+    try:
+        av.codec.Codec(CODEC, "w")
+    except (ValueError, av.FFmpegError):
+        raise InputError(
+            f"cameras: need the encoder {CODEC}, which this PyAV lacks: pip install 'tatamu[dataset]', or cameras = []"
+        ) from None
+
+
+class VideoWriter:
+    """A video that grows by pictures.
+
+    Attributes:
+        frames: Number of its pictures.
+        size: Size of what is encoded so far [bytes]; the encoder still keeps the last pictures.
+    """
+
+    def __init__(self, path: Path, fps: int, height: int, width: int) -> None:
+        """Create the file.
+
+        Raises:
+            InputError: If it cannot be written, or there is no encoder.
+        """
+        check_codec()
+        av = needed("av")
+        av.logging.set_level(av.logging.PANIC)
+        self.frames = 0
+        self.size = 0
+        self._path = path
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = path.open("w+b")
+        except OSError as error:
+            raise unwritable(path, error) from None
+        self._container = av.open(self._file, "w", format="mp4")
+        self._stream: Any = self._container.add_stream(CODEC, rate=fps, options=OPTIONS)
+        self._stream.width, self._stream.height, self._stream.pix_fmt = width, height, "yuv420p"
+        self._stream.time_base = self._stream.codec_context.time_base = Fraction(1, fps)
+        self._av = av
+
+    def add(self, pictures: np.ndarray) -> None:
+        """Append pictures: RGB, uint8, shape (f, h, w, 3).
+
+        Raises:
+            InputError: If the file cannot be written.
+        """
+        try:
+            for picture in pictures:
+                frame = self._av.VideoFrame.from_ndarray(picture, format="rgb24")
+                frame.pts = self.frames
+                packets = self._stream.encode(frame)
+                self._container.mux(packets)
+                self.size += sum(packet.size for packet in packets)
+                self.frames += 1
+        except OSError as error:
+            raise unwritable(self._path, error) from None
+
+    def close(self) -> None:
+        """Write what is left.
+
+        Raises:
+            InputError: If the file cannot be written.
+        """
+        try:
+            with self._file, self._container:
+                self._container.mux(self._stream.encode())
+        except OSError as error:
+            raise unwritable(self._path, error) from None
+
+
+def read_video(path: Path) -> Iterator[np.ndarray]:
+    """Yield the pictures of a video: RGB, uint8, shape (h, w, 3).
+
+    Raises:
+        InputError: If the file cannot be read.
+    """
+    av = needed("av")
+    with foreign(path, "a video"), av.open(str(path)) as container:
+        for frame in container.decode(video=0):
+            yield frame.to_ndarray(format="rgb24")

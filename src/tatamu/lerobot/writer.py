@@ -1,0 +1,239 @@
+"""Writes a LeRobotDataset v3.0, episode by episode; the folder appears when it is complete."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+
+from tatamu.errors import InputError
+from tatamu.files import MIB, unwritable, write_json
+from tatamu.lerobot import layout
+from tatamu.lerobot.extras import needed
+from tatamu.lerobot.feature import Feature
+from tatamu.lerobot.files import NumberFiles, VideoFiles
+from tatamu.lerobot.statistics import Statistics, joined, statistics
+from tatamu.lerobot.video import check_codec
+
+USUAL: Mapping[str, Feature] = {
+    "timestamp": Feature("float32", (1,)),
+    "frame_index": Feature("int64", (1,)),
+    "episode_index": Feature("int64", (1,)),
+    "index": Feature("int64", (1,)),
+    "task_index": Feature("int64", (1,)),
+}
+"""Features that every dataset has; the writer fills them."""
+
+
+class LeRobotWriter:
+    """A dataset under construction. As a context it is finished at the end, or removed after an error."""
+
+    def __init__(
+        self,
+        root: Path | str,
+        fps: int,
+        features: Mapping[str, Feature],
+        robot: str | None = None,
+        *,
+        data_mib: float = layout.DATA_MIB,
+        video_mib: float = layout.VIDEO_MIB,
+    ) -> None:
+        """Start a dataset.
+
+        Args:
+            root: Folder of the dataset, which must not exist, or be empty.
+            fps: Frames per second.
+            features: What each frame holds, by LeRobot's names: "observation.state", "action",
+                "observation.images.top"; the `USUAL` ones are added.
+            robot: Type of the robot; None if there is none.
+            data_mib: A file of numbers that is larger is followed by another [MiB].
+            video_mib: A video that is larger is followed by another [MiB].
+
+        Raises:
+            InputError: If the folder contains something or cannot be written, or a package or an encoder is missing.
+        """
+        self.root = Path(root)
+        self.fps = fps
+        self.features = {**features, **USUAL}
+        self.episodes = 0
+        self.frames = 0
+        self._robot = robot
+        self._arrow = needed("pyarrow")
+        self._parquet = needed("pyarrow.parquet")
+        if any(feature.is_video for feature in features.values()):
+            check_codec()
+        if self.root.exists() and (not self.root.is_dir() or any(self.root.iterdir())):
+            raise InputError(f"{self.root}: is already there; give another folder")
+        self._building = self.root.with_name(f".{self.root.name}.{os.getpid()}.tmp")
+        shutil.rmtree(self._building, ignore_errors=True)
+        self._tasks: dict[str, int] = {}
+        self._rows: list[dict[str, Any]] = []
+        self._statistics: list[dict[str, Statistics]] = []
+        self._numbers = NumberFiles(self._building, int(data_mib * MIB))
+        self._videos = {
+            name: VideoFiles(self._building, name, fps, int(video_mib * MIB))
+            for name, feature in features.items()
+            if feature.is_video
+        }
+
+    def add_episode(self, values: Mapping[str, np.ndarray], task: str, about: Mapping[str, Any] | None = None) -> None:
+        """Append an episode.
+
+        Args:
+            values: Values of each feature, shape (frames, *shape of the feature); pictures are uint8.
+            task: The task in words, such as "Fold the towel in half."
+            about: Further columns of the table of episodes, the same for every episode: plain values or None.
+
+        Raises:
+            InputError: If a feature is missing or unknown, has another shape, or a file cannot be written.
+        """
+        own = {name: feature for name, feature in self.features.items() if name not in USUAL}
+        if set(values) != set(own):
+            raise InputError(f"values: must be of {', '.join(own)}, given {', '.join(values) or 'none'}")
+        frames = len(next(iter(values.values())))
+        if not frames:
+            raise InputError("values: must have at least one frame, given none")
+        given = {**values, **self._usual(frames, self._tasks.setdefault(task, len(self._tasks)))}
+        whole = {name: feature.checked(name, given[name], frames) for name, feature in self.features.items()}
+        row: dict[str, Any] = {
+            "episode_index": self.episodes,
+            "tasks": [task],
+            "length": frames,
+            "dataset_from_index": self.frames,
+            "dataset_to_index": self.frames + frames,
+            "meta/episodes/chunk_index": 0,
+            "meta/episodes/file_index": 0,
+        }
+        row |= self._numbers.add({name: whole[name] for name in whole if name not in self._videos})
+        for name, video in self._videos.items():
+            row |= video.add(whole[name])
+        found = {name: statistics(feature, whole[name]) for name, feature in self.features.items()}
+        row |= {f"stats/{name}/{kind}": value.tolist() for name in found for kind, value in found[name].items()}
+        self._rows.append({**row, **(about or {})})
+        self._statistics.append(found)
+        self.episodes += 1
+        self.frames += frames
+
+    def finish(self) -> Path:
+        """Write the tables and put the dataset in its place; return its folder.
+
+        Raises:
+            InputError: If there is no episode, or a file cannot be written.
+        """
+        if not self.episodes:
+            raise InputError(f"{self.root}: must have at least one episode, given none")
+        self._close()
+        self._write_tasks()
+        self._write_table(layout.numbered(layout.EPISODES, 0), self._arrow.table(self._columns()))
+        whole = {name: joined([each[name] for each in self._statistics]) for name in self.features}
+        write_json(
+            self._building / layout.STATS,
+            {name: {kind: value.tolist() for kind, value in found.items()} for name, found in whole.items()},
+        )
+        write_json(self._building / layout.INFO, self._info())
+        try:
+            self.root.parent.mkdir(parents=True, exist_ok=True)
+            if self.root.exists():
+                self.root.rmdir()
+            os.rename(self._building, self.root)
+        except OSError as error:
+            raise unwritable(self.root, error) from None
+        return self.root
+
+    def __enter__(self) -> Self:
+        """Return the writer itself."""
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
+        """Finish the dataset, or remove it after an error."""
+        try:
+            if kind is None:
+                self.finish()
+        finally:
+            self.abandon()
+
+    def abandon(self) -> None:
+        """Remove what is not finished; a finished dataset stays."""
+        with suppress(InputError):
+            self._close()
+        shutil.rmtree(self._building, ignore_errors=True)
+
+    def _usual(self, frames: int, task: int) -> dict[str, np.ndarray]:
+        numbers = np.arange(frames)
+        columns = {
+            "timestamp": numbers / self.fps,
+            "frame_index": numbers,
+            "episode_index": np.full(frames, self.episodes),
+            "index": self.frames + numbers,
+            "task_index": np.full(frames, task),
+        }
+        return {name: column[:, None] for name, column in columns.items()}
+
+    def _close(self) -> None:
+        self._numbers.close()
+        for video in self._videos.values():
+            video.close()
+
+    def _info(self) -> dict[str, Any]:
+        features = {name: feature.describe() for name, feature in self.features.items()}
+        for name in self._videos:
+            height, width, channels = self.features[name].shape
+            features[name]["info"] = {
+                "video.height": height,
+                "video.width": width,
+                "video.channels": channels,
+                "video.fps": self.fps,
+                "video.codec": "av1",
+                "video.pix_fmt": "yuv420p",
+                "is_depth_map": False,
+                "has_audio": False,
+            }
+        return {
+            "codebase_version": layout.VERSION,
+            "robot_type": self._robot,
+            "total_episodes": self.episodes,
+            "total_frames": self.frames,
+            "total_tasks": len(self._tasks),
+            "chunks_size": layout.FILES_IN_CHUNK,
+            "data_files_size_in_mb": layout.DATA_MIB,
+            "video_files_size_in_mb": layout.VIDEO_MIB,
+            "fps": self.fps,
+            "splits": {"train": f"0:{self.episodes}"},
+            "data_path": layout.DATA,
+            "video_path": layout.VIDEOS if self._videos else None,
+            "features": features,
+        }
+
+    def _columns(self) -> dict[str, Any]:
+        """The table of episodes; a column without any value is one of numbers."""
+        arrays = {name: self._arrow.array([row[name] for row in self._rows]) for name in self._rows[0]}
+        empty = self._arrow.null()
+        return {name: each.cast("float64") if each.type == empty else each for name, each in arrays.items()}
+
+    def _write_tasks(self) -> None:
+        """Write the table of tasks, whose index is the column `task`, as pandas keeps it."""
+        columns = {"task_index": list(self._tasks.values()), "task": list(self._tasks)}
+        kinds = {"task_index": ("int64", "int64"), "task": ("unicode", "object")}
+        described = [
+            {"name": name, "field_name": name, "pandas_type": kind, "numpy_type": numpy, "metadata": None}
+            for name, (kind, numpy) in kinds.items()
+        ]
+        pandas = {"index_columns": ["task"], "column_indexes": [], "columns": described, "pandas_version": "2.0.0"}
+        table = self._arrow.table(columns).replace_schema_metadata({"pandas": json.dumps(pandas)})
+        self._write_table(Path(layout.TASKS), table)
+
+    def _write_table(self, file: Path, table: Any) -> None:
+        path = self._building / file
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with path.open("wb") as opened:
+                self._parquet.write_table(table, opened)
+        except OSError as error:
+            raise unwritable(path, error) from None
