@@ -77,6 +77,7 @@ PLACES = {
     "cluster: thousand": NOTES / "cluster.md",
     "garments within reach": NOTES / "robots.md",
     "presets": NOTES / "robots.md",
+    "grasps": NOTES / "robots.md",
     "margins: meshes": NOTES / "margins.md",
     "margins: folds": NOTES / "margins.md",
     "margins: simulators": NOTES / "margins.md",
