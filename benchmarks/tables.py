@@ -81,6 +81,7 @@ PLACES = {
     "photographs: scale": NOTES / "photographs.md",
     "photographs: look": NOTES / "photographs.md",
     "photographs: folds": NOTES / "photographs.md",
+    "grasps": NOTES / "robots.md",
     "loop closed": NOTES / "observation.md",
     "loop closed: updates": NOTES / "observation.md",
     "datasets: speed": NOTES / "datasets.md",
