@@ -69,12 +69,13 @@ def single(arm: SerialArm) -> Any:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_pair_starts_with_its_tools_down_and_its_fingers_across_the_fold(name: str) -> None:
+def test_a_pair_starts_with_its_tools_down_and_its_jaws_across_the_hem(name: str) -> None:
     robot = load(name)
     for arm in robot.arms:
         tool = Chain.of(robot, arm).tool(arm.initial[None])[0][0]
         if name != "openarm":  # its tools point ahead, as in its maker's home pose
-            assert np.allclose(tool[:3, :3], np.diag([-1, 1, -1]), atol=1e-3)
+            assert np.allclose(tool[:3, 2], [0, 0, -1], atol=1e-3)
+            assert np.allclose(tool[:3, 1], [1, 0, 0], atol=1e-3), "the jaw opens along the fold, across the hem"
         assert np.sign(tool[1, 3]) == (1 if arm.name == "larm" else -1)
         assert Chain.of(robot, arm).margin(arm.initial[None])[0] > 0.15
     clearance = Clearance(robot)

@@ -12,12 +12,12 @@ import numpy as np
 
 from tatamu.robots.arm_facts import FR3, PANDA, UR5E, XARM7, Box, SerialArm
 from tatamu.robots.extras import needed
+from tatamu.robots.fingers import add_fingers, jaw_of
 from tatamu.robots.light_arms import OPENARM, SO101, VIPERX
 from tatamu.robots.model import Arm, Robot, StartPose
+from tatamu.robots.placement import Hold
 from tatamu.robots.pose import from_rpy, pose, to_quaternion, turn
 
-TIP = 0.010
-"""Outermost part of the fingers [m], no obstacle in a fold that knows no fingers: in it they lie on the table."""
 CAREFUL = 0.5
 """Fraction of a joint's speed that plans keep to."""
 FASTEST = 3.0
@@ -73,8 +73,7 @@ def pair_of_arms(name: str, arm: SerialArm, mount: Mount) -> Robot:
     larm, rarm = _arm("larm", arm, mount), _arm("rarm", arm.right or arm, mount)
     return Robot(
         name=name,
-        spec=_spec(arm, mount, TIP),
-        whole=_spec(arm, mount, 0.0),
+        spec=_spec(arm, mount),
         base="world",
         larm=larm,
         rarm=rarm,
@@ -98,16 +97,15 @@ def _feet(mount: Mount) -> dict[str, np.ndarray]:
 
 
 def _arm(side: str, arm: SerialArm, mount: Mount) -> Arm:
-    """The arm in the pose where its fingers lie along y of B; T is turned by half a turn if the gripper is.
+    """The arm in the pose where its jaw opens along x of B, across the hem; T is turned half round if the gripper is.
 
     An arm whose last joint does not turn about the approach stays in its ready pose.
     """
     yaw = _feet(mount)[side][:3, :3]
     initial = np.array(arm.ready)
     X_WG = pose(from_rpy(*arm.gripper.rpy), np.array(arm.gripper.xyz))
-    down = np.diag([-1.0, 1.0, -1.0])
     R_BG = yaw @ _wrist(arm, initial) @ X_WG[:3, :3]
-    wanted = R_BG.T @ down  # a turn about the gripper's z
+    wanted = R_BG.T @ Hold(0.0).rotation(0.0)  # a turn about the gripper's z
     last = arm.hinges[-1]
     about = float(np.array(last.axis) @ X_WG[:3, 2])
     angle = about * float(np.arctan2(wanted[1, 0], wanted[0, 0]))
@@ -126,6 +124,7 @@ def _arm(side: str, arm: SerialArm, mount: Mount) -> Arm:
         speed=speed,
         planned_speed=np.minimum(CAREFUL * speed, FASTEST),
         planned_acceleration=np.full(len(speed), arm.acceleration),
+        jaw=jaw_of(side, arm.gripper.finger, arm.gripper.widest),
         lerobot=arm.lerobot,
     )
 
@@ -139,7 +138,7 @@ def _wrist(arm: SerialArm, angles: np.ndarray) -> np.ndarray:
     return R
 
 
-def _spec(arm: SerialArm, mount: Mount, left_out: float) -> Any:
+def _spec(arm: SerialArm, mount: Mount) -> Any:
     mujoco = needed("mujoco")
     spec = mujoco.MjSpec()
     spec.modelname = f"tatamu-{arm.name}-pair"
@@ -153,7 +152,7 @@ def _spec(arm: SerialArm, mount: Mount, left_out: float) -> Any:
             limits = [hinge.lower, hinge.upper]
             body.add_joint(name=f"{side}_{name}", type=mujoco.mjtJoint.mjJNT_HINGE, axis=hinge.axis, range=limits)
             _add_boxes(body, hinge.boxes or _SMALL, hinge.mass, mujoco)
-        _add_gripper(body, one, left_out, mujoco)
+        _add_gripper(body, side, one, mujoco)
     return spec
 
 
@@ -161,12 +160,12 @@ _SMALL: tuple[Box, ...] = (((-0.03, -0.03, -0.02), (0.03, 0.03, 0.0)),)
 """For a link that has no shape in its source: a flange."""
 
 
-def _add_gripper(wrist: Any, arm: SerialArm, left_out: float, mujoco: Any) -> None:
+def _add_gripper(wrist: Any, side: str, arm: SerialArm, mujoco: Any) -> None:
     gripper = arm.gripper
     hand = wrist.add_body(name=f"{wrist.name}_gripper", pos=gripper.xyz, quat=to_quaternion(from_rpy(*gripper.rpy)))
-    thick, wide = gripper.fingers
-    fingers = ((-thick, -wide, gripper.palm[1][2]), (thick, wide, gripper.fingertip - left_out))
-    _add_boxes(hand, (gripper.palm, fingers), gripper.mass, mujoco)
+    _add_boxes(hand, (gripper.palm,), gripper.mass, mujoco)
+    tip = pose(np.eye(3), np.array([0.0, 0.0, gripper.fingertip]))
+    add_fingers(hand, side, tip, gripper.finger, gripper.widest)
 
 
 def _add_boxes(body: Any, boxes: tuple[Box, ...], mass: float, mujoco: Any) -> None:
