@@ -125,8 +125,8 @@ class Checks:
         for X_BT, (R_BT, _, _), arm in zip(self._tools, self._task.grips, self._task.robot.arms, strict=True):
             turn = rotation_vector(R_BT.T @ X_BT[self._fold, :3, :3]) * demand.weights(len(arm.joints))
             turned.append(np.linalg.norm(turn, axis=1))
-        arm, row = np.unravel_index(int(np.argmax(turned)), np.shape(turned))
-        name = self._task.robot.arms[arm].name
+        worst, row = np.unravel_index(int(np.argmax(turned)), np.shape(turned))
+        name = self._task.robot.arms[worst].name
         return self._check(np.max(turned), TURN_ERROR, "rad", int(self._fold[row]), name)
 
     def _speed(self) -> PlanCheck:

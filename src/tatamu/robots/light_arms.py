@@ -71,8 +71,8 @@ SO101 = SerialArm(
         # the fixed jaw's inner side is the middle; the other jaw turns away from it, along x of the last link
         xyz=(-0.0079, -0.0002, 0.0),
         rpy=(np.pi, 0.0, RIGHT),
-        palm=((-0.028, -0.029, 0.013), (0.025, 0.039, 0.060)),
-        finger=FingerShape(thickness=0.0101, width=0.013, tip=0.015, root=0.025, length=0.0545),
+        palm=((-0.028, -0.029, 0.013), (0.025, 0.039, 0.052)),
+        finger=FingerShape(thickness=0.0101, width=0.013, tip=0.015, root=0.025, length=0.052),
         widest=0.08,
         fingertip=0.1044,
         mass=0.012,

@@ -66,7 +66,7 @@ class Planned:
     def fingers(self, times: np.ndarray) -> dict[str, np.ndarray]:
         """Positions of the joints that move fingers, by name, at times [s] (n,): open, closed, and open again."""
         lasting = {stage.name: stage.duration for stage in self.plan.stages}
-        found = {}
+        found: dict[str, np.ndarray] = {}
         for arm, jaw in self.plan.jaws.items():
             if arm in ARMS:
                 close, opening = (self.event(arm, event) for event in ("close", "open"))

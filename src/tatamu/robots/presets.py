@@ -97,7 +97,7 @@ def _feet(mount: Mount) -> dict[str, np.ndarray]:
 
 
 def _arm(side: str, arm: SerialArm, mount: Mount) -> Arm:
-    """The arm in the pose where its jaw opens along x of B, across the hem; T is turned half round if the gripper is.
+    """The arm in the pose where its jaw opens along x of B, across the hem; T is turned as the gripper is.
 
     An arm whose last joint does not turn about the approach stays in its ready pose.
     """

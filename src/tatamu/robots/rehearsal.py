@@ -105,8 +105,8 @@ class Rehearsal:
     def scene(self, learned: Scene) -> Scene:
         """The learned fold's scene with the robot's hands in place of the learned ones.
 
-        Time begins when the fingers close; each gripper follows the actual motion of its tool. Cloth that a jaw takes goes
-        up to the place where the fingertips meet, over the lower finger.
+        Time begins when the fingers close; each gripper follows the actual motion of its tool. Cloth that a jaw takes
+        goes up to the place where the fingertips meet, over the lower finger.
 
         Args:
             learned: The scene of the fold, with the left hand's grippers first; of several, the first stays as it is
