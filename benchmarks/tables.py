@@ -16,6 +16,7 @@ IMAGES = Path("docs/images")
 README = Path("README.md")
 PLACES = {
     "learning: short": README,
+    "earned": README,
     "speed: short": README,
     "learning: long": NOTES / "learning.md",
     "coarser": NOTES / "learning.md",
@@ -77,10 +78,15 @@ PLACES = {
     "cluster: thousand": NOTES / "cluster.md",
     "garments within reach": NOTES / "robots.md",
     "presets": NOTES / "robots.md",
+    "loop closed": NOTES / "observation.md",
+    "loop closed: updates": NOTES / "observation.md",
     "margins: meshes": NOTES / "margins.md",
     "margins: folds": NOTES / "margins.md",
     "margins: simulators": NOTES / "margins.md",
     "margins: two meshes": NOTES / "margins.md",
+    "fingers: folds": NOTES / "fingers.md",
+    "fingers: cost": NOTES / "fingers.md",
+    "fingers: hands": NOTES / "fingers.md",
 }
 """The page of each table, by the name of its marks."""
 

@@ -87,3 +87,8 @@ def test_a_folding_board_folds_a_towel() -> None:
 def test_no_example_is_forgotten() -> None:
     tested = Path(__file__).read_text()
     assert all(path.stem in tested for path in EXAMPLES.glob("*.py"))
+
+
+@pytest.mark.slow
+def test_an_observed_fold_is_corrected(tmp_path: Path) -> None:
+    assert main_of("13_observe")(tmp_path / "towel") < 0.8

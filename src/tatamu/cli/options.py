@@ -7,7 +7,9 @@ from collections.abc import Callable, Mapping
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
+import click
 import typer
+from click.core import ParameterSource
 from pydantic.fields import FieldInfo
 
 from tatamu.errors import InputError
@@ -17,23 +19,37 @@ from tatamu.records import Record
 PLAIN = (bool, int, float)
 
 
-def options_from(record: type[Record], argument: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+Defaults = Callable[[Mapping[str, Any], bool], Mapping[str, Any]]
+"""From a command's own parameters, and whether its argument is given, to values of options that are not given."""
+
+
+def options_from(
+    record: type[Record], argument: str, defaults: Defaults | None = None
+) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Give a command one option for each field of a record, in place of its parameter `options`.
 
     Args:
         record: The record; defaults and descriptions of its fields are those of the options.
         argument: Name of the field that is the command's argument.
+        defaults: Returns the values of options that are not given, the argument among them; None for those of the
+            record, whose argument has to be given.
     """
 
     def decorate(command: Callable[..., Any]) -> Callable[..., Any]:
         own = list(inspect.signature(command, eval_str=True).parameters.values())[1:]
         made = {name: _parameter(name, field, name == argument) for name, field in record.model_fields.items()}
         first = made.pop(argument)
+        if defaults is not None:
+            kind, shown = get_args(first.annotation)
+            first = first.replace(default=None, annotation=Annotated[kind | None, shown])
         required = [each for each in own if each.default is inspect.Parameter.empty]
         optional = [each for each in own if each.default is not inspect.Parameter.empty]
 
         def generated(**given: Any) -> Any:
             values = {name: given.pop(name) for name in record.model_fields}
+            if defaults is not None:
+                usual = defaults(given, values[argument] is not None)
+                values |= {name: value for name, value in usual.items() if not _is_given(name)}
             return command(parse(record, values), **given)
 
         generated.__name__, generated.__doc__ = command.__name__, command.__doc__
@@ -44,6 +60,12 @@ def options_from(record: type[Record], argument: str) -> Callable[[Callable[...,
         return generated
 
     return decorate
+
+
+def _is_given(name: str) -> bool:
+    """Return whether an option of the running command is given on the command line."""
+    source = click.get_current_context().get_parameter_source(name)
+    return source is not None and source is not ParameterSource.DEFAULT
 
 
 def _parameter(name: str, field: FieldInfo, is_argument: bool) -> inspect.Parameter:

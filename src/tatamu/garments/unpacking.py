@@ -15,7 +15,7 @@ MOST_PARTS = 500_000
 DEEPEST = 100
 """No element of a drawing lies in more others."""
 MOST_CURVES = 5_000
-"""Drawings have no more closed curves."""
+"""Drawings have no more closed curves, and no more open ones."""
 Part = TypeVar("Part", bound=Hashable)
 
 
