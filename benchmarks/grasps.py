@@ -2,8 +2,8 @@
 
     python -m benchmarks.grasps --out runs/grasps [--only panda] [--trials 4] [--write-docs]
 
-Each towel is learned within its robot's reach on a coarse mesh, planned, and rehearsed by the embedded simulator. What is
-there already is not run again. A row takes a few minutes.
+Each towel is learned within its robot's reach on a coarse mesh, planned, and rehearsed by the embedded simulator. What
+is there already is not run again. A row takes a few minutes.
 """
 
 from __future__ import annotations
