@@ -28,6 +28,7 @@ nb_execution_mode = "cache"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 1800
 nb_merge_streams = True
+nb_output_stderr = "remove"  # warnings of libraries about the terminal
 
 autosummary_generate = True
 autodoc_member_order = "bysource"
