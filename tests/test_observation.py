@@ -318,3 +318,17 @@ def test_a_photograph_gives_the_numbers_of_a_ruler(learned: Result, tmp_path: Pa
 def test_the_command_line_names_what_is_wrong(learned: Result, words: list[str], message: str) -> None:
     done = tatamu("observe", str(learned.folder), *words)
     assert done.returncode == 2 and message in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_learn_after_takes_the_options_of_the_fold(learned: Result, tmp_path: Path) -> None:
+    tt.observe(learned, left=(0.008, 0.0), right=(0.008, 0.0))
+    with patch("tatamu.api.learn") as learn:
+        learn.side_effect = InputError("seen")
+        for words, trials in (([], 20), (["--trials", "50"], 50)):
+            done = tatamu("learn", "--after", str(learned.folder), "--out", str(tmp_path / "next"), *words)
+            assert done.stderr.endswith("tatamu: seen\n") and done.returncode == 2
+            task, options = learn.call_args.args
+            assert options.trials == trials and options.disturbances is None and task.garment.size == (0.24, 0.5)
+            assert learn.call_args.kwargs["after"] == [learned.folder]
+    none = tatamu("learn", "--out", str(tmp_path / "next"))
+    assert none.returncode == 2 and "GARMENT: must be given, unless --after" in none.stderr
