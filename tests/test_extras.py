@@ -25,7 +25,13 @@ sys.meta_path.insert(0, Nothing())
 """
 """No optional package is installed."""
 COMMAND = BARE + "from tatamu.cli import main\nmain()"
-DISTRIBUTIONS = {"PIL": "pillow", "skimage": "scikit-image", "tomli_w": "tomli-w", "dask": "distributed"}
+DISTRIBUTIONS = {
+    "PIL": "pillow",
+    "skimage": "scikit-image",
+    "tomli_w": "tomli-w",
+    "dask": "distributed",
+    "cv2": "opencv-python-headless",
+}
 """Names of distributions that are not those of their modules."""
 
 

@@ -176,7 +176,7 @@ def test_a_plan_that_hovers_is_the_motion_above_the_table_with_open_jaws(plan: R
     assert (above.task.table, above.task.placement.z) == (plan.task.table, pytest.approx(plan.task.table + 0.10))
     assert above.checks["distance_to_the_table"].value > plan.checks["distance_to_the_table"].value + 0.05
     assert above.events == () and {command.width for command in above.gripper_commands} == {
-        arm.gripper.open for arm in above.task.robot.arms
+        arm.jaw.opening for arm in above.task.robot.arms
     }
     save(above, tmp_path / "plan")
     planned = Planned.load(tmp_path / "plan")

@@ -55,12 +55,12 @@ def test_it_is_one_episode_of_the_plan_at_thirty_frames_a_second(plan: RobotPlan
 
 def test_its_grippers_close_and_open_in_the_time_of_the_plan(plan: RobotPlan, dataset: LeRobotReader) -> None:
     width, at = dataset.numbers(0, STATE)[STATE][:, 7], np.arange(dataset.episodes[0]["length"]) / FPS
-    gripper = plan.task.robot.larm.gripper
+    opening, gripper = plan.task.robot.larm.jaw.opening, plan.task.robot.larm.gripper
     close, release = (next(event.time for event in plan.events if event.event == name) for name in ("close", "open"))
-    assert np.allclose(width[at < close], gripper.open)
+    assert np.allclose(width[at < close], opening)
     assert np.allclose(width[(at > close + 1.0) & (at < release)], gripper.closed, atol=1e-6)
-    assert np.allclose(width[at > release + 1.5], gripper.open)
-    assert gripper.closed < width[int((close + 0.5) * FPS)] < gripper.open
+    assert np.allclose(width[at > release + 1.5], opening)
+    assert gripper.closed < width[int((close + 0.5) * FPS)] < opening
 
 
 def test_values_are_in_the_robots_own_keys_units_and_directions(plan: RobotPlan) -> None:

@@ -142,7 +142,7 @@ def test_the_page_says_whether_it_went_as_planned(done: Rehearsal, tmp_path: Pat
 
 def test_boxes_of_the_links_go_where_the_tools_went(done: Rehearsal) -> None:
     rows = [0, len(done.times) // 2]
-    points, faces = link_boxes(done.planned, done.angles[rows])
+    points, faces = link_boxes(done.planned, done.angles[rows], done.times[rows])
     X_BF = done.planned.plan.task_in_base.matrix
     tools = (done.tools[:, rows] - X_BF[:3, 3]) @ X_BF[:3, :3]
     nearest = np.linalg.norm(points - tools[:, :, None], axis=3).min(axis=2)  # corners of the fingers

@@ -23,6 +23,8 @@ from tatamu.scene import Scene
 
 BASES = ("stretch_stiffness", "bending_rigidity")
 """Warp stiffnesses whose error factor also scales the other directions."""
+LAYERS_BEGIN = 0.02
+"""Distance beyond the fold line from which fingers have all layers of the release below them [m]."""
 LEAST_HELD = 0.2
 """A hand whose pads take less than this part of the cloth that they were meant to take holds nothing [-]."""
 PAD_POINTS = (12, 8)
@@ -129,7 +131,7 @@ class _DisturbedHand:
     carry: Carry | None
     """Its motion; None if it holds nothing."""
     too_low: float
-    """How far it is commanded below the top of the table [m]; 0 or less if it does not touch the table."""
+    """How far it is commanded below the table, or the layers that stop it [m]; 0 or less if it does not touch them."""
 
 
 def _hand(fold: Fold, manipulation: Manipulation, world: World, number: int) -> _DisturbedHand:
@@ -145,7 +147,7 @@ def _hand(fold: Fold, manipulation: Manipulation, world: World, number: int) -> 
     back = grasp.slip + np.array([2.0 * grasp.rest, 0.0])
     off = _off(fold, manipulation, world, number) - _in_scene(fold, np.array([*back, 0.0])) + [0.0, 0.0, aim[2]]
     moved = _turned(usual.displacements, -world["cloth.yaw"]) + np.hstack([share, share, np.ones_like(share)]) * off
-    floor = _floor(fold, grasp.vertex)
+    floor = _floor(fold, grasp.vertex, moved)
     too_low = float((floor - moved[:, 2]).max())
     moved[:, 2] = np.maximum(moved[:, 2], floor)
     opens = usual.opens + float(times[-1] - usual.times[-1]) + _delay(world, number)
@@ -244,13 +246,19 @@ def _nearest(fold: Fold, vertex: int, place: np.ndarray) -> int:
     return vertex if own <= distance.min() + 1e-9 else best
 
 
-def _floor(fold: Fold, vertex: int) -> float:
-    """Return the lowest vertical displacement of a hand [m]: a hand that is too low meets the table and stops there.
+def _floor(fold: Fold, vertex: int, moved: np.ndarray) -> np.ndarray:
+    """Return the lowest vertical displacement of a hand [m], shape (k,): too low, it meets the table and stops there.
 
-    Cloth does not stop it: the hand presses on the cloth below it and drags it along.
+    Layers at the release stop fingers as the table does. They do not stop a hand without fingers, which presses on the
+    cloth below it and drags it along.
     """
     half = 0.5 * fold.garment.material.thickness
-    return fold.fingers.lift + half - float(fold.start[fold.patch(vertex), 2].min())
+    table = np.full(len(moved), half - float(fold.start[fold.patch(vertex), 2].min()))
+    if not fold.fingers.stated:
+        return table
+    across, _ = fold.crease.split(fold.start[vertex] + moved)
+    over = np.clip(across / LAYERS_BEGIN, 0.0, 1.0)
+    return fold.fingers.lift + (1.0 - over) * table + over * fold.translation(vertex)[2]
 
 
 def _in_scene(fold: Fold, vector: np.ndarray) -> np.ndarray:

@@ -1,8 +1,8 @@
 """How a fold ended, read from a photograph: where the corners of the moved hem lie, and how far the lower hem slipped.
 
 The moved hem lies on top. If an edge of a layer is seen inside the outline, it is the moved hem's, and the outline is
-the lower hem's. Otherwise the outline is the moved hem's, and the lower hem is hidden under it. The crease tells whether
-that can be: cloth that is longer than what is seen between crease and hem has a hem that was not seen.
+that of the lower hem. Otherwise the outline is the moved hem's, and the lower hem is hidden under it. The crease tells
+whether that can be: cloth that is longer than what is seen between crease and hem has a hem that was not seen.
 """
 
 from __future__ import annotations
@@ -48,10 +48,10 @@ class FoldReading:
     """What a photograph tells of a finished fold."""
 
     values: Measured
-    """By the names left_along, left_across, right_along, right_across, slip_along, slip_across; without what is not seen.
+    """By the names left_along, left_across, right_along, right_across, slip_along, slip_across, if they are seen.
 
-    Deviations of the left and the right corner of the moved hem from the target, and of the lower hem from where it lay,
-    along the fold and across it, positive to the left.
+    Deviations of the left and the right corner of the moved hem from the target, and of the lower hem from where it
+    lay, along the fold and across it, positive to the left.
     """
     corners: Mapping[str, np.ndarray]
     """Corners that were found, in the photograph [pixels], shape (2,), by names of `CORNERS`."""
@@ -165,10 +165,11 @@ class FoldReader:
         values = self._values(found)
         if not values:
             raise InputError(
-                f"{self._photograph.path}: photo: no corner of the moved hem is seen within {1e3 * REACH:.0f} mm of its "
-                "target: show them with --corner left=X,Y and --corner right=X,Y, or observe the fold as failed"
+                f"{self._photograph.path}: photo: no corner of the moved hem is seen within {1e3 * REACH:.0f} mm of "
+                "its target: show them with --corner left=X,Y and --corner right=X,Y, or observe the fold as failed"
             )
-        targets = {side: self._pixel(self._fold.target[v, :2], "upper") for side, v in zip(CORNERS, self._hem)}
+        ends = dict(zip(("left", "right"), self._hem, strict=True))
+        targets = {side: self._pixel(self._fold.target[vertex, :2], "upper") for side, vertex in ends.items()}
         pixels = {
             name: self._pixel(corner.place, "lower" if name.startswith("lower") else "upper")
             for name, corner in found.items()
@@ -256,11 +257,16 @@ class FoldReader:
         return outer_edge(self._outlines["upper"], window), None
 
     def _unseen(self, edges: tuple[Line | None, Line | None], hem: Window) -> float:
-        """Return how far from the outline's hem another one may lie, hidden or not seen [m]; 0 if both are seen."""
+        """Return how far from the outline's hem another one may lie, hidden or not seen [m].
+
+        It is 0 if both are seen, and infinite if no crease is.
+        """
         upper, lower = edges
-        crease = self._crease()
-        if upper is None or lower is not None or crease is None:
+        if upper is None or lower is not None:
             return 0.0
+        crease = self._crease()
+        if crease is None:
+            return np.inf
         return abs(2.0 * crease - float((upper.origin - hem.corner) @ self._axes[0]))
 
     def _crease(self) -> float | None:

@@ -93,6 +93,7 @@ def _arm(path: Path, name: str, arm: ArmDescription, prefix: str, file: ModelFil
         speed=speed,
         planned_speed=speed,
         planned_acceleration=acceleration,
+        jaw=arm.jaw.prefixed(prefix),
         gripper=arm.gripper,
         ros=arm.ros,
         lerobot=arm.lerobot,

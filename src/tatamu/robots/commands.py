@@ -42,7 +42,7 @@ def gripper_commands(motion: Motion, arms: tuple[Arm, ...], hover: float) -> tup
             {
                 "time": round(motion.part(stage).start, 6),
                 "arm": arm.name,
-                "width": arm.gripper.closed if closed else arm.gripper.open,
+                "width": arm.gripper.closed if closed else arm.jaw.opening,
                 "force": arm.gripper.force,
                 "duration": round(motion.part(stage).timed.duration, 6),
             }

@@ -16,7 +16,8 @@ class Gripper(Record):
     """Widths and force of a gripper's commands."""
 
     open: Width = 0.05
-    """Width before the grasp and after the release [m]."""
+    """Width of the open hand, at which the robot's own software has its value for open [m]; plans open less far, to
+    `Jaw.opening`."""
     closed: Width = 0.0
     """Width that is commanded to hold cloth [m]; the cloth stops the fingers before."""
     force: float = Field(20.0, gt=0, le=500)

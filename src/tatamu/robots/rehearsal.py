@@ -22,6 +22,7 @@ from tatamu.robots.extras import needed, one_line
 from tatamu.robots.hands import grippers_by_hand
 from tatamu.robots.pairs import link_name
 from tatamu.robots.planned import ARMS, Planned
+from tatamu.robots.pose import into
 from tatamu.robots.stage import MODEL, data_of, load_stage
 from tatamu.scene import Gripper, Scene
 
@@ -29,6 +30,8 @@ STEP = 0.001
 """Time step of the simulation [s]."""
 SAMPLE = 5
 """Steps between samples."""
+FINGER_PERIOD = 0.01
+"""Between commands to the fingers [s]."""
 STIFFNESS, RATIO = 60.0, 1.0
 """Natural frequency of the joints' control [rad/s], about that of industrial drives, and its damping ratio."""
 
@@ -102,7 +105,8 @@ class Rehearsal:
     def scene(self, learned: Scene) -> Scene:
         """The learned fold's scene with the robot's hands in place of the learned ones.
 
-        Time begins when the fingers close; each gripper follows the actual motion of its tool.
+        Time begins when the fingers close; each gripper follows the actual motion of its tool. Cloth that a jaw takes
+        goes up to the place where the fingertips meet, over the lower finger.
 
         Args:
             learned: The scene of the fold, with the left hand's grippers first; of several, the first stays as it is
@@ -112,8 +116,12 @@ class Rehearsal:
         if len(hands) != 2:
             raise InputError(f"scene.json: grippers: must be of two hands, left and right, given {len(hands)}")
         closes = self.closes
+        raised = [
+            self._raised(number, arm, learned, hand[0])
+            for number, (arm, hand) in enumerate(zip(ARMS, hands, strict=True))
+        ]
         grippers = [
-            self._gripper(number, arm, gripper, gripper.displacements[-1] - hand[0].displacements[-1], closes)
+            self._gripper(number, arm, gripper, gripper.displacements[-1] - hand[0].displacements[-1], raised[number])
             for number, (arm, hand) in enumerate(zip(ARMS, hands, strict=True))
             for gripper in hand
         ]
@@ -122,17 +130,29 @@ class Rehearsal:
         duration = max(self.planned.event(arm, "open") for arm in ARMS) - closes + rest
         return learned.model_copy(update={"grippers": grippers, "duration": duration})
 
-    def _gripper(self, number: int, arm: str, learned: Gripper, pressed: np.ndarray, closes: float) -> Gripper:
+    def _raised(self, number: int, arm: str, learned: Scene, gripper: Gripper) -> np.ndarray:
+        """How far a jaw lifts the cloth that it takes [m], shape (3,)."""
+        jaw = self.planned.plan.jaws.get(arm)
+        if jaw is None:
+            return np.zeros(3)
+        lies = learned.cloth.vertices[gripper.vertices][:, 2].mean()
+        row = np.flatnonzero(self._holding(arm))[0]
+        fingertips = into(self.planned.plan.task_in_base.matrix, self.tools[number, row])[2]
+        return np.array([0.0, 0.0, fingertips - lies])
+
+    def _gripper(self, number: int, arm: str, learned: Gripper, pressed: np.ndarray, raised: np.ndarray) -> Gripper:
         rows = np.flatnonzero(self._holding(arm))[::2]
+        times = self.times[rows] - self.closes
         R_BF = self.planned.plan.task_in_base.matrix[:3, :3]
         moved = (self.tools[number, rows] - self.tools[number, rows[0]]) @ R_BF
+        taken = np.clip((times - times[0]) / WAIT, 0.0, 1.0)[:, None]
         return Gripper(
             hand=learned.hand,
             vertices=learned.vertices,
-            closes=self.planned.event(arm, "close") - closes,
-            opens=self.planned.event(arm, "open") - closes,
-            times=(self.times[rows] - closes + 1e-9).tolist(),
-            displacements=moved + np.clip((self.times[rows, None] - self.times[rows[0]]) / WAIT, 0.0, 1.0) * pressed,
+            closes=self.planned.event(arm, "close") - self.closes,
+            opens=self.planned.event(arm, "open") - self.closes,
+            times=(times + 1e-9).tolist(),
+            displacements=moved + taken * (pressed + raised),
         )
 
 
@@ -148,6 +168,7 @@ def rehearse(planned: Planned) -> Rehearsal:
     data = data_of(model)
     data.qpos[columns] = planned.angles[0]
     mujoco.mj_forward(model, data)
+    fingers = _FingerDrives(model, planned)
     drives = [[int(model.actuator(f"{joint}_{kind}").id) for joint in planned.plan.joints] for kind in DRIVES]
     _hold(model, data, planned)
     touched: dict[tuple[str, str], Contact] = {}
@@ -155,6 +176,7 @@ def rehearse(planned: Planned) -> Rehearsal:
     begun = time.perf_counter()
     for step, (wanted, speed) in enumerate(_commands(planned)):
         data.ctrl[drives[0]], data.ctrl[drives[1]] = wanted, speed
+        fingers.command(data)
         if step % SAMPLE == 0:
             samples.append((data.time, data.qpos[columns].copy(), _tools(data, planned)))
         mujoco.mj_step(model, data)
@@ -170,6 +192,20 @@ def rehearse(planned: Planned) -> Rehearsal:
         contacts=list(touched.values()),
         wall_seconds=wall,
     )
+
+
+class _FingerDrives:
+    """Commands to the joints that move fingers."""
+
+    def __init__(self, model: Any, planned: Planned) -> None:
+        self._times = np.arange(0.0, planned.times[-1] + 2 * FINGER_PERIOD, FINGER_PERIOD)
+        positions = planned.fingers(self._times)
+        self._drives = [int(model.actuator(f"{joint}_position").id) for joint in positions]
+        self._positions = np.column_stack([*positions.values()]) if positions else np.empty((len(self._times), 0))
+
+    def command(self, data: Any) -> None:
+        """Set the positions that the fingers should have now."""
+        data.ctrl[self._drives] = self._positions[min(int(data.time / FINGER_PERIOD), len(self._times) - 1)]
 
 
 def _stage(planned: Planned, mujoco: Any) -> Any:
