@@ -16,7 +16,7 @@ from tatamu.records import Record
 
 PLAIN = (bool, int, float)
 CONTEXT = "context"
-"""Name of the parameter in which typer hands over the running command; no option has it."""
+"""Parameter of a command that has the options that are given."""
 
 
 Defaults = Callable[[Mapping[str, Any], bool], Mapping[str, Any]]
@@ -46,11 +46,11 @@ def options_from(
         optional = [each for each in own if each.default is not inspect.Parameter.empty]
 
         def generated(**given: Any) -> Any:
-            context = given.pop(CONTEXT, None)
             values = {name: given.pop(name) for name in record.model_fields}
             if defaults is not None:
+                context: typer.Context = given.pop(CONTEXT)
                 usual = defaults(given, values[argument] is not None)
-                values |= {name: value for name, value in usual.items() if not _is_given(name, context)}
+                values |= {name: value for name, value in usual.items() if not _is_given(context, name)}
             return command(parse(record, values), **given)
 
         generated.__name__, generated.__doc__ = command.__name__, command.__doc__
@@ -65,10 +65,10 @@ def options_from(
     return decorate
 
 
-def _is_given(name: str, context: typer.Context) -> bool:
+def _is_given(context: typer.Context, name: str) -> bool:
     """Return whether an option of the running command is given on the command line."""
     source = context.get_parameter_source(name)
-    return source is not None and source.name != "DEFAULT"
+    return source is not None and source.name not in ("DEFAULT", "DEFAULT_MAP")
 
 
 def _parameter(name: str, field: FieldInfo, is_argument: bool) -> inspect.Parameter:
