@@ -65,7 +65,9 @@ class Window:
         return Line(origin, direction / np.linalg.norm(direction), rms, self.length / np.sqrt(12.0), 1)
 
 
-def inner_edge(photograph: Photograph, frame: Pose, window: Window, height: float, cloth: shapely.Polygon) -> Line | None:
+def inner_edge(
+    photograph: Photograph, frame: Pose, window: Window, height: float, cloth: shapely.Polygon
+) -> Line | None:
     """Find the edge of a layer on other cloth; None if none stands out.
 
     Args:
