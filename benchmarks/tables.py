@@ -78,6 +78,7 @@ PLACES = {
     "cluster: thousand": NOTES / "cluster.md",
     "garments within reach": NOTES / "robots.md",
     "presets": NOTES / "robots.md",
+    "grasps": NOTES / "robots.md",
     "loop closed": NOTES / "observation.md",
     "loop closed: updates": NOTES / "observation.md",
     "margins: meshes": NOTES / "margins.md",

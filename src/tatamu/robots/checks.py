@@ -11,6 +11,7 @@ from tatamu.robots import demand, grasp
 from tatamu.robots.clearance import Clearance, Distance
 from tatamu.robots.cloth import nearest_cloth, simulated_cloth
 from tatamu.robots.contacts import touches
+from tatamu.robots.jaw import LEAST_HELD
 from tatamu.robots.model import Arm
 from tatamu.robots.motion import Motion
 from tatamu.robots.pairs import KINDS
@@ -149,7 +150,7 @@ class Checks:
 
         return {
             "hem_in_the_open_jaw": worst(lambda take: take.depth, grasp.LEAST_DEPTH, least=True),
-            "cloth_in_the_closed_jaw": worst(lambda take: take.held, grasp.LEAST_HELD, least=True),
+            "cloth_in_the_closed_jaw": worst(lambda take: take.held, LEAST_HELD, least=True),
             "lower_finger_under_the_hem": worst(lambda take: take.lowest, grasp.UNDERNEATH),
             "jaw_across_the_hem": worst(
                 lambda take: take.askew, max(take.jaw.yaw for take in takes) + grasp.ASKEW, "rad"

@@ -12,12 +12,8 @@ from tatamu.robots.paths import PlacedFold
 
 LEAST_DEPTH = 0.010
 """Least depth of hem in the open jaw [m]."""
-LEAST_HELD = 0.005
-"""Least depth of cloth between the closed fingertips [m]."""
 UNDERNEATH = 0.003
 """Greatest height of the lower finger over the table [m]: above it, the finger goes over a hem and not under it."""
-RISE = np.sqrt(2) - 1
-"""Length of cloth that a rise of 1 takes, where it goes up from the table to the fingertips at 45 degrees."""
 ASKEW = 5e-3
 """How much farther than `Jaw.yaw` the jaw's plane may stand from the plane across the hem [rad]."""
 
@@ -44,8 +40,8 @@ class Take:
 
     @property
     def held(self) -> float:
-        """Depth of cloth between the fingertips when they have closed [m]: some of it has gone up to them."""
-        return self.depth - RISE * self.height
+        """Depth of cloth between the fingertips when they have closed [m]."""
+        return self.jaw.held(self.depth, self.height)
 
 
 def takes(task: PlacedFold, motion: Motion, tools: np.ndarray) -> tuple[int, list[Take]]:

@@ -15,6 +15,8 @@ from tatamu.records import Record
 
 GAP = 0.001
 """Height at which the lower finger of the open jaw passes over the table [m]: nearer than the cloth is thick."""
+LEAST_HELD = 0.005
+"""Least depth of cloth between the closed fingertips [m]."""
 HELD = 0.0005
 """Distance of each closed fingertip from the jaw's middle [m]: half of a thin cloth."""
 Length = Annotated[float, Field(ge=0, le=0.2)]
@@ -50,6 +52,17 @@ class Jaw(Record):
         if self.opening <= 2 * HELD:
             raise ValueError(f"opening must be more than {2 * HELD:g} m, given {self.opening:g}")
         return self
+
+    def held(self, depth: float, height: float) -> float:
+        """Depth of cloth between the closed fingertips that meet so deep beyond the hem and so high over the table [m].
+
+        The cloth that goes up to them, at 45 degrees, is that much longer than the way below it.
+        """
+        return depth - (float(np.sqrt(2)) - 1) * height
+
+    def takes_at(self, tilt: float) -> bool:
+        """Whether enough cloth is between the fingertips of a jaw of this tilt."""
+        return self.held(self.depth, self.height(tilt)) >= LEAST_HELD
 
     def height(self, tilt: float) -> float:
         """Height of T above the table, at which the lower finger of the open jaw passes at GAP [m]."""

@@ -26,6 +26,16 @@ _JAW, _JAW_TURN = 0.083, 1.92
 """SO-101's moving jaw: from its axis to its tip [m], and how far it turns from closed to open [rad]."""
 
 
+_OPEN = 0.05
+"""Opening at which the outer sides of fingers were measured [m]: as far as is known, hands open no wider."""
+
+
+def _finger(outer: float, width: float, length: float) -> FingerShape:
+    """A finger of one thickness, from the distance of its outer side from the middle at `_OPEN` [m]."""
+    thickness = outer - _OPEN / 2
+    return FingerShape(thickness=thickness, width=width, tip=length, root=thickness, length=length)
+
+
 def _so101_opening(width: float) -> float:
     """LeRobot's value of SO-101's gripper at a width [m]."""
     return 100 * float(np.arcsin(min(1.0, width / _JAW))) / _JAW_TURN
@@ -82,7 +92,7 @@ SO101 = SerialArm(
     lerobot=LeRobotNames(unit="deg", open=_so101_opening(OPENING), closed=0.0),
     lerobot_type="bi_so_follower",
 )
-"""Its wrist turns about two axes only, so the tool cannot keep a whole orientation."""
+"""Its wrist turns about two axes only: it keeps its jaw's axis and tilt, where each arm folds straight ahead."""
 
 _VX_LIMITS = (
     (-3.14158, 3.14158),

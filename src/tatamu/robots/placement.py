@@ -145,7 +145,7 @@ def holds_of(arm: Arm, fine: bool = False) -> list[Hold]:
     """
     tilts, yaws = (FINE_TILTS, FINE_YAWS) if fine else (TILTS, YAWS)
     (least, greatest), inwards = arm.jaw.tilt, -1.0 if arm.name == "larm" else 1.0
-    tilted = [tilt for tilt in np.radians(tilts) if least <= tilt <= greatest] or [(least + greatest) / 2]
+    tilted = [tilt for tilt in np.radians(tilts) if least <= tilt <= greatest and arm.jaw.takes_at(tilt)] or [least]
     turned = [inwards * yaw for yaw in np.radians(yaws) if yaw <= arm.jaw.yaw]
     return [Hold(float(tilt), float(yaw), flip) for tilt in tilted for yaw in turned for flip in (False, True)]
 

@@ -61,7 +61,7 @@ PAIRS: dict[str, tuple[SerialArm, Mount]] = {
     "panda-pair": (PANDA, facing(0.65, -0.60)),
     "ur5e-pair": (UR5E, facing(0.65, -0.60)),
     "xarm7-pair": (XARM7, facing(0.60, -0.60)),
-    "so101-pair": (SO101, side_by_side(0.15)),
+    "so101-pair": (SO101, Mount(0.0, 0.10, 0.0, 0.12)),
     "aloha2": (VIPERX, facing(0.469, -0.45, 0.02)),
     "openarm": (OPENARM, PEDESTAL),
 }
