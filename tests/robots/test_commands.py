@@ -176,7 +176,7 @@ def test_a_plan_that_hovers_is_the_motion_above_the_table_with_open_jaws(plan: R
     assert (above.task.table, above.task.placement.z) == (plan.task.table, pytest.approx(plan.task.table + 0.10))
     assert above.checks["distance_to_the_table"].value > plan.checks["distance_to_the_table"].value + 0.05
     assert above.events == () and {command.width for command in above.gripper_commands} == {
-        arm.gripper.open for arm in above.task.robot.arms
+        arm.jaw.opening for arm in above.task.robot.arms
     }
     save(above, tmp_path / "plan")
     planned = Planned.load(tmp_path / "plan")
@@ -199,8 +199,7 @@ def test_a_plan_without_events_is_refused_unless_it_hovers(plan_folder: Path, tm
 @pytest.mark.parametrize(
     ("more", "message"),
     [
-        ("gripper = { open = 0.02, closed = 0.03 }", r"larm.gripper: closed must be less than open \(0.02 m\)"),
-        ("gripper = { force = 0 }", "larm.gripper.force: Input should be greater than 0"),
+        ("jaw = { force = 0 }", "larm.jaw.force: Input should be greater than 0"),
         ('ros = { controller = "left arm" }', "larm.ros.controller: "),
         ('ros = { joints = ["a", "b"] }', r"larm: ros.joints must be as many as joints \(6\), given 2"),
         ("lerobot = { open = 100 }", "larm.lerobot: open and closed must be given together"),

@@ -19,8 +19,8 @@ def plan(
     robot: Annotated[
         str | None,
         typer.Option(
-            help="hironx, nextage, fr3-pair, panda-pair, ur5e-pair, xarm7-pair, or a .toml that describes a robot; "
-            "default: the one for which the fold was learned, otherwise hironx."
+            help="hironx, nextage, fr3-pair, panda-pair, ur5e-pair, xarm7-pair, so101-pair, aloha2, openarm, or a "
+            ".toml that describes a robot; default: the one for which the fold was learned, otherwise hironx."
         ),
     ] = None,
     table_height: Annotated[

@@ -93,7 +93,7 @@ def _arm(path: Path, name: str, arm: ArmDescription, prefix: str, file: ModelFil
         speed=speed,
         planned_speed=speed,
         planned_acceleration=acceleration,
-        gripper=arm.gripper,
+        jaw=arm.jaw.prefixed(prefix),
         ros=arm.ros,
         lerobot=arm.lerobot,
     )

@@ -15,13 +15,12 @@ from tatamu.disturbances import Disturbances, disturbances_in, read_disturbances
 from tatamu.errors import InputError
 from tatamu.files import read_toml, validated
 from tatamu.records import Record
-from tatamu.robots.gripper import Gripper
+from tatamu.robots import demand
 from tatamu.robots.interfaces import LeRobotNames, RosNames
+from tatamu.robots.jaw import Jaw
 from tatamu.robots.modelfile import ModelFile, read_model
 from tatamu.robots.pose import from_rpy, pose
 
-DIRECTIONS = 6
-"""In which a tool moves and turns: an arm needs as many joints."""
 Length = Annotated[float, Field(ge=-10, le=10)]
 """Within ten metres [m]."""
 Vector = tuple[Length, Length, Length]
@@ -55,7 +54,7 @@ class ArmDescription(Record):
     link: str
     """The body of the last joint, or one fixed to it: the wrist."""
     tool: Frame
-    """X_WT, the fingertips in the wrist; z is the direction of approach."""
+    """X_WT, between the ends of the closed fingertips; z is the direction of approach, y the jaw's opening."""
     initial: Numbers
     """Joint angles at which motions start [rad]."""
     speed: Numbers
@@ -64,8 +63,6 @@ class ArmDescription(Record):
     """Greatest acceleration of each joint [rad/s^2]."""
     faster_than_model: list[str] = Field(default_factory=list)
     """Joints whose `speed` counts although the model's own limit is below it."""
-    gripper: Gripper = Gripper()
-    """Widths and force of the gripper's commands."""
     ros: RosNames = RosNames()
     """Names of the arm's controllers and joints in ROS."""
     lerobot: LeRobotNames = LeRobotNames()
@@ -73,13 +70,13 @@ class ArmDescription(Record):
     standing: dict[str, float] = Field(default_factory=dict)
     """Where joints of this arm's model outside `joints` stand [rad, m], when two single arms make a pair."""
 
+    jaw: Jaw = Jaw()
+    """The fingers, and how they take a hem."""
+
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if len(self.joints) < DIRECTIONS:
-            raise ValueError(
-                f"joints must be at least {DIRECTIONS}, given {len(self.joints)}: the tool moves in three directions "
-                "and keeps its orientation about three axes; an arm with fewer joints cannot"
-            )
+        if len(self.joints) < demand.FEWEST:
+            raise ValueError(demand.too_few(len(self.joints)))
         for name in ("initial", "speed", "acceleration"):
             if len(getattr(self, name)) != len(self.joints):
                 raise ValueError(f"{name} must be as many as joints ({len(self.joints)})")

@@ -19,7 +19,7 @@ from tatamu.robots.hands import HandMotion
 from tatamu.robots.model import Robot
 from tatamu.robots.motion import Motion, Pace, motion
 from tatamu.robots.paths import Paths, PlacedFold, Unreachable
-from tatamu.robots.placement import HOLDS, Placement
+from tatamu.robots.placement import Placement
 from tatamu.robots.planfile import FingerEvent, GripperCommand, PlanCheck, Segment
 from tatamu.robots.reach import PlacementRanking, best_placements, search, table_heights
 from tatamu.robots.refusal import Refused, out_of_reach, table_too_high
@@ -87,8 +87,6 @@ def plan_fold(
         InputError: The folder is no learned fold, or the place that is given does not let the robot do it.
     """
     hands = HandMotion.load(folder)
-    if hands.lift:
-        robot = robot.with_whole_fingers()
     refusals: list[Refused] = []
     for start in robot.poses:
         starting = robot.starting(start)
@@ -137,7 +135,7 @@ def _at(
     levels = np.linspace(*heights, 1 if heights[0] == heights[1] else 7)
     turning = (0.0, 0.6, 1.0) if robot.trunk else (0.0,)
     places = [Placement(*place[:2], float(z), place[2], turn) for z in levels for turn in turning]
-    return search(robot, hands, places, HOLDS)
+    return search(robot, hands, places, fine=True)
 
 
 def _hovering(plan: RobotPlan, height: float, pace: Pace) -> RobotPlan:
@@ -158,7 +156,7 @@ def _hovering(plan: RobotPlan, height: float, pace: Pace) -> RobotPlan:
 def _worked_out(task: PlacedFold, pace: Pace, reach: PlacementRanking | None) -> RobotPlan:
     paths = Paths(task)
     stages = paths.stages(pace.lower_speed, pace.raise_speed, 1.0)
-    driven = motion(task.robot, task.hands, stages, pace)
+    driven = motion(task.robot, task.hands, stages, pace, task.hover > 0)
     checks = Checks(task, paths, driven).all()
     bad = failing(checks)
     if bad:

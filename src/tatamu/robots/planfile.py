@@ -96,8 +96,29 @@ class PlanCheck(OpenRecord):
         )
 
 
+class JawFile(OpenRecord):
+    """How one hand takes its hem."""
+
+    tilt: float
+    """Angle of the approach from straight down [rad]."""
+    yaw: float
+    """Turn of the jaw's plane from the plane across the hem [rad]."""
+    opening: float = Field(ge=0)
+    """Between the fingertips before they close and after they open [m]."""
+    thickness: float = Field(0.008, gt=0, le=0.05)
+    """Of one finger at its tip, along the opening [m]."""
+    depth: float
+    """How far beyond the hem's edge the fingertips meet [m]."""
+    height: float
+    """Height over the table at which they meet [m]."""
+    fingertips_in_wrist: list[list[float]] = Field(default_factory=list)
+    """X_WT: between the ends of the closed fingertips, shape (4, 4)."""
+    fingers: dict[str, tuple[float, float]] = Field(default_factory=dict)
+    """Joints of robot.xml that move the fingers: open and closed positions [rad, m]."""
+
+
 class ToolViaPoints(OpenRecord):
-    """Both tools in B at the via-points of the fold."""
+    """The simulated hands in B at the via-points of the fold."""
 
     every_frames: int
     frames: list[int]
@@ -127,7 +148,9 @@ class PlanFile(OpenRecord):
     trunk_turning: float = 0.0
     """How far the trunk turns with the hands [-]."""
     tool_in_wrist: dict[str, list[list[float]]] = Field(default_factory=dict)
-    """X_WT of each arm, shape (4, 4)."""
+    """The point of each arm's hand that follows the simulated hand, which holds the hem's edge, shape (4, 4)."""
+    jaws: dict[str, JawFile] = Field(default_factory=dict)
+    """How each arm takes its hem."""
     wrist_frame: dict[str, str] = Field(default_factory=dict)
     """Link of each arm's last joint."""
     joints: list[str]

@@ -63,6 +63,18 @@ class Planned:
         """The learned fold that the plan carries along; some of its files may be missing."""
         return ResultFolder(self.folder / FOLD)
 
+    def fingers(self, times: np.ndarray) -> dict[str, np.ndarray]:
+        """Positions of the joints that move fingers, by name, at times [s] (n,): open, closed, and open again."""
+        lasting = {stage.name: stage.duration for stage in self.plan.stages}
+        found: dict[str, np.ndarray] = {}
+        for arm, jaw in self.plan.jaws.items():
+            if arm in ARMS:
+                close, opening = (self.event(arm, event) for event in ("close", "open"))
+                knots = [close, close + lasting.get("close", 0.0), opening, opening + lasting.get("open", 0.0)]
+                closed = np.interp(times, np.maximum.accumulate(knots), [0.0, 1.0, 1.0, 0.0])
+                found |= {name: start + closed * (end - start) for name, (start, end) in jaw.fingers.items()}
+        return found
+
     def event(self, arm: str, event: str) -> float:
         """When an arm's fingers close or open [s]; in a plan that hovers, when they would."""
         if self.plan.hover:
