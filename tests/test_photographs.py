@@ -356,7 +356,7 @@ def test_photos_of_a_board_give_the_lens(tmp_path: Path) -> None:
     assert scaled(lens, (800, 600)).focal == pytest.approx(lens.focal / 2)
     with pytest.raises(InputError, match="lens: its pictures have 1600 x 1200 pixels, the photo 1000 x 1000"):
         scaled(lens, (1000, 1000))
-    with pytest.raises(InputError, match="must determine the focal length to 1 %"):
+    with pytest.raises(InputError, match="at angles that differ by 20 degrees, given 0"):
         calibrate_lens(views(1) * 6, (1600, 1200))
     with pytest.raises(InputError, match="at least 4"):
         calibrate_lens(views(2), (1600, 1200))
