@@ -117,8 +117,8 @@ def calibrate_lens(seen: Sequence[tuple[np.ndarray, np.ndarray]], size: tuple[in
     apart = float(np.degrees(np.arccos(np.clip((normals @ normals.T).min(), -1.0, 1.0))))
     if apart < APART:
         raise InputError(
-            f"photos: must show the board at angles that differ by {APART:.0f} degrees, given {apart:.0f}: take them from "
-            "straight above, and tilted to every side"
+            f"photos: must show the board at angles that differ by {APART:.0f} degrees, given {apart:.0f}: take them "
+            "from straight above, and tilted to every side"
         )
     k1, k2 = (float(value) for value in distortion.ravel()[:2])
     centre = (float(matrix[0, 2]), float(matrix[1, 2]))
