@@ -17,17 +17,21 @@ from pathlib import Path
 from time import process_time, thread_time
 from typing import Any
 
-from tables import markdown, merged, publish, published
+import numpy as np
+from tables import IMAGES, markdown, merged, publish, published
 
 from tatamu.api import learn
 from tatamu.disturbances import default_disturbances
 from tatamu.evaluation import Nominal
 from tatamu.folding.fingers import Fingers
+from tatamu.folding.parameters import arched_curve
 from tatamu.folding.score import Limits, score
 from tatamu.folding.task import Task, make_task
 from tatamu.folding.trial_scene import scene_of
 from tatamu.margins import measure
 from tatamu.options import LearnOptions
+from tatamu.presentation.image import save_png
+from tatamu.report.still import scene_picture
 from tatamu.simulators import simulate
 from tatamu.study import Result
 
@@ -150,6 +154,16 @@ def low_hands() -> dict[str, str]:
     return {reason: f"{100 * count / len(worlds):.1f} %" for reason, count in sorted(counts.items())}
 
 
+def draw(path: Path) -> None:
+    """Draw fingers that begin to open: the lower ones lie inside the turned hem."""
+    task = make_task(**GARMENTS["towel half"], fingers=HANDS["15.2 mm"])
+    manipulation = task.manipulation(arched_curve(task.fold))
+    scene = scene_of(task.fold, manipulation)
+    rollout = simulate(scene)
+    frame = int(np.searchsorted(rollout.times, manipulation.timing.opens + 0.05))
+    save_png(scene_picture(scene, rollout, frame), path)
+
+
 def main() -> None:
     """Print the tables; with --write-docs, write them."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -169,6 +183,8 @@ def main() -> None:
         print(f"{table}\n\n{markdown(lines)}\n")
         if given.write_docs:
             publish(table, markdown(lines))
+    if given.write_docs:
+        draw(IMAGES / "fingers.png")
     print(f"{process_time() - started:.0f} s of processor time")
 
 

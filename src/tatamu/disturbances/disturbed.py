@@ -23,8 +23,10 @@ from tatamu.scene import Scene
 
 BASES = ("stretch_stiffness", "bending_rigidity")
 """Warp stiffnesses whose error factor also scales the other directions."""
-LAYERS_BEGIN = 0.02
-"""Distance beyond the fold line from which fingers have all layers of the release below them [m]."""
+NEAR = 0.02
+"""Distance from the fold line, and from the release, over which layers come to lie below a finger [m]."""
+PRESSES = 0.25
+"""How far a finger that is too low presses into layers before its arm yields [thicknesses]; it then drags them."""
 LEAST_HELD = 0.2
 """A hand whose pads take less than this part of the cloth that they were meant to take holds nothing [-]."""
 PAD_POINTS = (12, 8)
@@ -249,16 +251,18 @@ def _nearest(fold: Fold, vertex: int, place: np.ndarray) -> int:
 def _floor(fold: Fold, vertex: int, moved: np.ndarray) -> np.ndarray:
     """Return the lowest vertical displacement of a hand [m], shape (k,): too low, it meets the table and stops there.
 
-    Layers at the release stop fingers as the table does. They do not stop a hand without fingers, which presses on the
-    cloth below it and drags it along.
+    Cloth below it is no such limit: the hand presses on it and drags it along. Fingers do so as bodies, so their arm
+    must yield before they crush the cloth.
     """
-    half = 0.5 * fold.garment.material.thickness
-    table = np.full(len(moved), half - float(fold.start[fold.patch(vertex), 2].min()))
+    thickness = fold.garment.material.thickness
+    table = np.full(len(moved), 0.5 * thickness - float(fold.start[fold.patch(vertex), 2].min()))
     if not fold.fingers.stated:
         return table
     across, _ = fold.crease.split(fold.start[vertex] + moved)
-    over = np.clip(across / LAYERS_BEGIN, 0.0, 1.0)
-    return fold.fingers.lift + (1.0 - over) * table + over * fold.translation(vertex)[2]
+    beyond = np.clip(across / NEAR, 0.0, 1.0)
+    released = np.clip(1.0 - (across[-1] - across) / NEAR, 0.0, 1.0)
+    layers = fold.stacks.under[vertex] + released * fold.held_thickness(vertex) - PRESSES * thickness
+    return fold.fingers.lift + table + beyond * np.maximum(layers, 0.0)
 
 
 def _in_scene(fold: Fold, vector: np.ndarray) -> np.ndarray:

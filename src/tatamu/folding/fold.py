@@ -76,12 +76,15 @@ class Fold:
         With fingers, the layers go round the tip of the lower one, which comes to lie on them: P3 is that much nearer
         and higher.
         """
-        heights = self.start[self.patch(vertex), 2]
-        thickness = self.garment.material.thickness
-        rise = self.stacks.under[vertex] - (heights.min() - 0.5 * thickness)
+        lowest = self.start[self.patch(vertex), 2].min() - 0.5 * self.garment.material.thickness
+        rise = self.stacks.under[vertex] - lowest
         if self.fingers.stated:
-            rise += np.ptp(heights) + thickness
+            rise += self.held_thickness(vertex)
         return np.array([*(self.span_of(vertex) - self.fingers.setback) * self.normal, rise])
+
+    def held_thickness(self, vertex: int) -> float:
+        """Return the thickness of the layers that fingers hold in a pinch at a vertex [m]."""
+        return float(np.ptp(self.start[self.patch(vertex), 2]) + self.garment.material.thickness)
 
     @cached_property
     def releases(self) -> tuple[np.ndarray, ...]:
