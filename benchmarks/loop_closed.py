@@ -1,6 +1,6 @@
 """Hidden set-ups that are observed and corrected: the tables of docs/notes/observation.md.
 
-    python -m benchmarks.loop_closed [--out runs/loop-closed] [--cases towel ..] [--set-ups N] [--tried N] [--write-docs]
+    python -m benchmarks.loop_closed [--out FOLDER] [--cases towel ..] [--set-ups N] [--tried N] [--write-docs]
 
 Each set-up is drawn twice as uncertain as usual: its systematic part is fixed, the random part new in each fold. A fold
 is carried out by a simulator, its marks are measured with 1.5 mm of error, the next fold is corrected, observed, and
