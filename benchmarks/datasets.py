@@ -176,7 +176,7 @@ def _cloned(dataset: DatasetFolder) -> Policy:
             states = read_states(dataset.states, record.episode, ["key_points", "hands", "action"])
             seen.append(_shown(states["key_points"][:-1], states["hands"][:-1], np.arange(record.frames)))
             done.append(states["action"])
-    network = MLPRegressor((128, 128), alpha=1e-4, max_iter=200, early_stopping=True, random_state=0)
+    network = MLPRegressor(hidden_layer_sizes=(128, 128), alpha=1e-4, max_iter=200, early_stopping=True, random_state=0)
     policy = make_pipeline(StandardScaler(), network).fit(np.concatenate(seen), np.concatenate(done))
 
     def act(observation: Any, step: int) -> np.ndarray:

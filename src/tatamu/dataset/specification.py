@@ -95,7 +95,7 @@ class RecordOptions(Record):
 
     fps: Annotated[StrictInt, Field(ge=5, le=60)] = 10
     """Frames per second [1/s]."""
-    cameras: list[Camera] = Field(default_factory=lambda: ["top", "front"])
+    cameras: list[Camera] = ["top", "front"]
     """Cameras whose pictures become videos."""
     pixels: Annotated[StrictInt, Field(ge=64, le=512, multiple_of=2)] = 96
     """Height and width of pictures and masks."""
@@ -122,7 +122,7 @@ class DatasetSpecification(Record):
     version: Literal[1] = 1
     episodes: Annotated[StrictInt, Field(ge=1, le=MOST_EPISODES)]
     seed: Annotated[StrictInt, Field(ge=0, lt=2**32)] = 0
-    formats: Annotated[list[Format], Field(min_length=1)] = Field(default_factory=lambda: ["lerobot", "zarr"])
+    formats: Annotated[list[Format], Field(min_length=1)] = ["lerobot", "zarr"]
     disturbances: str = "default"
     """`default`, `none` or a file: every episode is in a world of its own."""
     per_fold: Annotated[StrictInt, Field(ge=1, le=10_000)] = 1
