@@ -2,12 +2,18 @@
 PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
+CONSTRAINTS ?= --constraint constraints.txt
 READY = $(VENV)/.ready
 DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 LEROBOT = .venv-lerobot/.ready
 
+.PHONY: learn blender test test-slow oldest lint format learning garments validate bench abuse clean simulators crosscheck paper \
+.PHONY: photographs learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
 .PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
+        calibration folds robots foreign statics locking tangle coarser loop loop-closed times own-garments golden cluster docs wheel real-cloth search holds fuzz help
+.PHONY: learn blender test test-slow lint format learning earned garments validate bench abuse clean simulators crosscheck paper \
+        calibration folds robots foreign statics locking tangle coarser loop times own-garments golden cluster docs wheel real-cloth search holds fuzz help
         calibration folds robots foreign statics locking tangle coarser loop times own-garments golden cluster datasets docs wheel real-cloth search holds fuzz lerobot help
 
 help:  ## this list
@@ -25,19 +31,30 @@ test: $(DEV)  ## the tests that take minutes, files side by side; the slowest ar
 test-slow: $(DEV)  ## the tests that take longer
 	$(BIN)/python -m pytest -q -m slow
 
+oldest: $(DEV)  ## the tests with the oldest packages that pyproject.toml allows, in .venv-oldest
+	rm -rf .venv-oldest && $(PYTHON) -m venv .venv-oldest
+	$(BIN)/python -m tests.oldest > .venv-oldest/constraints.txt
+	.venv-oldest/bin/python -m pip install --quiet --constraint .venv-oldest/constraints.txt --editable '.[dev]'
+	.venv-oldest/bin/python -m pytest -q -n auto --dist loadfile
+
 lint: $(DEV)  ## style and types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
 wheel: $(DEV)  ## the wheel and the sdist in dist/, tried in an empty virtual environment
-	rm -rf dist
+	rm -rf dist .venv-wheel
 	$(BIN)/python -m build --quiet
-	rm -rf .venv-wheel && $(PYTHON) -m venv .venv-wheel
+	$(PYTHON) -m venv .venv-wheel
 	.venv-wheel/bin/python -m pip install --quiet --constraint constraints.txt dist/*.whl
+	du -sm .venv-wheel/lib | cut -f1  # MB without extras
+	cd / && $(CURDIR)/.venv-wheel/bin/tatamu simulate $(CURDIR)/examples/sheet.json --out $(CURDIR)/.venv-wheel/sheet.npz
+	! .venv-wheel/bin/tatamu learn towel --out .venv-wheel/fold 2> .venv-wheel/said.txt
+	grep -q "pip install 'tatamu.learn.'" .venv-wheel/said.txt
+	.venv-wheel/bin/python -m pip install --quiet --constraint constraints.txt "$$(echo dist/*.whl)[learn]"
 	cd / && $(CURDIR)/.venv-wheel/bin/tatamu learn towel --size 0.16x0.30 --spacing 0.02 --trials 2 --disturbances none --no-baselines --out $(CURDIR)/.venv-wheel/fold
 	grep -q "<html" .venv-wheel/fold/report.html
-	du -sm .venv-wheel/lib | cut -f1
+	du -sm .venv-wheel/lib | cut -f1  # MB with what learning needs
 
 docs: $(DEV)  ## the documentation site, strictly: docs/_build/html/index.html
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going -q -b html docs docs/_build/html
@@ -58,11 +75,17 @@ holds: $(DEV)  ## the tables of docs/notes/margins.md: folds learned in disturbe
 	$(BIN)/python -m benchmarks.holds simulators --out runs/holds --write-docs
 	$(BIN)/python -m benchmarks.holds two-meshes --out runs/holds --write-docs
 
+earned: $(DEV)  ## learned folds against the curves that a search is given: the table of README.md; two processor hours
+	$(BIN)/python -m benchmarks.earned --out runs/earned --write-docs
+
 coarser: $(READY)  ## how coarser meshes rank folds: the table of docs/notes/learning.md; a quarter of an hour
 	$(BIN)/python benchmarks/coarser.py --out runs/coarser --write-docs
 
 loop: $(DEV)  ## what a trial costs beside its simulation and its proposal; a minute
 	$(BIN)/python -m benchmarks.loop --write-docs
+
+loop-closed: $(DEV)  ## hidden set-ups observed and corrected: the tables of docs/notes/observation.md; an hour
+	$(BIN)/python -m benchmarks.loop_closed --out runs/loop-closed --write-docs
 
 times: $(READY)  ## how long whole commands take: the table of docs/notes/learning.md; minutes, `--cases shop` longer
 	$(BIN)/python benchmarks/times.py --out runs/times --write-docs
@@ -98,6 +121,9 @@ robots: $(DEV)  ## the table of docs/notes/robots.md: an hour, most of it MuJoCo
 	for case in trousers-leg-0.28 towel-half-0.50 tshirt-half-0.40; do \
 	  $(BIN)/python benchmarks/robots.py --out runs/robots --rehearse native,mujoco --only $$case; done
 	$(BIN)/python benchmarks/robots.py --out runs/robots --rehearse native --write-docs
+
+photographs: $(DEV)  ## the tables of docs/notes/photographs.md and the guide's pictures: where cloth lies, how folds ended; a quarter of an hour
+	$(BIN)/python -m benchmarks.photographs --write-docs
 
 foreign: $(DEV)  ## the table of docs/notes/garments.md: outlines and meshes from elsewhere; minutes
 	$(BIN)/python -m benchmarks.foreign --out runs/foreign --trials 25 --write-docs
@@ -159,11 +185,11 @@ paper: $(READY)  ## section VI of the paper in Blender, all garments and seeds, 
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
-	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable .
+	$(BIN)/python -m pip install --quiet $(CONSTRAINTS) --editable '.[learn]'
 	touch $(READY)
 
 $(DEV): $(READY)
-	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[dev]'
+	$(BIN)/python -m pip install --quiet $(CONSTRAINTS) --editable '.[dev]'
 	touch $(DEV)
 
 clean:

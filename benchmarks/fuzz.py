@@ -10,32 +10,37 @@ of their own with limited memory; one that hangs or crashes is replaced.
 from __future__ import annotations
 
 import argparse
+import faulthandler
 import os
 import resource
+import signal
 import subprocess
 import sys
 import time
 from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from faulthandler import dump_traceback_later
+from subprocess import PIPE
+from tempfile import TemporaryFile
 
 from tests.fuzzing import PATIENCE, acceptable, outcome, warm
 
 CHUNK = 150
 """Seeds for each worker: whatever it leaks goes with it."""
-HANGING = 10 * PATIENCE
-"""What takes longer by the clock hangs [s]."""
+HANGING = int(5 * PATIENCE)
+"""What takes more time of a processor hangs [s]; nothing is read that waits for anything else."""
 LARGEST = 6 << 30
 """Memory that a worker may ask for [bytes]."""
 
 
 def worker(seeds: range) -> None:
-    """Print a line for each seed; die where one hangs."""
+    """Print a line for each seed; end with a traceback where one hangs."""
     resource.setrlimit(resource.RLIMIT_AS, (LARGEST, LARGEST))
+    faulthandler.enable()
+    faulthandler.register(signal.SIGPROF, chain=True)  # the signal then ends the process
     warm()
     for seed in seeds:
-        dump_traceback_later(HANGING, exit=True)
+        signal.setitimer(signal.ITIMER_PROF, HANGING)
         print(f"{seed}\t{outcome(seed)}", flush=True)
 
 
@@ -45,17 +50,26 @@ def outcomes(seeds: range) -> Iterator[tuple[int, str]]:
     while found < seeds.stop:
         command = [sys.executable, "-m", "benchmarks.fuzz", "--worker", str(found), str(seeds.stop)]
         one = {**os.environ, "OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-        done = subprocess.run(command, capture_output=True, text=True, env=one, check=False)
-        for line in done.stdout.splitlines():
-            seed, _, kind = line.partition("\t")
-            yield int(seed), kind
-            found = int(seed) + 1
-        if done.returncode:
-            last = " | ".join(done.stderr.splitlines()[-3:])
-            yield found, f"WRONG: a crash, or more than {HANGING:g} s (exit code {done.returncode}): {last[:400]}"
+        with (
+            TemporaryFile("w+") as said,
+            subprocess.Popen(command, stdout=PIPE, stderr=said, text=True, env=one) as run,
+        ):
+            try:
+                for line in run.stdout or ():
+                    seed, _, kind = line.partition("\t")
+                    found = int(seed) + 1
+                    yield int(seed), kind.rstrip()
+                run.wait()
+            finally:
+                run.kill()  # the caller may want no more
+            said.seek(0)
+            errors = said.read()
+        if run.returncode:
+            where = " | ".join(errors.splitlines()[:6])
+            yield found, f"WRONG: a crash, or more than {HANGING} s (exit code {run.returncode}): {where[:600]}"
             found += 1
-        elif done.stderr:
-            yield found - 1, f"WRONG: a library wrote {done.stderr[:200]!r} (one of the {CHUNK} seeds before)"
+        elif errors:
+            yield found - 1, f"WRONG: a library wrote {errors[:200]!r} (one of the {CHUNK} seeds before)"
 
 
 def main() -> None:
@@ -82,6 +96,8 @@ def main() -> None:
                 found[seed] = kind
                 if not acceptable(kind):
                     print(f"{seed}\t{kind}", flush=True)
+                if time.monotonic() > end:
+                    break
             start += options.processes * CHUNK
 
     with ThreadPoolExecutor(options.processes) as pool:

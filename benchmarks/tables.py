@@ -16,6 +16,7 @@ IMAGES = Path("docs/images")
 README = Path("README.md")
 PLACES = {
     "learning: short": README,
+    "earned": README,
     "speed: short": README,
     "learning: long": NOTES / "learning.md",
     "coarser": NOTES / "learning.md",
@@ -77,6 +78,12 @@ PLACES = {
     "cluster: thousand": NOTES / "cluster.md",
     "garments within reach": NOTES / "robots.md",
     "presets": NOTES / "robots.md",
+    "photographs: scale": NOTES / "photographs.md",
+    "photographs: look": NOTES / "photographs.md",
+    "photographs: folds": NOTES / "photographs.md",
+    "grasps": NOTES / "robots.md",
+    "loop closed": NOTES / "observation.md",
+    "loop closed: updates": NOTES / "observation.md",
     "datasets: speed": NOTES / "datasets.md",
     "datasets: read back": NOTES / "datasets.md",
     "datasets: policy": NOTES / "datasets.md",
@@ -84,6 +91,9 @@ PLACES = {
     "margins: folds": NOTES / "margins.md",
     "margins: simulators": NOTES / "margins.md",
     "margins: two meshes": NOTES / "margins.md",
+    "fingers: folds": NOTES / "fingers.md",
+    "fingers: cost": NOTES / "fingers.md",
+    "fingers: hands": NOTES / "fingers.md",
 }
 """The page of each table, by the name of its marks."""
 

@@ -10,7 +10,7 @@ copyright = f"2026, {author}"
 release = tatamu.__version__
 root_doc = "index"
 extensions = [
-    "myst_parser",
+    "myst_nb",
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
     "sphinx.ext.napoleon",
@@ -22,6 +22,13 @@ exclude_patterns = ["_build"]
 
 myst_enable_extensions = ["attrs_inline", "colon_fence", "dollarmath"]
 myst_heading_anchors = 4
+
+# The notebooks of docs/notebooks are run when they or tatamu have changed; a cell that fails fails the site.
+nb_execution_mode = "cache"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 1800
+nb_merge_streams = True
+nb_output_stderr = "remove"  # warnings of libraries about the terminal
 
 autosummary_generate = True
 autodoc_member_order = "bysource"

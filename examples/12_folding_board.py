@@ -20,6 +20,8 @@ SIDE = 0.12
 """Half the length of each board across the hinge, and along it [m]."""
 THICKNESS = 0.003
 """Half the thickness of the boards [m]."""
+FRAME = 84
+"""Frame of the picture: the flap turns back and leaves the folded half behind."""
 TURN = np.radians(150.0)
 """How far the flap turns over."""
 
@@ -55,7 +57,7 @@ def main(picture: Path | None = None) -> float:
     away = float(np.linalg.norm(rollout.positions[-1][moved] - place, axis=1).mean())
     print(f"the folded half lies {1000 * away:.1f} mm from its place")
     if picture is not None:
-        save_png(scene_picture(scene, rollout, 27), picture)
+        save_png(scene_picture(scene, rollout, FRAME), picture)
     return away
 
 

@@ -37,17 +37,26 @@ from tatamu.garments import make_garment
 from tatamu.material import PRESETS, load_material
 from tatamu.meshing import staggered_rectangle
 from tatamu.options import TaskRequest
+from tatamu.photographs.board import Board, load_board, write_board
+from tatamu.photographs.lens import Lens, load_lens, write_lens
+from tatamu.robots.assembly import described
+from tatamu.robots.planned import Planned
+from tatamu.robustness.cache import VerdictCache
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 from tatamu.simulators import simulate
 from tatamu.simulators.native.simulation import Simulation
-from tatamu.study import Result
+from tatamu.study import Result, ResultFolder
+from tatamu.study.store import file_store, load_settings
 from tatamu.sweep.description import read_sweep
 from tests.fabricated import write_fold
 from tests.foreign import svg, tshirt_svg
 from tests.patterns import aama_dxf, half_dxf, hoodie_svg, inserted_dxf
 from tests.photos import photograph
+from tests.robots.arms import pair
 from tests.scenes import scene
+from tests.small_studies import towel
+from tests.test_study_store import RECORD, finished
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 PATIENCE = 20.0
@@ -240,12 +249,59 @@ def _rollout(folder: Path, random: Random) -> None:
     )
 
 
+TRAJECTORY = "time,a,b\n" + "".join(f"{0.1 * k:.1f},{0.01 * k:.2f},{-0.02 * k:.2f}\n" for k in range(40))
+EVENTS = [
+    {"time": time, "arm": arm, "event": event}
+    for arm in ("larm", "rarm")
+    for time, event in ((1.0, "close"), (3.0, "open"))
+]
+
+
+def _robot_plan(folder: Path, random: Random) -> None:
+    (folder / "joint_trajectory.csv").write_text(TRAJECTORY)
+    pose = {"xyz": [0.3, 0.0, 0.0], "yaw": 0.1}
+    plan = {"version": 1, "robot": "r", "base_frame": "b", "task_in_base": pose, "joints": ["a", "b"], "events": EVENTS}
+    (folder / "plan.json").write_text(json.dumps(plan))
+
+
+def _pair(folder: Path, random: Random) -> None:
+    pair(folder)
+
+
+def _study(folder: Path, random: Random) -> None:
+    with file_store(ResultFolder(folder)) as store:
+        store.open(RECORD)
+        for number in range(2):
+            store.add(finished(number), towel().space)
+
+
+def _changed_study(folder: Path) -> object:
+    """Read the study of a folder as `learn` does."""
+    kept = load_settings(ResultFolder(folder), None)
+    with file_store(ResultFolder(folder)) as store:
+        return store.open(kept or RECORD), store.baselines
+
+
+def _verdicts(folder: Path, random: Random) -> None:
+    line = {"key": "k", "mean_vertex_distance": 0.01, "mask_iou": 0.9}
+    (folder / "simulated.jsonl").write_text("".join(json.dumps({**line, "key": f"k{k}"}) + "\n" for k in range(9)))
+
+
 def _outline(*words: str) -> Callable[[Path], object]:
     return command("outline", "DIR/p.img", "--width", "0.5", "--out", "DIR/o.svg", *words)
 
 
 def _show(name: str, *words: str) -> Callable[[Path], object]:
     return command("show", f"DIR/{name}", "--out", "DIR/g.png", *words)
+
+
+def _board(folder: Path, random: Random) -> None:
+    write_board(Board(pages=random.randint(1, 8)), folder / "board.toml", folder / "board.pdf")
+
+
+def _lens(folder: Path, random: Random) -> None:
+    lens = Lens(width=1600, height=1200, focal=random.uniform(800, 2000), centre=(800.0, 600.0), distortion=(0.1, -0.2))
+    write_lens(lens, folder / "lens.toml")
 
 
 KINDS = (
@@ -266,6 +322,8 @@ KINDS = (
         lambda folder: load_measurements(folder / "m.toml"),
     ),
     Kind("d.toml", _copied(OWN / "default.toml", "d.toml"), lambda folder: read_disturbances(folder / "d.toml")),
+    Kind("board.toml", _board, lambda folder: load_board(folder / "board.toml")),
+    Kind("lens.toml", _lens, lambda folder: load_lens(folder / "lens.toml")),
     Kind("plan.toml", _plan, lambda folder: make_plan(str(folder / "plan.toml"), make_garment("towel", spacing=0.08))),
     Kind(
         "sweep.toml",
@@ -274,6 +332,13 @@ KINDS = (
     ),
     Kind("r.npz", _rollout, lambda folder: Rollout.load(folder / "r.npz")),
     Kind("result.json", _fold("result.json"), Result.load),
+    Kind("plan.json", _robot_plan, Planned.load),
+    Kind("joint_trajectory.csv", _robot_plan, Planned.load),
+    Kind("pair.toml", _pair, lambda folder: described(folder / "pair.toml")),
+    Kind("arm.urdf", _pair, lambda folder: described(folder / "pair.toml")),
+    Kind("arm.xml", _pair, lambda folder: described(folder / "pair.toml")),
+    Kind("study.db", _study, _changed_study),
+    Kind("simulated.jsonl", _verdicts, lambda folder: VerdictCache(folder / "simulated.jsonl").get("k1")),
     Kind("manipulation.json", _fold("manipulation.json"), lambda folder: Result.load(folder).manipulation),
 )
 """Every kind of file, and how it is read."""

@@ -7,6 +7,7 @@ import json
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -18,7 +19,9 @@ from tatamu import InputError, Progress, Task, learn, load
 from tatamu.cli import main
 from tatamu.cli.progress import LearningDisplay, Workload, duration, prepare
 from tatamu.cli.verdict import conclusion_of, kept, verdict_lines
+from tatamu.evaluation.pace import simulation_seconds
 from tatamu.folding.score import MEASURES
+from tatamu.folding.trial_scene import scene_of
 from tatamu.report.conclusion import Conclusion
 from tatamu.study import ResultFolder
 from tests.fabricated import changed, write_fold
@@ -144,6 +147,18 @@ def test_a_best_curve_that_was_given_is_said_and_its_bounds_are_not_noted(folder
     assert len(notes) == 1 and f"number {best}, is a curve that the search was given" in notes[0]
 
 
+def test_what_the_search_found_is_compared_with_the_best_curve_that_it_was_given(folder: Path) -> None:
+    best = ResultFolder(folder).record.best
+    other = next(t.number for t in ResultFolder(folder).record.trials if t.state == "complete" and t.number != best)
+
+    def give(whole: dict[str, Any]) -> None:
+        whole.update(first=[whole["trials"][other]["parameters"]])
+
+    changed(folder / "result.json", give)
+    notes = [line for line in verdict_lines(conclusion(folder)) if "was found by the search" in line]
+    assert len(notes) == 1 and f"trial {best} was" in notes[0] and f"trial {other}, " in notes[0]
+
+
 @pytest.fixture(scope="module")
 def quarters() -> Task:
     return towel(fold="quarters")
@@ -254,6 +269,38 @@ def test_time_left_is_said_from_the_first_trial_to_the_report(monkeypatch: pytes
     assert [line for line in lines if line.startswith("0/10 trials: the first trials are running")]
     assert any("fixed trajectories: " in line and " left" in line for line in lines)
     assert any("writing the report: " in line and " left" in line for line in lines)
+
+
+def test_before_the_first_trial_has_ended_it_is_said_how_long_and_what_one_simulation_takes(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    watched = Watched(monkeypatch)
+    measured: list[Task] = []
+
+    def measure(task: Task) -> float:
+        measured.append(task)
+        return 75.0
+
+    monkeypatch.setattr("tatamu.evaluation.pace.simulation_seconds", measure)
+    watched.display.show(Progress(0, 10, disturbed=True))
+    for seconds in (0.0, 6.0, 6.0, 90.0):
+        watched.time += seconds
+        watched.display._look()
+    said = [
+        line.removeprefix("0/10 trials: the first trials are running") for line in watched.text.getvalue().split("\n")
+    ]
+    tail = "; one simulation takes at least 1 min 15 s, and a trial in disturbed worlds has many"
+    assert said[-5:-1] == ["", ", for 6 s", f", for 12 s{tail}", f", for 1 min 42 s{tail}"]
+    assert len(measured) == 1
+
+
+def test_the_time_of_one_simulation_follows_from_a_tenth_of_a_second(monkeypatch: pytest.MonkeyPatch) -> None:
+    task = towel()
+    clock = iter([7.0, 7.5])
+    monkeypatch.setattr("tatamu.evaluation.pace.perf_counter", lambda: next(clock))
+    whole = scene_of(task.fold, task.manipulation(task.space.middle())).duration
+    assert simulation_seconds(task) == pytest.approx(0.5 * whole / 0.1)
+    assert simulation_seconds(replace(task, simulator="blender")) is None
 
 
 def test_what_takes_longer_than_foreseen_is_not_about_to_end(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,20 +19,23 @@ from tatamu.disturbances import (
     World,
     deviations,
     disturbed_scene,
+    hand_failure,
     load_disturbances,
     sample_sobol,
     sample_worlds,
     with_calibrated,
 )
-from tatamu.disturbances.description import FIELDS, OWN
+from tatamu.disturbances.channels import FIELDS
+from tatamu.disturbances.description import OWN
 from tatamu.evaluation import Nominal
+from tatamu.folding.fingers import Fingers
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.score import Limits
 from tatamu.folding.task import Task, make_task
 from tatamu.folding.trial_scene import scene_of
 from tatamu.margins.words import TITLES
 from tatamu.material import Material
-from tatamu.robustness import FoldOnMesh, MeshVerdict, SuccessRate, Verdict, VerdictCache
+from tatamu.robustness import FoldOnMesh, Judge, MeshVerdict, SuccessRate, Verdict, VerdictCache, failures_of
 from tatamu.scene import Scene
 
 LOW = {"x1": 0.02, "z1": 0.15, "x2": 0.3, "z2": 0.01, "g1": 0, "g2": 0}
@@ -243,6 +247,49 @@ def test_fingers_that_close_beside_the_cloth_hold_nothing(task: Task, low: Manip
     assert len(scene.grippers) == 1
 
 
+def judged(task: Task, world: World) -> Verdict:
+    with ThreadPoolExecutor(1) as workers:
+        judge = Judge(FoldOnMesh(Nominal(task), LOW), None, workers, VerdictCache())
+        return judge.judge([world], Limits()).worlds[0].verdict
+
+
+@pytest.mark.parametrize(
+    ("values", "says"),
+    [
+        ({"hands.offset.up": -0.018}, "the left hand meets the table: it is 18.0 mm too low, and yields by 6.7 mm"),
+        ({"table.height": 0.008}, "the left hand meets the table"),
+        ({"hands.difference.up": 0.02}, "the right hand meets the table"),
+        ({"grasp.along.left": 0.018}, "the left hand grasps beside the cloth"),
+        ({"grasp.along.right": -0.018}, "the right hand grasps beside the cloth"),
+        ({"grasp.into.right": -0.009}, "the right hand grasps beside the cloth"),
+        ({"cloth.place.across": -0.018}, "the left hand grasps beside the cloth"),
+        ({"hands.offset.up": -0.006}, None),
+        ({"hands.offset.up": 0.018}, None),
+        ({"grasp.along.left": 0.008, "grasp.into.left": -0.003}, None),
+        ({"grasp.into.left": 0.018}, None),
+    ],
+)
+def test_a_hand_that_cannot_do_its_part_has_failed_whatever_the_cloth_does(
+    task: Task, low: Manipulation, values: dict[str, float], says: str | None
+) -> None:
+    found = hand_failure(task.fold, low, World(values))
+    assert (found is None) if says is None else (found or "").startswith(says)
+    if says is not None:
+        verdict = judged(task, World(values))
+        assert not Limits().hold(verdict) and verdict.error == found
+
+
+def test_how_far_a_hand_yields_is_stated_with_its_fingers(task: Task, low: Manipulation) -> None:
+    soft = replace(task.fold, fingers=Fingers(compliance=0.02))
+    assert hand_failure(soft, low, World({"hands.offset.up": -0.018})) is None
+
+
+def test_the_part_that_moves_is_judged_as_well_as_the_whole() -> None:
+    hidden = Verdict(0.011, 0.9, None, 0.022)
+    assert Limits().hold(Verdict(0.011, 0.9)) and not Limits().hold(hidden)
+    assert Limits().slack(hidden) == pytest.approx(1.0 - 0.022 / 0.0125)
+
+
 def test_the_material_is_off_within_what_a_material_may_be(task: Task, low: Manipulation) -> None:
     usual = task.fold.garment.material
     values = {f"material.{name}": 0.1 for name in FIELDS} | {"material.friction_table": 9.0}
@@ -270,6 +317,7 @@ def test_a_share_counts_failures_and_has_the_interval_of_clopper_and_pearson(tas
     apart = Verdict(0.005, 0.7)
     share = rate(task, good, far, failed, apart)
     assert (share.draws, share.held, share.share) == (4, 1, 0.25)
+    assert failures_of([MeshVerdict(verdict) for verdict in (good, failed, far, failed)]) == {"tore": 2}
     low, high = rate(task, *[good] * 196, *[far] * 4).interval
     assert (low, high) == pytest.approx((0.9496, 0.9945), abs=1e-4)
 

@@ -76,10 +76,12 @@ def test_the_index_has_every_page_and_every_picture_is_shown() -> None:
 
 @pytest.mark.parametrize("name", [name for name in NAMES if name.startswith("docs/")])
 def test_a_page_begins_by_saying_whom_it_serves(name: str) -> None:
-    title, first = read(name).split("\n\n")[:2]
+    title, first = re.sub(r"\A---\n.*?\n---\n\n", "", read(name), flags=re.DOTALL).split("\n\n")[:2]
     if first.startswith("```{include} "):  # a page of the site that shows a file of the repository
         return
-    assert re.fullmatch(r"# [^\n]+", title) and re.match(r"(For (whoever|scripts|everybody)|This page)\b", first), name
+    assert re.fullmatch(r"# [^\n]+", title) and re.match(
+        r"(For (whoever|scripts|everybody)|This (page|notebook))\b", first
+    ), name
 
 
 def commands() -> dict[str, set[str]]:

@@ -40,7 +40,7 @@ from tatamu.garments import make_garment
 from tatamu.material import Material
 from tatamu.search import HIGH, LOW, Proposal, Schedule
 from tatamu.study import ResultFolder, StudyRecord
-from tatamu.study.setup import UNSURE_SHARE, make_schedule
+from tatamu.study.setup import LATER_SHARE, ROBUST_SHARE, make_schedule
 from tests.small_studies import timeless
 
 PARAMETERS: dict[str, int | float] = {"x1": 0.1, "z1": 0.15, "x2": 0.3, "z2": 0.1, "g1": 1, "g2": 0}
@@ -113,7 +113,7 @@ def test_the_first_fine_trials_are_the_last_curve_and_the_best_coarse_one(two_me
     first = two_meshes.record.first
     assert [trial.parameters for trial in trials[:4]] == first[:4]
     assert trials[7].parameters == first[4]
-    known = trials[: 8 - 3]  # the last three were running when it was proposed
+    known = trials[: 8 - 1]  # the last one was running when it was proposed
     assert trials[8].parameters == min(known, key=lambda trial: trial.objective or np.inf).parameters
 
 
@@ -312,7 +312,7 @@ def test_a_schedule_of_a_number_of_trials() -> None:
 
     most, most_high = Schedule("auto").most, Schedule("auto").most_high
     assert planned(50, 2) == [LOW] * 44 + [HIGH] * 6
-    assert planned(50, 2, high_share=0.3) == [LOW] * 35 + [HIGH] * 15
+    assert planned(50, 2, high_share=ROBUST_SHARE) == [LOW] * 38 + [HIGH] * 12
     assert planned(10, 2) == [LOW] * 5 + [HIGH] * 5
     assert planned(9, 2) == [HIGH] * 9
     assert planned(50, 1) == [HIGH] * 50
@@ -329,9 +329,9 @@ def test_more_trials_run_on_the_own_mesh_where_a_coarser_one_is_less_sure() -> N
         return {name: make_schedule(task, record, LearnOptions(), 2).high_share for name, task in tasks.items()}
 
     usual = Schedule(50).high_share
-    assert usual == 0.12 and UNSURE_SHARE == 0.3
-    assert shares(None) == {"one layer": usual, "two layers": usual, "later": UNSURE_SHARE}
-    assert shares({}) == {"one layer": usual, "two layers": UNSURE_SHARE, "later": UNSURE_SHARE}
+    assert usual == 0.12 and ROBUST_SHARE == 0.24 and LATER_SHARE == 0.3
+    assert shares(None) == {"one layer": usual, "two layers": usual, "later": LATER_SHARE}
+    assert shares({}) == {"one layer": ROBUST_SHARE, "two layers": ROBUST_SHARE, "later": LATER_SHARE}
 
 
 def test_a_search_ends_when_little_is_expected_three_times_in_a_row() -> None:

@@ -72,6 +72,15 @@ class Known(Nominal):
         return self.at(parameters, 1.0 + abs(world["hands.offset.up"]))
 
 
+class Fragile(Known):
+    """One that does not hold where its hands are off upwards at all: there its errors count twice."""
+
+    def in_world(self, parameters: Mapping[str, int | float], world: World) -> Evaluation:
+        found = super().in_world(parameters, world)
+        assert found.score is not None
+        return replace(found, score=found.score.model_copy(update={"mask_iou": 0.0}))
+
+
 class Failing(Known):
     def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
         return Evaluation(dict(parameters), 0.5, 9.0, 9.0, None, "tore")
@@ -81,7 +90,8 @@ HANDS_OFF = Disturbances.model_validate({"hands": {"offset": [0, 0, 0.1]}})
 
 
 def disturbed(inner: Evaluator | None = None, worlds: int = 12, quantile: float | None = None) -> Disturbed:
-    return Disturbed(inner or Known(towel()), HANDS_OFF, quantile, worlds)
+    usual = Known(towel()) if quantile is None else Fragile(towel())
+    return Disturbed(inner or usual, HANDS_OFF, quantile, worlds)
 
 
 def asked(evaluator: Disturbed) -> list[World]:
@@ -102,10 +112,20 @@ def test_the_first_trial_is_simulated_in_all_worlds() -> None:
 
 
 def test_a_quantile_takes_the_place_of_the_mean() -> None:
+    """Nominally l_x = 0.5 and alpha D = 0.5; twice what they are in a world in which the fold does not hold."""
     evaluator = disturbed(quantile=0.9)
-    assert evaluator(X).objective == pytest.approx(
-        np.quantile([1 + each for each in offsets(evaluator)], 0.9, method="weibull")
-    )
+    doubled = [0.5 + 2.0 * (0.5 + each) for each in offsets(evaluator)]
+    assert evaluator(X).objective == pytest.approx(np.quantile(doubled, 0.9, method="weibull"))
+
+
+def test_folds_that_hold_are_compared_by_their_nominal_objective_alone() -> None:
+    """Their hardest worlds are known all the same, for others may fail there."""
+    evaluator = disturbed(Known(towel(), 1.2), quantile=0.9)
+    found = evaluator(X)
+    assert found.objective == found.nominal == 1.2 and found.cost == 0.0
+    off = offsets(evaluator)
+    assert list(found.hardest) == sorted(range(12), key=lambda number: -off[number])
+    assert evaluator(X, Incumbent(1.1)).simulations == 1
 
 
 def test_another_world_is_beyond_the_quantile_as_often_as_it_says() -> None:
@@ -113,22 +133,6 @@ def test_another_world_is_beyond_the_quantile_as_often_as_it_says() -> None:
     assert disturbed(worlds=20, quantile=0.95).aggregate(range(20)) == pytest.approx(0.95 * 19 + 0.05 * 18)
     assert disturbed(worlds=4, quantile=0.95).aggregate(range(4)) == 3.0
     assert [disturbed(worlds=n, quantile=0.95).n_tail_worlds for n in (1, 4, 20, 40)] == [1, 1, 2, 3]
-
-
-def test_later_steps_look_for_folds_that_hold_in_more_worlds() -> None:
-    first, second = (disturbed(quantile=0.9, worlds=20).for_step(step) for step in (0, 1))
-    assert (first.quantile, first.worlds) == (0.9, 20)
-    assert (second.quantile, second.worlds) == (pytest.approx(0.95), 40)
-    assert second.sample[:20] == first.sample
-    mean = disturbed(quantile=None).for_step(1)
-    assert (mean.quantile, mean.worlds) == (None, 12)
-
-
-def test_later_steps_are_confirmed_in_more_worlds() -> None:
-    quarters = towel(fold="quarters")
-    later = quarters.next(quarters.fold.target)
-    counts = [disturbed(Known(task), worlds=20, quantile=0.95).n_confirmed_worlds for task in (quarters, later)]
-    assert counts == [2, 8]
 
 
 @pytest.mark.parametrize(
@@ -155,13 +159,13 @@ def test_a_trial_ends_when_it_can_no_longer_win() -> None:
     assert whole.simulations == 13 and whole.objective < 2.0
 
 
-@pytest.mark.parametrize("quantile", [None, 0.9])
-def test_the_hardest_worlds_come_first_and_end_a_trial_sooner(quantile: float | None) -> None:
+@pytest.mark.parametrize(("quantile", "part"), [(None, 0.6), (0.9, 0.9)])
+def test_the_hardest_worlds_come_first_and_end_a_trial_sooner(quantile: float | None, part: float) -> None:
     evaluator = disturbed(quantile=quantile)
     whole = evaluator(X)
     off = offsets(evaluator)
     assert list(whole.hardest) == sorted(range(12), key=lambda number: -off[number])
-    better = Incumbent(1.0 + 0.6 * (whole.objective - 1.0), 0.0)
+    better = Incumbent(1.0 + part * (whole.objective - 1.0), 0.0)
     asked(evaluator).clear()
     in_order = evaluator(X, better)
     assert asked(evaluator) == list(evaluator.sample)[: len(asked(evaluator))]
@@ -176,7 +180,7 @@ def test_the_hardest_few_worlds_are_enough_for_a_quantile() -> None:
     evaluator = disturbed(quantile=0.9)
     whole = evaluator(X)
     asked(evaluator).clear()
-    half = evaluator(X, Incumbent(2.0, 0.0, evaluator.incumbent([whole], X).hardest))
+    half = evaluator(X, Incumbent(2.0, 0.0, evaluator.incumbent([whole, whole], X).hardest))
     assert len(asked(evaluator)) == 4 and half.simulations == 5
     assert (half.objective, half.hardest) == (whole.objective, whole.hardest[:4])
 
@@ -188,10 +192,10 @@ def test_the_worlds_that_were_hardest_for_any_trial_are_simulated() -> None:
     )
     lost = Evaluation(X, 0.5, 1.05, 1.0, GOOD)
     quantile = disturbed(worlds=20, quantile=0.95).incumbent([low, lost, high], X)
-    assert quantile.hardest == (6, 4, 0, 10, 8, 13, 19, 3)
+    assert quantile.hardest == (6, 4, 0, 10, 8, 13), "no more than three times the tail"
     assert (quantile.objective, quantile.cost) == (1.1, pytest.approx(0.1)), "one that ended early has not won"
-    assert disturbed(worlds=6).incumbent([high, low], X).hardest == (6, 4, 0, 10, 8, 13, 19, 3), "the mean takes all"
-    assert disturbed().incumbent([], X) == NOTHING
+    assert disturbed(worlds=20).incumbent([high, low], X).hardest == (6, 4, 0, 10, 8, 13, 19, 3), "the mean takes all"
+    assert disturbed().incumbent([], X) == disturbed().incumbent([high, lost], X) == NOTHING, "others are all simulated"
 
 
 def test_the_mean_needs_all_worlds_in_any_order() -> None:
@@ -210,53 +214,6 @@ def two_meshes(monkeypatch: pytest.MonkeyPatch) -> None:
     )
 
 
-def test_worlds_that_were_simulated_on_the_coarser_mesh_are_not_simulated_again(two_meshes: None) -> None:
-    known = Known(towel(spacing=0.02), 1.5)
-    estimate = Evaluation(X, 0.5, 1.25, 1.0, GOOD, simulations=5, hardest=(3, 1, 0, 2))
-    evaluator = CoarseFirst(disturbed(known, worlds=4))
-    found = evaluator(Proposal(X, HIGH), Incumbent(estimate=estimate))
-    assert not known.asked
-    assert (found.objective, found.simulations, found.hardest) == (1.75, 5, (3, 1, 0, 2))
-
-
-def test_the_estimate_is_that_of_the_same_manipulation(two_meshes: None) -> None:
-    evaluator = CoarseFirst(disturbed(Known(towel(spacing=0.02)), worlds=4))
-    coarse = Evaluation(X, 0.5, 1.25, 1.0, GOOD, hardest=(3, 1), fidelity=LOW)
-    other = replace(coarse, parameters={**X, "x1": 0.06}, objective=1.1)
-    assert evaluator.incumbent([coarse, other], Proposal(X, HIGH)).estimate == coarse
-    assert evaluator.incumbent([coarse, other], Proposal(X, HIGH)).objective == np.inf, "of the other mesh"
-    assert evaluator.incumbent([coarse, other], Proposal(X, LOW)).objective == 1.1
-
-
-def test_the_hardest_worlds_are_simulated_on_the_own_mesh_too(two_meshes: None) -> None:
-    """The coarser mesh adds too little for this fold, and its worst worlds are not those of the own mesh."""
-    quarters = towel(fold="quarters", spacing=0.02)
-    known = Known(quarters.next(quarters.fold.target))
-    inner = disturbed(known, worlds=12, quantile=0.9)
-    evaluator = CoarseFirst(inner)
-    off = offsets(inner)
-    worst = tuple(sorted(range(12), key=lambda number: -off[number]))[:6]
-    coarsely = worst[::-1]
-
-    def fine(added: float, beat: Incumbent = NOTHING) -> Evaluation:
-        known.asked.clear()
-        estimate = Evaluation(X, 0.5, 1.0 + added, 1.0, GOOD, simulations=7, hardest=coarsely)
-        return evaluator(Proposal(X, HIGH), replace(beat, estimate=estimate))
-
-    def short(found: Evaluation) -> tuple[float, int, tuple[int, ...]]:
-        return found.objective, found.simulations, found.hardest
-
-    least = fine(1e-6)
-    assert (least.simulations, least.hardest) == (13, worst)
-    assert least.objective == pytest.approx(np.quantile(1.0 + np.array(off), 0.9, method="weibull"))
-    assert known.asked == [inner.sample[number] for number in coarsely]
-    assert short(fine(0.5)) == (1.5, 13, worst), "the own mesh only adds to it"
-    assert short(fine(0.5, Incumbent(1.4))) == (1.5, 7, coarsely) and not known.asked, "it could not win"
-    sooner = fine(1e-6, Incumbent(1.0 + 1e-5))
-    assert len(known.asked) == sooner.simulations - 7 < 6, "it can no longer win"
-    assert sorted(sooner.hardest) == sorted(coarsely)
-
-
 def test_a_failed_trial_needs_no_worlds() -> None:
     evaluator = disturbed(Failing(towel()), worlds=4)
     found = evaluator(X)
@@ -270,18 +227,29 @@ def test_worlds_that_fail_count_with_the_penalty() -> None:
     assert found.simulations == 9 and found.objective > found.nominal + 0.1
 
 
+def test_a_trial_on_the_own_mesh_has_to_beat_its_like_in_the_worlds_that_decide_on_either(two_meshes: None) -> None:
+    evaluator = CoarseFirst(disturbed(Known(towel(spacing=0.02)), worlds=6, quantile=0.9))
+    coarse = [Evaluation(X, 0.5, 1.1 + n, 1.0, GOOD, hardest=(n, 5), fidelity=LOW) for n in (0, 1)]
+    fine = [Evaluation(X, 0.5, 1.3 + n, 1.0, GOOD, hardest=(2, 3)) for n in (0, 1)]
+    first = evaluator.incumbent(coarse, Proposal(X, HIGH))
+    assert (first.objective, first.hardest) == (np.inf, (0, 1, 5))
+    later = evaluator.incumbent([*coarse, *fine], Proposal(X, HIGH))
+    assert (later.objective, later.hardest) == (1.3, (0, 2, 1, 5, 3))
+    assert evaluator.incumbent([*coarse, *fine], Proposal(X, LOW)).objective == 1.1
+
+
 def test_worlds_are_simulated_on_the_coarser_mesh_in_the_numbers_of_the_finer_one(two_meshes: None) -> None:
     lenient = Limits(mean_vertex_distance=1.0, mask_iou=0.0)  # on either mesh errors count once
     inner = replace(over_worlds(towel(spacing=0.02), 12), limits=lenient)
     evaluator = CoarseFirst(inner)
     assert evaluator.coarse is not None
-    fine = evaluator(Proposal(X, HIGH))
+    low = evaluator(Proposal(X, LOW))
     alone = inner(X)
+    assert evaluator(Proposal(X, HIGH)).objective == alone.objective
     coarse = evaluator.coarse(on_coarser_mesh(inner.task, evaluator.coarse.task, X))
-    assert fine.nominal == alone.nominal
-    assert fine.cost == pytest.approx(evaluator.ratio * coarse.cost, rel=1e-9)
-    assert 0.5 < fine.cost / alone.cost < 2.0, "cells of 40 mm are a rough guess"
-    calm = CoarseFirst(replace(inner, disturbances=Disturbances(), worlds=1))(Proposal(X, HIGH))
+    assert low.cost == pytest.approx(evaluator.ratio * coarse.cost, rel=1e-9)
+    assert 0.5 < low.cost / alone.cost < 2.0, "cells of 40 mm are a rough guess"
+    calm = CoarseFirst(replace(inner, disturbances=Disturbances(), worlds=1))(Proposal(X, LOW))
     assert calm.objective == pytest.approx(calm.nominal)
 
 
@@ -352,7 +320,8 @@ def test_later_trials_are_simulated_in_the_worlds_that_were_hardest_for_any_befo
     study = optuna.load_study(study_name=None, storage=f"sqlite:///{tmp_path}/study.db")
     orders = [trial.user_attrs["hardest"] for trial in study.trials]
     assert set(orders[0]) == set(orders[1]) == set(range(10)), "they know of no other"
-    assert set(orders[3]) == {*orders[0][:4], *orders[1][:4]} != {*orders[0][:4]}
+    hardest = {*orders[0][:4], *orders[1][:4]}
+    assert hardest != {*orders[0][:4]} and set(orders[3]) <= hardest and len(orders[3]) == min(6, len(hardest))
 
 
 def test_a_study_of_other_disturbances_is_another(learned: Result) -> None:

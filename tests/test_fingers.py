@@ -1,4 +1,4 @@
-"""Fingers: cloth is carried, and let go, no lower than the lower finger allows."""
+"""Fingers are rigid bodies: they come under the hem, close, carry it, open, and leave along their own axis."""
 
 from __future__ import annotations
 
@@ -11,21 +11,23 @@ import pytest
 
 from tatamu import InputError
 from tatamu.api import learn
+from tatamu.clearance import deepest
 from tatamu.disturbances import Disturbances, World, disturbed_scene, load_disturbances
 from tatamu.evaluation import Nominal
-from tatamu.folding.baselines import BASELINES
-from tatamu.folding.finger_clearance import lowest_lift
-from tatamu.folding.fingers import Fingers
-from tatamu.folding.manipulation import Manipulation
+from tatamu.folding.fingers import PRESETS, Fingers
+from tatamu.folding.hand import AWAY, LEAVING, OPENING, leaves
+from tatamu.folding.manipulation import WAIT
 from tatamu.folding.parameters import first_curves, later_curves, search_space
 from tatamu.folding.task import Task, make_task
 from tatamu.folding.trial_scene import scene_of
 from tatamu.options import LearnOptions
+from tatamu.scene import Scene
 from tatamu.study import Result
 
 SMALL: dict[str, Any] = {"spacing": 0.04, "size": (0.24, 0.5)}
 THICK = Fingers(thickness=0.008, width=0.02)
 LOW = {"x1": 0.3, "z1": 0.002, "x2": 0.4, "z2": 0.002, "g1": 0, "g2": 0}
+ARCH = {"x1": 0.05, "z1": 0.2, "x2": 0.4, "z2": 0.1, "g1": 0, "g2": 0}
 
 
 @pytest.fixture(scope="module")
@@ -33,17 +35,16 @@ def task() -> Task:
     return make_task("towel", fingers=THICK, **SMALL)
 
 
-def clearance(task: Task, manipulation: Manipulation) -> float:
-    """The least distance of a lower finger from what lies below it [m]."""
-    fold = task.fold
-    gaps = [
-        (gripper.displacements[:, 2] - lowest_lift(fold, vertex, gripper.displacements))[
-            len(gripper.times) - frames :
-        ].min()
-        for gripper, vertex in zip(scene_of(fold, manipulation).grippers, manipulation.grasps, strict=True)
-        for frames in [len(manipulation.motion()[0])]
-    ]
-    return float(min(gaps))
+@pytest.fixture(scope="module")
+def scene(task: Task) -> Scene:
+    return scene_of(task.fold, task.manipulation(ARCH))
+
+
+def lowest(scene: Scene, number: int, time: float) -> float:
+    """The lowest point of a body [m]."""
+    body = scene.bodies[number]
+    centre, turned = body.pose(time)
+    return float(centre[2] - np.abs(turned[2]) @ body.core)
 
 
 def test_hands_without_fingers_are_as_they_were() -> None:
@@ -51,54 +52,86 @@ def test_hands_without_fingers_are_as_they_were() -> None:
     thin = make_task("towel", fingers=Fingers(), **SMALL)
     scenes = [scene_of(each.fold, each.manipulation(LOW)).model_dump_json() for each in (bare, thin)]
     assert scenes[0] == scenes[1]
-    assert bare.space.bounds["z1"].low == 0.0
+    assert not scene_of(bare.fold, bare.manipulation(LOW)).bodies
+    assert bare.space.bounds["z1"].low == 0.0 and leaves(Fingers()) == 0.0
 
 
-def test_no_finger_touches_what_lies_below_it(task: Task) -> None:
-    bare = replace(task, fingers=Fingers())
-    for name, (_, make) in BASELINES.items():
-        assert clearance(task, make(task.fold)) > -1e-6, name
-    assert clearance(task, task.manipulation(LOW)) > -1e-6
-    low = scene_of(bare.fold, bare.manipulation(LOW)).grippers[0].displacements[:, 2]
-    assert low.max() < THICK.thickness  # without fingers it is drawn over the table
+def test_a_hand_is_two_fingers(scene: Scene) -> None:
+    names = ["left lower finger", "left upper finger", "right lower finger", "right upper finger"]
+    assert [body.name for body in scene.bodies] == names
+    assert all(body.size == [0.01, 0.01, 0.004] for body in scene.bodies)
 
 
-def test_hands_take_the_cloth_off_the_table_and_let_go_a_finger_above_the_layers(task: Task) -> None:
-    manipulation = task.manipulation(LOW)
-    gripper = scene_of(task.fold, manipulation).grippers[0]
-    assert gripper.displacements[0, 2] == 0.0 and gripper.times[0] == 0.0
-    assert gripper.displacement(0.1)[2] == pytest.approx(THICK.thickness, abs=1e-6)
-    thickness = task.fold.garment.material.thickness
-    assert gripper.displacements[-1, 2] == pytest.approx(THICK.thickness + thickness, abs=1e-6)
-    assert manipulation.curves[0].control[0, 2] - manipulation.positions[0][2] == pytest.approx(THICK.thickness)
+def test_the_lower_finger_stands_on_the_table_under_the_hem(task: Task, scene: Scene) -> None:
+    hem = task.fold.start[scene.grippers[0].vertices] + scene.grippers[0].displacement(WAIT)
+    assert lowest(scene, 0, WAIT) == pytest.approx(0.0, abs=2e-4)
+    assert hem[0, 2] == pytest.approx(THICK.lift + 0.5 * scene.material.thickness, abs=1e-6)
+    half = 0.5 * scene.material.thickness
+    for number in (0, 1):  # the cloth between the fingers touches both
+        distance = scene.bodies[number].distance(scene.bodies[number].local(hem, WAIT))
+        assert distance.min() == pytest.approx(half, abs=1e-5)
+    axis = scene.bodies[0].pose(WAIT)[1][:, 0]
+    assert axis[:2] @ task.fold.normal == pytest.approx(np.cos(THICK.tilt)) and axis[2] < 0.0
+
+
+def test_the_orientation_is_fixed_and_the_hand_leaves_along_its_axis(task: Task, scene: Scene) -> None:
+    opens = task.manipulation(ARCH).timing.opens
+    poses = [scene.bodies[0].pose(time) for time in (0.0, 0.5, opens, opens + OPENING, opens + OPENING + LEAVING)]
+    for _, turned in poses[1:]:
+        assert turned == pytest.approx(poses[0][1])
+    stood, opened, left = (position for position, _ in poses[2:])
+    assert opened == pytest.approx(stood), "the lower finger has layers below it"
+    assert left - opened == pytest.approx(-AWAY * poses[0][1][:, 0], abs=1e-9)
+    up = scene.bodies[1].pose(opens + OPENING)[0] - scene.bodies[1].pose(opens)[0]
+    assert up == pytest.approx(THICK.opening * poses[0][1][:, 2], abs=1e-9)
+    under = task.fold.stacks.under[scene.grippers[0].vertices[0]]
+    on_top = under + scene.material.thickness
+    assert lowest(scene, 0, opens) == pytest.approx(on_top, abs=2e-4), "it lies on the flap, inside the turned hem"
 
 
 def test_the_search_stays_above_the_release(task: Task) -> None:
     space = task.space.bounds
-    assert space["z1"].low == space["z2"].low == pytest.approx(task.fold.garment.material.thickness, abs=1e-6)
+    assert space["z1"].low == space["z2"].low == pytest.approx(2.0 * task.fold.garment.material.thickness, abs=1e-6)
 
 
-def test_a_fold_with_fingers_lies_as_well(task: Task) -> None:
-    found = Nominal(task)({**LOW, "x1": 0.05, "z1": 0.2, "z2": 0.1})
-    assert found.score is not None and found.score.mean_vertex_distance < 0.006
+def test_a_fold_with_fingers_lies_as_well_and_no_finger_stands_in_the_cloth(task: Task, scene: Scene) -> None:
+    found = Nominal(task)(ARCH)
+    assert found.score is not None and found.score.mean_vertex_distance < 0.008
+    assert found.rollout is not None
+    held = np.isin(scene.cloth.faces, scene.grippers[0].vertices + scene.grippers[1].vertices).any(axis=1)
+    for frame in range(0, len(found.rollout.times), 5):
+        time, points = float(found.rollout.times[frame]), found.rollout.positions[frame]
+        for body in scene.bodies:
+            assert deepest(body, points, scene.cloth.faces[~held], time) < -0.2 * scene.material.thickness
 
 
-def test_a_finger_that_is_too_low_bears_down(task: Task) -> None:
-    manipulation = task.manipulation(LOW)
-    scene = disturbed_scene(task.fold, manipulation, World({"hands.offset.up": -0.003}))
-    below = scene.cloth.vertices[scene.grippers[0].vertices, 2].min() + scene.grippers[0].displacements[:, 2]
-    assert below.min() == pytest.approx(0.5 * task.fold.garment.material.thickness, abs=1e-6)
-    high = disturbed_scene(task.fold, manipulation, World({"hands.offset.up": 0.003}))
-    assert high.grippers[0].displacements[-1, 2] == pytest.approx(THICK.thickness + 0.002 + 0.003, abs=1e-6)
+def test_fingers_that_are_too_low_stop_at_the_table(task: Task) -> None:
+    scene = disturbed_scene(task.fold, task.manipulation(LOW), World({"hands.offset.up": -0.003}))
+    assert min(lowest(scene, 0, time) for time in np.linspace(WAIT, scene.duration, 50)) > -1e-6
+    usual = scene_of(task.fold, task.manipulation(LOW))
+    ends = [lowest(each, 0, task.manipulation(LOW).timing.opens) for each in (scene, usual)]
+    assert ends[1] - ends[0] == pytest.approx(0.25 * scene.material.thickness, abs=1e-6), "it presses on the layers"
+    high = disturbed_scene(task.fold, task.manipulation(LOW), World({"hands.offset.up": 0.003}))
+    assert lowest(high, 0, WAIT) == pytest.approx(0.003, abs=2e-4)
+
+
+def test_fingers_stand_where_a_grasp_went_wrong(task: Task) -> None:
+    manipulation = task.manipulation(ARCH)
+    usual = scene_of(task.fold, manipulation)
+    wrong = disturbed_scene(task.fold, manipulation, World({"grasp.into.left": 0.007, "grasp.along.right": 0.004}))
+    moved = [wrong.bodies[n].pose(WAIT)[0] - usual.bodies[n].pose(WAIT)[0] for n in (0, 2)]
+    assert moved[0][:2] == pytest.approx(0.007 * task.fold.normal, abs=1e-6)
+    assert moved[1][:2] == pytest.approx(0.004 * task.fold.crease.along, abs=1e-6)
 
 
 def test_fingers_stand_in_the_file_and_in_the_folder(tmp_path: Path) -> None:
     (tmp_path / "mine.toml").write_text("[fingers]\nthickness = 0.008\nwidth = 0.02\n")
     disturbances = load_disturbances(str(tmp_path / "mine.toml"))
     assert disturbances is not None and disturbances.fingers == THICK
-    (tmp_path / "mine.toml").write_text("[fingers]\nthickness = -0.008\n")
-    with pytest.raises(InputError, match=r"fingers\.thickness"):
-        load_disturbances(str(tmp_path / "mine.toml"))
+    for wrong in ("thickness = -0.008", "length = 0.0", "tilt = 1.6", "opening = 'wide'", "compliance = -1"):
+        (tmp_path / "mine.toml").write_text(f"[fingers]\n{wrong}\n")
+        with pytest.raises(InputError, match=rf"mine.toml: fingers\.{wrong.split()[0]}: "):
+            load_disturbances(str(tmp_path / "mine.toml"))
     assert Disturbances().fingers == Fingers()
     folder = tmp_path / "learned"
     options = LearnOptions(trials=4, disturbances="none", coarse=False, baselines=False)
@@ -106,19 +139,23 @@ def test_fingers_stand_in_the_file_and_in_the_folder(tmp_path: Path) -> None:
     again = Result.load(folder)
     assert again.record.task.fingers == THICK
     assert again.task.fold.fingers == THICK
+    assert (folder / "report.html").exists()
     scene = scene_of(again.task.fold, again.task.manipulation(again.best.parameters))
-    for one, other in zip(scene.grippers, again.scene.grippers, strict=True):
-        assert one.displacements == pytest.approx(np.asarray(other.displacements), abs=1e-9)
+    for one, other in zip(scene.bodies, again.scene.bodies, strict=True):
+        assert one.name == other.name and one.positions == pytest.approx(np.asarray(other.positions), abs=1e-9)
 
 
 def test_a_preset_stands_for_the_sizes_of_its_hand(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text('[fingers]\npreset = "robotiq-2f-85"\nwidth = 0.03\n')
     known = load_disturbances(str(path))
-    assert known is not None and known.fingers == Fingers(thickness=0.008, width=0.03)
+    assert known is not None and known.fingers == Fingers(**{**PRESETS["robotiq-2f-85"], "width": 0.03})
     assert Fingers.model_validate(known.fingers.model_dump()) == known.fingers
     path.write_text('[fingers]\npreset = "claw"\n')
     with pytest.raises(InputError, match=r"mine.toml: fingers: preset must be one of franka-hand, .*given 'claw'"):
+        load_disturbances(str(path))
+    path.write_text('[fingers]\npreset = ["franka-hand"]\n')
+    with pytest.raises(InputError, match="preset must be one of"):
         load_disturbances(str(path))
 
 
@@ -128,14 +165,11 @@ def test_a_search_begins_with_curves_that_fingers_can_follow(task: Task) -> None
         assert all(space[name].low <= value <= space[name].high for name, value in curve.items())
 
 
-def test_a_plain_search_with_fingers_is_learned(tmp_path: Path) -> None:
-    options = LearnOptions(trials=6, disturbances="none", coarse=False, baselines=False)
-    learn(make_task("towel", fingers=THICK, **SMALL), options, out=tmp_path)
-    assert (tmp_path / "report.html").exists()
-
-
-def test_a_preset_that_is_no_name_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "mine.toml"
-    path.write_text('[fingers]\npreset = ["franka-hand"]\n')
-    with pytest.raises(InputError, match="preset must be one of"):
-        load_disturbances(str(path))
+def test_hems_are_let_go_before_their_place_by_what_goes_round_the_finger(task: Task) -> None:
+    bare = replace(task, fingers=Fingers())
+    vertex = int(task.fold.left[0])
+    short = bare.fold.translation(vertex) - task.fold.translation(vertex)
+    assert short[:2] @ task.fold.normal == pytest.approx(THICK.setback)
+    assert short[2] == pytest.approx(-task.fold.garment.material.thickness), "the layers go under the finger, too"
+    lengths = [Nominal(each).task.space.known_part for each in (bare, task)]
+    assert all(lengths) and task.manipulation(ARCH).trajectory_length < bare.manipulation(ARCH).trajectory_length

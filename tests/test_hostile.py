@@ -370,13 +370,33 @@ def test_a_dxf_that_unpacks_to_anything_is_refused_at_once(tmp_path: Path) -> No
     )
     circle = "0\nCIRCLE\n8\n0\n10\n0\n20\n0\n40\n{}\n"
     for text, words in (
-        (dxf(inserted("B8"), blocks=chain), "must have at most 500000 elements"),
-        (dxf(inserted("B0", 10**9), blocks=chain), "must have at most 500000 elements"),
+        (dxf(inserted("B8"), blocks=chain), "must have at most 60000 elements"),
+        (dxf(inserted("B0", 10**9), blocks=chain), "must have at most 60000 elements"),
         (dxf(circle.format("1e308")), "must have coordinates that are finite"),
+        (dxf(circle.format("5") * 10_001), "must have at most 10000 curves besides lines, given 10001"),
         ("0\nSECTION\n2\nHEADER\n9\n$", "is not a DXF file"),
     ):
         (tmp_path / "a.dxf").write_text(text)
         assert words in refusal(lambda: read_dxf(tmp_path / "a.dxf"))
+
+
+def test_an_outline_of_any_number_of_corners_is_refused_or_simplified(tmp_path: Path) -> None:
+    """The library that simplifies outlines ends the process if too many corners stay."""
+    comb = " ".join(f"L {k / 100} {0 if k % 2 else 390}" for k in range(30_000))
+    stairs = " ".join(f"L {k / 100} {k / 1000}" for k in range(30_000))
+    (tmp_path / "a.svg").write_text(svg(f'<path d="M0 400 {comb} L 300 400 Z"/>'))
+    assert "must have curves of at most 2000 corners" in refusal(lambda: make_garment(str(tmp_path / "a.svg")))
+    (tmp_path / "a.svg").write_text(svg(f'<path d="M0 400 {stairs} L 300 400 Z"/>'))
+    assert make_garment(str(tmp_path / "a.svg"), spacing=0.06).size == pytest.approx((0.3, 0.4), abs=1e-3)
+    many = " ".join(f"{k},{k * k % 997}" for k in range(100_001))
+    (tmp_path / "a.svg").write_text(svg(f'<polyline points="{many}"/>'))
+    assert "curves of at most 100000 points" in refusal(lambda: read_svg(tmp_path / "a.svg"))
+
+
+def test_entities_are_counted_once(tmp_path: Path) -> None:
+    entities = "".join(f'<!ENTITY e{k} "{"x" * 99}">' for k in range(30_000))
+    (tmp_path / "a.svg").write_text(f"<!DOCTYPE svg [{entities}]>" + svg("<g>" + "&e9;" * 200_000 + "</g>"))
+    assert "must have entities that unpack to at most 16 MiB" in refusal(lambda: read_svg(tmp_path / "a.svg"))
 
 
 def test_an_arc_that_is_far_too_large_for_a_garment_has_few_points(tmp_path: Path) -> None:
@@ -422,6 +442,51 @@ def test_a_million_wrong_items_are_one_error(item: str, tmp_path: Path) -> None:
     (tmp_path / "s.json").write_text(text.replace('"HERE"', f"[{','.join([item] * 1_000_000)}]"))
     said = refusal(lambda: Scene.load(tmp_path / "s.json"))
     assert "s.json: grippers.0.vertices.0: " in said and "more)" not in said
+
+
+def _gripper(vertices: object, closes: float = 0.0, opens: float = 1.0) -> dict[str, Any]:
+    motion: dict[str, Any] = {"times": [0], "displacements": [[0, 0, 0]]}
+    return {"vertices": vertices, "closes": closes, "opens": opens, **motion}
+
+
+def _fan(count: int) -> dict[str, Any]:
+    """Triangles around one vertex."""
+    turn = 2 * np.pi * np.arange(count) / count
+    rim = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(count)])
+    return {"vertices": [[0, 0, 0], *rim.tolist()], "faces": [[0, 1 + k, 1 + (k + 1) % count] for k in range(count)]}
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"grippers": [_gripper([*range(300_000), 7])]}, "vertices must be different from one another, given 7 twice"),
+        ({"grippers": [_gripper([0], k, k + 1.5) for k in range(1_000)]}, "grippers 0 and 1 hold the same vertex"),
+        ({"cloth": _fan(2_000)}, "faces must meet at most 1000 at a vertex, given 2000 at vertex 0"),
+        ({"grippers": [_gripper([0])] * 1_001}, "at most 1000 items"),
+        ({"bodies": [{"shape": "sphere", "size": [1], "positions": [[0, 0, 9]]}] * 101}, "at most 100 items"),
+    ],
+    ids=["vertices", "times", "triangles", "grippers", "bodies"],
+)
+def test_scenes_of_any_number_of_hands_and_bodies_are_one_line(
+    given: dict[str, Any], words: str, tmp_path: Path
+) -> None:
+    (tmp_path / "s.json").write_text(json.dumps({**scene_with(), **given}))
+    assert words in refusal(lambda: Scene.load(tmp_path / "s.json"))
+
+
+def test_a_key_twice_among_many_is_found_at_once(tmp_path: Path) -> None:
+    fields = ",".join([*(f'"f{k}":0' for k in range(9_000)), *['"g":0'] * 300_000])
+    (tmp_path / "s.json").write_text("{" + fields + "}")
+    assert "g: stands twice in one object" in refusal(lambda: read_json(tmp_path / "s.json"))
+
+
+def test_dotted_keys_of_any_number_of_parts_are_refused(tmp_path: Path) -> None:
+    """Reading them takes memory that grows with the square of their number."""
+    for key in ("a" + ".a" * 50_000, "\"a\". 'b' ." * 120 + "c"):
+        (tmp_path / "s.toml").write_text(f"{key} = 1")
+        assert "must have dotted keys of at most 100 parts" in refusal(lambda: read_toml(tmp_path / "s.toml"))
+    (tmp_path / "s.toml").write_text("a" + ".a" * 90 + f" = [{'1.5, ' * 1000}]")
+    read_toml(tmp_path / "s.toml")
 
 
 def test_integers_beyond_any_number_are_refused(tmp_path: Path) -> None:

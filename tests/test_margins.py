@@ -47,7 +47,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[World]:
         up = world["hands.offset.up"]
         return Verdict(None, None, "tore") if up > 0.02 else Verdict(2.0 * abs(up), 0.9)
 
-    monkeypatch.setattr("tatamu.robustness.judge._verdict", known)
+    monkeypatch.setattr("tatamu.robustness.judge.verdict_in", known)
     return worlds
 
 

@@ -43,7 +43,7 @@ def measured_with(monkeypatch: pytest.MonkeyPatch, folder: Path, out: Path, coar
         assert len(manipulation.grasps) == 2 and max(manipulation.grasps) < len(task.fold.start)
         return (coarse if task.fold.garment.spacing > 0.05 else own)(world)
 
-    monkeypatch.setattr("tatamu.robustness.judge._verdict", known)
+    monkeypatch.setattr("tatamu.robustness.judge.verdict_in", known)
     return measure(Result.load(folder), UP, out=out, draws=200, **options)
 
 

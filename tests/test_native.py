@@ -12,6 +12,7 @@ import pytest
 from scipy.stats import spearmanr
 
 from tatamu import Cloth, Scene, SimulationError, Table, simulate, simulate_many
+from tatamu.errors import SceneError
 from tatamu.simulators import native
 from tatamu.simulators.native import LimitOptions, Options, StepOptions, simulator
 from tatamu.topology import areas, lumped
@@ -101,6 +102,25 @@ def _pulled() -> Scene:
 def test_a_cloth_pulled_apart_ends_in_an_error_that_names_the_limit() -> None:
     with pytest.raises(SimulationError, match=r"stretched to .* the limit is 1\.5"):
         simulate(_pulled())
+
+
+def test_a_hand_that_jumps_is_named() -> None:
+    jump = held(np.array([0]), times=[0.1, 0.101], displacements=[[0.0, 0.0, 0.0], [0.1, 0.0, 0.2]])
+    with pytest.raises(
+        SceneError, match=r"^grippers\.0: must move no faster than cloth follows, given 2\d\d m/s at t = 0\.1"
+    ):
+        simulate(scene(grippers=[jump]))
+
+
+def test_cloth_that_starts_stretched_is_named() -> None:
+    """Its edges are no longer than at rest: it is stretched across them."""
+    cloth = Cloth(
+        vertices=0.02 * np.array([[0, 0, 1.0], [0, 1, 1], [1, 0, 1], [1, 1, 1]]),
+        faces=np.array([[0, 2, 1], [1, 2, 3]]),
+        rest_vertices=0.02 * np.array([[0, 0, 0.0], [0, -1, 0], [1, 0, 0], [1, 1, 0]]),
+    )
+    with pytest.raises(SceneError, match=r"^cloth\.vertices: must be stretched to at most 1\.5 .* in triangle 1$"):
+        simulate(scene(cloth=cloth))
 
 
 def test_the_same_scene_gives_the_same_bytes_alone_and_among_others() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 import pytest
 
@@ -98,3 +100,27 @@ def test_the_same_scene_gives_the_same_bytes() -> None:
     ball = Body(shape="sphere", size=[0.03], positions=[[0.004, 0.002, -0.03]])
     scene = Scene(cloth=cloth, material=FABRIC, bodies=[ball], duration=0.2)
     assert simulate(scene).positions.tobytes() == simulate(scene).positions.tobytes()
+
+
+def test_a_finger_leaves_the_cells_that_its_hand_holds_and_meets_all_others() -> None:
+    plan, faces = staggered(0.1, 0.1, 0.025)
+    cloth = Cloth(vertices=np.column_stack([plan, np.zeros(len(plan))]), faces=faces)
+    side = np.flatnonzero(plan[:, 0] < 1e-9)
+    grip = held(side).model_copy(update={"hand": "left"})
+
+    def lifted(hand: Literal["left", "right"], x: float) -> float:
+        """How high a finger that comes up beside the side at x lifts the cloth [m]."""
+        finger = Body(
+            shape="box",
+            size=[0.003, 0.06, 0.01],
+            hand=hand,
+            times=[0.0, 0.05],
+            positions=[[x, 0.05, -0.02], [x, 0.05, 0.0]],
+        )
+        scene = Scene(
+            cloth=cloth, material=FABRIC, grippers=[grip], bodies=[finger], gravity=0.0, duration=0.06, frame_rate=100
+        )
+        return float(simulate(scene).positions[-1, :, 2].max())
+
+    assert lifted("left", 0.008) < 1e-6 < 5e-3 < lifted("right", 0.008)
+    assert lifted("left", 0.06) > 5e-3

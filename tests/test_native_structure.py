@@ -12,7 +12,7 @@ from tatamu.simulators.native.memory.kernel_cache import NATIVE
 
 NAME = "tatamu.simulators.native."
 ORDER = [
-    ["compiled", "options", "targets"],
+    ["compiled", "options", "rest", "targets"],
     ["geometry", "memory"],
     ["elastic", "contact"],
     ["air"],

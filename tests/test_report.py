@@ -97,11 +97,12 @@ def test_grades_follow_the_thresholds(distance: float | None, word: str) -> None
 
 
 def test_measures_know_what_passes() -> None:
-    passing = Score(**dict.fromkeys(Score.model_fields, 1.0) | {"mean_vertex_distance": 0.012, "mask_iou": 0.8})
-    passing = passing.model_copy(update={"area_error": 2.77})
-    missing = passing.model_copy(update={"mean_vertex_distance": 0.013, "mask_iou": 0.79, "area_error": 2.78})
+    passing = Score(**dict.fromkeys(Score.model_fields, 1.0) | {"mean_vertex_distance": 0.006, "mask_iou": 0.8})
+    passing = passing.model_copy(update={"area_error": 2.77, "moving_vertex_distance": 0.012})
+    far = {"mean_vertex_distance": 0.013, "moving_vertex_distance": 0.026}
+    missing = passing.model_copy(update={**far, "mask_iou": 0.79, "area_error": 2.78})
     verdicts = {measure.key: (measure.passes(passing), measure.passes(missing)) for measure in MEASURES}
-    for key in ("mean_vertex_distance", "mask_iou", "area_error"):
+    for key in ("mean_vertex_distance", "moving_vertex_distance", "mask_iou", "area_error"):
         assert verdicts[key] == (True, False)
     assert verdicts["slip"] == (None, None)
     assert [measure.text(None) for measure in MEASURES] == ["–"] * len(MEASURES)

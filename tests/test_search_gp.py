@@ -13,6 +13,7 @@ from tatamu import GPSearch, InputError
 from tatamu.search import Bounds, Proposal, Space
 from tatamu.search.expected_improvement import log_expected_improvement, log_expected_improvement_beyond
 from tatamu.search.gaussian_process import GaussianProcess, _Posterior
+from tatamu.search.gp import APART
 from tatamu.search.space import KnownPart
 
 BOUNDS = {"x": Bounds(-1.0, 3.0), "y": Bounds(0.0, 0.5), "g": Bounds(0, 6, whole=True)}
@@ -204,6 +205,18 @@ def test_it_keeps_away_from_trials_that_run() -> None:
     waiting.expect(Proposal({name: first[name] for name in BOUNDS}))
     second = waiting.ask()
     assert np.abs(np.diff(SPACE.points([first, second]), axis=0)).max() > 0.02
+
+
+def test_no_proposal_is_nearly_a_repetition() -> None:
+    """In one dimension, whose best place is soon known, a search would otherwise ask for it again and again."""
+    search = GPSearch(Space({"x": Bounds(0.0, 1.0)}), 0)
+    for _ in range(20):
+        proposal = search.ask()
+        search.tell(proposal, (proposal["x"] - 0.3) ** 2)
+    known = np.sort([each.parameters["x"] for each in search.told])
+    assert np.diff(known).min() >= APART
+    for _ in range(20):  # there is no room any more
+        search.tell(search.ask(), 1.0)
 
 
 def test_the_search_sees_even_if_the_best_is_far_from_ideal() -> None:

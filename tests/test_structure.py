@@ -10,7 +10,7 @@ import tatamu
 SOURCE = Path(tatamu.__file__).parent
 ORDER = [
     ["errors", "version"],
-    ["files", "records", "curves", "arrays", "size"],
+    ["files", "records", "curves", "arrays", "size", "extras"],
     ["topology", "heavy_strip", "plate_in_air", "zbuffer", "meshing"],
     ["material"],
     ["settling", "body"],
@@ -32,8 +32,10 @@ ORDER = [
     ["robustness"],
     ["envs"],
     ["study"],
+    ["photographs"],
     ["report"],
     ["crosscheck", "margins"],
+    ["observation"],
     ["validation"],
     ["robots"],
     ["sweep"],

@@ -13,7 +13,18 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from tatamu.api import PlanResult, Result, calibrate, check, learn, load, measure_margins, plan_for
+    from tatamu.api import (
+        PlanResult,
+        Result,
+        calibrate,
+        check,
+        correct,
+        learn,
+        load,
+        measure_margins,
+        observe,
+        plan_for,
+    )
     from tatamu.dataset import make_dataset, replay
     from tatamu.disturbances.description import Disturbances, load_disturbances
     from tatamu.errors import InputError, SimulationError, TatamuError, UnavailableError
@@ -29,6 +40,7 @@ if TYPE_CHECKING:
     from tatamu.garments.garment import Garment
     from tatamu.material import Material
     from tatamu.options import LearnOptions
+    from tatamu.photographs.locate import locate
     from tatamu.robots.constraint import find_reach
     from tatamu.rollout import Rollout
     from tatamu.scene import Cloth, Gripper, Scene, Table
@@ -83,14 +95,17 @@ _HOME = {
     "Wrapper": "tatamu.evaluation.evaluator",
     "calibrate": "tatamu.api",
     "check": "tatamu.api",
+    "correct": "tatamu.api",
     "find_reach": "tatamu.robots.constraint",
     "learn": "tatamu.api",
     "load": "tatamu.api",
     "load_disturbances": "tatamu.disturbances.description",
+    "locate": "tatamu.photographs.locate",
     "make_dataset": "tatamu.dataset",
     "make_garment": "tatamu.garments",
     "make_task": "tatamu.folding.task",
     "measure_margins": "tatamu.api",
+    "observe": "tatamu.api",
     "plan_for": "tatamu.api",
     "register_garment": "tatamu.garments",
     "register_search": "tatamu.search.registry",
@@ -139,14 +154,17 @@ __all__ = [
     "Wrapper",
     "calibrate",
     "check",
+    "correct",
     "find_reach",
     "learn",
     "load",
     "load_disturbances",
+    "locate",
     "make_dataset",
     "make_garment",
     "make_task",
     "measure_margins",
+    "observe",
     "plan_for",
     "register_garment",
     "register_search",
@@ -161,7 +179,15 @@ def __getattr__(name: str) -> Any:
     """Import a public name when it is first used, so that `import tatamu` stays quick."""
     if name not in _HOME:
         raise AttributeError(f"module 'tatamu' has no attribute {name!r}")
-    return getattr(import_module(_HOME[name]), name)
+    try:
+        return getattr(import_module(_HOME[name]), name)
+    except ModuleNotFoundError as error:
+        from tatamu.extras import missing
+
+        refused = missing(error)
+        if refused is None:
+            raise
+        raise refused from None
 
 
 def __dir__() -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -16,12 +16,20 @@ from tatamu.crosscheck import check as check_result
 from tatamu.disturbances import Disturbances, default_disturbances, load_disturbances
 from tatamu.errors import InputError
 from tatamu.evaluation import NOTHING, Evaluation, Evaluator, Incumbent, Nominal, Wrapper
+from tatamu.files import validated
 from tatamu.folding.task import Task, make_task
 from tatamu.margins import DRAWS, Measured, measure
+from tatamu.observation import Observation, Observed, ruler, write_corrected
+from tatamu.observation import corrected as corrected_fold
+from tatamu.observation import observe as observe_fold
+from tatamu.observation.after import known_of
+from tatamu.observation.measured import RULER
 from tatamu.options import FoldOptions, LearnOptions
-from tatamu.report import write_plan_report, write_report
+from tatamu.report import embedded, write_plan_report, write_report
 from tatamu.robots import RobotPlan, find_reach, plan_fold, save
 from tatamu.robots import load as load_robot
+from tatamu.robots.motion import Pace
+from tatamu.search import Parameters
 from tatamu.size import parse_size
 from tatamu.study.database import SharedDatabase
 
@@ -40,6 +48,10 @@ class Result(study.Result):
         """
         return write_report(self, None if file is None else Path(file))
 
+    def _repr_html_(self) -> str:
+        """Show the fold in a notebook: picture, measures and replay."""
+        return embedded(self)
+
 
 class PlanResult(study.PlanResult):
     """A learned plan of several steps: `.steps`, `.final`, `.rollout`, `.save(folder)`."""
@@ -54,6 +66,10 @@ class PlanResult(study.PlanResult):
             InputError: If the file cannot be written, or none is given and the plan has no folder.
         """
         return write_plan_report(self, None if file is None else Path(file))
+
+    def _repr_html_(self) -> str:
+        """Show every step in a notebook, one below the other."""
+        return "".join(embedded(step) for step in self.steps)
 
 
 def _public(found: study.Result | study.PlanResult) -> Result | PlanResult:
@@ -101,6 +117,7 @@ def learn(
     *,
     out: Path | str | None = None,
     evaluate: Evaluator | Callable[[Mapping[str, int | float]], float] | None = None,
+    after: Sequence[study.Result | Path | str] = (),
     executor: Executor | None = None,
     database: SharedDatabase | None = None,
     progress: Callable[[study.Progress], object] = lambda now: None,
@@ -112,6 +129,8 @@ def learn(
         options: Options of the study; None for the defaults.
         out: Folder that keeps the study while it runs; an unfinished one is resumed. None to keep it in memory.
         evaluate: Evaluator, or function of the parameters, to minimise instead of the objective of the options.
+        after: Observed folds of the same set-up, or their folders: their posterior is taken as disturbances, what it
+            expects is corrected, and the search starts from the last of them.
         executor: Where simulations run; None for threads on every processor.
         database: Database that keeps the study; None for the file `study.db` of the folder.
         progress: Called with a `Progress` when the study is opened, after every trial, and when a stage starts.
@@ -121,6 +140,15 @@ def learn(
         UnavailableError: If workers, the database or the disk fail; what was finished is kept.
         TatamuError: If every trial failed.
     """
+    options = options or LearnOptions()
+    first: Sequence[Parameters] = ()
+    if after:
+        if options.names_disturbances and options.disturbances is not None:
+            raise InputError("disturbances: are those of the observed folds; give after or disturbances, not both")
+        runs = [each if isinstance(each, study.Result) else study.Result.load(each) for each in after]
+        known = known_of(runs, task, options.grasps)
+        task, first = replace(task, shift=known.shift), known.first
+        options = options.model_copy(update={"disturbances": known.disturbances})
     evaluator = evaluate if isinstance(evaluate, Evaluator | None) else OwnObjective(Nominal(task), evaluate)
     places = study.Places(
         out=None if out is None else Path(out),
@@ -129,7 +157,7 @@ def learn(
         progress=progress,
         written=_write_page,
     )
-    return _public(study.learn(task, options, places, evaluator))
+    return _public(study.learn(task, options, places, evaluator, first))
 
 
 def _write_page(found: study.Result | study.PlanResult) -> None:
@@ -190,6 +218,63 @@ def measure_margins(
     )
 
 
+def observe(
+    result: study.Result,
+    *,
+    left: Sequence[float] | None = None,
+    right: Sequence[float] | None = None,
+    slip: Sequence[float] | None = None,
+    deviation: float = RULER,
+    failed: bool = False,
+    turned_in: Sequence[str] = (),
+    measured: Observation | None = None,
+    executor: Executor | None = None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> Observed:
+    """Observe how a real fold ended: `.posterior`, `.correction`; `tatamu observe` is the same computation.
+
+    A fold with a folder keeps its simulations and what was observed there. Without any number, what was observed before
+    is evaluated again.
+
+    Args:
+        result: The fold as it was carried out.
+        left: Deviation of the left corner of the moved hem from its target, along the fold and across it [m].
+        right: The same of the right corner [m].
+        slip: Displacement of the lower hem from where it lay [m].
+        deviation: Standard deviation of these numbers [m].
+        failed: Whether the fold came to nothing.
+        turned_in: Corners that lie turned in, "left" or "right"; they are not measured.
+        measured: An observation, in place of these numbers.
+        executor: Where simulations run; None for threads on every processor.
+        progress: Called after every simulation with how many have ended, and how many there are.
+
+    Raises:
+        InputError: If a number is out of range, or nothing was observed.
+    """
+    given = {"left": left, "right": right, "slip": slip}
+    pairs = {place: pair for place, pair in given.items() if pair is not None}
+    if pairs or failed or turned_in:
+        if measured is not None:
+            raise InputError("measured: has the numbers; give it, or left, right and slip")
+        measured = ruler(pairs, deviation=deviation, failed=failed, turned_in=turned_in)
+    return observe_fold(result, measured, executor=executor, progress=progress)
+
+
+def correct(observed: Observed | study.Result, *, out: Path | str | None = None) -> Result:
+    """Return the fold with grasps, releases and heights corrected after what was observed.
+
+    Args:
+        observed: The observed fold, or a learned fold whose folder has what was observed.
+        out: Folder to write, which `tatamu plan` takes; None for none.
+
+    Raises:
+        InputError: If nothing was observed, or the folder cannot be written.
+    """
+    found = observed if isinstance(observed, Observed) else observe_fold(observed)
+    made = corrected_fold(found) if out is None else write_corrected(found, Path(out))
+    return Result(**{each.name: getattr(made, each.name) for each in fields(made)})
+
+
 def check(result: study.Result, simulator: str) -> Opinion:
     """Simulate the best manipulation of a fold again in another simulator: `.score`, `.holds`.
 
@@ -238,6 +323,8 @@ def plan_for(
     *,
     place: tuple[float, float, float] | None = None,
     table_height: float | None = None,
+    speed_scale: float = 1.0,
+    hover: float = 0.0,
 ) -> FoldPlan:
     """Plan a learned fold for a robot.
 
@@ -246,10 +333,13 @@ def plan_for(
         robot: Name of a robot, or a .toml that describes one.
         place: Place of the fold's frame in the robot's base [m, m, rad]; None to search it.
         table_height: Height of the table top in the base [m]; None to search it.
+        speed_scale: Speed of the motion, waits included, over that of the plan, from 0.05 to 1.
+        hover: Height above the table at which the motion is made with open jaws [m]; 0 to fold.
 
     Raises:
         InputError: If there is no such robot, or the fold is out of its reach.
     """
+    pace = validated(Pace, {"speed_scale": speed_scale}, "pace")
     with TemporaryDirectory() as temporary:
         folder = result.folder or result.save(temporary).path
-        return FoldPlan(plan_fold(folder, load_robot(robot), place, table_height), result)
+        return FoldPlan(plan_fold(folder, load_robot(robot), place, table_height, pace, hover), result)

@@ -60,6 +60,9 @@ class Body(Record):
     """Half sizes of a box, the radius of a sphere, or radius and half length (along z) of a capsule [m]."""
     friction: Number = Field(0.5, ge=0.0, le=10.0)
     """Coulomb coefficient of cloth on the body [-]."""
+    hand: Literal["left", "right"] | None = None
+    """The hand that it is a finger of; None if of none. It does not meet the cells at vertices that a gripper of this
+    hand holds: they are longer than a fingertip is thick, and would stand out from between the fingers."""
     times: Annotated[list[Number], Field(min_length=1)] = Field(default_factory=lambda: [0.0])
     """Knots of the motion [s], increasing."""
     positions: Points

@@ -4,6 +4,7 @@ TatamuError
 ├── InputError              a file, an option or a scene is wrong; the command line exits with 2
 │   └── UnavailableError    a scheduler, a database or a disk does not answer; what was finished is kept
 └── SimulationError         a rollout passed a limit of its model (stretch, speed, not finite)
+    ├── SceneError          .. because of the scene itself; an InputError, too
     └── WorkerKilledError   a computation that ended the processes it ran in, again and again
 """
 
@@ -48,6 +49,10 @@ class UnavailableError(InputError):
 
 class SimulationError(TatamuError):
     """A rollout left the range in which its simulator is valid."""
+
+
+class SceneError(InputError, SimulationError):
+    """No simulation of this scene can end well; in a study its trial has failed, alone it is a wrong input."""
 
 
 class WorkerKilledError(SimulationError):

@@ -7,10 +7,12 @@ import json
 import logging
 import math
 import os
+import re
 import stat
 import tomllib
 import warnings
 import zipfile
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache
@@ -37,6 +39,8 @@ LARGEST_NPZ = 1024 * MIB
 """Arrays of a file take no more memory in all [bytes]: ten minutes of the default towel take a tenth of it."""
 MOST_FIELDS = 10_000
 """No table of a file has more fields."""
+DEEPEST_KEY = re.compile(r"""(?:(?:(?<![\w-])[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){100}""")
+"""No dotted key of TOML has more parts: the memory that reading takes grows with their square."""
 MOST_DIGITS = 300
 """No integer of a file has more digits."""
 NUMBERS = "fiub"
@@ -197,8 +201,8 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     fields = dict(pairs)
     _check_fields(fields)
     if len(fields) < len(pairs):
-        names = [name for name, _ in pairs]
-        twice = next(name for name in names if names.count(name) > 1)
+        counts = Counter(name for name, _ in pairs)
+        twice = next(name for name, count in counts.items() if count > 1)
         raise InputError(f"{twice}: stands twice in one object")
     return fields
 
@@ -232,6 +236,8 @@ def read_toml(path: Path) -> Any:
         InputError: If the file is no TOML; the message names the place.
     """
     text = read_text(path, LARGEST_TOML)
+    if DEEPEST_KEY.search(text):
+        raise InputError(f"{path}: (whole file): must have dotted keys of at most 100 parts")
     try:
         value = tomllib.loads(text)
         _check_parts(value)

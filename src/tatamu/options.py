@@ -15,11 +15,11 @@ from tatamu.records import Record
 
 MOST_PARALLEL = 16
 """Largest number of pending trials; with more, each would be proposed without too many results."""
-USUAL_PENDING = 4
+USUAL_PENDING = 2
 """Default number of pending trials, if the simulator runs several; equal on any machine, because results depend on
-it."""
-USUAL_QUANTILE = 0.95
-"""Default of the minimised quantile."""
+it. With more, each is proposed, and raced, with less knowledge of those before it."""
+USUAL_QUANTILE = 0.975
+"""Default share of the disturbed worlds in which a fold is to hold."""
 
 
 def _metavar(text: str) -> dict[str, Any]:
@@ -99,8 +99,8 @@ class LearnOptions(Options):
     """Name or file as on the command line, or `Disturbances`; None for the default."""
     quantile: float | Literal["mean"] | None = Field(
         None,
-        description="Minimise this quantile of the objective, in later steps one with half as much beyond it, or its "
-        f"mean; default: {USUAL_QUANTILE}.",
+        description="Share of the disturbed simulations in which the fold is to hold, or mean: minimise the mean "
+        f"objective over all; default: {USUAL_QUANTILE}.",
         json_schema_extra=_metavar("Q|mean"),
     )
     coarse: StrictBool | None = Field(

@@ -26,6 +26,12 @@ from tatamu.topology import check_mesh
 LEAST_IN_PLANE = 1e-3
 """Least part of a fibre's direction that lies in the plane of its triangle [-]."""
 
+MOST_VERTICES = 150_000
+"""Cloth has no more vertices: preparing so many takes ten seconds, and garments have 2,000."""
+MOST_GRIPPERS = 1000
+"""A scene has no more grippers; a hand that pinches layers together has one for each."""
+MOST_BODIES = 100
+"""A scene has no more rigid bodies: each is searched at every triangle."""
 SAME_TIME = 1e-9
 """A time earlier by no more than this [s] counts as the same: a sum of steps misses a knot by as much."""
 
@@ -65,6 +71,8 @@ class Cloth(Record):
             raise ValueError(
                 f"rest_vertices must be as many as vertices ({len(self.vertices)}), given {len(self.rest_vertices)}"
             )
+        if len(self.vertices) > MOST_VERTICES:
+            raise ValueError(f"vertices must be at most {MOST_VERTICES}, given {len(self.vertices)}: coarsen it")
         check_mesh(self.rest, self.faces, self.seams)
         if self.fibre is not None:
             _check_fibre(self.rest, self.faces, self.fibre)
@@ -104,8 +112,9 @@ class Gripper(Record):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if len(set(self.vertices)) != len(self.vertices):
-            twice = next(v for v in self.vertices if self.vertices.count(v) > 1)
+        sorted_vertices = sorted(self.vertices)
+        twice = next((one for one, other in pairwise(sorted_vertices) if one == other), None)
+        if twice is not None:
             raise ValueError(f"vertices must be different from one another, given {twice} twice")
         if self.opens is not None and not self.opens > self.closes:
             raise ValueError(f"opens must be later than closes ({self.closes:g} s), given {self.opens:g} s")
@@ -128,12 +137,6 @@ class Gripper(Record):
         """Displacement from where it closed [m], shape (3,)."""
         return self.path(np.array([time]))[0]
 
-    def holds(self, other: Gripper) -> bool:
-        """Whether both ever hold one vertex at one time."""
-        end, other_end = (g.opens if g.opens is not None else np.inf for g in (self, other))
-        together = self.closes < other_end and other.closes < end
-        return together and not set(self.vertices).isdisjoint(other.vertices)
-
 
 class Scene(Record):
     """Cloth, material, table, hands, rigid bodies and time: the whole input of a simulator."""
@@ -142,9 +145,9 @@ class Scene(Record):
     cloth: Cloth
     material: Material
     table: Table | None = None
-    grippers: list[Gripper] = Field(default_factory=list)
-    bodies: list[Body] = Field(default_factory=list)
-    """Rigid bodies that the cloth collides with."""
+    grippers: Annotated[list[Gripper], Field(max_length=MOST_GRIPPERS)] = Field(default_factory=list)
+    bodies: Annotated[list[Body], Field(max_length=MOST_BODIES)] = Field(default_factory=list)
+    """Rigid bodies that the cloth collides with, at most 100."""
     gravity: Number = Field(GRAVITY, ge=0.0, le=1e3)
     """Downward acceleration [m/s^2]."""
     duration: Number = Field(gt=0.0, le=3600.0)
@@ -161,9 +164,7 @@ class Scene(Record):
                     f"grippers.{number}.vertices must be below {count}, the number of vertices, "
                     f"given {max(gripper.vertices)}"
                 )
-            for other in range(number):
-                if gripper.holds(self.grippers[other]):
-                    raise ValueError(f"grippers {other} and {number} hold the same vertex at the same time")
+        self._check_held_once()
         for number, body in enumerate(self.bodies):
             depth = 0.5 * self.material.thickness + deepest(body, self.cloth.vertices, self.cloth.faces)
             if depth > self.material.thickness:
@@ -174,6 +175,19 @@ class Scene(Record):
         if self.frames > 200_000:
             raise ValueError(f"duration x frame_rate must be at most 200000 frames, given {self.frames}")
         return self
+
+    def _check_held_once(self) -> None:
+        """Refuse grippers that hold one vertex at one time."""
+        holders: dict[int, list[tuple[float, float, int]]] = {}
+        for number, gripper in enumerate(self.grippers):
+            end = np.inf if gripper.opens is None else gripper.opens
+            for vertex in gripper.vertices:
+                holders.setdefault(vertex, []).append((gripper.closes, end, number))
+        for spans in holders.values():
+            for (_, end, one), (start, _, other) in pairwise(sorted(spans)):
+                if start < end:
+                    first, second = sorted((one, other))
+                    raise ValueError(f"grippers {first} and {second} hold the same vertex at the same time")
 
     @property
     def frames(self) -> int:

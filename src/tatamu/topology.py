@@ -7,6 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
+MOST_AROUND = 1000
+"""No vertex has more triangles around it: contact between them takes memory that grows with their square."""
+
 
 def facing_down(flat: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Return whether the normal of each triangle (m, 3) of a flat shape (n, 3) points down, as in a lower layer."""
@@ -87,6 +90,28 @@ def areas(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
     return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
 
 
+def principal_stretches(points: np.ndarray, rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Return the largest stretch of each triangle in any direction [-], shape (m,).
+
+    Args:
+        points: Positions, shape (n, 3).
+        rest: Unstrained positions, shape (n, 3).
+        faces: Triangles, shape (m, 3).
+    """
+    (a, b, c), (u, v, w) = (_metric(each, faces) for each in (points, rest))
+    with np.errstate(all="ignore"):  # of triangles without an area nothing is known
+        area = u * w - v * v
+        half_trace = 0.5 * (a * w - 2.0 * b * v + c * u) / area
+        split = np.maximum(half_trace**2 - (a * c - b * b) / area, 0.0)
+        return np.asarray(np.sqrt(half_trace + np.sqrt(split)))
+
+
+def _metric(points: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return s.s, s.t and t.t of the two sides s, t of each triangle at its first corner, each of shape (m,)."""
+    s, t = (points[faces[:, k]] - points[faces[:, 0]] for k in (1, 2))
+    return (s * s).sum(axis=1), (s * t).sum(axis=1), (t * t).sum(axis=1)
+
+
 def edge_lengths(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
     """Return lengths of edges, shape (e,), from points of shape (n, 2) or (n, 3) and edges of shape (e, 2)."""
     return np.asarray(np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1))
@@ -107,7 +132,7 @@ def check_mesh(rest: np.ndarray, faces: np.ndarray, seams: np.ndarray) -> None:
 
     Raises:
         ValueError: If there are no triangles, an index is out of range, a triangle has no area, a vertex is in no
-            triangle, an edge has more than two triangles, or a seam is not an inner edge.
+            triangle, an edge has more than two triangles, a vertex too many, or a seam is not an inner edge.
     """
     count = len(rest)
     if not len(faces):
@@ -129,6 +154,11 @@ def check_mesh(rest: np.ndarray, faces: np.ndarray, seams: np.ndarray) -> None:
         raise ValueError(
             f"faces must form a manifold: edge {topology.edges[wrong].tolist()} belongs to "
             f"{topology.faces_per_edge[wrong]} triangles, at most 2 are allowed"
+        )
+    around = np.bincount(faces.ravel())
+    if around.max() > MOST_AROUND:
+        raise ValueError(
+            f"faces must meet at most {MOST_AROUND} at a vertex, given {around.max()} at vertex {int(around.argmax())}"
         )
     _check_seams(topology, seams)
 

@@ -128,7 +128,7 @@ def grid(setting: Setting, seed: int, number: int, before: Sequence[Any]) -> tup
     places = tuple(fold.start[vertex] for vertex in grasps)
     patches = tuple(tuple(fold.patch(vertex)) for vertex in grasps)
     paths = tuple(map(sampled_bezier, curves))
-    manipulation = Manipulation(grasps, places, paths, tuple(curves), fold.lift, patches=patches)
+    manipulation = Manipulation(grasps, places, paths, tuple(curves), fold.fingers.lift, patches=patches)
     return {"height": float(height), "tilt": float(tilt)}, manipulation
 
 

@@ -5,10 +5,14 @@ from __future__ import annotations
 import os
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
 from tests.robots.folds import folder
+
+if TYPE_CHECKING:
+    from tatamu.robots import RobotPlan
 
 if sys.platform == "linux" and "DISPLAY" not in os.environ:
     os.environ.setdefault("MUJOCO_GL", "egl")
@@ -27,3 +31,12 @@ def plan_folder(fold: Path) -> Path:
 
     save(plan_fold(fold, load("hironx")), fold.parent / "plan")
     return fold.parent / "plan"
+
+
+@pytest.fixture(scope="session")
+def panda_plan(tmp_path_factory: pytest.TempPathFactory) -> RobotPlan:
+    """A plan of two Pandas at x, y, yaw = 0."""
+    from tatamu.robots import load, plan_fold
+
+    learned = folder(tmp_path_factory.mktemp("panda") / "fold", span=0.5, width=0.4)
+    return plan_fold(learned, load("panda-pair"), place=(0.0, 0.0, 0.0))

@@ -310,7 +310,7 @@ def test_two_meshes_of_one_name_in_two_folders_are_two(tmp_path: Path) -> None:
     [
         (urdf('<mesh filename="gone.stl"/>'), "there is no file"),
         (urdf('<mesh filename="link.dae"/>'), "must be one of .stl"),
-        (urdf('<mesh filename="broken.ply"/>'), "is no mesh that can be read"),
+        (urdf('<mesh filename="broken.ply"/>'), "is not a mesh that can be read"),
         (urdf('<mesh filename="broken.stl"/>'), "does not compile"),
         (urdf().replace("<robot", '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"', 1), ""),
         (urdf(more='<xacro:arm xmlns:xacro="http://www.ros.org/wiki/xacro"/>'), "is xacro"),

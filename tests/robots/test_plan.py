@@ -130,16 +130,18 @@ def test_nothing_of_the_robot_touches_itself_or_the_table(written: Written) -> N
     model = mujoco.MjModel.from_xml_path(str(written.out / "robot.xml"))
     data = mujoco.MjData(model)
     table = model.geom("tatamu_table").id
-    hands = [model.geom(f"{s}ARM_JOINT5_Link_{part}").id for s in "LR" for part in ("hand", "fingers")]
+    fingers = [[f"{side}arm_finger{number}_tip" for number in (1, 2)] for side in "lr"]
+    left, right = ([f"{s.upper()}ARM_JOINT5_Link_hand", *names] for s, names in zip("lr", fingers, strict=True))
+    hands = [[model.geom(name).id for name in names] for names in (left, right)]
     for row in range(0, len(written.rows), 40):
         for joint, value in zip(written.header[1:], written.rows[row, 1:], strict=True):
             data.joint(joint).qpos = value
         mujoco.mj_kinematics(model, data)
-        for hand in hands:
-            assert mujoco.mj_geomDistance(model, data, hand, table, 1.0, None) > 0
-        for left in hands[:2]:
-            for right in hands[2:]:
-                assert mujoco.mj_geomDistance(model, data, left, right, 1.0, None) > 0.015
+        for part in (*hands[0], *hands[1]):
+            assert mujoco.mj_geomDistance(model, data, part, table, 1.0, None) > 0
+        for one in hands[0]:
+            for other in hands[1]:
+                assert mujoco.mj_geomDistance(model, data, one, other, 1.0, None) > 0.015
 
 
 def test_fingers_close_before_the_cloth_moves_and_open_after(written: Written) -> None:

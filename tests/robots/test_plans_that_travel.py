@@ -60,7 +60,7 @@ def test_it_is_rehearsed_from_another_folder(moved: Path, monkeypatch: pytest.Mo
     done = rehearse(Planned.load(Path(os.path.relpath(moved))))
     # At the speed of a trial the tools of this robot are 3.8 mm off; in a fold of 3 s they are less than 2 mm off.
     assert done.joint_error.max() < 0.03 and done.tool_error < 0.004 and not done.contacts
-    corners, _ = link_boxes(done.planned, done.angles[::500])
+    corners, _ = link_boxes(done.planned, done.angles[::500], done.times[::500])
     assert np.isfinite(corners).all()
     why_not = save_film(done, None, tmp_path / "film.gif")
     assert why_not is None or "robot.xml" not in why_not

@@ -2,7 +2,6 @@
 
 import os
 import sys
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +20,8 @@ from tatamu.robots.arm_facts import FR3, PANDA, UR5E, XARM7, SerialArm  # noqa: 
 from tatamu.robots.chain import Chain  # noqa: E402
 from tatamu.robots.clearance import FAR, Clearance  # noqa: E402
 from tatamu.robots.constraint import ReachConstraint  # noqa: E402
+from tatamu.robots.keys import state_names  # noqa: E402
+from tatamu.robots.light_arms import OPENARM, SO101, VIPERX  # noqa: E402
 from tatamu.robots.modelfile import give, read_model  # noqa: E402
 from tatamu.robots.presets import PAIRS, pair_of_arms, side_by_side  # noqa: E402
 from tests.robots.folds import exact  # noqa: E402
@@ -30,19 +31,34 @@ REAL = {
     "panda": (PANDA, "example-robot-data", "panda_description/urdf/panda.urdf", "panda_link{}", 1e-5),
     "xarm7": (XARM7, "example-robot-data", "xarm_description/urdf/xarm7.urdf", "link{}", 1e-4),
     "ur5e": (UR5E, "robosuite", "ur5e/robot.xml", "", 2.5e-3),  # its lengths are rounded to millimetres
+    "so101": (SO101, "example-robot-data", "so_arm_description/urdf/so101.urdf", "", 1e-5),
+    "viperx": (VIPERX, "gym_aloha", "assets/bimanual_viperx_insertion.xml", "", 1e-5),
+    "openarm": (OPENARM, "openarm_mujoco-2.3.0", "v2/openarm_bimanual.xml", "", 1e-5),
 }
-UR_LINKS = ("shoulder_link", "upper_arm_link", "forearm_link", "wrist_1_link", "wrist_2_link", "wrist_3_link")
+LINKS = {
+    "ur5e": ("shoulder_link", "upper_arm_link", "forearm_link", "wrist_1_link", "wrist_2_link", "wrist_3_link"),
+    "so101": ("shoulder_link", "upper_arm_link", "lower_arm_link", "wrist_link", "gripper_link"),
+    "viperx": tuple(
+        f"vx300s_left/{name}_link"
+        for name in ("shoulder", "upper_arm", "upper_forearm", "lower_forearm", "wrist", "gripper")
+    ),
+    "openarm": (*(f"openarm_left_link{number}" for number in range(1, 7)), "openarm_left_ee_base_link"),
+}
+FEET = {"ur5e": "fixed_base_link", "viperx": "vx300s_left", "openarm": "openarm_left_base_link"}
+JOINTS = {"viperx": "vx300s_left/{}", "openarm": "openarm_left_{}"}
 
 
 def real_file(package: str, path: str) -> Path:
     """A model file of an installed package; the test is skipped if there is none."""
-    roots = [Path(entry) / "cmeel.prefix" / "share" / "example-robot-data" / "robots" for entry in sys.path]
-    if package == "robosuite":
-        found = find_spec("robosuite")
-        roots = [Path(os.path.dirname(found.origin or "")) / "models/assets/robots"] if found else []
-    for root in roots:
-        if (root / path).is_file():
-            return root / path
+    inside = {
+        "example-robot-data": "cmeel.prefix/share/example-robot-data/robots",
+        "robosuite": "robosuite/models/assets/robots",
+    }
+    entries = [*sys.path, *filter(None, [os.environ.get("TATAMU_MODELS")])]  # unpacked source archives
+    for entry in entries:
+        file = Path(entry) / inside.get(package, package) / path
+        if file.is_file():
+            return file
     pytest.skip(f"{package} is not installed, whose {path} this preset is compared with")
 
 
@@ -53,18 +69,19 @@ def single(arm: SerialArm) -> Any:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_pair_starts_with_its_tools_down_and_its_fingers_across_the_fold(name: str) -> None:
+def test_a_pair_starts_with_its_tools_down_and_its_jaws_across_the_hem(name: str) -> None:
     robot = load(name)
     for arm in robot.arms:
         tool = Chain.of(robot, arm).tool(arm.initial[None])[0][0]
-        assert np.allclose(tool[:3, :3], np.diag([-1, 1, -1]), atol=1e-3)
+        if name != "openarm":  # its tools point ahead, as in its maker's home pose
+            assert np.allclose(tool[:3, 2], [0, 0, -1], atol=1e-3)
+            assert np.allclose(tool[:3, 1], [1, 0, 0], atol=1e-3), "the jaw opens along the fold, across the hem"
         assert np.sign(tool[1, 3]) == (1 if arm.name == "larm" else -1)
-        assert Chain.of(robot, arm).margin(arm.initial[None])[0] > 0.3
+        assert Chain.of(robot, arm).margin(arm.initial[None])[0] > 0.15
     clearance = Clearance(robot)
-    clearance.set_table(0.0)
-    assert clearance.untested == []
+    clearance.set_table(robot.table_heights[1])
     least = {kind: found.value for kind, found in clearance.least(robot.initial[None]).items()}
-    assert min(least.values()) > 0.03 and min(least["between arms"], least["to obstacles"]) > 0.1 <= FAR
+    assert min(least.values()) > 0.01 and least["between arms"] > 0.1 <= FAR
 
 
 @pytest.mark.parametrize("name", sorted(REAL))
@@ -72,7 +89,11 @@ def test_a_preset_moves_as_the_real_models_do(name: str) -> None:
     arm, package, path, pattern, tolerance = REAL[name]
     model, mine = _real_model(package, path), single(arm)
     theirs, ours = mujoco.MjData(model), mujoco.MjData(mine)
-    columns = [model.jnt_qposadr[number] for number in range(len(arm.joints))]
+    named = [JOINTS.get(name, "").format(joint) for joint in arm.joints]
+    numbers = [model.joint(joint).id if joint else number for number, joint in enumerate(named)]
+    if name == "so101":
+        numbers = [model.joint(joint).id for joint in arm.joints]
+    columns = [model.jnt_qposadr[number] for number in numbers]
     random = np.random.default_rng(0)
     for _ in range(5):
         angles = random.uniform(-1.0, 1.0, len(arm.joints))
@@ -82,24 +103,26 @@ def test_a_preset_moves_as_the_real_models_do(name: str) -> None:
         mujoco.mj_kinematics(model, theirs)
         mujoco.mj_kinematics(mine, ours)
         for number in range(1, len(arm.joints) + 1):
-            link = theirs.body(pattern.format(number) or UR_LINKS[number - 1])
+            link = theirs.body(LINKS[name][number - 1] if name in LINKS else pattern.format(number))
             own = ours.body(f"larm_link{number}")
-            foot = theirs.body("fixed_base_link" if name == "ur5e" else 0)
+            foot = theirs.body(FEET.get(name, 0))
             turned = foot.xmat.reshape(3, 3).T
             assert np.allclose(own.xpos, turned @ (link.xpos - foot.xpos), atol=tolerance)
             assert np.allclose(own.xmat.reshape(3, 3), turned @ link.xmat.reshape(3, 3), atol=1e-4)
 
 
-@pytest.mark.parametrize("name", ["panda", "ur5e"])
+@pytest.mark.parametrize("name", ["panda", "ur5e", "so101", "viperx", "openarm"])
 def test_the_boxes_of_a_preset_contain_the_real_links(name: str) -> None:
     arm, package, path, pattern, _ = REAL[name]
     model = _real_model(package, path)
     seen = 0
     for number, hinge in enumerate(arm.hinges, start=1):
-        body = model.body(pattern.format(number) or UR_LINKS[number - 1]).id
+        body = model.body(LINKS[name][number - 1] if name in LINKS else pattern.format(number)).id
         for geom in range(model.ngeom):
             if model.geom_bodyid[geom] == body and model.geom_contype[geom] and model.geom_dataid[geom] >= 0:
                 points = _vertices(model, geom)
+                if (name, number) == ("so101", 5):
+                    points = points[points[:, 2] > -0.051]  # beyond is the fixed jaw, a finger
                 inside = np.zeros(len(points), dtype=bool)
                 for low, high in hinge.boxes:
                     inside |= ((points >= np.array(low) - 1e-3) & (points <= np.array(high) + 1e-3)).all(axis=1)
@@ -144,3 +167,35 @@ def test_fr3_keeps_to_half_of_its_speed() -> None:
 def test_options_of_hironx_are_not_for_presets() -> None:
     with pytest.raises(InputError, match="only for hironx and nextage"):
         load("panda-pair", fingertip=0.1)
+
+
+def test_the_right_arm_of_openarm_is_the_real_one() -> None:
+    model, mine = _real_model("openarm_mujoco-2.3.0", "v2/openarm_bimanual.xml"), load("openarm").model
+    theirs, ours = mujoco.MjData(model), mujoco.MjData(mine)
+    random = np.random.default_rng(0)
+    for number in range(1, 8):
+        real, own = model.joint(f"openarm_right_joint{number}"), mine.joint(f"rarm_joint{number}")
+        assert own.range == pytest.approx(real.range)
+        theirs.joint(real.name).qpos[0] = ours.joint(own.name).qpos[0] = random.uniform(*real.range)
+    mujoco.mj_kinematics(model, theirs)
+    mujoco.mj_kinematics(mine, ours)
+    for number in range(1, 8):
+        link = theirs.body(f"openarm_right_link{number}" if number < 7 else "openarm_right_ee_base_link")
+        assert np.allclose(ours.body(f"rarm_link{number}").xpos, link.xpos, atol=1e-5)
+        assert np.allclose(ours.body(f"rarm_link{number}").xmat, link.xmat, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "keys"),
+    [
+        ("so101-pair", "bi_so_follower", ["left_shoulder_pan.pos", "left_gripper.pos", "right_wrist_roll.pos"]),
+        ("openarm", "bi_openarm_follower", ["left_joint_1.pos", "left_gripper.pos", "right_joint_7.pos"]),
+        ("aloha2", "aloha", ["left_waist.pos", "left_gripper.pos", "right_wrist_rotate.pos"]),
+    ],
+)
+def test_light_arms_have_the_keys_of_lerobot(name: str, kind: str, keys: list[str]) -> None:
+    robot = load(name)
+    assert robot.lerobot_type == kind
+    names = state_names(robot)
+    width = len(robot.larm.joints)
+    assert [names[0], names[width], names[-2]] == keys and len(names) == 2 * width + 2

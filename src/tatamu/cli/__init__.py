@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from tatamu.cli import (  # noqa: F401
+    board,
     calibrate,
     check,
     dataset,
     garments,
     install,
     learn,
+    lens,
+    locate,
     margins,
     materials,
     measure,
+    observe,
     outline,
     plan,
     plans,

@@ -4,23 +4,51 @@ from __future__ import annotations
 
 import sys
 import warnings
+from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from tatamu.cli.app import Interrupted, app
 from tatamu.cli.cluster import SchedulerOption, StorageOption
 from tatamu.cli.options import options_from
+from tatamu.errors import InputError
 from tatamu.options import TaskRequest
 
 
+def _after(own: Mapping[str, Any], names_garment: bool) -> Mapping[str, Any]:
+    """Return options that are not given: those of the last fold that `--after` names, and fewer trials."""
+    runs = own["after"] or []
+    if not runs:
+        if names_garment:
+            return {}
+        raise InputError("GARMENT: must be given, unless --after names an observed fold whose garment is folded again")
+    from tatamu.observation.after import TRIALS
+    from tatamu.report.command import request
+    from tatamu.study import Result
+
+    if names_garment:
+        return {"trials": TRIALS}
+    run = Result.load(runs[-1])
+    asked = request(run.record, run.folder)
+    return {**dict(asked), "trials": TRIALS, "disturbances": None}
+
+
 @app.command()
-@options_from(TaskRequest, argument="garment")
+@options_from(TaskRequest, argument="garment", defaults=_after)
 def learn(
     options: TaskRequest,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the study; an unfinished one is resumed.")],
+    after: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="RUN",
+            help="Learn from an observed fold: its posterior as disturbances, 20 trials that start from it; may be "
+            "repeated for folds of one set-up.",
+        ),
+    ] = None,
     scheduler: SchedulerOption = None,
     storage: StorageOption = None,
 ) -> None:
@@ -43,16 +71,25 @@ def learn(
 
     `tatamu learn towel --size 0.30x0.36 --robot hironx --out runs/hand-towel`
 
+    `tatamu learn --after runs/towel --out runs/next`
+
     `tatamu learn towel --scheduler tcp://10.0.0.5:8786 --storage postgresql://lab@db/folds --out runs/towel`
 
     A fold in several steps learns each in turn, in DIR/step-1, DIR/step-2 and so on, with `--trials` each.
     Run the same command again to resume an interrupted study, or with more `--trials` to extend it.
     """
     with ExitStack() as connections:
-        _learn(options, out, scheduler, storage, connections)
+        _learn(options, out, after or [], scheduler, storage, connections)
 
 
-def _learn(options: TaskRequest, out: Path, scheduler: str | None, storage: str | None, connections: ExitStack) -> None:
+def _learn(
+    options: TaskRequest,
+    out: Path,
+    after: list[Path],
+    scheduler: str | None,
+    storage: str | None,
+    connections: ExitStack,
+) -> None:
     """Learn, and print the result; connections stay open until it has ended."""
     from tatamu.cli.progress import LearningDisplay, starting
 
@@ -87,7 +124,15 @@ def _learn(options: TaskRequest, out: Path, scheduler: str | None, storage: str 
             executor_at(scheduler) as executor,
             LearningDisplay(task, Schedule(options.trials).most, fixed, prepares=executor is None) as display,
         ):
-            result = learn(task, options.learning, out=out, executor=executor, database=database, progress=display.show)
+            result = learn(
+                task,
+                options.learning,
+                out=out,
+                after=after,
+                executor=executor,
+                database=database,
+                progress=display.show,
+            )
     except KeyboardInterrupt:
         raise Interrupted(kept(out)) from None
     for line in success_lines(result):

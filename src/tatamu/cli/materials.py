@@ -77,10 +77,15 @@ def _lines(presets: list[Preset]) -> Iterator[str]:
     for each in presets:
         m = each.material
         numbers = (1e3 * m.areal_density, m.stretch_stiffness, 1e6 * m.bending_rigidity, 100 * m.bending_length)
-        row = [f"{number:.3g}" for number in (*numbers, m.friction_table, 1e3 * m.thickness)]
+        row = [_rounded(number) for number in (*numbers, m.friction_table, 1e3 * m.thickness)]
         raw = " (Blender's own numbers)" if m.blender is not None else ""
         yield f"{each.name:28}" + "".join(f"{cell:>8}" for cell in row)
         yield f"    {each.preset.title}{raw}"
+
+
+def _rounded(number: float) -> str:
+    """Return three digits of a number, but no exponent, which would fill a column."""
+    return f"{number:.3g}" if abs(number) < 1000.0 else f"{number:.0f}"
 
 
 def described(preset: Preset) -> str:

@@ -15,35 +15,60 @@ from tatamu.options import Options
 from tatamu.records import Record
 
 PLAIN = (bool, int, float)
+CONTEXT = "context"
+"""Parameter of a command that has the options that are given."""
 
 
-def options_from(record: type[Record], argument: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+Defaults = Callable[[Mapping[str, Any], bool], Mapping[str, Any]]
+"""From a command's own parameters, and whether its argument is given, to values of options that are not given."""
+
+
+def options_from(
+    record: type[Record], argument: str, defaults: Defaults | None = None
+) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Give a command one option for each field of a record, in place of its parameter `options`.
 
     Args:
         record: The record; defaults and descriptions of its fields are those of the options.
         argument: Name of the field that is the command's argument.
+        defaults: Returns the values of options that are not given, the argument among them; None for those of the
+            record, whose argument has to be given.
     """
 
     def decorate(command: Callable[..., Any]) -> Callable[..., Any]:
         own = list(inspect.signature(command, eval_str=True).parameters.values())[1:]
         made = {name: _parameter(name, field, name == argument) for name, field in record.model_fields.items()}
         first = made.pop(argument)
+        if defaults is not None:
+            kind, shown = get_args(first.annotation)
+            first = first.replace(default=None, annotation=Annotated[kind | None, shown])
         required = [each for each in own if each.default is inspect.Parameter.empty]
         optional = [each for each in own if each.default is not inspect.Parameter.empty]
 
         def generated(**given: Any) -> Any:
             values = {name: given.pop(name) for name in record.model_fields}
+            if defaults is not None:
+                context: typer.Context = given.pop(CONTEXT)
+                usual = defaults(given, values[argument] is not None)
+                values |= {name: value for name, value in usual.items() if not _is_given(context, name)}
             return command(parse(record, values), **given)
 
         generated.__name__, generated.__doc__ = command.__name__, command.__doc__
         ordered = [first, *required, *made.values(), *optional]
+        if defaults is not None:
+            ordered.append(inspect.Parameter(CONTEXT, inspect.Parameter.KEYWORD_ONLY, annotation=typer.Context))
         generated.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
             [each.replace(kind=inspect.Parameter.KEYWORD_ONLY) for each in ordered]
         )
         return generated
 
     return decorate
+
+
+def _is_given(context: typer.Context, name: str) -> bool:
+    """Return whether an option of the running command is given on the command line."""
+    source = context.get_parameter_source(name)
+    return source is not None and source.name not in ("DEFAULT", "DEFAULT_MAP")
 
 
 def _parameter(name: str, field: FieldInfo, is_argument: bool) -> inspect.Parameter:

@@ -13,6 +13,7 @@ import typer
 
 from tatamu.cli.app import Interrupted
 from tatamu.errors import InputError, TatamuError, one_line
+from tatamu.extras import missing
 
 UNWRITABLE = (errno.ENOSPC, errno.EIO, errno.EPIPE)
 """Errors of standard output that is full, broken or closed."""
@@ -45,6 +46,11 @@ def run(app: typer.Typer, name: str) -> NoReturn:
         _stop(name, "aborted", INTERRUPTED)
     except KeyboardInterrupt:
         code = INTERRUPTED  # as typer returns it if it sees the exception first
+    except ModuleNotFoundError as error:
+        refused = missing(error)
+        if refused is None:
+            raise
+        _stop(name, str(refused), 2)
     except MemoryError:
         _stop(name, "there is not enough memory for this; give smaller files or a coarser mesh", 2)
     except OSError as error:

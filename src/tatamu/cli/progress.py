@@ -24,6 +24,8 @@ BAR_EVERY = 0.2
 """Seconds between two updates on a terminal."""
 STEADY = 4
 """Trials after which their pace is known; the first ones start together."""
+SILENT = 10.0
+"""Seconds without a finished trial after which the time of one simulation is measured."""
 WRITING = 3.0
 """Approximate seconds for writing a folder and its page, the only long stage that is not measured."""
 
@@ -140,6 +142,7 @@ class LearningDisplay:
         """
         from tatamu.simulators import named
 
+        self.task = task
         self._simulator = named(task.simulator)
         self._console = console or Console()
         self.work = Workload(len(task.plan.steps), trials, baselines)
@@ -220,9 +223,9 @@ class LearningDisplay:
         self._how_long = "about" if known or self._how_long == "about" else "at most"
         self._ends = monotonic() + left
 
-    def now(self, text: str, done: int, total: int) -> None:
-        """Show this text from now on, with the remaining time if it is known."""
-        self._lines = lambda: (text + self._left(), done, total)
+    def now(self, text: str, done: int, total: int, more: Callable[[], str] = str) -> None:
+        """Show this text from now on, with what `more` returns, and the remaining time if it is known."""
+        self._lines = lambda: (text + more() + self._left(), done, total)
         if self._bar:
             self._look()
 
@@ -260,6 +263,7 @@ class _Step:
         self._pace = 0.0
         self._first = 0
         self._latest: Progress | None = None
+        self._simulation: str | None = None
 
     def show(self, progress: Progress) -> None:
         """Show the progress; before the first trial the simulator is prepared."""
@@ -284,7 +288,26 @@ class _Step:
             "validation": "validating the best fold in disturbed worlds",
             "report": "writing the report",
         }
-        display.now(f"{words[progress.stage]}: {best(progress)}", progress.done, progress.trials)
+        waits = progress.stage == "trials" and not progress.done
+        text = f"{words[progress.stage]}: {best(progress)}"
+        display.now(text, progress.done, progress.trials, self._waiting if waits else str)
+
+    def _waiting(self) -> str:
+        """Return how long no trial has ended, and, after a while, how long one simulation takes."""
+        silent = monotonic() - (self._began or monotonic())
+        if silent > SILENT and self._simulation is None:
+            self._simulation = self._one_simulation()
+        return f", for {duration(silent)}{self._simulation or ''}" if silent >= LINE_EVERY else ""
+
+    def _one_simulation(self) -> str:
+        """Return the time of one simulation in words; empty if it is not known."""
+        from tatamu.evaluation.pace import simulation_seconds
+
+        seconds = simulation_seconds(self._display.task) if self.number == 1 else None
+        if seconds is None:
+            return ""
+        many = ", and a trial in disturbed worlds has many" if self._latest and self._latest.disturbed else ""
+        return f"; one simulation takes at least {duration(seconds)}{many}"
 
     def end(self) -> None:
         """Print a line that stays."""

@@ -45,11 +45,15 @@ def rehearse(
     from tatamu.robots.report import save, summary
     from tatamu.simulators import require
 
+    planned = Planned.load(plan)
+    if planned.plan.hover and simulator != "none":
+        print(f"no cloth: the plan moves {1e3 * planned.plan.hover:.0f} mm above it with open jaws")
+        simulator = "none"
     if simulator != "none":
         require(simulator)
     console = Console()
     with console.status("the robot moves"):
-        result = rehearsed(Planned.load(plan))
+        result = rehearsed(planned)
     with console.status(f"the cloth in {simulator}, with the robot's hands and with floating ones"):
         fold = refold(result, simulator, halvings) if simulator != "none" else None
     if fold is None and simulator != "none":

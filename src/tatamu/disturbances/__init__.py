@@ -3,6 +3,7 @@
 A world turns a fold and a manipulation into a scene; it does not depend on a simulator.
 """
 
+from tatamu.disturbances.channels import CHANNELS, Channel
 from tatamu.disturbances.description import (
     Disturbances,
     default_disturbances,
@@ -11,23 +12,38 @@ from tatamu.disturbances.description import (
     read_disturbances,
     with_calibrated,
 )
-from tatamu.disturbances.disturbed import disturbed_scene
-from tatamu.disturbances.world import CHANNELS, NOMINAL, Channel, Stream, World, deviations, sample_sobol, sample_worlds
+from tatamu.disturbances.disturbed import disturbed_scene, hand_errors, hand_failure
+from tatamu.disturbances.systematic import Split, join, split
+from tatamu.disturbances.world import (
+    NOMINAL,
+    Stream,
+    World,
+    deviations,
+    mean_world,
+    sample_sobol,
+    sample_worlds,
+)
 
 __all__ = [
     "CHANNELS",
     "NOMINAL",
     "Channel",
     "Disturbances",
+    "Split",
     "Stream",
     "World",
     "default_disturbances",
     "deviations",
     "disturbances_in",
     "disturbed_scene",
+    "hand_errors",
+    "hand_failure",
+    "join",
     "load_disturbances",
+    "mean_world",
     "read_disturbances",
     "sample_sobol",
     "sample_worlds",
+    "split",
     "with_calibrated",
 ]

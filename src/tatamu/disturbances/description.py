@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
+from tatamu.disturbances.channels import CHANNELS, FIELDS, PLACES, prefix_in
 from tatamu.errors import InputError
 from tatamu.files import read_toml, validated
 from tatamu.folding.fingers import Fingers
@@ -37,31 +38,37 @@ ThreeLengths = Annotated[list[Length], Field(min_length=3, max_length=3)]
 """Standard deviations along the fold, across it, and up [m]."""
 TwoLengths = Annotated[list[Length], Field(min_length=2, max_length=2)]
 """Standard deviations along the fold and across it [m]."""
+FARTHEST_MEAN = {"m": 0.5, "rad": 1.0, "s": 2.0, "1": MOST_RELATIVE}
+"""Largest size of a mean, by unit."""
+Share = Annotated[Number, Field(ge=0.0, le=1.0)]
+"""A part of a variance."""
 
-FIELDS = (
-    "areal_density",
-    "stretch_stiffness",
-    "poisson_ratio",
-    "compression",
-    "bending_rigidity",
-    "thickness",
-    "friction_table",
-    "friction_cloth",
-    "air_drag",
-    "air_drag_normal",
-    "air_drag_tangential",
-    "air_drag_quadratic",
-    "air_drag_quadratic_tangential",
-    "air_added_mass",
-    "stretch_stiffness_weft",
-    "shear_stiffness",
-    "bending_rigidity_weft",
-    "bending_rigidity_bias",
-    "bending_hysteresis",
-    "bending_rigidity_initial",
-    "air_drag_turning",
-)
-"""Fields of a material that may be disturbed, in the order in which they are drawn: append only."""
+
+def _flat(value: Any) -> Any:
+    """Return nested tables as one table whose names are joined by dots, as in "hands.offset.along"."""
+    if not isinstance(value, Mapping):
+        return value
+    found: dict[str, Any] = {}
+    for name, inner in value.items():
+        part = _flat(inner)
+        if isinstance(part, dict):
+            found |= {f"{name}.{rest}": number for rest, number in part.items()}
+        else:
+            found[str(name)] = part
+    return found
+
+
+def _one_or_two(value: Any) -> Any:
+    """Check a deviation of both hands, or one each."""
+    each = value if isinstance(value, list) and len(value) == 2 else [value]
+    if any(isinstance(one, bool) or not isinstance(one, int | float) or not 0.0 <= one <= 0.5 for one in each):
+        raise ValueError(f"must be a number from 0 to 0.5, or two, of the left and the right hand, given {value!r}")
+    return value
+
+
+LengthOfHands = Annotated[float | list[float], BeforeValidator(_one_or_two)]
+"""Standard deviation of a place of both hands, or of the left and of the right hand [m]."""
+
 LEAST_EIGENVALUE = -0.01
 """Lowest eigenvalue accepted for a correlation matrix whose entries were rounded to three digits."""
 
@@ -84,9 +91,9 @@ class HandErrors(Record):
 class GraspErrors(Record):
     """Errors of the grasps, independent for each hand; each hand is still laid down in its intended place."""
 
-    along: Length = 0.0
+    along: LengthOfHands = 0.0
     """Error along the edge [m]."""
-    into: Length = 0.0
+    into: LengthOfHands = 0.0
     """Error into the cloth [m]."""
 
 
@@ -107,7 +114,7 @@ class TableErrors(Record):
 
 
 class Correlation(Record):
-    """Correlations of the logarithms of a material's fields, as in a calibrated material."""
+    """Correlations of the logarithms of a material's fields, as in a calibrated material, and of other disturbances."""
 
     parameters: list[str]
     matrix: list[list[Annotated[Number, Field(ge=-1.0, le=1.0)]]]
@@ -115,7 +122,7 @@ class Correlation(Record):
     @model_validator(mode="after")
     def _check(self) -> Self:
         count = len(self.parameters)
-        if unknown := [name for name in self.parameters if name not in FIELDS]:
+        if unknown := [name for name in self.parameters if name not in FIELDS and name not in PLACES]:
             raise ValueError(f"parameters must be of {', '.join(FIELDS)}, given {unknown[0]!r}")
         if len(set(self.parameters)) < count:
             raise ValueError("parameters must differ")
@@ -139,7 +146,12 @@ class Disturbances(Record):
     material: dict[str, Relative] = Field(default_factory=dict)
     """Relative deviations by field."""
     correlation: Correlation | None = None
-    """Correlations of the fields of `material`; None if they are independent."""
+    """Correlations of fields of `material`, or of disturbances by the names of `CHANNELS`; None if there are none."""
+    mean: Annotated[dict[str, Number], BeforeValidator(_flat)] = Field(default_factory=dict)
+    """Means other than zero, by the names of `CHANNELS`; of relative disturbances those of the logarithm."""
+    systematic: Annotated[dict[str, Share], BeforeValidator(_flat)] = Field(default_factory=dict)
+    """Part of each variance that is the same in every fold of a set-up, by names of `CHANNELS` or their beginnings; for
+    others `systematic.toml` has it."""
     fingers: Fingers = Fingers()
     """Fingers of the hands; not drawn."""
 
@@ -148,9 +160,24 @@ class Disturbances(Record):
         if unknown := [name for name in self.material if name not in FIELDS]:
             raise ValueError(f"material.{unknown[0]} must be one of {', '.join(FIELDS)}")
         given = self.correlation.parameters if self.correlation else []
-        if missing := [name for name in given if name not in self.material]:
+        if missing := [name for name in given if name in FIELDS and name not in self.material]:
             raise ValueError(f"correlation.parameters: {missing[0]} has no deviation in [material]")
+        self._check_names()
         return self
+
+    def _check_names(self) -> None:
+        """Refuse names of [mean] and [systematic] that no disturbance has, and means that are too far."""
+        for name, value in self.mean.items():
+            if name not in PLACES:
+                raise ValueError(f"mean.{name} must be the name of a disturbance, such as hands.offset.along")
+            most = FARTHEST_MEAN[CHANNELS[PLACES[name]].unit]
+            if abs(value) > most:
+                raise ValueError(f"mean.{name} must be from -{most:g} to {most:g}, given {value:g}")
+        for name in self.systematic:
+            if not any(prefix_in(channel.name, (name,)) for channel in CHANNELS):
+                raise ValueError(
+                    f"systematic.{name} must be the name of a disturbance or its beginning, such as hands.offset"
+                )
 
     def describe(self) -> dict[str, Any]:
         """Return plain data for `result.json` and `margins.json`: only fields that differ from exact."""

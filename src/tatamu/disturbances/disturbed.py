@@ -12,10 +12,9 @@ import numpy as np
 from pydantic import ValidationError
 
 from tatamu import curves
-from tatamu.disturbances.description import FIELDS
+from tatamu.disturbances.channels import FIELDS
 from tatamu.disturbances.world import World
 from tatamu.errors import SimulationError
-from tatamu.folding.finger_clearance import lowest_lift
 from tatamu.folding.fold import PINCH, Fold
 from tatamu.folding.manipulation import HANDS, Manipulation
 from tatamu.folding.trial_scene import Carry, carries_of, scene_of, scene_with
@@ -24,8 +23,14 @@ from tatamu.scene import Scene
 
 BASES = ("stretch_stiffness", "bending_rigidity")
 """Warp stiffnesses whose error factor also scales the other directions."""
-BEARS_DOWN = 0.001
-"""Depth below its clearance at which a finger presses fully on the cloth below it [m]."""
+NEAR = 0.02
+"""Distance from the fold line, and from the release, over which layers come to lie below a finger [m]."""
+PRESSES = 0.25
+"""How far a finger that is too low presses into layers before its arm yields [thicknesses]; it then drags them."""
+LEAST_HELD = 0.2
+"""A hand whose pads take less than this part of the cloth that they were meant to take holds nothing [-]."""
+PAD_POINTS = (12, 8)
+"""Points along the edge and across it at which a pad is compared with the cloth."""
 SIDES = (("left", 1.0), ("right", -1.0))
 """Names of the hands, and the sign of their part of the difference between them."""
 
@@ -33,19 +38,41 @@ SIDES = (("left", 1.0), ("right", -1.0))
 def disturbed_scene(fold: Fold, manipulation: Manipulation, world: World) -> Scene:
     """Return the scene of a manipulation in a world; in the nominal world it is that of `scene_of`.
 
+    A hand that is sent to grasp beside its vertex, as a corrected manipulation may be, closes there.
+
     Raises:
         SimulationError: If the hands would grasp the same place.
     """
-    if world.is_nominal:
+    if world.is_nominal and not _aims_beside(fold, manipulation).any():
         return scene_of(fold, manipulation)
-    carries = [_carry(fold, manipulation, world, number) for number in range(len(manipulation.grasps))]
-    held = [carry for carry in carries if carry is not None]
+    hands = [_hand(fold, manipulation, world, number) for number in range(len(manipulation.grasps))]
+    held = [hand.carry for hand in hands if hand.carry is not None]
     slower = manipulation.timing.opens + manipulation.move_seconds * (1.0 / world.factor("hands.speed") - 1.0)
     ends = max([slower, *(carry.opens for carry in held)]) + manipulation.settle
     try:
         return scene_with(fold, held, ends, _material(fold.garment.material, world))
     except ValidationError:
         raise SimulationError("both hands grasp the same place") from None
+
+
+def hand_failure(fold: Fold, manipulation: Manipulation, world: World) -> str | None:
+    """Return why a hand cannot do its part in a world, whatever the cloth does; None if both can.
+
+    A hand that grasps beside the cloth holds nothing. One that is commanded below the table by more than it yields
+    stops, or breaks.
+    """
+    if world.is_nominal and not _aims_beside(fold, manipulation).any():
+        return None
+    for number, name in enumerate(HANDS[: len(manipulation.grasps)]):
+        hand = _hand(fold, manipulation, world, number)
+        if hand.carry is None:
+            return f"the {name} hand grasps beside the cloth"
+        if hand.too_low > fold.fingers.compliance:
+            return (
+                f"the {name} hand meets the table: it is {1e3 * hand.too_low:.1f} mm too low, and yields by "
+                f"{1e3 * fold.fingers.compliance:.1f} mm"
+            )
+    return None
 
 
 def _material(usual: Material, world: World) -> Material:
@@ -89,29 +116,67 @@ class _Grasp:
 
     vertex: int
     """The nearest vertex, which represents the place."""
+    place: np.ndarray
+    """The place itself in the scene [m], shape (2,)."""
     slip: np.ndarray
     """Displacement from the intended to the actual place of the grasp, shape (2,)."""
     rest: float
     """Distance from that place to the vertex, along the fold."""
     misses: bool
-    """Whether the fingers close outside the cloth."""
+    """Whether the fingers close beside the cloth."""
 
 
-def _carry(fold: Fold, manipulation: Manipulation, world: World, number: int) -> Carry | None:
-    """Return the disturbed motion of a hand, or None if it misses the cloth."""
+@dataclass(frozen=True)
+class _DisturbedHand:
+    """What becomes of a hand in a world."""
+
+    carry: Carry | None
+    """Its motion; None if it holds nothing."""
+    too_low: float
+    """How far it is commanded below the table, or the layers that stop it [m]; 0 or less if it does not touch them."""
+
+
+def _hand(fold: Fold, manipulation: Manipulation, world: World, number: int) -> _DisturbedHand:
+    """Return the disturbed motion of a hand, or none if it misses the cloth."""
     usual = carries_of(fold, manipulation)[number]
-    grasp = _grasp(fold, usual.vertex, world, number)
+    aim = _aims_beside(fold, manipulation)[number]
+    grasp = _grasp(fold, usual.vertex, aim, world, number)
     if grasp.misses:
-        return None
+        return _DisturbedHand(None, 0.0)
     speed = world.factor("hands.speed")
     times = usual.times[0] + (usual.times - usual.times[0]) / speed
     share = curves.minimum_jerk(np.linspace(0.0, 1.0, len(times)))[:, None]
     back = grasp.slip + np.array([2.0 * grasp.rest, 0.0])
-    off = _off(fold, manipulation, world, number) - _in_scene(fold, np.array([*back, 0.0]))
+    off = _off(fold, manipulation, world, number) - _in_scene(fold, np.array([*back, 0.0])) + [0.0, 0.0, aim[2]]
     moved = _turned(usual.displacements, -world["cloth.yaw"]) + np.hstack([share, share, np.ones_like(share)]) * off
-    moved[:, 2] = np.maximum(moved[:, 2] - _borne_down(fold, grasp.vertex, moved), _floor(fold, grasp.vertex))
+    floor = _floor(fold, grasp.vertex, moved)
+    too_low = float((floor - moved[:, 2]).max())
+    moved[:, 2] = np.maximum(moved[:, 2], floor)
     opens = usual.opens + float(times[-1] - usual.times[-1]) + _delay(world, number)
-    return Carry(HANDS[number], grasp.vertex, times, moved, opens)
+    turning = _in_scene(fold, np.array([2.0 * grasp.rest, 0.0, 0.0]))
+    beside = share * turning - [*(fold.start[grasp.vertex, :2] - grasp.place), 0.0]
+    return _DisturbedHand(Carry(HANDS[number], grasp.vertex, times, moved, opens, beside), too_low)
+
+
+def hand_errors(fold: Fold, manipulation: Manipulation, world: World) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return the errors of each hand in a world, along the fold, across it and up [m], as a correction takes them away.
+
+    The first is of the place where it grasps, shape (2,), the second of the hand itself, shape (3,); cloth that lies
+    elsewhere counts as hands that are elsewhere.
+    """
+    lies = np.array([world["cloth.place.along"], world["cloth.place.across"], 0.0])
+    found = []
+    for number, side in enumerate(HANDS[: len(manipulation.grasps)]):
+        off = _off(fold, manipulation, world, number)
+        hand = np.array([off[:2] @ fold.normal, off[:2] @ fold.crease.along, off[2]]) - lies
+        grasp = np.array([world[f"grasp.into.{side}"], world[f"grasp.along.{side}"]]) - lies[:2]
+        found.append((grasp, hand))
+    return found
+
+
+def _aims_beside(fold: Fold, manipulation: Manipulation) -> np.ndarray:
+    """Return how far beside its vertex each hand is sent to grasp [m], shape (hands, 3): 0 without a correction."""
+    return np.array(manipulation.positions) - fold.start[list(manipulation.grasps)]
 
 
 def _delay(world: World, number: int) -> float:
@@ -134,8 +199,8 @@ def _off(fold: Fold, manipulation: Manipulation, world: World, number: int) -> n
     return _in_scene(fold, error)
 
 
-def _grasp(fold: Fold, vertex: int, world: World, number: int) -> _Grasp:
-    """Return the actual grasp of a hand that was meant to grasp a vertex."""
+def _grasp(fold: Fold, vertex: int, aim: np.ndarray, world: World, number: int) -> _Grasp:
+    """Return the actual grasp of a hand that was sent `aim` [m], shape (3,), beside a vertex."""
     side = SIDES[number][0]
     place = fold.start[vertex, :2]
     wrong = np.array([world[f"grasp.into.{side}"], world[f"grasp.along.{side}"]])
@@ -143,11 +208,33 @@ def _grasp(fold: Fold, vertex: int, world: World, number: int) -> _Grasp:
     seen = np.array([[*(place - middle), 0.0]])
     turned = _turned(seen, -world["cloth.yaw"])[0, :2] + middle - place
     lies = _in_scene(fold, np.array([world["cloth.place.along"], world["cloth.place.across"], 0.0]))[:2]
-    held = place + _in_scene(fold, np.array([*wrong, 0.0]))[:2] + turned - lies
-    into = float((held - place) @ fold.normal)
+    held = place + aim[:2] + _in_scene(fold, np.array([*wrong, 0.0]))[:2] + turned - lies
     chosen = _nearest(fold, vertex, held)
     rest = float((fold.start[chosen, :2] - held) @ fold.normal)
-    return _Grasp(chosen, wrong, rest, into < -PINCH)
+    misses = _covered(fold, held) < LEAST_HELD * _covered(fold, place)
+    return _Grasp(chosen, held, wrong, rest, misses)
+
+
+def _covered(fold: Fold, place: np.ndarray) -> float:
+    """Return the part of a pad that is over cloth, seen from above; the middle of its outer edge is at a place [m]."""
+    along, into = (np.arange(count) + 0.5 for count in PAD_POINTS)
+    along = (along / PAD_POINTS[0] - 0.5) * fold.fingers.width
+    into = into / PAD_POINTS[1] * PINCH
+    points = place + (into[:, None, None] * fold.normal + along[None, :, None] * fold.crease.along).reshape(-1, 2)
+    corners = fold.start[fold.garment.faces, :2]
+    far = fold.fingers.width + PINCH
+    near = ((corners.min(axis=1) < place + far) & (corners.max(axis=1) > place - far)).all(axis=1)
+    a, b, c = np.moveaxis(corners[near], 1, 0)
+    turns = [_side_of(p, q, points) for p, q in ((a, b), (b, c), (c, a))]
+    inside = np.all([turn >= -1e-12 for turn in turns], axis=0) | np.all([turn <= 1e-12 for turn in turns], axis=0)
+    return float(inside.any(axis=1).mean())
+
+
+def _side_of(start: np.ndarray, end: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return on which side of edges, shape (m, 2), points, shape (k, 2), lie, shape (k, m): positive on the left."""
+    edge = end - start
+    away = points[:, None] - start[None]
+    return np.asarray(edge[:, 0] * away[..., 1] - edge[:, 1] * away[..., 0])
 
 
 def _nearest(fold: Fold, vertex: int, place: np.ndarray) -> int:
@@ -161,24 +248,21 @@ def _nearest(fold: Fold, vertex: int, place: np.ndarray) -> int:
     return vertex if own <= distance.min() + 1e-9 else best
 
 
-def _floor(fold: Fold, vertex: int) -> float:
-    """Return the lowest vertical displacement of a hand [m]: a hand that is too low meets the table and stops there.
+def _floor(fold: Fold, vertex: int, moved: np.ndarray) -> np.ndarray:
+    """Return the lowest vertical displacement of a hand [m], shape (k,): too low, it meets the table and stops there.
 
-    Cloth does not stop it: the hand presses on the cloth below it and drags it along.
+    Cloth below it is no such limit: the hand presses on it and drags it along. Fingers do so as bodies, so their arm
+    must yield before they crush the cloth.
     """
-    return 0.5 * fold.garment.material.thickness - float(fold.start[fold.patch(vertex), 2].min())
-
-
-def _borne_down(fold: Fold, vertex: int, moved: np.ndarray) -> np.ndarray:
-    """Return by how much the cloth in a hand is lowered if its lower finger presses on other cloth [m], shape (k,).
-
-    Simulators have no fingers, so the cloth in the hand presses on the cloth below, and drags it, in the finger's
-    place.
-    """
-    if not fold.lift:
-        return np.zeros(len(moved))
-    pressed = lowest_lift(fold, vertex, moved) - moved[:, 2]
-    return fold.lift * np.clip(pressed / BEARS_DOWN, 0.0, 1.0)
+    thickness = fold.garment.material.thickness
+    table = np.full(len(moved), 0.5 * thickness - float(fold.start[fold.patch(vertex), 2].min()))
+    if not fold.fingers.stated:
+        return table
+    across, _ = fold.crease.split(fold.start[vertex] + moved)
+    beyond = np.clip(across / NEAR, 0.0, 1.0)
+    released = np.clip(1.0 - (across[-1] - across) / NEAR, 0.0, 1.0)
+    layers = fold.stacks.under[vertex] + released * fold.held_thickness(vertex) - PRESSES * thickness
+    return fold.fingers.lift + table + beyond * np.maximum(layers, 0.0)
 
 
 def _in_scene(fold: Fold, vector: np.ndarray) -> np.ndarray:

@@ -9,49 +9,8 @@ from enum import IntEnum
 import numpy as np
 from scipy.stats import norm, qmc
 
-from tatamu.disturbances.description import FIELDS, Disturbances
-
-DIRECTIONS = ("along", "across", "up")
-
-
-@dataclass(frozen=True)
-class Channel:
-    """One disturbance: a number that is drawn from a normal distribution."""
-
-    name: str
-    """Name in `margins.json`, such as "hands.offset.up"."""
-    unit: str
-    """Unit: m, rad or s; 1 if the number is the logarithm of a factor."""
-
-    @property
-    def relative(self) -> bool:
-        """Whether the number is the logarithm of a factor."""
-        return self.unit == "1"
-
-    def shown(self, value: float) -> float:
-        """Return a value for readers: in its unit, or as a relative change."""
-        return float(np.expm1(value)) if self.relative else value
-
-
-CHANNELS = (
-    *(Channel(f"hands.offset.{direction}", "m") for direction in DIRECTIONS),
-    *(Channel(f"hands.difference.{direction}", "m") for direction in DIRECTIONS),
-    Channel("hands.yaw", "rad"),
-    Channel("hands.opening_delay", "s"),
-    Channel("hands.speed", "1"),
-    Channel("grasp.along.left", "m"),
-    Channel("grasp.along.right", "m"),
-    Channel("grasp.into.left", "m"),
-    Channel("grasp.into.right", "m"),
-    Channel("cloth.place.along", "m"),
-    Channel("cloth.place.across", "m"),
-    Channel("cloth.yaw", "rad"),
-    Channel("table.height", "m"),
-    *(Channel(f"material.{name}", "1") for name in FIELDS),
-)
-"""All disturbances. Worlds draw them in this order: append only, or all worlds change."""
-PLACES = {channel.name: number for number, channel in enumerate(CHANNELS)}
-
+from tatamu.disturbances.channels import CHANNELS, DIRECTIONS, PLACES
+from tatamu.disturbances.description import Disturbances, LengthOfHands
 
 DIMENSIONS = 64
 """Dimensions of the Sobol sequence, more than there are channels: another number would change all worlds."""
@@ -64,6 +23,7 @@ class Stream(IntEnum):
     JUDGING = 1
     """Held-out validation at the end of a study."""
     MARGINS = 2
+    OBSERVATION = 3
 
 
 @dataclass(frozen=True)
@@ -103,14 +63,26 @@ def deviations(disturbances: Disturbances) -> dict[str, float]:
         "hands.yaw": hands.yaw,
         "hands.opening_delay": hands.opening_delay,
         "hands.speed": hands.speed,
-        **{f"grasp.along.{side}": disturbances.grasp.along for side in ("left", "right")},
-        **{f"grasp.into.{side}": disturbances.grasp.into for side in ("left", "right")},
+        **_of_hands("grasp.along", disturbances.grasp.along),
+        **_of_hands("grasp.into", disturbances.grasp.into),
         **dict(zip(("cloth.place.along", "cloth.place.across"), disturbances.cloth.place, strict=True)),
         "cloth.yaw": disturbances.cloth.yaw,
         "table.height": disturbances.table.height,
         **{f"material.{name}": deviation for name, deviation in disturbances.material.items()},
     }
     return {channel.name: found[channel.name] for channel in CHANNELS if found.get(channel.name, 0.0) > 0.0}
+
+
+def _of_hands(name: str, value: LengthOfHands) -> dict[str, float]:
+    """Return the deviations of the left and of the right hand."""
+    left, right = value if isinstance(value, list) else (value, value)
+    return {f"{name}.left": left, f"{name}.right": right}
+
+
+def mean_world(disturbances: Disturbances) -> World:
+    """Return the world in which every disturbance has its mean: the nominal one, unless means are given."""
+    means = disturbances.mean
+    return World({channel.name: means[channel.name] for channel in CHANNELS if means.get(channel.name)})
 
 
 def sample_worlds(disturbances: Disturbances, count: int, seed: int, stream: Stream) -> list[World]:
@@ -143,19 +115,20 @@ def sample_sobol(disturbances: Disturbances, count: int, seed: int, stream: Stre
 def worlds_of(disturbances: Disturbances, rows: Sequence[np.ndarray] | np.ndarray) -> list[World]:
     """Return worlds from standard normal numbers, shape (n, k), one column for each of `CHANNELS`."""
     scales = deviations(disturbances)
-    mixing = _mixing(disturbances)
+    means = mean_world(disturbances).values
+    mixing = correlations_root(disturbances)
     return [
-        World({name: float(scales[name] * row[PLACES[name]]) for name in scales})
+        World({**means, **{name: means.get(name, 0.0) + float(scales[name] * row[PLACES[name]]) for name in scales}})
         for row in (mixing @ row for row in rows)
     ]
 
 
-def _mixing(disturbances: Disturbances) -> np.ndarray:
+def correlations_root(disturbances: Disturbances) -> np.ndarray:
     """Return the root of the correlation matrix of all channels, shape (k, k)."""
     mixing = np.eye(len(CHANNELS))
     correlation = disturbances.correlation
     if correlation is not None and correlation.parameters:
-        rows = [PLACES[f"material.{name}"] for name in correlation.parameters]
+        rows = [PLACES[name if name in PLACES else f"material.{name}"] for name in correlation.parameters]
         values, vectors = np.linalg.eigh(np.array(correlation.matrix))
         root = vectors * np.sqrt(np.clip(values, 0.0, None)) @ vectors.T
         mixing[np.ix_(rows, rows)] = root / np.linalg.norm(root, axis=1, keepdims=True)

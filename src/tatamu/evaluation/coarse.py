@@ -12,14 +12,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
 from tatamu.errors import InputError
-from tatamu.evaluation.disturbed import Disturbed
 from tatamu.evaluation.evaluator import NOTHING, Evaluation, Evaluator, Incumbent, Wrapper
 from tatamu.folding.fold import ideal_folds
+from tatamu.folding.hand import leaves
 from tatamu.folding.interpolation import interpolated
 from tatamu.folding.score import vertex_distances
 from tatamu.folding.task import Task
@@ -91,7 +91,7 @@ def coarser_task(task: Task, settings: CoarseMesh | None = None) -> Task | None:
     if garment is None:
         return None
     state = None if task.state is None else interpolated(task.garment, task.state, garment)
-    coarse = replace(task, garment=garment, state=state, settle=settings.settle, reach=None)
+    coarse = replace(task, garment=garment, state=state, settle=settings.settle + leaves(task.fingers), reach=None)
     try:
         _ = coarse.fold
     except InputError:
@@ -145,8 +145,7 @@ def _nearest(point: np.ndarray, points: np.ndarray) -> int:
 class CoarseFirst(Wrapper):
     """Evaluates proposals of low fidelity on a coarser mesh, in the numbers of the finer one.
 
-    At high fidelity it estimates what disturbances add on the coarser mesh. If there is no coarser mesh (see
-    `coarser_task`), it does what the inner evaluator does.
+    If there is no coarser mesh (see `coarser_task`), it does what the inner evaluator does.
     """
 
     settings: CoarseMesh = field(default_factory=CoarseMesh)
@@ -183,11 +182,7 @@ class CoarseFirst(Wrapper):
         """Return the best evaluation of the same fidelity, with the hardest worlds of both."""
         fidelity = getattr(parameters, "fidelity", HIGH)
         here = self.inner.incumbent([each for each in known if each.fidelity == fidelity], parameters)
-        beat = replace(here, hardest=self.inner.incumbent(known, parameters).hardest)
-        if fidelity == LOW:
-            return beat
-        same = [each for each in known if each.fidelity == LOW and each.parameters == dict(parameters) and each.hardest]
-        return replace(beat, estimate=min(same, key=lambda each: each.objective, default=None))
+        return replace(here, hardest=self.inner.incumbent(known, parameters).hardest)
 
     def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
         """Evaluate a manipulation; proposals of low fidelity on the coarser mesh."""
@@ -195,8 +190,6 @@ class CoarseFirst(Wrapper):
             return self.inner(parameters, beat)
         if getattr(parameters, "fidelity", HIGH) == LOW:
             return self._low(self.coarse, parameters, beat)
-        if isinstance(self.inner, Disturbed):
-            return self.inner(parameters, beat, partial(self._estimate, parameters))
         return self.inner(parameters, beat)
 
     def _low(self, coarse: Evaluator, parameters: Mapping[str, int | float], beat: Incumbent) -> Evaluation:
@@ -219,29 +212,6 @@ class CoarseFirst(Wrapper):
             score=None if found.score is None else found.score.model_copy(update=changes),
             fidelity=LOW,
         )
-
-    def _estimate(
-        self, parameters: Mapping[str, int | float], nominal: Evaluation, beat: Incumbent
-    ) -> Evaluation | None:
-        """Estimate the objective: disturbances add on the finer mesh what they add on the coarser one, multiplied.
-
-        Returns:
-            None if the trial cannot win, or fails on the coarser mesh.
-        """
-        if beat.estimate is not None:
-            return replace(beat.estimate, objective=nominal.objective + beat.estimate.cost)
-        coarse = self.coarse
-        if nominal.objective >= beat.objective or not isinstance(coarse, Disturbed):
-            return None
-        there = on_coarser_mesh(self.task, coarse.task, parameters)
-        start = coarse.inner(there)
-        if start.failed:
-            return None
-        scaled = Incumbent(
-            start.objective + (beat.objective - nominal.objective) / self.ratio, beat.cost / self.ratio, beat.hardest
-        )
-        found = coarse.add_worlds(there, start, scaled)
-        return replace(found, objective=nominal.objective + self.ratio * (found.objective - start.objective))
 
     def fail(self, parameters: Mapping[str, int | float], error: str) -> Evaluation:
         """Return the evaluation of a manipulation that could not be simulated."""

@@ -1,6 +1,6 @@
 """An evaluator is a function from the parameters of a manipulation to an evaluation: how good the fold is.
 
-    evaluate = CoarseFirst(Disturbed(Nominal(task), disturbances, quantile=0.95))
+    evaluate = CoarseFirst(Disturbed(Nominal(task), disturbances, quantile=0.975))
     evaluate(task.space.middle()).objective
 
 `Nominal` simulates and scores. Wrappers change what is evaluated (`Disturbed`), how (`CoarseFirst`), or what is allowed
@@ -89,8 +89,6 @@ class Incumbent:
     """What disturbances add to it."""
     hardest: tuple[int, ...] = ()
     """Numbers of the disturbed worlds that decide, hardest first; empty for all."""
-    estimate: Evaluation | None = None
-    """An evaluation of the same parameters at low fidelity, if one is known."""
 
 
 NOTHING = Incumbent()
@@ -146,6 +144,11 @@ class Evaluator(ABC):
     def fidelities(self) -> int:
         """2 if the evaluator has a low fidelity as well, otherwise 1."""
         return 1
+
+    @property
+    def scouts(self) -> int:
+        """How many evaluations the others of a study wait for, since these say what is to be simulated."""
+        return 0
 
     def low_fidelity(self, parameters: Mapping[str, int | float]) -> tuple[Evaluator, Parameters] | None:
         """Return the evaluator of low fidelity by itself, and the same manipulation's parameters; None without one."""
@@ -232,6 +235,11 @@ class Wrapper(Evaluator):
     def fidelities(self) -> int:
         """2 if the evaluator has a low fidelity as well, otherwise 1."""
         return self.inner.fidelities
+
+    @property
+    def scouts(self) -> int:
+        """How many evaluations the others of a study wait for."""
+        return self.inner.scouts
 
     def low_fidelity(self, parameters: Mapping[str, int | float]) -> tuple[Evaluator, Parameters] | None:
         """Return the evaluator of low fidelity by itself, and the same manipulation's parameters; None without one."""

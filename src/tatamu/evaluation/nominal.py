@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tatamu.disturbances import World, disturbed_scene
+from tatamu.disturbances import NOMINAL, World, disturbed_scene
 from tatamu.errors import SimulationError
 from tatamu.evaluation.evaluator import NOTHING, Evaluation, Evaluator, Incumbent
 from tatamu.folding.fold import Fold
@@ -31,6 +31,8 @@ class Nominal(Evaluator):
     ends_early: bool = False
     """End a simulation when the hands have arrived, if the fold cannot win any more: many layers only come undone
     later."""
+    centre: World = NOMINAL
+    """The world that is simulated: that of the means, if disturbances have means other than zero."""
 
     @property
     def task(self) -> Task:
@@ -40,7 +42,10 @@ class Nominal(Evaluator):
     def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
         """Evaluate a manipulation."""
         manipulation = self.task.manipulation(parameters)
-        scene = scene_of(self.task.fold, manipulation)
+        try:
+            scene = disturbed_scene(self.task.fold, manipulation, self.centre)
+        except SimulationError as error:
+            return self.fail(parameters, str(error))
         if self.ends_early and beat.objective < np.inf:
             until = scene.model_copy(update={"duration": manipulation.timing.arrives})
             arrived = self._evaluate(parameters, manipulation, until)

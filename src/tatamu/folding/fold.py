@@ -14,6 +14,7 @@ from tatamu.folding.ideal import FoldLine, Stack, crease_of, ideal_fold, stack
 from tatamu.folding.pinch import outermost
 from tatamu.folding.plan import Plan, Step
 from tatamu.folding.plans import make_plan
+from tatamu.folding.press import Press
 from tatamu.garments import Garment
 from tatamu.topology import Topology
 
@@ -45,11 +46,8 @@ class Fold:
     """Folded area over the area before, for a fold without thickness; None for the target's ratio."""
     fingers: Fingers = field(default_factory=Fingers)
     """Fingers of the hands."""
-
-    @property
-    def lift(self) -> float:
-        """Height by which a closing hand lifts the cloth [m]: the thickness of its lower finger."""
-        return self.fingers.thickness
+    press: Press | None = None
+    """How the fold is pressed when the hands have left it; None if it is not."""
 
     @property
     def normal(self) -> np.ndarray:
@@ -72,16 +70,25 @@ class Fold:
         return float(-2.0 * self.crease.split(self.start[[vertex]])[0][0])
 
     def translation(self, vertex: int) -> np.ndarray:
-        """Return the vector from a grasp P0 to its release P3 [m], shape (3,); `lift` raises both equally.
+        """Return the vector from a grasp P0 to its release P3 [m], shape (3,); the fingers' `lift` raises both equally.
 
         P3 is the mirror image of P0. Its height lets the lowest layer in the hand come to lie on the side that stays.
+        With fingers, the layers go round the tip of the lower one, which comes to lie on them: P3 is that much nearer
+        and higher.
         """
         lowest = self.start[self.patch(vertex), 2].min() - 0.5 * self.garment.material.thickness
-        return np.array([*self.span_of(vertex) * self.normal, self.stacks.under[vertex] - lowest])
+        rise = self.stacks.under[vertex] - lowest
+        if self.fingers.stated:
+            rise += self.held_thickness(vertex)
+        return np.array([*(self.span_of(vertex) - self.fingers.setback) * self.normal, rise])
+
+    def held_thickness(self, vertex: int) -> float:
+        """Return the thickness of the layers that fingers hold in a pinch at a vertex [m]."""
+        return float(np.ptp(self.start[self.patch(vertex), 2]) + self.garment.material.thickness)
 
     @cached_property
     def releases(self) -> tuple[np.ndarray, ...]:
-        """Horizontal and vertical distance from grasp to release of each hand's candidates [m], shape (M, 2)."""
+        """Span, and height of the release over the grasp, of each hand's candidates [m], shape (M, 2)."""
         hands = (self.left, self.right)[: self.hands]
         return tuple(np.array([[self.span_of(int(v)), self.translation(int(v))[2]] for v in hand]) for hand in hands)
 
@@ -118,6 +125,19 @@ class Fold:
     def _edges(self) -> np.ndarray:
         return Topology(self.garment.faces).edges
 
+    @property
+    def crease_ends(self) -> tuple[float, float]:
+        """Where the cloth on the fold line begins and ends along it [m]."""
+        across, along = self.crease.split(self.start)
+        near = along[np.abs(across) <= self.garment.spacing]
+        return float(near.min()), float(near.max())
+
+    @property
+    def folded_thickness(self) -> float:
+        """Thickness of the layers at the fold line after the fold, their loops pressed [m]."""
+        near = np.abs(self.crease.split(self.start)[0]) <= self.garment.spacing
+        return 2.0 * float(self.stacks.middle[near].max() + 0.5 * self.garment.material.thickness)
+
     def still(self) -> np.ndarray:
         """Return which vertices a perfect fold does not move, shape (n,)."""
         return np.linalg.norm(self.target - self.start, axis=1) < 1e-6
@@ -149,7 +169,11 @@ def fold_of(
     points = plan.points(step, garment)
     stacks = stack(garment, state, line)
     target = ideal_fold(garment, state, line, stacks)
-    return Fold(garment, state, points, line, stacks, target, left, right, hands, step.area_ratio)
+    made = Fold(garment, state, points, line, stacks, target, left, right, hands, step.area_ratio, press=step.press)
+    if step.press is not None:
+        low, high = made.crease_ends
+        step.press.gap_over(garment.material, made.folded_thickness, high - low)  # refuse a gap without room now
+    return made
 
 
 def _check_room(garment: Garment, reach: float) -> None:

@@ -319,7 +319,7 @@ def bezier_manipulation(
         points.append(np.stack([np.zeros(3), *inner, fold.translation(vertex)]))
     paths = tuple(map(curves.sampled_bezier, points))
     patches = tuple(tuple(fold.patch(vertex)) for vertex in grasps)
-    return Manipulation(grasps, _places(fold, grasps), paths, tuple(points), fold.lift, patches=patches)
+    return Manipulation(grasps, _places(fold, grasps), paths, tuple(points), fold.fingers.lift, patches=patches)
 
 
 def trajectory_lengths(fold: Fold, parameters: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -336,7 +336,7 @@ def trajectory_lengths(fold: Fold, parameters: Mapping[str, np.ndarray]) -> np.n
         chosen = np.minimum(parameters[name].astype(int), fold.candidates - 1)
         spans, rises = releases[chosen].T
         larger = spans / fold.span
-        ahead = np.stack([zero, larger * x1, larger * x2, spans], axis=1)
+        ahead = np.stack([zero, larger * x1, larger * x2, spans - fold.fingers.setback], axis=1)
         up = np.stack([zero, larger * z1, larger * z2, rises], axis=1)
         total = total + curves.bezier_lengths(np.stack([ahead, up], axis=2))
     return total / fold.hands
@@ -344,7 +344,7 @@ def trajectory_lengths(fold: Fold, parameters: Mapping[str, np.ndarray]) -> np.n
 
 def polyline_manipulation(fold: Fold, grasps: tuple[int, ...], paths: Sequence[np.ndarray]) -> Manipulation:
     """Return a manipulation whose hands follow polylines relative to their grasps [m], shape (s, 3) each."""
-    return Manipulation(grasps, _places(fold, grasps), tuple(paths), None, fold.lift)
+    return Manipulation(grasps, _places(fold, grasps), tuple(paths), None, fold.fingers.lift)
 
 
 def _places(fold: Fold, grasps: tuple[int, ...]) -> tuple[np.ndarray, ...]:

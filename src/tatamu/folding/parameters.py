@@ -41,6 +41,16 @@ def first_curves(fold: Fold) -> list[Parameters]:
     return [arched_curve(fold), arched_curve(fold, (fold.candidates - 1) // 2), *low_curves(fold)]
 
 
+def robust_curves(fold: Fold) -> list[Parameters]:
+    """Return curves to start a search in disturbed worlds with.
+
+    First an arched one and a low one, which fail in different worlds. Last the arched one at the corners: on a coarser
+    mesh the search goes without it, so that the default mesh begins with a fold that usually holds.
+    """
+    corners, inwards, *low = first_curves(fold)
+    return [inwards, *low, corners]
+
+
 def later_curves(fold: Fold) -> list[Parameters]:
     """Return curves to start the search of a later step with: an arched one, then high ones.
 
@@ -80,7 +90,7 @@ def low_curves(fold: Fold) -> list[Parameters]:
 
 def _lowest(fold: Fold) -> float:
     """Return the lowest height of P1 and P2 over P0 [m]."""
-    return max(0.0, *(float(hand[:, 1].max()) for hand in fold.releases)) if fold.lift else 0.0
+    return max(0.0, *(float(hand[:, 1].max()) for hand in fold.releases)) if fold.fingers.stated else 0.0
 
 
 def transfer(parameters: Parameters, before: Fold, fold: Fold, grasps: Grasps) -> Parameters:

@@ -15,6 +15,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from tatamu.errors import InputError
 from tatamu.files import read_toml, validated
 from tatamu.folding.ideal import FoldLine
+from tatamu.folding.press import Press
 from tatamu.garments import Garment
 from tatamu.records import Record
 
@@ -44,6 +45,9 @@ class Step(Record):
     hands: Literal[1, 2] = 2
     area_ratio: float | None = Field(None, gt=0.0, le=1.0)
     """Folded area over the area before, for a fold without thickness; None for the target's ratio."""
+
+    press: Press | None = None
+    """How the fold is pressed when the hands have left it; None if it is not."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -19,6 +19,7 @@ from tatamu.folding.manipulation import SETTLE, Manipulation, bezier_manipulatio
 from tatamu.folding.parameters import search_space
 from tatamu.folding.plan import Plan
 from tatamu.folding.plans import make_plan
+from tatamu.folding.shift import HandShift, shifted
 from tatamu.garments import Garment, make_garment
 from tatamu.material import Material
 from tatamu.records import OpenRecord
@@ -101,6 +102,8 @@ class Task:
     """The cloth as it lies [m], shape (n, 3); None if flat."""
     settle: float = SETTLE
     """From the opening of the hands until the fold is scored [s]."""
+    shift: tuple[HandShift, ...] = ()
+    """Correction of each hand's manipulation, left before right; empty without one."""
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave out the robot, which workers do not need: it stays with the process that proposes."""
@@ -159,6 +162,8 @@ class Task:
         g1, g2 = (min(int(parameters[name]), self.fold.candidates - 1) for name in ("g1", "g2"))
         grasps = (int(self.fold.left[g1]), int(self.fold.right[g2]))[: self.fold.hands]
         made = bezier_manipulation(self.fold, grasps, *(parameters[name] for name in ("x1", "z1", "x2", "z2")))
+        if self.shift:
+            made = shifted(self.fold, made, self.shift)
         return made if self.settle == SETTLE else replace(made, settle=self.settle)
 
 

@@ -8,10 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from tatamu import curves
-from tatamu.folding.finger_clearance import raise_clear
+from tatamu.body import Body
 from tatamu.folding.fold import Fold
+from tatamu.folding.hand import HandPath, finger_bodies, leaves
 from tatamu.folding.manipulation import FRAME_RATE, HANDS, WAIT, Hand, Manipulation
 from tatamu.folding.pinch import pressed
+from tatamu.folding.press import press_body
 from tatamu.material import Material
 from tatamu.scene import Cloth, Gripper, Scene, Table
 
@@ -32,20 +34,23 @@ class Carry:
     """Displacements from the grasp at each knot [m], shape (k, 3); the first is the hand's when it has closed."""
     opens: float
     """Time at which the hand opens [s]."""
+    beside: np.ndarray | None = None
+    """Where the hand is, relative to the vertex, at each knot [m], shape (k, 3); None if it is there."""
 
 
 def carries_of(fold: Fold, manipulation: Manipulation) -> list[Carry]:
-    """Return both hands of a manipulation, left before right, their fingers clear of the cloth below them."""
+    """Return both hands of a manipulation, left before right."""
     times, displacements = manipulation.motion()
     opens = manipulation.timing.opens
     hands = zip(HANDS, manipulation.grasps, displacements, strict=False)
-    return [Carry(hand, vertex, times, raise_clear(fold, vertex, moved), opens) for hand, vertex, moved in hands]
+    return [Carry(hand, vertex, times, moved, opens) for hand, vertex, moved in hands]
 
 
 def scene_of(fold: Fold, manipulation: Manipulation) -> Scene:
     """Return the scene of one trial: the garment as it lies on the table, and the hands.
 
-    A hand is one gripper, left before right, or several if its fingers press layers together.
+    A hand is one gripper, left before right, or several if its fingers press layers together. Fingers of a stated shape
+    are bodies.
     """
     return scene_with(fold, carries_of(fold, manipulation), manipulation.timing.ends, fold.garment.material)
 
@@ -65,11 +70,19 @@ def scene_with(fold: Fold, carries: Sequence[Carry], ends: float, material: Mate
         for held, down in _held(fold, carry.vertex)
         for knots, path in [_after_closing(carry, down)]
     ]
+    bodies = _bodies(fold, carries, material.thickness)
+    if fold.press is not None:
+        left = max((carry.opens for carry in carries), default=0.0) + leaves(fold.fingers)
+        low, high = fold.crease_ends
+        gap = fold.press.gap_over(material, fold.folded_thickness, high - low)
+        bodies.append(press_body(fold.press, fold.crease, (low, high), gap, left))
+        ends = max(ends, left + fold.press.duration)
     return Scene(
         cloth=_cloth(fold, material.thickness / fold.garment.material.thickness),
         material=material,
         table=Table(),
         grippers=grippers,
+        bodies=bodies,
         duration=ends,
         frame_rate=FRAME_RATE,
     )
@@ -80,6 +93,32 @@ def _held(fold: Fold, vertex: int) -> list[tuple[list[int], float]]:
     patch = np.array(fold.patch(vertex))
     down = pressed(fold.start[patch], fold.garment.material.thickness, fold.garment.spacing)
     return [(patch[down == each].tolist(), float(each)) for each in np.unique(down)[::-1]]
+
+
+def _bodies(fold: Fold, carries: Sequence[Carry], thickness: float) -> list[Body]:
+    """Return the fingers of all hands; none if the hands have no fingers."""
+    if not fold.fingers.stated:
+        return []
+    return [body for carry in carries for body in _fingers(fold, carry, thickness)]
+
+
+def _fingers(fold: Fold, carry: Carry, thickness: float) -> list[Body]:
+    """Return the fingers of a hand round the layers that it holds."""
+    heights = np.concatenate([fold.start[held, 2] + down for held, down in _held(fold, carry.vertex)])
+    heights = heights * thickness / fold.garment.material.thickness
+    middle = 0.5 * (heights.min() + heights.max())
+    knots, path = _after_closing(carry, 0.0)
+    beside = np.zeros((len(path), 3))
+    if carry.beside is not None:
+        beside[-len(carry.beside) :] = carry.beside
+        beside[: -len(carry.beside)] = carry.beside[0]
+    hand = HandPath(
+        times=np.array(knots),
+        points=path + beside + [*fold.start[carry.vertex, :2], middle],
+        closed=WAIT,
+        opens=carry.opens,
+    )
+    return finger_bodies(carry.hand, fold.fingers, fold.normal, float(np.ptp(heights)) + thickness, hand)
 
 
 def _after_closing(carry: Carry, down: float) -> tuple[list[float], np.ndarray]:

@@ -17,6 +17,10 @@ from tatamu.garments.sides import lies_along, named_sides, with_ends
 
 SMOOTH = 2e-4
 """Points that change the outline by less than this are left out [m]."""
+MOST_CORNERS = 2_000
+"""Curves of an outline have no more corners; libraries call themselves for each corner, or try all pairs of corners."""
+MOST_NOTES = 5
+"""Notes on curves that are no openings; more of them are only counted."""
 SAME = 0.99
 """A hole with more than this part of the outline's area is the outline itself, drawn twice."""
 WIDEST_ALLOWANCE, ALLOWANCE = 0.06, 0.15
@@ -71,7 +75,9 @@ def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path,
     cut_out = tuple(np.array(hole.coords) for hole in region.interiors)
     open_sides = tuple(named) if openings is None else tuple(openings)
     _check_there(open_sides, sides, path)
-    notes = tuple(f"{name}: does not lie along the outline, so that it is no opening" for name in stray)
+    notes = tuple(f"{name}: does not lie along the outline, so that it is no opening" for name in stray[:MOST_NOTES])
+    if len(stray) > MOST_NOTES:
+        notes += (f"{len(stray) - MOST_NOTES} more named curves do not lie along the outline",)
     mirrored = ("unfolded along its mirror line (layer 6)",) if piece.fold is not None else ()
     said = (*piece.remarks, *inside, *mirrored, *(notes if openings is None else ()))
     return Cut(Outline(sides, holes=cut_out), open_sides, said)
@@ -83,11 +89,12 @@ def _region(rings: Sequence[np.ndarray], holes: bool | None, path: Path) -> tupl
     A pattern is drawn with two lines around a piece: where it is cut, and within it where it is sewn. Which one a
     closed curve inside is, a hole or the sewn line, no drawing states; but only the latter follows the outline.
     """
-    outer, *inner = (_valid(ring, path) for ring in rings)
+    outer, *inner = (_valid(_bounded(ring, path), path) for ring in rings)
     extent = max(np.ptp(rings[0], axis=0))
     small = [ring for ring in inner if max(np.ptp(ring.exterior.coords, axis=0)) < MARK * extent]
     marks = [ring for ring in small if not outer.covers(ring)]
-    inner = [ring for ring in inner if ring not in marks]
+    across = {id(ring) for ring in marks}
+    inner = [ring for ring in inner if id(ring) not in across]
     notes = [f"{counted(marks, 'closed curve')} across the outline left out"] if marks else []
     if any(ring.area > SAME * outer.area for ring in inner):
         raise InputError(where(path, "stands twice in the drawing; leave one"))
@@ -102,7 +109,8 @@ def _region(rings: Sequence[np.ndarray], holes: bool | None, path: Path) -> tupl
         outer, *others = inner
         inner = [ring for ring in others if outer.covers(ring) and not _follows(ring, outer)]
         if len(others) > len(inner):
-            left_out = [ring for ring in others if ring not in inner]
+            taken = {id(ring) for ring in inner}
+            left_out = [ring for ring in others if id(ring) not in taken]
             notes.append(f"{counted(left_out, 'closed curve')} along or across that line left out")
     if holes is False and inner:
         notes.append(f"{counted(inner, 'closed curve')} inside left out (holes = false)")
@@ -140,6 +148,23 @@ def _unfolded(half: shapely.Polygon, line: np.ndarray, path: Path) -> shapely.Po
     if not isinstance(both, shapely.Polygon) or both.area < 1.5 * half.area:
         raise InputError(where(path, "its mirror line (layer 6) must be a side of the piece"))
     return both
+
+
+def _bounded(points: np.ndarray, path: Path) -> np.ndarray:
+    """A closed curve of few points, shape (k, 2): a long one simplified part by part.
+
+    Raises:
+        InputError: If too many of its points matter.
+    """
+    if len(points) <= MOST_CORNERS:
+        return points
+    around = np.vstack([points, points[:1]])
+    parts = [around[start : start + MOST_CORNERS + 1] for start in range(0, len(points), MOST_CORNERS)]
+    lines = shapely.simplify([shapely.LineString(part) for part in parts], SMOOTH)
+    fewer = np.concatenate([shapely.get_coordinates(line)[:-1] for line in lines])
+    if len(fewer) > MOST_CORNERS:
+        raise InputError(where(path, f"must have curves of at most {MOST_CORNERS} corners, given {len(fewer)}"))
+    return fewer
 
 
 def _ring(region: shapely.Polygon) -> np.ndarray:

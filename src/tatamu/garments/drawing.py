@@ -12,6 +12,8 @@ from tatamu.garments.units import Unit
 
 FARTHEST = 1e9
 """No coordinate of a drawing is larger, in whatever unit."""
+MOST_POINTS = 100_000
+"""No curve of a drawing has more points."""
 SAME = 1e-3
 """Ends nearer than this part of a curve's length are one point."""
 
@@ -68,6 +70,8 @@ def polyline(name: str, points: np.ndarray) -> DrawnCurve | None:
     points = points[np.concatenate([[True], length > 1e-9])]
     if len(points) < 2:
         return None
+    if len(points) > MOST_POINTS:
+        raise InputError(f"outline: must have curves of at most {MOST_POINTS} points, given {len(points)}; simplify it")
     closed = len(points) > 3 and bool(np.linalg.norm(points[0] - points[-1]) < SAME * length.sum())
     return DrawnCurve(one_line(name), points[:-1] if closed else points, closed)
 

@@ -40,7 +40,9 @@ class Foreground:
     """Areas of other regions that stand out, as parts of its area, the largest first."""
 
 
-def stand_out(image: np.ndarray, path: Path, join: bool, apart: np.ndarray) -> Foreground:
+def stand_out(
+    image: np.ndarray, path: Path, join: bool, apart: np.ndarray, ignored: np.ndarray | None = None
+) -> Foreground:
     """Find the largest region that stands out from the table.
 
     Args:
@@ -48,6 +50,7 @@ def stand_out(image: np.ndarray, path: Path, join: bool, apart: np.ndarray) -> F
         path: The file, for messages.
         join: Whether other regions that stand out belong to the garment.
         apart: Places on things that do not belong to it, such as a sheet of paper [pixels], shape (k, 2).
+        ignored: Pixels that show neither table nor garment, shape (h, w); None if there are none.
 
     Raises:
         InputError: If nothing stands out, or it touches the border.
@@ -56,10 +59,11 @@ def stand_out(image: np.ndarray, path: Path, join: bool, apart: np.ndarray) -> F
     from skimage.filters import threshold_otsu
     from skimage.measure import label
 
-    away = _difference(image)
-    threshold = max(float(threshold_otsu(away)), 0.5 * FAINTEST)
+    usable = np.ones(image.shape[:2], dtype=bool) if ignored is None else ~ignored
+    away = _difference(image, usable)
+    threshold = max(float(threshold_otsu(away[usable])), 0.5 * FAINTEST)
     spot = np.hypot(*np.mgrid[-2:3, -2:3]) <= 2.3
-    mask = binary_opening(binary_closing(away > threshold, spot), spot)
+    mask = binary_opening(binary_closing((away > threshold) & usable, spot), spot)
     regions = label(mask)
     sizes = np.bincount(regions.ravel())[1:]
     if not len(sizes) or not SMALLEST < sizes.max() / mask.size < LARGEST or np.median(away[mask]) < FAINTEST:
@@ -84,8 +88,8 @@ def _holds(region: np.ndarray, places: np.ndarray) -> bool:
     return bool(region[y[inside], x[inside]].any())
 
 
-def _difference(image: np.ndarray) -> np.ndarray:
-    """How much each pixel differs from the table [CIELAB units], shape (h, w)."""
+def _difference(image: np.ndarray, usable: np.ndarray) -> np.ndarray:
+    """How much each pixel differs from the table [CIELAB units], shape (h, w); only usable ones tell its colour."""
     from scipy.ndimage import gaussian_filter
     from skimage.color import rgb2lab
 
@@ -94,8 +98,8 @@ def _difference(image: np.ndarray) -> np.ndarray:
     y, x = np.mgrid[-1 : 1 : height * 1j, -1 : 1 : width * 1j]
     terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=-1)
     frame = (np.abs(x) > 1 - 2 * FRAME) | (np.abs(y) > 1 - 2 * FRAME)
-    known = terms[frame]
-    wanted = lab[frame]
+    known = terms[frame & usable]
+    wanted = lab[frame & usable]
     weight = np.ones(len(known))
     for _ in range(5):  # reweighted: a ruler or a shadow on the frame counts little
         root = np.sqrt(weight)[:, None]

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import shapely
@@ -57,16 +58,17 @@ def find_outline(path: Path, join: bool = False, apart: np.ndarray | None = None
     """
     if find_spec("skimage") is None:
         raise InputError("photos need the package scikit-image, which is not installed: pip install 'tatamu[photo]'")
-    pixels, alpha = _read(path)
-    reduced = max(1, int(np.ceil(max(pixels.shape[:2]) / LONGEST)))
-    if alpha is not None:
-        share, notes = _kept(_blocks(alpha[..., None], reduced)[..., 0], path)
+    picture = read_picture(path)
+    pixels = picture.pixels
+    reduced = reduction(pixels)
+    if picture.alpha is not None:
+        share, notes = _kept(blocks(picture.alpha[..., None], reduced)[..., 0], path)
     else:
         places = np.empty((0, 2)) if apart is None else apart / reduced
-        found = stand_out(_blocks(pixels, reduced), path, join, places)
-        share = _softened(found.mask)
+        found = stand_out(blocks(pixels, reduced), path, join, places)
+        share = softened(found.mask)
         notes = _others_note(found.others)
-    outline = (_contour(share) + 0.5) * reduced - 0.5
+    outline = (contour(share) + 0.5) * reduced - 0.5
     extent = float(np.ptp(outline, axis=0).max())
     simple = shapely.Polygon(outline).simplify(SIMPLER * extent).exterior.coords[:-1]
     return Photo(pixels, np.array(simple), notes)
@@ -80,8 +82,24 @@ def _others_note(others: tuple[float, ...]) -> tuple[str, ...]:
     return (f"{what} out ({shares} of this one's area): if the garment has several colours, --join takes all of them",)
 
 
-def _read(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
-    """Pixels of a picture, 8-bit RGB, shape (h, w, 3), and its alpha channel (h, w) if it cuts something out."""
+@dataclass(frozen=True)
+class Picture:
+    """The contents of a picture's file, upright."""
+
+    pixels: np.ndarray
+    """8-bit RGB, shape (h, w, 3)."""
+    alpha: np.ndarray | None
+    """Alpha channel, shape (h, w); None if it cuts nothing out."""
+    film: float | None
+    """Focal length that the camera states, as on 35 mm film [mm]; None if it states none."""
+
+
+def read_picture(path: Path) -> Picture:
+    """Read a picture and turn it upright.
+
+    Raises:
+        InputError: If the file cannot be read, is not a picture, or is too large.
+    """
     from PIL import Image, ImageOps, UnidentifiedImageError
 
     hint = "; save it as JPEG or PNG" if path.suffix.lower() in (".heic", ".heif") else ""
@@ -96,13 +114,27 @@ def _read(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
                 raise InputError(
                     f"{path}: photo: must have at most {MOST_PIXELS // 10**6} million pixels, given {size}"
                 )
+            film = _film(file)
             image = ImageOps.exif_transpose(file)
             alpha = np.asarray(image.convert("RGBA"))[..., 3] if image.has_transparency_data else None
             if image.mode.startswith("I"):  # 16 bits of grey, which `convert` would cut off at 255
                 image = Image.fromarray((np.asarray(image) >> 8).astype(np.uint8))
             pixels = np.asarray(image.convert("RGB"))
     cuts_out = alpha is not None and (alpha > 127).mean() < MASKED
-    return pixels, alpha if cuts_out else None
+    return Picture(pixels, alpha if cuts_out else None, film)
+
+
+def _film(image: Any) -> float | None:
+    """Focal length on 35 mm film [mm] that a picture states; None if it states none that a lens has."""
+    from PIL import ExifTags
+
+    stated = image.getexif().get_ifd(ExifTags.IFD.Exif).get(ExifTags.Base.FocalLengthIn35mmFilm)
+    return float(stated) if isinstance(stated, int) and 8 <= stated <= 300 else None
+
+
+def reduction(pixels: np.ndarray) -> int:
+    """Width of the blocks of pixels to which a picture is reduced before a garment is looked for."""
+    return max(1, int(np.ceil(max(pixels.shape[:2]) / LONGEST)))
 
 
 def _kept(share: np.ndarray, path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
@@ -121,21 +153,21 @@ def _kept(share: np.ndarray, path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
     )
 
 
-def _blocks(pixels: np.ndarray, size: int) -> np.ndarray:
+def blocks(pixels: np.ndarray, size: int) -> np.ndarray:
     """Means of blocks of size x size pixels, 0 to 1, shape (h, w, channels)."""
     height, width = (side // size for side in pixels.shape[:2])
     blocks = pixels[: height * size, : width * size].reshape(height, size, width, size, -1)
     return blocks.mean(axis=(1, 3)) / 255.0
 
 
-def _softened(mask: np.ndarray) -> np.ndarray:
+def softened(mask: np.ndarray) -> np.ndarray:
     """A mask with a border between its pixels rather than along them, shape (h, w)."""
     from scipy.ndimage import gaussian_filter
 
     return np.asarray(gaussian_filter(mask.astype(float), 1.0))
 
 
-def _contour(share: np.ndarray) -> np.ndarray:
+def contour(share: np.ndarray) -> np.ndarray:
     """The border of what a region covers, between the pixels, x and y, shape (k, 2)."""
     from skimage.measure import find_contours
 

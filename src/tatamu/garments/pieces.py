@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
 import shapely
 
 from tatamu.errors import InputError
@@ -14,10 +13,10 @@ from tatamu.garments.unpacking import MOST_CURVES
 
 INSIDE = 0.5
 """A closed curve with more than this part of its area within another one belongs to that one's piece."""
+MOST_OVERLAPS = 100_000
+"""No more pairs of closed curves lie over one another: each pair is intersected."""
 MARK = 1e-3
 """A closed curve with less than this part of another one's area, across its border, is a mark such as a notch."""
-LONGEST_CROSSED = 1_000
-"""Curves of more points are not taken apart where they cross themselves: the crossings may be their square."""
 
 
 def grouped(curves: Sequence[DrawnCurve]) -> tuple[Piece, ...]:
@@ -26,28 +25,40 @@ def grouped(curves: Sequence[DrawnCurve]) -> tuple[Piece, ...]:
     A drawing without closed curves is one piece.
 
     Raises:
-        InputError: If it has too many closed curves.
+        InputError: If it has too many curves.
     """
     closed = [curve for curve in curves if curve.closed]
     if len(closed) > MOST_CURVES:
         raise InputError(f"outline: must have at most {MOST_CURVES} closed curves, given {len(closed)}; leave text out")
+    if len(curves) - len(closed) > MOST_CURVES:
+        raise InputError(f"outline: must have at most {MOST_CURVES} open curves, given {len(curves) - len(closed)}")
     regions = {id(curve): _region(curve) for curve in closed}
     loops = sorted(closed, key=lambda curve: -float(regions[id(curve)].area))
-    members: list[list[DrawnCurve]] = []
-    for loop in loops:
-        own = regions[id(loop)]
-        around = next((group for group in members if _surrounds(regions[id(group[0])], own)), None)
-        if around is None:
-            members.append([loop])
-        else:
-            around.append(loop)
-    if not members:
+    if not loops:
         return (Piece("", tuple(curves)),) if curves else ()
-    for curve in (curve for curve in curves if not curve.closed):
-        away = shapely.distance([regions[id(group[0])] for group in members], shapely.LineString(curve.points))
-        members[int(np.argmin(away))].append(curve)
+    groups = _around([regions[id(loop)] for loop in loops])
+    members = [[loops[number] for number in group] for group in groups]
+    beside = [curve for curve in curves if not curve.closed]
+    outer = shapely.STRtree([regions[id(group[0])] for group in members])
+    for curve, lines in zip(beside, [shapely.LineString(curve.points) for curve in beside], strict=True):
+        members[int(outer.query_nearest(lines).min())].append(curve)
     names = distinct([own[0].name or f"piece {number}" for number, own in enumerate(members, start=1)])
     return tuple(Piece(name, tuple(own)) for name, own in zip(names, members, strict=True))
+
+
+def _around(regions: Sequence[shapely.Geometry]) -> list[list[int]]:
+    """Group regions, largest first: each that lies in no other, with those that it surrounds."""
+    tree = shapely.STRtree(regions)
+    groups: dict[int, list[int]] = {}
+    overlaps = 0
+    for number, own in enumerate(regions):
+        near = sorted(int(other) for other in tree.query(own) if other in groups)
+        overlaps += len(near)
+        if overlaps > MOST_OVERLAPS:
+            raise InputError("outline: must have closed curves inside or beside one another, given too many that cross")
+        around = next((other for other in near if _surrounds(regions[other], own)), number)
+        groups.setdefault(around, []).append(number)
+    return list(groups.values())
 
 
 def _surrounds(outer: shapely.Geometry, region: shapely.Geometry) -> bool:
@@ -58,12 +69,12 @@ def _surrounds(outer: shapely.Geometry, region: shapely.Geometry) -> bool:
 
 
 def _region(loop: DrawnCurve) -> shapely.Geometry:
-    """The inside of a curve; of a long one that crosses itself, which no garment is cut along, its convex hull."""
+    """The inside of a curve; of one that crosses itself, along which no garment is cut, its convex hull."""
     region = shapely.Polygon(loop.points)
     if region.is_valid:
         shapely.prepare(region)
         return region
-    return region.convex_hull if len(loop.points) > LONGEST_CROSSED else shapely.make_valid(region)
+    return region.convex_hull
 
 
 def distinct(names: Sequence[str]) -> list[str]:

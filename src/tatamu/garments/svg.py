@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import io
 import re
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +27,8 @@ from tatamu.garments.unpacking import LARGEST_DRAWING, check_unpacked
 
 STEPS = 32
 """Points per curved segment of an SVG path."""
+LONGEST_STYLE = 32_768
+"""Longer style sheets are left out: their colours and widths of lines do not matter [characters]."""
 INCH = 0.0254
 LENGTHS = {
     "mm": (1e-3, "millimetres"),
@@ -81,6 +84,9 @@ def _curves(root: ElementTree.Element) -> list[DrawnCurve]:
     width, height = _viewbox(root) or (1000.0, 1000.0)
     for size in ("width", "height", "viewBox", "preserveAspectRatio"):
         root.attrib.pop(size, None)
+    for element in root.iter():
+        if str(element.tag).rpartition("}")[2] == "style":
+            element.text = _style(element.text or "")
     plain = io.BytesIO(ElementTree.tostring(root))
     drawing = svgelements.SVG.parse(plain, ppi=96, width=width, height=height, reify=True)
     shapes = [shape for shape in drawing.elements() if isinstance(shape, svgelements.Shape)]
@@ -92,6 +98,12 @@ def _curves(root: ElementTree.Element) -> list[DrawnCurve]:
     return [curve for curve in curves if curve]
 
 
+def _style(text: str) -> str:
+    """A style sheet without comments; none if it is long, as reading it takes time that grows with its square."""
+    plain = re.sub(r"/\*.*?(?:\*/|\Z)", "", text, flags=re.DOTALL)
+    return plain if len(plain) <= LONGEST_STYLE else ""
+
+
 def _check_entities(text: str) -> None:
     """Refuse entities of a document type that unpack to more than a drawing may have.
 
@@ -101,7 +113,8 @@ def _check_entities(text: str) -> None:
     entities = dict(re.findall(r"<!ENTITY\s+([^\s%]+)\s+[\"']([^\"']*)[\"']", text))
     if any("&" in value for value in entities.values()) or re.search(r"<!ENTITY\s+%", text):
         raise InputError("outline: must have entities that name no others")
-    if sum(len(value) * text.count(f"&{name};") for name, value in entities.items()) > LARGEST_DRAWING:
+    used = Counter(re.findall(r"&([^\s&;]+);", text)) if entities else Counter()
+    if sum(len(value) * used[name] for name, value in entities.items()) > LARGEST_DRAWING:
         raise InputError(f"outline: must have entities that unpack to at most {LARGEST_DRAWING / MIB:.0f} MiB")
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Generator
 from dataclasses import dataclass
 
-from tatamu.disturbances import Channel, World
+from tatamu.disturbances import NOMINAL, Channel, World
 from tatamu.folding.score import Limits
 from tatamu.robustness import Verdict, WorldSearch
 
@@ -24,14 +24,19 @@ class Side:
     channel: Channel
     deviation: float
     sign: float
+    centre: World = NOMINAL
+    """The world of the means."""
 
     def world(self, deviations: float) -> World:
-        """Return the world with this disturbance alone, by this many standard deviations."""
-        return World({self.channel.name: self.sign * deviations * self.deviation})
+        """Return the world with this disturbance alone, by this many standard deviations from its mean."""
+        return World({**self.centre.values, self.channel.name: self._value(deviations)})
 
     def shown(self, deviations: float) -> float:
         """Return the value for readers."""
-        return self.channel.shown(self.sign * deviations * self.deviation)
+        return self.channel.shown(self._value(deviations))
+
+    def _value(self, deviations: float) -> float:
+        return self.centre[self.channel.name] + self.sign * deviations * self.deviation
 
     def search(self, limits: Limits) -> WorldSearch:
         """Find the farthest value at which the fold still holds; None if it holds at `FARTHEST`."""

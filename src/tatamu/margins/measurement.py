@@ -7,7 +7,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from tatamu.disturbances import CHANNELS, Disturbances, Stream, World, deviations, sample_worlds
+from tatamu.disturbances import CHANNELS, Disturbances, Stream, World, deviations, mean_world, sample_worlds
 from tatamu.errors import InputError
 from tatamu.evaluation import CoarseMesh, Nominal, coarser_task, on_coarser_mesh
 from tatamu.folding.fold import Fold
@@ -22,10 +22,12 @@ from tatamu.robustness import (
     MeshUsed,
     MeshVerdict,
     Progress,
+    Spread,
     SuccessRate,
     Verdict,
     VerdictCache,
     distances_of,
+    failures_of,
 )
 from tatamu.simulators import capabilities
 from tatamu.simulators.many import executor_of, processors
@@ -108,14 +110,15 @@ def measure(
         raise InputError("disturbances: must have a deviation above 0, given none")
     task = replace(learned.task, reach=None, simulator=simulator or learned.simulator)
     own = FoldOnMesh(Nominal(task), learned.best.parameters)
-    coarser = None if fine or simulator not in (None, learned.simulator) else _coarser(own)
+    coarser = None if fine or simulator not in (None, learned.simulator) else coarser_fold(own)
     threads = processors() if capabilities(task.simulator).parallel else 1
     worlds = sample_worlds(disturbances, draws, seed, Stream.MARGINS)
     sides = _sides(disturbances) if alone else []
     cache = VerdictCache(None if out is None else out / KEPT)
+    centre = mean_world(disturbances)
     with executor_of(executor, threads) as workers:
         judge = Judge(own, coarser, workers, cache, progress)
-        found = judge.judge(worlds, limits, lambda: [side.search(limits) for side in sides])
+        found = judge.judge(worlds, limits, lambda: [side.search(limits) for side in sides], centre)
     nominal = found.nominal.verdict
     return Measured(
         learned,
@@ -128,6 +131,8 @@ def measure(
             undisturbed=nominal.mean_vertex_distance,
             alone=_alone(sides, found.findings if limits.hold(nominal) else [0.0] * len(sides)),
             joint=SuccessRate.of(task.fold, found.worlds, limits),
+            moving_vertex_distance=Spread.of(distances_of(task.fold, found.worlds, limits, moving=True)),
+            failures=failures_of(found.worlds),
             mesh=_mesh(own, coarser, judge, found.seen, limits),
             simulations=judge.simulations,
             disturbances=disturbances.describe(),
@@ -136,7 +141,7 @@ def measure(
     )
 
 
-def _coarser(own: FoldOnMesh) -> FoldOnMesh | None:
+def coarser_fold(own: FoldOnMesh) -> FoldOnMesh | None:
     """Return the fold on a coarser mesh; None if there is none."""
     task: Task = own.evaluator.task
     coarse = coarser_task(task, CoarseMesh())
@@ -157,7 +162,8 @@ def _sides(disturbances: Disturbances) -> list[Side]:
     """Return every disturbance in both directions, below zero before above."""
     known = deviations(disturbances)
     channels = [channel for channel in CHANNELS if channel.name in known]
-    return [Side(channel, known[channel.name], sign) for channel in channels for sign in (-1.0, 1.0)]
+    centre = mean_world(disturbances)
+    return [Side(channel, known[channel.name], sign, centre) for channel in channels for sign in (-1.0, 1.0)]
 
 
 def _alone(sides: Sequence[Side], ends: Sequence[float | None]) -> list[AloneMargin]:
@@ -169,6 +175,7 @@ def _alone(sides: Sequence[Side], ends: Sequence[float | None]) -> list[AloneMar
             low=low,
             high=high,
             deviation=below.deviation,
+            mean=below.centre[below.channel.name],
             tried=(below.shown(FARTHEST), above.shown(FARTHEST)),
         )
         for below, above, low, high in pairs

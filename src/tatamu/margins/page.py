@@ -78,7 +78,7 @@ def _deviations(margin: AloneMargin, end: float | None) -> float:
     if end is None:
         return np.inf
     value = np.log1p(end) if margin.unit == "1" else end
-    return float(abs(value) / margin.deviation)
+    return float(abs(value - margin.mean) / margin.deviation)
 
 
 def _sorted(result: MarginsResult) -> list[AloneMargin]:
@@ -105,7 +105,7 @@ def _tornado(result: MarginsResult) -> Plot:
 
 def _tried(margin: AloneMargin) -> float:
     value = np.log1p(margin.tried[1]) if margin.unit == "1" else margin.tried[1]
-    return float(value / margin.deviation)
+    return float((value - margin.mean) / margin.deviation)
 
 
 def _bars(rows: Sequence[AloneMargin], names: list[str], sign: float, most: float) -> dict[str, Any]:
@@ -147,7 +147,7 @@ def _histogram(measured: Measured) -> Chart:
 def _described(measured: Measured, draw: Draw) -> tuple[int, str, str]:
     """Return the number of a draw, its result, and its largest disturbances."""
     known = {margin.name: margin for margin in measured.result.alone}
-    ranked = sorted(known.values(), key=lambda margin: -abs(draw.world[margin.name]) / margin.deviation)
+    ranked = sorted(known.values(), key=lambda margin: -abs(draw.world[margin.name] - margin.mean) / margin.deviation)
     chief = [
         f"{TITLES.get(margin.name, margin.name)}: {amount(_value(margin, draw.world), margin.unit)}"
         for margin in ranked[:NAMED]

@@ -11,7 +11,7 @@ from rich.table import Table
 
 from tatamu.margins.page import sureness
 from tatamu.margins.words import TITLES, amount, reach, simulated
-from tatamu.robustness import MarginsResult
+from tatamu.robustness import MarginsResult, Spread
 
 EVERY = 50
 """Simulations per printed line if there is no terminal."""
@@ -31,12 +31,19 @@ def table(margins: MarginsResult) -> Table:
 
 
 def summary(margins: MarginsResult) -> str:
-    """Return the result of the joint draws, and the meshes of the simulations, in two lines."""
-    spread = margins.joint.mean_vertex_distance
+    """Return the result of the joint draws, why some failed, and the meshes of the simulations, in lines."""
+    lines = [f"{margins.joint.headline}: mean distance {_spread(margins.joint.mean_vertex_distance)}"]
+    if margins.moving_vertex_distance is not None:
+        lines.append(f"of the part that moves: {_spread(margins.moving_vertex_distance)}")
+    if margins.failures:
+        lines.append(f"no fold: {margins.reasons}")
+    return "\n".join([*lines, simulated(margins)])
+
+
+def _spread(spread: Spread) -> str:
     return (
-        f"{margins.joint.headline}: mean distance {1e3 * spread.median:.1f} mm in the median, "
-        f"{1e3 * spread.q90:.1f} mm at 90 %, {1e3 * spread.worst:.1f} mm at worst\n"
-        f"{simulated(margins)}"
+        f"{1e3 * spread.median:.1f} mm in the median, {1e3 * spread.q90:.1f} mm at 90 %, "
+        f"{1e3 * spread.worst:.1f} mm at worst"
     )
 
 

@@ -108,6 +108,10 @@ class Drawing(Projection):
             f"{_dark(inside)}{inside}</svg>"
         )
 
+    def _repr_svg_(self) -> str:
+        """Show the drawing in a notebook."""
+        return self.svg()
+
     def _element(self, shape: Shape) -> str:
         if isinstance(shape, Polyline):
             path = " ".join(f"{x:.1f},{y:.1f}" for x, y in self.pixels(shape.points))

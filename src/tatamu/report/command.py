@@ -71,14 +71,12 @@ def _disturbances(record: ResultRecord, folder: Path | None) -> str | None:
 
 
 def _quantile(record: ResultRecord) -> float | str | None:
-    """Return the quantile of the first step as the user gave it; None for the default."""
+    """Return the quantile as the user gave it; None for the default."""
     if record.disturbances is None:
         return None
     if record.quantile is None:
         return "mean"
-    later = record.task.step is not None and record.task.step[0] > 1
-    given = round(2.0 * record.quantile - 1.0, 12) if later else record.quantile
-    return None if given == USUAL_QUANTILE else given
+    return None if record.quantile == USUAL_QUANTILE else record.quantile
 
 
 def simulate(fold: Result) -> str:

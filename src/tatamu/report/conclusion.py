@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from tatamu.folding.score import Limits, Measured
-from tatamu.report.measures import FAILED, OVERLAP, SUCCESS, grade
+from tatamu.report.measures import OVERLAP, SUCCESS, grade
 from tatamu.study import PlanRecord, ResultRecord
 
 LATE = 0.6
@@ -50,7 +50,7 @@ def of_fold(result: ResultRecord) -> Conclusion:
     succeeded = best.succeeds
     return Conclusion(
         succeeded,
-        _measures(best, "from the target"),
+        _measures(best, succeeded, "from the target"),
         notes=[*_origin(result), *on_bounds(result)],
         advice=[] if succeeded else _about_search(result),
     )
@@ -68,7 +68,7 @@ def of_plan(plan: PlanRecord, results: Sequence[ResultRecord]) -> Conclusion:
     succeeded = Limits().hold(plan.final)
     return Conclusion(
         succeeded,
-        _measures(plan.final, "from the ideal folds of the flat garment"),
+        _measures(plan.final, succeeded, "from the ideal folds of the flat garment"),
         notes=[f"{name}: {note}" for name, step in zip(names, steps, strict=True) for note in step.notes],
         advice=[] if succeeded else _about_steps(plan, steps, names),
         steps=list(zip(names, steps, strict=True)),
@@ -76,10 +76,17 @@ def of_plan(plan: PlanRecord, results: Sequence[ResultRecord]) -> Conclusion:
 
 
 def _origin(result: ResultRecord) -> list[str]:
-    """Return a note if the search found nothing better than a curve that it was given."""
-    if not result.best_is_given:
+    """Return a note on where the fold came from, if the search was given curves that ran on the same mesh."""
+    best = result.best_trial
+    if result.best_is_given:
+        return [f"the best of {len(result.trials)} trials, number {best.number}, is a curve that the search was given"]
+    curve = result.best_given
+    if curve is None:
         return []
-    return [f"the best of {len(result.trials)} trials, number {result.best}, is a curve that the search was given"]
+    return [
+        f"trial {best.number} was found by the search: its path is {best.trajectory_length or 0.0:.3f} m, that of the "
+        f"best curve that the search was given, trial {curve.number}, {curve.trajectory_length or 0.0:.3f} m"
+    ]
 
 
 def on_bounds(result: ResultRecord) -> list[str]:
@@ -110,12 +117,13 @@ def on_bounds(result: ResultRecord) -> list[str]:
     ]
 
 
-def _measures(measured: Measured, apart: str) -> list[str]:
+def _measures(measured: Measured, succeeded: bool, apart: str) -> list[str]:
     distance = measured.mean_vertex_distance or 0.0
-    word = grade(distance)
-    graded = "" if word == FAILED else f"{word}; "
+    graded = f"{grade(distance)}; " if succeeded else ""  # a fold may be near its target and fail all the same
+    moving = measured.moving_vertex_distance
+    part = "" if moving is None else f", {1e3 * moving:.1f} mm in the part that moves"
     return [
-        f"{1e3 * distance:.1f} mm {apart} on average ({graded}success below {1e3 * SUCCESS:g} mm)",
+        f"{1e3 * distance:.1f} mm {apart} on average{part} ({graded}success below {1e3 * SUCCESS:g} mm)",
         f"mask IoU {measured.mask_iou or 0.0:.3f} (success from {OVERLAP:.2f})",
     ]
 

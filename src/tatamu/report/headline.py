@@ -28,8 +28,9 @@ def spelled(garment: str) -> str:
 
 
 def word(fold: Result) -> str:
-    """Return the grade: near perfect, good, fair or failed."""
-    return grade(fold.record.best_score.mean_vertex_distance)
+    """Return the verdict in a word: failed, or the grade of a fold that succeeded."""
+    best = fold.record.best_score
+    return grade(best.mean_vertex_distance) if best.succeeds else FAILED
 
 
 def sureness(fold: Result) -> tuple[str, str] | None:

@@ -56,7 +56,8 @@ class Measure:
 
     def value(self, score: Score | None) -> float | None:
         """Return the value of the measure in the file's unit; None if the fold failed."""
-        return None if score is None else float(getattr(score, self.key))
+        value = None if score is None else getattr(score, self.key)
+        return None if value is None else float(value)
 
     def text(self, score: Score | None) -> str:
         """Return the value in the shown unit, as text."""
@@ -83,6 +84,17 @@ MEASURES = (
         + f"below {1e3 * SUCCESS:g} success",
         f"success below {1e3 * SUCCESS:g} mm",
         f"{DE_GUSSEME}; success: {BIFOLD}",
+        most=SUCCESS,
+    ),
+    Measure(
+        "moving_vertex_distance",
+        "of the part that moves",
+        "mm",
+        1e3,
+        1,
+        "mean of e<sub>i</sub> over the part that the fold moves: half of the cloth may never move",
+        f"below {1e3 * SUCCESS:g} success",
+        f"success below {1e3 * SUCCESS:g} mm",
         most=SUCCESS,
     ),
     Measure(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from markupsafe import Markup
@@ -51,7 +52,26 @@ def extent(*shapes: np.ndarray, margin: float = 0.03) -> Extent:
     return Extent(points.min(axis=0) - margin, points.max(axis=0) + margin)
 
 
-def draw(fold: Result, points: np.ndarray, area: Extent) -> tuple[np.ndarray, np.ndarray]:
+class Cloth(Protocol):
+    """The cloth that pictures show."""
+
+    @property
+    def faces(self) -> np.ndarray:
+        """Triangles, shape (m, 3)."""
+        ...
+
+    @property
+    def start(self) -> np.ndarray:
+        """The cloth before the fold [m], shape (n, 3)."""
+        ...
+
+    @property
+    def lower(self) -> np.ndarray:
+        """Which triangles are of the lower layer, shape (m,)."""
+        ...
+
+
+def draw(fold: Cloth, points: np.ndarray, area: Extent) -> tuple[np.ndarray, np.ndarray]:
     """Return the cloth (n, 3) from above, FINER times larger: linear light (h, w, 4), and its mask (h, w)."""
     view = area.view(WIDE * FINER)
     mesh = cloth(points, fold.faces, fold.start, fold.lower)

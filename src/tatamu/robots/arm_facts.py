@@ -9,8 +9,12 @@ Lengths [m], angles [rad], speeds [rad/s], accelerations [rad/s^2], masses [kg].
 [UR-M]   robosuite 1.5.2, robots/ur5e/robot.xml: ranges, boxes of its collision meshes
 [XARM]   example-robot-data 6.0.0, xarm_description/urdf/xarm7.urdf: joints, limits, masses
 [XARM-M] robosuite 1.5.2, robots/xarm7/robot.xml: boxes of its collision meshes
-[2F-85]  robosuite 1.5.2, grippers/robotiq_gripper_85.xml, open: boxes; closed length: Robotiq, manual, section 6.1
-[XARM-G] robosuite 1.5.2, grippers/xarm7_gripper.xml, open: boxes; closed length: UFACTORY, gripper manual, TCP offset
+[2F-85]  robosuite 1.5.2, grippers/robotiq_gripper_85.xml, open: boxes; coupling (10.8 mm) and closed length: linkage of
+         google-deepmind/mujoco_menagerie, robotiq_2f85/2f85.xml, driven to 0.8 rad with parallel pads
+[XARM-G] robosuite 1.5.2, grippers/xarm7_gripper.xml, open: boxes; closed length: linkage of xArm-Developer/xarm_ros2,
+         xarm_gripper.urdf.xacro, driven to 0.85 rad (its link_tcp, 0.172, is 2.5 mm inside)
+Fingertips: of Franka's hand, the rubber tip (17.5 x 15.2 x 18.5 mm) of franka_description, franka_hand.xacro; of the
+2F-85, the inner finger with its tip and pad in [2F-85], of UFACTORY's gripper, the finger's mesh in [XARM-G]
 
 Plans accelerate by at most 5 rad/s^2: below Franka's own limits (7.5 for Panda, 10 for FR3) and within what MoveIt's
 configurations of UR arms have (5 to 10); no figure of UFACTORY's was found. Boxes come from
@@ -24,9 +28,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tatamu.robots.fingers import FingerShape
+from tatamu.robots.interfaces import LeRobotNames
+
 Vector = tuple[float, float, float]
 Box = tuple[Vector, Vector]
 RIGHT = np.pi / 2
+
+
+LEROBOT = LeRobotNames()
+"""Radians, metres, and keys that follow from the joints."""
 
 
 class Hinge(NamedTuple):
@@ -48,15 +59,16 @@ class Hinge(NamedTuple):
 
 
 class ParallelGripper(NamedTuple):
-    """A gripper with two fingers, open; its frame is at the flange, z outwards, the fingers side by side along y."""
+    """A gripper with two fingers; its frame is at the flange, z outwards, the fingers side by side along y."""
 
     xyz: Vector
     """Flange in the last link [m]."""
     rpy: Vector
     """Rotation of the gripper's frame in the last link, about fixed x, y, z [rad]."""
     palm: Box
-    fingers: tuple[float, float]
-    """Half the thickness of both open fingers along x, and half their width along y [m]."""
+    finger: FingerShape
+    widest: float
+    """Widest opening between the fingertips [m]."""
     fingertip: float
     """From the flange to the ends of the closed fingers [m]."""
     mass: float
@@ -75,6 +87,11 @@ class SerialArm:
     """A pose in which the gripper points straight down, before the arm [rad]."""
     acceleration: float
     """What plans keep to [rad/s^2]."""
+    lerobot: LeRobotNames = LEROBOT
+    lerobot_type: str = ""
+    """Type of a pair in LeRobot."""
+    right: SerialArm | None = None
+    """The right arm of a pair; None for the same arm."""
 
 
 _PANDA_BOXES: tuple[tuple[Box, ...], ...] = (
@@ -133,7 +150,8 @@ _FRANKA_HAND = ParallelGripper(
     xyz=(0.0, 0.0, 0.107),
     rpy=(0.0, 0.0, -np.pi / 4),
     palm=((-0.032, -0.104, -0.026), (0.032, 0.104, 0.066)),
-    fingers=(0.011, 0.066),
+    finger=FingerShape(thickness=0.0152, width=0.022, tip=0.0185, root=0.026, length=0.0474),
+    widest=0.08,
     fingertip=0.1134,
     mass=0.76,
 )
@@ -247,8 +265,9 @@ XARM7 = SerialArm(
         xyz=(0.0, 0.0, 0.0),
         rpy=(0.0, 0.0, 0.0),
         palm=((-0.038, -0.087, -0.009), (0.038, 0.087, 0.108)),
-        fingers=(0.016, 0.087),
-        fingertip=0.172,  # assumed, from no source that could be read again: measure your gripper
+        finger=FingerShape(thickness=0.014, width=0.032, tip=0.040, root=0.045, length=0.0665),
+        widest=0.084,
+        fingertip=0.1745,
         mass=0.8,
     ),
     ready=(0.0, -0.247, 0.0, 0.909, 0.0, 1.15644, 0.0),
@@ -316,9 +335,10 @@ UR5E = SerialArm(
     gripper=ParallelGripper(
         xyz=(0.0, 0.0996, 0.0),
         rpy=(-RIGHT, 0.0, 0.0),
-        palm=((-0.038, -0.075, 0.0), (0.038, 0.075, 0.111)),
-        fingers=(0.011, 0.075),
-        fingertip=0.1628,  # assumed, from no source that could be read again: measure your gripper
+        palm=((-0.038, -0.075, 0.0), (0.038, 0.075, 0.122)),
+        finger=FingerShape(thickness=0.0136, width=0.022, tip=0.030, root=0.0325, length=0.0516),
+        widest=0.085,
+        fingertip=0.1736,
         mass=0.9,
     ),
     ready=(0.0, -RIGHT, RIGHT, -RIGHT, -RIGHT, 0.0),

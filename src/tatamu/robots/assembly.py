@@ -61,6 +61,7 @@ def _described(path: Path) -> Robot:
         table_heights=description.table_heights,
         front=description.front,
         standing=_standing(description, prefixes),
+        lerobot_type=description.lerobot_type,
         notes=_notes(path, above),
     )
     check_description(path, robot, prefixes)
@@ -92,6 +93,9 @@ def _arm(path: Path, name: str, arm: ArmDescription, prefix: str, file: ModelFil
         speed=speed,
         planned_speed=speed,
         planned_acceleration=acceleration,
+        jaw=arm.jaw.prefixed(prefix),
+        ros=arm.ros,
+        lerobot=arm.lerobot,
     )
 
 

@@ -1,14 +1,18 @@
-"""A motion as ROS bags: trajectory_msgs/JointTrajectory on each controller's command topic.
+"""A motion as ROS bags: trajectory_msgs/JointTrajectory for each controller, control_msgs/GripperCommand for grippers.
 
-How hrpsys_ros_bridge reads them (start-jsk/rtmros_common: HrpsysJointTrajectoryBridge.cpp): it reads positions and
-time_from_start only, needs every joint of the group, and takes the first point's time as the time to get there from
+How hrpsys_ros_bridge reads trajectories (start-jsk/rtmros_common: HrpsysJointTrajectoryBridge.cpp): it reads positions
+and time_from_start only, needs every joint of the group, and takes the first point's time as the time to get there from
 wherever the robot is.
+
+ros_control's controllers of ROS 1 listen on `CONTROLLER/command`, ros2_control's on `CONTROLLER/joint_trajectory`.
+Trajectories are stamped with the start of the motion and grippers' commands with their times, so a player sends each
+when it is due.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,49 +20,85 @@ from tatamu.robots.extras import needed
 from tatamu.robots.plan import RobotPlan
 from tatamu.robots.tables import groups, points
 
-MESSAGE = "trajectory_msgs/msg/JointTrajectory"
+TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
+GRIPPER = "control_msgs/msg/GripperCommand"
+GRIPPER_FIELDS = "float64 position\nfloat64 max_effort\n"
+"""Definition of control_msgs/GripperCommand, which is not among rosbags' own types: [m] and [N]."""
 STAMP = 1_000_000_000
-"""Time stamp of the messages [ns]; ROS has no time 0."""
+"""Time stamp of the motion's start [ns]; ROS has no time 0."""
+
+
+class Sent(NamedTuple):
+    """A message of a bag."""
+
+    time: int
+    """[ns]."""
+    topic: str
+    kind: str
+    message: Any
 
 
 def write_ros1(plan: RobotPlan, path: Path) -> None:
     """Write a ROS 1 bag."""
-    store = _store("ROS1_NOETIC")
+    store = typestore("ROS1_NOETIC")
     with needed("rosbags.rosbag1").Writer(path) as writer:
-        for topic, message in _messages(plan, store):
-            # Not latched: a command must not come back to a controller that connects later.
-            connection = writer.add_connection(topic, MESSAGE, typestore=store)
-            writer.write(connection, STAMP, store.serialize_ros1(message, MESSAGE))
+        _write(writer, _messages(plan, store, "command"), store, store.serialize_ros1)
 
 
 def write_ros2(plan: RobotPlan, folder: Path) -> None:
     """Write a ROS 2 bag: a folder with metadata.yaml and one .mcap."""
-    store, rosbag2 = _store("ROS2_HUMBLE"), needed("rosbags.rosbag2")
+    store, rosbag2 = typestore("ROS2_HUMBLE"), needed("rosbags.rosbag2")
     with rosbag2.Writer(folder, version=8, storage_plugin=rosbag2.StoragePlugin.MCAP) as writer:
-        for topic, message in _messages(plan, store):
-            connection = writer.add_connection(topic, MESSAGE, typestore=store)
-            writer.write(connection, STAMP, store.serialize_cdr(message, MESSAGE))
+        _write(writer, _messages(plan, store, "joint_trajectory"), store, store.serialize_cdr)
 
 
-def _store(name: str) -> Any:
+def typestore(name: str) -> Any:
+    """The message types of a ROS release, with that of grippers."""
     typesys = needed("rosbags.typesys")
-    return typesys.get_typestore(typesys.Stores[name])
+    store = typesys.get_typestore(typesys.Stores[name])
+    if GRIPPER not in store.types:
+        store.register(typesys.get_types_from_msg(GRIPPER_FIELDS, GRIPPER))
+    return store
 
 
-def _messages(plan: RobotPlan, store: Any) -> list[tuple[str, Any]]:
-    return [(f"/{controller}/command", _message(plan, joints, store)) for controller, joints in groups(plan).items()]
+def _write(writer: Any, messages: list[Sent], store: Any, serialize: Any) -> None:
+    # Not latched: a command must not come back to a controller that connects later.
+    connections: dict[str, Any] = {}
+    for sent in messages:
+        if sent.topic not in connections:
+            connections[sent.topic] = writer.add_connection(sent.topic, sent.kind, typestore=store)
+        writer.write(connections[sent.topic], sent.time, serialize(sent.message, sent.kind))
 
 
-def _message(plan: RobotPlan, joints: tuple[str, ...], store: Any) -> Any:
+def _messages(plan: RobotPlan, store: Any, ending: str) -> list[Sent]:
+    """All messages in the order of time, trajectories on topics with this ending."""
+    controllers = {arm.name: arm.gripper_controller for arm in plan.task.robot.arms}
+    trajectories = [
+        Sent(STAMP, f"/{group.controller}/{ending}", TRAJECTORY, _trajectory(plan, group.joints, group.names, store))
+        for group in groups(plan)
+    ]
+    grippers = [
+        Sent(
+            STAMP + round(command.time * 1e9),
+            f"/{controllers[command.arm]}/command",
+            GRIPPER,
+            store.types[GRIPPER](position=command.width, max_effort=command.force),
+        )
+        for command in plan.gripper_commands
+    ]
+    return sorted([*trajectories, *grippers], key=lambda sent: sent.time)
+
+
+def _trajectory(plan: RobotPlan, joints: tuple[str, ...], names: tuple[str, ...], store: Any) -> Any:
     types = store.types
     times, angles = points(plan, joints)
     header = {"stamp": types["builtin_interfaces/msg/Time"](sec=0, nanosec=0), "frame_id": ""}
     if "seq" in types["std_msgs/msg/Header"].__dataclass_fields__:
         header["seq"] = 0
     empty = np.empty(0)
-    return types[MESSAGE](
+    return types[TRAJECTORY](
         header=types["std_msgs/msg/Header"](**header),
-        joint_names=list(joints),
+        joint_names=list(names),
         points=[
             types["trajectory_msgs/msg/JointTrajectoryPoint"](
                 positions=row,

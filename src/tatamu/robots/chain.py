@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from tatamu.robots import demand
 from tatamu.robots.model import Arm, Robot
 from tatamu.robots.pose import inverse, pose, rotation_vector
 
@@ -137,7 +138,21 @@ class Chain:
         X_BT, jacobian = self.tool(angles)
         turn = rotation_vector(targets[:, :3, :3] @ X_BT[:, :3, :3].transpose(0, 2, 1))
         error = np.concatenate([targets[:, :3, 3] - X_BT[:, :3, 3], LENGTH * turn], axis=1)
-        return error, jacobian * np.array([1, 1, 1, LENGTH, LENGTH, LENGTH])[:, None]
+        jacobian = jacobian * np.array([1, 1, 1, LENGTH, LENGTH, LENGTH])[:, None]
+        if self.turns_freely:
+            R_TB = targets[:, :3, :3].transpose(0, 2, 1) * self._weights[:, None]
+            error[:, 3:] = (R_TB @ error[:, 3:, None])[:, :, 0]
+            jacobian[:, 3:] = R_TB @ jacobian[:, 3:]
+        return error, jacobian
+
+    @property
+    def turns_freely(self) -> bool:
+        """Whether the tool may turn about the jaw's opening axis, as the arm has no joint to keep it from that."""
+        return demand.turns_freely(len(self.axes))
+
+    @property
+    def _weights(self) -> np.ndarray:
+        return demand.weights(len(self.axes))
 
     @property
     def shoulder(self) -> np.ndarray:
@@ -155,9 +170,16 @@ class Chain:
         return (np.linalg.norm(positions - self.shoulder, axis=2) <= self.reach).all(axis=1)
 
     def singularity(self, angles: np.ndarray) -> np.ndarray:
-        """Distance from a singularity: least singular value of the Jacobian, metres over LENGTH, shape (n,)."""
-        _, jacobian = self.tool(angles)
+        """Distance from a singularity: least singular value of the Jacobian, metres over LENGTH, shape (n,).
+
+        Only the directions that the arm must keep count; see `demand`.
+        """
+        X_BT, jacobian = self.tool(angles)
         jacobian = jacobian / np.array([LENGTH, LENGTH, LENGTH, 1, 1, 1])[:, None]
+        if self.turns_freely:
+            kept = np.flatnonzero(self._weights)
+            turns = (X_BT[:, :3, :3].transpose(0, 2, 1) @ jacobian[:, 3:])[:, kept]
+            jacobian = np.concatenate([jacobian[:, :3], turns], axis=1)
         least = np.linalg.eigvalsh(jacobian @ jacobian.transpose(0, 2, 1))[:, 0]
         return np.sqrt(np.maximum(least, 0.0))
 

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
+from tatamu.robots import demand, grasp
 from tatamu.robots.clearance import Clearance, Distance
+from tatamu.robots.cloth import nearest_cloth, simulated_cloth
 from tatamu.robots.contacts import touches
+from tatamu.robots.jaw import LEAST_HELD
 from tatamu.robots.model import Arm
 from tatamu.robots.motion import Motion
 from tatamu.robots.pairs import KINDS
@@ -17,15 +21,17 @@ from tatamu.robots.pose import into, rotation_vector
 
 EVERY = 4
 """Samples from one distance query to the next: 50 queries a second. MuJoCo's contacts are asked of every sample."""
+TO_CLOTH = "to the cloth"
 LEAST_DISTANCE = {
     "between arms": 0.015,
     "to the trunk": 0.005,
     "within an arm": 0.005,
     "to obstacles": 0.005,
     "to the table": 0.002,
+    "of fingers to the table": 0.0003,
+    TO_CLOTH: 0.002,
 }
-"""Least distances [m], between boxes that contain the links. In a fold that knows no fingers their outermost centimetre
-is not counted: it would lie on the table."""
+"""Least distances [m], between boxes that contain the links; fingers pass over the table at `jaw.GAP`."""
 LEAST_MARGIN = 0.01
 """Least distance to joint limits [rad]."""
 LEAST_SINGULARITY = 0.03
@@ -35,7 +41,7 @@ PATH_ERROR = 1e-3
 TURN_ERROR = 5e-3
 """Largest rotation of the tool from its orientation at the grasp [rad]."""
 SLOWEST = 5.0
-"""Largest time scaling: a fold driven slower still is another fold than the one simulated."""
+"""Largest time scaling at full speed: a fold driven slower still is another fold than the one simulated."""
 
 
 class Checks:
@@ -55,6 +61,7 @@ class Checks:
             "tool_path_error": self._path(),
             "tool_turn_error": self._turn(),
             "tool_speed": self._speed(),
+            **self._grasps(),
             **self._distances(),
             "singularity": self._singularity(),
             "time_scaling": self._scaling(),
@@ -98,16 +105,17 @@ class Checks:
 
     def _rate(self, unit: str, order: int) -> PlanCheck:
         """Speed or acceleration of the joint nearest to its limit, by finite differences."""
-        limits = self._task.robot.planned()[order - 1]
-        rate = np.abs(np.diff(self._motion.angles, n=order, axis=0)) / self._motion.times[1] ** order
+        names, columns = zip(*self._task.robot.columns.items(), strict=True)
+        limits = self._task.robot.planned()[order - 1][list(columns)]
+        rate = np.abs(np.diff(self._motion.angles[:, columns], n=order, axis=0)) / self._motion.times[1] ** order
         row, column = np.unravel_index(int((rate / limits).argmax()), rate.shape)
-        name = next(name for name, at in self._task.robot.columns.items() if at == column)
-        return self._check(rate[row, column], limits[column], unit, int(row), name)
+        return self._check(rate[row, column], limits[column], unit, int(row), names[column])
 
     def _path(self) -> PlanCheck:
         X_BF = self._task.placement.matrix
-        p_BT = self._tools[:, :, :3, 3][:, self._fold]
-        p_FT = into(X_BF, p_BT)
+        offsets = np.array([offset for _, offset, _ in self._task.grips])
+        p_BH = self._tools[:, :, :3, 3][:, self._fold] - offsets[:, None]
+        p_FT = into(X_BF, p_BH)
         curves = self._task.hands.curves
         error = np.array([curve.nearest(points)[1] for curve, points in zip(curves, p_FT, strict=True)])
         arm, row = np.unravel_index(int(error.argmax()), error.shape)
@@ -115,10 +123,11 @@ class Checks:
 
     def _turn(self) -> PlanCheck:
         turned = []
-        for X_BT, hold in zip(self._tools, self._task.holds, strict=True):
-            turned.append(np.linalg.norm(rotation_vector(X_BT[self._fold, :3, :3] @ hold.rotation.T), axis=1))
-        arm, row = np.unravel_index(int(np.argmax(turned)), np.shape(turned))
-        name = self._task.robot.arms[arm].name
+        for X_BT, (R_BT, _, _), arm in zip(self._tools, self._task.grips, self._task.robot.arms, strict=True):
+            turn = rotation_vector(R_BT.T @ X_BT[self._fold, :3, :3]) * demand.weights(len(arm.joints))
+            turned.append(np.linalg.norm(turn, axis=1))
+        worst, row = np.unravel_index(int(np.argmax(turned)), np.shape(turned))
+        name = self._task.robot.arms[worst].name
         return self._check(np.max(turned), TURN_ERROR, "rad", int(self._fold[row]), name)
 
     def _speed(self) -> PlanCheck:
@@ -129,8 +138,31 @@ class Checks:
         limit = 1.005 * self._task.hands.top_speed
         return self._check(speed.max(), limit, "m/s", int(self._fold[row]), self._task.robot.arms[arm].name)
 
+    def _grasps(self) -> dict[str, PlanCheck]:
+        """How the hands take their hems: of each figure, the worse hand's."""
+        row, takes = grasp.takes(self._task, self._motion, self._tools)
+
+        def worst(
+            value: Callable[[grasp.Take], float], limit: float, unit: str = "m", least: bool = False
+        ) -> PlanCheck:
+            take = (min if least else max)(takes, key=value)
+            return self._check(value(take), limit, unit, row, take.arm, least=least)
+
+        return {
+            "hem_in_the_open_jaw": worst(lambda take: take.depth, grasp.LEAST_DEPTH, least=True),
+            "cloth_in_the_closed_jaw": worst(lambda take: take.held, LEAST_HELD, least=True),
+            "lower_finger_under_the_hem": worst(lambda take: take.lowest, grasp.UNDERNEATH),
+            "jaw_across_the_hem": worst(
+                lambda take: take.askew, max(take.jaw.yaw for take in takes) + grasp.ASKEW, "rad"
+            ),
+            "jaw_opening": worst(lambda take: take.jaw.opening, min(take.jaw.widest for take in takes)),
+        }
+
     def _distances(self) -> dict[str, PlanCheck]:
         found = self._nearest()
+        cloth = simulated_cloth(self._task)
+        if cloth is not None:
+            found[TO_CLOTH] = nearest_cloth(self._task, self._motion, self._tools, cloth)
         return {
             f"distance_{kind.replace(' ', '_')}": self._check(
                 found[kind].value,
@@ -140,13 +172,13 @@ class Checks:
                 " and ".join(filter(None, found[kind].pair)),
                 least=True,
             )
-            for kind in KINDS
+            for kind in (*KINDS, TO_CLOTH)
             if kind in found
         }
 
     def _nearest(self) -> dict[str, Distance]:
         """The least distance of each kind: of some samples, and of all where anything comes too near."""
-        robot, height, angles = self._task.robot, self._task.placement.z, self._motion.angles
+        robot, height, angles = self._task.robot, self._task.table, self._motion.angles
         clearance = Clearance(robot)
         clearance.set_table(height)
         some = clearance.least(angles[::EVERY])
@@ -173,7 +205,7 @@ class Checks:
         rate = np.diff(self._motion.simulated(self._fold)) / self._motion.times[1]
         slowest = int(self._fold[int(rate.argmin())]) if len(rate) else int(self._fold[0])
         value = fold.timed.duration / float(times[-1] - times[0])
-        return self._check(value, SLOWEST, "1", slowest, "slowest")
+        return self._check(value, SLOWEST / self._motion.speed_scale, "1", slowest, "slowest")
 
 
 def in_words(value: float, limit: float, unit: str, ok: bool) -> tuple[str, str, str]:

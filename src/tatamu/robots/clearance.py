@@ -14,7 +14,7 @@ import numpy as np
 
 from tatamu.robots.extras import needed
 from tatamu.robots.model import TABLE, Robot
-from tatamu.robots.pairs import KINDS, OBSTACLES, ON_TABLE, link_name, pairs_of
+from tatamu.robots.pairs import FINGERS, KINDS, OBSTACLES, ON_TABLE, link_name, pairs_of
 
 FAR = 0.15
 """Cut-off beyond which distances are not computed [m]."""
@@ -47,6 +47,9 @@ class Clearance:
         self.untested = found.untested
         self._fixed = {kind: rows for kind, rows in found.rows.items() if kind != OBSTACLES}
         self._obstacles = found.rows.get(OBSTACLES, np.empty((0, 2), dtype=int))
+        self._finger = np.array(
+            [link_name(self.model, int(geom)) in robot.fingers for geom in self._obstacles[:, 0]], bool
+        )
         self._tops = np.array([_top(self.model, self._data, int(geom)) for geom in self._obstacles[:, 1]])
         radius = np.array(self.model.geom_rbound)
         self._radius = np.where(np.isfinite(radius) & (radius > 0), radius, np.inf)
@@ -77,7 +80,8 @@ class Clearance:
         self._data.geom_xpos[self._table][2] = self.model.geom_pos[self._table][2]
         under = self._tops <= top + 1e-9
         rows = {kind: [pairs] for kind, pairs in self._fixed.items()}
-        rows.setdefault(ON_TABLE, []).append(self._obstacles[under])
+        rows.setdefault(ON_TABLE, []).append(self._obstacles[under & ~self._finger])
+        rows.setdefault(FINGERS, []).append(self._obstacles[under & self._finger])
         rows.setdefault(OBSTACLES, []).append(self._obstacles[~under])
         joined = {kind: np.concatenate(rows[kind]) for kind in self._kinds if kind in rows}
         self._pairs = {kind: pairs for kind, pairs in joined.items() if len(pairs)}
@@ -87,7 +91,7 @@ class Clearance:
         probe = -5.0
         self.set_table(probe)
         self._move(configuration)
-        arms = self._fixed[ON_TABLE][:, 0]
+        arms = np.concatenate([self._fixed[kind][:, 0] for kind in (ON_TABLE, FINGERS) if kind in self._fixed])
         return probe + min(self._distance(int(geom), self._table, 20.0) for geom in arms)
 
     def least(self, configurations: np.ndarray) -> dict[str, Distance]:

@@ -11,7 +11,7 @@ from tatamu.robots.catalog import load
 from tatamu.robots.description import disturbances_of, files_of
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.model import Robot
-from tatamu.robots.placement import FINE_HOLDS, Placement
+from tatamu.robots.placement import Placement
 from tatamu.robots.reach import best_placements, search, table_heights
 from tatamu.robots.refusal import Refused, out_of_reach, table_too_high
 
@@ -23,8 +23,7 @@ class ReachConstraint:
     """How well a robot can do a fold; placements remembered of earlier folds make answers faster, not better."""
 
     def __init__(self, robot: Robot) -> None:
-        self._robot = robot
-        self._starting: dict[bool, list[Robot]] = {}
+        self._starting = [robot.starting(start) for start in robot.poses]
         self._known: list[tuple[Robot, Placement]] = []
 
     def __call__(self, manipulation: Manipulation) -> float:
@@ -38,10 +37,10 @@ class ReachConstraint:
         """
         hands = HandMotion.exact(manipulation)
         for robot, placement in self._known:
-            quality = float(search(robot, hands, [placement], FINE_HOLDS).quality[0])
+            quality = float(search(robot, hands, [placement], fine=True).quality[0])
             if quality >= 0:
                 return quality
-        return max(self._searched(robot, hands) for robot in self._robots(hands))
+        return max(self._searched(robot, hands) for robot in self._starting)
 
     def refusal(self, manipulation: Manipulation) -> str | None:
         """Why the robot cannot do a fold, None where it can; asking leaves no memory.
@@ -54,7 +53,7 @@ class ReachConstraint:
         """
         hands = HandMotion.exact(manipulation)
         refusals: list[Refused] = []
-        for robot in self._robots(hands):
+        for robot in self._starting:
             heights = table_heights(robot)
             if heights is None:
                 refusals.append(table_too_high(robot))
@@ -68,14 +67,6 @@ class ReachConstraint:
     def forget(self) -> None:
         """Forget all placements."""
         self._known = []
-
-    def _robots(self, hands: HandMotion) -> list[Robot]:
-        """The robot in each pose that it may start from, with whole fingers where the fold knows them."""
-        whole = hands.lift > 0.0
-        if whole not in self._starting:
-            robot = self._robot.with_whole_fingers() if whole else self._robot
-            self._starting[whole] = [robot.starting(start) for start in robot.poses]
-        return self._starting[whole]
 
     def _searched(self, robot: Robot, hands: HandMotion) -> float:
         heights = table_heights(robot)

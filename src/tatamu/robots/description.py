@@ -15,11 +15,12 @@ from tatamu.disturbances import Disturbances, disturbances_in, read_disturbances
 from tatamu.errors import InputError
 from tatamu.files import read_toml, validated
 from tatamu.records import Record
+from tatamu.robots import demand
+from tatamu.robots.interfaces import LeRobotNames, RosNames
+from tatamu.robots.jaw import Jaw
 from tatamu.robots.modelfile import ModelFile, read_model
 from tatamu.robots.pose import from_rpy, pose
 
-DIRECTIONS = 6
-"""In which a tool moves and turns: an arm needs as many joints."""
 Length = Annotated[float, Field(ge=-10, le=10)]
 """Within ten metres [m]."""
 Vector = tuple[Length, Length, Length]
@@ -53,7 +54,7 @@ class ArmDescription(Record):
     link: str
     """The body of the last joint, or one fixed to it: the wrist."""
     tool: Frame
-    """X_WT, the fingertips in the wrist; z is the direction of approach."""
+    """X_WT, between the ends of the closed fingertips; z is the direction of approach, y the jaw's opening."""
     initial: Numbers
     """Joint angles at which motions start [rad]."""
     speed: Numbers
@@ -62,19 +63,30 @@ class ArmDescription(Record):
     """Greatest acceleration of each joint [rad/s^2]."""
     faster_than_model: list[str] = Field(default_factory=list)
     """Joints whose `speed` counts although the model's own limit is below it."""
+    ros: RosNames = RosNames()
+    """Names of the arm's controllers and joints in ROS."""
+    lerobot: LeRobotNames = LeRobotNames()
+    """Keys and units of the arm in LeRobot."""
     standing: dict[str, float] = Field(default_factory=dict)
     """Where joints of this arm's model outside `joints` stand [rad, m], when two single arms make a pair."""
 
+    jaw: Jaw = Jaw()
+    """The fingers, and how they take a hem."""
+
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if len(self.joints) < DIRECTIONS:
-            raise ValueError(
-                f"joints must be at least {DIRECTIONS}, given {len(self.joints)}: the tool moves in three directions "
-                "and keeps its orientation about three axes; an arm with fewer joints cannot"
-            )
+        if len(self.joints) < demand.FEWEST:
+            raise ValueError(demand.too_few(len(self.joints)))
         for name in ("initial", "speed", "acceleration"):
             if len(getattr(self, name)) != len(self.joints):
                 raise ValueError(f"{name} must be as many as joints ({len(self.joints)})")
+        for table, names in (("ros", ["joints"]), ("lerobot", ["joints", "zero", "sign"])):
+            for name in names:
+                given = getattr(getattr(self, table), name)
+                if given is not None and len(given) != len(self.joints):
+                    raise ValueError(
+                        f"{table}.{name} must be as many as joints ({len(self.joints)}), given {len(given)}"
+                    )
         if len(set(self.joints)) < len(self.joints):
             raise ValueError("joints must differ")
         for name in self.faster_than_model:
@@ -95,6 +107,8 @@ class Description(Record):
     """The body that plans are written in; it must not move."""
     table_heights: tuple[Length, Length] = (0.0, 0.0)
     """Lowest and highest table top that may be chosen, in the base [m]."""
+    lerobot_type: str = ""
+    """Type of the robot in LeRobot, for datasets; empty for its name here."""
     front: Length = 0.1
     """Near edge of the table, along x of the base [m]."""
     packages: dict[str, str] = Field(default_factory=dict)

@@ -14,13 +14,19 @@ from tatamu.robots.extras import needed, one_line
 from tatamu.robots.model import TABLE
 from tatamu.robots.pose import into, pose
 from tatamu.robots.rehearsal import Rehearsal
-from tatamu.robots.stage import data_of, load_stage
+from tatamu.robots.stage import Poser, load_stage
 from tatamu.rollout import Rollout
 
 RATE = 10
 """Frames per second."""
 WIDTH, HEIGHT = 480, 360
 """[pixels]."""
+MARGIN = 0.12
+"""From the way of the tools to the edge of the table that is drawn [m]."""
+CLOSE_UP = 1.35
+"""Distance of the camera over the extent of what it shows."""
+ACROSS = 1.4
+"""Robots that are wider than deep by this are two arms that face each other."""
 SIDES = {"tatamu_front": FRONT, "tatamu_back": BACK}
 """The cloth's two sides, a mesh of one colour each."""
 
@@ -45,26 +51,34 @@ def _frames(rehearsal: Rehearsal, fold: Rollout | None) -> list[np.ndarray]:
     spec = load_stage(planned.folder)
     _dressed(spec, rehearsal, fold, mujoco)
     model = spec.compile()
-    data = data_of(model)
-    columns = [int(model.joint(name).qposadr[0]) for name in planned.plan.joints]
+    times = np.arange(0, rehearsal.times[-1], 1 / RATE)
+    rows = np.searchsorted(rehearsal.times, times)
+    poser = Poser(model, planned, rehearsal.angles[rows], times)
+    camera = _camera(model, poser, rehearsal, mujoco)
     found = []
     with mujoco.Renderer(model, HEIGHT, WIDTH) as renderer:
-        for time in np.arange(0, rehearsal.times[-1], 1 / RATE):
-            row = int(np.searchsorted(rehearsal.times, time))
-            data.qpos[columns] = rehearsal.angles[row]
-            mujoco.mj_forward(model, data)
+        for number, time in enumerate(times):
+            data = poser.pose(number)
+            mujoco.mj_camlight(model, data)
             if fold is not None:
                 frame = int(np.clip(np.searchsorted(fold.times, time - rehearsal.closes), 0, len(fold.times) - 1))
                 _lay(model, data, renderer, rehearsal, fold.positions[frame], mujoco)
-            renderer.update_scene(data, _camera(rehearsal, mujoco))
+            renderer.update_scene(data, camera)
             found.append(renderer.render().copy())
     return found
 
 
-def _camera(rehearsal: Rehearsal, mujoco: Any) -> Any:
+def _camera(model: Any, poser: Poser, rehearsal: Rehearsal, mujoco: Any) -> Any:
+    """A camera that has the whole robot and the way of its tools in view, between arms that face each other."""
+    shown = [k for k in range(model.ngeom) if model.geom(k).name not in (TABLE, *SIDES)]
+    shown = [k for k in shown if model.geom_type[k] != mujoco.mjtGeom.mjGEOM_PLANE]
+    points = np.concatenate([poser.pose(0).geom_xpos[shown], rehearsal.tools.reshape(-1, 3)])
+    low, high = points.min(axis=0), points.max(axis=0)
     camera = mujoco.MjvCamera()
-    camera.lookat[:] = rehearsal.tools.mean(axis=(0, 1)) + np.array([0, 0, 0.1])
-    camera.distance, camera.azimuth, camera.elevation = 1.5, 215.0, -28.0
+    camera.lookat[:] = (low + high) / 2
+    camera.distance = CLOSE_UP * float(np.linalg.norm(high - low))
+    apart = high[1] - low[1] > ACROSS * (high[0] - low[0])
+    camera.azimuth, camera.elevation = (190.0 if apart else 215.0), -28.0
     return camera
 
 
@@ -76,8 +90,9 @@ def _dressed(spec: Any, rehearsal: Rehearsal, fold: Rollout | None, mujoco: Any)
     grey = [0.96, 0.96, 0.94]
     spec.add_texture(name="tatamu_sky", type=sky, builtin=plain, rgb1=grey, rgb2=grey, width=16, height=96)
     table, middle = spec.geom(TABLE), rehearsal.tools.mean(axis=(0, 1))
-    table.size = [0.35, 0.55, table.size[2]]
-    table.pos = [max(middle[0], 0.45), 0.0, table.pos[2]]
+    reach = np.abs(rehearsal.tools - middle).max(axis=(0, 1)) + MARGIN
+    table.size = [reach[0], reach[1], table.size[2]]
+    table.pos = [middle[0], middle[1], table.pos[2]]
     if fold is not None:
         vertices = _in_base(rehearsal, fold.positions[0])
         kind, shell = mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL

@@ -15,13 +15,17 @@ from tatamu.errors import InputError
 from tatamu.files import write_json, write_text
 from tatamu.robots.bags import write_ros1, write_ros2
 from tatamu.robots.chain import Chain
+from tatamu.robots.goals import write_goals
+from tatamu.robots.model import Arm
 from tatamu.robots.paths import tool_poses
 from tatamu.robots.picture import reach_svg
+from tatamu.robots.placement import Hold
 from tatamu.robots.plan import RobotPlan
-from tatamu.robots.planfile import FoldPose, PlanFile, StageTime, ToolViaPoints
+from tatamu.robots.planfile import FoldPose, JawFile, PlanFile, StageTime, ToolViaPoints
 from tatamu.robots.planned import FOLD
+from tatamu.robots.pose import pose
 from tatamu.robots.stage import save_stage
-from tatamu.robots.tables import joint_csv, pattern_json, trajectory_json
+from tatamu.robots.tables import gripper_csv, joint_csv, pattern_json, trajectory_json
 from tatamu.study.folder import MANIPULATION, RESULT, ROLLOUT, SCENE
 from tatamu.version import __version__
 
@@ -54,9 +58,11 @@ def save(plan: RobotPlan, out: Path) -> None:
         write_text(folder / "joint_trajectory.csv", joint_csv(robot, plan.motion))
         write_json(folder / "joint_trajectory.json", trajectory_json(plan))
         write_json(folder / "play_pattern.json", pattern_json(plan))
+        write_text(folder / "gripper_commands.csv", gripper_csv(plan))
+        write_goals(plan, folder / "goals")
         write_ros1(plan, folder / "joint_trajectory.bag")
         write_ros2(plan, folder / "joint_trajectory_ros2")
-        save_stage(robot, plan.task.placement.z, folder)
+        save_stage(robot, plan.task.table, folder)
         write_text(folder / "reach.svg", reach_svg(plan))
         _carry_fold(plan.task.source, folder / FOLD)
 
@@ -103,19 +109,46 @@ def plan_file(plan: RobotPlan) -> PlanFile:
         notes=list(robot.notes),
         initial_pose=robot.start,
         trunk_turning=placement.turning,
-        tool_in_wrist={arm.name: arm.tool_in_wrist.tolist() for arm in robot.arms},
+        tool_in_wrist={
+            arm.name: _hand_in_wrist(arm, R_BT, offset).tolist()
+            for arm, (R_BT, offset, _) in zip(robot.arms, task.grips, strict=True)
+        },
+        jaws={arm.name: _jaw(arm, hold) for arm, hold in zip(robot.arms, task.holds, strict=True)},
         wrist_frame={arm.name: arm.link for arm in robot.arms},
         joints=list(robot.joints),
         duration=float(motion.times[-1]),
-        events=list(motion.events),
+        events=list(plan.events),
+        gripper_commands=list(plan.gripper_commands),
+        segments=list(plan.segments),
+        speed_scale=motion.speed_scale,
+        hover=task.hover,
         stages=[StageTime(name=part.name, start=part.start, duration=part.timed.duration) for part in motion.parts],
         checks=plan.checks,
         via_points=_via_points(plan),
     )
 
 
+def _hand_in_wrist(arm: Arm, R_BT: np.ndarray, offset: np.ndarray) -> np.ndarray:
+    """X_WH: H is where the simulated hand is, T less the offset in B, parallel to T."""
+    return arm.tool_in_wrist @ pose(np.eye(3), -R_BT.T @ offset)
+
+
+def _jaw(arm: Arm, hold: Hold) -> JawFile:
+    jaw = arm.jaw
+    return JawFile(
+        tilt=hold.tilt,
+        yaw=hold.yaw,
+        opening=jaw.opening,
+        thickness=jaw.thickness,
+        depth=jaw.depth,
+        height=jaw.height(hold.tilt),
+        fingertips_in_wrist=arm.tool_in_wrist.tolist(),
+        fingers=jaw.fingers,
+    )
+
+
 def _via_points(plan: RobotPlan) -> ToolViaPoints:
-    """Both tools at the via-points, and when the joints are there."""
+    """Both simulated hands at the via-points, and when the joints are there."""
     task = plan.task
     fold = plan.motion.part("fold")
     times = plan.via_times
@@ -123,7 +156,8 @@ def _via_points(plan: RobotPlan) -> ToolViaPoints:
     driven = fold.start + np.interp(times, fold.timed.parameter(fine), fine)
     q = np.array([fold.timed.angles(np.array([time - fold.start]))[0] for time in driven])
     chains = tuple(Chain.of(task.robot, arm) for arm in task.robot.arms)
-    tools = tool_poses(task.robot, chains, q)[:, :, :3, 3]
+    offsets = np.array([offset for _, offset, _ in task.grips])
+    tools = tool_poses(task.robot, chains, q)[:, :, :3, 3] - offsets[:, None]
     return ToolViaPoints(
         every_frames=task.hands.every_frames,
         frames=[task.hands.frame(float(time)) for time in times],

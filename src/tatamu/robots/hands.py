@@ -36,14 +36,6 @@ class HandMotion:
     """Left, right."""
     travelled: tuple[Travel, Travel]
     """Left, right."""
-    lift: float = 0.0
-    """How high over their grasps the hands begin: the thickness of their lower fingers, as the fold knows it [m]."""
-
-    @property
-    def outwards(self) -> np.ndarray:
-        """Horizontal directions in which the hands come out from the hems that they have laid down, shape (2, 3)."""
-        moved = np.array([curve.control[-1] - curve.control[0] for curve in self.curves]) * [1.0, 1.0, 0.0]
-        return np.asarray(moved / np.linalg.norm(moved, axis=1, keepdims=True))
 
     @classmethod
     def load(cls, path: Path) -> HandMotion:
@@ -79,9 +71,7 @@ class HandMotion:
         every = np.arange(0, len(knots), VIA_EVERY)
         times = knots[np.unique(np.append(every, len(knots) - 1))]
         left, right = (_minimum_jerk(curve, manipulation.timing) for curve in curves)
-        return cls(
-            FRAME_RATE, VIA_EVERY, manipulation.timing, times, (curves[0], curves[1]), (left, right), manipulation.lift
-        )
+        return cls(FRAME_RATE, VIA_EVERY, manipulation.timing, times, (curves[0], curves[1]), (left, right))
 
     def at(self, times: np.ndarray) -> np.ndarray:
         """Positions of the hands at simulated times [s] (n,): in F [m], shape (2, n, 3)."""

@@ -9,16 +9,17 @@ import numpy as np
 from tatamu.errors import InputError
 from tatamu.robots import hironx as facts
 from tatamu.robots.extras import needed
+from tatamu.robots.fingers import FingerShape, add_fingers, jaw_of
 from tatamu.robots.model import Arm, Robot, StartPose
 from tatamu.robots.pose import pose, turn
 
 HAND_HALF = (0.042, 0.016)
 """Half the width of the open hand along y and half its depth along z [m]: finger links of [H-DAE] at 30 degrees."""
-FINGER_HALF = (0.030, 0.008)
-"""Length of the slimmer last part of the fingers [m]."""
 FINGER_LENGTH = 0.030
-TIP = 0.010
-"""Outermost part of the fingers [m], no obstacle in a fold that knows no fingers: in it they lie on the table."""
+FINGERS = FingerShape(thickness=0.0095, width=0.028, tip=FINGER_LENGTH, root=0.0095, length=FINGER_LENGTH)
+"""The pad with the plate behind it: `folding/fingers.py` has the source."""
+WIDEST = 0.1
+"""The hand's widest opening [m], of [CLIENT] setHandWidth."""
 
 
 def kawada(
@@ -52,8 +53,7 @@ def kawada(
     )
     return Robot(
         name=name,
-        spec=_spec(rows, fingertip, TIP),
-        whole=_spec(rows, fingertip, 0.0),
+        spec=_spec(rows, fingertip),
         base="WAIST",
         larm=_arm("larm", left, starts[0].larm, fingertip, nextage, acceleration),
         rarm=_arm("rarm", right, starts[0].rarm, fingertip, nextage, acceleration),
@@ -80,16 +80,21 @@ def _arm(
         name=name,
         joints=tuple(row.name for row in rows),
         link=f"{rows[-1].name}_Link",
-        # The hand points along -x of the last link; T has z along it, as the tip frame of [H-DAE].
-        tool_in_wrist=pose(turn(1, -np.pi / 2), np.array([-fingertip, 0.0, 0.0])),
+        tool_in_wrist=_tool(fingertip),
         initial=initial,
         speed=speed,
         planned_speed=np.minimum(speed, facts.PLANNED_SPEED),
         planned_acceleration=np.full(len(rows), acceleration),
+        jaw=jaw_of(name, FINGERS, WIDEST),
     )
 
 
-def _spec(rows: tuple[facts.Joint, ...], fingertip: float, left_out: float) -> Any:
+def _tool(fingertip: float) -> np.ndarray:
+    """X_WT: the hand points along -x of the last link; T has z along it, as the tip frame of [H-DAE]."""
+    return pose(turn(1, -np.pi / 2), np.array([-fingertip, 0.0, 0.0]))
+
+
+def _spec(rows: tuple[facts.Joint, ...], fingertip: float) -> Any:
     mujoco = needed("mujoco")
     spec = mujoco.MjSpec()
     spec.modelname = "tatamu-kawada"
@@ -106,7 +111,7 @@ def _spec(rows: tuple[facts.Joint, ...], fingertip: float, left_out: float) -> A
         _mass(body, name)
         _box(body, name, mujoco)
         if name.endswith("ARM_JOINT5_Link"):
-            _hand(body, fingertip, left_out, mujoco)
+            _hand(body, fingertip, mujoco)
     return spec
 
 
@@ -131,19 +136,17 @@ def _box(body: Any, name: str, mujoco: Any) -> None:
         body.add_geom(name=f"{name}_box{number}", type=kind, size=(high - low) / 2, pos=centre)
 
 
-def _hand(body: Any, fingertip: float, left_out: float, mujoco: Any) -> None:
-    """The hand as two boxes between the last link and the fingertip, of whose end some is left out [m]."""
+def _hand(body: Any, fingertip: float, mujoco: Any) -> None:
+    """The hand as a box between the last link and the fingers, and the fingers."""
     wrist = -facts.BOXES["LARM_JOINT5_Link"][0][0][0]
-    spans = {
-        "hand": (wrist, fingertip - FINGER_LENGTH, HAND_HALF),
-        "fingers": (0.0, fingertip - left_out, FINGER_HALF),
-    }
-    spans["fingers"] = (spans["hand"][1], *spans["fingers"][1:])
-    for part, (start, end, (width, depth)) in spans.items():
-        body.add_geom(
-            name=f"{body.name}_{part}",
-            type=mujoco.mjtGeom.mjGEOM_BOX,
-            size=[(end - start) / 2, width, depth],
-            pos=[-(start + end) / 2, 0, 0],
-            rgba=[0.3, 0.3, 0.35, 1],
-        )
+    start, end = wrist, max(wrist + 1e-3, fingertip - FINGER_LENGTH)
+    width, depth = HAND_HALF
+    body.add_geom(
+        name=f"{body.name}_hand",
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=[(end - start) / 2, width, depth],
+        pos=[-(start + end) / 2, 0, 0],
+        rgba=[0.3, 0.3, 0.35, 1],
+    )
+    arm = "larm" if body.name.startswith("L") else "rarm"
+    add_fingers(body, arm, _tool(fingertip), FINGERS, WIDEST)

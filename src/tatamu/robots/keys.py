@@ -11,10 +11,17 @@ from tatamu.robots.model import Arm, Robot
 def state_names(robot: Robot) -> tuple[str, ...]:
     """Return the names of the joints and the gripper of the left arm, then of the right one; then the trunk's, if any.
 
-    Joints are named as the robot names them, without what all joints of an arm begin with, such as `larm_`.
+    Joints are named as the description's `lerobot` has them, otherwise as the robot names them, without what all joints
+    of an arm begin with, such as `larm_`.
     """
-    names = [f"{side}_{stem}.pos" for side, arm in zip(("left", "right"), robot.arms, strict=True) for stem in _of(arm)]
+    names = [name for side, arm in zip(("left", "right"), robot.arms, strict=True) for name in _keys(side, arm)]
     return (*names, *(() if robot.trunk is None else (f"{robot.trunk.lower()}.pos",)))
+
+
+def _keys(side: str, arm: Arm) -> list[str]:
+    """The keys of an arm's joints and gripper."""
+    *joints, gripper = [f"{side}_{stem}.pos" for stem in _of(arm)]
+    return [*(arm.lerobot.joints or joints), arm.lerobot.gripper or gripper]
 
 
 def _of(arm: Arm) -> list[str]:

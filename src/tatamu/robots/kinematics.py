@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tatamu.robots import demand
 from tatamu.robots.chain import LENGTH
 from tatamu.robots.extras import needed
 from tatamu.robots.model import Robot
@@ -14,6 +15,8 @@ from tatamu.robots.pose import to_quaternion
 REACHED = 2e-6
 """Error at which a tool pose counts as solved [m, and rad times LENGTH]."""
 STEPS = 60
+NEAR, ALIGNED = 1e-4, 1e-3
+"""Less than this between a tool and its pose is no reason for anything [m, rad]."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +33,23 @@ class Missed:
     joint: str | None
     """A joint that stands at its limit there, if any."""
 
+    @property
+    def reason(self) -> str:
+        """Why the pose has no solution, in words."""
+        if self.joint:
+            why = f"{self.joint} stands at its limit"
+        elif self.distance > NEAR:
+            why = "it is out of reach"
+        elif self.turn > ALIGNED:
+            why = "it gets there and cannot turn its jaw so"
+        else:
+            why = "its joints cannot move on from there (a singular pose)"
+        left = [
+            *([f"{1e3 * self.distance:.1f} mm"] if self.distance > NEAR else []),
+            *([f"{np.degrees(self.turn):.1f} deg"] if self.turn > ALIGNED else []),
+        ]
+        return why + (f", {' and '.join(left)} are left" if left else "")
+
 
 class Kinematics:
     """Joint angles along tool paths; each pose is solved from the one before it, inside the joint limits."""
@@ -40,8 +60,10 @@ class Kinematics:
         model = robot.model
         moving = {model.joint(name).dofadr[0] for arm in robot.arms for name in arm.joints}
         still = [dof for dof in range(model.nv) if dof not in moving]
+        self._counted = [demand.weights(len(arm.joints)) for arm in robot.arms]
         self._tasks = [
-            mink.FrameTask(arm.site, "site", position_cost=1.0, orientation_cost=LENGTH) for arm in robot.arms
+            mink.FrameTask(arm.site, "site", position_cost=1.0, orientation_cost=LENGTH * counted)
+            for arm, counted in zip(robot.arms, self._counted, strict=True)
         ]
         self._limits = [mink.ConfigurationLimit(model)]
         self._frozen = [mink.DofFreezingTask(model, still)] if still else None
@@ -114,8 +136,10 @@ class Kinematics:
         return self._mink.SE3(np.concatenate([to_quaternion(R_WT), p_WT]))
 
     def _errors(self) -> list[float]:
-        scale = np.array([1, 1, 1, LENGTH, LENGTH, LENGTH])
-        return [float(np.linalg.norm(task.compute_error(self._configuration) * scale)) for task in self._tasks]
+        return [
+            float(np.linalg.norm(task.compute_error(self._configuration) * np.append(np.ones(3), LENGTH * counted)))
+            for task, counted in zip(self._tasks, self._counted, strict=True)
+        ]
 
     def _missed(self, point: int, errors: list[float]) -> Missed:
         worst = int(np.argmax(errors))
@@ -124,4 +148,5 @@ class Kinematics:
         room = np.abs(angles[:, None] - self._robot.limits(arm)).min(axis=1)
         joint = arm.joints[int(room.argmin())] if room.min() < 1e-4 else None
         error = self._tasks[worst].compute_error(self._configuration)
-        return Missed(point, arm.name, float(np.linalg.norm(error[:3])), float(np.linalg.norm(error[3:])), joint)
+        turn = error[3:] * self._counted[worst]
+        return Missed(point, arm.name, float(np.linalg.norm(error[:3])), float(np.linalg.norm(turn)), joint)

@@ -10,7 +10,7 @@ from tatamu.robots.extras import needed
 from tatamu.robots.model import TABLE
 from tatamu.robots.planned import Planned
 from tatamu.robots.pose import into, pose
-from tatamu.robots.stage import data_of, load_stage
+from tatamu.robots.stage import Poser, load_stage
 
 _SIDES = [(axis, sign) for axis in range(3) for sign in (-1.0, 1.0)]
 
@@ -31,25 +31,24 @@ FACES = np.array([[4 * k + i for i in triangle] for k in range(6) for triangle i
 """Triangles of the cube, shape (12, 3)."""
 
 
-def link_boxes(planned: Planned, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def link_boxes(planned: Planned, angles: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Corners of all boxes [m], shape (f, 24 b, 3), and their triangles, shape (12 b, 3).
 
     Args:
         planned: The plan.
         angles: Of the plan's joints at each frame [rad], shape (f, j).
+        times: Of the frames [s], shape (f,): when they are, the fingers are open or closed.
     """
     mujoco = needed("mujoco")
     model = load_stage(planned.folder).compile()
-    data = data_of(model)
-    columns = [int(model.joint(name).qposadr[0]) for name in planned.plan.joints]
+    poser = Poser(model, planned, angles, times)
     shown = [k for k in range(model.ngeom) if model.geom(k).name != TABLE and np.isfinite(model.geom_rbound[k])]
     shown = [k for k in shown if model.geom_type[k] != mujoco.mjtGeom.mjGEOM_PLANE]
     middle, half = model.geom_aabb[shown, :3], model.geom_aabb[shown, 3:]
     corners = middle[:, None] + half[:, None] * CORNERS  # in each shape's own frame
     found = []
-    for row in angles:
-        data.qpos[columns] = row
-        mujoco.mj_kinematics(model, data)
+    for row in range(len(angles)):
+        data = poser.pose(row)
         turned = np.einsum("bij,bkj->bki", data.geom_xmat[shown].reshape(-1, 3, 3), corners)
         found.append(_in_fold(planned, data, (turned + data.geom_xpos[shown][:, None]).reshape(-1, 3)))
     faces = (FACES + 24 * np.arange(len(shown))[:, None, None]).reshape(-1, 3)

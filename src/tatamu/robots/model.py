@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 
 from tatamu.robots.extras import needed
+from tatamu.robots.interfaces import LeRobotNames, RosNames
+from tatamu.robots.jaw import Jaw
 from tatamu.robots.pose import to_quaternion
 
 TABLE = "tatamu_table"
@@ -27,7 +29,8 @@ class Arm:
     link: str
     """The body that the last joint moves: the wrist frame W."""
     tool_in_wrist: np.ndarray
-    """X_WT, shape (4, 4): T at the point between the fingertips, z the direction of approach, y across the fingers."""
+    """X_WT, shape (4, 4): T between the ends of the closed fingertips, z the direction of approach, y the jaw's
+    opening."""
     initial: np.ndarray
     """Joint angles at the pose that motions start from and end at [rad], shape (k,)."""
     speed: np.ndarray
@@ -36,6 +39,10 @@ class Arm:
     """Speed that plans keep to [rad/s], shape (k,)."""
     planned_acceleration: np.ndarray
     """Acceleration that plans keep to [rad/s^2], shape (k,)."""
+    jaw: Jaw = field(default_factory=Jaw)
+    """The fingers, and how they take a hem."""
+    ros: RosNames = field(default_factory=RosNames)
+    lerobot: LeRobotNames = field(default_factory=LeRobotNames)
 
     @property
     def site(self) -> str:
@@ -44,8 +51,18 @@ class Arm:
 
     @property
     def controller(self) -> str:
-        """The name of the ROS controller."""
-        return f"{self.name}_controller"
+        """The name of the ROS controller of the joints."""
+        return self.ros.controller or f"{self.name}_controller"
+
+    @property
+    def gripper_controller(self) -> str:
+        """The name of the ROS controller of the gripper."""
+        return self.ros.gripper or f"{self.name}_gripper"
+
+    @property
+    def ros_joints(self) -> tuple[str, ...]:
+        """The names of the joints in ROS."""
+        return self.joints if self.ros.joints is None else tuple(self.ros.joints)
 
 
 @dataclass(frozen=True)
@@ -83,10 +100,10 @@ class Robot:
     """Lowest and highest table top that may be chosen, in B [m]."""
     front: float
     """Near edge of the table, along x of B [m]."""
-    whole: Any = None
-    """mujoco.MjSpec in which the outermost part of the fingers is an obstacle too; None: it is one in `spec`."""
     standing: Mapping[str, float] = field(default_factory=dict)
     """Angles or positions of joints outside the arms that do not stand where the model draws them [rad, m]."""
+    lerobot_type: str = ""
+    """Type of the robot in LeRobot; empty for its name here."""
     notes: tuple[str, ...] = ()
     """What the user should know of how the robot's files were read, one line each."""
 
@@ -94,10 +111,6 @@ class Robot:
     def arms(self) -> tuple[Arm, Arm]:
         """The left arm, then the right arm."""
         return self.larm, self.rarm
-
-    def with_whole_fingers(self) -> Robot:
-        """The same robot, the outermost part of its fingers being an obstacle as the rest is."""
-        return self if self.whole is None else replace(self, spec=self.whole, whole=None)
 
     def starting(self, start: StartPose) -> Robot:
         """The same robot, starting from another pose."""
@@ -119,6 +132,12 @@ class Robot:
         """Index of each joint's angle in qpos."""
         return {name: int(self.model.joint(name).qposadr[0]) for name in self.joints}
 
+    @cached_property
+    def finger_columns(self) -> dict[str, int]:
+        """Index in qpos of each joint that moves a finger."""
+        names = [name for arm in self.arms for name in arm.jaw.fingers]
+        return {name: int(self.model.joint(name).qposadr[0]) for name in names}
+
     def limits(self, arm: Arm) -> np.ndarray:
         """Lower and upper joint limits [rad], shape (k, 2)."""
         return np.array([self.model.joint(name).range for name in arm.joints])
@@ -127,12 +146,13 @@ class Robot:
     def rest(self) -> np.ndarray:
         """Configuration with every joint where it stands when no arm moves it [rad, m], shape (nq,).
 
-        A joint stands at the allowed value nearest to where the model draws it, unless `standing` names it. Joints that
-        follow others by an equality of the model do so.
+        A joint stands at the allowed value nearest to where the model draws it, unless `standing` names it; fingers
+        stand as far open as for a grasp. Joints that follow others by an equality of the model do so.
         """
         model = self.model
         qpos = np.array(model.qpos0)
-        for name, value in self.standing.items():
+        fingers = {name: at[0] for arm in self.arms for name, at in arm.jaw.fingers.items()}
+        for name, value in {**self.standing, **fingers}.items():
             qpos[model.joint(name).qposadr[0]] = value
         limited = [number for number in range(model.njnt) if model.jnt_limited[number]]
         columns = model.jnt_qposadr[limited]
@@ -168,6 +188,11 @@ class Robot:
             column = self.columns[self.trunk]
             speed[column], acceleration[column] = self.trunk_speed[1], self.trunk_acceleration
         return speed, acceleration
+
+    @cached_property
+    def fingers(self) -> frozenset[str]:
+        """Links whose shapes are fingers of either hand."""
+        return frozenset(link for arm in self.arms for link in arm.jaw.links)
 
     @property
     def initial(self) -> np.ndarray:

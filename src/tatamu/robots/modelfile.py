@@ -14,6 +14,7 @@ from xml.etree import ElementTree
 import trimesh
 
 from tatamu.errors import InputError
+from tatamu.files import MIB, foreign, read_bytes
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.packages import located
 from tatamu.robots.urdf import read_urdf
@@ -22,6 +23,8 @@ MESHES = (".stl", ".obj", ".msh")
 """Formats of meshes that MuJoCo reads; of .stl the binary one."""
 CONVERTED = (".ply", ".off")
 """Formats that are turned into binary STL, as ASCII STL is: lengths in them have no unit to mistake."""
+LARGEST_FILE = 64 * MIB
+"""A model, and each file that it names, is no larger [bytes]."""
 
 
 @dataclass(frozen=True)
@@ -110,10 +113,7 @@ class _Store:
         file = Path(os.path.normpath(file))
         if not file.is_file():
             raise InputError(f"{self._path}: there is no file {file}")
-        try:
-            content = file.read_bytes()
-        except OSError as error:
-            raise InputError(f"{file}: cannot be read ({error.strerror or error})") from None
+        content = read_bytes(file, LARGEST_FILE)
         self.files.append(file)
         return content
 
@@ -125,11 +125,9 @@ def _is_ascii(content: bytes) -> bool:
 
 
 def _as_stl(file: Path, content: bytes, suffix: str) -> bytes:
-    try:
+    with foreign(file, "a mesh that can be read"):
         mesh = trimesh.load_mesh(io.BytesIO(content), file_type=suffix[1:], process=False)
         return trimesh.exchange.stl.export_stl(mesh)
-    except Exception as error:  # whatever a broken file raises in its reader
-        raise InputError(f"{file}: is no mesh that can be read ({one_line(error)})") from None
 
 
 def _keep_assets(spec: Any, path: Path, store: _Store) -> None:
@@ -165,9 +163,7 @@ def _root(path: Path) -> ElementTree.Element:
 
 def _parsed(path: Path) -> ElementTree.Element:
     try:
-        return ElementTree.fromstring(path.read_bytes())
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+        return ElementTree.fromstring(read_bytes(path, LARGEST_FILE))
     except (ElementTree.ParseError, ValueError, LookupError) as error:
         raise InputError(f"{path}: is no URDF or MJCF, as it is not XML ({error})") from None
 

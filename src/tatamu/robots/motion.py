@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +16,8 @@ from tatamu.robots.timing import Timed, timed
 
 PERIOD = 0.005
 """Between samples [s]: HIRONX is driven at 200 Hz."""
+ORDER = ("lead", "approach", "lower", "enter", "close", "fold", "settle", "open", "raise", "return")
+"""Stages and waits, one after another."""
 JOINT_MOVE = 20.0
 """Rate of stages from pose to pose, whose s goes from 0 to 1: only the joints' limits hold them back [1/s]."""
 
@@ -32,6 +33,8 @@ class Pace(Record):
     """Fingers open slowly, so that the cloth keeps its shape (paper, section VI-C)."""
     lower_speed: float = Field(0.10, gt=0)
     raise_speed: float = Field(0.05, gt=0)
+    speed_scale: float = Field(1.0, ge=0.05, le=1.0)
+    """Speed of the whole motion, waits included, over that of a plan."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +56,7 @@ class Motion:
     """Full configurations [rad], shape (n, nq)."""
     parts: tuple[TimedStage, ...]
     events: tuple[FingerEvent, ...]
+    speed_scale: float = 1.0
 
     def part(self, name: str) -> TimedStage:
         """A part by its name."""
@@ -70,8 +74,8 @@ class Motion:
         return fold.timed.parameter(self.times[rows] - fold.start)
 
 
-def motion(robot: Robot, hands: HandMotion, stages: list[Stage], pace: Pace) -> Motion:
-    """Time all stages under the robot's limits, with the waits between them."""
+def motion(robot: Robot, hands: HandMotion, stages: list[Stage], pace: Pace, hovers: bool = False) -> Motion:
+    """Time all stages under the robot's limits, with the waits between them; if it hovers, with open jaws."""
     speed, acceleration = robot.planned()
     by_name = {stage.name: stage for stage in stages}
     waits = {
@@ -85,22 +89,29 @@ def motion(robot: Robot, hands: HandMotion, stages: list[Stage], pace: Pace) -> 
     }
     parts: list[TimedStage] = []
     start = 0.0
-    for name in _order(by_name):
+    for name in ORDER:
         if name in waits:
             driven = _still(*waits[name])
         else:
             stage = by_name[name]
             driven = timed(stage.spline, min(stage.rate, JOINT_MOVE), speed, acceleration)
+        driven = driven.slowed(pace.speed_scale)
         parts.append(TimedStage(name, start, driven))
         start += driven.duration
     times = PERIOD * np.arange(int(np.ceil(start / PERIOD)) + 1)
-    return Motion(times, _sampled(parts, times), tuple(parts), _events(robot, parts))
+    angles = _sampled(parts, times)
+    by_part = {part.name: part for part in parts}
+    closed = 0.0 * times if hovers else closing(times, by_part["close"], by_part["open"])
+    for arm in robot.arms:
+        for joint, (opened, shut) in arm.jaw.fingers.items():
+            angles[:, robot.finger_columns[joint]] = opened + closed * (shut - opened)
+    return Motion(times, angles, tuple(parts), _events(robot, parts), pace.speed_scale)
 
 
-def _order(stages: Collection[str]) -> list[str]:
-    """Stages and waits, one after another; hands without fingers need not withdraw."""
-    before = ["lead", "approach", "lower", "close", "fold", "settle", "open"]
-    return [*before, *(name for name in ("withdraw", "raise", "return") if name in stages)]
+def closing(times: np.ndarray, close: TimedStage, opening: TimedStage) -> np.ndarray:
+    """How far the jaws are closed at times (n,): 0 open as for the grasp, 1 closed."""
+    knots = [part.start + elapsed for part in (close, opening) for elapsed in (0.0, max(part.timed.duration, 1e-6))]
+    return np.interp(times, knots, [0.0, 1.0, 1.0, 0.0])
 
 
 def _still(duration: float, q: np.ndarray) -> Timed:

@@ -24,7 +24,7 @@ from tatamu.robots.planned import ARMS
 from tatamu.robots.pose import into
 from tatamu.robots.refold import Refold
 from tatamu.robots.rehearsal import Rehearsal
-from tatamu.robots.report import AS_FLOATING, halved
+from tatamu.robots.report import AS_FLOATING, as_planned, halved
 from tatamu.rollout import Rollout
 
 POINTS = 400
@@ -45,7 +45,7 @@ def page(rehearsal: Rehearsal, figures: dict[str, Any], fold: Refold | None) -> 
         charts={"apart": _apart(fold), "following": _following(rehearsal)},
         replay=_replay(rehearsal, fold) if fold else None,
         title=f"{title(fold.learned)}, {robot}" if fold and fold.learned else robot,
-        good=not rehearsal.contacts and (fold is None or fold.apart.mean() <= AS_FLOATING),
+        good=as_planned(figures) and (fold is None or fold.apart.mean() <= AS_FLOATING),
         events=_events(rehearsal),
         figures=figures,
         fold=fold,
@@ -104,7 +104,7 @@ def _replay(rehearsal: Rehearsal, fold: Refold) -> dict[str, Any]:
         for colour, path, arm in zip(HAND_COLOURS, tools, ARMS, strict=True)
     ]
     scale = largest(np.linalg.norm(fold.robot.positions[-1] - goal, axis=1))
-    return replay_data(rollout, fold.scene, hands, scale, link_boxes(rehearsal.planned, rehearsal.angles[moved]))
+    return replay_data(rollout, fold.scene, hands, scale, link_boxes(rehearsal.planned, rehearsal.angles[moved], times))
 
 
 def _events(rehearsal: Rehearsal) -> list[tuple[float, str]]:

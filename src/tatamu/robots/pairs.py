@@ -4,7 +4,8 @@
 - *within an arm*: shapes with three or more of the arm's joints between them;
 - *to the trunk*: what an arm hangs on, and what else moves with it, with links beyond the arm's second joint;
 - *to obstacles*: everything else that stands still (walls, floors, furniture, the other arm's foot), with every link;
-- *to the table*: the table of the plan, with every link.
+- *to the table*: the table of the plan, with every link but the fingers;
+- *of fingers to the table*: with the fingers, which go under a hem that lies on it.
 
 Shapes that a joint or two connect are left out, as the joints' ranges keep them apart. Likewise an obstacle that an
 arm's first or second link touches at the pose in which motions start: the arm stands on it.
@@ -20,8 +21,8 @@ import numpy as np
 from tatamu.robots.extras import needed
 from tatamu.robots.model import TABLE, Robot
 
-ON_TABLE, OBSTACLES = "to the table", "to obstacles"
-KINDS = ("between arms", "to the trunk", "within an arm", OBSTACLES, ON_TABLE)
+ON_TABLE, FINGERS, OBSTACLES = "to the table", "of fingers to the table", "to obstacles"
+KINDS = ("between arms", "to the trunk", "within an arm", OBSTACLES, ON_TABLE, FINGERS)
 STANDS_ON = 0.005
 """An arm's first links that start this near to an obstacle are taken to stand on it [m]."""
 JOINTS_BETWEEN = 3
@@ -62,7 +63,7 @@ def pairs_of(robot: Robot, only: str | None = None) -> ShapePairs:
     table = int(model.geom(TABLE).id)
     for number, a in enumerate(shapes):
         if a.depth >= 1 and only in (None, a.arm):
-            rows[ON_TABLE].append((a.geom, table))
+            rows[_at_table(robot, a.geom)].append((a.geom, table))
         for b in shapes[number + 1 :]:
             first, second = (a, b) if a.arm else (b, a)
             kind = _kind(first, second)
@@ -83,6 +84,11 @@ def link_name(model: Any, geom: int) -> str:
         return "table"
     body = int(model.geom_bodyid[geom])
     return str(model.geom(geom).name if body == 0 else model.body(body).name)
+
+
+def _at_table(robot: Robot, geom: int) -> str:
+    """Kind of the pair that a shape makes with the table."""
+    return FINGERS if link_name(robot.model, geom) in robot.fingers else ON_TABLE
 
 
 def _kind(a: _Shape, b: _Shape) -> str | None:

@@ -6,7 +6,8 @@ curve is cut into via-points every ten frames, and the joints pass smoothly thro
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -17,15 +18,12 @@ from tatamu.robots.chain import Chain
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.kinematics import Kinematics, Missed
 from tatamu.robots.model import Robot
-from tatamu.robots.placement import LIFT, Hold, Placement
+from tatamu.robots.placement import LIFT, UNDER, Grip, Hold, Placement
 from tatamu.robots.pose import pose
 
 CLOSE_ENOUGH = 1.5e-4
 """Largest distance of the joints' splines from the hands' curves [m]; beyond it a point is inserted."""
 ROUNDS = 4
-OUT = 0.02
-"""How far hands with fingers come out from the hem before they rise [m]: they hold a centimetre of it, and may have
-taken it a centimetre too far in."""
 
 
 class Unreachable(TatamuError):
@@ -58,6 +56,18 @@ class PlacedFold:
     """Tool orientations of the left and the right hand."""
     source: Path
     """The folder of the fold, for messages."""
+    hover: float = 0.0
+    """Height of the placement over the table [m]: a motion to look at, which grasps nothing."""
+
+    @property
+    def table(self) -> float:
+        """Height of the table top in B [m]."""
+        return self.placement.z - self.hover
+
+    def hovering(self, height: float) -> PlacedFold:
+        """The same fold that far above the table [m]."""
+        placement = replace(self.placement, z=self.table + height)
+        return replace(self, placement=placement, hover=height)
 
     def trunk(self, times: np.ndarray) -> np.ndarray:
         """The trunk's angle [rad] at simulated times (n,)."""
@@ -67,7 +77,14 @@ class PlacedFold:
         """X_BT of both arms at simulated times (n,), shape (2, n, 4, 4)."""
         X_BF = self.placement.matrix
         points = self.hands.at(times) @ X_BF[:3, :3].T + X_BF[:3, 3]
-        return np.array([pose(hold.rotation, p) for hold, p in zip(self.holds, points, strict=True)])
+        return np.array([pose(R, p + offset) for (R, offset, _), p in zip(self.grips, points, strict=True)])
+
+    @cached_property
+    def grips(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+        """Of both arms, in B: R_BT, from the simulated hand to T [m], and the horizontal direction in under the hem."""
+        ends = self.hands.at(self.hands.times[[0, -1]])
+        grips = [Grip.of(arm.jaw, path) for arm, path in zip(self.robot.arms, ends, strict=True)]
+        return [grip.tool(self.placement, hold) for grip, hold in zip(grips, self.holds, strict=True)]
 
 
 def tool_poses(robot: Robot, chains: tuple[Chain, ...], q: np.ndarray) -> np.ndarray:
@@ -102,23 +119,22 @@ class Paths:
         """
         first, last = float(self.task.hands.times[0]), float(self.task.hands.times[-1])
         lower = self._lower(first, self._before())
-        fold = self._fold(lower(LIFT))
-        out = OUT if self.task.hands.lift else 0.0
-        withdraw = self._withdraw(last, fold(last)) if out else None
-        leave = self._raise(last, fold(last) if withdraw is None else withdraw(OUT), out)
+        enter = self._enter(first, lower(LIFT))
+        fold = self._fold(enter(UNDER))
+        leave = self._leave(last, fold(last))
         home = self.task.robot.initial
         return [
             Stage("approach", CubicSpline([0, 1], [home, lower(0)]), np.inf),
             Stage("lower", lower, lower_speed),
+            Stage("enter", enter, raise_speed),
             Stage("fold", fold, rate),
-            *([] if withdraw is None else [Stage("withdraw", withdraw, raise_speed)]),
             Stage("raise", leave, raise_speed),
             Stage("return", CubicSpline([0, 1], [leave(LIFT), home]), np.inf),
         ]
 
     def _before(self) -> np.ndarray:
-        """A configuration above the grasps, near the initial pose; arms that find none are left as they are."""
-        targets = self._back(float(self.task.hands.times[0]), np.array([LIFT]))
+        """A configuration beside the hems and above them, near the initial pose; arms that find none are left."""
+        targets = self._beside(float(self.task.hands.times[0]), np.array([UNDER]), LIFT)
         trunk = self.task.trunk(self.task.hands.times[:1])
         larm, rarm = (
             chain.solve(chain.before_trunk(X, trunk), arm.initial[None], steps=30)[0][0]
@@ -127,31 +143,31 @@ class Paths:
         return self.task.robot.configuration(larm, rarm, trunk[0])
 
     def _back(self, time: float, distances: np.ndarray) -> np.ndarray:
-        """Tool poses (2, n, 4, 4) at a time, drawn back by distances [m]."""
+        """Tool poses (2, n, 4, 4) at a time, drawn back along the tools' axes by distances [m]."""
         offsets = pose(np.eye(3), np.outer(-distances, [0.0, 0.0, 1.0]))
         return self.task.tools(np.array([time])) @ offsets
 
-    def _aside(self, distances: np.ndarray) -> np.ndarray:
-        """Displacements (2, n, 3) of both tools out from the hems that they have laid down, by distances [m]."""
-        along = self.task.hands.outwards @ self.task.placement.matrix[:3, :3].T
-        return distances[None, :, None] * along[:, None, :]
+    def _beside(self, time: float, distances: np.ndarray, back: np.ndarray | float = 0.0) -> np.ndarray:
+        """Tool poses (2, n, 4, 4), out from under the hems by distances [m], and drawn back by others."""
+        tools = self._back(time, np.broadcast_to(back, np.broadcast_shapes(np.shape(back), distances.shape)))
+        ahead = np.array([ahead for _, _, ahead in self.task.grips])
+        tools[:, :, :3, 3] -= distances[None, :, None] * ahead[:, None, :]
+        return tools
 
     def _lower(self, time: float, start: np.ndarray) -> CubicSpline:
+        """Down beside the hem, along the tool's axis."""
         s = np.linspace(0, LIFT, 7)
-        return self._line(time, s, self._back(time, LIFT - s), start, 0.0)
+        return self._line(time, s, self._beside(time, np.full(len(s), UNDER), LIFT - s), start, 0.0)
 
-    def _withdraw(self, time: float, start: np.ndarray) -> CubicSpline:
-        """Out from under the hem, at the height of the release, so that no finger lifts it."""
-        s = np.linspace(0, OUT, 5)
-        tools = self._back(time, np.zeros(len(s)))
-        tools[:, :, :3, 3] += self._aside(s)
-        return self._line(time, s, tools, start, 1.0)
+    def _enter(self, time: float, start: np.ndarray) -> CubicSpline:
+        """In, one finger under the hem and one over it."""
+        s = np.linspace(0, UNDER, 5)
+        return self._line(time, s, self._beside(time, UNDER - s), start, 0.0)
 
-    def _raise(self, time: float, start: np.ndarray, out: float) -> CubicSpline:
+    def _leave(self, time: float, start: np.ndarray) -> CubicSpline:
+        """Out of the turned hem, along the tool's axis, so that no finger lifts it."""
         s = np.linspace(0, LIFT, 7)
-        tools = self._back(time, s)
-        tools[:, :, :3, 3] += self._aside(np.full(len(s), out))
-        return self._line(time, s, tools, start, 1.0)
+        return self._line(time, s, self._back(time, s), start, 1.0)
 
     def _line(self, time: float, s: np.ndarray, tools: np.ndarray, start: np.ndarray, progress: float) -> CubicSpline:
         trunk = np.full(len(s), self.task.trunk(np.array([time]))[0])
@@ -184,9 +200,8 @@ class Paths:
 
     def _unreachable(self, missed: Missed, time: float, progress: float) -> Unreachable:
         frame = self.task.hands.frame(time)
-        why = f"{missed.joint} stands at its limit" if missed.joint else "it is out of reach"
         return Unreachable(
-            f"{missed.arm} cannot follow its hand at frame {frame} ({time:.2f} s): {why}, "
-            f"{1e3 * missed.distance:.1f} mm and {np.degrees(missed.turn):.1f} deg are left ({self.task.placement})",
+            f"{missed.arm} cannot follow its hand at frame {frame} ({time:.2f} s): {missed.reason} "
+            f"({self.task.placement})",
             progress,
         )

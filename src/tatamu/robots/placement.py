@@ -11,10 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from tatamu.robots.chain import Chain
+from tatamu.robots.jaw import Jaw
+from tatamu.robots.model import Arm
 from tatamu.robots.pose import pose, turn
 
 LIFT = 0.06
 """Retreat of the tool from the cloth before the grasp and after the release, along its approach [m]."""
+UNDER = 0.02
+"""How far outside the place of its grasp the tool comes down, before its lower finger goes in under the hem [m]."""
 
 
 @dataclass(frozen=True)
@@ -54,45 +58,103 @@ class Placement:
 
 @dataclass(frozen=True)
 class Hold:
-    """Orientation of one tool while it holds the cloth, constant from grasp to release."""
+    """How one hand takes the hem, constant from grasp to release. The hem is turned over on the way, the jaw is not."""
 
     tilt: float
-    """Angle of the approach direction from straight down [rad]."""
-    azimuth: float
-    """Heading of the lean, about z from the base's x [rad]."""
+    """Angle of the approach from straight down, towards the cloth [rad]."""
+    yaw: float = 0.0
+    """Turn of the vertical plane of the jaw, about z, from the plane across the hem [rad]."""
+    flipped: bool = False
+    """Whether the jaw's fingers have changed places."""
 
-    @property
-    def rotation(self) -> np.ndarray:
-        """R_BT, shape (3, 3): z of T is the approach; the fingers stay side by side along y as nearly as can be."""
-        down = np.array([[-1.0, 0, 0], [0, 1.0, 0], [0, 0, -1.0]])
-        return turn(2, self.azimuth) @ turn(1, -self.tilt) @ turn(2, -self.azimuth) @ down
+    def rotation(self, heading: float) -> np.ndarray:
+        """R_BT, shape (3, 3), of a hand that folds towards `heading`, about z from x of B [rad].
+
+        Before the turn by heading and yaw, z of T is (sin tilt, 0, -cos tilt) and y, the jaw's opening, is
+        (cos tilt, 0, sin tilt): both lie in the vertical plane across the hem.
+        """
+        cosine, sine = np.cos(self.tilt), np.sin(self.tilt)
+        across = np.array([[0.0, cosine, sine], [1.0, 0.0, 0.0], [0.0, sine, -cosine]])
+        flip = turn(2, np.pi) if self.flipped else np.eye(3)
+        return turn(2, heading + self.yaw) @ across @ flip
+
+    def ahead(self, heading: float) -> np.ndarray:
+        """The horizontal direction in B in which the fingers go under and over the hem, shape (3,)."""
+        return np.array([np.cos(heading + self.yaw), np.sin(heading + self.yaw), 0.0])
+
+    def offset(self, jaw: Jaw, heading: float, over: float) -> np.ndarray:
+        """From the simulated hand to T in B [m], shape (3,): constant, as the orientation is.
+
+        The simulated hand holds the hem's edge. The fingertips meet `jaw.depth` beyond it, across the hem, at the least
+        height that the lower finger allows.
+
+        Args:
+            jaw: The hand's jaw.
+            heading: Where the hand folds to, about z from x of B [rad].
+            over: Height of the simulated hand over the table at the grasp [m].
+        """
+        across = jaw.depth * np.array([np.cos(heading), np.sin(heading)])
+        return np.append(across, jaw.height(self.tilt) - over)
 
 
-def tool_paths(placements: Sequence[Placement], holds: Sequence[Hold], points: np.ndarray) -> np.ndarray:
-    """X_BT for points in F (n, 3) [m], before and after them the tool drawn back by LIFT.
+@dataclass(frozen=True)
+class Grip:
+    """The jaw of one hand in the fold's frame: how it holds, and where its hem is."""
+
+    jaw: Jaw
+    heading: float
+    """Where the hand folds to, about z from x of F [rad]."""
+    over: float
+    """Height of the simulated hand over the table at the grasp [m]."""
+
+    @classmethod
+    def of(cls, jaw: Jaw, path: np.ndarray) -> Grip:
+        """The grip of a hand whose path in F is (n, 3) [m]."""
+        x, y = (path[-1] - path[0])[:2]
+        return cls(jaw, float(np.arctan2(y, x)), float(path[0, 2]))
+
+    def tool(self, placement: Placement, hold: Hold) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """R_BT (3, 3), from the simulated hand to T (3,) [m], and the direction ahead (3,), all in B."""
+        heading = placement.yaw + self.heading
+        return hold.rotation(heading), hold.offset(self.jaw, heading, self.over), hold.ahead(heading)
+
+
+def tool_paths(placements: Sequence[Placement], holds: Sequence[Hold], points: np.ndarray, jaw: Jaw) -> np.ndarray:
+    """X_BT for a hand's points in F (n, 3) [m]; before them the tool beside the hem and above it, after them drawn out.
 
     Returns:
         Shape (placements, holds, n + 2, 4, 4).
     """
+    grip = Grip.of(jaw, points)
     X_BF = np.stack([placement.matrix for placement in placements])
-    R_BT = np.stack([hold.rotation for hold in holds])
+    tools = [[grip.tool(placement, hold) for hold in holds] for placement in placements]
+    R_BT, offset, ahead = (np.array([[tool[part] for tool in row] for row in tools]) for part in range(3))
     p_BT = points @ X_BF[:, :3, :3].transpose(0, 2, 1) + X_BF[:, None, :3, 3]  # (placements, n, 3)
     p_BT = np.concatenate([p_BT[:, :1], p_BT, p_BT[:, -1:]], axis=1)
-    p_BT = np.repeat(p_BT[:, None], len(holds), axis=1)
+    p_BT = p_BT[:, None] + offset[:, :, None]
     for end in (0, -1):
-        p_BT[:, :, end] -= LIFT * R_BT[:, :, 2]
-    return pose(R_BT[None, :, None], p_BT)
+        p_BT[:, :, end] -= LIFT * R_BT[:, :, :, 2]
+    p_BT[:, :, 0] -= UNDER * ahead
+    return pose(R_BT[:, :, None], p_BT)
 
 
-def _leaning(degrees: Sequence[float]) -> list[Hold]:
-    leaning = [Hold(float(tilt), azimuth * np.pi / 4) for tilt in np.radians(degrees) for azimuth in range(8)]
-    return [Hold(0.0, 0.0), *leaning]
+def holds_of(arm: Arm, fine: bool = False) -> list[Hold]:
+    """Ways to hold within the jaw's limits: few for a whole search, more for the neighbourhood of a good placement.
+
+    Hands come from outside the cloth: where they do not go straight across the hem, they turn towards each other.
+    """
+    tilts, yaws = (FINE_TILTS, FINE_YAWS) if fine else (TILTS, YAWS)
+    (least, greatest), inwards = arm.jaw.tilt, -1.0 if arm.name == "larm" else 1.0
+    tilted = [tilt for tilt in np.radians(tilts) if least <= tilt <= greatest and arm.jaw.takes_at(tilt)] or [least]
+    turned = [inwards * yaw for yaw in np.radians(yaws) if yaw <= arm.jaw.yaw]
+    return [Hold(float(tilt), float(yaw), flip) for tilt in tilted for yaw in turned for flip in (False, True)]
 
 
-HOLDS = _leaning([15, 30])
-"""Straight down, and leaning in eight directions."""
-FINE_HOLDS = _leaning([8, 15, 22, 30])
-"""Finer leans, for the neighbourhood of a good placement."""
+TILTS, YAWS = (15, 30, 45), (0, 30, 60)
+FINE_TILTS, FINE_YAWS = (12, 20, 30, 42), (0, 15, 30, 45, 60)
+"""Tilts and yaws that are tried [degrees]."""
+SHALLOW, ASIDE = 0.3, 0.3
+"""What a tilt of a right angle less than level, and a yaw of 1 rad, take from a hold's quality."""
 
 
 TURNS = [

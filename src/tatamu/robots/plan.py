@@ -14,12 +14,13 @@ import numpy as np
 
 from tatamu.errors import InputError
 from tatamu.robots.checks import Checks, failing
+from tatamu.robots.commands import gripper_commands, segments
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.model import Robot
 from tatamu.robots.motion import Motion, Pace, motion
 from tatamu.robots.paths import Paths, PlacedFold, Unreachable
-from tatamu.robots.placement import HOLDS, Placement
-from tatamu.robots.planfile import PlanCheck
+from tatamu.robots.placement import Placement
+from tatamu.robots.planfile import FingerEvent, GripperCommand, PlanCheck, Segment
 from tatamu.robots.reach import PlacementRanking, best_placements, search, table_heights
 from tatamu.robots.refusal import Refused, out_of_reach, table_too_high
 from tatamu.robots.timing import Untimed
@@ -47,6 +48,21 @@ class RobotPlan:
         """Simulated times of the via-points [s], shape (v,)."""
         return self.task.hands.times
 
+    @property
+    def events(self) -> tuple[FingerEvent, ...]:
+        """When fingers close and open; none if the plan hovers."""
+        return () if self.task.hover else self.motion.events
+
+    @property
+    def gripper_commands(self) -> tuple[GripperCommand, ...]:
+        """Commands to the grippers in the order of time."""
+        return gripper_commands(self.motion, self.task.robot.arms, self.task.hover)
+
+    @property
+    def segments(self) -> tuple[Segment, ...]:
+        """The parts of the motion between which a player may stop."""
+        return segments(self.motion, self.task.hover)
+
 
 def plan_fold(
     folder: Path,
@@ -54,8 +70,9 @@ def plan_fold(
     place: tuple[float, float, float] | None = None,
     table_height: float | None = None,
     pace: Pace | None = None,
+    hover: float = 0.0,
 ) -> RobotPlan:
-    """RobotPlan a learned fold.
+    """Plan a learned fold.
 
     Args:
         folder: Of the learned fold.
@@ -63,14 +80,13 @@ def plan_fold(
         place: x, y [m] and yaw [rad] of the fold's frame in the robot's base; None: search.
         table_height: Of the table top in the robot's base [m]; None: search.
         pace: How careful the motion is.
+        hover: Height above the table at which the motion of the plan is made with open jaws [m]; 0 to fold.
 
     Raises:
         NoPlacement: No placement lets the robot do it; the message says why.
         InputError: The folder is no learned fold, or the place that is given does not let the robot do it.
     """
     hands = HandMotion.load(folder)
-    if hands.lift:
-        robot = robot.with_whole_fingers()
     refusals: list[Refused] = []
     for start in robot.poses:
         starting = robot.starting(start)
@@ -80,7 +96,8 @@ def plan_fold(
             continue
         for task, reach in _candidates(folder, starting, hands, place, heights, refusals):
             try:
-                return _worked_out(task, pace or Pace(), reach if place is None else None)
+                found = _worked_out(task, pace or Pace(), reach if place is None else None)
+                return found if not hover else _hovering(found, hover, pace or Pace())
             except (Unreachable, Refused) as error:
                 refusals.append(Refused(str(error), error.progress))
             except Untimed as error:
@@ -118,13 +135,28 @@ def _at(
     levels = np.linspace(*heights, 1 if heights[0] == heights[1] else 7)
     turning = (0.0, 0.6, 1.0) if robot.trunk else (0.0,)
     places = [Placement(*place[:2], float(z), place[2], turn) for z in levels for turn in turning]
-    return search(robot, hands, places, HOLDS)
+    return search(robot, hands, places, fine=True)
+
+
+def _hovering(plan: RobotPlan, height: float, pace: Pace) -> RobotPlan:
+    """The same motion above the table, at the place where the plan folds.
+
+    Raises:
+        InputError: If the robot cannot do it at that height.
+    """
+    try:
+        return _worked_out(plan.task.hovering(height), pace, plan.reach)
+    except (Unreachable, Refused, Untimed) as error:
+        raise InputError(
+            f"hover: the fold is possible at {plan.task.placement}, but not {height:g} m above: {error}; "
+            "give a lower height, or another place"
+        ) from None
 
 
 def _worked_out(task: PlacedFold, pace: Pace, reach: PlacementRanking | None) -> RobotPlan:
     paths = Paths(task)
     stages = paths.stages(pace.lower_speed, pace.raise_speed, 1.0)
-    driven = motion(task.robot, task.hands, stages, pace)
+    driven = motion(task.robot, task.hands, stages, pace, task.hover > 0)
     checks = Checks(task, paths, driven).all()
     bad = failing(checks)
     if bad:

@@ -37,6 +37,37 @@ class FingerEvent(OpenRecord):
     event: Literal["close", "open"]
 
 
+class GripperCommand(OpenRecord):
+    """A command to a gripper."""
+
+    time: float = Field(ge=0)
+    """[s]."""
+    arm: Literal["larm", "rarm"]
+    width: float = Field(ge=0)
+    """Wanted between the fingertips [m]."""
+    force: float = Field(gt=0)
+    """At most [N]."""
+    duration: float = Field(ge=0)
+    """Time that the plan leaves for it [s]."""
+
+
+class Segment(OpenRecord):
+    """A part of the motion from rest to rest; a player may stop after it for as long as it likes."""
+
+    name: Literal["approach", "fold", "leave"]
+    start: float = Field(ge=0)
+    """[s]."""
+    duration: float = Field(ge=0)
+    """[s]."""
+    then: Literal["close", "open", ""]
+    """What the grippers do after it; empty for nothing."""
+
+    @property
+    def end(self) -> float:
+        """[s]."""
+        return self.start + self.duration
+
+
 class StageTime(OpenRecord):
     """When a stage of the motion begins, and how long it lasts [s]."""
 
@@ -65,8 +96,29 @@ class PlanCheck(OpenRecord):
         )
 
 
+class JawFile(OpenRecord):
+    """How one hand takes its hem."""
+
+    tilt: float
+    """Angle of the approach from straight down [rad]."""
+    yaw: float
+    """Turn of the jaw's plane from the plane across the hem [rad]."""
+    opening: float = Field(ge=0)
+    """Between the fingertips before they close and after they open [m]."""
+    thickness: float = Field(0.008, gt=0, le=0.05)
+    """Of one finger at its tip, along the opening [m]."""
+    depth: float
+    """How far beyond the hem's edge the fingertips meet [m]."""
+    height: float
+    """Height over the table at which they meet [m]."""
+    fingertips_in_wrist: list[list[float]] = Field(default_factory=list)
+    """X_WT: between the ends of the closed fingertips, shape (4, 4)."""
+    fingers: dict[str, tuple[float, float]] = Field(default_factory=dict)
+    """Joints of robot.xml that move the fingers: open and closed positions [rad, m]."""
+
+
 class ToolViaPoints(OpenRecord):
-    """Both tools in B at the via-points of the fold."""
+    """The simulated hands in B at the via-points of the fold."""
 
     every_frames: int
     frames: list[int]
@@ -96,13 +148,21 @@ class PlanFile(OpenRecord):
     trunk_turning: float = 0.0
     """How far the trunk turns with the hands [-]."""
     tool_in_wrist: dict[str, list[list[float]]] = Field(default_factory=dict)
-    """X_WT of each arm, shape (4, 4)."""
+    """The point of each arm's hand that follows the simulated hand, which holds the hem's edge, shape (4, 4)."""
+    jaws: dict[str, JawFile] = Field(default_factory=dict)
+    """How each arm takes its hem."""
     wrist_frame: dict[str, str] = Field(default_factory=dict)
     """Link of each arm's last joint."""
     joints: list[str]
     duration: float | None = None
     """[s]."""
     events: list[FingerEvent]
+    gripper_commands: list[GripperCommand] = Field(default_factory=list)
+    segments: list[Segment] = Field(default_factory=list)
+    speed_scale: float = 1.0
+    """Speed of the motion over the fastest that the robot and the fold allow."""
+    hover: float = Field(0.0, ge=0)
+    """Height of the whole motion above the one that folds [m]; above 0 the jaws stay open and there are no events."""
     stages: list[StageTime] = Field(default_factory=list)
     checks: dict[str, PlanCheck] = Field(default_factory=dict)
     via_points: ToolViaPoints | None = None

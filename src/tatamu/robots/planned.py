@@ -48,13 +48,10 @@ class Planned:
         if not path.exists():
             raise InputError(f"{folder}: must be the folder of a plan, and has no plan.json")
         plan = validated(PlanFile, read_json(path), path)
-        if sorted((event.arm, event.event) for event in plan.events) != [
-            (arm, event) for arm in ARMS for event in ("close", "open")
-        ]:
-            raise InputError(f"{path}: events: must be one close and one open of each arm")
+        _check_events(path, plan)
         table = folder / "joint_trajectory.csv"
         times, angles = _table(table, plan.joints)
-        if times[-1] < max(event.time for event in plan.events):
+        if times[-1] < max((event.time for event in plan.events), default=0.0):
             raise InputError(f"{table}: ends at {times[-1]:.2f} s, before the last event of plan.json")
         planned = cls(folder, plan, times, angles)
         if any(planned.event(arm, "open") <= planned.event(arm, "close") for arm in ARMS):
@@ -66,9 +63,34 @@ class Planned:
         """The learned fold that the plan carries along; some of its files may be missing."""
         return ResultFolder(self.folder / FOLD)
 
+    def fingers(self, times: np.ndarray) -> dict[str, np.ndarray]:
+        """Positions of the joints that move fingers, by name, at times [s] (n,): open, closed, and open again."""
+        lasting = {stage.name: stage.duration for stage in self.plan.stages}
+        found: dict[str, np.ndarray] = {}
+        for arm, jaw in self.plan.jaws.items():
+            if arm in ARMS:
+                close, opening = (self.event(arm, event) for event in ("close", "open"))
+                knots = [close, close + lasting.get("close", 0.0), opening, opening + lasting.get("open", 0.0)]
+                closed = np.interp(times, np.maximum.accumulate(knots), [0.0, 1.0, 1.0, 0.0])
+                found |= {name: start + closed * (end - start) for name, (start, end) in jaw.fingers.items()}
+        return found
+
     def event(self, arm: str, event: str) -> float:
-        """When an arm's fingers close or open [s]."""
+        """When an arm's fingers close or open [s]; in a plan that hovers, when they would."""
+        if self.plan.hover:
+            return self.plan.segments[("close", "open").index(event)].end
         return next(found.time for found in self.plan.events if (found.arm, found.event) == (arm, event))
+
+
+def _check_events(path: Path, plan: PlanFile) -> None:
+    """Refuse a plan whose fingers do not close and open once, or that hovers and lacks its segments."""
+    if plan.hover:
+        if [segment.name for segment in plan.segments] != ["approach", "fold", "leave"]:
+            raise InputError(f"{path}: segments: must be approach, fold and leave in a plan that hovers")
+    elif sorted((event.arm, event.event) for event in plan.events) != [
+        (arm, event) for arm in ARMS for event in ("close", "open")
+    ]:
+        raise InputError(f"{path}: events: must be one close and one open of each arm")
 
 
 def _table(path: Path, joints: list[str]) -> tuple[np.ndarray, np.ndarray]:

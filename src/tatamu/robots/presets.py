@@ -12,13 +12,16 @@ import numpy as np
 
 from tatamu.robots.arm_facts import FR3, PANDA, UR5E, XARM7, Box, SerialArm
 from tatamu.robots.extras import needed
+from tatamu.robots.fingers import add_fingers, jaw_of
+from tatamu.robots.light_arms import OPENARM, SO101, VIPERX
 from tatamu.robots.model import Arm, Robot, StartPose
+from tatamu.robots.placement import Hold
 from tatamu.robots.pose import from_rpy, pose, to_quaternion, turn
 
-TIP = 0.010
-"""Outermost part of the fingers [m], no obstacle in a fold that knows no fingers: in it they lie on the table."""
 CAREFUL = 0.5
 """Fraction of a joint's speed that plans keep to."""
+FASTEST = 3.0
+"""Speed that plans keep to of joints whose motors are faster than an arm should be [rad/s]."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +36,10 @@ class Mount:
     """Of the left foot: 0 side by side, -pi / 2 facing the right arm [rad]."""
     front: float
     """Near edge of the table, along x of B [m]."""
+    z: float = 0.0
+    """Height of the feet [m]."""
+    table_heights: tuple[float, float] = (0.0, 0.0)
+    """Lowest and highest table top [m]."""
 
 
 def side_by_side(y: float) -> Mount:
@@ -40,9 +47,13 @@ def side_by_side(y: float) -> Mount:
     return Mount(0.0, y, 0.0, 0.15)
 
 
-def facing(y: float, front: float) -> Mount:
+def facing(y: float, front: float, z: float = 0.0) -> Mount:
     """Feet 2 y apart, facing each other; the table begins at `front`."""
-    return Mount(0.0, y, -np.pi / 2, front)
+    return Mount(0.0, y, -np.pi / 2, front, z)
+
+
+PEDESTAL = Mount(0.0, 0.031, 0.0, 0.12, table_heights=(-0.50, -0.28))
+"""OpenArm's: both arms hang from its top."""
 
 
 PAIRS: dict[str, tuple[SerialArm, Mount]] = {
@@ -50,17 +61,19 @@ PAIRS: dict[str, tuple[SerialArm, Mount]] = {
     "panda-pair": (PANDA, facing(0.65, -0.60)),
     "ur5e-pair": (UR5E, facing(0.65, -0.60)),
     "xarm7-pair": (XARM7, facing(0.60, -0.60)),
+    "so101-pair": (SO101, Mount(0.0, 0.10, 0.0, 0.12)),
+    "aloha2": (VIPERX, facing(0.469, -0.45, 0.02)),
+    "openarm": (OPENARM, PEDESTAL),
 }
 """Each name's arm and mount; `python -m benchmarks.presets` compares mounts."""
 
 
 def pair_of_arms(name: str, arm: SerialArm, mount: Mount) -> Robot:
     """Make the robot of two arms on a mount."""
-    larm, rarm = (_arm(side, arm, mount) for side in ("larm", "rarm"))
+    larm, rarm = _arm("larm", arm, mount), _arm("rarm", arm.right or arm, mount)
     return Robot(
         name=name,
-        spec=_spec(arm, mount, TIP),
-        whole=_spec(arm, mount, 0.0),
+        spec=_spec(arm, mount),
         base="world",
         larm=larm,
         rarm=rarm,
@@ -69,29 +82,33 @@ def pair_of_arms(name: str, arm: SerialArm, mount: Mount) -> Robot:
         trunk_speed=(1.0, 1.0),
         trunk_acceleration=1.0,
         poses=(StartPose("ready", larm.initial, rarm.initial),),
-        table_heights=(0.0, 0.0),
+        table_heights=mount.table_heights,
         front=mount.front,
+        lerobot_type=arm.lerobot_type,
     )
 
 
 def _feet(mount: Mount) -> dict[str, np.ndarray]:
     """X_BM of both feet."""
     return {
-        "larm": pose(turn(2, mount.yaw), np.array([mount.x, mount.y, 0.0])),
-        "rarm": pose(turn(2, -mount.yaw), np.array([mount.x, -mount.y, 0.0])),
+        "larm": pose(turn(2, mount.yaw), np.array([mount.x, mount.y, mount.z])),
+        "rarm": pose(turn(2, -mount.yaw), np.array([mount.x, -mount.y, mount.z])),
     }
 
 
 def _arm(side: str, arm: SerialArm, mount: Mount) -> Arm:
-    """The arm in the pose where its fingers lie along y of B; T is turned by half a turn if the gripper is."""
+    """The arm in the pose where its jaw opens along x of B, across the hem; T is turned as the gripper is.
+
+    An arm whose last joint does not turn about the approach stays in its ready pose.
+    """
     yaw = _feet(mount)[side][:3, :3]
     initial = np.array(arm.ready)
     X_WG = pose(from_rpy(*arm.gripper.rpy), np.array(arm.gripper.xyz))
-    down = np.diag([-1.0, 1.0, -1.0])
     R_BG = yaw @ _wrist(arm, initial) @ X_WG[:3, :3]
-    wanted = R_BG.T @ down  # a turn about the gripper's z
-    angle = float(np.arctan2(wanted[1, 0], wanted[0, 0]))
+    wanted = R_BG.T @ Hold(0.0).rotation(0.0)  # a turn about the gripper's z
     last = arm.hinges[-1]
+    about = float(np.array(last.axis) @ X_WG[:3, 2])
+    angle = about * float(np.arctan2(wanted[1, 0], wanted[0, 0]))
     turns = (angle, angle - np.copysign(np.pi, angle))  # a gripper looks the same after half a turn
     turned = min(turns, key=lambda by: abs(initial[-1] + by - (last.lower + last.upper) / 2))
     initial[-1] += turned
@@ -105,8 +122,10 @@ def _arm(side: str, arm: SerialArm, mount: Mount) -> Arm:
         tool_in_wrist=tool,
         initial=initial,
         speed=speed,
-        planned_speed=CAREFUL * speed,
+        planned_speed=np.minimum(CAREFUL * speed, FASTEST),
         planned_acceleration=np.full(len(speed), arm.acceleration),
+        jaw=jaw_of(side, arm.gripper.finger, arm.gripper.widest),
+        lerobot=arm.lerobot,
     )
 
 
@@ -114,25 +133,26 @@ def _wrist(arm: SerialArm, angles: np.ndarray) -> np.ndarray:
     """Rotation of the last link in the foot, shape (3, 3)."""
     R = np.eye(3)
     for hinge, angle in zip(arm.hinges, angles, strict=True):
-        R = R @ from_rpy(*hinge.rpy) @ turn(int(np.argmax(hinge.axis)), float(angle))
+        number = int(np.argmax(np.abs(hinge.axis)))
+        R = R @ from_rpy(*hinge.rpy) @ turn(number, hinge.axis[number] * float(angle))
     return R
 
 
-def _spec(arm: SerialArm, mount: Mount, left_out: float) -> Any:
+def _spec(arm: SerialArm, mount: Mount) -> Any:
     mujoco = needed("mujoco")
     spec = mujoco.MjSpec()
     spec.modelname = f"tatamu-{arm.name}-pair"
     spec.compiler.degree = False
-    for side, X_BM in _feet(mount).items():
+    for (side, X_BM), one in zip(_feet(mount).items(), (arm, arm.right or arm), strict=True):
         quat = to_quaternion(X_BM[:3, :3])
         body = spec.worldbody.add_body(name=f"{side}_foot", pos=X_BM[:3, 3], quat=quat)
-        _add_boxes(body, arm.base, 1.0, mujoco)
-        for number, (name, hinge) in enumerate(zip(arm.joints, arm.hinges, strict=True), start=1):
+        _add_boxes(body, one.base, 1.0, mujoco)
+        for number, (name, hinge) in enumerate(zip(one.joints, one.hinges, strict=True), start=1):
             body = body.add_body(name=f"{side}_link{number}", pos=hinge.xyz, quat=to_quaternion(from_rpy(*hinge.rpy)))
             limits = [hinge.lower, hinge.upper]
             body.add_joint(name=f"{side}_{name}", type=mujoco.mjtJoint.mjJNT_HINGE, axis=hinge.axis, range=limits)
             _add_boxes(body, hinge.boxes or _SMALL, hinge.mass, mujoco)
-        _add_gripper(body, arm, left_out, mujoco)
+        _add_gripper(body, side, one, mujoco)
     return spec
 
 
@@ -140,12 +160,12 @@ _SMALL: tuple[Box, ...] = (((-0.03, -0.03, -0.02), (0.03, 0.03, 0.0)),)
 """For a link that has no shape in its source: a flange."""
 
 
-def _add_gripper(wrist: Any, arm: SerialArm, left_out: float, mujoco: Any) -> None:
+def _add_gripper(wrist: Any, side: str, arm: SerialArm, mujoco: Any) -> None:
     gripper = arm.gripper
     hand = wrist.add_body(name=f"{wrist.name}_gripper", pos=gripper.xyz, quat=to_quaternion(from_rpy(*gripper.rpy)))
-    thick, wide = gripper.fingers
-    fingers = ((-thick, -wide, gripper.palm[1][2]), (thick, wide, gripper.fingertip - left_out))
-    _add_boxes(hand, (gripper.palm, fingers), gripper.mass, mujoco)
+    _add_boxes(hand, (gripper.palm,), gripper.mass, mujoco)
+    tip = pose(np.eye(3), np.array([0.0, 0.0, gripper.fingertip]))
+    add_fingers(hand, side, tip, gripper.finger, gripper.widest)
 
 
 def _add_boxes(body: Any, boxes: tuple[Box, ...], mass: float, mujoco: Any) -> None:

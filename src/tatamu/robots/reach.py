@@ -16,7 +16,16 @@ from tatamu.robots.chain import Chain
 from tatamu.robots.clearance import Clearance
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.model import Arm, Robot
-from tatamu.robots.placement import FINE_HOLDS, HOLDS, Hold, Placement, grid, neighbours, tool_paths
+from tatamu.robots.placement import (
+    ASIDE,
+    SHALLOW,
+    Hold,
+    Placement,
+    grid,
+    holds_of,
+    neighbours,
+    tool_paths,
+)
 
 SAMPLES = 10
 """Points of the fold that are tried, equally far apart along the hands' paths."""
@@ -30,12 +39,15 @@ DISTANCES = {
     "within an arm": (0.008, 0.04),
     "to obstacles": (0.008, 0.04),
     "to the table": (0.003, 0.012),
+    "of fingers to the table": (0.0004, 0.0008),
 }
 """Less distance than the first is not possible, more than the second counts no further [m]."""
-ALONE = ("to the trunk", "within an arm", "to obstacles", "to the table")
+ALONE = ("to the trunk", "within an arm", "to obstacles", "to the table", "of fingers to the table")
 """Kinds of distances that one arm alone decides."""
 TABLE_ROOM = 0.01
 """A table is chosen at least this far below the robot at its start [m]."""
+ON_THE_WAY = (0.25, 0.5, 0.75)
+"""Parts of the way from the initial pose to the first point of a fold, and back from the last, that are asked too."""
 HOPELESS = -1.0
 """Worse than this is not followed up."""
 REFINED = 2
@@ -96,13 +108,13 @@ def best_placements(robot: Robot, hands: HandMotion, heights: tuple[float, float
     """Search the ground before the robot with the table top between two heights in B [m]; the best comes first."""
     chains = Chain.of(robot, robot.larm), Chain.of(robot, robot.rarm)
     points = hands.at(hands.evenly(SAMPLES))
-    coarse = search(robot, hands, grid(chains, points, heights, robot.front, robot.trunk is not None), HOLDS)
+    coarse = search(robot, hands, grid(chains, points, heights, robot.front, robot.trunk is not None))
     around = [
         placement
         for best in coarse.placements[: min(REFINED, int((coarse.quality > HOPELESS).sum()))]
         for placement in neighbours(best, points, heights, robot.front)
     ]
-    return joined(coarse, search(robot, hands, around, FINE_HOLDS))
+    return joined(coarse, search(robot, hands, around, fine=True))
 
 
 def joined(first: PlacementRanking, second: PlacementRanking) -> PlacementRanking:
@@ -118,16 +130,17 @@ def joined(first: PlacementRanking, second: PlacementRanking) -> PlacementRankin
     )
 
 
-def search(robot: Robot, hands: HandMotion, placements: list[Placement], holds: Sequence[Hold]) -> PlacementRanking:
-    """Try every placement; the best comes first."""
+def search(robot: Robot, hands: HandMotion, placements: list[Placement], fine: bool = False) -> PlacementRanking:
+    """Try every placement, with few ways to hold or with more; the best comes first."""
     times = hands.evenly(SAMPLES)
     if not placements:
         return PlacementRanking([], [], np.empty(0), np.empty((2, 0), dtype=np.int64), times)
     points = hands.at(times)
     trunk = np.stack([place.trunk(points)[[0, *range(SAMPLES), -1]] for place in placements])
+    holds = [holds_of(arm, fine) for arm in robot.arms]
     larm, rarm = (
-        follow(robot, arm, placements, holds, trunk, path, np.diff(times))
-        for arm, path in zip(robot.arms, points, strict=True)
+        follow(robot, arm, placements, ways, trunk, path, np.diff(times))
+        for arm, ways, path in zip(robot.arms, holds, points, strict=True)
     )
     quality, chosen = _keep_clear(robot, placements, trunk, larm, rarm)
     reached = np.stack([larm.reached.max(axis=1), rarm.reached.max(axis=1)])
@@ -135,7 +148,7 @@ def search(robot: Robot, hands: HandMotion, placements: list[Placement], holds: 
     order = np.argsort(-np.where(quality > HOPELESS, 2 + quality, reached.min(axis=0) / 1e3), kind="stable")
     return PlacementRanking(
         [placements[i] for i in order],
-        [(holds[chosen[0, i]], holds[chosen[1, i]]) for i in order],
+        [(holds[0][chosen[0, i]], holds[1][chosen[1, i]]) for i in order],
         quality[order],
         reached[:, order],
         np.concatenate([times[:1], times, times[-1:]]),
@@ -157,22 +170,22 @@ def follow(
         robot: The robot.
         arm: Its arm.
         placements: Where the fold may lie.
-        holds: How the hand may be turned.
+        holds: How the hand may take the hem.
         trunk: The trunk's angle from each placement at each point [rad], shape (placements, n + 2).
         path: The hand's path in F [m], shape (n, 3).
         steps: From point to point [s], shape (n - 1,).
     """
     chain = Chain.of(robot, arm)
     shape = (len(placements), len(holds))
-    targets = chain.before_trunk(tool_paths(placements, holds, path), trunk[:, None])
+    targets = chain.before_trunk(tool_paths(placements, holds, path, arm.jaw), trunk[:, None])
     targets = targets.reshape(-1, len(path) + 2, 4, 4)
     angles, reached = _track(chain, targets, arm.initial)
     whole = np.flatnonzero(reached == targets.shape[1])
     quality = np.full(len(targets), 2 * HOPELESS)
     quality[whole] = _quality(chain, arm, angles[whole], steps)
-    tilt = np.array([hold.tilt for hold in holds])
+    shallow = np.array([SHALLOW * (1 - hold.tilt / (np.pi / 2)) + ASIDE * abs(hold.yaw) for hold in holds])
     quality = quality.reshape(shape)
-    quality = np.where(quality > 0, quality / (1 + 0.2 * tilt), quality)
+    quality = np.where(quality > 0, quality / (1 + shallow), quality)
     return ArmReach(quality, reached.reshape(shape), angles.reshape(*shape, *angles.shape[1:]))
 
 
@@ -211,7 +224,8 @@ def _alone(
     clear = 0
     for rank, hold in enumerate(np.argsort(-quality, kind="stable")):
         if clear < CLEAR and rank < TRIED and quality[hold] > HOPELESS:
-            quality[hold] = min(quality[hold], _room(clearance, _whole(robot, arm, angles[hold], trunk)))
+            there_and_back = _from_start(angles[hold], arm.initial), _from_start(trunk, np.zeros(()))
+            quality[hold] = min(quality[hold], _room(clearance, _whole(robot, arm, *there_and_back)))
             clear += quality[hold] >= 0
         else:
             quality[hold] = 2 * HOPELESS
@@ -226,10 +240,19 @@ def _pair(
         for right in rarm.best(number):
             quality = min(larm.quality[number, left], rarm.quality[number, right])
             if quality > best[0]:
-                both = robot.configuration(larm.angles[number, left], rarm.angles[number, right], trunk)
+                one = _from_start(larm.angles[number, left], robot.larm.initial)
+                other = _from_start(rarm.angles[number, right], robot.rarm.initial)
+                both = robot.configuration(one, other, _from_start(trunk, np.zeros(())))
                 quality = min(quality, _room(between, both))
                 best = max(best, (float(quality), int(left), int(right)))
     return best
+
+
+def _from_start(angles: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """Angles (m, ..) with some on the way to the first of them and back from the last, shape (m + 2 n, ..) [rad]."""
+    way = np.array(ON_THE_WAY).reshape(-1, *([1] * start.ndim))
+    there, back = start + way * (angles[0] - start), start + way[::-1] * (angles[-1] - start)
+    return np.concatenate([there, angles, back])
 
 
 def _room(clearance: Clearance, configurations: np.ndarray) -> float:

@@ -3,7 +3,8 @@
 Each joint has position and velocity control, as a robot's drives have; links weigh what they weigh, with gravity
 compensated as the robot's own controller does. Contacts act between every pair that the plan checked, so that
 unwanted contacts show. The cloth is light against the arms (a towel weighs less than a tenth of what an arm
-may carry), so it follows the hands and does not move them: `scene` gives the hands' rehearsed motion to any simulator.
+may carry), so it follows the hands and does not move them: `rehearsed_scene` gives
+the hands' rehearsed motion to any simulator.
 """
 
 from __future__ import annotations
@@ -17,18 +18,17 @@ from typing import Any
 import numpy as np
 
 from tatamu.errors import InputError
-from tatamu.folding.manipulation import WAIT
 from tatamu.robots.extras import needed, one_line
-from tatamu.robots.hands import grippers_by_hand
 from tatamu.robots.pairs import link_name
 from tatamu.robots.planned import ARMS, Planned
 from tatamu.robots.stage import MODEL, data_of, load_stage
-from tatamu.scene import Gripper, Scene
 
 STEP = 0.001
 """Time step of the simulation [s]."""
 SAMPLE = 5
 """Steps between samples."""
+FINGER_PERIOD = 0.01
+"""Between commands to the fingers [s]."""
 STIFFNESS, RATIO = 60.0, 1.0
 """Natural frequency of the joints' control [rad/s], about that of industrial drives, and its damping ratio."""
 
@@ -88,9 +88,10 @@ class Rehearsal:
     def tool_error(self) -> float:
         """Largest distance of a tool from the plan while it holds the cloth [m]."""
         distance = self.tool_distances
-        return float(max(distance[number, self._holding(arm)].max(initial=0.0) for number, arm in enumerate(ARMS)))
+        return float(max(distance[number, self.holding(arm)].max(initial=0.0) for number, arm in enumerate(ARMS)))
 
-    def _holding(self, arm: str) -> np.ndarray:
+    def holding(self, arm: str) -> np.ndarray:
+        """Which samples are from an arm's closing to its opening, shape (n,)."""
         closes, opens = self.planned.event(arm, "close"), self.planned.event(arm, "open")
         return (self.times >= closes) & (self.times <= opens)
 
@@ -98,42 +99,6 @@ class Rehearsal:
     def real_time_factor(self) -> float:
         """Real time factor: simulated seconds per second of computing."""
         return float(self.times[-1] / self.wall_seconds)
-
-    def scene(self, learned: Scene) -> Scene:
-        """The learned fold's scene with the robot's hands in place of the learned ones.
-
-        Time begins when the fingers close; each gripper follows the actual motion of its tool.
-
-        Args:
-            learned: The scene of the fold, with the left hand's grippers first; of several, the first stays as it is
-                while the fingers close, and the others are pressed onto it.
-        """
-        hands = grippers_by_hand(learned)
-        if len(hands) != 2:
-            raise InputError(f"scene.json: grippers: must be of two hands, left and right, given {len(hands)}")
-        closes = self.closes
-        grippers = [
-            self._gripper(number, arm, gripper, gripper.displacements[-1] - hand[0].displacements[-1], closes)
-            for number, (arm, hand) in enumerate(zip(ARMS, hands, strict=True))
-            for gripper in hand
-        ]
-        ends = [gripper.opens for gripper in learned.grippers if gripper.opens is not None]
-        rest = max(1.0, learned.duration - max(ends, default=learned.duration))
-        duration = max(self.planned.event(arm, "open") for arm in ARMS) - closes + rest
-        return learned.model_copy(update={"grippers": grippers, "duration": duration})
-
-    def _gripper(self, number: int, arm: str, learned: Gripper, pressed: np.ndarray, closes: float) -> Gripper:
-        rows = np.flatnonzero(self._holding(arm))[::2]
-        R_BF = self.planned.plan.task_in_base.matrix[:3, :3]
-        moved = (self.tools[number, rows] - self.tools[number, rows[0]]) @ R_BF
-        return Gripper(
-            hand=learned.hand,
-            vertices=learned.vertices,
-            closes=self.planned.event(arm, "close") - closes,
-            opens=self.planned.event(arm, "open") - closes,
-            times=(self.times[rows] - closes + 1e-9).tolist(),
-            displacements=moved + np.clip((self.times[rows, None] - self.times[rows[0]]) / WAIT, 0.0, 1.0) * pressed,
-        )
 
 
 def rehearse(planned: Planned) -> Rehearsal:
@@ -148,6 +113,7 @@ def rehearse(planned: Planned) -> Rehearsal:
     data = data_of(model)
     data.qpos[columns] = planned.angles[0]
     mujoco.mj_forward(model, data)
+    fingers = _FingerDrives(model, planned)
     drives = [[int(model.actuator(f"{joint}_{kind}").id) for joint in planned.plan.joints] for kind in DRIVES]
     _hold(model, data, planned)
     touched: dict[tuple[str, str], Contact] = {}
@@ -155,6 +121,7 @@ def rehearse(planned: Planned) -> Rehearsal:
     begun = time.perf_counter()
     for step, (wanted, speed) in enumerate(_commands(planned)):
         data.ctrl[drives[0]], data.ctrl[drives[1]] = wanted, speed
+        fingers.command(data)
         if step % SAMPLE == 0:
             samples.append((data.time, data.qpos[columns].copy(), _tools(data, planned)))
         mujoco.mj_step(model, data)
@@ -170,6 +137,20 @@ def rehearse(planned: Planned) -> Rehearsal:
         contacts=list(touched.values()),
         wall_seconds=wall,
     )
+
+
+class _FingerDrives:
+    """Commands to the joints that move fingers."""
+
+    def __init__(self, model: Any, planned: Planned) -> None:
+        self._times = np.arange(0.0, planned.times[-1] + 2 * FINGER_PERIOD, FINGER_PERIOD)
+        positions = planned.fingers(self._times)
+        self._drives = [int(model.actuator(f"{joint}_position").id) for joint in positions]
+        self._positions = np.column_stack([*positions.values()]) if positions else np.empty((len(self._times), 0))
+
+    def command(self, data: Any) -> None:
+        """Set the positions that the fingers should have now."""
+        data.ctrl[self._drives] = self._positions[min(int(data.time / FINGER_PERIOD), len(self._times) - 1)]
 
 
 def _stage(planned: Planned, mujoco: Any) -> Any:

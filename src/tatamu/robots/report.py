@@ -18,6 +18,15 @@ AS_FLOATING = 0.010
 """A fold whose vertices end within this of where floating hands leave them is the same fold [m]."""
 
 
+AS_PLANNED = 0.010
+"""Tools that stay within this of the plan while they hold the cloth follow it [m]."""
+
+
+def as_planned(figures: dict[str, Any]) -> bool:
+    """Whether a rehearsal's tools followed the plan, and nothing touched."""
+    return not figures["contacts"] and figures["tool_error"] <= AS_PLANNED
+
+
 def save(rehearsal: Rehearsal, folder: Path, fold: Refold | None = None) -> dict[str, Any]:
     """Write rehearsal.json, motion.npz and, with a fold, scene.json and both rollouts; returns the figures."""
     figures = {**_figures(rehearsal), "fold": None if fold is None else _fold_figures(fold)}
@@ -86,6 +95,10 @@ def summary(figures: dict[str, Any]) -> list[str]:
         f"joints follow within {1e3 * error:.2f} mrad ({joint}), tools within "
         f"{1e3 * figures['tool_error']:.2f} mm while they hold the cloth",
     ]
+    if figures["tool_error"] > AS_PLANNED:
+        lines.append(
+            f"warning: the tools do not follow the plan: they should stay within {1e3 * AS_PLANNED:g} mm of it"
+        )
     contacts = figures["contacts"]
     lines += [
         f"warning: {' and '.join(contact['links'])} touch at {contact['first']:.2f} s, {1e3 * contact['depth']:.1f} mm"

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from tatamu.errors import InputError
+from tatamu.robots import demand
 from tatamu.robots.chain import Chain
 from tatamu.robots.clearance import Clearance
 from tatamu.robots.extras import needed, one_line
@@ -123,6 +124,13 @@ def _check_names(path: Path, robot: Robot) -> None:
             raise InputError(f"{path}: standing: the model has no joint {joint!r}")
         if joint in robot.joints:
             raise InputError(f"{path}: standing: {joint} is one of an arm's joints, which plans move")
+    for arm in robot.arms:
+        for joint in arm.jaw.fingers:
+            if robot.spec.joint(joint) is None or joint in robot.joints:
+                raise InputError(f"{path}: {arm.name}.jaw.fingers: the model has no joint {joint!r} outside the arms")
+        for link in arm.jaw.links:
+            if robot.spec.body(link) is None:
+                raise InputError(f"{path}: {arm.name}.jaw.links: the model has no body {link!r}")
     if robot.base != "world" and robot.spec.body(robot.base) is None:
         raise InputError(f"{path}: base: the model has no body {robot.base!r}")
 
@@ -235,11 +243,12 @@ def _equality(model: Any, number: int) -> str:
 
 
 def _check_directions(path: Path, robot: Robot, arm: Arm) -> None:
-    """Refuse arms that cannot move and turn the tool in all six directions anywhere."""
+    """Refuse arms that lack one of the directions that `demand` has."""
     angles = _within(robot.limits(arm), np.random.default_rng(0))
     best = float(Chain.of(robot, arm).singularity(angles).max())
     if not best > LEAST_RANK:
+        needed_ones = min(len(arm.joints), demand.ALL)
         raise InputError(
-            f"{path}: {arm.name}.joints: move and turn the tool in fewer than six directions (the Jacobian's least "
-            f"singular value is {best:.1e} at best): six joints are needed that do not repeat one another"
+            f"{path}: {arm.name}.joints: move and turn the tool in fewer than {needed_ones} directions (the Jacobian's "
+            f"least singular value is {best:.1e} at best): joints are needed that do not repeat one another"
         )

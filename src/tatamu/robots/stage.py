@@ -6,11 +6,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from tatamu.errors import InputError
 from tatamu.files import replacing, write_text
 from tatamu.robots.clearance import Clearance
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.model import TABLE, Robot, with_tools
+from tatamu.robots.planned import Planned
 
 MODEL = "robot.xml"
 ASSETS = "assets"
@@ -82,3 +85,28 @@ def data_of(model: Any) -> Any:
     if model.nkey:
         mujoco.mj_resetDataKeyframe(model, data, 0)
     return data
+
+
+class Poser:
+    """Puts a compiled stage in the pose of a plan's joints and fingers."""
+
+    def __init__(self, model: Any, planned: Planned, angles: np.ndarray, times: np.ndarray) -> None:
+        """Prepare the poses of times (n,) [s], with the plan's joints at angles (n, j) [rad].
+
+        Raises:
+            InputError: If the model lacks a joint.
+        """
+        fingers = planned.fingers(times)
+        try:
+            columns = [int(model.joint(name).qposadr[0]) for name in (*planned.plan.joints, *fingers)]
+        except KeyError as error:
+            raise InputError(f"{planned.folder / MODEL}: cannot be rehearsed ({one_line(error)})") from None
+        self.data = data_of(model)
+        self._model, self._columns = model, columns
+        self._positions = np.column_stack([angles, *fingers.values()])
+
+    def pose(self, row: int) -> Any:
+        """Return the mujoco.MjData in one of the poses, with its kinematics."""
+        self.data.qpos[self._columns] = self._positions[row]
+        needed("mujoco").mj_kinematics(self._model, self.data)
+        return self.data

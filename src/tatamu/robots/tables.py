@@ -4,37 +4,61 @@ from __future__ import annotations
 
 import csv
 import io
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from tatamu.robots.model import Robot
 from tatamu.robots.motion import Motion
 from tatamu.robots.plan import RobotPlan
+from tatamu.robots.planfile import GripperCommand
 
 DECIMALS = 9
 POINT_EVERY = 4
 """Samples from one trajectory point of ROS and hrpsys to the next: 50 points a second."""
 
 
+class Group(NamedTuple):
+    """The joints of a ROS controller that the motion needs."""
+
+    controller: str
+    joints: tuple[str, ...]
+    """As the plan names them."""
+    names: tuple[str, ...]
+    """As the controller names them."""
+
+
 def joint_csv(robot: Robot, motion: Motion) -> str:
     """CSV with the header `time,JOINT,..`, one row per sample [s, rad]."""
+    angles = motion.angles[:, [robot.columns[name] for name in robot.joints]]
+    rows = (
+        [f"{time:.6g}", *(f"{value:.{DECIMALS}f}" for value in row)]
+        for time, row in zip(motion.times, angles, strict=True)
+    )
+    return _csv(["time", *robot.joints], rows)
+
+
+def gripper_csv(plan: RobotPlan) -> str:
+    """CSV of the commands to the grippers: time [s], arm, width [m], force [N], duration [s]."""
+    fields = list(GripperCommand.model_fields)
+    return _csv(fields, ([getattr(command, field) for field in fields] for command in plan.gripper_commands))
+
+
+def _csv(header: list[str], rows: Any) -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["time", *robot.joints])
-    angles = motion.angles[:, [robot.columns[name] for name in robot.joints]]
-    for time, row in zip(motion.times, angles, strict=True):
-        writer.writerow([f"{time:.6g}", *(f"{value:.{DECIMALS}f}" for value in row)])
+    writer.writerow(header)
+    writer.writerows(rows)
     return text.getvalue()
 
 
-def groups(plan: RobotPlan) -> dict[str, tuple[str, ...]]:
-    """The joints of each ROS controller that the motion needs."""
+def groups(plan: RobotPlan) -> list[Group]:
+    """The ROS controllers that the motion needs."""
     robot = plan.task.robot
-    controllers = {arm.controller: arm.joints for arm in robot.arms}
+    found = [Group(arm.controller, arm.joints, arm.ros_joints) for arm in robot.arms]
     if robot.trunk is not None and plan.task.placement.turning:
-        controllers["torso_controller"] = (robot.trunk,)
-    return controllers
+        found.append(Group("torso_controller", (robot.trunk,), (robot.trunk,)))
+    return found
 
 
 def points(plan: RobotPlan, joints: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
@@ -43,41 +67,61 @@ def points(plan: RobotPlan, joints: tuple[str, ...]) -> tuple[np.ndarray, np.nda
     The first point is the initial pose after the lead time: a bridge that times its first point from wherever the
     robot stands then brings it there in that time, and never by a jump.
     """
-    motion, robot = plan.motion, plan.task.robot
+    motion = plan.motion
     first = int(np.ceil(motion.part("approach").start / motion.times[1] - 1e-6))
     rows = np.append(np.arange(first, len(motion.times) - 1, POINT_EVERY), len(motion.times) - 1)
-    angles = motion.angles[rows][:, [robot.columns[name] for name in joints]]
-    return np.round(motion.times[rows], 6), np.ascontiguousarray(np.round(angles, DECIMALS))
+    return np.round(motion.times[rows], 6), angles_at(plan, joints, rows)
+
+
+def angles_at(plan: RobotPlan, joints: tuple[str, ...], rows: np.ndarray) -> np.ndarray:
+    """Angles of some joints at samples of the motion [rad], shape (n, k)."""
+    angles = plan.motion.angles[rows][:, [plan.task.robot.columns[name] for name in joints]]
+    return np.ascontiguousarray(np.round(angles, DECIMALS))
 
 
 def trajectory_json(plan: RobotPlan) -> dict[str, Any]:
-    """The fields of trajectory_msgs/JointTrajectory for each controller's command topic."""
+    """The fields of trajectory_msgs/JointTrajectory for each controller's command topic, and those of the grippers."""
     topics = {}
-    for controller, joints in groups(plan).items():
-        times, angles = points(plan, joints)
-        topics[f"/{controller}/command"] = {
-            "joint_names": list(joints),
+    for group in groups(plan):
+        times, angles = points(plan, group.joints)
+        topics[f"/{group.controller}/command"] = {
+            "joint_names": list(group.names),
             "points": [
                 {"time_from_start": float(time), "positions": row.tolist()}
                 for time, row in zip(times, angles, strict=True)
             ],
         }
-    events = [{"time": event.time, "arm": event.arm, "event": event.event} for event in plan.motion.events]
-    return {"version": 1, "units": {"time": "s", "positions": "rad"}, "topics": topics, "events": events}
+    return {
+        "version": 1,
+        "units": {"time": "s", "positions": "rad", "width": "m", "force": "N", "duration": "s"},
+        "topics": topics,
+        "events": [{"time": event.time, "arm": event.arm, "event": event.event} for event in plan.events],
+        "gripper_commands": [command.model_dump() for command in plan.gripper_commands],
+    }
 
 
 def pattern_json(plan: RobotPlan) -> dict[str, Any]:
-    """Arguments of playPatternOfGroup(group, jointangles, tm): radians, and seconds from point to point."""
+    """Arguments of playPatternOfGroup(group, jointangles, tm), and of setHandWidth(hand, width, tm)."""
     patterns = {}
-    for controller, joints in groups(plan).items():
-        times, angles = points(plan, joints)
-        patterns[controller.removesuffix("_controller")] = {
-            "joint_names": list(joints),
+    for group in groups(plan):
+        times, angles = points(plan, group.joints)
+        patterns[group.controller.removesuffix("_controller")] = {
+            "joint_names": list(group.names),
             "jointangles": angles.tolist(),
             "tm": np.round(np.diff(times, prepend=0.0), 6).tolist(),
         }
+    hands = [
+        {
+            "time": command.time,
+            "hand": command.arm.replace("arm", "hand"),
+            "width": round(1e3 * command.width, 3),
+            "tm": command.duration,
+        }
+        for command in plan.gripper_commands
+    ]
     return {
         "version": 1,
-        "units": {"jointangles": "rad", "tm": "s from the point before"},
+        "units": {"jointangles": "rad", "tm": "s from the point before", "time": "s", "width": "mm"},
         "groups": patterns,
+        "hands": hands,
     }

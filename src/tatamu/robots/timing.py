@@ -35,6 +35,14 @@ class Timed:
     parameter: Callable[[np.ndarray], np.ndarray]
     """Path parameter s (n,) at times (n,)."""
 
+    def slowed(self, scale: float) -> Timed:
+        """The same motion at `scale` times its speed."""
+        return Timed(
+            self.duration / scale,
+            lambda times: self.angles(times * scale),
+            lambda times: self.parameter(times * scale),
+        )
+
 
 class _Path:
     """Some values of q(s), and s itself as a last coordinate, as toppra asks for paths."""

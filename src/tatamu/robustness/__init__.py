@@ -1,9 +1,17 @@
 """Robustness: in which disturbed worlds a fold still succeeds, judged on one mesh or on two."""
 
 from tatamu.robustness.cache import VerdictCache
-from tatamu.robustness.judge import Judge, Judged, Progress, WorldSearch
+from tatamu.robustness.judge import Judge, Judged, Progress, WorldSearch, simulate_missing
 from tatamu.robustness.meshes import FoldOnMesh, MeshVerdict
-from tatamu.robustness.record import AloneMargin, MarginsResult, MeshUsed, Spread, SuccessRate, distances_of
+from tatamu.robustness.record import (
+    AloneMargin,
+    MarginsResult,
+    MeshUsed,
+    Spread,
+    SuccessRate,
+    distances_of,
+    failures_of,
+)
 from tatamu.robustness.verdict import Verdict
 
 __all__ = [
@@ -21,4 +29,6 @@ __all__ = [
     "VerdictCache",
     "WorldSearch",
     "distances_of",
+    "failures_of",
+    "simulate_missing",
 ]

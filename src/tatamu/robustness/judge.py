@@ -6,7 +6,7 @@ from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import Executor, Future, as_completed
 from dataclasses import dataclass, field
 
-from tatamu.disturbances import NOMINAL, World
+from tatamu.disturbances import NOMINAL, World, hand_failure
 from tatamu.errors import WorkerKilledError
 from tatamu.evaluation import Evaluator
 from tatamu.folding.score import Limits
@@ -86,7 +86,11 @@ class Judge:
         return len(self._fine.requested)
 
     def judge(
-        self, worlds: Sequence[World], limits: Limits, searches: Callable[[], list[WorldSearch]] = list
+        self,
+        worlds: Sequence[World],
+        limits: Limits,
+        searches: Callable[[], list[WorldSearch]] = list,
+        nominal: World = NOMINAL,
     ) -> Judged:
         """Judge the nominal world and others, and follow searches, each on the mesh that its verdict needs.
 
@@ -94,20 +98,21 @@ class Judge:
             worlds: The worlds.
             limits: The limits of success.
             searches: Starts the searches; they start again whenever more is known about the meshes.
+            nominal: The nominal world: that of the means, if disturbances have means other than zero.
         """
-        everything = [NOMINAL, *worlds]
+        everything = [nominal, *worlds]
         slack = SlackRange(limits)
         if self._coarse is not None:
             rough = [one.verdict for one in self._judge(everything, slack)[1:]]
-            sample = [NOMINAL, *(worlds[number] for number in select_pairs(rough, limits))]
+            sample = [nominal, *(worlds[number] for number in select_pairs(rough, limits))]
             slack = slack.including(self._judge(sample, SlackRange.unbounded(limits)))
         while True:
-            nominal, *found = self._judge(everything, slack)
+            centre, *found = self._judge(everything, slack)
             findings, others = self._follow(searches(), slack)
-            seen = [nominal, *found, *others]
+            seen = [centre, *found, *others]
             wider = slack.including(seen)
             if wider == slack:
-                return Judged(nominal, found, findings, seen)
+                return Judged(centre, found, findings, seen)
             slack = wider
 
     def _follow(
@@ -149,24 +154,46 @@ class Judge:
         keys = [mesh.key(world) for world in worlds]
         mesh.requested.update(keys)
         missing = {key: world for key, world in zip(keys, worlds, strict=True) if self._cache.get(key) is None}
-        fold = mesh.fold
-        futures = {
-            self._workers.submit(_verdict, fold.evaluator, fold.parameters, world): key
-            for key, world in missing.items()
-        }
-        try:
-            for future in as_completed(futures):
-                self._cache.keep(futures[future], _result(future))
-                self._progress(self.simulations - sum(not each.done() for each in futures), self.simulations)
-        finally:
-            for future in futures:
-                future.cancel()  # if it was interrupted
+        jobs = {key: (mesh.fold, world) for key, world in missing.items()}
+        simulate_missing(
+            jobs, self._workers, self._cache, lambda left: self._progress(self.simulations - left, self.simulations)
+        )
         return [verdict for key in keys if (verdict := self._cache.get(key)) is not None]
 
 
-def _verdict(evaluator: Evaluator, parameters: Mapping[str, int | float], world: World) -> Verdict:
-    """Simulate a manipulation in a world."""
-    return Verdict.of(evaluator.in_world(parameters, world))
+def simulate_missing(
+    jobs: Mapping[str, tuple[FoldOnMesh, World]],
+    workers: Executor,
+    cache: VerdictCache,
+    ended: Callable[[int], None],
+) -> None:
+    """Simulate folds in worlds, and keep each verdict at once.
+
+    Args:
+        jobs: The fold and the world of each verdict, by its key.
+        workers: Where simulations run.
+        cache: Keeps the verdicts.
+        ended: Called after every simulation with how many are left.
+    """
+    futures = {
+        workers.submit(verdict_in, fold.evaluator, fold.parameters, world): key for key, (fold, world) in jobs.items()
+    }
+    try:
+        for left, future in zip(range(len(futures) - 1, -1, -1), as_completed(futures), strict=True):
+            cache.keep(futures[future], _result(future))
+            ended(left)
+    finally:
+        for future in futures:
+            future.cancel()  # if it was interrupted
+
+
+def verdict_in(evaluator: Evaluator, parameters: Mapping[str, int | float], world: World) -> Verdict:
+    """Simulate a manipulation in a world, unless a hand cannot do its part there whatever the cloth does."""
+    task = evaluator.task
+    failure = hand_failure(task.fold, task.manipulation(parameters), world)
+    if failure is not None:
+        return Verdict(None, None, failure)
+    return Verdict.of(evaluator.in_world(parameters, world), task.fold)
 
 
 def _result(future: Future[Verdict]) -> Verdict:

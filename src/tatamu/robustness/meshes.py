@@ -13,9 +13,9 @@ from hashlib import sha256
 
 import numpy as np
 
+from tatamu.disturbances import NOMINAL, disturbed_scene
 from tatamu.evaluation import Evaluator
 from tatamu.folding.score import Limits
-from tatamu.folding.trial_scene import scene_of
 from tatamu.robustness.verdict import Verdict
 from tatamu.simulators.source import source_digest
 
@@ -23,8 +23,24 @@ PAIRS = 12
 """Largest number of draws that are simulated on both meshes whatever their verdict, evenly from best to worst."""
 DRAWS_PER_PAIR = 8
 """One draw in this many runs on both meshes, if that is fewer."""
+VERSION = 2
+"""Version of what a verdict contains; those of other versions are not used again."""
 FEWEST = 3
 """Least number of pairs, and of those that a line is fitted to."""
+
+
+DistanceOf = Callable[[Verdict], float | None]
+"""A mean distance of a verdict [m]; None if it has none."""
+
+
+def whole_distance(verdict: Verdict) -> float | None:
+    """Return the mean distance of all vertices [m]."""
+    return verdict.mean_vertex_distance
+
+
+def moving_distance(verdict: Verdict) -> float | None:
+    """Return the mean distance of the part that moves [m]."""
+    return verdict.moving_vertex_distance
 
 
 @dataclass(frozen=True)
@@ -38,8 +54,8 @@ class FoldOnMesh:
     def key(self) -> str:
         """A name that differs if a simulation does, also of another version of the simulator."""
         task = self.evaluator.task
-        scene = scene_of(task.fold, task.manipulation(self.parameters))
-        known = f"{task.simulator} {source_digest()} {scene.model_dump_json()}"
+        scene = disturbed_scene(task.fold, task.manipulation(self.parameters), NOMINAL)
+        known = f"{VERSION} {task.simulator} {source_digest()} {scene.model_dump_json()}"
         return sha256(known.encode()).hexdigest()[:16]
 
 
@@ -94,14 +110,14 @@ def select_pairs(verdicts: Sequence[Verdict], limits: Limits) -> list[int]:
     return sorted(ranked[place] for place in places)
 
 
-def fit_distances(judged: Sequence[MeshVerdict], limits: Limits) -> Callable[[float], float]:
+def fit_distances(
+    judged: Sequence[MeshVerdict], limits: Limits, distance_of: DistanceOf = whole_distance
+) -> Callable[[float], float]:
     """Fit mean distances on the fine mesh [m] to those on the coarse one: a line through the pairs.
 
     Distances beyond twice the limit count as twice the limit, as it does not matter how far beyond they are.
     """
-    known = [
-        (one.pair[1].mean_vertex_distance, one.pair[0].mean_vertex_distance) for one in judged if one.pair is not None
-    ]
+    known = [(distance_of(one.pair[1]), distance_of(one.pair[0])) for one in judged if one.pair is not None]
     pairs = np.array([pair for pair in known if None not in pair], dtype=float).reshape(-1, 2)
     pairs = np.minimum(pairs, 2.0 * limits.mean_vertex_distance)
     if len(pairs) < FEWEST or not np.ptp(pairs[:, 0]) > 0.0:

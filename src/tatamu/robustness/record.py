@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -14,11 +15,13 @@ from tatamu.files import read_json, validated
 from tatamu.folding.fold import Fold
 from tatamu.folding.score import Limits, vertex_distances
 from tatamu.records import OpenRecord
-from tatamu.robustness.meshes import MeshVerdict, fit_distances
+from tatamu.robustness.meshes import MeshVerdict, fit_distances, moving_distance, whole_distance
 
 
 class AloneMargin(OpenRecord):
     """The range of one disturbance within which a fold succeeds, without any other."""
+
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"mean"})
 
     name: str
     unit: str
@@ -31,6 +34,8 @@ class AloneMargin(OpenRecord):
     """Its standard deviation, in the same unit; of a relative change that of the logarithm."""
     tried: tuple[float, float]
     """The range that was tried."""
+    mean: float = 0.0
+    """Its mean; of a relative change that of the logarithm."""
 
 
 class Spread(OpenRecord):
@@ -39,6 +44,12 @@ class Spread(OpenRecord):
     median: float
     q90: float
     worst: float
+
+    @classmethod
+    def of(cls, distances: Sequence[float]) -> Spread:
+        """Return the spread of distances [m]."""
+        median, q90 = np.quantile(distances, [0.5, 0.9])
+        return cls(median=float(median), q90=float(q90), worst=float(max(distances)))
 
 
 class SuccessRate(OpenRecord):
@@ -61,14 +72,12 @@ class SuccessRate(OpenRecord):
             limits: The limits of success.
         """
         held = sum(limits.hold(one.verdict) for one in judged)
-        distances = distances_of(fold, judged, limits)
-        median, q90 = np.quantile(distances, [0.5, 0.9])
         return cls(
             draws=len(judged),
             held=held,
             share=held / len(judged),
             interval=interval_of(held, len(judged)),
-            mean_vertex_distance=Spread(median=float(median), q90=float(q90), worst=float(max(distances))),
+            mean_vertex_distance=Spread.of(distances_of(fold, judged, limits)),
         )
 
     @property
@@ -92,14 +101,27 @@ def interval_of(held: int, draws: int) -> tuple[float, float]:
     return float(found.low), float(found.high)
 
 
-def distances_of(fold: Fold, judged: Sequence[MeshVerdict], limits: Limits) -> list[float]:
+def failures_of(judged: Sequence[MeshVerdict]) -> dict[str, int]:
+    """Return in how many worlds there was no fold to score, by the reason, the commonest first."""
+    return dict(Counter(one.verdict.error.split(":")[0] for one in judged if one.verdict.error).most_common())
+
+
+def distances_of(fold: Fold, judged: Sequence[MeshVerdict], limits: Limits, *, moving: bool = False) -> list[float]:
     """Return mean vertex distances on the fine mesh [m], predicted from the coarse one if it was not simulated there.
 
     A failed simulation counts as twice the distance of untouched cloth.
+
+    Args:
+        fold: The fold on the fine mesh.
+        judged: Verdicts on worlds.
+        limits: The limits of success.
+        moving: Of the part that moves, not of the whole.
     """
-    predict = fit_distances(judged, limits)
-    failed = 2.0 * float(vertex_distances(fold.target, fold.start).mean())
-    found = [(one, one.verdict.mean_vertex_distance) for one in judged]
+    distance_of = moving_distance if moving else whole_distance
+    predict = fit_distances(judged, limits, distance_of)
+    untouched = vertex_distances(fold.target, fold.start)
+    failed = 2.0 * float((untouched[~fold.still()] if moving else untouched).mean())
+    found = [(one, distance_of(one.verdict)) for one in judged]
     return [failed if d is None else d if one.fine else predict(d) for one, d in found]
 
 
@@ -142,11 +164,20 @@ class MarginsResult(OpenRecord):
     """Mean vertex distance where nothing is off [m]; None: the simulation failed."""
     alone: list[AloneMargin]
     joint: SuccessRate
+    moving_vertex_distance: Spread | None = None
+    """Of the part that moves, in all draws; None in files of earlier versions."""
+    failures: dict[str, int] = Field(default_factory=dict)
+    """In how many draws there was no fold to score, by the reason."""
     mesh: MeshUsed
     simulations: Annotated[int, Field(ge=0)]
     """How many there were."""
     disturbances: dict[str, Any]
     """As used."""
+
+    @property
+    def reasons(self) -> str:
+        """Why there was no fold to score, in words; empty if there always was."""
+        return ", ".join(f"{reason} in {count}" for reason, count in self.failures.items())
 
     @classmethod
     def load(cls, path: Path) -> MarginsResult:

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pydantic import FiniteFloat
 
 from tatamu.evaluation import Evaluation
+from tatamu.folding.fold import Fold
+from tatamu.folding.marks import marks
 
 
 @dataclass(frozen=True)
@@ -19,11 +21,27 @@ class Verdict:
     """[-]; None if the simulation failed."""
     error: str | None = None
     """Why it failed."""
+    moving_vertex_distance: FiniteFloat | None = None
+    """Mean over the part that moves [m]; None if the simulation failed."""
+    marks: dict[str, FiniteFloat] | None = None
+    """Where the fold ended, by the names of `folding.marks.MARKS` [m]; None if there is no rollout, and in verdicts of
+    older versions."""
 
     @classmethod
-    def of(cls, evaluation: Evaluation) -> Verdict:
-        """Return the verdict on an evaluation."""
+    def of(cls, evaluation: Evaluation, fold: Fold | None = None) -> Verdict:
+        """Return the verdict on an evaluation, with the marks of a fold if that is given."""
         score = evaluation.score
         if score is None:
             return cls(None, None, evaluation.error)
-        return cls(score.mean_vertex_distance, score.mask_iou)
+        return cls(
+            score.mean_vertex_distance,
+            score.mask_iou,
+            moving_vertex_distance=score.moving_vertex_distance,
+            marks=_marks(evaluation, fold),
+        )
+
+
+def _marks(evaluation: Evaluation, fold: Fold | None) -> dict[str, float] | None:
+    if fold is None or evaluation.rollout is None:
+        return None
+    return marks(fold, evaluation.rollout.positions[-1])

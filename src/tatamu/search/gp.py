@@ -26,6 +26,11 @@ LEAST_UNKNOWN = 1e-6
 """The rest of an objective counts as this if rounding leaves nothing beside the known part."""
 LEAST_DEVIATION = 0.1
 """Of the observed logarithms: nearly equal ones are not blown up to unit variance."""
+APART = 0.03
+"""A proposal differs from every known and pending point by this part of a side in one parameter at least: nearer, it
+would hardly tell more than they do."""
+TAKEN = 1e9
+"""Taken from log expected improvement nearer than that: such a point is proposed only where no other may win."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +74,8 @@ class GPSearch(Search):
         with THREADS.limit(limits=1):
             acquisition = _acquisition(self.space, points, objectives, pending)
             best = leading(points, objectives, self.maximisation.best_trials)
+            taken = np.concatenate([points, pending])
+            acquisition = away_from(taken, acquisition)
             point, height = maximise(acquisition, self.space, best, np.random.default_rng(seed), self.maximisation)
         return self.space.parameters(point), float(np.exp(height) / objectives.min())
 
@@ -92,6 +99,16 @@ def _acquisition(
         )
 
     return improvement
+
+
+def away_from(taken: np.ndarray, acquisition: Callable[[np.ndarray], np.ndarray]) -> Callable[[np.ndarray], np.ndarray]:
+    """Return an acquisition that is lower at points nearer than `APART` to one of those taken, shape (n, d)."""
+
+    def lowered(at: np.ndarray) -> np.ndarray:
+        near = (np.abs(at[:, None] - taken[None]).max(axis=2) < APART).any(axis=1)
+        return acquisition(at) - TAKEN * near
+
+    return lowered
 
 
 def log_unknown(space: Space, points: np.ndarray, objectives: np.ndarray) -> np.ndarray:

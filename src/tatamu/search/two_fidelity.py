@@ -18,7 +18,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from tatamu.search.expected_improvement import log_expected_improvement, log_expected_improvement_beyond
-from tatamu.search.gp import LEAST_DEVIATION, THREADS, Maximisation, fit_standardised, leading, log_unknown, maximise
+from tatamu.search.gp import (
+    LEAST_DEVIATION,
+    THREADS,
+    Maximisation,
+    away_from,
+    fit_standardised,
+    leading,
+    log_unknown,
+    maximise,
+)
 from tatamu.search.search import HIGH, LOW, Evaluated, Observation, Proposal, Search
 from tatamu.search.space import Parameters, Space
 
@@ -95,8 +104,10 @@ class TwoFidelitySearch(Search):
         random = np.random.default_rng([self.seed, self.number])
         low, high = (_arrays(self.space, each) for each in (self.low.told, self.told))
         best = np.concatenate([leading(*each, self.maximisation.best_trials) for each in (high, low)])
+        pending = self.space.points([each.parameters for each in self.pending])
         with THREADS.limit(limits=1):
-            point, height = maximise(self._acquisition(low, high), self.space, best, random, self.maximisation)
+            acquisition = away_from(np.concatenate([high[0], pending]), self._acquisition(low, high))
+            point, height = maximise(acquisition, self.space, best, random, self.maximisation)
         return self.space.parameters(point), float(np.exp(height) / high[1].min())
 
     def _best_different(self) -> Parameters:

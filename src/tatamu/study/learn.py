@@ -12,13 +12,12 @@ from pathlib import Path
 
 import tomli_w
 
-from tatamu.disturbances import Disturbances, default_disturbances
+from tatamu.disturbances import NOMINAL, Disturbances, default_disturbances, disturbed_scene, mean_world
 from tatamu.errors import InputError, TatamuError
 from tatamu.evaluation import Evaluator
 from tatamu.folding.advice import UncarriedWarning, advice
-from tatamu.folding.parameters import first_curves, later_curves, search_space, transfer
+from tatamu.folding.parameters import first_curves, later_curves, robust_curves, search_space, transfer
 from tatamu.folding.task import Task, digest
-from tatamu.folding.trial_scene import scene_of
 from tatamu.garments.garmentfile import files_of
 from tatamu.material import is_preset
 from tatamu.options import LearnOptions
@@ -67,6 +66,7 @@ def learn(
     options: LearnOptions | None = None,
     places: Places | None = None,
     evaluate: Evaluator | None = None,
+    first: Sequence[Parameters] = (),
 ) -> Result | PlanResult:
     """Learn a task, or resume where it stopped.
 
@@ -78,6 +78,8 @@ def learn(
         options: Options of the study; None for the defaults.
         places: Where it runs, is kept and is reported; None for this machine and memory.
         evaluate: Evaluates manipulations in place of the evaluator of the options.
+        first: Further parameters with which the search of the first step starts; the last is the first on the fine
+            mesh.
 
     Raises:
         InputError: If an option is wrong, or the folder cannot be used.
@@ -103,7 +105,7 @@ def learn(
         task = replace(task, fingers=options.disturbances.fingers)
     if held is None:
         check_reach(task)
-    study = _Learning(options, evaluate, places)
+    study = _Learning(options, evaluate, places, tuple(first))
     if not several:
         return study.step(task, places, study.first(task))
     with locked(folder) if folder else nullcontext():
@@ -119,10 +121,15 @@ class _Learning:
     evaluate: Evaluator | None
     places: Places
     """Those of the whole."""
+    known: tuple[Parameters, ...] = ()
+    """Further parameters with which the search of the first step starts; the last is the first on the fine mesh."""
 
     def first(self, task: Task) -> list[Parameters]:
         """Return the first parameters of the search of a first step."""
-        return first_curves(task.fold) if self.options.sampler == "gp" else []
+        if self.options.sampler != "gp":
+            return list(self.known)
+        given = first_curves if self.options.disturbances == "none" else robust_curves
+        return [*given(task.fold), *self.known]
 
     def plan(self, task: Task) -> PlanResult:
         """Learn every step of a plan."""
@@ -239,7 +246,10 @@ class _Learning:
             raise TatamuError(_all_failed(study, folder))
         manipulation = task.manipulation(study.trials[best].parameters)
         shown = replace(rollout, extra={"target": task.fold.target, **study.moments()})
-        result = Result(record, manipulation, scene_of(task.fold, manipulation), shown, places.out, task)
+        given = self.options.disturbances
+        centre = mean_world(given) if isinstance(given, Disturbances) else NOMINAL
+        scene = disturbed_scene(task.fold, manipulation, centre)
+        result = Result(record, manipulation, scene, shown, places.out, task)
         if folder is not None:
             places.progress(study.progress(schedule.most, "report"))
             folder.write_best(result.manipulation, result.scene, result.rollout)

@@ -22,6 +22,11 @@ class FromFlat(OpenRecord):
     area_error: float
     """[%]."""
 
+    @property
+    def moving_vertex_distance(self) -> None:
+        """None: the folds of a plan together leave little cloth where it was."""
+        return None
+
 
 class StepRecord(Scored):
     """A step: how well it did its own fold, and how far the garment is from the ideal of all folds so far."""

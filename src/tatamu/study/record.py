@@ -11,6 +11,7 @@ from tatamu.crossings import crossings_over_time
 from tatamu.folding.fingers import Fingers
 from tatamu.folding.parameters import Grasps
 from tatamu.folding.score import Score
+from tatamu.folding.shift import HandShift
 from tatamu.folding.task import Task, TaskOptions, digest
 from tatamu.material import Material
 from tatamu.records import OpenRecord
@@ -40,7 +41,7 @@ class PlanDescription(OpenRecord):
 class TaskDescription(OpenRecord):
     """The task of a study: two tasks are the same if their descriptions are."""
 
-    UNSAID: ClassVar[frozenset[str]] = frozenset({"hands", "robot", "step", "start", "fingers"})
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"hands", "robot", "step", "start", "fingers", "shift"})
 
     garment: str
     size: list[float] | None = None
@@ -68,6 +69,8 @@ class TaskDescription(OpenRecord):
     """Number of the step from 1, and how many steps the plan has; None if it has one."""
     start: str | None = None
     """Digest of the state that a step of a plan started from; None if it is the only step."""
+    shift: list[HandShift] | None = None
+    """Correction of each hand's manipulation, left before right; None without one."""
     digest: str | None = None
     """Digest of the mesh, the grasps, the ratio of areas and the robot's file."""
 
@@ -100,6 +103,7 @@ def describe_task(task: Task) -> TaskDescription:
         robot=task.reach.robot if task.reach else None,
         step=task.step if several else None,
         start=digest(fold.start) if several else None,
+        shift=list(task.shift) or None,
         digest=_digest(task),
     )
 
@@ -221,6 +225,13 @@ class ResultRecord(StudyRecord):
     def best_is_given(self) -> bool:
         """Whether the best trial is one of the first parameters, which the search was given."""
         return any(self.best_trial.parameters == each for each in self.first)
+
+    @property
+    def best_given(self) -> Trial | None:
+        """The best of the trials of first parameters on the task's own mesh; None if none is complete there."""
+        given = [trial for trial in self.trials if trial.state == "complete" and trial.parameters in self.first]
+        here = [trial for trial in given if not self.is_coarse(trial)]
+        return min(here, key=lambda trial: (trial.minimised, trial.number), default=None)
 
     @property
     def best_score(self) -> Score:

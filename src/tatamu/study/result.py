@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -220,6 +220,7 @@ def _make_task(record: ResultRecord, folder: Path | None, start: np.ndarray) -> 
         hands=asked.hands if asked else 1 if description.hands == 1 else None,
         fingers=description.fingers,
     )
+    task = replace(task, shift=tuple(description.shift or ()))
     number, _ = description.step or (1, 1)
     return task.at(number - 1, start if number > 1 else None)
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from tatamu.disturbances import Disturbances, disturbances_in, load_disturbances, with_calibrated
+from tatamu.disturbances import NOMINAL, Disturbances, disturbances_in, load_disturbances, mean_world, with_calibrated
 from tatamu.errors import InputError
 from tatamu.evaluation import CoarseFirst, Disturbed, Evaluator, Nominal, WithinReach, ends_early
 from tatamu.folding.parameters import first_curves
@@ -16,9 +16,11 @@ from tatamu.search import Parameters, Schedule, Search, Space, TwoFidelitySearch
 from tatamu.simulators import SIMULATORS, capabilities
 from tatamu.study.record import StudyRecord, describe_task
 
-UNSURE_SHARE = 0.3
-"""Part of the trials at high fidelity if coarser meshes rank trials less surely (docs/notes/learning.md,
-docs/notes/margins.md)."""
+ROBUST_SHARE = 0.24
+"""Part of the trials at high fidelity in disturbed worlds: a coarser mesh says less surely where a fold fails
+(docs/notes/learning.md)."""
+LATER_SHARE = 0.3
+"""The same in later steps of plans, which coarser meshes rank least surely."""
 
 
 def resolve(options: LearnOptions, task: Task, held: StudyRecord | None) -> LearnOptions:
@@ -47,10 +49,10 @@ def make_evaluator(task: Task, options: LearnOptions) -> Evaluator:
         task: The step.
         options: Resolved options (`resolve`).
     """
-    made: Evaluator = Nominal(task, ends_early=bool(options.coarse) and ends_early(task))
+    centre = mean_world(options.disturbances) if isinstance(options.disturbances, Disturbances) else NOMINAL
+    made: Evaluator = Nominal(task, bool(options.coarse) and ends_early(task), centre)
     if isinstance(options.disturbances, Disturbances):
-        robust = Disturbed(made, options.disturbances, options.chosen_quantile, seed=options.seed)
-        made = robust.for_step(task.number)
+        made = Disturbed(made, options.disturbances, options.chosen_quantile, seed=options.seed)
     if options.coarse:
         made = CoarseFirst(made)
     return WithinReach(made, task.reach) if task.reach else made
@@ -64,7 +66,7 @@ def _disturbances(
         return None if held.disturbances is None else Disturbances.model_validate(held.disturbances), held.quantile
     found = _given_disturbances(task, options)
     material = task.asked.material if task.asked else None
-    if found is not None and material is not None:
+    if found is not None and material is not None and not found.mean:  # a posterior knows the material better
         found = with_calibrated(found, Path(material), task.garment.material)
     return found, options.chosen_quantile
 
@@ -136,11 +138,8 @@ def make_search(record: StudyRecord, space: Space, fidelities: int) -> Search:
 
 
 def make_schedule(task: Task, record: StudyRecord, options: LearnOptions, fidelities: int) -> Schedule:
-    """Return the schedule of a study.
-
-    More trials run at high fidelity if coarser meshes are less sure: for later steps, and for how folds of two layers
-    succeed in disturbed worlds.
-    """
+    """Return the schedule of a study; more trials run at high fidelity where coarser meshes are less sure."""
     schedule = Schedule(options.trials, fidelities)
-    unsure = task.number > 0 or (record.disturbances is not None and task.garment.layers > 1)
-    return replace(schedule, high_share=UNSURE_SHARE) if unsure else schedule
+    if task.number > 0:
+        return replace(schedule, high_share=LATER_SHARE)
+    return schedule if record.disturbances is None else replace(schedule, high_share=ROBUST_SHARE)

@@ -73,8 +73,8 @@ class Trial(Scored):
     worlds: int | None = None
     """How many worlds were simulated, the nominal one among them; None without disturbances."""
     expected_objective: float | None = None
-    """Mean or quantile of the objective over them, alpha D counted twice in those in which the fold fails. An estimate
-    if the trial could not win. Of an evaluator of the user's own: what it minimises. None if that is `objective`."""
+    """What was minimised: C if the fold holds in most of them, otherwise more; or the mean of C over them. A bound if
+    the trial could not win. Of an evaluator of the user's own: what it minimises. None if that is `objective`."""
     hardest: list[Index] = Field(default_factory=list, exclude=True)
     """Numbers of the disturbed worlds that were simulated, hardest first; empty if it could not win."""
     packed_errors: str | None = Field(None, exclude=True)

@@ -11,6 +11,7 @@ from tatamu.simulators.native.options import (  # noqa: E402
     ElasticOptions,
     LimitOptions,
     Options,
+    RestOptions,
     StepOptions,
     UntangleOptions,
 )
@@ -47,6 +48,7 @@ __all__ = [
     "HandTarget",
     "LimitOptions",
     "Options",
+    "RestOptions",
     "Simulation",
     "SimulationState",
     "StepOptions",

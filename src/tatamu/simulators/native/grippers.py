@@ -115,6 +115,24 @@ class Grippers:
             way = np.subtract(self._led[index].displacement, start)
             self._paths[index, number + 1 : stop + 1] = start + part * way
 
+    def fastest(self, number: int, steps: int) -> tuple[int, float, float]:
+        """Return the hand that moved fastest before outer step `number`.
+
+        Args:
+            number: Number of the outer step.
+            steps: How many outer steps before it count.
+
+        Returns:
+            Number of the gripper, 0 if none is closed; its speed [m/s]; the time at which it had it [s].
+        """
+        first = max(number - steps, 0)
+        ways = np.linalg.norm(np.diff(self._paths[:, first : number + 1], axis=1), axis=2)
+        ways[[index for index in range(len(ways)) if index not in self._grips]] = 0.0
+        if not ways.size:
+            return 0, 0.0, 0.0
+        index, step = (int(each) for each in np.unravel_index(ways.argmax(), ways.shape))
+        return index, float(ways[index, step]) / self._outer_step, (first + step) * self._outer_step
+
     def open_due(self, number: int) -> list[np.ndarray]:
         """Open the grippers that do not hold in step `number`; the vertices of each that did until now."""
         due = sorted(self._grips.keys() - self._held(number).keys())

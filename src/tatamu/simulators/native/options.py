@@ -132,6 +132,15 @@ class UntangleOptions(NamedTuple):
     """Layers that were not taken apart are tried again after this time [s]."""
 
 
+class RestOptions(NamedTuple):
+    """When cloth that no hand holds, or will hold, counts as resting; it is not moved any more from then on."""
+
+    every: float = 0.1
+    """Time between two looks [s]."""
+    still: float = 1e-4
+    """Mean displacement between two looks below which the cloth rests [m]; 0, and it never does."""
+
+
 class LimitOptions(NamedTuple):
     """Where a rollout is refused or ended."""
 
@@ -156,6 +165,7 @@ _POSITIVE = {
     "step.sticking_phase",
     "contact.edge_gap",
     "contact.sweeps_of_many",
+    "rest.every",
 }
 
 
@@ -172,11 +182,12 @@ class Options:
     elastic: ElasticOptions = field(default_factory=ElasticOptions)
     contact: ContactOptions = field(default_factory=ContactOptions)
     untangle: UntangleOptions = field(default_factory=UntangleOptions)
+    rest: RestOptions = field(default_factory=RestOptions)
     limits: LimitOptions = field(default_factory=LimitOptions)
 
     def __post_init__(self) -> None:
         """Check, and make every number of the type that its default has: kernels are compiled for types."""
-        for part in ("step", "elastic", "contact", "untangle", "limits"):
+        for part in ("step", "elastic", "contact", "untangle", "rest", "limits"):
             given = getattr(self, part)
             defaults = type(given)._field_defaults
             values = {

@@ -12,6 +12,7 @@ import numpy as np
 from tatamu.scene import Scene
 from tatamu.simulators.native.grippers import GripperState
 from tatamu.simulators.native.options import Options
+from tatamu.simulators.native.rest import Rest
 from tatamu.simulators.native.system import System
 from tatamu.simulators.source import source_digest
 
@@ -28,6 +29,8 @@ class SimulationState:
     """Time requested so far [s]."""
     untangle_at: int
     """Outer step at which layers are taken apart again."""
+    rest: Rest
+    """Whether the cloth rests."""
     grippers: GripperState
     arrays: tuple[np.ndarray, ...]
     """Copies of the arrays that steps change, in the order of `_changing`."""

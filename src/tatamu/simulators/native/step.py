@@ -233,13 +233,16 @@ def _outer_step(system: System, hands: Hands, number: int) -> bool:
     longest = 0.0
     done = 0
     rigid_bodies = system.bodies.radius.shape[0] > 0
+    near_bodies = False
     while done < total:
         positions.start[:] = positions.x
         until = min(done + per_round, total)
         if rigid_bodies:
             place(system.bodies, number, done / total, until / total)
-            near.refresh(positions.x, _longest_way(state.V, (until - done) * sizes.substep), system.mesh, system.bodies)
-            _gather_near(state.X, state.slot, system.bodies, True)
+            longest_way = _longest_way(state.V, (until - done) * sizes.substep)
+            near_bodies = near.refresh(positions.x, longest_way, system.mesh, system.bodies)
+            if near_bodies:
+                _gather_near(state.X, state.slot, system.bodies, True)
         for substep in range(done, until):
             kicked = substep % sizes.substeps_per_kick == 0
             if kicked:
@@ -247,7 +250,7 @@ def _outer_step(system: System, hands: Hands, number: int) -> bool:
             if kicked or substep == done:  # bending or contact came after the last look ahead
                 _look_ahead(state.Y, state.X, state.V, sizes.damping)
             _substep(state, system.elastic, system.air, sizes.substep, sizes.damping)
-            if rigid_bodies:
+            if near_bodies:
                 _meet_bodies(system, substep / total, (substep + 1) / total, number)
         if not _gather(state.X, state.slot, positions.x, positions.predicted) < farthest * farthest:
             return False

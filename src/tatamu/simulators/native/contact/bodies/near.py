@@ -53,7 +53,7 @@ def _body_motion(bodies: Bodies, before: Pose, after: Pose) -> float:
 
 
 @kernel
-def refresh(x: np.ndarray, longest_way: float, mesh: ContactMesh, bodies: Bodies) -> None:
+def refresh(x: np.ndarray, longest_way: float, mesh: ContactMesh, bodies: Bodies) -> bool:
     """Find the candidates of a round.
 
     Args:
@@ -61,6 +61,9 @@ def refresh(x: np.ndarray, longest_way: float, mesh: ContactMesh, bodies: Bodies
         longest_way: How far a vertex may move in the round [m].
         mesh: The mesh.
         bodies: Placed for the round.
+
+    Returns:
+        Whether there are any.
     """
     near = bodies.near
     moves = longest_way + _body_motion(bodies, bodies.start, bodies.end)
@@ -71,9 +74,13 @@ def refresh(x: np.ndarray, longest_way: float, mesh: ContactMesh, bodies: Bodies
         near.searched_pose.position[:] = bodies.start.position
         near.searched_pose.rotation[:] = bodies.start.rotation
     marked = np.zeros(mesh.inverse_mass.shape[0], dtype=np.bool_)
-    all_vertices = np.arange(mesh.inverse_mass.shape[0])
-    all_edges = np.arange(mesh.edges.shape[0])
-    all_faces = np.arange(mesh.faces.shape[0])
+    if search:
+        all_vertices = np.arange(mesh.inverse_mass.shape[0])
+        all_edges = np.arange(mesh.edges.shape[0])
+        all_faces = np.arange(mesh.faces.shape[0])
+    else:
+        all_vertices = all_edges = all_faces = np.empty(0, dtype=np.int64)
+    found = False
     for b in range(bodies.radius.shape[0]):
         rotation = bodies.start.rotation[b]
         position = bodies.start.position[b]
@@ -83,7 +90,7 @@ def refresh(x: np.ndarray, longest_way: float, mesh: ContactMesh, bodies: Bodies
         if search:
             far = bodies.half[b] + (reach + MARGIN)
             _to_local(x, rotation, position, all_vertices, near.local)
-            _filter(mesh, near.local, far, all_vertices, all_edges, all_faces, marked, b, wide)
+            _filter(mesh, near.local, far, all_vertices, all_edges, all_faces, bodies.held[b], marked, b, wide)
         else:
             _to_local(x, rotation, position, wide.vertices[b, : counts[0]], near.local)
         far = bodies.half[b] + (reach + SLACK)
@@ -94,10 +101,13 @@ def refresh(x: np.ndarray, longest_way: float, mesh: ContactMesh, bodies: Bodies
             wide.vertices[b, : counts[0]],
             wide.edges[b, : counts[1]],
             wide.faces[b, : counts[2]],
+            bodies.held[b],
             marked,
             b,
             near.narrow,
         )
+        found = found or near.narrow.counts[b, 2] > 0
+    return found
 
 
 @kernel
@@ -126,16 +136,20 @@ def _filter(
     vertices: np.ndarray,
     edges: np.ndarray,
     faces: np.ndarray,
+    held: np.ndarray,
     marked: np.ndarray,
     b: int,
     out: Candidates,
 ) -> None:
-    """List those of some faces, edges and vertices that reach into the box around body b, in the same order."""
+    """List those of some faces, edges and vertices that reach into the box around body b, in the same order.
+
+    Those at vertices that are held by the hand of the body are left out.
+    """
     count = 0
     for i in range(faces.shape[0]):
         t = faces[i]
         p, q, r = mesh.faces[t, 0], mesh.faces[t, 1], mesh.faces[t, 2]
-        if _reaches(local, p, q, r, far):
+        if not (held[p] or held[q] or held[r]) and _reaches(local, p, q, r, far):
             out.faces[b, count] = t
             count += 1
             marked[p] = True

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tatamu.body import Body
+from tatamu.scene import Gripper
 from tatamu.simulators.native.compiled import kernel
 from tatamu.simulators.native.contact.projection import Positions
 from tatamu.simulators.native.contact.state import ContactMesh
@@ -78,6 +79,9 @@ class Bodies(NamedTuple):
     """Centres at the beginning of each outer step [m], shape (b, steps + 1, 3)."""
     orientations: np.ndarray
     """Unit quaternions (w, x, y, z) at the beginning of each outer step, shape (b, steps + 1, 4)."""
+    held: np.ndarray
+    """Whether the hand that a body belongs to holds a vertex at some time, shape (b, n): the body does not meet the
+    cells there."""
     start: Pose
     """At the start of the round."""
     end: Pose
@@ -85,11 +89,14 @@ class Bodies(NamedTuple):
     near: Near
 
 
-def bodies_of(bodies: Sequence[Body], outer_step: float, steps: int, mesh: ContactMesh) -> Bodies:
+def bodies_of(
+    bodies: Sequence[Body], grippers: Sequence[Gripper], outer_step: float, steps: int, mesh: ContactMesh
+) -> Bodies:
     """The bodies of a scene, with room for candidates.
 
     Args:
         bodies: The scene's.
+        grippers: The scene's.
         outer_step: Length of an outer step [s].
         steps: Number of outer steps.
         mesh: The mesh of the cloth.
@@ -107,6 +114,11 @@ def bodies_of(bodies: Sequence[Body], outer_step: float, steps: int, mesh: Conta
         corners[number, : len(own)] = own
         corner_count[number] = len(own)
     vertices = len(mesh.inverse_mass)
+    held = np.zeros((count, vertices), dtype=np.bool_)
+    for number, body in enumerate(bodies):
+        for gripper in grippers:
+            if body.hand is not None and gripper.hand == body.hand:
+                held[number, gripper.vertices] = True
     return Bodies(
         half=np.array([body.core for body in bodies]).reshape(count, 3),
         radius=np.array([body.radius for body in bodies]).reshape(count),
@@ -115,6 +127,7 @@ def bodies_of(bodies: Sequence[Body], outer_step: float, steps: int, mesh: Conta
         corner_count=corner_count,
         positions=positions,
         orientations=orientations,
+        held=held,
         start=_no_pose(count),
         end=_no_pose(count),
         near=Near(

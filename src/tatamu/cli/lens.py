@@ -1,0 +1,36 @@
+"""`tatamu lens`: the lens of a camera, from photographs of a board."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tatamu.cli.app import app
+
+
+@app.command()
+def lens(
+    photos: Annotated[list[Path], typer.Argument(metavar="PHOTO..", help="Photos of the board, 4 to 40.")],
+    board: Annotated[Path, typer.Option(metavar="BOARD.toml", help="The board.")],
+    out: Annotated[Path, typer.Option(metavar="LENS.toml", help="File of the lens.")],
+) -> None:
+    """Find focal length and distortion of a camera from photos of the board, taken from different sides and angles.
+
+    Let the board fill much of each photo, also its edges and corners, and keep the zoom.
+
+    Example:
+    `tatamu lens photos/*.jpg --board board.toml --out lens.toml`
+    """
+    from tatamu.files import check_targets
+    from tatamu.photographs.board import load_board
+    from tatamu.photographs.lens import calibrate_lens, write_lens
+    from tatamu.photographs.photograph import board_corners
+
+    check_targets([out], [*photos, board])
+    seen, size = board_corners(photos, load_board(board))
+    found, rms = calibrate_lens(seen, size)
+    write_lens(found, out)
+    print(f"lens: {out}, focal length {found.focal:.0f} pixels of {found.width} x {found.height}")
+    print(f"corners deviate from it by {rms:.2f} pixels in {len(seen)} photos")

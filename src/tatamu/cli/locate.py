@@ -1,0 +1,133 @@
+"""`tatamu locate`: where a garment lies, from a photograph."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from tatamu.cli.app import app
+from tatamu.errors import InputError
+from tatamu.size import parse_size
+
+
+@app.command()
+def locate(
+    photo: Annotated[Path, typer.Argument(metavar="PHOTO", help="Shows all of the cloth, and the board beside it.")],
+    board: Annotated[
+        Path | None, typer.Option(metavar="BOARD.toml", help="The board in the photo, from `tatamu board`.")
+    ] = None,
+    sheet: Annotated[
+        str | None, typer.Option(help="a4 or letter: a plain white sheet in the photo instead of a board.")
+    ] = None,
+    run: Annotated[
+        Path | None, typer.Option(metavar="RUN", help="A learned fold, with whose garment the cloth is compared.")
+    ] = None,
+    garment: Annotated[
+        str, typer.Option(help="Garment if no RUN is given: towel, tshirt, trousers or a garment file.")
+    ] = "towel",
+    size: Annotated[
+        str | None, typer.Option(metavar="WIDTHxLENGTH", help="Its size in metres, to compare it with.")
+    ] = None,
+    board_pose: Annotated[
+        str | None,
+        typer.Option(metavar="X,Y,YAW", help="Pose of the board in the robot's base frame [m, m, rad]."),
+    ] = None,
+    touch: Annotated[
+        str | None,
+        typer.Option(
+            metavar="'X,Y X,Y X,Y'",
+            help="Places of the board's marks A, B and C, touched by the robot, in its base frame [m]; x,y or x,y,z.",
+        ),
+    ] = None,
+    lens: Annotated[
+        Path | None, typer.Option(metavar="LENS.toml", help="The camera's lens, from `tatamu lens`.")
+    ] = None,
+    corner: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=X,Y", help="Pixel of a corner, to correct what was found; may be given again."),
+    ] = None,
+    join: Annotated[bool, typer.Option("--join", help="All regions that stand out belong to the cloth.")] = False,
+    picture: Annotated[
+        Path | None, typer.Option(metavar="PICTURE", help="Draw what was found over the photo: .png or .jpg.")
+    ] = None,
+    from_above: Annotated[
+        Path | None, typer.Option(metavar="PICTURE", help="Write the table as seen from straight above: .png or .jpg.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="LOCATED.json", help="Write pose, size, corners and outline.")
+    ] = None,
+) -> None:
+    """Find a garment on the table from a photo: pose, size, outline, and the --place that `tatamu plan` takes.
+
+    Examples:
+    `tatamu locate towel.jpg --board board.toml --picture found.jpg`
+
+    `tatamu locate towel.jpg --board board.toml --run runs/towel --board-pose 0.35,-0.30,1.571`
+
+    `tatamu locate shirt.jpg --sheet a4 --garment tshirt --corner hem-left=812,1640`
+    """
+    from tatamu.files import check_targets, write_json
+    from tatamu.photographs import look
+    from tatamu.photographs.board import PAPERS
+    from tatamu.photographs.locate import locate as find
+    from tatamu.photographs.mounting import parse_pose, parse_touched
+
+    scale = board if board is not None else sheet
+    if scale is None or (board is not None and sheet is not None):
+        raise InputError(f"board, sheet: must give one of them, given {0 if scale is None else 2}")
+    if sheet is not None and sheet not in PAPERS:
+        raise InputError(f"sheet: must be {' or '.join(PAPERS)}, given {sheet!r}")
+    pictures = {"picture": picture, "from-above": from_above}
+    for option, path in pictures.items():
+        if path is not None:
+            look.check_picture(path, option)
+    sources = [path for path in (photo, board, lens) if path is not None]
+    check_targets([path for path in (picture, from_above, out) if path is not None], sources)
+    found = find(
+        photo,
+        scale,
+        run=run,
+        garment=garment,
+        size=None if size is None else parse_size(size),
+        board_pose=None if board_pose is None else parse_pose(board_pose, "board-pose"),
+        touched=None if touch is None else parse_touched(touch),
+        lens=lens,
+        corners=parse_corners(corner or []),
+        join=join,
+    )
+    for line in found.lines():
+        print(line)
+    if out is not None:
+        write_json(out, found.describe())
+        print(f"file: {out}")
+    if picture is not None:
+        look.write_picture(look.draw_located(found), picture)
+        print(f"look at: {picture}, the outline and the corners on top of the photo")
+    if from_above is not None:
+        look.write_picture(look.from_above(found.photograph, found.fit.place(found.fit.shape.points)), from_above)
+        print(f"look at: {from_above}, the table from straight above")
+
+
+def parse_corners(texts: Sequence[str]) -> dict[str, np.ndarray]:
+    """Return pixels of corners by name, shape (2,), from texts NAME=X,Y.
+
+    Raises:
+        InputError: If one of them is no name and pixel, or a name is given twice.
+    """
+    found: dict[str, np.ndarray] = {}
+    for text in texts:
+        name, _, pixel = text.partition("=")
+        try:
+            place = np.array([float(part) for part in pixel.split(",")])
+        except ValueError:
+            place = np.empty(0)
+        if not name or place.shape != (2,) or not (np.abs(place) < 1e6).all():
+            raise InputError(f"corner: must be NAME=X,Y in pixels, such as bottom-left=812,1640, given {text!r}")
+        if name in found:
+            raise InputError(f"corner: {name} is given twice")
+        found[name] = place
+    return found

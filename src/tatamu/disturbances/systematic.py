@@ -1,0 +1,129 @@
+"""Systematic and random disturbances: which part is the same in every fold of a set-up, and which is new in each.
+
+A disturbance of variance v and systematic share a is the sum of two independent normal numbers: one of variance a v
+that a set-up keeps, and one of variance (1 - a) v for each fold. Random parts of different disturbances are
+independent, so all correlations that a file states are between systematic parts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from tatamu.disturbances.channels import CHANNELS, DIRECTIONS, PLACES, prefix_in
+from tatamu.disturbances.description import OWN, Correlation, Disturbances, read_disturbances
+from tatamu.disturbances.world import correlations_root, deviations
+
+
+@dataclass(frozen=True)
+class Split:
+    """The systematic and the random part of disturbances; k of them, in the order of `names`."""
+
+    names: tuple[str, ...]
+    """Names of `CHANNELS` with a deviation above 0, or a mean."""
+    mean: np.ndarray
+    """Means, shape (k,)."""
+    systematic: np.ndarray
+    """Covariance of the systematic parts, shape (k, k)."""
+    random: np.ndarray
+    """Variances of the random parts, shape (k,)."""
+
+    @property
+    def root(self) -> np.ndarray:
+        """A matrix whose product with its transpose is `systematic`, shape (k, k)."""
+        values, vectors = np.linalg.eigh(self.systematic)
+        return np.asarray(vectors * np.sqrt(np.clip(values, 0.0, None)))
+
+    @property
+    def deviations(self) -> np.ndarray:
+        """Standard deviations of both parts together, shape (k,)."""
+        return np.asarray(np.sqrt(np.diag(self.systematic) + self.random))
+
+
+@cache
+def _usual() -> Disturbances:
+    return read_disturbances(OWN / "systematic.toml")
+
+
+def share(disturbances: Disturbances, name: str) -> float:
+    """Return the part of a disturbance's variance that is the same in every fold of a set-up.
+
+    Args:
+        disturbances: The disturbances; what they do not say, `systematic.toml` has.
+        name: Name of a channel.
+    """
+    for shares in (disturbances.systematic, _usual().systematic):
+        known = prefix_in(name, shares)
+        if known is not None:
+            return shares[known]
+    return 0.0
+
+
+def split(disturbances: Disturbances) -> Split:
+    """Return the systematic and the random part of disturbances."""
+    scales = deviations(disturbances)
+    names = tuple(channel.name for channel in CHANNELS if channel.name in scales or disturbances.mean.get(channel.name))
+    places = [PLACES[name] for name in names]
+    scale = np.array([scales.get(name, 0.0) for name in names])
+    root = correlations_root(disturbances)[places]
+    whole = root @ root.T * np.outer(scale, scale)
+    random = np.array([1.0 - share(disturbances, name) for name in names]) * scale**2
+    mean = np.array([disturbances.mean.get(name, 0.0) for name in names])
+    return Split(names, mean, whole - np.diag(random), random)
+
+
+def join(parts: Split, others: Disturbances) -> Disturbances:
+    """Return the disturbances whose systematic and random parts these are; `split` takes them apart again.
+
+    Args:
+        parts: The parts; numbers are rounded to six digits.
+        others: Where the fingers come from.
+    """
+    deviation = dict(zip(parts.names, map(_rounded, parts.deviations), strict=True))
+
+    def of(*names: str) -> list[float]:
+        return [deviation.get(name, 0.0) for name in names]
+
+    plain: dict[str, Any] = {
+        "hands": {
+            **{
+                each: of(*(f"hands.{each}.{direction}" for direction in DIRECTIONS))
+                for each in ("offset", "difference")
+            },
+            **{each: deviation.get(f"hands.{each}", 0.0) for each in ("yaw", "opening_delay", "speed")},
+        },
+        "grasp": {each: of(f"grasp.{each}.left", f"grasp.{each}.right") for each in ("along", "into")},
+        "cloth": {"place": of("cloth.place.along", "cloth.place.across"), "yaw": deviation.get("cloth.yaw", 0.0)},
+        "table": {"height": deviation.get("table.height", 0.0)},
+        "material": {
+            name.removeprefix("material."): value for name, value in deviation.items() if name.startswith("material.")
+        },
+        "mean": {name: _rounded(value) for name, value in zip(parts.names, parts.mean, strict=True) if value},
+        "systematic": {
+            name: _rounded(variance / value**2)
+            for name, variance, value in zip(parts.names, np.diag(parts.systematic), parts.deviations, strict=True)
+            if value
+        },
+        "fingers": others.fingers.model_dump(exclude_defaults=True),
+    }
+    return Disturbances.model_validate({**plain, "correlation": _correlation(parts)})
+
+
+def _correlation(parts: Split) -> Correlation | None:
+    """Return the correlations of both parts together; None without any."""
+    whole = parts.systematic + np.diag(parts.random)
+    scale = np.sqrt(np.diag(whole))
+    used = np.flatnonzero(scale)
+    matrix = whole[np.ix_(used, used)] / np.outer(scale[used], scale[used])
+    np.fill_diagonal(matrix, 1.0)
+    if not len(used) or np.abs(matrix - np.eye(len(used))).max() < 1e-9:
+        return None
+    rows = [[round(float(value), 6) for value in row] for row in 0.5 * (matrix + matrix.T)]
+    return Correlation(parameters=[parts.names[place] for place in used], matrix=rows)
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.6g}")

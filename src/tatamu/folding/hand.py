@@ -1,0 +1,95 @@
+"""A hand as rigid bodies: its two fingers, how they close on the hem, carry it, open and leave.
+
+The hand comes from outside the cloth along the axis of its fingers, and closes. Its orientation stays the same through
+the fold, so that at the release the lower finger lies inside the turned hem. There the upper finger opens, while the
+lower one, which has the layers below it, stays; then the hand draws back along its own axis.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from tatamu import curves
+from tatamu.body import Body
+from tatamu.folding.fingers import Fingers
+from tatamu.folding.manipulation import Hand
+
+AWAY = 0.05
+"""How far from the hem a hand begins, and how far it draws back [m]."""
+OPENING, LEAVING = 0.1, 0.3
+"""Time in which a hand opens, and then draws back [s]."""
+FRAME = 1.0 / 60.0
+"""Time between the knots of a motion, about [s]."""
+
+
+def leaves(fingers: Fingers) -> float:
+    """Return how long a hand with such fingers takes to open and to draw back [s]."""
+    return OPENING + LEAVING if fingers.stated else 0.0
+
+
+@dataclass(frozen=True)
+class HandPath:
+    """Path of a hand: of the middle of what it holds, at the tips of its fingers."""
+
+    times: np.ndarray
+    """Knots [s], shape (k,), from 0."""
+    points: np.ndarray
+    """Positions [m], shape (k, 3)."""
+    closed: float
+    """When the fingers have closed [s]."""
+    opens: float
+    """When they begin to open [s]."""
+
+
+def finger_bodies(hand: Hand, fingers: Fingers, normal: np.ndarray, held: float, path: HandPath) -> list[Body]:
+    """Return both fingers of a hand, the lower before the upper.
+
+    Args:
+        hand: Which hand.
+        fingers: Their shape.
+        normal: Horizontal unit vector from the moving side to the side that stays, shape (2,).
+        held: Thickness of the cloth between the fingers [m].
+        path: The path of the hand.
+    """
+    times = _knots(path)
+    points = np.column_stack([np.interp(times, path.times, column) for column in path.points.T])
+    coming = 1.0 - _passed(times, 0.0, path.closed)
+    open_again = _passed(times, path.opens, path.opens + OPENING)
+    gone = _passed(times, path.opens + OPENING, path.opens + OPENING + LEAVING)
+    axes = fingers.axes(normal)
+    axis, _, up = axes.T
+    centres = points - (0.5 * fingers.length + AWAY * (coming + gone))[:, None] * axis
+    off = 0.5 * (held + fingers.thickness)
+    heights = {"lower": np.full(len(times), -off), "upper": off + fingers.opening * (coming + open_again)}
+    turned = np.tile(Rotation.from_matrix(axes).as_quat(scalar_first=True), (len(times), 1))
+    return [
+        Body(
+            name=f"{hand} {finger} finger",
+            shape="box",
+            size=[0.5 * fingers.length, 0.5 * fingers.width, 0.5 * fingers.thickness],
+            friction=fingers.friction,
+            hand=hand,
+            times=times.tolist(),
+            positions=centres + height[:, None] * up,
+            orientations=turned,
+        )
+        for finger, height in heights.items()
+    ]
+
+
+def _knots(path: HandPath) -> np.ndarray:
+    """Return the knots of the fingers [s]: those of the hand, and others while it closes, opens and draws back."""
+    ends = (path.opens, path.opens + OPENING, path.opens + OPENING + LEAVING)
+    coming = np.linspace(0.0, path.closed, max(2, round(path.closed / FRAME) + 1))
+    going = [np.linspace(a, b, round((b - a) / FRAME) + 1) for a, b in pairwise(ends)]
+    times = np.unique(np.concatenate([coming, path.times, *going]))
+    return times[np.concatenate([[True], np.diff(times) > 1e-6])]
+
+
+def _passed(times: np.ndarray, begins: float, ends: float) -> np.ndarray:
+    """Return how much of a motion from rest to rest is done at times [s], from 0 to 1, shape (k,)."""
+    return np.asarray(curves.minimum_jerk(np.clip((times - begins) / (ends - begins), 0.0, 1.0)))

@@ -1,0 +1,136 @@
+"""Pressing a fold: a plate, or a hand that strokes along the fold line, flattens the crease and leaves.
+
+A weight is turned into a gap before the simulation, because bodies move as they are told. Between parallel plates a
+bent strip is an elastica whose ends lie flat on both. With phi the angle of the strip to the plates and P the force per
+length of the crease, B/2 (d phi/ds)^2 = P sin phi, so the distance of the layers' mid-surfaces is
+
+    D = sqrt(B / 2P) c,   c = integral of sqrt(sin phi) from 0 to pi = 2.396
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from tatamu.body import Body
+from tatamu.curves import minimum_jerk
+from tatamu.errors import InputError
+from tatamu.folding.ideal import FoldLine
+from tatamu.material import Material, Number
+from tatamu.records import Record
+
+FLAT = 2.396
+"""c above: twice the integral of sqrt(sin) over a quarter turn [-]."""
+PLATE, HAND = (0.06, 0.4), (0.02, 0.03)
+"""Default sizes across the line and along it [m]."""
+HALF_THICKNESS = 0.005
+"""Half the thickness of a plate or of a pressing hand [m]."""
+BEYOND = 0.01
+"""How far a plate reaches beyond the fold line, to the side from which the cloth came [m]."""
+RESTS = 0.3
+"""Time that the cloth has to fall before it is pressed, and to rise after it [s]."""
+MOVES = 0.4
+"""Time in which a plate comes down, or goes up [s]."""
+HIGH, ABOVE = 0.8, 0.05
+"""Height at which a plate waits, out of the way of the hands, and from which it presses [m]."""
+KNOTS = 16
+"""Knots of each motion."""
+
+Side = Annotated[Number, Field(ge=0.005, le=3.0)]
+
+
+class Press(Record):
+    """How a fold is pressed when the hands have left it."""
+
+    tool: Literal["plate", "hand"] = "plate"
+    """A plate on the whole crease, or a hand that strokes along it."""
+    size: tuple[Side, Side] | None = None
+    """Size across the fold line and along it [m]; None for 60 x 400 mm of a plate, 20 x 30 mm of a hand."""
+    gap: Annotated[Number, Field(gt=0.0, le=0.1)] | None = None
+    """Between the table and the plate [m]."""
+    weight: Annotated[Number, Field(gt=0.0, le=1000.0)] | None = None
+    """Force on the plate [N]; the gap follows from it."""
+    seconds: Annotated[Number, Field(gt=0.0, le=60.0)] = 1.0
+    """How long it presses; of a hand, how long the stroke takes [s]."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if (self.gap is None) == (self.weight is None):
+            given = "both" if self.gap is not None else "neither"
+            raise ValueError(f"must have one of gap and weight, given {given}")
+        return self
+
+    @property
+    def area(self) -> tuple[float, float]:
+        """Size across the fold line and along it [m]."""
+        return self.size or (PLATE if self.tool == "plate" else HAND)
+
+    @property
+    def duration(self) -> float:
+        """Time from the hands' leaving to the end of the scene [s]."""
+        return 2.0 * RESTS + 3.0 * MOVES + self.seconds
+
+    def gap_over(self, material: Material, stack: float, crease: float) -> float:
+        """Return the gap between the table and the plate [m].
+
+        Args:
+            material: Material of the cloth.
+            stack: Thickness of the layers after the fold [m].
+            crease: Length of the crease [m].
+
+        Raises:
+            InputError: If the gap has no room for the layers.
+        """
+        if self.weight is not None:
+            force = self.weight / min(self.area[1], crease)
+            return max(stack, FLAT * np.sqrt(material.bending_rigidity / (2.0 * force)) + material.thickness)
+        gap = float(self.gap or 0.0)
+        if not gap >= stack - 1e-9:
+            raise InputError(
+                f"press.gap: must be {1e3 * stack:.3g} mm or more, which the layers take, given {1e3 * gap:.3g} mm"
+            )
+        return gap
+
+
+def press_body(press: Press, line: FoldLine, ends: tuple[float, float], gap: float, begins: float) -> Body:
+    """Return the plate or the hand that presses.
+
+    Args:
+        press: How it presses.
+        line: The fold line.
+        ends: Where the crease begins and ends along the line [m].
+        gap: Between the table and the plate [m].
+        begins: When the hands have left [s].
+    """
+    across, along = press.area
+    low, high = ends
+    start = stop = 0.5 * (low + high)
+    if press.tool == "hand":
+        start, stop = low + 0.5 * along, max(high - 0.5 * along, low + 0.5 * along)
+    legs = (  # until when [s], height over the gap [m], place along the line [m]
+        (begins + RESTS, HIGH, start),
+        (begins + RESTS + MOVES, ABOVE, start),
+        (begins + RESTS + 2.0 * MOVES, 0.0, start),
+        (begins + RESTS + 2.0 * MOVES + press.seconds, 0.0, stop),
+        (begins + RESTS + 3.0 * MOVES + press.seconds, ABOVE, stop),
+    )
+    times, heights, places = [np.zeros(1)], [np.full(1, HIGH)], [np.full(1, start)]
+    share = minimum_jerk(np.linspace(0.0, 1.0, KNOTS + 1)[1:])
+    for until, height, place in legs:
+        before = times[-1][-1], heights[-1][-1], places[-1][-1]
+        times.append(np.linspace(before[0], until, KNOTS + 1)[1:])
+        heights.append(before[1] + share * (height - before[1]))
+        places.append(before[2] + share * (place - before[2]))
+    count = 1 + KNOTS * len(legs)
+    plane = line.join(np.full(count, 0.5 * across - BEYOND), np.concatenate(places))
+    turned = 0.5 * float(np.arctan2(line.normal[1], line.normal[0]))
+    return Body(
+        name=f"pressing {press.tool}",
+        shape="box",
+        size=[0.5 * across, 0.5 * along, HALF_THICKNESS],
+        times=np.concatenate(times).tolist(),
+        positions=np.column_stack([plane, gap + HALF_THICKNESS + np.concatenate(heights)]),
+        orientations=np.tile([np.cos(turned), 0.0, 0.0, np.sin(turned)], (count, 1)),
+    )

@@ -1,0 +1,70 @@
+"""A correction of a manipulation: where hands grasp, where they let go, and how high they move."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from tatamu.curves import sampled_bezier
+from tatamu.errors import InputError
+from tatamu.folding.fold import Fold
+from tatamu.folding.manipulation import Manipulation
+from tatamu.records import OpenRecord
+
+Two = Annotated[list[float], Field(min_length=2, max_length=2)]
+
+
+class HandShift(OpenRecord):
+    """The correction of one hand [m]."""
+
+    grasp: Two = Field(default_factory=lambda: [0.0, 0.0])
+    """Of the place where it grasps, along the fold and across it."""
+    release: Two = Field(default_factory=lambda: [0.0, 0.0])
+    """Of the place where it lets go, along the fold and across it."""
+    height: float = 0.0
+    """Of its whole path, upwards."""
+
+    @property
+    def is_none(self) -> bool:
+        """Whether it changes nothing."""
+        return not any((*self.grasp, *self.release, self.height))
+
+
+def shifted(fold: Fold, manipulation: Manipulation, shifts: Sequence[HandShift]) -> Manipulation:
+    """Return a corrected manipulation.
+
+    The grasp moves the start of a hand's curve, the release its end; P2 goes with the end and P1 with the start, so the
+    curve bends as before.
+
+    Args:
+        fold: The fold.
+        manipulation: The manipulation on Bezier curves.
+        shifts: The correction of each hand, left before right.
+
+    Raises:
+        InputError: If there are fewer shifts than hands, or the paths are no Bezier curves.
+    """
+    if manipulation.control_points is None or len(shifts) < len(manipulation.grasps):
+        raise InputError(
+            f"shift: must be of {len(manipulation.grasps)} hands on Bezier curves, given {len(shifts)} corrections"
+        )
+    if all(shift.is_none for shift in shifts):
+        return manipulation
+    positions = []
+    points = []
+    for position, control, shift in zip(manipulation.positions, manipulation.control_points, shifts, strict=False):
+        grasp, release = (_in_scene(fold, each) for each in (shift.grasp, shift.release))
+        positions.append(position + grasp + [0.0, 0.0, shift.height])
+        points.append(control + np.outer([0.0, 0.0, 1.0, 1.0], release - grasp))
+    paths = tuple(map(sampled_bezier, points))
+    return replace(manipulation, positions=tuple(positions), control_points=tuple(points), paths=paths)
+
+
+def _in_scene(fold: Fold, vector: Sequence[float]) -> np.ndarray:
+    """Return a vector along the fold and across it in the coordinates of the scene, shape (3,)."""
+    along, across = vector
+    return np.array([*(along * fold.normal + across * fold.crease.along), 0.0])

@@ -1,0 +1,157 @@
+"""The correction of the next fold: the systematic errors that are expected of hands, grasps and table, taken away."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tatamu.disturbances import World, hand_errors
+from tatamu.folding.fold import Fold
+from tatamu.folding.manipulation import Manipulation
+from tatamu.folding.marks import MARKS
+from tatamu.folding.shift import HandShift
+from tatamu.observation.emulator import Emulator
+from tatamu.observation.posterior import Posterior
+
+CORRECTABLE = ("hands.offset", "hands.difference", "hands.yaw", "grasp", "cloth.place", "table.height")
+"""Beginnings of the names of disturbances that grasp, release and height can make up for."""
+PARTS = (1.0, 0.75, 0.5, 0.25)
+"""Parts of the expected error that are tried, the whole first."""
+WORTH = 0.0002
+"""A correction must be expected to bring the fold nearer by this much [m]."""
+INTERVAL = (0.05, 0.95)
+"""Quantiles of a 90 % interval."""
+
+
+@dataclass(frozen=True)
+class Expected:
+    """How the next fold is expected to end."""
+
+    marks: np.ndarray
+    """Means of the marks [m], shape (m,)."""
+    intervals: np.ndarray
+    """90 % intervals of the marks [m], shape (m, 2)."""
+    distance: float
+    """Mean vertex distance [m], the mean over what is uncertain."""
+    distance_interval: tuple[float, float]
+    """Its 90 % interval [m]."""
+
+    @classmethod
+    def of(cls, posterior: Posterior, emulator: Emulator, correction: np.ndarray) -> Expected:
+        """Return what is expected of a fold that is carried out with a correction, shape (k,)."""
+        ends = posterior.ends(emulator, correction)
+        distances = emulator.distances(ends)
+        low, high = np.quantile(distances, INTERVAL)
+        interval = (float(low), float(high))
+        return cls(ends.mean(axis=0), np.quantile(ends, INTERVAL, axis=0).T, float(distances.mean()), interval)
+
+    def plain(self) -> dict[str, object]:
+        """Return plain data for a file."""
+        return {
+            "mean_vertex_distance": self.distance,
+            "interval": [float(value) for value in self.distance_interval],
+            "marks": dict(zip(MARKS, self.marks.tolist(), strict=True)),
+        }
+
+
+@dataclass(frozen=True)
+class Correction:
+    """The correction of the next fold, and what is expected of it."""
+
+    change: np.ndarray
+    """The correction as a change of disturbances, shape (k,)."""
+    shifts: tuple[HandShift, ...]
+    """Of each hand, from the fold as it was learned, left before right."""
+    before: Expected
+    """Without it."""
+    after: Expected
+    """With it."""
+
+    @property
+    def is_none(self) -> bool:
+        """Whether nothing is changed, because nothing is expected to help."""
+        return not self.change.any()
+
+
+def find_correction(posterior: Posterior, emulator: Emulator, fold: Fold, manipulation: Manipulation) -> Correction:
+    """Return the correction with which the next fold is expected to end nearest to its target.
+
+    Args:
+        posterior: The posterior of the set-up.
+        emulator: Of the learned fold.
+        fold: The learned fold.
+        manipulation: Its manipulation as learned.
+    """
+    usable = [any(f"{name}.".startswith(f"{part}.") for part in CORRECTABLE) for name in posterior.names]
+    whole = np.where(usable, -posterior.mean, 0.0)
+    nothing = np.zeros(len(whole))
+    before = Expected.of(posterior, emulator, nothing)
+    tried = [(part * whole, Expected.of(posterior, emulator, part * whole)) for part in PARTS]
+    change, after = min(tried, key=lambda each: each[1].distance)
+    if not posterior.used or after.distance > before.distance - WORTH:
+        change, after = nothing, before
+    return Correction(change, _shifts(posterior, fold, manipulation, change), before, after)
+
+
+def _shifts(posterior: Posterior, fold: Fold, manipulation: Manipulation, change: np.ndarray) -> tuple[HandShift, ...]:
+    """Return the shift of each hand that makes up for errors of minus `change`."""
+    errors = World(dict(zip(posterior.names, (-change).tolist(), strict=True)))
+    return shift_against(hand_errors(fold, manipulation, errors))
+
+
+def shift_against(errors: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[HandShift, ...]:
+    """Return the shift of each hand that makes up for errors as `hand_errors` gives them."""
+    return tuple(
+        HandShift(grasp=_metres(-grasp), release=_metres(-hand[:2]), height=_metres(-hand[2:])[0])
+        for grasp, hand in errors
+    )
+
+
+def _metres(values: np.ndarray) -> list[float]:
+    """Return lengths to the hundredth of a millimetre [m]."""
+    return [round(float(value), 5) + 0.0 for value in values]
+
+
+def added(one: Sequence[HandShift], other: Sequence[HandShift]) -> tuple[HandShift, ...]:
+    """Return two shifts of hands together; an empty one changes nothing."""
+    if not one or not other:
+        return tuple(one or other)
+    return tuple(
+        HandShift(
+            grasp=[a + b for a, b in zip(first.grasp, second.grasp, strict=True)],
+            release=[a + b for a, b in zip(first.release, second.release, strict=True)],
+            height=first.height + second.height,
+        )
+        for first, second in zip(one, other, strict=True)
+    )
+
+
+def as_disturbances(shifts: Sequence[HandShift], less: Sequence[HandShift]) -> dict[str, float]:
+    """Return the change of disturbances that shifts of hands amount to, by their names.
+
+    Args:
+        shifts: Of each hand, left before right; empty for none.
+        less: Shifts that are part of the learned fold already.
+    """
+    hands = [_numbers(shifts, number) - _numbers(less, number) for number in range(max(len(shifts), len(less)))]
+    if not hands:
+        return {}
+    middle = sum(hands) / len(hands)
+    found = {f"hands.offset.{axis}": float(middle[place]) for place, axis in ((2, "along"), (3, "across"), (4, "up"))}
+    for side, hand in zip(("left", "right"), hands, strict=False):
+        found |= {f"grasp.into.{side}": float(hand[0]), f"grasp.along.{side}": float(hand[1])}
+    if len(hands) > 1:
+        apart = hands[0] - hands[1]
+        found |= {
+            f"hands.difference.{axis}": float(apart[place]) for place, axis in ((2, "along"), (3, "across"), (4, "up"))
+        }
+    return found
+
+
+def _numbers(shifts: Sequence[HandShift], number: int) -> np.ndarray:
+    if number >= len(shifts):
+        return np.zeros(5)
+    shift = shifts[number]
+    return np.array([*shift.grasp, *shift.release, shift.height])

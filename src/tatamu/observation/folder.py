@@ -1,0 +1,93 @@
+"""The files of observed folds in the folder of a learned fold: `observed/N.json`, `posterior.toml`, `corrected-N`.
+
+docs/reference/observation.md describes them. A folder `corrected-N` is one of a learned fold, too: it has the fold with
+the correction after N observed folds, and `observed/` of the folds that were carried out with it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import tomli_w
+
+from tatamu.disturbances import Disturbances
+from tatamu.errors import InputError
+from tatamu.files import write_json, write_text
+from tatamu.margins.measurement import KEPT
+from tatamu.observation.measured import Observation
+from tatamu.study import ResultFolder
+
+OBSERVED = "observed"
+POSTERIOR = "posterior.toml"
+CORRECTED = "corrected-"
+HEAD = (
+    "# Disturbances of one set-up, given its observed folds. docs/reference/disturbances.md explains the fields.\n"
+    "# Take it with --disturbances, or with --after together with the fold.\n\n"
+)
+
+
+@dataclass(frozen=True)
+class ObservedFolder:
+    """The folder of a learned fold, and what was observed of it."""
+
+    path: Path
+
+    @classmethod
+    def of(cls, path: Path) -> ObservedFolder:
+        """Return the folder of the learned fold that a folder belongs to: itself, or that of the uncorrected fold."""
+        inner = path.resolve()
+        return cls(path.parent if inner.name.startswith(CORRECTED) and inner.parent.is_dir() else path)
+
+    @property
+    def posterior_file(self) -> Path:
+        """The posterior: `posterior.toml`."""
+        return self.path / POSTERIOR
+
+    @property
+    def page_file(self) -> Path:
+        """The page: `observed/observation.html`."""
+        return self.path / OBSERVED / "observation.html"
+
+    @property
+    def has_draws(self) -> bool:
+        """Whether simulations are kept, as `tatamu margins` and observed folds leave them."""
+        return (ResultFolder(self.path).margins_folder / KEPT).exists()
+
+    def corrected(self, number: int) -> Path:
+        """Return the folder of the fold as corrected after some observed folds."""
+        return self.path / f"{CORRECTED}{number}"
+
+    def variants(self) -> list[Path]:
+        """Return the folders of the fold as it was carried out: as learned, then as corrected."""
+        numbered = [path for path in self.path.glob(f"{CORRECTED}*") if path.name.removeprefix(CORRECTED).isdecimal()]
+        return [self.path, *sorted(numbered, key=lambda path: int(path.name.removeprefix(CORRECTED)))]
+
+    @staticmethod
+    def files(variant: Path) -> list[Path]:
+        """Return the observations of one of `variants`, in order."""
+        found = [path for path in (variant / OBSERVED).glob("*.json") if path.stem.isdecimal()]
+        return sorted(found, key=lambda path: int(path.stem))
+
+    def observations(self) -> list[tuple[Path, Observation]]:
+        """Return all observations with the folder of the fold that was carried out.
+
+        Raises:
+            InputError: If a file cannot be read, or a field is wrong; the message names both.
+        """
+        return [(variant, Observation.load(file)) for variant in self.variants() for file in self.files(variant)]
+
+    @classmethod
+    def add(cls, variant: Path, observation: Observation) -> Path:
+        """Write an observation of one of `variants` with the next number, and return its file."""
+        number = max((int(file.stem) for file in cls.files(variant)), default=0) + 1
+        path = variant / OBSERVED / f"{number}.json"
+        write_json(path, observation.model_dump())
+        return path
+
+    def write_posterior(self, posterior: Disturbances) -> None:
+        """Write `posterior.toml`."""
+        plain = posterior.describe()
+        if not plain:
+            raise InputError(f"{self.posterior_file}: there is nothing uncertain to write")
+        write_text(self.posterior_file, HEAD + tomli_w.dumps(plain))

@@ -1,0 +1,239 @@
+"""The posterior: what all observed folds of a set-up tell of its systematic disturbances.
+
+An observed fold n of a set-up measured the marks
+
+    y_n = marks(s + r_n + c_n) + e_n
+
+s are the systematic disturbances, the same in every fold, r_n the random ones of this fold, c_n the correction with
+which it was carried out, and e_n the errors of the ruler and of the emulator. The prior of s and r_n is that of the
+disturbance file, whose deviations are known to a factor only; s, this factor and all r_n are sampled together, given
+all y_n.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2, norm
+
+from tatamu.disturbances import Disturbances, Split, World, join, split
+from tatamu.errors import InputError
+from tatamu.folding.marks import MARKS
+from tatamu.folding.score import Limits
+from tatamu.observation.draws import WIDER
+from tatamu.observation.emulator import Emulator
+from tatamu.observation.measured import Observation
+from tatamu.observation.sampling import sample
+
+WIDTH = 0.7
+"""Standard deviation of the logarithm of the factor by which the deviations of a file may be wrong: a factor of two."""
+TAILS = 5.0
+"""Degrees of freedom of the errors: some draws end unlike what the emulator says."""
+UNSURE_DISTANCE = 0.003
+"""How far an emulated mean distance may be wrong when a fold is said to have failed [m]."""
+IMPLAUSIBLE = 1e-3
+"""An observation is beyond what was drawn if fewer set-ups than this end like it, twice as uncertain as stated."""
+
+
+@dataclass(frozen=True)
+class Fold:
+    """An observed fold: what was measured, and of which learned fold."""
+
+    observation: Observation
+    emulator: Emulator
+    correction: np.ndarray
+    """The correction with which it was carried out, as a change of disturbances, shape (k,)."""
+
+    @property
+    def places(self) -> list[int]:
+        """Indices of the measured marks."""
+        return [MARKS.index(number.name) for number in self.observation.measured]
+
+    @property
+    def values(self) -> np.ndarray:
+        """The measured numbers [m]."""
+        return np.array([number.value for number in self.observation.measured])
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """Covariance of the errors of the ruler and of the emulator [m^2]."""
+        ruler = np.diag([number.deviation**2 for number in self.observation.measured])
+        return np.asarray(self.emulator.residual[np.ix_(self.places, self.places)] + ruler)
+
+    def likelihood(self, values: np.ndarray) -> np.ndarray:
+        """Return logarithms of likelihoods, shape (members,), of the disturbances of this fold (members, k)."""
+        marks = self.emulator.marks(values + self.correction)
+        total = np.zeros(len(values))
+        if self.places:
+            errors = self.values - marks[:, self.places]
+            squared = np.einsum("ij,jk,ik->i", errors, np.linalg.inv(self.covariance), errors)
+            total -= 0.5 * (TAILS + len(self.places)) * np.log1p(squared / (TAILS - 2.0))
+        if not self.observation.held:
+            beyond = self.emulator.distances(marks) - Limits().mean_vertex_distance
+            total += norm.logcdf(beyond / UNSURE_DISTANCE)
+        return total
+
+    def chance(self, prior: Split) -> float:
+        """Return the probability that a set-up, `WIDER` times as uncertain as stated, ends at least as far off."""
+        if not self.places:
+            return 1.0
+        slopes = self.emulator.slopes / self.emulator.scale[:, None]
+        spread = slopes.T @ (WIDER**2 * prior.systematic + np.diag(prior.random)) @ slopes
+        covariance = spread[np.ix_(self.places, self.places)] + self.covariance
+        error = self.values - self.emulator.marks(prior.mean + self.correction)[self.places]
+        return float(chi2.sf(error @ np.linalg.solve(covariance, error), len(self.places)))
+
+
+@dataclass(frozen=True)
+class Alike:
+    """Two disturbances that the observations cannot tell apart."""
+
+    one: str
+    other: str
+    correlation: float
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """The systematic disturbances of a set-up, given its observed folds; k disturbances."""
+
+    prior: Split
+    members: np.ndarray
+    """Equally probable values of the systematic disturbances, shape (members, k)."""
+    effective: float
+    """Effective number of members."""
+    chances: tuple[float, ...]
+    """Probability of each observed fold, see `Fold.chance`; those below `IMPLAUSIBLE` were left out."""
+    source: Disturbances
+    """The disturbances before anything was observed."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the disturbances."""
+        return self.prior.names
+
+    @property
+    def used(self) -> int:
+        """How many observed folds it depends on."""
+        return sum(chance >= IMPLAUSIBLE for chance in self.chances)
+
+    @property
+    def mean(self) -> np.ndarray:
+        """Posterior means, shape (k,)."""
+        return np.asarray(self.members.mean(axis=0)) if self.used else self.prior.mean
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """Posterior covariance of the systematic parts, shape (k, k)."""
+        return np.cov(self.members.T) if self.used else self.prior.systematic
+
+    @property
+    def world(self) -> World:
+        """The world of the posterior means."""
+        return World({name: float(value) for name, value in zip(self.names, self.mean, strict=True) if value})
+
+    @property
+    def disturbances(self) -> Disturbances:
+        """The posterior as a file of disturbances, with the random parts as they were."""
+        return join(Split(self.names, self.mean, self.covariance, self.prior.random), self.source)
+
+    @property
+    def deviations(self) -> list[tuple[str, float, float]]:
+        """Name, prior and posterior deviation of each systematic part; the prior's with the unknown width."""
+        before, after = (
+            np.sqrt(np.diag(each)) for each in (np.exp(2.0 * WIDTH**2) * self.prior.systematic, self.covariance)
+        )
+        return [(name, float(b), float(a)) for name, b, a in zip(self.names, before, after, strict=True) if b]
+
+    def untold(self, share: float = 0.9) -> list[str]:
+        """Return the disturbances whose deviation the observations leave at this share of the prior's, or more."""
+        return [name for name, before, after in self.deviations if after >= share * before]
+
+    def alike(self, least: float = 0.4) -> list[Alike]:
+        """Return pairs that look alike: correlated by the observations, the most first."""
+        if not self.used:
+            return []
+        scale = np.sqrt(np.clip(np.diag(self.covariance), 1e-30, None))
+        now = self.covariance / np.outer(scale, scale)
+        own = np.sqrt(np.clip(np.diag(self.prior.systematic), 1e-30, None))
+        change = now - self.prior.systematic / np.outer(own, own)
+        pairs = [
+            Alike(self.names[i], self.names[j], float(now[i, j]))
+            for i in range(len(now))
+            for j in range(i)
+            if abs(change[i, j]) >= least
+        ]
+        return sorted(pairs, key=lambda pair: -abs(pair.correlation))
+
+    def ends(self, emulator: Emulator, correction: np.ndarray) -> np.ndarray:
+        """Return the marks at which the next fold may end [m], shape (members, m), with random parts and errors.
+
+        Args:
+            emulator: Of the learned fold.
+            correction: With which it is carried out, as a change of disturbances, shape (k,).
+        """
+        generator = np.random.default_rng(0)
+        count = len(self.members)
+        random = generator.standard_normal(self.members.shape) * np.sqrt(self.prior.random)
+        values, vectors = np.linalg.eigh(emulator.residual)
+        errors = generator.standard_normal((count, len(MARKS))) * np.sqrt(np.clip(values, 0.0, None)) @ vectors.T
+        return np.asarray(emulator.marks(self.members + random + correction) + errors)
+
+
+def posterior(disturbances: Disturbances, folds: Sequence[Fold], seed: int = 0) -> Posterior:
+    """Return the posterior of a set-up's systematic disturbances.
+
+    Observed folds that are beyond everything that was drawn are left out: nothing is extrapolated from them.
+
+    Args:
+        disturbances: Those before anything was observed.
+        folds: All observed folds.
+        seed: Random seed.
+
+    Raises:
+        InputError: If nothing in the disturbances is systematic.
+    """
+    prior = split(disturbances)
+    if not np.diag(prior.systematic).any():
+        raise InputError("systematic: must leave a part of some disturbance that is the same in every fold, given none")
+    chances = tuple(fold.chance(prior) for fold in folds)
+    used = [fold for fold, chance in zip(folds, chances, strict=True) if chance >= IMPLAUSIBLE]
+    model = _Model(prior, used)
+    drawn = sample(model.likelihood, model.dimensions, seed)
+    return Posterior(prior, model.systematic(drawn.members), drawn.effective, chances, disturbances)
+
+
+class _Model:
+    """The likelihood of standard normal numbers: those of s, of the factor of its width, and of each r_n."""
+
+    def __init__(self, prior: Split, folds: Sequence[Fold]) -> None:
+        self._prior = prior
+        self._folds = folds
+        self._root = prior.root
+        self._new = np.flatnonzero(prior.random)
+        self._count = len(prior.names)
+        self.dimensions = self._count + 1 + len(folds) * len(self._new)
+
+    def systematic(self, members: np.ndarray) -> np.ndarray:
+        """Return the systematic disturbances of members, shape (members, k)."""
+        drawn = members[:, : self._count] @ self._root.T
+        return np.asarray(self._prior.mean + self._factor(members) * drawn)
+
+    def _factor(self, members: np.ndarray) -> np.ndarray:
+        """Return the factor of the deviations, shape (members, 1)."""
+        return np.asarray(np.exp(WIDTH * members[:, [self._count]]))
+
+    def likelihood(self, members: np.ndarray) -> np.ndarray:
+        """Return logarithms of likelihoods, shape (members,)."""
+        same = self.systematic(members)
+        deviations = self._factor(members) * np.sqrt(self._prior.random[self._new])
+        total = np.zeros(len(members))
+        first = self._count + 1
+        for number, fold in enumerate(self._folds):
+            values = same.copy()
+            start = first + number * len(self._new)
+            values[:, self._new] += members[:, start : start + len(self._new)] * deviations
+            total += fold.likelihood(values)
+        return total

@@ -1,0 +1,236 @@
+"""The camera of one photograph: from places on the table to pixels and back, with what remains unknown of it.
+
+The parameters are the focal length, the centre, two terms of distortion, the pose of the board's first page before the
+camera, and the place of every further page on the table. They minimise
+
+    sum |seen - projected|^2 / sigma^2  +  sum ((parameter - expected) / deviation)^2
+
+The second sum has what is known of the lens beforehand. A board covers a small part of the picture, so this prior
+decides how far beyond the board a place is trusted: the covariance of the parameters tells it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.optimize import OptimizeResult, least_squares
+
+from tatamu.errors import InputError
+from tatamu.photographs.lens import (
+    BENT,
+    BENT_MORE,
+    CENTRE_SPREAD,
+    KNOWN_CENTRE,
+    KNOWN_SPREAD,
+    SPREAD,
+    STATED_SPREAD,
+    USUAL,
+    Lens,
+)
+from tatamu.photographs.opencv import opencv
+from tatamu.photographs.pose import Pose
+
+FINEST = 0.08
+"""Corners are found no better than this [pixels]."""
+WORST = 5e-4
+"""Corners of a flat board deviate by less, in longer sides of the picture."""
+GRAZING = 75.0
+"""A camera looks at the table by less than this from straight down [degrees]."""
+LENS = 5
+"""Number of parameters of the lens."""
+GUESSES = (1.0, 0.6, 1.6)
+"""Focal lengths over the expected one from which the search starts."""
+
+Seen = tuple[np.ndarray, np.ndarray]
+"""Corners of a page in its frame [m] and in the photo [pixels], both of shape (k, 2)."""
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A camera above a table."""
+
+    matrix: np.ndarray
+    """Focal length and centre [pixels], shape (3, 3)."""
+    distortion: np.ndarray
+    """k1, k2, p1, p2, k3, shape (5,)."""
+    turn: np.ndarray
+    """Rotation vector from the board's frame to the camera's, shape (3,)."""
+    shift: np.ndarray
+    """Origin of the board's frame in the camera's [m], shape (3,)."""
+
+    @cached_property
+    def rotation(self) -> np.ndarray:
+        """Rotation from the board's frame to the camera's, shape (3, 3)."""
+        return np.asarray(opencv().Rodrigues(self.turn)[0])
+
+    @property
+    def eye(self) -> np.ndarray:
+        """Place of the camera in the board's frame [m], shape (3,)."""
+        return np.asarray(-self.rotation.T @ self.shift)
+
+    @property
+    def tilt(self) -> float:
+        """Angle between the optical axis and straight down [rad]."""
+        return float(np.arccos(np.clip(-self.rotation[2, 2], -1.0, 1.0)))
+
+    def project(self, points: np.ndarray) -> np.ndarray:
+        """Return the pixels of points in the board's frame [m], shape (n, 3), as shape (n, 2)."""
+        pixels, _ = opencv().projectPoints(
+            np.ascontiguousarray(points, dtype=float), self.turn, self.shift, self.matrix, self.distortion
+        )
+        return np.asarray(pixels)[:, 0]
+
+    def on_table(self, pixels: np.ndarray, height: float = 0.0) -> np.ndarray:
+        """Return the places of pixels (n, 2) at a height above the table [m], shape (n, 2).
+
+        Raises:
+            InputError: If one of them lies beyond the table's horizon.
+        """
+        straight = opencv().undistortPoints(
+            np.ascontiguousarray(pixels, dtype=float)[:, None], self.matrix, self.distortion
+        )[:, 0]
+        rays = np.column_stack([straight, np.ones(len(straight))]) @ self.rotation
+        if not (rays[:, 2] < -1e-6).all():
+            raise InputError("photo: shows cloth beyond the horizon of the table on which the board lies")
+        eye = self.eye
+        return np.asarray(eye[:2] + (height - eye[2]) / rays[:, 2:] * rays[:, :2])
+
+
+@dataclass(frozen=True)
+class View:
+    """A camera as estimated from one photograph, and how it may differ."""
+
+    camera: Camera
+    parameters: np.ndarray
+    """Shape (p,)."""
+    covariance: np.ndarray
+    """Shape (p, p)."""
+    rms: float
+    """Deviation of the corners [pixels]."""
+    penalty: float
+    """What the search minimised: how badly corners and lens fit."""
+    lens: Lens | None
+    size: tuple[int, int]
+    """Width and height of the photograph [pixels]."""
+
+    def varied(self) -> Iterator[Camera]:
+        """Yield cameras one deviation away in each independent direction: their effects add as squares."""
+        values, vectors = np.linalg.eigh(self.covariance)
+        for value, vector in zip(values, vectors.T, strict=True):
+            yield _camera(self.parameters + np.sqrt(max(value, 0.0)) * vector, self.size, self.lens)
+
+    def deviation(self, pixels: np.ndarray, height: float = 0.0) -> np.ndarray:
+        """Return how far places of pixels (n, 2) may be wrong because of the camera [m], shape (n,)."""
+        middle = self.camera.on_table(pixels, height)
+        moved = [camera.on_table(pixels, height) - middle for camera in self.varied()]
+        return np.sqrt(np.sum(np.square(moved), axis=(0, 2)))
+
+    @property
+    def pages(self) -> list[Pose]:
+        """Pose of every page in the board's frame."""
+        return _poses(self.parameters)
+
+
+def estimate(
+    pages: Sequence[Seen], size: tuple[int, int], lens: Lens | None = None, focal: float | None = None
+) -> View:
+    """Find the camera from the corners of a board.
+
+    Args:
+        pages: What is seen of each page; the first defines the frame.
+        size: Width and height of the photo [pixels].
+        lens: The lens; None if it is not known.
+        focal: Focal length that the photo states [pixels]; None if it does not.
+
+    Raises:
+        InputError: If the corners cannot be those of a flat board.
+    """
+    prior, spread = _expected(size, lens, focal)
+    fits = [_fit(pages, size, lens, prior, spread, FINEST, guess) for guess in (GUESSES if lens is None else (1.0,))]
+    best = min(fits, key=lambda fit: fit.cost)
+    count = sum(len(places) for places, _ in pages)
+    rms = float(np.sqrt(np.mean(best.fun[: 2 * count] ** 2))) * FINEST
+    if rms > WORST * max(size):
+        raise InputError(f"board: its corners deviate by {rms:.1f} pixels from those of a flat board; lay it flat")
+    if rms > FINEST:  # worse corners than assumed leave more to the prior
+        best = _fit(pages, size, lens, prior, spread, rms, 1.0, best.x)
+    camera = _camera(best.x, size, lens)
+    if camera.tilt > np.radians(GRAZING):
+        raise InputError(
+            f"photo: is taken {np.degrees(camera.tilt):.0f} degrees from straight above, "
+            f"must be below {GRAZING:.0f}: take it from higher up"
+        )
+    covariance = np.linalg.pinv(best.jac.T @ best.jac, hermitian=True)
+    return View(camera, best.x, covariance, rms, float(best.cost), lens, size)
+
+
+def _expected(size: tuple[int, int], lens: Lens | None, focal: float | None) -> tuple[np.ndarray, np.ndarray]:
+    """Return the expected parameters of the lens and their deviations, shape (5,) each."""
+    longer = max(size)
+    if lens is not None:
+        k1, k2 = (*lens.distortion, 0.0, 0.0)[:2]
+        known = np.array([np.log(lens.focal / longer), lens.centre[0] / longer, lens.centre[1] / longer, k1, k2])
+        return known, np.array([KNOWN_SPREAD, KNOWN_CENTRE, KNOWN_CENTRE, 1e-4, 1e-4])
+    usual = USUAL if focal is None else focal / longer
+    middle = np.array([np.log(usual), 0.5 * size[0] / longer, 0.5 * size[1] / longer, 0.0, 0.0])
+    wide = SPREAD if focal is None else STATED_SPREAD
+    return middle, np.array([wide, CENTRE_SPREAD, CENTRE_SPREAD, BENT, BENT_MORE])
+
+
+def _fit(
+    pages: Sequence[Seen],
+    size: tuple[int, int],
+    lens: Lens | None,
+    prior: np.ndarray,
+    spread: np.ndarray,
+    sigma: float,
+    guess: float,
+    start: np.ndarray | None = None,
+) -> OptimizeResult:
+    """Return the result of `least_squares`; the residuals are in deviations."""
+
+    def residuals(parameters: np.ndarray) -> np.ndarray:
+        camera = _camera(parameters, size, lens)
+        wrong = [
+            (camera.project(_flat(pose.place(points))) - pixels).ravel() / sigma
+            for pose, (points, pixels) in zip(_poses(parameters), pages, strict=True)
+        ]
+        return np.concatenate([*wrong, (parameters[:LENS] - prior) / spread])
+
+    if start is None:
+        start = _start(pages, size, lens, prior + np.array([np.log(guess), 0, 0, 0, 0]))
+    return least_squares(residuals, start, x_scale="jac", max_nfev=200)
+
+
+def _start(pages: Sequence[Seen], size: tuple[int, int], lens: Lens | None, optics: np.ndarray) -> np.ndarray:
+    """Return parameters from which to search: the pose of the first page, then the places of the others."""
+    cv2 = opencv()
+    blank = _camera(np.concatenate([optics, np.zeros(6)]), size, lens)
+    points, pixels = pages[0]
+    found, turn, shift = cv2.solvePnP(_flat(points), pixels, blank.matrix, blank.distortion, flags=cv2.SOLVEPNP_IPPE)
+    if not found:
+        raise InputError("board: its corners cannot be those of a flat board")
+    first = np.concatenate([optics, turn.ravel(), shift.ravel()])
+    camera = _camera(first, size, lens)
+    others = [Pose.moving(points, camera.on_table(pixels)) for points, pixels in pages[1:]]
+    return np.concatenate([first, *([pose.x, pose.y, pose.yaw] for pose in others)])
+
+
+def _poses(parameters: np.ndarray) -> list[Pose]:
+    return [Pose(), *(Pose(*place) for place in parameters[LENS + 6 :].reshape(-1, 3).tolist())]
+
+
+def _camera(parameters: np.ndarray, size: tuple[int, int], lens: Lens | None) -> Camera:
+    longer = max(size)
+    logarithm, x, y, k1, k2 = parameters[:LENS]
+    focal = longer * np.exp(logarithm)
+    matrix = np.array([[focal, 0.0, longer * x], [0.0, focal, longer * y], [0.0, 0.0, 1.0]])
+    rest = (*lens.distortion, 0.0, 0.0, 0.0, 0.0, 0.0)[2:5] if lens is not None else (0.0, 0.0, 0.0)
+    return Camera(matrix, np.array([k1, k2, *rest]), parameters[LENS : LENS + 3], parameters[LENS + 3 : LENS + 6])
+
+
+def _flat(points: np.ndarray) -> np.ndarray:
+    return np.column_stack([points, np.zeros(len(points))])

@@ -1,0 +1,79 @@
+"""Edges of cloth to a fraction of a pixel: the photograph's colours along lines across an edge."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d, median_filter
+
+from tatamu.photographs.opencv import opencv
+
+STEP = 0.5
+"""Distance of samples along a line [pixels]."""
+FAINT = 4.0
+"""Difference of colour between both sides of an edge that counts [8-bit levels]."""
+NEIGHBOURS = 9
+"""Lines beside one another whose colours are taken together."""
+
+
+@dataclass(frozen=True)
+class Edges:
+    """Edges along a curve."""
+
+    points: np.ndarray
+    """Places of the edge [pixels], shape (n, 2); of the given curve if nothing was found."""
+    found: np.ndarray
+    """Where an edge was found, shape (n,)."""
+    width: np.ndarray
+    """Width of the edge [pixels], shape (n,)."""
+
+
+def closed_normals(curve: np.ndarray) -> np.ndarray:
+    """Return unit normals of a closed curve that point out of a counter-clockwise one, shape (n, 2).
+
+    With y down, as in pixels, they point out of a curve that turns clockwise on the screen.
+    """
+    smooth = gaussian_filter1d(curve, 2.0, axis=0, mode="wrap")
+    along = np.roll(smooth, -1, axis=0) - np.roll(smooth, 1, axis=0)
+    normals = np.column_stack([along[:, 1], -along[:, 0]])
+    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12))
+
+
+def step_edges(pixels: np.ndarray, points: np.ndarray, normals: np.ndarray, reach: float) -> Edges:
+    """Find where the colour steps along lines through points.
+
+    Args:
+        pixels: 8-bit RGB, shape (h, w, 3).
+        points: Points near the edge, in order along it [pixels], shape (n, 2).
+        normals: Direction of the line at each point, shape (n, 2).
+        reach: The edge is at most this far from the points [pixels].
+    """
+    at = np.arange(-2.0 * reach, 2.0 * reach + 1e-9, STEP)
+    places = points[:, None] + at[:, None] * normals[:, None]
+    colours = sample(pixels, places)
+    before, after = colours[:, at < -0.5 * reach].mean(axis=1), colours[:, at > 0.5 * reach].mean(axis=1)
+    step = median_filter(after - before, size=(min(NEIGHBOURS, len(points)), 1), mode="nearest")
+    height = np.linalg.norm(step, axis=1)
+    found = height > FAINT
+    direction = step / np.maximum(height, 1e-9)[:, None]
+    shade = np.einsum("nsc,nc->ns", colours, direction)
+    slope = gaussian_filter1d(shade, 1.0 / STEP, axis=1, order=1)
+    weight = np.maximum(slope, 0.0) * np.exp(-0.5 * (at / reach) ** 2)
+    peak = weight.argmax(axis=1)
+    near = np.abs(at[None] - at[peak][:, None]) <= 2.5
+    mass = weight * near
+    total = np.maximum(mass.sum(axis=1), 1e-9)
+    offset = (mass * at).sum(axis=1) / total
+    found &= np.abs(offset) < reach
+    top = np.maximum(slope[np.arange(len(points)), peak], 1e-9)
+    return Edges(np.where(found[:, None], points + offset[:, None] * normals, points), found, height / top * STEP)
+
+
+def sample(pixels: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Return colours of an 8-bit picture at places (n, s, 2) [pixels], shape (n, s, 3)."""
+    cv2 = opencv()
+    maps = places.astype(np.float32)
+    return np.asarray(
+        cv2.remap(pixels, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), dtype=float
+    )

@@ -1,0 +1,117 @@
+"""The lens of a camera: focal length, centre and distortion, known from photographs of a board or assumed.
+
+The distortion is OpenCV's: k1, k2, p1, p2, k3, with r measured in focal lengths from the centre.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import tomli_w
+from pydantic import Field
+
+from tatamu.errors import InputError
+from tatamu.files import read_toml, validated, write_text
+from tatamu.photographs.opencv import opencv
+from tatamu.records import Record
+
+DIAGONAL = 0.04327
+"""Diagonal of the 35 mm film to which photos state their focal length [m]."""
+USUAL, SPREAD = 0.85, 0.35
+"""Focal length over the longer side of the picture: cameras of phones, and the relative deviation."""
+STATED_SPREAD = 0.05
+"""Relative deviation of a focal length that a photo states."""
+KNOWN_SPREAD = 0.005
+"""Relative deviation of a focal length from a file: focusing changes it."""
+CENTRE_SPREAD, KNOWN_CENTRE = 0.01, 0.001
+"""Deviation of the centre, in longer sides of the picture, if assumed and if from a file."""
+BENT, BENT_MORE = 0.03, 0.01
+"""Deviations of k1 and k2 if no file has them: phones correct most of their distortion themselves."""
+FEWEST = 4
+"""Photos of a board that determine a lens."""
+
+Distortion = Annotated[tuple[Annotated[float, Field(ge=-5.0, le=5.0)], ...], Field(max_length=5)]
+
+
+class Lens(Record):
+    """A lens, as its file describes it."""
+
+    width: int = Field(ge=16, le=100_000)
+    """Width of its pictures [pixels]."""
+    height: int = Field(ge=16, le=100_000)
+    focal: float = Field(gt=0.0, le=1e6)
+    """Focal length [pixels]."""
+    centre: tuple[float, float]
+    """Place of the optical axis [pixels]."""
+    distortion: Distortion = ()
+
+
+def load_lens(path: Path) -> Lens:
+    """Read the file of a lens.
+
+    Raises:
+        InputError: If the file cannot be read, or a field is wrong.
+    """
+    value = read_toml(path)
+    if list(value) != ["lens"]:
+        raise InputError(f"{path}: must have one table [lens], given {', '.join(map(str, value)) or 'none'}")
+    return validated(Lens, value["lens"], path)
+
+
+def write_lens(lens: Lens, path: Path) -> None:
+    """Write the file of a lens."""
+    write_text(path, tomli_w.dumps({"lens": lens.model_dump(mode="json")}))
+
+
+def stated_focal(film: float | None, size: tuple[int, int]) -> float | None:
+    """Return the focal length [pixels] of a photo that states it in millimetres of 35 mm film; None if it does not."""
+    return None if film is None else 1e-3 * film / DIAGONAL * float(np.hypot(*size))
+
+
+def scaled(lens: Lens, size: tuple[int, int]) -> Lens:
+    """Return a lens for pictures of another width and height [pixels], turned by a quarter if need be.
+
+    Raises:
+        InputError: If their sides have another ratio.
+    """
+    if size[0] / size[1] < 1.0 < lens.width / lens.height or size[0] / size[1] > 1.0 > lens.width / lens.height:
+        centre = (lens.centre[1], lens.centre[0])
+        lens = lens.model_copy(update={"width": lens.height, "height": lens.width, "centre": centre})
+    factor = size[0] / lens.width
+    if abs(size[1] / lens.height - factor) > 0.01 * factor:
+        raise InputError(
+            f"lens: its pictures have {lens.width} x {lens.height} pixels, the photo {size[0]} x {size[1]}: "
+            "give a photo that was not cut, or the file of its own lens"
+        )
+    centre = (factor * lens.centre[0], factor * lens.centre[1])
+    return lens.model_copy(update={"width": size[0], "height": size[1], "focal": factor * lens.focal, "centre": centre})
+
+
+def calibrate_lens(seen: Sequence[tuple[np.ndarray, np.ndarray]], size: tuple[int, int]) -> tuple[Lens, float]:
+    """Find the lens from several photos of one page of a board.
+
+    Args:
+        seen: Corners of the page in its frame [m] and in the photo [pixels], both of shape (k, 2), of each photo.
+        size: Width and height of the photos [pixels].
+
+    Returns:
+        The lens, and the deviation of corners from it [pixels].
+
+    Raises:
+        InputError: If there are fewer than `FEWEST` photos.
+    """
+    if len(seen) < FEWEST:
+        raise InputError(f"photos: must be at least {FEWEST}, from different sides and angles, given {len(seen)}")
+    cv2 = opencv()
+    objects = [np.column_stack([places, np.zeros(len(places))]).astype(np.float32) for places, _ in seen]
+    pixels = [found.astype(np.float32) for _, found in seen]
+    start = np.array([[USUAL * max(size), 0, size[0] / 2], [0, USUAL * max(size), size[1] / 2], [0, 0, 1]])
+    flags = cv2.CALIB_USE_INTRINSIC_GUESS | cv2.CALIB_FIX_ASPECT_RATIO | cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
+    rms, matrix, distortion, _, _ = cv2.calibrateCamera(objects, pixels, size, start, np.zeros(5), flags=flags)
+    k1, k2 = (float(value) for value in distortion.ravel()[:2])
+    centre = (float(matrix[0, 2]), float(matrix[1, 2]))
+    lens = Lens(width=size[0], height=size[1], focal=float(matrix[0, 0]), centre=centre, distortion=(k1, k2))
+    return lens, float(rms)

@@ -1,0 +1,192 @@
+"""From a photograph of a garment on the table to its pose, size and outline."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import shapely
+
+from tatamu.errors import InputError
+from tatamu.garments import make_garment
+from tatamu.photographs.fit import Fit, again, lay
+from tatamu.photographs.lens import load_lens
+from tatamu.photographs.located import Comparison, Located
+from tatamu.photographs.mounting import touched_pose
+from tatamu.photographs.photograph import Photograph, find_cloth, load_scale, read_photograph
+from tatamu.photographs.pose import Pose, wrapped
+from tatamu.photographs.shape import Shape, shape_of
+from tatamu.study.result import Result
+
+TURNED_IN = 0.015
+"""A corner whose outline stays this far inside the garment's is turned in [m]."""
+OTHER = 0.15
+"""Cloth whose sides differ by this part from what was learned is not the same, or not all of it is seen."""
+UNLIKE = 0.010
+"""An outline that deviates by more than this is of another garment, or wrinkled [m]."""
+
+
+def locate(
+    photo: Path | str,
+    board: Path | str,
+    *,
+    run: Result | Path | str | None = None,
+    garment: str = "towel",
+    size: tuple[float, float] | None = None,
+    board_pose: Pose | tuple[float, float, float] | None = None,
+    touched: np.ndarray | None = None,
+    lens: Path | str | None = None,
+    corners: Mapping[str, np.ndarray] | None = None,
+    join: bool = False,
+) -> Located:
+    """Find a garment on the table from a photo; `tatamu locate` is the same computation.
+
+    Args:
+        photo: File of the photo, which shows all of the cloth, and the board beside it.
+        board: File of the board, or "a4" or "letter" for a plain white sheet.
+        run: Learned fold, or its folder, with whose garment the cloth is compared; None to use `garment`.
+        garment: Name or file of the garment.
+        size: Width and length with which the cloth is compared [m]; None if it may have any.
+        board_pose: Pose of the board in the robot's base frame [m, m, rad]; None if it is not known.
+        touched: Places of the board's marks A, B and C that the robot touched, in its base frame [m], shape (3, 2) or
+            (3, 3); None if it touched none.
+        lens: File of the camera's lens; None if it is not known.
+        corners: Pixels of corners by name, shape (2,), that correct what is found.
+        join: Whether all regions that stand out belong to the cloth.
+
+    Raises:
+        InputError: If an argument or a file is wrong, no such garment is seen, or one of its corners is turned in.
+    """
+    if board_pose is not None and touched is not None:
+        raise InputError("board-pose, touch: must give one of them, given 2")
+    scale = load_scale(board)
+    pose = None if board_pose is None else board_pose if isinstance(board_pose, Pose) else Pose(*board_pose)
+    if touched is not None:
+        pose = touched_pose(scale.marks, np.asarray(touched, dtype=float))
+    shape = shape_of(make_garment(garment, size=size)) if run is None else learned_shape(run)
+    photograph = read_photograph(Path(photo), scale, None if lens is None else load_lens(Path(lens)))
+    return locate_shape(
+        photograph,
+        shape,
+        board_pose=pose,
+        learned=run is not None or size is not None,
+        given=corners,
+        join=join,
+    )
+
+
+def learned_shape(run: Result | Path | str) -> Shape:
+    """Return the shape of a garment as it lay before its fold was learned.
+
+    Raises:
+        InputError: If the folder is no learned fold.
+    """
+    result = run if isinstance(run, Result) else Result.load(run)
+    return shape_of(result.task.fold.garment, result.start)
+
+
+def locate_shape(
+    photograph: Photograph,
+    shape: Shape,
+    *,
+    board_pose: Pose | None = None,
+    learned: bool = False,
+    given: Mapping[str, np.ndarray] | None = None,
+    join: bool = False,
+) -> Located:
+    """Find a garment on the table.
+
+    Args:
+        photograph: The photograph.
+        shape: The garment's outline, as learned or of any size.
+        board_pose: Pose of the board in the robot's base frame; None if it is not known.
+        learned: Whether the shape is of the garment's size.
+        given: Corners that the user shows, by name [pixels], shape (2,).
+        join: Whether all regions that stand out belong to the cloth.
+
+    Raises:
+        InputError: If no such garment lies there, or one of its corners is turned in.
+    """
+    path = photograph.path
+    camera = photograph.view.camera
+    edge = find_cloth(photograph, join).points
+    pinned = {} if given is None else dict(given)
+    for name in pinned:
+        if name not in shape.corners:
+            raise InputError(f"corner: must be one of {', '.join(shape.corners)}, given {name!r}")
+    shown = {name: camera.on_table(pixel[None], shape.height)[0] for name, pixel in pinned.items()}
+    found = camera.on_table(edge, shape.height)
+    fit = lay(shape, found, shown, board_pose)
+    _check(path, fit, found, set(pinned))
+    if learned:
+        _check_size(path, fit)
+    covariance = fit.covariance + _of_camera(photograph, fit, edge, pinned)
+    spread = np.sqrt(np.diag(covariance))
+    length, width = (shape.size * fit.scale).tolist()
+    outer = board_pose or Pose()
+    area = float(shapely.Polygon(found).area)
+    return Located(
+        shape.name,
+        fit.pose,
+        None if board_pose is None else fit.pose.within(board_pose),
+        _turned(covariance, outer),
+        (width, length),
+        (float(width * spread[4]), float(length * spread[3])),
+        area,
+        outer.place(found),
+        {name: outer.place(fit.place(corner[None]))[0] for name, corner in shape.corners.items()},
+        fit.rms,
+        Comparison((float(shape.size[1]), float(shape.size[0])), float(shape.polygon.area)) if learned else None,
+        fit,
+        photograph,
+        edge,
+    )
+
+
+def _turned(covariance: np.ndarray, outer: Pose) -> tuple[float, float, float]:
+    """Return the deviations of x, y and yaw in an outer frame."""
+    plane = outer.rotation @ covariance[:2, :2] @ outer.rotation.T
+    x, y, yaw = np.sqrt([plane[0, 0], plane[1, 1], covariance[2, 2]]).tolist()
+    return x, y, yaw
+
+
+def _of_camera(photograph: Photograph, fit: Fit, edge: np.ndarray, given: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return the covariance of a fit's parameters because of the camera, shape (5, 5)."""
+    total = np.zeros((5, 5))
+    height = fit.shape.height
+    for camera in photograph.view.varied():
+        corners = {name: camera.on_table(pixel[None], height)[0] for name, pixel in given.items()}
+        moved = again(fit.shape, camera.on_table(edge, height), corners, fit.parameters).parameters - fit.parameters
+        moved[2] = wrapped(float(moved[2]))
+        total += np.outer(moved, moved)
+    return total
+
+
+def _check_size(path: object, fit: Fit) -> None:
+    """Refuse cloth of quite another size than was learned: a part of it is probably not told from the table."""
+    if not (np.abs(np.log(fit.scale)) < OTHER).all():
+        length, width = fit.shape.size * fit.scale
+        size = f"{fit.shape.size[1]:.3f} x {fit.shape.size[0]:.3f} m"
+        raise InputError(
+            f"{path}: the outline has {width:.3f} x {length:.3f} m, but the cloth {size}: lay it flat on a table of "
+            "another colour than any part of it, or give its --size"
+        )
+
+
+def _check(path: object, fit: Fit, found: np.ndarray, shown: set[str]) -> None:
+    """Refuse an outline of another shape, and one with a corner turned in."""
+    ring = shapely.LinearRing(found)
+    gaps = {name: ring.distance(shapely.Point(fit.place(place[None])[0])) for name, place in fit.shape.corners.items()}
+    turned = {name: gap for name, gap in gaps.items() if gap > TURNED_IN and name not in shown}
+    if fit.rms > UNLIKE:
+        raise InputError(
+            f"{path}: the outline deviates by {1e3 * fit.rms:.0f} mm from that of a {fit.shape.name}, at most "
+            f"{1e3 * UNLIKE:.0f} mm are allowed: lay it flat, or give another --garment"
+        )
+    if turned:
+        name = max(turned, key=lambda each: turned[each])
+        raise InputError(
+            f"{path}: the corner {name} is turned in: the outline stays {1e3 * turned[name]:.0f} mm inside it; "
+            f"lay it flat, or show where it is with --corner {name}=X,Y"
+        )

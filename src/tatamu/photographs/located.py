@@ -1,0 +1,122 @@
+"""A garment found on the table: its pose, size and outline, and how it differs from what was learned."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+
+from tatamu.photographs.fit import Fit
+from tatamu.photographs.photograph import Photograph
+from tatamu.photographs.pose import Pose
+
+DOUBTFUL = 0.003
+"""A deviation of the pose above this is worth a better photo [m]."""
+WRINKLED = 0.03
+"""Cloth whose area falls short by this part is wrinkled or shrunk."""
+OTHER_SIZE = 0.02
+"""Sides that differ by this part are of another size than learned."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """The garment with which the cloth is compared, as its fold was learned or its size was given."""
+
+    size: tuple[float, float]
+    """Width and length [m]."""
+    area: float
+    """[m2]"""
+
+    def lines(self, located: Located) -> list[str]:
+        """Return how a garment differs from this one, in words."""
+        sides = [
+            f"{name} {100 * (now / then - 1):+.1f} %"
+            for name, now, then in zip(("width", "length"), located.size, self.size, strict=True)
+        ]
+        share = located.area / self.area - 1
+        size = f"{self.size[0]:.3f} x {self.size[1]:.3f} m"
+        found = [f"compared with {size}: {', '.join(sides)}, area {100 * share:+.1f} %"]
+        other = max(abs(now / then - 1) for now, then in zip(located.size, self.size, strict=True))
+        if share < -WRINKLED:
+            found.append("note: its area falls short: smooth out wrinkles, or learn the fold for this size")
+        elif other > OTHER_SIZE:
+            found.append("note: it has another size than the fold was learned for; learn it for this size")
+        return found
+
+
+@dataclass(frozen=True)
+class Located:
+    """A garment on the table."""
+
+    garment: str
+    pose: Pose
+    """Pose of the garment's frame in the board's frame."""
+    place: Pose | None
+    """Pose of the garment's frame in the robot's base frame; None if the board's pose there is not known."""
+    deviation: tuple[float, float, float]
+    """Standard deviations of x, y [m] and yaw [rad]."""
+    size: tuple[float, float]
+    """Width and length [m]."""
+    size_deviation: tuple[float, float]
+    """Standard deviations of width and length [m]."""
+    area: float
+    """[m2]"""
+    outline: np.ndarray
+    """The outline that was found, in the robot's base frame if the board's pose there is known, otherwise in the
+    board's [m], shape (n, 2)."""
+    corners: Mapping[str, np.ndarray]
+    """Corners of the fitted outline, in the frame of `outline` [m], shape (2,)."""
+    rms: float
+    """Usual distance of the outline from the garment's [m]."""
+    learned: Comparison | None
+    """How it differs from what was learned; None if no learned fold was given."""
+    fit: Fit = field(repr=False)
+    photograph: Photograph = field(repr=False)
+    edge: np.ndarray = field(repr=False)
+    """The outline in the photograph [pixels], shape (n, 2)."""
+
+    def describe(self) -> dict[str, Any]:
+        """Return plain data for a JSON file."""
+        place = self.place
+        learned = self.learned
+        return {
+            "version": 1,
+            "garment": self.garment,
+            "frame": "board" if place is None else "base",
+            "pose_on_board": asdict(self.pose),
+            "place": None if place is None else asdict(place),
+            "deviation": dict(zip(("x", "y", "yaw"), self.deviation, strict=True)),
+            "size": list(self.size),
+            "size_deviation": list(self.size_deviation),
+            "area": self.area,
+            "corners": {name: point.tolist() for name, point in self.corners.items()},
+            "outline": self.outline.round(5).tolist(),
+            "outline_rms": self.rms,
+            "learned": None if learned is None else {"size": list(learned.size), "area": learned.area},
+        }
+
+    def lines(self) -> list[str]:
+        """Return what was found, in words."""
+        x, y, yaw = self.deviation
+        width, length = self.size
+        lens = "" if self.photograph.view.lens is not None else " or --lens"
+        angle = np.degrees((self.place or self.pose).yaw)
+        frame = "board's frame" if self.place is None else "robot's base frame"
+        found = [
+            f"{self.garment}: {width:.3f} x {length:.3f} m, area {self.area:.4f} m2; "
+            f"its outline deviates by {1e3 * self.rms:.1f} mm",
+            f"pose in the {frame}: x {(self.place or self.pose).x:.4f} m (+- {1e3 * x:.1f} mm), "
+            f"y {(self.place or self.pose).y:.4f} m (+- {1e3 * y:.1f} mm), yaw {angle:.2f} deg "
+            f"(+- {np.degrees(yaw):.2f} deg)",
+            *([] if self.learned is None else self.learned.lines(self)),
+        ]
+        if max(x, y) > DOUBTFUL:
+            known = f"the pose is known to {1e3 * max(x, y):.0f} mm only"
+            found.append(f"note: {known}: lay the board nearer, use a second page{lens}")
+        if self.place is None:
+            found.append("note: --board-pose or --touch gives the --place that `tatamu plan` takes")
+        else:
+            found.append(f"--place {self.place}")
+        return found

@@ -1,0 +1,158 @@
+"""What was found, drawn over the photograph for a person to check, and the table seen from above."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from tatamu.errors import InputError
+from tatamu.files import replacing
+from tatamu.photographs.located import Located
+from tatamu.photographs.opencv import opencv
+from tatamu.photographs.photograph import Photograph
+from tatamu.photographs.reading import FoldReading
+from tatamu.presentation.palette import day
+
+FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG"}
+LONGEST = 1600
+"""Pictures are reduced to this many pixels at most."""
+CLOSE = 1000
+"""Length of the longer side of a picture of a part of the photograph [pixels]."""
+ROOM = 0.25
+"""Room around that part, over its longer side."""
+OUTLINE, FITTED, AXES = "#d02090", "#ffffff", ("#d64a57", "#14968c")
+"""Colours of the outline that was found, of the garment's laid over it, of x and y."""
+ARROW = 0.08
+"""Length of the axes of a frame [m]."""
+MARGIN = 0.05
+"""Table around the cloth in the view from above [m]."""
+FINEST = 0.0005
+"""A pixel of the view from above is no smaller [m]."""
+
+
+class Overlay:
+    """A photograph, or a part of it, on which places are drawn."""
+
+    def __init__(self, photograph: Photograph, around: np.ndarray | None = None) -> None:
+        """Cut and resize the photograph.
+
+        Args:
+            photograph: The photograph.
+            around: Pixels that are shown with some room around them, shape (n, 2); None for the whole photograph.
+        """
+        self._photograph = photograph
+        image = Image.fromarray(photograph.pixels)
+        if around is None:
+            low, high = np.zeros(2), np.array(image.size, dtype=float)
+        else:
+            room = ROOM * np.ptp(around, axis=0).max()
+            low = np.maximum(around.min(axis=0) - room, 0.0).round()
+            high = np.minimum(around.max(axis=0) + room, image.size).round()
+        self._low = low
+        longer = float((high - low).max())
+        self._factor = min(1.0, LONGEST / longer) if around is None else CLOSE / longer
+        size = tuple(int(side) for side in np.round((high - low) * self._factor))
+        self.image = image.crop((*low.astype(int), *high.astype(int))).resize(size, Image.Resampling.LANCZOS)
+        self._canvas = ImageDraw.Draw(self.image)
+        self._wide = max(2, round(max(size) / 600))
+        self._font = ImageFont.load_default(max(11, round(max(size) / 75)))
+
+    def curve(self, pixels: np.ndarray, colour: str, width: float = 1.0, closed: bool = False) -> None:
+        """Draw a curve through pixels of the photograph (n, 2)."""
+        points = np.vstack([pixels, pixels[:1]]) if closed else pixels
+        self._canvas.line(self._at(points), day(colour), max(1, round(width * self._wide)), joint="curve")
+
+    def dot(self, pixel: np.ndarray, colour: str, text: str = "", before: bool = False) -> None:
+        """Draw a dot at a pixel of the photograph (2,), with a name after or before it."""
+        ((x, y),) = self._at(pixel[None])
+        radius = 2 * self._wide
+        self._canvas.ellipse((x - radius, y - radius, x + radius, y + radius), day(colour), "#ffffff", 1)
+        if text:
+            look: dict[str, Any] = {"stroke_width": 2, "stroke_fill": "#202020", "font": self._font}
+            place = (x - 2 * radius, y) if before else (x + 2 * radius, y)
+            self._canvas.text(place, text, "#ffffff", anchor="rm" if before else "lm", **look)
+
+    def table_curve(self, places: np.ndarray, colour: str, width: float = 1.0, closed: bool = False) -> None:
+        """Draw a curve through places on the table (n, 2)."""
+        self.curve(self._photograph.in_pixels(places), colour, width, closed)
+
+    def frame(self, origin: np.ndarray, turn: np.ndarray, name: str) -> None:
+        """Draw the axes of a frame: its origin (2,) and rotation (2, 2) on the table."""
+        for axis, colour, letter in zip(turn.T, AXES, "xy", strict=True):
+            ends = self._photograph.in_pixels(np.array([origin, origin + ARROW * axis]))
+            self.curve(ends, colour, 2.0)
+            self.dot(ends[1], colour, letter)
+        self.dot(self._photograph.in_pixels(origin[None])[0], "#202020", name)
+
+    def _at(self, pixels: np.ndarray) -> list[tuple[float, float]]:
+        return [(float(x), float(y)) for x, y in (pixels + 0.5 - self._low) * self._factor]
+
+
+def draw_located(located: Located) -> Image.Image:
+    """Return the photograph with the outline, the garment's outline laid over it, corners and frames."""
+    overlay = Overlay(located.photograph)
+    fit, photograph = located.fit, located.photograph
+    overlay.curve(located.edge, OUTLINE, 2.0, closed=True)
+    laid = photograph.in_pixels(fit.place(fit.shape.points), fit.shape.height)
+    overlay.curve(laid, FITTED, 0.5, closed=True)
+    for name, corner in fit.shape.corners.items():
+        overlay.dot(photograph.in_pixels(fit.place(corner[None]), fit.shape.height)[0], OUTLINE, name)
+    for paper in photograph.papers:
+        overlay.table_curve(paper, FITTED, 0.5, closed=True)
+    overlay.frame(np.zeros(2), np.eye(2), "board")
+    overlay.frame(np.array([fit.pose.x, fit.pose.y]), fit.pose.rotation, "garment")
+    return overlay.image
+
+
+def draw_reading(reading: FoldReading) -> Image.Image:
+    """Return the photograph with the outline, the corners that were found and where those of the moved hem belong."""
+    overlay = Overlay(reading.photograph, reading.outline)
+    overlay.curve(reading.outline, OUTLINE, 1.0, closed=True)
+    for target in reading.targets.values():
+        overlay.dot(target, "target")
+    for name, corner in reading.corners.items():
+        if name in reading.targets:
+            overlay.curve(np.array([reading.targets[name], corner]), "target", 1.0)
+        overlay.dot(corner, "left" if "left" in name else "right", name, before=name in reading.targets)
+    return overlay.image
+
+
+def from_above(photograph: Photograph, places: np.ndarray) -> Image.Image:
+    """Return the table about places (n, 2) as seen from straight above, x of the board to the right and y up."""
+    low, high = places.min(axis=0) - MARGIN, places.max(axis=0) + MARGIN
+    pixel = max(FINEST, photograph.resolution(places), float((high - low).max()) / LONGEST)
+    columns = np.arange(low[0], high[0], pixel)
+    rows = np.arange(high[1], low[1], -pixel)
+    x, y = np.meshgrid(columns, rows)
+    maps = photograph.in_pixels(np.column_stack([x.ravel(), y.ravel()])).astype(np.float32).reshape(*x.shape, 2)
+    cv2 = opencv()
+    return Image.fromarray(cv2.remap(photograph.pixels, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR))
+
+
+def write_picture(image: Image.Image, path: Path) -> None:
+    """Write a picture as PNG or JPEG, as its name says.
+
+    Raises:
+        InputError: If its name says neither, or it cannot be written.
+    """
+    check_picture(path, "picture")
+    buffer = io.BytesIO()
+    options: Mapping[str, Any] = {} if path.suffix.lower() == ".png" else {"quality": 90}
+    image.save(buffer, FORMATS[path.suffix.lower()], **options)
+    with replacing(path) as temporary:
+        temporary.write_bytes(buffer.getvalue())
+
+
+def check_picture(path: Path, option: str) -> None:
+    """Refuse a name that is none of a PNG or JPEG file.
+
+    Raises:
+        InputError: If it is none.
+    """
+    if path.suffix.lower() not in FORMATS:
+        raise InputError(f"{option}: must be a .png or .jpg file, given {path}")

@@ -1,0 +1,54 @@
+"""Places of frames on the table: two coordinates and an angle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Pose:
+    """The place of a frame on the table in another frame."""
+
+    x: float = 0.0
+    """[m]"""
+    y: float = 0.0
+    """[m]"""
+    yaw: float = 0.0
+    """Angle from the other frame's x axis, counter-clockwise [rad]."""
+
+    @property
+    def rotation(self) -> np.ndarray:
+        """From this frame to the other, shape (2, 2)."""
+        cosine, sine = np.cos(self.yaw), np.sin(self.yaw)
+        return np.array([[cosine, -sine], [sine, cosine]])
+
+    def place(self, points: np.ndarray) -> np.ndarray:
+        """Return points of this frame (n, 2) in the other frame."""
+        return np.asarray(points @ self.rotation.T + [self.x, self.y])
+
+    def seen_from(self, points: np.ndarray) -> np.ndarray:
+        """Return points of the other frame (n, 2) in this frame."""
+        return np.asarray((points - [self.x, self.y]) @ self.rotation)
+
+    def within(self, outer: Pose) -> Pose:
+        """Return this frame's pose in the frame in which `outer`, this pose's other frame, is placed."""
+        x, y = outer.place(np.array([[self.x, self.y]]))[0]
+        return Pose(float(x), float(y), wrapped(self.yaw + outer.yaw))
+
+    @classmethod
+    def moving(cls, points: np.ndarray, places: np.ndarray) -> Pose:
+        """Return the pose that moves points onto places (n, 2), by least squares."""
+        a, b = points - points.mean(axis=0), places - places.mean(axis=0)
+        yaw = float(np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum()))
+        x, y = places.mean(axis=0) - cls(yaw=yaw).place(points).mean(axis=0)
+        return cls(float(x), float(y), yaw)
+
+    def __str__(self) -> str:
+        return f"{self.x:.4f},{self.y:.4f},{self.yaw:.4f}"
+
+
+def wrapped(angle: float) -> float:
+    """Return an angle between -pi and pi."""
+    return float(np.arctan2(np.sin(angle), np.cos(angle)))

@@ -1,0 +1,300 @@
+"""How a fold ended, read from a photograph: where the corners of the moved hem lie, and how far the lower hem slipped.
+
+The moved hem lies on top. If an edge of a layer is seen inside the outline, it is the moved hem's, and the outline is
+that of the lower hem. Otherwise the outline is the moved hem's, and the lower hem is hidden under it. The crease tells
+whether that can be: cloth that is longer than what is seen between crease and hem has a hem that was not seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import shapely
+
+from tatamu.errors import InputError
+from tatamu.folding.fold import Fold
+from tatamu.folding.marks import lower_hem
+from tatamu.photographs.layers import Window, inner_edge, outer_edge
+from tatamu.photographs.lens import load_lens
+from tatamu.photographs.lines import Line
+from tatamu.photographs.located import Located
+from tatamu.photographs.photograph import Photograph, find_cloth, load_scale, read_photograph
+from tatamu.photographs.pose import Pose
+from tatamu.study.result import Result
+
+REACH = 0.06
+"""Edges lie this near to their targets [m]."""
+LENGTH = 0.12
+"""Length of an edge from its corner that is looked at [m]."""
+UNSEEN = 0.012
+"""A hem that may lie this far from the outline without being seen is left out [m]."""
+WIDER = 0.006
+"""A hem that is seen wider than its target by more than this is that of two layers [m]."""
+GIVEN = 1.5
+"""Deviation of a pixel that the user gives."""
+ROUND = 0.3
+"""Part of the thickness by which the rim of cloth is seen beside its edge."""
+CORNERS = ("left", "right", "lower-left", "lower-right")
+"""Corners that can be given: of the moved hem, and of the lower hem."""
+
+Measured = dict[str, tuple[float, float]]
+"""Value and standard deviation of what was measured [m], by name."""
+
+
+@dataclass(frozen=True)
+class FoldReading:
+    """What a photograph tells of a finished fold."""
+
+    values: Measured
+    """Deviations from the target by the names of `folding.marks.MARKS`, as far as they are seen."""
+    corners: Mapping[str, np.ndarray]
+    """Corners that were found, in the photograph [pixels], shape (2,), by names of `CORNERS`."""
+    outline: np.ndarray
+    """Outline of the cloth in the photograph [pixels], shape (n, 2)."""
+    targets: Mapping[str, np.ndarray]
+    """Where the corners of the moved hem belong, in the photograph [pixels], shape (2,)."""
+    photograph: Photograph = field(repr=False)
+
+
+@dataclass(frozen=True)
+class _Corner:
+    """A corner in the fold's frame."""
+
+    place: np.ndarray
+    """[m], shape (2,)."""
+    deviation: np.ndarray
+    """Along and across [m], shape (2,)."""
+    height: float
+    """[m]"""
+
+
+def read_fold(
+    photo: Path | str,
+    board: Path | str,
+    frame: Located | Pose,
+    result: Result,
+    *,
+    lens: Path | str | None = None,
+    corners: Mapping[str, np.ndarray] | None = None,
+) -> Measured:
+    """Read how a fold ended: the `values` of `view_fold`, which has the arguments and the errors."""
+    return view_fold(photo, board, frame, result, lens=lens, corners=corners).values
+
+
+def view_fold(
+    photo: Path | str,
+    board: Path | str,
+    frame: Located | Pose,
+    result: Result,
+    *,
+    lens: Path | str | None = None,
+    corners: Mapping[str, np.ndarray] | None = None,
+) -> FoldReading:
+    """Read how a fold ended, with what was found in the photograph.
+
+    Args:
+        photo: File of the photo after the fold.
+        board: File of the board in it, which has not moved since `frame`; "a4" or "letter" for a plain sheet.
+        frame: The cloth as it was found before the fold, or the pose of its frame on the board.
+        result: The learned fold that was carried out.
+        lens: File of the camera's lens; None if it is not known.
+        corners: Pixels of corners by names of `CORNERS`, shape (2,), that take the place of what is found.
+
+    Raises:
+        InputError: If a file or a corner is wrong, or no corner of the hem is seen.
+    """
+    known = None if lens is None else load_lens(Path(lens))
+    photograph = read_photograph(Path(photo), load_scale(board), known)
+    pose, spread = (frame, (0.0, 0.0, 0.0)) if isinstance(frame, Pose) else (frame.pose, frame.deviation)
+    return FoldReader(photograph, pose, spread, result.task.fold).read({} if corners is None else corners)
+
+
+class FoldReader:
+    """Finds the edges of a finished fold in a photograph."""
+
+    def __init__(self, photograph: Photograph, frame: Pose, spread: tuple[float, float, float], fold: Fold) -> None:
+        """Find the outline of the cloth.
+
+        Args:
+            photograph: The photograph.
+            frame: Pose of the fold's frame on the board.
+            spread: Standard deviations of x, y [m] and yaw [rad] of the frame.
+            fold: The fold.
+
+        Raises:
+            InputError: If the fold is one of a single hand, or no cloth is seen.
+        """
+        if fold.hands != 2:
+            raise InputError("fold: must be one of two hands, whose hem has two corners, given one of a single hand")
+        self._photograph, self._frame, self._spread, self._fold = photograph, frame, spread, fold
+        self._edge = find_cloth(photograph).points
+        self._axes = np.array([fold.normal, fold.crease.along])
+        thickness = fold.garment.material.thickness
+        self._rim = ROUND * thickness
+        self._heights = {"upper": float(fold.target[self._hem, 2].mean()), "lower": 0.5 * thickness}
+        self._outlines = {name: self._in_frame(self._edge, height) for name, height in self._heights.items()}
+        self._starts = dict(zip(("left", "right"), fold.start[lower_hem(fold, self._hem), :2], strict=True))
+        self._cloth = shapely.Polygon(self._outlines["upper"]).buffer(0)
+
+    @property
+    def _hem(self) -> list[int]:
+        """The corners of the moved hem, left and right."""
+        return [int(self._fold.left[0]), int(self._fold.right[0])]
+
+    def read(self, given: Mapping[str, np.ndarray]) -> FoldReading:
+        """Return what is seen of the fold.
+
+        Raises:
+            InputError: If a corner that is given has another name, or no corner of the hem is seen.
+        """
+        for name in given:
+            if name not in CORNERS:
+                raise InputError(f"corner: must be one of {', '.join(CORNERS)}, given {name!r}")
+        found: dict[str, _Corner] = {}
+        for side, vertex in zip(("left", "right"), self._hem, strict=True):
+            upper, lower = self._corner(side, vertex)
+            found |= {side: upper} if upper else {}
+            found |= {f"lower-{side}": lower} if lower else {}
+        self._drop_doubtful(found)
+        found |= {name: self._given(name, pixel) for name, pixel in given.items()}
+        values = self._values(found)
+        if not values:
+            raise InputError(
+                f"{self._photograph.path}: photo: no corner of the moved hem is seen within {1e3 * REACH:.0f} mm of "
+                "its target: show them with --corner left=X,Y and --corner right=X,Y, or observe the fold as failed"
+            )
+        ends = dict(zip(("left", "right"), self._hem, strict=True))
+        targets = {side: self._pixel(self._fold.target[vertex, :2], "upper") for side, vertex in ends.items()}
+        pixels = {
+            name: self._pixel(corner.place, "lower" if name.startswith("lower") else "upper")
+            for name, corner in found.items()
+        }
+        return FoldReading(values, pixels, self._edge, targets, self._photograph)
+
+    def _drop_doubtful(self, found: dict[str, _Corner]) -> None:
+        """Drop places across if the hem is seen wider than it is: one of its corners is the lower layer's."""
+        if "left" not in found or "right" not in found:
+            return
+        left, right = (self._fold.target[vertex, :2] for vertex in self._hem)
+        seen = float(self._axes[1] @ (found["left"].place - found["right"].place))
+        if seen - float(self._axes[1] @ (left - right)) > WIDER:
+            for side in ("left", "right"):
+                deviation = np.array([found[side].deviation[0], np.inf])
+                found[side] = _Corner(found[side].place, deviation, found[side].height)
+
+    def _values(self, found: Mapping[str, _Corner]) -> Measured:
+        """Return deviations from the target along the fold and across it."""
+        values: Measured = {}
+        for side, vertex in zip(("left", "right"), self._hem, strict=True):
+            if side in found:
+                off = self._axes @ (found[side].place - self._fold.target[vertex, :2])
+                spread = self._total(found[side])
+                for k, axis in enumerate(("along", "across")):
+                    if np.isfinite(spread[k]):
+                        values[f"{side}_{axis}"] = (float(off[k]), float(spread[k]))
+        for k, axis in enumerate(("along", "across")):
+            seen = []
+            for side in ("left", "right"):
+                lower = found.get(f"lower-{side}")
+                if lower is not None and np.isfinite(lower.deviation[k]):
+                    off = self._axes @ (lower.place - self._starts[side])
+                    seen.append((off[k], self._total(lower)[k]))
+            if seen:
+                offs, spreads = np.array(seen).T
+                values[f"slip_{axis}"] = (float(offs.mean()), float(np.sqrt((spreads**2).mean())))
+        return values
+
+    def _corner(self, side: str, vertex: int) -> tuple[_Corner | None, _Corner | None]:
+        """Return a corner of the moved hem and the one of the lower hem below it; None if it is not seen."""
+        hem, flank = self._windows(side, vertex)
+        upper_hem, lower_hem = self._edges(hem)
+        upper_flank, lower_flank = self._edges(flank)
+        upper = lower = None
+        doubt = 0.0 if upper_hem is None or lower_hem is not None else self._unseen(upper_hem, hem)
+        if upper_hem and upper_flank and doubt < UNSEEN:
+            upper = self._met(upper_hem, upper_flank, "upper", 0.5 * doubt)
+        if lower_hem or lower_flank:
+            lower = self._lower(side, lower_hem, lower_flank)
+        return upper, lower
+
+    def _windows(self, side: str, vertex: int) -> tuple[Window, Window]:
+        """Return where the hem and the flank of a corner are expected."""
+        target = self._fold.target[:, :2]
+        corner = target[vertex]
+        other = target[self._hem[1] if side == "left" else self._hem[0]]
+        inwards = (other - corner) / np.linalg.norm(other - corner)
+        normal = self._axes[0]
+        out = normal - (normal @ inwards) * inwards
+        length = min(LENGTH, 0.4 * float(np.linalg.norm(other - corner)))
+        sideways = self._axes[1] if side == "left" else -self._axes[1]
+        deep = min(LENGTH, 0.6 * abs(float(self._fold.crease.split(self._fold.target[[vertex]])[0][0])))
+        reach = min(REACH, 0.6 * deep)
+        return (
+            Window(corner, inwards, out / np.linalg.norm(out), length, reach),
+            Window(corner, -normal, sideways, deep, min(REACH, 0.45 * float(np.linalg.norm(other - corner)))),
+        )
+
+    def _edges(self, window: Window) -> tuple[Line | None, Line | None]:
+        """Return the edge of the upper layer in a window, and that of the lower one; None if it is not seen."""
+        inner = inner_edge(self._photograph, self._frame, window, self._heights["upper"], self._cloth)
+        if inner is not None:
+            return inner, outer_edge(self._outlines["lower"], window)
+        return outer_edge(self._outlines["upper"], window), None
+
+    def _unseen(self, edge: Line, hem: Window) -> float:
+        """Return how far from the outline's hem another one may lie, hidden or not seen [m]; inf without a crease."""
+        crease = self._crease()
+        if crease is None:
+            return np.inf
+        return abs(2.0 * crease - float((edge.origin - hem.corner) @ self._axes[0]))
+
+    def _crease(self) -> float | None:
+        """Return how far the crease lies from its target, along the fold [m]; None if it is not part of the outline."""
+        across = self._fold.crease.split(self._fold.target)[0]
+        place = self._fold.target[int(across.argmin()), :2] @ self._axes[0]
+        middle = self._fold.target[self._hem, :2].mean(axis=0) @ self._axes[1]
+        half = 0.35 * float(np.linalg.norm(np.diff(self._fold.target[self._hem, :2], axis=0)))
+        begin = place * self._axes[0] + (middle - half) * self._axes[1]
+        line = outer_edge(self._outlines["upper"], Window(begin, self._axes[1], -self._axes[0], 2 * half, REACH))
+        return None if line is None else float(line.origin @ self._axes[0] - place)
+
+    def _met(self, hem: Line, flank: Line, layer: str, doubt: float = 0.0) -> _Corner:
+        place = hem.meets(flank)
+        spread = [line.deviation_at(place, max(1.0, line.count / 10.0)) for line in (hem, flank)]
+        deviation = np.hypot(np.hypot(spread, [doubt, 0.0]), self._rim)
+        return _Corner(place, deviation, self._heights[layer])
+
+    def _lower(self, side: str, hem: Line | None, flank: Line | None) -> _Corner:
+        """Return a corner of the lower hem; what is not seen of it has an infinite deviation."""
+        if hem is not None and flank is not None:
+            return self._met(hem, flank, "lower")
+        seen, k = (hem, 0) if hem is not None else (flank, 1)
+        assert seen is not None
+        foot = Line(self._starts[side], self._axes[k], 0.0, 1.0, 1).meets(seen)
+        deviation = np.full(2, np.inf)
+        deviation[k] = np.hypot(seen.deviation_at(foot, max(1.0, seen.count / 10.0)), self._rim)
+        return _Corner(foot, deviation, self._heights["lower"])
+
+    def _given(self, name: str, pixel: np.ndarray) -> _Corner:
+        layer = "lower" if name.startswith("lower") else "upper"
+        place = self._in_frame(np.asarray(pixel, dtype=float)[None], self._heights[layer])[0]
+        size = GIVEN * self._photograph.resolution(self._frame.place(place[None]))
+        return _Corner(place, np.full(2, np.hypot(size, self._rim)), self._heights[layer])
+
+    def _total(self, corner: _Corner) -> np.ndarray:
+        """Return deviations along and across, with those of camera and frame, shape (2,)."""
+        pixel = self._photograph.in_pixels(self._frame.place(corner.place[None]), corner.height)
+        camera = float(self._photograph.view.deviation(pixel, corner.height)[0]) / np.sqrt(2.0)
+        x, y, yaw = self._spread
+        lever = np.abs(self._axes @ np.array([-corner.place[1], corner.place[0]])) * yaw
+        frame = np.hypot(max(x, y), lever)
+        return np.sqrt(corner.deviation**2 + camera**2 + frame**2)
+
+    def _in_frame(self, pixels: np.ndarray, height: float) -> np.ndarray:
+        return self._frame.seen_from(self._photograph.view.camera.on_table(pixels, height))
+
+    def _pixel(self, place: np.ndarray, layer: str) -> np.ndarray:
+        return self._photograph.in_pixels(self._frame.place(place[None]), self._heights[layer])[0]

@@ -1,0 +1,106 @@
+"""The shape of a garment as it lies, seen from above: its outline, and corners with names."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import shapely
+from scipy.spatial import cKDTree
+
+from tatamu.garments import Garment
+
+SPACING = 0.002
+"""Distance of points along an outline [m]."""
+ON = 0.004
+"""Corners lie this near to the outline [m]."""
+SHARP = np.radians(35.0)
+"""A corner turns the outline by more than this."""
+ARM = 0.02
+"""Distance before and after a corner over which the outline's turn is measured [m]."""
+
+
+@dataclass(frozen=True)
+class Shape:
+    """An outline in the garment's frame."""
+
+    name: str
+    polygon: shapely.Polygon
+    corners: dict[str, np.ndarray]
+    """Places of its corners [m], shape (2,)."""
+    height: float
+    """Height of its rim above the table [m]."""
+
+    @cached_property
+    def points(self) -> np.ndarray:
+        """Points at even distances along the outline, counter-clockwise [m], shape (n, 2)."""
+        ring = shapely.segmentize(shapely.orient_polygons(self.polygon).exterior, SPACING)
+        return np.asarray(ring.coords)[:-1]
+
+    @cached_property
+    def normals(self) -> np.ndarray:
+        """Unit normals outwards at `points`, shape (n, 2)."""
+        along = np.roll(self.points, -1, axis=0) - np.roll(self.points, 1, axis=0)
+        normals = np.column_stack([along[:, 1], -along[:, 0]])
+        return np.asarray(normals / np.linalg.norm(normals, axis=1, keepdims=True))
+
+    @cached_property
+    def tree(self) -> cKDTree:
+        """The points, to find the nearest one."""
+        return cKDTree(self.points)
+
+    @property
+    def size(self) -> np.ndarray:
+        """Length (x) and width (y) [m], shape (2,)."""
+        low_x, low_y, high_x, high_y = self.polygon.bounds
+        return np.array([high_x - low_x, high_y - low_y])
+
+
+def shape_of(garment: Garment, lying: np.ndarray | None = None) -> Shape:
+    """Return the shape of a garment.
+
+    Args:
+        garment: The garment.
+        lying: Its vertices as it lies [m], shape (n, 3); None if it lies flat.
+    """
+    points = garment.vertices if lying is None else lying
+    polygon = silhouette(points, garment.faces)
+    height = 0.5 * (float(points[:, 2].max()) + 0.5 * garment.material.thickness)
+    named = _named_corners(garment, points)
+    kept = {name: place for name, place in named.items() if _is_corner(polygon, place)}
+    return Shape(garment.name, polygon, kept, height)
+
+
+def silhouette(points: np.ndarray, faces: np.ndarray) -> shapely.Polygon:
+    """Return what triangles cover from above, holes filled; of several parts the largest."""
+    triangles = shapely.polygons(points[faces][:, :, :2])
+    whole = shapely.union_all(triangles[shapely.area(triangles) > 1e-12], grid_size=1e-6)
+    parts = shapely.get_parts(whole)
+    return shapely.Polygon(parts[int(np.argmax(shapely.area(parts)))].exterior)
+
+
+def _named_corners(garment: Garment, points: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the ends of a garment's open edges, each vertex once, as it lies."""
+    named: dict[str, np.ndarray] = {}
+    known: set[int] = set()
+    ends = {edge: [int(garment.edges[edge][k]) for k in (0, -1)] for edge in garment.openings}
+    extent = {edge: np.ptp(garment.vertices[pair], axis=0) for edge, pair in ends.items()}
+    for edge in sorted(ends, key=lambda edge: (extent[edge][1] < extent[edge][0], len(edge))):
+        axis, words = (0, ("lower", "upper")) if extent[edge][1] < extent[edge][0] else (1, ("right", "left"))
+        pair = sorted(ends[edge], key=lambda end: float(garment.vertices[end, axis]))
+        for word, end in zip(words, pair, strict=True):
+            if end not in known:
+                named[f"{edge}-{word}"] = points[end, :2]
+                known.add(end)
+    return named
+
+
+def _is_corner(polygon: shapely.Polygon, place: np.ndarray) -> bool:
+    ring = polygon.exterior
+    if ring.distance(shapely.Point(place)) > ON:
+        return False
+    at, whole = ring.project(shapely.Point(place)), ring.length
+    before, here, after = (np.array(ring.interpolate(d % whole).coords[0]) for d in (at - ARM, at, at + ARM))
+    turn = np.arccos(np.clip((here - before) @ (after - here) / ARM**2, -1.0, 1.0))
+    return bool(turn > SHARP)

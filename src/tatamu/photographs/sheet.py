@@ -1,0 +1,135 @@
+"""A plain white sheet of paper beside the cloth as scale.
+
+The sheet's frame: the origin is its middle, x points along its long side, of the two senses to the one nearer to the
+photo's right, z out of the table.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tatamu.errors import InputError
+from tatamu.photographs.board import PAPERS
+from tatamu.photographs.camera import View, estimate
+from tatamu.photographs.edges import step_edges
+from tatamu.photographs.lens import Lens
+from tatamu.photographs.lines import Line
+from tatamu.photographs.opencv import opencv
+
+LONGEST = 1400
+"""Photos are reduced to this many pixels for the search."""
+SMALLEST, LARGEST = 0.002, 0.4
+"""Part of the photo that a sheet covers."""
+PLAIN, SPOTS = 0.75, 0.02
+"""Pixels of a plain sheet are brighter than this part of its median, except for so large a share of them."""
+LEVELS = (0.6, 0.7, 0.8, 0.88)
+"""Brightnesses at which the sheet is parted from what is darker."""
+RESIDUAL = 3.0
+"""A quadrangle is no such sheet if its corners deviate by more than this from one [pixels]."""
+SIDE = 60
+"""Places along each side at which its edge is found."""
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A plain sheet of paper."""
+
+    name: str
+    size: tuple[float, float]
+    """Length of its long and of its short side [m]."""
+
+    @property
+    def corners(self) -> np.ndarray:
+        """Corners in its frame, counter-clockwise from the one at -x, -y [m], shape (4, 2)."""
+        long, short = self.size
+        return 0.5 * np.array([[-long, -short], [long, -short], [long, short], [-long, short]])
+
+    @property
+    def marks(self) -> np.ndarray:
+        """Its corners at -x -y, +x -y and -x +y [m], shape (3, 2)."""
+        return self.corners[[0, 1, 3]]
+
+
+SHEETS = {name: Sheet(name, (size[1], size[0])) for name, size in PAPERS.items()}
+
+
+def find_sheet(pixels: np.ndarray, sheet: Sheet, lens: Lens | None, focal: float | None) -> View:
+    """Find the camera from a sheet of paper in a photo.
+
+    Raises:
+        InputError: If no quadrangle in it can be such a sheet.
+    """
+    size = (pixels.shape[1], pixels.shape[0])
+    views = []
+    for quad in _quadrangles(pixels):
+        corners = _sharp(pixels, quad)
+        if corners is None:
+            continue
+        for shift in (0, 1):
+            ordered = np.roll(corners, shift, axis=0)
+            along = 0.5 * (ordered[1] + ordered[2] - ordered[0] - ordered[3])
+            ordered = ordered if along[0] > 0 else np.roll(ordered, 2, axis=0)
+            try:
+                views.append((ordered, estimate([(sheet.corners, ordered)], size, lens, focal)))
+            except InputError:
+                continue
+    good = [view for _, view in views if view.rms < RESIDUAL]
+    if not good:
+        raise InputError(
+            f"sheet: no white sheet of size {sheet.name} is seen: lay all of it flat on a darker table, apart from the "
+            "cloth"
+        )
+    return min(good, key=lambda view: view.penalty)
+
+
+def _quadrangles(pixels: np.ndarray) -> list[np.ndarray]:
+    """Return bright convex quadrangles, counter-clockwise as seen on the table [pixels], shape (4, 2) each."""
+    cv2 = opencv()
+    factor = max(1.0, max(pixels.shape[:2]) / LONGEST)
+    small = cv2.resize(pixels, None, fx=1 / factor, fy=1 / factor, interpolation=cv2.INTER_AREA)
+    dark = cv2.GaussianBlur(small.min(axis=2), (0, 0), 1.5)
+    top = float(np.percentile(dark, 99.5))
+    found: list[np.ndarray] = []
+    for level in LEVELS:
+        outlines, _ = cv2.findContours((dark > level * top).astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+        for outline in outlines:
+            share = cv2.contourArea(outline) / dark.size
+            quad = cv2.approxPolyDP(outline, 0.03 * cv2.arcLength(outline, True), True)[:, 0]
+            if not SMALLEST < share < LARGEST or len(quad) != 4 or not cv2.isContourConvex(quad):
+                continue
+            if not _is_plain(dark, quad):
+                continue
+            corners = (quad.astype(float) + 0.5) * factor - 0.5
+            after = np.roll(corners, -1, axis=0)
+            turn = (corners[:, 0] * after[:, 1] - corners[:, 1] * after[:, 0]).sum()
+            corners = corners if turn < 0 else corners[::-1]  # pixels count downwards
+            if not any(np.abs(corners.mean(axis=0) - other.mean(axis=0)).max() < 5 * factor for other in found):
+                found.append(corners)
+    return found
+
+
+def _is_plain(dark: np.ndarray, quad: np.ndarray) -> bool:
+    """Return whether the inside of a quadrangle has one brightness: a printed page is no plain sheet."""
+    middle = quad.mean(axis=0)
+    inner = np.round(middle + 0.85 * (quad - middle)).astype(np.int32)
+    there = np.zeros(dark.shape, dtype=np.uint8)
+    opencv().fillPoly(there, [inner], 1)
+    inside = dark[there > 0]
+    return len(inside) > 0 and float((inside < PLAIN * np.median(inside)).mean()) < SPOTS
+
+
+def _sharp(pixels: np.ndarray, corners: np.ndarray) -> np.ndarray | None:
+    """Return corners where lines along the sides' edges meet [pixels], shape (4, 2); None if a side has no edge."""
+    reach = 3.0 + max(pixels.shape[:2]) / LONGEST * 2.0
+    lines = []
+    for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        at = np.linspace(0.08, 0.92, SIDE)[:, None]
+        points = start + at * (end - start)
+        across = np.array([-(end - start)[1], (end - start)[0]]) / np.linalg.norm(end - start)
+        edges = step_edges(pixels, points, np.tile(across, (SIDE, 1)), reach)
+        if edges.found.mean() < 0.5:
+            return None
+        lines.append(Line.through(edges.points[edges.found]))
+    return np.array([lines[k - 1].meets(lines[k]) for k in range(4)])

@@ -1,0 +1,40 @@
+"""A learned fold in a notebook: its picture, its measures, and the replay in a frame of its own."""
+
+from __future__ import annotations
+
+from tatamu.presentation.image import data_uri
+from tatamu.presentation.page import render
+from tatamu.presentation.shading import shrink, to_pixels
+from tatamu.report import errormap, headline
+from tatamu.report.conclusion import of_fold
+from tatamu.report.measures import MEASURES
+from tatamu.report.replay import replay
+from tatamu.report.still import render as still
+from tatamu.study import Result
+
+SMALLER = 4
+"""Factor by which the picture is smaller than it is drawn."""
+
+
+def embedded(fold: Result) -> str:
+    """Return a learned fold as HTML inside another page; the same fold gives the same bytes."""
+    return render(
+        "report/notebook.html",
+        title=headline.title(fold),
+        verdict=headline.word(fold),
+        sureness=headline.sureness(fold),
+        conclusion=of_fold(fold.record).text,
+        picture=data_uri(to_pixels(shrink(still(fold), SMALLER))),
+        measures=[(measure, measure.text(fold.record.best_score)) for measure in MEASURES],
+        frame=replay_page(fold),
+    )
+
+
+def replay_page(fold: Result) -> str:
+    """Return a page with nothing but the replay."""
+    return render(
+        "report/frame.html",
+        replay=replay(fold, errormap.largest(fold.errors)),
+        title=headline.title(fold),
+        events=headline.events(fold),
+    )

@@ -1,0 +1,78 @@
+"""How near palms and forearms come to the cloth of the learned fold, as it was simulated."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tatamu.robots.clearance import Distance
+from tatamu.robots.extras import needed
+from tatamu.robots.motion import Motion
+from tatamu.robots.pairs import FINGERS, ON_TABLE, link_name, pairs_of
+from tatamu.robots.paths import PlacedFold
+from tatamu.rollout import Rollout
+from tatamu.study import ResultFolder
+
+AT_THE_JAW = 0.04
+"""Cloth as near to a tool as this is held or lifted by the fingers [m]."""
+FAR = 0.15
+"""Distances above this are not told apart [m]."""
+EVERY = 20
+"""Samples from one query to the next."""
+
+
+def simulated_cloth(task: PlacedFold) -> Rollout | None:
+    """The rollout of the learned fold; None if the folder has none."""
+    folder = ResultFolder(task.source)
+    return folder.rollout if folder.rollout_file.is_file() else None
+
+
+def nearest_cloth(task: PlacedFold, motion: Motion, tools: np.ndarray, cloth: Rollout) -> Distance:
+    """The least distance of shapes other than fingers from the cloth, from lowering to leaving.
+
+    Shapes count as the boxes that contain them, the cloth as its vertices. It lies still until the fold begins, and
+    after it ends.
+
+    Args:
+        task: The fold before the robot.
+        motion: The robot's motion.
+        tools: X_BT of both arms at its samples, shape (2, n, 4, 4).
+        cloth: The rollout of the learned fold, in F.
+    """
+    mujoco, model = needed("mujoco"), task.robot.model
+    data = task.robot.at_rest()
+    base = data.body(task.robot.base)
+    R_WB, p_WB = base.xmat.reshape(3, 3).copy(), base.xpos.copy()
+    rows = pairs_of(task.robot).rows
+    geoms = rows[ON_TABLE][:, 0] if ON_TABLE in rows else rows[FINGERS][:0, 0]
+    X_BF = task.placement.matrix
+    best = Distance(FAR, 0, ("", ""))
+    for row in _rows(motion):
+        points = cloth.positions[_frame(task, motion, cloth, row)] @ X_BF[:3, :3].T + X_BF[:3, 3]
+        free = (np.linalg.norm(points - tools[:, row, None, :3, 3], axis=2) > AT_THE_JAW).all(axis=0)
+        points = points[free] @ R_WB.T + p_WB
+        data.qpos[:] = motion.angles[row]
+        mujoco.mj_kinematics(model, data)
+        for geom in geoms if len(points) else ():
+            local = (points - data.geom_xpos[geom]) @ data.geom_xmat[geom].reshape(3, 3)
+            outside = np.abs(local - model.geom_aabb[geom, :3]) - model.geom_aabb[geom, 3:]
+            near = np.linalg.norm(np.maximum(outside, 0.0), axis=1) + np.minimum(outside.max(axis=1), 0.0)
+            if near.min() < best.value:
+                best = Distance(float(near.min()), int(row), (link_name(model, int(geom)), "cloth"))
+    return best
+
+
+def _rows(motion: Motion) -> np.ndarray:
+    last = motion.part("raise")
+    inside = (motion.times >= motion.part("lower").start) & (motion.times <= last.start + last.timed.duration)
+    return np.flatnonzero(inside)[::EVERY]
+
+
+def _frame(task: PlacedFold, motion: Motion, cloth: Rollout, row: int) -> int:
+    """The cloth's frame when the robot is at a sample."""
+    fold, time = motion.part("fold"), motion.times[row]
+    if time < fold.start:
+        return 0
+    if time >= motion.part("open").start:
+        return len(cloth.times) - 1
+    simulated = float(motion.simulated(np.array([row]))[0])
+    return int(np.clip(np.searchsorted(cloth.times, simulated), 0, len(cloth.times) - 1))

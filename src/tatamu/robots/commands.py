@@ -1,0 +1,55 @@
+"""What a player of a plan does besides moving joints: commands to the grippers, and the places where it may stop.
+
+    approach ─▶ close ─▶ fold ─▶ open ─▶ leave
+
+The robot is at rest before the jaws close and before they open, so a player can wait there for a person.
+"""
+
+from __future__ import annotations
+
+from tatamu.robots.model import Arm
+from tatamu.robots.motion import Motion
+from tatamu.robots.planfile import GripperCommand, Segment
+
+SHUT = 0.0
+"""Width that is commanded to hold cloth, which stops the fingers before [m]."""
+
+
+def segments(motion: Motion, hover: float) -> tuple[Segment, ...]:
+    """Return the parts of a motion between which a player may stop."""
+    closing, opening = motion.part("close"), motion.part("open")
+    end = max(part.start + part.timed.duration for part in motion.parts)
+    spans = (
+        ("approach", 0.0, closing.start, "close"),
+        ("fold", closing.start + closing.timed.duration, opening.start, "open"),
+        ("leave", opening.start + opening.timed.duration, end, ""),
+    )
+    return tuple(
+        Segment.model_validate(
+            {
+                "name": name,
+                "start": round(begins, 6),
+                "duration": round(ends - begins, 6),
+                "then": "" if hover else then,
+            }
+        )
+        for name, begins, ends, then in spans
+    )
+
+
+def gripper_commands(motion: Motion, arms: tuple[Arm, ...], hover: float) -> tuple[GripperCommand, ...]:
+    """Return the commands to the grippers in the order of time: open at the start, closed and opened at the events."""
+    widths = [("lead", False)] if hover else [("lead", False), ("close", True), ("open", False)]
+    return tuple(
+        GripperCommand.model_validate(
+            {
+                "time": round(motion.part(stage).start, 6),
+                "arm": arm.name,
+                "width": SHUT if closed else arm.jaw.opening,
+                "force": arm.jaw.force,
+                "duration": round(motion.part(stage).timed.duration, 6),
+            }
+        )
+        for stage, closed in widths
+        for arm in arms
+    )

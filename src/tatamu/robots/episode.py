@@ -1,0 +1,80 @@
+"""A plan as one episode of a LeRobotDataset, in the robot's own keys and units, which LeRobot's replay plays.
+
+`observation.state` is the plan at each frame, `action` the plan one frame later: what the robot is sent to get there.
+"""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+
+import numpy as np
+
+from tatamu.lerobot import LeRobotWriter, vector
+from tatamu.robots.commands import SHUT
+from tatamu.robots.keys import state_names
+from tatamu.robots.model import Arm, Robot
+from tatamu.robots.plan import RobotPlan
+from tatamu.study import ResultFolder
+
+FPS = 30
+"""Frames per second, as LeRobot records."""
+STATE, ACTION = "observation.state", "action"
+
+
+def episode_writer(robot: Robot, folder: Path) -> LeRobotWriter:
+    """Start the dataset of a robot.
+
+    Raises:
+        InputError: If the folder contains something, or a package is missing.
+    """
+    numbers = vector(state_names(robot))
+    return LeRobotWriter(folder, FPS, {STATE: numbers, ACTION: numbers}, robot.lerobot_type or robot.name)
+
+
+def add_plan(writer: LeRobotWriter, plan: RobotPlan) -> None:
+    """Append a plan as an episode."""
+    last = float(plan.motion.times[-1])
+    times = np.arange(int(np.ceil(last * FPS)) + 1) / FPS
+    values = {STATE: state(plan, times), ACTION: state(plan, np.minimum(times + 1 / FPS, last))}
+    writer.add_episode(values, _task(plan))
+
+
+def state(plan: RobotPlan, times: np.ndarray) -> np.ndarray:
+    """The robot's values at times [s] (n,) in the order of `state_names`, shape (n, k)."""
+    robot, motion = plan.task.robot, plan.motion
+    columns: list[np.ndarray] = []
+    for arm in robot.arms:
+        angles = [np.interp(times, motion.times, motion.angles[:, robot.columns[name]]) for name in arm.joints]
+        columns += [*arm.lerobot.values(np.stack(angles, axis=1)).T, _gripper(arm, widths(plan, arm, times))]
+    if robot.trunk is not None:
+        columns.append(np.interp(times, motion.times, motion.angles[:, robot.columns[robot.trunk]]))
+    return np.stack(columns, axis=1)
+
+
+def widths(plan: RobotPlan, arm: Arm, times: np.ndarray) -> np.ndarray:
+    """Wanted between the fingertips [m] at times [s] (n,): each command takes the time that the plan leaves for it."""
+    commands = [command for command in plan.gripper_commands if command.arm == arm.name]
+    found = np.full(len(times), commands[0].width)
+    for before, command in itertools.pairwise(commands):
+        done = np.clip((times - command.time) / max(command.duration, 1e-9), 0.0, 1.0)
+        found += done * (command.width - before.width)
+    return found
+
+
+def _gripper(arm: Arm, widths: np.ndarray) -> np.ndarray:
+    """The robot's values of widths [m], linear from a closed jaw to one that is open for a grasp."""
+    names = arm.lerobot
+    if names.open is None or names.closed is None:
+        return widths
+    share = (widths - SHUT) / (arm.jaw.opening - SHUT)
+    return np.asarray(names.closed + share * (names.open - names.closed))
+
+
+def _task(plan: RobotPlan) -> str:
+    """The task in words."""
+    learned = ResultFolder(plan.task.source)
+    if not learned.result_file.exists():
+        return "Fold the cloth."
+    task = learned.record.task
+    return f"Fold the {task.garment} ({task.fold})."

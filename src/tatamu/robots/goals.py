@@ -1,0 +1,94 @@
+"""A motion as goals of ROS 2 actions, in the steps of a player: one file for each controller and segment.
+
+    goals/steps.json                        the steps in order: what moves, what grips, where to stop
+    goals/1-approach/larm_controller.json   control_msgs/action/FollowJointTrajectory, the goal's fields
+
+The trajectory of a segment starts from where the segment before it ended. Velocities are given too, so that
+controllers interpolate with cubic splines.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tatamu.files import write_json
+from tatamu.robots.plan import RobotPlan
+from tatamu.robots.planfile import Segment
+from tatamu.robots.tables import DECIMALS, POINT_EVERY, Group, angles_at, groups
+
+STEPS = "steps.json"
+FOLLOW = "control_msgs/action/FollowJointTrajectory"
+GRIP = "control_msgs/action/GripperCommand"
+
+
+def write_goals(plan: RobotPlan, folder: Path) -> None:
+    """Write the goals of all segments, and the steps that name them."""
+    steps: list[dict[str, Any]] = [_grip(plan, "open", 0)]
+    for number, segment in enumerate(plan.segments, start=1):
+        goals = {}
+        for group in groups(plan):
+            name = f"{number}-{segment.name}/{group.controller.replace('/', '.')}.json"
+            write_json(folder / name, _follow(plan, segment, group))
+            goals[f"/{group.controller}/follow_joint_trajectory"] = name
+        steps.append({"do": "move", "segment": segment.name, "action": FOLLOW, "goals": goals})
+        if number < len(plan.segments):
+            steps.append({"do": "stop", "before": segment.then})
+        if segment.then:
+            steps.append(_grip(plan, segment.then, number))
+    write_json(folder / STEPS, {"version": 1, "robot": plan.task.robot.name, "steps": steps})
+
+
+def _grip(plan: RobotPlan, word: str, number: int) -> dict[str, Any]:
+    """A step of both grippers: the `number`-th command of each."""
+    arms = plan.task.robot.arms
+    commands = plan.gripper_commands[len(arms) * number : len(arms) * (number + 1)]
+    return {
+        "do": "grip",
+        "event": word,
+        "action": GRIP,
+        "goals": {
+            f"/{arm.gripper_controller}/gripper_cmd": {
+                "command": {"position": command.width, "max_effort": command.force}
+            }
+            for arm, command in zip(arms, commands, strict=True)
+        },
+        "wait": commands[0].duration,
+    }
+
+
+def _follow(plan: RobotPlan, segment: Segment, group: Group) -> dict[str, Any]:
+    """The fields of a FollowJointTrajectory goal."""
+    rows = _rows(plan, segment)
+    times = plan.motion.times[rows] - segment.start
+    speeds = np.gradient(plan.motion.angles, plan.motion.times, axis=0)[rows]
+    speeds = speeds[:, [plan.task.robot.columns[name] for name in group.joints]]
+    speeds[-1] = 0.0
+    return {
+        "trajectory": {
+            "joint_names": list(group.names),
+            "points": [
+                {"positions": q.tolist(), "velocities": v.tolist(), "time_from_start": _duration(float(time))}
+                for time, q, v in zip(
+                    times, angles_at(plan, group.joints, rows), np.round(speeds, DECIMALS), strict=True
+                )
+            ],
+        },
+        "goal_time_tolerance": _duration(1.0),
+    }
+
+
+def _rows(plan: RobotPlan, segment: Segment) -> np.ndarray:
+    """Samples of a segment: the first after its start or lead, then 50 a second, the last one at rest at its end."""
+    times = plan.motion.times
+    begins = plan.motion.part("approach").start if segment.name == "approach" else segment.start + times[1]
+    first = int(np.searchsorted(times, begins - 1e-6))
+    last = min(int(np.searchsorted(times, segment.end - 1e-6)), len(times) - 1)
+    return np.append(np.arange(first, last, POINT_EVERY), last)
+
+
+def _duration(time: float) -> dict[str, int]:
+    nanoseconds = round(time * 1e9)
+    return {"sec": nanoseconds // 10**9, "nanosec": nanoseconds % 10**9}

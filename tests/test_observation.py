@@ -1,0 +1,334 @@
+"""Observed folds: what was measured, the posterior, the correction, and learning after it; the simulator is a fake."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+import pytest
+
+import tatamu as tt
+from tatamu import InputError
+from tatamu.disturbances import (
+    Disturbances,
+    Stream,
+    World,
+    default_disturbances,
+    disturbed_scene,
+    hand_errors,
+    join,
+    load_disturbances,
+    mean_world,
+    sample_worlds,
+    split,
+)
+from tatamu.disturbances.systematic import share
+from tatamu.folding.marks import MARKS, marks
+from tatamu.folding.shift import HandShift
+from tatamu.folding.task import Task, make_task
+from tatamu.observation import Observation, ObservedFolder, from_numbers, read_template, ruler
+from tatamu.observation.correction import as_disturbances, shift_against
+from tatamu.observation.measured import FORM
+from tatamu.observation.photo import read_photo
+from tatamu.observation.sampling import sample
+from tatamu.options import LearnOptions
+from tatamu.photographs.pose import Pose
+from tatamu.robustness import Verdict
+from tatamu.rollout import Rollout
+from tatamu.study import Result
+from tests.test_cli import tatamu
+
+SLOPES = {
+    "hands.offset.along": ("left_along", "right_along"),
+    "hands.offset.across": ("left_across", "right_across"),
+    "grasp.into.left": ("left_along",),
+    "grasp.into.right": ("right_along",),
+    "grasp.along.left": ("left_across",),
+    "grasp.along.right": ("right_across",),
+}
+"""The fake simulator: a disturbance moves these marks by as much."""
+
+
+def ends(world: World) -> dict[str, float]:
+    """Where a fold ends in the fake simulator [m]."""
+    found = dict.fromkeys(MARKS, 0.0)
+    for name, moved in SLOPES.items():
+        for mark in moved:
+            found[mark] += world[name]
+    found["slip_along"] = -0.01 * world["material.friction_table"]
+    return found
+
+
+def known(evaluator: Any, parameters: Any, world: World) -> Verdict:
+    """Return the verdict of the fake simulator."""
+    found = ends(world)
+    distance = float(np.sqrt(1e-6 + 0.25 * sum(value**2 for value in found.values())))
+    return Verdict(distance, 0.95, marks=found)
+
+
+@pytest.fixture(scope="module")
+def task() -> Task:
+    return make_task("towel", spacing=0.04, size=(0.24, 0.5))
+
+
+@pytest.fixture(autouse=True)
+def _fake_simulator(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tatamu.robustness.judge.verdict_in", known)
+    monkeypatch.setattr("tatamu.observation.sampling.MEMBERS", 800)
+
+
+@pytest.fixture(scope="module")
+def made(task: Task, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A learned fold that ends on its target."""
+    fold = task.fold
+    info = {"simulator": "native", "version": "", "wall_seconds": 0.0, "setup_seconds": 0.0, "steps": 1, "warnings": []}
+    rollout = Rollout(np.array([0.0, 4.0]), np.array([fold.start, fold.target]), fold.garment.faces, info)
+    folder = tmp_path_factory.mktemp("observed")
+    options = LearnOptions(trials=2, disturbances="none", coarse=False, baselines=False, parallel=1)
+    with (
+        patch("tatamu.evaluation.nominal.simulate", lambda scene, simulator: rollout),
+        patch("tatamu.api.write_report"),
+    ):
+        tt.learn(task, options, out=folder)
+    return folder
+
+
+@pytest.fixture
+def learned(made: Path, tmp_path: Path) -> Result:
+    """A copy of it with a folder of its own."""
+    result = Result.load(made)
+    result.save(tmp_path / "towel")
+    return replace(result, folder=tmp_path / "towel")
+
+
+def numbers(world: World) -> Observation:
+    """Measure a fold of the fake simulator exactly."""
+    return from_numbers({name: (value, 0.0015) for name, value in ends(world).items()}, source="ruler")
+
+
+def test_a_set_up_is_inferred_and_corrected(learned: Result) -> None:
+    hidden = World({"hands.offset.along": 0.012, "hands.offset.across": -0.006})
+    observed = tt.observe(learned, measured=numbers(hidden))
+    mean = dict(zip(observed.posterior.names, observed.posterior.mean, strict=True))
+    assert 0.006 < mean["hands.offset.along"] < 0.013 and -0.007 < mean["hands.offset.across"] < -0.003
+    spread = {name: after / before for name, before, after in observed.posterior.deviations}
+    assert spread["hands.offset.along"] < 0.8 < spread["hands.difference.up"]
+    assert observed.posterior.effective > 3
+    assert any(
+        {"hands.offset.along", "grasp.into.left"} & {pair.one, pair.other} for pair in observed.posterior.alike(0.1)
+    )
+    assert "material.bending_rigidity" in observed.posterior.untold()
+    correction = observed.correction
+    assert correction.after.distance < 0.7 * correction.before.distance
+    for shift in correction.shifts:
+        assert shift.release[0] == pytest.approx(-mean["hands.offset.along"], abs=0.003) and shift.release[1] > 0.002
+
+
+def test_two_folds_tell_more_than_one_and_the_corrected_one_counts_as_corrected(learned: Result) -> None:
+    hidden = World({"hands.offset.along": 0.012})
+    once = tt.observe(learned, measured=numbers(hidden))
+    corrected = tt.correct(once, out=ObservedFolder.of(learned.folder or Path()).corrected(1))
+    change = World(as_disturbances(corrected.task.shift, ()))
+    left = World({name: hidden[name] + change[name] for name in (*SLOPES, "material.friction_table")})
+    twice = tt.observe(corrected, measured=numbers(left))
+    assert len(twice.folds) == 2 and twice.posterior.used == 2
+    place = twice.posterior.names.index("hands.offset.along")
+    assert twice.posterior.covariance[place, place] < once.posterior.covariance[place, place]
+    assert abs(twice.posterior.mean[place] - 0.012) < abs(once.posterior.mean[place] - 0.012) + 0.0005
+    again = tt.observe(learned)
+    assert np.array_equal(again.posterior.members, twice.posterior.members), "the same files give the same posterior"
+
+
+def test_what_is_beyond_everything_that_was_drawn_corrects_nothing(learned: Result) -> None:
+    observed = tt.observe(learned, left=(0.157, 0.0), right=(0.150, 0.0))
+    assert observed.implausible == [1] and observed.posterior.used == 0 and observed.correction.is_none
+    assert np.allclose(observed.posterior.mean, 0.0)
+
+
+def test_a_failed_fold_and_a_turned_in_corner_are_observations(learned: Result) -> None:
+    failed = tt.observe(replace(learned, folder=None), failed=True)
+    assert failed.posterior.used == 1 and failed.correction.is_none
+    turned = tt.observe(replace(learned, folder=None), right=(0.010, 0.0), turned_in=["left"])
+    assert [number.name for number in turned.folds[0].observation.measured] == ["right_along", "right_across"]
+    with pytest.raises(InputError, match="left corner is turned in"):
+        ruler({"left": (0.0, 0.0)}, turned_in=["left"])
+
+
+def test_files_are_those_of_the_contract(learned: Result, tmp_path: Path) -> None:
+    observed = tt.observe(learned, left=(0.012, -0.003), right=(0.008, 0.004))
+    plain = json.loads((tmp_path / "towel" / "observed" / "1.json").read_text())
+    assert plain["version"] == 1 and plain["held"] is True and plain["source"] == "ruler"
+    assert plain["measured"][0] == {"name": "left_along", "value": 0.012, "deviation": 0.0015}
+    read = load_disturbances(str(tmp_path / "towel" / "posterior.toml"))
+    assert read is not None and read == observed.posterior.disturbances
+    assert set(read.mean) <= set(observed.posterior.names) and "hands.offset.along" in read.systematic
+    back = split(read)
+    assert np.allclose(back.mean, observed.posterior.mean, atol=1e-6)
+    assert np.allclose(back.systematic, observed.posterior.covariance, atol=1e-6)
+    draws = (tmp_path / "towel" / "margins" / "simulated.jsonl").read_text().splitlines()
+    tt.observe(learned, left=(0.010, -0.003))
+    assert (tmp_path / "towel" / "margins" / "simulated.jsonl").read_text().splitlines() == draws, "all were kept"
+    assert len(ObservedFolder(tmp_path / "towel").observations()) == 2
+
+
+def test_learning_after_takes_posterior_correction_and_fold(learned: Result, tmp_path: Path) -> None:
+    hidden = World({"hands.offset.along": 0.012})
+    observed = tt.observe(learned, measured=numbers(hidden))
+    with patch("tatamu.study.learn") as study:
+        study.side_effect = KeyboardInterrupt
+        with pytest.raises(KeyboardInterrupt):
+            tt.learn(learned.task, LearnOptions(trials=3), after=[tmp_path / "towel"])
+    task, options, _, _, first = study.call_args.args
+    assert options.disturbances == observed.posterior.disturbances and first == [learned.best.parameters]
+    assert task.shift[0].release[0] == pytest.approx(-mean_world(options.disturbances)["hands.offset.along"], abs=5e-4)
+    with pytest.raises(InputError, match="not both"):
+        tt.learn(learned.task, LearnOptions(disturbances="default"), after=[learned])
+    with pytest.raises(InputError, match="observe"):
+        tt.learn(learned.task, after=[replace(learned, folder=tmp_path)])
+
+
+def test_a_shift_takes_the_errors_of_hands_away(task: Task) -> None:
+    world = World(
+        {"hands.offset.along": 0.008, "hands.offset.up": 0.002, "hands.difference.across": 0.004, "hands.yaw": 0.01}
+    )
+    parameters = task.space.middle()
+    errors = hand_errors(task.fold, task.manipulation(parameters), world)
+    corrected = replace(task, shift=shift_against(errors))
+    wanted = disturbed_scene(task.fold, task.manipulation(parameters), World({}))
+    found = disturbed_scene(task.fold, corrected.manipulation(parameters), world)
+    wrong = disturbed_scene(task.fold, task.manipulation(parameters), world)
+    for a, b, c in zip(wanted.grippers, found.grippers, wrong.grippers, strict=True):
+        assert np.abs(a.displacements[-1] - b.displacements[-1]).max() < 2e-5
+        assert np.abs(a.displacements[-1] - c.displacements[-1]).max() > 5e-3
+    grasp = replace(task, shift=(HandShift(grasp=[0.0, 0.004]), HandShift()))
+    taken = disturbed_scene(task.fold, grasp.manipulation(parameters), World({"grasp.along.left": -0.004}))
+    assert np.abs(taken.grippers[0].displacements[-1] - wanted.grippers[0].displacements[-1]).max() < 2e-5
+    described = grasp.manipulation(parameters).describe()
+    assert described.arms[0].grasp.position[1] == pytest.approx(task.manipulation(parameters).positions[0][1] + 0.004)
+
+
+def test_marks_are_along_the_fold_and_across_it(task: Task) -> None:
+    fold = task.fold
+    moved = fold.target.copy()
+    moved[fold.left[0], :2] += 0.012 * fold.normal - 0.003 * fold.crease.along
+    found = marks(fold, moved)
+    assert found["left_along"] == pytest.approx(0.012) and found["left_across"] == pytest.approx(-0.003)
+    assert found["right_along"] == found["slip_along"] == 0.0
+
+
+def test_systematic_and_random_parts_add_up_and_are_read_again() -> None:
+    disturbances = default_disturbances()
+    parts = split(disturbances)
+    assert np.allclose(parts.deviations[:3], [0.005, 0.005, 0.003])
+    assert share(disturbances, "hands.offset.up") == 0.9 and share(disturbances, "material.thickness") == 1.0
+    own = disturbances.model_copy(update={"systematic": {"hands": 0.5, "hands.offset": 0.1}})
+    assert share(own, "hands.offset.up") == 0.1 and share(own, "hands.yaw") == 0.5 and share(own, "table.height") == 1.0
+    matrix = np.eye(len(parts.names))
+    matrix[0, 9] = matrix[9, 0] = 0.3
+    scale = np.sqrt(np.diag(parts.systematic))
+    known_parts = replace(parts, mean=0.3 * scale, systematic=matrix * np.outer(scale, scale))
+    read = split(join(known_parts, disturbances))
+    used = [parts.names.index(name) for name in read.names]
+    assert np.allclose(read.systematic, known_parts.systematic[np.ix_(used, used)], atol=1e-9)
+    assert np.allclose(read.random, known_parts.random[used], atol=1e-9)
+
+
+def test_means_move_worlds_and_nothing_else() -> None:
+    still = Disturbances.model_validate({"hands": {"offset": [0.005, 0.0, 0.0]}})
+    moved = Disturbances.model_validate(
+        {**still.describe(), "mean": {"hands": {"offset": {"along": 0.02}}, "table.height": 0.001}}
+    )
+    for a, b in zip(
+        sample_worlds(still, 5, 3, Stream.MARGINS), sample_worlds(moved, 5, 3, Stream.MARGINS), strict=True
+    ):
+        assert b["hands.offset.along"] == pytest.approx(a["hands.offset.along"] + 0.02) and b["table.height"] == 0.001
+    assert sample_worlds(still, 1, 0, Stream.MARGINS)[0].values == {"hands.offset.along": -0.002999252499722477}
+
+
+@pytest.mark.parametrize(
+    ("text", "field"),
+    [
+        ("left = [1.0]", "left"),
+        ("left = [1.0, 'a']", "left.1"),
+        ("left = [5000.0, 0.0]", "left.0"),
+        ("left = [1.0, 2.0]\ndeviation = 0.0", "deviation"),
+        ("left = [1.0, 2.0]\nturned_in = ['left']", "left corner is turned in"),
+        ("middle = [1.0, 2.0]", "middle"),
+        ("failed = false", "must have a number"),
+        ("failed = 1", "failed"),
+    ],
+)
+def test_forms_that_are_wrong_are_refused(tmp_path: Path, text: str, field: str) -> None:
+    path = tmp_path / "form.toml"
+    path.write_text(text)
+    with pytest.raises(InputError, match=field) as raised:
+        read_template(path)
+    assert str(path) in str(raised.value)
+
+
+def test_the_empty_form_can_be_read(tmp_path: Path) -> None:
+    path = tmp_path / "form.toml"
+    path.write_text(FORM)
+    assert len(read_template(path).measured) == 6
+
+
+def test_sampling_finds_a_posterior_that_is_known() -> None:
+    found = sample(lambda z: -0.5 * ((z[:, 0] + z[:, 1] - 3.0) / 0.5) ** 2, 3, seed=1)
+    variance = 2.0 + 0.25
+    assert found.members.mean(axis=0) == pytest.approx([3.0 / variance, 3.0 / variance, 0.0], abs=0.12)
+    assert np.cov(found.members.T)[0, 1] == pytest.approx(-1.0 / variance, abs=0.1)
+    assert found.evidence == pytest.approx(0.5 * np.log(0.25 / variance) - 0.5 * 9.0 / variance, abs=0.2)
+
+
+def test_a_photograph_gives_the_numbers_of_a_ruler(learned: Result, tmp_path: Path) -> None:
+    photo = tmp_path / "after.jpg"
+    photo.write_bytes(b"pixels")
+    values = {"left_along": (0.012, 0.002), "right_along": (0.008, 0.003), "slip_across": (0.0, 0.001)}
+    with patch("tatamu.observation.photo.view_fold") as view:
+        view.return_value.values = values
+        seen, _ = read_photo(learned, photo, "a4", frame=Pose(0.0, 0.0, 0.0))
+        turned, _ = read_photo(learned, photo, "a4", frame=Pose(0.0, 0.0, 0.0), turned_in=["left"])
+        with pytest.raises(InputError, match="before, frame"):
+            read_photo(learned, photo, "a4")
+    assert {each.name: (each.value, each.deviation) for each in seen.measured} == values
+    assert seen.source.startswith("sha256:") and [each.name for each in turned.measured] == [
+        "right_along",
+        "slip_across",
+    ]
+    assert tt.observe(replace(learned, folder=None), measured=seen).posterior.used == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--left", "12;3"], "--left: must be two numbers in millimetres, such as 12,-3, given '12;3'"),
+        (["--turned-in", "top"], "--turned-in: must be left, right or both, given 'top'"),
+        (["--board", "b.toml"], "--photo: must be given with --board"),
+        (["--photo", "a.jpg", "--left", "1,2"], "--photo: has the numbers"),
+        (["--photo", "a.jpg"], "board, sheet: must give one of them, given 0"),
+        (["--template", "f.toml", "--failed"], "--template: writes an empty form; give it alone"),
+        (["--from", "nothing.toml"], "nothing.toml: cannot be read"),
+        ([], "nothing was observed before"),
+    ],
+)
+def test_the_command_line_names_what_is_wrong(learned: Result, words: list[str], message: str) -> None:
+    done = tatamu("observe", str(learned.folder), *words)
+    assert done.returncode == 2 and message in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_learn_after_takes_the_options_of_the_fold(learned: Result, tmp_path: Path) -> None:
+    tt.observe(learned, left=(0.008, 0.0), right=(0.008, 0.0))
+    with patch("tatamu.api.learn") as learn:
+        learn.side_effect = InputError("seen")
+        for words, trials in (([], 20), (["--trials", "50"], 50)):
+            done = tatamu("learn", "--after", str(learned.folder), "--out", str(tmp_path / "next"), *words)
+            assert done.stderr.endswith("tatamu: seen\n") and done.returncode == 2
+            task, options = learn.call_args.args
+            assert options.trials == trials and options.disturbances is None and task.garment.size == (0.24, 0.5)
+            assert learn.call_args.kwargs["after"] == [learned.folder]
+    none = tatamu("learn", "--out", str(tmp_path / "next"))
+    assert none.returncode == 2 and "GARMENT: must be given, unless --after" in none.stderr
