@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import os
+import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -22,6 +25,9 @@ from tatamu.robots import RobotPlan
 from tatamu.robots.episode import ACTION, FPS, STATE, add_plan, episode_writer, state
 from tatamu.robots.interfaces import LeRobotNames
 from tatamu.robots.keys import state_names
+
+LEROBOT = Path(os.environ.get("TATAMU_LEROBOT", Path(__file__).parents[2] / ".venv-lerobot/bin/python"))
+"""The Python that has LeRobot."""
 
 
 @pytest.fixture
@@ -95,3 +101,22 @@ def test_a_dataset_that_is_there_is_refused_before_any_work(
         main()
     assert ended.value.code == 2 and "is already there" in capsys.readouterr().err
     assert not (tmp_path / "plan").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not LEROBOT.exists(), reason="LeRobot is not tried: `make lerobot` installs it")
+def test_lerobots_own_replay_sends_every_row_to_the_robot(dataset: LeRobotReader) -> None:
+    script = Path(__file__).parent / "lerobot_replayed.py"
+    done = subprocess.run(
+        [LEROBOT, script, dataset.root],
+        capture_output=True,
+        text=True,
+        timeout=600,
+        env={**os.environ, "HF_HUB_OFFLINE": "1", "TOKENIZERS_PARALLELISM": "false"},
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    told = json.loads(done.stdout.splitlines()[-1])
+    actions = dataset.numbers(0, ACTION)[ACTION]
+    assert 0.9 / FPS < told["frame"] <= 1 / FPS
+    assert [[*row] for row in told["sent"]] == [dataset.info["features"][ACTION]["names"]] * len(actions)
+    assert np.array_equal([list(row.values()) for row in told["sent"]], actions)

@@ -222,7 +222,7 @@ def _openarm(side: float) -> SerialArm:
             xyz=(0.0, 0.0, 0.0),
             rpy=(0.0, np.pi, 0.0),
             palm=((-0.046, -0.053, 0.039), (0.032, 0.053, 0.111)),
-            finger=FingerShape(thickness=0.021, width=0.055, tip=0.0235, root=0.0265, length=0.060),
+            finger=FingerShape(thickness=0.021, width=0.055, tip=0.0235, root=0.0265, length=0.060, depth=0.017),
             widest=0.14,
             fingertip=0.171,
             mass=0.24,
