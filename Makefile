@@ -6,12 +6,15 @@ CONSTRAINTS ?= --constraint constraints.txt
 READY = $(VENV)/.ready
 DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
+LEROBOT = .venv-lerobot/.ready
 
+.PHONY: learn blender test test-slow oldest lint format learning garments validate bench abuse clean simulators crosscheck paper \
+.PHONY: photographs learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
 .PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
         calibration folds robots foreign statics locking tangle coarser loop loop-closed times own-garments golden cluster docs wheel real-cloth search holds fuzz help
 .PHONY: learn blender test test-slow lint format learning earned garments validate bench abuse clean simulators crosscheck paper \
-.PHONY: learn blender test test-slow oldest lint format learning garments validate bench abuse clean simulators crosscheck paper \
         calibration folds robots foreign statics locking tangle coarser loop times own-garments golden cluster docs wheel real-cloth search holds fuzz help
+        calibration folds robots foreign statics locking tangle coarser loop times own-garments golden cluster datasets docs wheel real-cloth search holds fuzz lerobot help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1: /'
@@ -119,6 +122,9 @@ robots: $(DEV)  ## the table of docs/notes/robots.md: an hour, most of it MuJoCo
 	  $(BIN)/python benchmarks/robots.py --out runs/robots --rehearse native,mujoco --only $$case; done
 	$(BIN)/python benchmarks/robots.py --out runs/robots --rehearse native --write-docs
 
+photographs: $(DEV)  ## the tables of docs/notes/photographs.md and the guide's pictures: where cloth lies, how folds ended; a quarter of an hour
+	$(BIN)/python -m benchmarks.photographs --write-docs
+
 foreign: $(DEV)  ## the table of docs/notes/garments.md: outlines and meshes from elsewhere; minutes
 	$(BIN)/python -m benchmarks.foreign --out runs/foreign --trials 25 --write-docs
 
@@ -144,6 +150,9 @@ bench: $(DEV) $(NEWTON)  ## native, Blender, MuJoCo and Newton side by side: doc
 cluster: $(DEV)  ## 200 studies while workers, PostgreSQL and client are killed; overhead; 1,000 workers: docs/notes/cluster.md; half an hour
 	$(BIN)/python -m studies.cluster_storm --write-docs
 
+datasets: $(DEV)  ## what an episode of a dataset costs, and a policy cloned from 200: docs/notes/datasets.md; minutes
+	$(BIN)/python -m benchmarks.datasets --out runs/datasets --write-docs
+
 abuse: $(READY)  ## ten thousand random scenes: each a rollout or a clear error
 	$(BIN)/python -m benchmarks.abuse --out runs/abuse.json --write-docs
 
@@ -154,6 +163,14 @@ $(NEWTON):
 	$(PYTHON) -m venv $(dir $(NEWTON))
 	$(dir $(NEWTON))bin/python -m pip install --quiet 'newton==1.8.*'
 	touch $(NEWTON)
+
+lerobot: $(LEROBOT)  ## LeRobot and tatamu's environment for it, in .venv-lerobot, for the slow tests of datasets; gigabytes, needs Python 3.12
+
+$(LEROBOT): packages/lerobot_env_tatamu/pyproject.toml
+	python3.12 -m venv $(dir $(LEROBOT))
+	$(dir $(LEROBOT))bin/python -m pip install --quiet --editable '.[gym]' 'lerobot[dataset,evaluation]>=0.6,<0.7'
+	$(dir $(LEROBOT))bin/python -m pip install --quiet --no-deps --editable packages/lerobot_env_tatamu
+	touch $(LEROBOT)
 
 simulators: $(DEV)  ## the figures of docs/notes/simulators.md: minutes; needs `make blender`
 	$(BIN)/python benchmarks/simulators.py --out runs/simulators --write-docs
@@ -176,4 +193,4 @@ $(DEV): $(READY)
 	touch $(DEV)
 
 clean:
-	rm -rf $(VENV) .venv-newton .pytest_cache .mypy_cache .ruff_cache build
+	rm -rf $(VENV) .venv-newton .venv-lerobot .pytest_cache .mypy_cache .ruff_cache build

@@ -37,6 +37,8 @@ from tatamu.garments import make_garment
 from tatamu.material import PRESETS, load_material
 from tatamu.meshing import staggered_rectangle
 from tatamu.options import TaskRequest
+from tatamu.photographs.board import Board, load_board, write_board
+from tatamu.photographs.lens import Lens, load_lens, write_lens
 from tatamu.robots.assembly import described
 from tatamu.robots.planned import Planned
 from tatamu.robustness.cache import VerdictCache
@@ -293,6 +295,15 @@ def _show(name: str, *words: str) -> Callable[[Path], object]:
     return command("show", f"DIR/{name}", "--out", "DIR/g.png", *words)
 
 
+def _board(folder: Path, random: Random) -> None:
+    write_board(Board(pages=random.randint(1, 8)), folder / "board.toml", folder / "board.pdf")
+
+
+def _lens(folder: Path, random: Random) -> None:
+    lens = Lens(width=1600, height=1200, focal=random.uniform(800, 2000), centre=(800.0, 600.0), distortion=(0.1, -0.2))
+    write_lens(lens, folder / "lens.toml")
+
+
 KINDS = (
     Kind("g.svg", _svg, _show("g.svg", "--spacing", "0.04")),
     Kind("g.svg", _svg, _show("g.svg", "--size", "0.3x0.4")),
@@ -311,6 +322,8 @@ KINDS = (
         lambda folder: load_measurements(folder / "m.toml"),
     ),
     Kind("d.toml", _copied(OWN / "default.toml", "d.toml"), lambda folder: read_disturbances(folder / "d.toml")),
+    Kind("board.toml", _board, lambda folder: load_board(folder / "board.toml")),
+    Kind("lens.toml", _lens, lambda folder: load_lens(folder / "lens.toml")),
     Kind("plan.toml", _plan, lambda folder: make_plan(str(folder / "plan.toml"), make_garment("towel", spacing=0.08))),
     Kind(
         "sweep.toml",

@@ -147,6 +147,18 @@ def test_a_best_curve_that_was_given_is_said_and_its_bounds_are_not_noted(folder
     assert len(notes) == 1 and f"number {best}, is a curve that the search was given" in notes[0]
 
 
+def test_what_the_search_found_is_compared_with_the_best_curve_that_it_was_given(folder: Path) -> None:
+    best = ResultFolder(folder).record.best
+    other = next(t.number for t in ResultFolder(folder).record.trials if t.state == "complete" and t.number != best)
+
+    def give(whole: dict[str, Any]) -> None:
+        whole.update(first=[whole["trials"][other]["parameters"]])
+
+    changed(folder / "result.json", give)
+    notes = [line for line in verdict_lines(conclusion(folder)) if "was found by the search" in line]
+    assert len(notes) == 1 and f"trial {best} was" in notes[0] and f"trial {other}, " in notes[0]
+
+
 @pytest.fixture(scope="module")
 def quarters() -> Task:
     return towel(fold="quarters")

@@ -25,7 +25,8 @@ from tatamu.disturbances import (
     sample_worlds,
     with_calibrated,
 )
-from tatamu.disturbances.description import FIELDS, OWN
+from tatamu.disturbances.channels import FIELDS
+from tatamu.disturbances.description import OWN
 from tatamu.evaluation import Nominal
 from tatamu.folding.fingers import Fingers
 from tatamu.folding.manipulation import Manipulation

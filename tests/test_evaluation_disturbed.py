@@ -192,9 +192,9 @@ def test_the_worlds_that_were_hardest_for_any_trial_are_simulated() -> None:
     )
     lost = Evaluation(X, 0.5, 1.05, 1.0, GOOD)
     quantile = disturbed(worlds=20, quantile=0.95).incumbent([low, lost, high], X)
-    assert quantile.hardest == (6, 4, 0, 10, 8, 13, 19, 3)
+    assert quantile.hardest == (6, 4, 0, 10, 8, 13), "no more than three times the tail"
     assert (quantile.objective, quantile.cost) == (1.1, pytest.approx(0.1)), "one that ended early has not won"
-    assert disturbed(worlds=6).incumbent([high, low], X).hardest == (6, 4, 0, 10, 8, 13, 19, 3), "the mean takes all"
+    assert disturbed(worlds=20).incumbent([high, low], X).hardest == (6, 4, 0, 10, 8, 13, 19, 3), "the mean takes all"
     assert disturbed().incumbent([], X) == disturbed().incumbent([high, lost], X) == NOTHING, "others are all simulated"
 
 
@@ -320,7 +320,8 @@ def test_later_trials_are_simulated_in_the_worlds_that_were_hardest_for_any_befo
     study = optuna.load_study(study_name=None, storage=f"sqlite:///{tmp_path}/study.db")
     orders = [trial.user_attrs["hardest"] for trial in study.trials]
     assert set(orders[0]) == set(orders[1]) == set(range(10)), "they know of no other"
-    assert set(orders[3]) == {*orders[0][:4], *orders[1][:4]} != {*orders[0][:4]}
+    hardest = {*orders[0][:4], *orders[1][:4]}
+    assert hardest != {*orders[0][:4]} and set(orders[3]) <= hardest and len(orders[3]) == min(6, len(hardest))
 
 
 def test_a_study_of_other_disturbances_is_another(learned: Result) -> None:

@@ -84,6 +84,10 @@ def test_a_folding_board_folds_a_towel() -> None:
     assert main_of("12_folding_board")() < 0.05
 
 
+def test_a_towel_on_a_drawing_is_found() -> None:
+    assert main_of("16_find_the_cloth")() < 0.002
+
+
 def test_no_example_is_forgotten() -> None:
     tested = Path(__file__).read_text()
     assert all(path.stem in tested for path in EXAMPLES.glob("*.py"))

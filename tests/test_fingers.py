@@ -85,12 +85,13 @@ def test_the_orientation_is_fixed_and_the_hand_leaves_along_its_axis(task: Task,
     up = scene.bodies[1].pose(opens + OPENING)[0] - scene.bodies[1].pose(opens)[0]
     assert up == pytest.approx(THICK.opening * poses[0][1][:, 2], abs=1e-9)
     under = task.fold.stacks.under[scene.grippers[0].vertices[0]]
-    assert lowest(scene, 0, opens) == pytest.approx(under, abs=2e-4), "it lies on the layers"
+    on_top = under + scene.material.thickness
+    assert lowest(scene, 0, opens) == pytest.approx(on_top, abs=2e-4), "it lies on the flap, inside the turned hem"
 
 
 def test_the_search_stays_above_the_release(task: Task) -> None:
     space = task.space.bounds
-    assert space["z1"].low == space["z2"].low == pytest.approx(task.fold.garment.material.thickness, abs=1e-6)
+    assert space["z1"].low == space["z2"].low == pytest.approx(2.0 * task.fold.garment.material.thickness, abs=1e-6)
 
 
 def test_a_fold_with_fingers_lies_as_well_and_no_finger_stands_in_the_cloth(task: Task, scene: Scene) -> None:
@@ -107,6 +108,9 @@ def test_a_fold_with_fingers_lies_as_well_and_no_finger_stands_in_the_cloth(task
 def test_fingers_that_are_too_low_stop_at_the_table(task: Task) -> None:
     scene = disturbed_scene(task.fold, task.manipulation(LOW), World({"hands.offset.up": -0.003}))
     assert min(lowest(scene, 0, time) for time in np.linspace(WAIT, scene.duration, 50)) > -1e-6
+    usual = scene_of(task.fold, task.manipulation(LOW))
+    ends = [lowest(each, 0, task.manipulation(LOW).timing.opens) for each in (scene, usual)]
+    assert ends[1] - ends[0] == pytest.approx(0.25 * scene.material.thickness, abs=1e-6), "it presses on the layers"
     high = disturbed_scene(task.fold, task.manipulation(LOW), World({"hands.offset.up": 0.003}))
     assert lowest(high, 0, WAIT) == pytest.approx(0.003, abs=2e-4)
 
@@ -165,6 +169,7 @@ def test_hems_are_let_go_before_their_place_by_what_goes_round_the_finger(task: 
     bare = replace(task, fingers=Fingers())
     vertex = int(task.fold.left[0])
     short = bare.fold.translation(vertex) - task.fold.translation(vertex)
-    assert short[:2] @ task.fold.normal == pytest.approx(THICK.setback) and short[2] == pytest.approx(0.0)
+    assert short[:2] @ task.fold.normal == pytest.approx(THICK.setback)
+    assert short[2] == pytest.approx(-task.fold.garment.material.thickness), "the layers go under the finger, too"
     lengths = [Nominal(each).task.space.known_part for each in (bare, task)]
     assert all(lengths) and task.manipulation(ARCH).trajectory_length < bare.manipulation(ARCH).trajectory_length

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
         observe,
         plan_for,
     )
+    from tatamu.dataset import make_dataset, replay
     from tatamu.disturbances.description import Disturbances, load_disturbances
     from tatamu.errors import InputError, SimulationError, TatamuError, UnavailableError
     from tatamu.evaluation.coarse import CoarseFirst
@@ -100,6 +101,7 @@ _HOME = {
     "load": "tatamu.api",
     "load_disturbances": "tatamu.disturbances.description",
     "locate": "tatamu.photographs.locate",
+    "make_dataset": "tatamu.dataset",
     "make_garment": "tatamu.garments",
     "make_task": "tatamu.folding.task",
     "measure_margins": "tatamu.api",
@@ -108,6 +110,7 @@ _HOME = {
     "register_garment": "tatamu.garments",
     "register_search": "tatamu.search.registry",
     "register_simulator": "tatamu.simulators",
+    "replay": "tatamu.dataset",
     "simulate": "tatamu.simulators",
     "simulate_many": "tatamu.simulators",
 }
@@ -157,6 +160,7 @@ __all__ = [
     "load",
     "load_disturbances",
     "locate",
+    "make_dataset",
     "make_garment",
     "make_task",
     "measure_margins",
@@ -165,6 +169,7 @@ __all__ = [
     "register_garment",
     "register_search",
     "register_simulator",
+    "replay",
     "simulate",
     "simulate_many",
 ]

@@ -11,8 +11,9 @@ EXTRAS = {
         *("optuna", "cmaes", "sqlalchemy", "filelock", "tomli_w", "threadpoolctl"),
     ),
     "mujoco": ("mujoco",),
-    "photo": ("skimage",),
+    "photo": ("skimage", "cv2"),
     "gym": ("gymnasium",),
+    "dataset": ("av", "zarr"),
     "cluster": ("distributed", "dask", "cloudpickle", "psycopg", "pyarrow"),
 }
 """Modules by the extra that installs them; parts of "learn" are "report" and "garments" by themselves."""

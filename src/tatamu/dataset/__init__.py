@@ -8,7 +8,7 @@ An episode depends on the specification and on its number alone, so any process 
 from tatamu.dataset.folder import DatasetFolder
 from tatamu.dataset.make import make_dataset
 from tatamu.dataset.record import EpisodeRecord
-from tatamu.dataset.replay import Replay, replay
+from tatamu.dataset.rerun import Replay, replay
 from tatamu.dataset.specification import DatasetSpecification, read_specification
 
 __all__ = [

@@ -24,7 +24,7 @@ from tatamu.robots.hands import HandMotion
 from tatamu.robots.keys import state_names
 from tatamu.robots.model import Robot
 from tatamu.robots.paths import tool_poses
-from tatamu.robots.placement import HOLDS, Hold, Placement
+from tatamu.robots.placement import Grip, Hold, Placement
 from tatamu.robots.pose import pose
 from tatamu.robots.reach import DISTANCES, best_placements, search, table_heights
 
@@ -44,8 +44,11 @@ class Stand(OpenRecord):
     robot: str
     place: list[float]
     """x, y, z [m] and yaw [rad] of the fold's frame in the robot's base, and the trunk's turning."""
-    holds: list[list[float]]
-    """Tilt and azimuth of the left and of the right tool [rad]."""
+    holds: list[tuple[float, float, bool]]
+    """Tilt and yaw of the left and of the right tool [rad], and whether its fingers have changed places."""
+    grips: list[tuple[float, float]]
+    """Where the left and the right hand fold to, about z from x of the fold's frame [rad], and the height over the
+    table at which they grasp [m]."""
 
 
 def find_stand(wanted: RobotDraw, manipulation: Manipulation) -> Stand:
@@ -64,12 +67,18 @@ def find_stand(wanted: RobotDraw, manipulation: Manipulation) -> Stand:
     else:
         x, y, yaw = wanted.place
         levels = np.linspace(*heights, 1 if heights[0] == heights[1] else 7)
-        found = search(robot, hands, [Placement(x, y, float(z), yaw) for z in levels], HOLDS)
+        found = search(robot, hands, [Placement(x, y, float(z), yaw) for z in levels], fine=True)
     if not found.good:
         raise InputError(f"robot: {wanted.name} cannot reach the largest fold that may be drawn; give smaller sizes")
     best = found.placements[0]
-    holds = [[hold.tilt, hold.azimuth] for hold in found.holds[0]]
-    return Stand(robot=wanted.name, place=[best.x, best.y, best.z, best.yaw, best.turning], holds=holds)
+    ends = hands.at(hands.times[[0, -1]])
+    grips = [Grip.of(arm.jaw, path) for arm, path in zip(robot.arms, ends, strict=True)]
+    return Stand(
+        robot=wanted.name,
+        place=[best.x, best.y, best.z, best.yaw, best.turning],
+        holds=[(hold.tilt, hold.yaw, hold.flipped) for hold in found.holds[0]],
+        grips=[(grip.heading, grip.over) for grip in grips],
+    )
 
 
 @dataclass(frozen=True)
@@ -79,6 +88,7 @@ class Arms:
     robot: Robot
     placement: Placement
     holds: tuple[Hold, ...]
+    grips: tuple[Grip, ...]
 
     @classmethod
     def at(cls, stand: Stand) -> Arms:
@@ -88,7 +98,9 @@ class Arms:
             InputError: If there is no such robot.
         """
         x, y, z, yaw, turning = stand.place
-        return cls(load(stand.robot), Placement(x, y, z, yaw, turning), tuple(Hold(*hold) for hold in stand.holds))
+        robot = load(stand.robot)
+        grips = tuple(Grip(arm.jaw, *grip) for arm, grip in zip(robot.arms, stand.grips, strict=True))
+        return cls(robot, Placement(x, y, z, yaw, turning), tuple(Hold(*hold) for hold in stand.holds), grips)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -135,7 +147,8 @@ class Arms:
         trunk = angles[:, -1] if self.robot.trunk else 0.0
         q = self.robot.configuration(angles[:, :left], angles[:, left + 1 : left + 1 + right], trunk)
         X_BF = self.placement.matrix
-        points = (tool_poses(self.robot, self._chains, q)[:, :, :3, 3] - X_BF[:3, 3]) @ X_BF[:3, :3]
+        offsets = np.array([offset for _, offset in self._tools])[:, None]
+        points = (tool_poses(self.robot, self._chains, q)[:, :, :3, 3] - offsets - X_BF[:3, 3]) @ X_BF[:3, :3]
         return points.transpose(1, 0, 2), numbers[:, [left, left + 1 + right]] < 0.5
 
     def opened(self, state: np.ndarray) -> np.ndarray:
@@ -144,6 +157,12 @@ class Arms:
         found = state.copy()
         found[[left, left + 1 + right]] = 1.0
         return found
+
+    @cached_property
+    def _tools(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """R_BT of each arm, and the way from the hand to T in B [m]."""
+        tools = [grip.tool(self.placement, hold) for grip, hold in zip(self.grips, self.holds, strict=True)]
+        return [(rotation, offset) for rotation, offset, _ in tools]
 
     @cached_property
     def _chains(self) -> tuple[Chain, ...]:
@@ -155,8 +174,9 @@ class Arms:
         points = (places @ X_BF[:3, :3].T + X_BF[:3, 3]).transpose(1, 0, 2)
         trunk = self.placement.trunk(places.transpose(1, 0, 2))
         both = []
-        for chain, arm, hold, path in zip(self._chains, self.robot.arms, self.holds, points, strict=True):
-            targets = chain.before_trunk(pose(hold.rotation, path), trunk)
+        for chain, arm, tool, path in zip(self._chains, self.robot.arms, self._tools, points, strict=True):
+            rotation, offset = tool
+            targets = chain.before_trunk(pose(rotation, path + offset), trunk)
             angles = [arm.initial]
             for number, target in enumerate(targets):
                 steps = 60 if number == 0 else 20

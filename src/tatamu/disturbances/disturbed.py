@@ -23,6 +23,10 @@ from tatamu.scene import Scene
 
 BASES = ("stretch_stiffness", "bending_rigidity")
 """Warp stiffnesses whose error factor also scales the other directions."""
+NEAR = 0.02
+"""Distance from the fold line, and from the release, over which layers come to lie below a finger [m]."""
+PRESSES = 0.25
+"""How far a finger that is too low presses into layers before its arm yields [thicknesses]; it then drags them."""
 LEAST_HELD = 0.2
 """A hand whose pads take less than this part of the cloth that they were meant to take holds nothing [-]."""
 PAD_POINTS = (12, 8)
@@ -129,7 +133,7 @@ class _DisturbedHand:
     carry: Carry | None
     """Its motion; None if it holds nothing."""
     too_low: float
-    """How far it is commanded below the top of the table [m]; 0 or less if it does not touch the table."""
+    """How far it is commanded below the table, or the layers that stop it [m]; 0 or less if it does not touch them."""
 
 
 def _hand(fold: Fold, manipulation: Manipulation, world: World, number: int) -> _DisturbedHand:
@@ -145,7 +149,7 @@ def _hand(fold: Fold, manipulation: Manipulation, world: World, number: int) -> 
     back = grasp.slip + np.array([2.0 * grasp.rest, 0.0])
     off = _off(fold, manipulation, world, number) - _in_scene(fold, np.array([*back, 0.0])) + [0.0, 0.0, aim[2]]
     moved = _turned(usual.displacements, -world["cloth.yaw"]) + np.hstack([share, share, np.ones_like(share)]) * off
-    floor = _floor(fold, grasp.vertex)
+    floor = _floor(fold, grasp.vertex, moved)
     too_low = float((floor - moved[:, 2]).max())
     moved[:, 2] = np.maximum(moved[:, 2], floor)
     opens = usual.opens + float(times[-1] - usual.times[-1]) + _delay(world, number)
@@ -244,13 +248,21 @@ def _nearest(fold: Fold, vertex: int, place: np.ndarray) -> int:
     return vertex if own <= distance.min() + 1e-9 else best
 
 
-def _floor(fold: Fold, vertex: int) -> float:
-    """Return the lowest vertical displacement of a hand [m]: a hand that is too low meets the table and stops there.
+def _floor(fold: Fold, vertex: int, moved: np.ndarray) -> np.ndarray:
+    """Return the lowest vertical displacement of a hand [m], shape (k,): too low, it meets the table and stops there.
 
-    Cloth does not stop it: the hand presses on the cloth below it and drags it along.
+    Cloth below it is no such limit: the hand presses on it and drags it along. Fingers do so as bodies, so their arm
+    must yield before they crush the cloth.
     """
-    half = 0.5 * fold.garment.material.thickness
-    return fold.fingers.lift + half - float(fold.start[fold.patch(vertex), 2].min())
+    thickness = fold.garment.material.thickness
+    table = np.full(len(moved), 0.5 * thickness - float(fold.start[fold.patch(vertex), 2].min()))
+    if not fold.fingers.stated:
+        return table
+    across, _ = fold.crease.split(fold.start[vertex] + moved)
+    beyond = np.clip(across / NEAR, 0.0, 1.0)
+    released = np.clip(1.0 - (across[-1] - across) / NEAR, 0.0, 1.0)
+    layers = fold.stacks.under[vertex] + released * fold.held_thickness(vertex) - PRESSES * thickness
+    return fold.fingers.lift + table + beyond * np.maximum(layers, 0.0)
 
 
 def _in_scene(fold: Fold, vector: np.ndarray) -> np.ndarray:

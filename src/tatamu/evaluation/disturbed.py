@@ -81,6 +81,11 @@ class Disturbed(Wrapper):
         """How many of a trial's hardest worlds others are simulated in: all for the mean, twice the tail."""
         return self.worlds if self.quantile is None else min(self.worlds, 2 * self.n_tail_worlds)
 
+    @property
+    def n_raced_worlds(self) -> int:
+        """How many worlds a trial is simulated in that may win: all for the mean, three times the tail."""
+        return self.worlds if self.quantile is None else min(self.worlds, 3 * self.n_tail_worlds)
+
     def aggregate(self, objectives: Sequence[float]) -> float:
         """Return the mean or the quantile of objectives.
 
@@ -102,7 +107,7 @@ class Disturbed(Wrapper):
             return NOTHING
         ranks = range(self.n_shared_worlds)
         hardest = tuple(dict.fromkeys(one.hardest[rank] for rank in ranks for one in able if rank < len(one.hardest)))
-        return Incumbent(able[0].objective, max(0.0, able[0].cost), hardest)
+        return Incumbent(able[0].objective, max(0.0, able[0].cost), hardest[: self.n_raced_worlds])
 
     def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
         """Evaluate a manipulation.

@@ -72,12 +72,19 @@ class Fold:
     def translation(self, vertex: int) -> np.ndarray:
         """Return the vector from a grasp P0 to its release P3 [m], shape (3,); the fingers' `lift` raises both equally.
 
-        P3 is the mirror image of P0, less the cloth round the tip of the lower finger. Its height lets the lowest layer
-        in the hand, or the finger under it, come to lie on the side that stays.
+        P3 is the mirror image of P0. Its height lets the lowest layer in the hand come to lie on the side that stays.
+        With fingers, the layers go round the tip of the lower one, which comes to lie on them: P3 is that much nearer
+        and higher.
         """
         lowest = self.start[self.patch(vertex), 2].min() - 0.5 * self.garment.material.thickness
-        along = self.span_of(vertex) - self.fingers.setback
-        return np.array([*along * self.normal, self.stacks.under[vertex] - lowest])
+        rise = self.stacks.under[vertex] - lowest
+        if self.fingers.stated:
+            rise += self.held_thickness(vertex)
+        return np.array([*(self.span_of(vertex) - self.fingers.setback) * self.normal, rise])
+
+    def held_thickness(self, vertex: int) -> float:
+        """Return the thickness of the layers that fingers hold in a pinch at a vertex [m]."""
+        return float(np.ptp(self.start[self.patch(vertex), 2]) + self.garment.material.thickness)
 
     @cached_property
     def releases(self) -> tuple[np.ndarray, ...]:

@@ -32,8 +32,8 @@ def leaves(fingers: Fingers) -> float:
 
 
 @dataclass(frozen=True)
-class HandMotion:
-    """Motion of a hand: of the middle of what it holds, at the tips of its fingers."""
+class HandPath:
+    """Path of a hand: of the middle of what it holds, at the tips of its fingers."""
 
     times: np.ndarray
     """Knots [s], shape (k,), from 0."""
@@ -45,7 +45,7 @@ class HandMotion:
     """When they begin to open [s]."""
 
 
-def finger_bodies(hand: Hand, fingers: Fingers, normal: np.ndarray, held: float, motion: HandMotion) -> list[Body]:
+def finger_bodies(hand: Hand, fingers: Fingers, normal: np.ndarray, held: float, path: HandPath) -> list[Body]:
     """Return both fingers of a hand, the lower before the upper.
 
     Args:
@@ -53,13 +53,13 @@ def finger_bodies(hand: Hand, fingers: Fingers, normal: np.ndarray, held: float,
         fingers: Their shape.
         normal: Horizontal unit vector from the moving side to the side that stays, shape (2,).
         held: Thickness of the cloth between the fingers [m].
-        motion: The motion of the hand.
+        path: The path of the hand.
     """
-    times = _knots(motion)
-    points = np.column_stack([np.interp(times, motion.times, column) for column in motion.points.T])
-    coming = 1.0 - _passed(times, 0.0, motion.closed)
-    open_again = _passed(times, motion.opens, motion.opens + OPENING)
-    gone = _passed(times, motion.opens + OPENING, motion.opens + OPENING + LEAVING)
+    times = _knots(path)
+    points = np.column_stack([np.interp(times, path.times, column) for column in path.points.T])
+    coming = 1.0 - _passed(times, 0.0, path.closed)
+    open_again = _passed(times, path.opens, path.opens + OPENING)
+    gone = _passed(times, path.opens + OPENING, path.opens + OPENING + LEAVING)
     axes = fingers.axes(normal)
     axis, _, up = axes.T
     centres = points - (0.5 * fingers.length + AWAY * (coming + gone))[:, None] * axis
@@ -81,12 +81,12 @@ def finger_bodies(hand: Hand, fingers: Fingers, normal: np.ndarray, held: float,
     ]
 
 
-def _knots(motion: HandMotion) -> np.ndarray:
+def _knots(path: HandPath) -> np.ndarray:
     """Return the knots of the fingers [s]: those of the hand, and others while it closes, opens and draws back."""
-    ends = (motion.opens, motion.opens + OPENING, motion.opens + OPENING + LEAVING)
-    coming = np.linspace(0.0, motion.closed, max(2, round(motion.closed / FRAME) + 1))
+    ends = (path.opens, path.opens + OPENING, path.opens + OPENING + LEAVING)
+    coming = np.linspace(0.0, path.closed, max(2, round(path.closed / FRAME) + 1))
     going = [np.linspace(a, b, round((b - a) / FRAME) + 1) for a, b in pairwise(ends)]
-    times = np.unique(np.concatenate([coming, motion.times, *going]))
+    times = np.unique(np.concatenate([coming, path.times, *going]))
     return times[np.concatenate([[True], np.diff(times) > 1e-6])]
 
 

@@ -59,7 +59,7 @@ class Press(Record):
     def _check(self) -> Self:
         if (self.gap is None) == (self.weight is None):
             given = "both" if self.gap is not None else "neither"
-            raise ValueError(f"press must have one of gap and weight, given {given}")
+            raise ValueError(f"must have one of gap and weight, given {given}")
         return self
 
     @property

@@ -10,7 +10,7 @@ import numpy as np
 from tatamu import curves
 from tatamu.body import Body
 from tatamu.folding.fold import Fold
-from tatamu.folding.hand import HandMotion, finger_bodies, leaves
+from tatamu.folding.hand import HandPath, finger_bodies, leaves
 from tatamu.folding.manipulation import FRAME_RATE, HANDS, WAIT, Hand, Manipulation
 from tatamu.folding.pinch import pressed
 from tatamu.folding.press import press_body
@@ -112,13 +112,13 @@ def _fingers(fold: Fold, carry: Carry, thickness: float) -> list[Body]:
     if carry.beside is not None:
         beside[-len(carry.beside) :] = carry.beside
         beside[: -len(carry.beside)] = carry.beside[0]
-    motion = HandMotion(
+    hand = HandPath(
         times=np.array(knots),
         points=path + beside + [*fold.start[carry.vertex, :2], middle],
         closed=WAIT,
         opens=carry.opens,
     )
-    return finger_bodies(carry.hand, fold.fingers, fold.normal, float(np.ptp(heights)) + thickness, motion)
+    return finger_bodies(carry.hand, fold.fingers, fold.normal, float(np.ptp(heights)) + thickness, hand)
 
 
 def _after_closing(carry: Carry, down: float) -> tuple[list[float], np.ndarray]:

@@ -25,6 +25,10 @@ FLATNESS = 1e-4
 """Arcs become polylines that leave them by less than this [m] .."""
 RELATIVE_FLATNESS = 1e-5
 """.. or by this part of their extent: else one that is far too large for a garment would have any number of points."""
+MOST_ENTITIES = 60_000
+"""Drawings unpack to no more entities: each takes a third of a millisecond."""
+MOST_BENT = 10_000
+"""Drawings have no more curves besides straight lines: each takes a millisecond."""
 MEETING = 1e-6
 """Ends that are this near to each other were drawn to meet [m]."""
 Layers = dict[str, list[np.ndarray]]
@@ -57,7 +61,7 @@ def _check_unpacked(document: Any) -> None:
             shown = f"*{insert.dxf.name.casefold()}"
             yield from [(shown, max(int(insert.mcount), 1))] if shown in blocks else []
 
-    check_unpacked("", parts, lambda name: 1 + len(blocks[name]))
+    check_unpacked("", parts, lambda name: 1 + len(blocks[name]), MOST_ENTITIES)
 
 
 def _pieces(document: Any, path: Path) -> DrawnPieces:
@@ -117,12 +121,22 @@ def _unit(document: Any, entities: list[Any], path: Path) -> Unit:
 
 
 def _layers(entities: Iterable[Any], scale: float) -> Layers:
-    """All lines of a drawing by layer, each of shape (k, 2)."""
+    """All lines of a drawing by layer, each of shape (k, 2).
+
+    Raises:
+        InputError: If there are too many, or they have too many points.
+    """
     layers: Layers = {}
-    for entity in entities:
-        if entity.dxftype() not in KINDS:
-            continue
+    drawn = [entity for entity in entities if entity.dxftype() in KINDS]
+    bent = sum(entity.dxftype() != "LINE" for entity in drawn)
+    if bent > MOST_BENT:
+        raise InputError(f"outline: must have at most {MOST_BENT} curves besides lines, given {bent}; simplify it")
+    points = 0
+    for entity in drawn:
         flat = _flattened(entity, scale)
+        points += len(flat)
+        if points > MOST_PARTS:
+            raise InputError(f"outline: must have curves of at most {MOST_PARTS} points in all; simplify it")
         if len(flat) > 1:
             layers.setdefault(one_line(str(entity.dxf.layer)), []).append(flat)
     return layers
@@ -137,10 +151,13 @@ def _flattened(entity: Any, scale: float) -> np.ndarray:
     from ezdxf.path import make_path
 
     kind = entity.dxftype()
-    drawn = make_path(entity)
-    corners = np.array([(p.x, p.y) for p in drawn.control_vertices()], dtype=float).reshape(-1, 2)
+    drawn = None if kind == "LINE" else make_path(entity)
+    ends = (entity.dxf.start, entity.dxf.end) if drawn is None else drawn.control_vertices()
+    corners = np.array([(p.x, p.y) for p in ends], dtype=float).reshape(-1, 2)
     if not (np.abs(corners) < FARTHEST).all():
         raise InputError(f"outline: must have coordinates that are finite and at most {FARTHEST:g}: see a {kind}")
+    if drawn is None:
+        return corners
     if len(corners) > MOST_PARTS:
         raise InputError(f"outline: must have curves of at most {MOST_PARTS} points: see a {kind}")
     extent = float(np.ptp(corners, axis=0).max(initial=0.0)) if len(corners) else 0.0

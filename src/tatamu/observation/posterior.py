@@ -5,8 +5,9 @@ An observed fold n of a set-up measured the marks
     y_n = marks(s + r_n + c_n) + e_n
 
 s are the systematic disturbances, the same in every fold, r_n the random ones of this fold, c_n the correction with
-which it was carried out, and e_n the errors of the ruler and of the emulator. The prior of s is that of the disturbance
-file, its width known to a factor only; s, this factor and all r_n are sampled together, given all y_n.
+which it was carried out, and e_n the errors of the ruler and of the emulator. The prior of s and r_n is that of the
+disturbance file, whose deviations are known to a factor only; s, this factor and all r_n are sampled together, given
+all y_n.
 """
 
 from __future__ import annotations
@@ -26,8 +27,8 @@ from tatamu.observation.emulator import Emulator
 from tatamu.observation.measured import Observation
 from tatamu.observation.sampling import sample
 
-WIDTH = 0.4
-"""Standard deviation of the logarithm of the factor by which the deviations of a file may be wrong."""
+WIDTH = 0.7
+"""Standard deviation of the logarithm of the factor by which the deviations of a file may be wrong: a factor of two."""
 TAILS = 5.0
 """Degrees of freedom of the errors: some draws end unlike what the emulator says."""
 UNSURE_DISTANCE = 0.003
@@ -217,17 +218,22 @@ class _Model:
 
     def systematic(self, members: np.ndarray) -> np.ndarray:
         """Return the systematic disturbances of members, shape (members, k)."""
-        factor = np.exp(WIDTH * members[:, [self._count]])
-        return np.asarray(self._prior.mean + factor * (members[:, : self._count] @ self._root.T))
+        drawn = members[:, : self._count] @ self._root.T
+        return np.asarray(self._prior.mean + self._factor(members) * drawn)
+
+    def _factor(self, members: np.ndarray) -> np.ndarray:
+        """Return the factor of the deviations, shape (members, 1)."""
+        return np.asarray(np.exp(WIDTH * members[:, [self._count]]))
 
     def likelihood(self, members: np.ndarray) -> np.ndarray:
         """Return logarithms of likelihoods, shape (members,)."""
         same = self.systematic(members)
+        deviations = self._factor(members) * np.sqrt(self._prior.random[self._new])
         total = np.zeros(len(members))
         first = self._count + 1
         for number, fold in enumerate(self._folds):
             values = same.copy()
             start = first + number * len(self._new)
-            values[:, self._new] += members[:, start : start + len(self._new)] * np.sqrt(self._prior.random[self._new])
+            values[:, self._new] += members[:, start : start + len(self._new)] * deviations
             total += fold.likelihood(values)
         return total

@@ -22,8 +22,8 @@ LONGEST = 1400
 """Photos are reduced to this many pixels for the search."""
 SMALLEST, LARGEST = 0.002, 0.4
 """Part of the photo that a sheet covers."""
-WHITE = 0.75
-"""A sheet is brighter than this part of the brightest pixels, in every colour."""
+PLAIN, SPOTS = 0.75, 0.02
+"""Pixels of a plain sheet are brighter than this part of its median, except for so large a share of them."""
 LEVELS = (0.6, 0.7, 0.8, 0.88)
 """Brightnesses at which the sheet is parted from what is darker."""
 RESIDUAL = 3.0
@@ -99,6 +99,8 @@ def _quadrangles(pixels: np.ndarray) -> list[np.ndarray]:
             quad = cv2.approxPolyDP(outline, 0.03 * cv2.arcLength(outline, True), True)[:, 0]
             if not SMALLEST < share < LARGEST or len(quad) != 4 or not cv2.isContourConvex(quad):
                 continue
+            if not _is_plain(dark, quad):
+                continue
             corners = (quad.astype(float) + 0.5) * factor - 0.5
             after = np.roll(corners, -1, axis=0)
             turn = (corners[:, 0] * after[:, 1] - corners[:, 1] * after[:, 0]).sum()
@@ -106,6 +108,16 @@ def _quadrangles(pixels: np.ndarray) -> list[np.ndarray]:
             if not any(np.abs(corners.mean(axis=0) - other.mean(axis=0)).max() < 5 * factor for other in found):
                 found.append(corners)
     return found
+
+
+def _is_plain(dark: np.ndarray, quad: np.ndarray) -> bool:
+    """Return whether the inside of a quadrangle has one brightness: a printed page is no plain sheet."""
+    middle = quad.mean(axis=0)
+    inner = np.round(middle + 0.85 * (quad - middle)).astype(np.int32)
+    there = np.zeros(dark.shape, dtype=np.uint8)
+    opencv().fillPoly(there, [inner], 1)
+    inside = dark[there > 0]
+    return len(inside) > 0 and float((inside < PLAIN * np.median(inside)).mean()) < SPOTS
 
 
 def _sharp(pixels: np.ndarray, corners: np.ndarray) -> np.ndarray | None:

@@ -76,10 +76,17 @@ def of_plan(plan: PlanRecord, results: Sequence[ResultRecord]) -> Conclusion:
 
 
 def _origin(result: ResultRecord) -> list[str]:
-    """Return a note if the search found nothing better than a curve that it was given."""
-    if not result.best_is_given:
+    """Return a note on where the fold came from, if the search was given curves that ran on the same mesh."""
+    best = result.best_trial
+    if result.best_is_given:
+        return [f"the best of {len(result.trials)} trials, number {best.number}, is a curve that the search was given"]
+    curve = result.best_given
+    if curve is None:
         return []
-    return [f"the best of {len(result.trials)} trials, number {result.best}, is a curve that the search was given"]
+    return [
+        f"trial {best.number} was found by the search: its path is {best.trajectory_length or 0.0:.3f} m, that of the "
+        f"best curve that the search was given, trial {curve.number}, {curve.trajectory_length or 0.0:.3f} m"
+    ]
 
 
 def on_bounds(result: ResultRecord) -> list[str]:

@@ -227,6 +227,13 @@ class ResultRecord(StudyRecord):
         return any(self.best_trial.parameters == each for each in self.first)
 
     @property
+    def best_given(self) -> Trial | None:
+        """The best of the trials of first parameters on the task's own mesh; None if none is complete there."""
+        given = [trial for trial in self.trials if trial.state == "complete" and trial.parameters in self.first]
+        here = [trial for trial in given if not self.is_coarse(trial)]
+        return min(here, key=lambda trial: (trial.minimised, trial.number), default=None)
+
+    @property
     def best_score(self) -> Score:
         """The measures of the best trial.
 
