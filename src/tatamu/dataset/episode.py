@@ -15,8 +15,8 @@ from tatamu.dataset.record import EpisodeRecord
 from tatamu.dataset.sources import DrawnFold, LearnedFold, draw_fold
 from tatamu.dataset.specification import DatasetSpecification
 from tatamu.dataset.subject import fields_of
-from tatamu.disturbances import NOMINAL, Disturbances, Stream, World, sample_worlds
-from tatamu.disturbances.world import CHANNELS, worlds_of
+from tatamu.disturbances import CHANNELS, NOMINAL, Disturbances, Stream, World, sample_worlds
+from tatamu.disturbances.world import worlds_of
 from tatamu.envs.cameras import Camera, Studio
 from tatamu.envs.demonstration import Led, actions_of, lead
 from tatamu.envs.hands import HandsEnv
