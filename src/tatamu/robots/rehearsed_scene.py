@@ -11,7 +11,7 @@ import numpy as np
 from tatamu.body import Body
 from tatamu.errors import InputError
 from tatamu.folding.fingers import Fingers
-from tatamu.folding.hand import HandMotion, finger_bodies
+from tatamu.folding.hand import HandPath, finger_bodies
 from tatamu.folding.manipulation import HANDS, WAIT, Hand
 from tatamu.robots.hands import grippers_by_hand
 from tatamu.robots.planfile import JawFile
@@ -96,6 +96,6 @@ class _HandOfRobot:
         moved = (self._tools[-1] - self._tools[0])[:2]
         heading = np.arctan2(moved[1], moved[0]) + self._jaw.yaw
         held = learned.cloth.vertices[[vertex for one in grippers for vertex in one.vertices]][:, 2]
-        motion = HandMotion(self._times, self._tools, self._closes + WAIT, self._opens)
+        motion = HandPath(self._times, self._tools, self._closes + WAIT, self._opens)
         normal = np.array([np.cos(heading), np.sin(heading)])
         return finger_bodies(name, shape, normal, float(np.ptp(held)) + learned.material.thickness, motion)
