@@ -4,9 +4,10 @@
     python -m benchmarks.earned --out runs/earned --table [--write-docs]
 
 Each study runs in a process of its own on one core, and its fold is judged in 200 disturbed worlds that no search used,
-on two meshes as in `tatamu margins`. It holds in a share of those in which no hand fails whatever the path. A file of the folder keeps what one study found, so that a killed run goes on;
-`--table` only shows what is there. Processor time is a multiple of a load, 700 products of 300 x 300 matrices on one
-core, which is measured before and after each study: a busy or a slow machine changes both.
+on two meshes as in `tatamu margins`. It holds in a share of those in which no hand fails whatever the path. A file of
+the folder keeps what one study found, so that a killed run goes on; `--table` only shows what is there. Processor time
+is a multiple of a load, 700 products of 300 x 300 matrices on one core, which is measured before and after each study:
+a busy or a slow machine changes both.
 """
 
 from __future__ import annotations
@@ -106,7 +107,7 @@ def load() -> float:
 
 
 def judged(task: Task, parameters: Parameters, workers: ThreadPoolExecutor) -> tuple[SuccessRate, int]:
-    """How often a fold holds in the worlds that no search used, and in how many of them a hand fails whatever the path."""
+    """How often a fold holds in the worlds that no search used, and in how many a hand fails whatever the path."""
     evaluator: Evaluator = CoarseFirst(Nominal(task))
     low = evaluator.low_fidelity(parameters)
     judge = Judge(FoldOnMesh(evaluator, parameters), FoldOnMesh(*low) if low else None, workers, VerdictCache())

@@ -1,6 +1,6 @@
 """How well photographs tell where cloth lies and how folds ended: rendered photos, whose truth is known.
 
-    python -m benchmarks.photographs [--only locate|fold|pictures] [--write-docs]     docs/notes/photographs.md; minutes
+    python -m benchmarks.photographs [--only locate|fold] [--write-docs]     docs/notes/photographs.md; minutes
 
 Photos have 1600 x 1200 pixels, a lens with distortion, uneven light, shadow, wood grain and noise. The same photo is
 read with both pages of its board, with the first page and the lens, with the first page alone, and with a sheet.
@@ -23,6 +23,7 @@ from tests.photographs import BLUE, WOOD, Cloth, Paper, Shot, laid, photograph
 
 from tatamu.errors import InputError
 from tatamu.evaluation import Nominal
+from tatamu.folding.marks import MARKS, marks
 from tatamu.folding.task import Task, make_task
 from tatamu.garments import Garment, make_garment
 from tatamu.photographs.board import Board
@@ -33,6 +34,7 @@ from tatamu.photographs.look import draw_located, draw_reading
 from tatamu.photographs.markers import find_pages
 from tatamu.photographs.photograph import Photograph, load_scale, read_photograph
 from tatamu.photographs.pose import Pose, wrapped
+from tatamu.photographs.printing import page
 from tatamu.photographs.reading import FoldReader
 from tatamu.photographs.shape import shape_of
 
@@ -53,7 +55,7 @@ KNOWN = Lens(
 TILTS = (0.0, 20.0, 40.0)
 SCALES = ("two pages", "one page, lens known", "one page", "sheet of paper")
 SEEDS = (1,)
-FOLDS = 8
+FOLDS = 6
 """Folds that are simulated and read."""
 
 
@@ -219,21 +221,6 @@ def outcomes(task: Task) -> Iterator[np.ndarray]:
             yield rollout.positions[-1] + np.array([*random.normal(0.0, 0.003, 2), 0.0])
 
 
-def truth(task: Task, final: np.ndarray) -> dict[str, float]:
-    """What is to be read of a fold [m]."""
-    fold = task.fold
-    corners = {"left": int(fold.left[0]), "right": int(fold.right[0])}
-    still = np.flatnonzero(fold.still())
-    hem = [
-        int(still[np.linalg.norm((fold.start[still] - fold.target[v])[:, :2], axis=1).argmin()])
-        for v in corners.values()
-    ]
-    shifts = {name: (final - fold.target)[vertex, :2] for name, vertex in corners.items()}
-    shifts["slip"] = (final - fold.start)[hem, :2].mean(axis=0)
-    axes = {"along": fold.normal, "across": fold.crease.along}
-    return {f"{name}_{axis}": float(shift @ unit) for name, shift in shifts.items() for axis, unit in axes.items()}
-
-
 def folds(folder: Path) -> list[dict[str, str]]:
     """Rows of what is read of simulated folds: before and after are photographs."""
     task = make_task("towel", size=(0.30, 0.50), spacing=0.025)
@@ -242,15 +229,16 @@ def folds(folder: Path) -> list[dict[str, str]]:
     looked = replace(shot, size=FOLD_PIXELS, distance=1.5)
     before, after = folder / "before.png", folder / "after.png"
     Image.fromarray(photograph(looked, laid(task.fold.start, garment.faces, pose), papers)).save(before)
-    frame = locate_shape(read_photograph(before, BOARD), shape_of(garment), learned=True)
+    frame = locate_shape(read_photograph(before, BOARD, KNOWN), shape_of(garment), learned=True)
+    draw_located(frame).save(folder / "located.png")
     read: dict[str, list[tuple[float, float]]] = {}
     count = 0
     for final in outcomes(task):
         count += 1
         Image.fromarray(photograph(replace(looked, seed=count), laid(final, garment.faces, pose), papers)).save(after)
-        true = truth(task, final)
+        true = marks(task.fold, final)
         try:
-            reader = FoldReader(read_photograph(after, BOARD), frame.pose, frame.deviation, task.fold)
+            reader = FoldReader(read_photograph(after, BOARD, KNOWN), frame.pose, frame.deviation, task.fold)
             reading = reader.read({})
         except InputError as error:
             print(f"  fold {count}: {error}")
@@ -263,7 +251,7 @@ def folds(folder: Path) -> list[dict[str, str]]:
             if pair:
                 read.setdefault(name, []).append((pair[0] - value, pair[1]))
     rows = []
-    for name in truth(task, task.fold.target):
+    for name in MARKS:
         pairs = np.array(read.get(name, [])).reshape(-1, 2)
         seen = len(pairs)
         rows.append(
@@ -282,31 +270,20 @@ def folds(folder: Path) -> list[dict[str, str]]:
 
 
 def pictures(folder: Path) -> None:
-    """Draw the pictures of the guide."""
-    from tatamu.photographs.printing import page
-
-    page(BOARD, 0).resize((525, 743), Image.Resampling.LANCZOS).convert("L").save(IMAGES / "board.png", optimize=True)
-    task = make_task("towel", size=(0.30, 0.50), spacing=0.025)
-    garment = task.fold.garment
-    shot, _, pose, papers = scene(garment, 30.0, LOOKS[0], 5)
-    near = replace(shot, distance=1.5)
-    files = {"located": task.fold.start, "fold-read": next(outcomes(task))}
-    shots = {}
-    for name, cloth in files.items():
-        shots[name] = folder / f"{name}.png"
-        Image.fromarray(photograph(near, laid(cloth, garment.faces, pose), papers[:2])).save(shots[name])
-    frame = locate_shape(read_photograph(shots["located"], BOARD), shape_of(garment), learned=True)
-    reader = FoldReader(read_photograph(shots["fold-read"], BOARD), frame.pose, frame.deviation, task.fold)
-    drawn = {"located": draw_located(frame), "fold-read": draw_reading(reader.read({}))}
-    for name, image in drawn.items():
-        image.reduce(2).save(IMAGES / f"photograph-{name}.jpg", quality=85)
+    """Put the pictures of the guide into the docs: those of the first fold, and a page of the board."""
+    for source, name in (("located", "photograph-located"), ("fold-1", "photograph-fold-read")):
+        with Image.open(folder / f"{source}.png") as drawn:
+            drawn.thumbnail((900, 900), Image.Resampling.LANCZOS)
+            drawn.convert("RGB").save(IMAGES / f"{name}.jpg", quality=85)
+    small = page(BOARD, 0).resize((420, 594), Image.Resampling.LANCZOS)
+    small.quantize(8).save(IMAGES / "board.png", optimize=True)
 
 
 def main() -> None:
     """Measure, print, and put the tables into their page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", choices=("locate", "fold", "pictures"), help="a part of it")
-    parser.add_argument("--out", type=Path, help="folder that keeps the photos of folds; default: none are kept")
+    parser.add_argument("--only", choices=("locate", "fold"), help="a part of it")
+    parser.add_argument("--out", type=Path, help="folder that keeps photos and drawings; default: none are kept")
     parser.add_argument("--write-docs", action="store_true")
     options = parser.parse_args()
     with TemporaryDirectory() as temporary:
@@ -318,8 +295,8 @@ def main() -> None:
             tables |= {"photographs: scale": by_scale(found), "photographs: look": by_look(found)}
         if options.only in (None, "fold"):
             tables |= {"photographs: folds": folds(folder)}
-        if options.only in (None, "pictures") and options.write_docs:
-            pictures(folder)
+            if options.write_docs:
+                pictures(folder)
     for name, rows in tables.items():
         print(f"\n{name}\n{markdown(rows)}")
         if options.write_docs:

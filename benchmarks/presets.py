@@ -1,73 +1,83 @@
-"""Which towels and T-shirts each preset reaches, facing and side by side, for docs/notes/robots.md; half an hour.
+"""Which towels, T-shirts and trousers each robot reaches, for docs/notes/robots.md; below 20 processor minutes.
 
     python -m benchmarks.presets [--only panda] [--write-docs]
 
-A size counts as reached if one of the typical folds that `tatamu learn --robot` asks for before its first trial is.
+A size counts as reached if one of the typical folds that `tatamu learn --robot` asks for before its first trial is:
+in half for towels and T-shirts, leg on leg for trousers. Sizes are tried from the smallest on, until one is out of
+reach.
 """
 
 from __future__ import annotations
 
 import argparse
+import time
 from typing import Any
 
-from benchmarks.tables import markdown, publish
+from benchmarks.tables import markdown, merged, publish, published
 
 from tatamu.errors import InputError
 from tatamu.folding.task import Reach, make_task
-from tatamu.robots import ReachConstraint, Robot
-from tatamu.robots.presets import PAIRS, Mount, facing, pair_of_arms, side_by_side
+from tatamu.robots import ReachConstraint, Robot, load
+from tatamu.robots.catalog import NAMED
+from tatamu.robots.presets import PAIRS
 from tatamu.study.reachable import check_reach
 
-SPACING = 0.03
+MATERIAL = "polyester"
+"""Limp enough that the smallest towel has room for a crease."""
+SPACING = 0.04
 """Of the meshes [m]: grasps lie on vertices."""
 SIZES = {
-    "towel": ((0.34, 0.40), (0.50, 0.34), (0.34, 0.80), (0.50, 0.70), (0.50, 1.00), (0.70, 1.40)),
-    "tshirt": ((0.40, 0.34), (0.54, 0.46), (0.66, 0.50), (0.72, 0.56)),
+    "towel": ("half", ((0.30, 0.20), (0.30, 0.24), (0.34, 0.40), (0.50, 0.70), (0.50, 1.00))),
+    "tshirt": ("half", ((0.40, 0.34), (0.54, 0.46), (0.72, 0.56))),
+    "trousers": ("leg", ((0.28, 0.45), (0.34, 0.60), (0.44, 1.00))),
 }
-"""Width and length [m]."""
+"""The fold of each garment, and its widths and lengths [m]."""
 
 
-def reaches(robot: Robot, garment: str, size: tuple[float, float]) -> bool:
-    """Whether the robot reaches a typical fold of a garment in half."""
+def reaches(robot: Robot, garment: str, fold: str, size: tuple[float, float]) -> bool:
+    """Whether the robot reaches a typical fold of a garment."""
     constraint = ReachConstraint(robot)
     reach = Reach(robot.name, constraint, constraint.refusal, constraint.forget)
+    task = make_task(garment, size=size, fold=fold, spacing=min(SPACING, size[1] / 4), material=MATERIAL, reach=reach)
     try:
-        check_reach(make_task(garment, size=size, spacing=SPACING, reach=reach))
+        check_reach(task)
     except InputError:
         return False
     return True
 
 
-def row(name: str, words: str, mount: Mount) -> dict[str, Any]:
-    """The sizes that a pair reaches on a mount."""
-    robot = pair_of_arms(name, PAIRS[name][0], mount)
-    found: dict[str, Any] = {"pair": name, "mount": words}
-    for garment, sizes in SIZES.items():
-        reached = [f"{width:.2f} x {length:.2f}" for width, length in sizes if reaches(robot, garment, (width, length))]
-        found[f"{garment} [m]"] = ", ".join(reached) or "none"
-    return found
+def largest(robot: Robot, garment: str) -> str:
+    """The sizes of a garment that a robot reaches, as text."""
+    fold, sizes = SIZES[garment]
+    reached = []
+    for size in sizes:
+        if not reaches(robot, garment, fold, size):
+            break
+        reached.append(f"{size[0]:.2f} x {size[1]:.2f}")
+    return reached[-1] if reached else "none of these"
+
+
+def row(name: str) -> dict[str, Any]:
+    """The largest sizes that a robot reaches."""
+    robot = load(name)
+    return {"robot": name, **{f"{garment}, up to [m]": largest(robot, garment) for garment in SIZES}}
 
 
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--only", default="", help="a word in the presets' names")
+    parser.add_argument("--only", default="", help="a word in the robots' names")
     parser.add_argument("--write-docs", action="store_true")
     options = parser.parse_args()
     rows = []
-    for name, (_, own) in PAIRS.items():
-        if options.only not in name:
-            continue
-        mounts = {
-            f"facing, feet {2 * own.y:.1f} m apart": facing(own.y, own.front),
-            "side by side, feet 0.6 m apart": side_by_side(0.3),
-        }
-        for words, mount in mounts.items():
-            rows.append(row(name, words, mount))
-            print(rows[-1], flush=True)
+    for name in (*NAMED, *PAIRS):
+        if options.only in name:
+            begun = time.process_time()
+            rows.append(row(name))
+            print(rows[-1], f"{time.process_time() - begun:.0f} s", flush=True)
+            if options.write_docs:
+                publish("presets", markdown(merged(published("presets"), rows, "robot")))
     print(markdown(rows))
-    if options.write_docs:
-        publish("presets", markdown(rows))
 
 
 if __name__ == "__main__":

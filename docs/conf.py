@@ -26,8 +26,9 @@ myst_heading_anchors = 4
 # The notebooks of docs/notebooks are run when they or tatamu have changed; a cell that fails fails the site.
 nb_execution_mode = "cache"
 nb_execution_raise_on_error = True
-nb_execution_timeout = 300
+nb_execution_timeout = 1800
 nb_merge_streams = True
+nb_output_stderr = "remove"  # warnings of libraries about the terminal
 
 autosummary_generate = True
 autodoc_member_order = "bysource"

@@ -7,6 +7,8 @@ import re
 import subprocess
 import sys
 import tomllib
+from contextlib import suppress
+from importlib import metadata
 from pathlib import Path
 
 import pytest
@@ -15,11 +17,37 @@ from tatamu.extras import EXTRAS, missing
 from tests.scenes import scene
 
 ROOT = Path(__file__).parent.parent
+
+
+def _needed(packages: list[str]) -> set[str]:
+    """Distributions that packages need, themselves included, without extras."""
+    found: set[str] = set()
+    while packages:
+        name = re.split(r"[\s\[\]();<>=!~]", packages.pop())[0].lower().replace("_", "-")
+        if name in found:
+            continue
+        found.add(name)
+        with suppress(metadata.PackageNotFoundError):  # of another platform
+            packages += [each for each in metadata.requires(name) or [] if "extra ==" not in each]
+    return found
+
+
+def _optional() -> list[str]:
+    """Modules that are installed here and that simulating does not need."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    needed = _needed(list(project["dependencies"])) | {"tatamu"}
+    return sorted(
+        module
+        for module, distributions in metadata.packages_distributions().items()
+        if not {each.lower().replace("_", "-") for each in distributions} & needed
+    )
+
+
 BARE = f"""
 import sys
 class Nothing:
     def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] in {sorted(module for modules in EXTRAS.values() for module in modules)}:
+        if name.partition(".")[0] in {_optional()}:
             raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
 sys.meta_path.insert(0, Nothing())
 """

@@ -199,8 +199,7 @@ def test_a_plan_without_events_is_refused_unless_it_hovers(plan_folder: Path, tm
 @pytest.mark.parametrize(
     ("more", "message"),
     [
-        ("gripper = { open = 0.02, closed = 0.03 }", r"larm.gripper: closed must be less than open \(0.02 m\)"),
-        ("gripper = { force = 0 }", "larm.gripper.force: Input should be greater than 0"),
+        ("jaw = { force = 0 }", "larm.jaw.force: Input should be greater than 0"),
         ('ros = { controller = "left arm" }', "larm.ros.controller: "),
         ('ros = { joints = ["a", "b"] }', r"larm: ros.joints must be as many as joints \(6\), given 2"),
         ("lerobot = { open = 100 }", "larm.lerobot: open and closed must be given together"),

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import os
+import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -22,6 +25,9 @@ from tatamu.robots import RobotPlan
 from tatamu.robots.episode import ACTION, FPS, STATE, add_plan, episode_writer, state
 from tatamu.robots.interfaces import LeRobotNames
 from tatamu.robots.keys import state_names
+
+LEROBOT = Path(os.environ.get("TATAMU_LEROBOT", Path(__file__).parents[2] / ".venv-lerobot/bin/python"))
+"""The Python that has LeRobot."""
 
 
 @pytest.fixture
@@ -55,12 +61,12 @@ def test_it_is_one_episode_of_the_plan_at_thirty_frames_a_second(plan: RobotPlan
 
 def test_its_grippers_close_and_open_in_the_time_of_the_plan(plan: RobotPlan, dataset: LeRobotReader) -> None:
     width, at = dataset.numbers(0, STATE)[STATE][:, 7], np.arange(dataset.episodes[0]["length"]) / FPS
-    opening, gripper = plan.task.robot.larm.jaw.opening, plan.task.robot.larm.gripper
+    opening = plan.task.robot.larm.jaw.opening
     close, release = (next(event.time for event in plan.events if event.event == name) for name in ("close", "open"))
     assert np.allclose(width[at < close], opening)
-    assert np.allclose(width[(at > close + 1.0) & (at < release)], gripper.closed, atol=1e-6)
+    assert np.allclose(width[(at > close + 1.0) & (at < release)], 0.0, atol=1e-6)
     assert np.allclose(width[at > release + 1.5], opening)
-    assert gripper.closed < width[int((close + 0.5) * FPS)] < opening
+    assert 0.0 < width[int((close + 0.5) * FPS)] < opening
 
 
 def test_values_are_in_the_robots_own_keys_units_and_directions(plan: RobotPlan) -> None:
@@ -95,3 +101,22 @@ def test_a_dataset_that_is_there_is_refused_before_any_work(
         main()
     assert ended.value.code == 2 and "is already there" in capsys.readouterr().err
     assert not (tmp_path / "plan").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not LEROBOT.exists(), reason="LeRobot is not tried: `make lerobot` installs it")
+def test_lerobots_own_replay_sends_every_row_to_the_robot(dataset: LeRobotReader) -> None:
+    script = Path(__file__).parent / "lerobot_replayed.py"
+    done = subprocess.run(
+        [LEROBOT, script, dataset.root],
+        capture_output=True,
+        text=True,
+        timeout=600,
+        env={**os.environ, "HF_HUB_OFFLINE": "1", "TOKENIZERS_PARALLELISM": "false"},
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    told = json.loads(done.stdout.splitlines()[-1])
+    actions = dataset.numbers(0, ACTION)[ACTION]
+    assert 0.9 / FPS < told["frame"] <= 1 / FPS
+    assert [[*row] for row in told["sent"]] == [dataset.info["features"][ACTION]["names"]] * len(actions)
+    assert np.array_equal([list(row.values()) for row in told["sent"]], actions)

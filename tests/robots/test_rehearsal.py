@@ -11,8 +11,10 @@ pytest.importorskip("mink")
 pytest.importorskip("toppra")
 
 from tatamu.api import learn
+from tatamu.body import Body
 from tatamu.cli import main
 from tatamu.errors import InputError
+from tatamu.folding.manipulation import HANDS
 from tatamu.folding.task import make_task
 from tatamu.material import Material
 from tatamu.options import LearnOptions
@@ -24,6 +26,7 @@ from tatamu.robots.page import page
 from tatamu.robots.planned import Planned
 from tatamu.robots.refold import Refold, halvings_for, refold
 from tatamu.robots.rehearsal import Rehearsal, rehearse
+from tatamu.robots.rehearsed_scene import rehearsed_scene
 from tatamu.robots.report import save, summary
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene, Table
@@ -53,6 +56,11 @@ def scene() -> Scene:
     return Scene(cloth=cloth, material=MATERIAL, table=Table(), grippers=hands, duration=4.5)
 
 
+def lifted(done: Rehearsal) -> float:
+    """How far the jaws lift cloth that lies on the table [m]."""
+    return done.planned.plan.jaws["larm"].height - 0.0005
+
+
 def test_joints_and_tools_follow_the_plan(done: Rehearsal) -> None:
     assert done.joint_error.max() < 0.01
     assert done.tool_error < 0.001
@@ -79,15 +87,35 @@ def test_arms_that_are_driven_into_one_another_are_reported(plan_folder: Path, t
 
 
 def test_the_hands_of_the_scene_go_where_the_tools_went(done: Rehearsal) -> None:
-    rehearsed = done.scene(scene())
+    rehearsed = rehearsed_scene(done, scene())
     left, right = rehearsed.grippers
     assert left.vertices == [3] and right.vertices == [0] and left.opens is not None
     # Both hands carry the edge over the whole span of the fold, up and down again.
     for hand in (left, right):
-        assert np.allclose(hand.displacements[-1], [0.34, 0, 0.001], atol=1e-3)
+        assert np.allclose(hand.displacements[-1], [0.34, 0, 0.001 + lifted(done)], atol=1e-3)
         assert hand.displacements[:, 2].max() > 0.1
     assert rehearsed.duration == pytest.approx(left.opens + 1.0)
     assert Scene.model_validate(rehearsed.model_dump()).duration == rehearsed.duration
+
+
+def test_fingers_of_the_learned_hands_are_the_robots_in_the_rehearsed_fold(done: Rehearsal) -> None:
+    learned = scene()
+    size = [0.01, 0.014, 0.004]
+    hands = [Body(name=f"{hand} finger", hand=hand, shape="box", size=size, positions=[[9, 9, 9]]) for hand in HANDS]
+    press = Body(name="press", shape="box", size=size, positions=[[9, 9, 9]])
+    rehearsed = rehearsed_scene(done, learned.model_copy(update={"bodies": [*hands, press]}))
+    assert [body.name for body in rehearsed.bodies] == [f"{h} {f} finger" for h in HANDS for f in ("lower", "upper")]
+    jaw = done.planned.plan.jaws["larm"]
+    lower = rehearsed.bodies[0]
+    assert 2 * lower.size[2] == pytest.approx(jaw.thickness) and lower.size[:2] == size[:2]
+    middle = 0.5 * (done.planned.event("larm", "close") + done.planned.event("larm", "open")) - done.closes
+    position, R = lower.pose(middle)
+    assert R[2, 0] == pytest.approx(-np.cos(jaw.tilt), abs=1e-6), "the finger's axis is tilted as the tool is"
+    tip = position + R @ [size[0], 0, jaw.thickness / 2]
+    row = int(np.searchsorted(done.times, middle + done.closes))
+    X_BF = done.planned.plan.task_in_base.matrix
+    assert np.linalg.norm(tip - (done.tools[0, row] - X_BF[:3, 3]) @ X_BF[:3, :3]) < 0.003
+    assert rehearsed_scene(done, learned).bodies == []
 
 
 def test_layers_that_fingers_press_down_go_with_the_hand(done: Rehearsal) -> None:
@@ -101,19 +129,19 @@ def test_layers_that_fingers_press_down_go_with_the_hand(done: Rehearsal) -> Non
         ),
         Gripper(vertices=[0], times=[0.1, 3.0], displacements=[[0, 0, 0], [0.3, 0, 0]], **right),
     ]
-    rehearsed = done.scene(held.model_copy(update={"grippers": parts}))
+    rehearsed = rehearsed_scene(done, held.model_copy(update={"grippers": parts}))
     first, pressed, other = rehearsed.grippers
     assert [gripper.vertices for gripper in rehearsed.grippers] == [[3], [2], [0]]
     assert pressed.displacements[-1] - first.displacements[-1] == pytest.approx(down)
     assert pressed.displacements[0] == pytest.approx(np.zeros(3), abs=1e-9)
-    assert other.displacements[-1] == pytest.approx(np.array([0.34, 0, 0.001]), abs=1e-3)
+    assert other.displacements[-1] == pytest.approx(np.array([0.34, 0, 0.001 + lifted(done)]), abs=1e-3)
     with pytest.raises(InputError, match="of two hands, left and right, given 1"):
-        done.scene(held.model_copy(update={"grippers": parts[:2]}))
+        rehearsed_scene(done, held.model_copy(update={"grippers": parts[:2]}))
 
 
 def made_up(done: Rehearsal, learned: Scene, shift: np.ndarray) -> Refold:
     """A fold by the robot's hands that ends `shift` [m] from the one by floating hands; the target is as far in y."""
-    rehearsed = done.scene(learned)
+    rehearsed = rehearsed_scene(done, learned)
     positions = np.array(rehearsed.cloth.vertices)[None]
     toy = {"simulator": "toy"}
     robot = Rollout(np.zeros(1), positions + shift, rehearsed.cloth.faces, toy)
@@ -141,7 +169,7 @@ def test_the_page_says_whether_it_went_as_planned(done: Rehearsal, tmp_path: Pat
 
 
 def test_boxes_of_the_links_go_where_the_tools_went(done: Rehearsal) -> None:
-    rows = [0, len(done.times) // 2]
+    rows = np.flatnonzero(done.holding("larm"))[[300, 450]].tolist()  # the fingers are closed
     points, faces = link_boxes(done.planned, done.angles[rows], done.times[rows])
     X_BF = done.planned.plan.task_in_base.matrix
     tools = (done.tools[:, rows] - X_BF[:3, 3]) @ X_BF[:3, :3]

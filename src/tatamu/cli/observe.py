@@ -42,6 +42,31 @@ def observe(
     form: Annotated[
         Path | None, typer.Option("--from", metavar="FILE.toml", help="Read the numbers from a form.")
     ] = None,
+    photo: Annotated[
+        Path | None, typer.Option(metavar="PHOTO", help="Read the numbers from a photo after the fold.")
+    ] = None,
+    board: Annotated[
+        Path | None, typer.Option(metavar="BOARD.toml", help="The board in the photo, from `tatamu board`.")
+    ] = None,
+    sheet: Annotated[
+        str | None, typer.Option(help="a4 or letter: a plain white sheet in the photo instead of a board.")
+    ] = None,
+    before: Annotated[
+        Path | None, typer.Option(metavar="PHOTO", help="Photo before the fold, with the board in the same place.")
+    ] = None,
+    frame: Annotated[
+        str | None, typer.Option(metavar="X,Y,YAW", help="Pose of the fold's frame on the board [m, m, rad].")
+    ] = None,
+    lens: Annotated[
+        Path | None, typer.Option(metavar="LENS.toml", help="The camera's lens, from `tatamu lens`.")
+    ] = None,
+    corner: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=X,Y", help="Pixel of a corner, to correct what was found; may be given again."),
+    ] = None,
+    picture: Annotated[
+        Path | None, typer.Option(metavar="PICTURE", help="Draw what was read over the photo: .png or .jpg.")
+    ] = None,
     template: Annotated[
         Path | None, typer.Option(metavar="FILE.toml", help="Write an empty form to fill in, and end.")
     ] = None,
@@ -63,6 +88,8 @@ def observe(
 
     `tatamu observe runs/towel --from form.toml`
 
+    `tatamu observe runs/towel --photo after.jpg --before before.jpg --board board.toml --picture seen.jpg`
+
     `tatamu observe runs/towel/corrected-1 --left 2,0 --right 1,1`
     """
     from tatamu.files import write_text
@@ -81,9 +108,19 @@ def observe(
         print(f"form: {template}")
         return
     _refuse(typed and form is not None, "--from: holds the numbers; give them there or as options, not both")
+    seen = any(each is not None for each in (board, sheet, before, frame, lens, corner, picture))
+    _refuse(
+        photo is None and seen, "--photo: must be given with --board, --sheet, --before, --frame, --lens or --corner"
+    )
+    measured = any(each is not None for each in (*given.values(), deviation, form))
+    _refuse(photo is not None and measured, "--photo: has the numbers; give it, or the numbers of a ruler")
     observation: Observation | None = None
     if form is not None:
         observation = read_template(form)
+    elif photo is not None:
+        observation = _from_photo(
+            folder, photo, board, sheet, before, frame, lens, corner or [], picture, failed, _sides(turned_in)
+        )
     elif typed:
         pairs = {place: _pair(place, text) for place, text in given.items() if text is not None}
         sides = _sides(turned_in)
@@ -94,6 +131,55 @@ def observe(
     write_page(observed)
     for line in _lines(observed):
         print(line)
+
+
+def _from_photo(
+    folder: Path,
+    photo: Path,
+    board: Path | None,
+    sheet: str | None,
+    before: Path | None,
+    frame: str | None,
+    lens: Path | None,
+    corner: list[str],
+    picture: Path | None,
+    failed: bool,
+    turned_in: list[str],
+) -> Observation:
+    """Read a photograph, and draw what was found if a picture is wanted."""
+    from tatamu.cli.locate import parse_corners
+    from tatamu.files import check_targets
+    from tatamu.observation.photo import read_photo
+    from tatamu.photographs import look
+    from tatamu.photographs.board import PAPERS
+    from tatamu.photographs.mounting import parse_pose
+    from tatamu.study import Result
+
+    scale = board if board is not None else sheet
+    if scale is None or (board is not None and sheet is not None):
+        raise InputError(f"board, sheet: must give one of them, given {0 if scale is None else 2}")
+    if sheet is not None and sheet not in PAPERS:
+        raise InputError(f"sheet: must be {' or '.join(PAPERS)}, given {sheet!r}")
+    if picture is not None:
+        look.check_picture(picture, "picture")
+        check_targets([picture], [path for path in (photo, before, board, lens) if path is not None])
+    observation, reading = read_photo(
+        Result.load(folder),
+        photo,
+        scale,
+        before=before,
+        frame=None if frame is None else parse_pose(frame, "frame"),
+        lens=lens,
+        corners=parse_corners(corner),
+        failed=failed,
+        turned_in=turned_in,
+    )
+    for number in observation.measured:
+        print(f"{number.name}: {1e3 * number.value:+.1f} mm, σ {1e3 * number.deviation:.1f} mm")
+    if picture is not None:
+        look.write_picture(look.draw_reading(reading), picture)
+        print(f"look at: {picture}, the corners and their targets on top of the photo")
+    return observation
 
 
 @app.command()

@@ -7,9 +7,7 @@ from collections.abc import Callable, Mapping
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
-import click
 import typer
-from click.core import ParameterSource
 from pydantic.fields import FieldInfo
 
 from tatamu.errors import InputError
@@ -17,6 +15,8 @@ from tatamu.options import Options
 from tatamu.records import Record
 
 PLAIN = (bool, int, float)
+CONTEXT = "context"
+"""Parameter of a command that has the options that are given."""
 
 
 Defaults = Callable[[Mapping[str, Any], bool], Mapping[str, Any]]
@@ -48,12 +48,15 @@ def options_from(
         def generated(**given: Any) -> Any:
             values = {name: given.pop(name) for name in record.model_fields}
             if defaults is not None:
+                context: typer.Context = given.pop(CONTEXT)
                 usual = defaults(given, values[argument] is not None)
-                values |= {name: value for name, value in usual.items() if not _is_given(name)}
+                values |= {name: value for name, value in usual.items() if not _is_given(context, name)}
             return command(parse(record, values), **given)
 
         generated.__name__, generated.__doc__ = command.__name__, command.__doc__
         ordered = [first, *required, *made.values(), *optional]
+        if defaults is not None:
+            ordered.append(inspect.Parameter(CONTEXT, inspect.Parameter.KEYWORD_ONLY, annotation=typer.Context))
         generated.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
             [each.replace(kind=inspect.Parameter.KEYWORD_ONLY) for each in ordered]
         )
@@ -62,10 +65,10 @@ def options_from(
     return decorate
 
 
-def _is_given(name: str) -> bool:
+def _is_given(context: typer.Context, name: str) -> bool:
     """Return whether an option of the running command is given on the command line."""
-    source = click.get_current_context().get_parameter_source(name)
-    return source is not None and source is not ParameterSource.DEFAULT
+    source = context.get_parameter_source(name)
+    return source is not None and source.name not in ("DEFAULT", "DEFAULT_MAP")
 
 
 def _parameter(name: str, field: FieldInfo, is_argument: bool) -> inspect.Parameter:

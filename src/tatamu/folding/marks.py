@@ -24,13 +24,13 @@ def marks(fold: Fold, final: np.ndarray) -> dict[str, float]:
     """
     corners = [int(fold.left[0]), int(fold.right[0])]
     moved = [(final - fold.target)[corner, :2] for corner in corners]
-    hem = _lower_hem(fold, corners)
+    hem = lower_hem(fold, corners)
     shifts = [*moved, (final - fold.start)[hem, :2].mean(axis=0)]
     axes = (fold.normal, fold.crease.along)
     return dict(zip(MARKS, (float(shift @ axis) for shift in shifts for axis in axes), strict=True))
 
 
-def _lower_hem(fold: Fold, corners: list[int]) -> list[int]:
+def lower_hem(fold: Fold, corners: list[int]) -> list[int]:
     """Return the vertices that lie still and are nearest to the targets of the corners."""
     still = np.flatnonzero(fold.still())
     if not len(still):

@@ -25,6 +25,8 @@ FLATNESS = 1e-4
 """Arcs become polylines that leave them by less than this [m] .."""
 RELATIVE_FLATNESS = 1e-5
 """.. or by this part of their extent: else one that is far too large for a garment would have any number of points."""
+MOST_ENTITIES = 60_000
+"""Drawings unpack to no more entities: each takes a third of a millisecond."""
 MOST_BENT = 10_000
 """Drawings have no more curves besides straight lines: each takes a millisecond."""
 MEETING = 1e-6
@@ -59,7 +61,7 @@ def _check_unpacked(document: Any) -> None:
             shown = f"*{insert.dxf.name.casefold()}"
             yield from [(shown, max(int(insert.mcount), 1))] if shown in blocks else []
 
-    check_unpacked("", parts, lambda name: 1 + len(blocks[name]))
+    check_unpacked("", parts, lambda name: 1 + len(blocks[name]), MOST_ENTITIES)
 
 
 def _pieces(document: Any, path: Path) -> DrawnPieces:

@@ -19,13 +19,16 @@ MOST_CURVES = 5_000
 Part = TypeVar("Part", bound=Hashable)
 
 
-def check_unpacked(root: Part, parts: Callable[[Part], Iterable[tuple[Part, int]]], own: Callable[[Part], int]) -> None:
+def check_unpacked(
+    root: Part, parts: Callable[[Part], Iterable[tuple[Part, int]]], own: Callable[[Part], int], most: int = MOST_PARTS
+) -> None:
     """Refuse a drawing that unpacks to too much, before it is unpacked.
 
     Args:
         root: The whole drawing.
         parts: The parts that a part shows, and how many times.
         own: The number of elements of a part itself.
+        most: The largest number of elements of the whole drawing.
 
     Raises:
         InputError: If a part shows itself, lies too deep, or the drawing has too many elements.
@@ -43,8 +46,8 @@ def check_unpacked(root: Part, parts: Callable[[Part], Iterable[tuple[Part, int]
         open_parts.add(part)
         total = own(part) + sum(count * size(shown) for shown, count in parts(part))
         open_parts.discard(part)
-        if total > MOST_PARTS:
-            raise InputError(f"outline: must have at most {MOST_PARTS} elements and numbers of paths; simplify it")
+        if total > most:
+            raise InputError(f"outline: must have at most {most} elements and numbers of paths; simplify it")
         known[part] = total
         return total
 

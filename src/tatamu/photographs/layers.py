@@ -34,6 +34,8 @@ RIM = 0.0045
 """Places nearer to the outline than this are not looked at [m]."""
 WIDE = 0.006
 """An edge's two slopes, of a dark or bright line, lie within this distance [m]."""
+SEEN = 0.7
+"""Deviation by which a camera blurs [pixels]."""
 SECOND = 0.35
 """The weaker one of them is at least this part of the stronger one."""
 
@@ -107,19 +109,26 @@ def inner_edge(
     row, best = np.unravel_index(int(strength.argmax()), strength.shape)
     if strength[row, best] < max(CLEAR * noise, LEAST):
         return None
-    here = _innermost(strength[row], int(best), round(WIDE / step))
-    weight = strength[row, here - 1 : here + 2]
-    middle = float((weight * across[here - 1 : here + 2]).sum() / weight.sum())
+    soft = np.hypot(SOFT, SEEN * photograph.resolution(frame.place(window.corner[None])))
+    middle = _rim(across, np.where(known[row], scores[row], 0.0), int(best), float(soft))
     return window.line(middle, float(turns[row]), max(step, 0.3 * SOFT))
 
 
-def _innermost(strength: np.ndarray, best: int, reach: int) -> int:
-    """Return the first slope of the band at the strongest one, as seen from inside the layer: where the layer ends."""
-    for here in range(max(1, best - reach), best):
-        is_peak = strength[here - 1] <= strength[here] >= strength[here + 1]
-        if is_peak and strength[here] > SECOND * strength[best]:
-            return here
-    return min(max(best, 1), len(strength) - 2)
+def _rim(across: np.ndarray, slopes: np.ndarray, best: int, soft: float) -> float:
+    """Return where a layer ends whose rim is a dark or bright band between two slopes, of which one is the strongest.
+
+    The slopes at the ends of a band of width w are steepest sqrt(soft^2 + w^2/4) from its middle.
+    """
+    reach = round(WIDE / float(across[1] - across[0]))
+    strength = np.abs(slopes)
+    peaks = np.flatnonzero((strength[1:-1] >= strength[:-2]) & (strength[1:-1] >= strength[2:])) + 1
+    opposite = slopes[peaks] * slopes[best] < 0
+    other = peaks[opposite & (np.abs(peaks - best) <= reach) & (strength[peaks] > SECOND * strength[best])]
+    if not len(other):
+        return float(across[best])
+    ends = across[[best, other[strength[other].argmax()]]]
+    half = 0.5 * float(np.ptp(ends))
+    return float(ends.mean()) - float(np.sqrt(max(half**2 - soft**2, 0.0)))
 
 
 def outer_edge(points: np.ndarray, window: Window) -> Line | None:

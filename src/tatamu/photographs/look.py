@@ -21,6 +21,10 @@ from tatamu.presentation.palette import day
 FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG"}
 LONGEST = 1600
 """Pictures are reduced to this many pixels at most."""
+CLOSE = 1000
+"""Length of the longer side of a picture of a part of the photograph [pixels]."""
+ROOM = 0.25
+"""Room around that part, over its longer side."""
 OUTLINE, FITTED, AXES = "#d02090", "#ffffff", ("#d64a57", "#14968c")
 """Colours of the outline that was found, of the garment's laid over it, of x and y."""
 ARROW = 0.08
@@ -32,15 +36,28 @@ FINEST = 0.0005
 
 
 class Overlay:
-    """A reduced photograph on which places are drawn."""
+    """A photograph, or a part of it, on which places are drawn."""
 
-    def __init__(self, photograph: Photograph) -> None:
-        """Reduce the photograph."""
+    def __init__(self, photograph: Photograph, around: np.ndarray | None = None) -> None:
+        """Cut and resize the photograph.
+
+        Args:
+            photograph: The photograph.
+            around: Pixels that are shown with some room around them, shape (n, 2); None for the whole photograph.
+        """
         self._photograph = photograph
         image = Image.fromarray(photograph.pixels)
-        self._factor = min(1.0, LONGEST / max(image.size))
-        size = (round(image.width * self._factor), round(image.height * self._factor))
-        self.image = image.resize(size, Image.Resampling.LANCZOS)
+        if around is None:
+            low, high = np.zeros(2), np.array(image.size, dtype=float)
+        else:
+            room = ROOM * np.ptp(around, axis=0).max()
+            low = np.maximum(around.min(axis=0) - room, 0.0).round()
+            high = np.minimum(around.max(axis=0) + room, image.size).round()
+        self._low = low
+        longer = float((high - low).max())
+        self._factor = min(1.0, LONGEST / longer) if around is None else CLOSE / longer
+        size = tuple(int(side) for side in np.round((high - low) * self._factor))
+        self.image = image.crop((*low.astype(int), *high.astype(int))).resize(size, Image.Resampling.LANCZOS)
         self._canvas = ImageDraw.Draw(self.image)
         self._wide = max(2, round(max(size) / 600))
         self._font = ImageFont.load_default(max(11, round(max(size) / 75)))
@@ -50,14 +67,15 @@ class Overlay:
         points = np.vstack([pixels, pixels[:1]]) if closed else pixels
         self._canvas.line(self._at(points), day(colour), max(1, round(width * self._wide)), joint="curve")
 
-    def dot(self, pixel: np.ndarray, colour: str, text: str = "") -> None:
-        """Draw a dot with a name at a pixel of the photograph (2,)."""
+    def dot(self, pixel: np.ndarray, colour: str, text: str = "", before: bool = False) -> None:
+        """Draw a dot at a pixel of the photograph (2,), with a name after or before it."""
         ((x, y),) = self._at(pixel[None])
         radius = 2 * self._wide
         self._canvas.ellipse((x - radius, y - radius, x + radius, y + radius), day(colour), "#ffffff", 1)
         if text:
             look: dict[str, Any] = {"stroke_width": 2, "stroke_fill": "#202020", "font": self._font}
-            self._canvas.text((x + 2 * radius, y), text, "#ffffff", anchor="lm", **look)
+            place = (x - 2 * radius, y) if before else (x + 2 * radius, y)
+            self._canvas.text(place, text, "#ffffff", anchor="rm" if before else "lm", **look)
 
     def table_curve(self, places: np.ndarray, colour: str, width: float = 1.0, closed: bool = False) -> None:
         """Draw a curve through places on the table (n, 2)."""
@@ -72,7 +90,7 @@ class Overlay:
         self.dot(self._photograph.in_pixels(origin[None])[0], "#202020", name)
 
     def _at(self, pixels: np.ndarray) -> list[tuple[float, float]]:
-        return [(float(x), float(y)) for x, y in (pixels + 0.5) * self._factor]
+        return [(float(x), float(y)) for x, y in (pixels + 0.5 - self._low) * self._factor]
 
 
 def draw_located(located: Located) -> Image.Image:
@@ -93,14 +111,14 @@ def draw_located(located: Located) -> Image.Image:
 
 def draw_reading(reading: FoldReading) -> Image.Image:
     """Return the photograph with the outline, the corners that were found and where those of the moved hem belong."""
-    overlay = Overlay(reading.photograph)
+    overlay = Overlay(reading.photograph, reading.outline)
     overlay.curve(reading.outline, OUTLINE, 1.0, closed=True)
     for target in reading.targets.values():
         overlay.dot(target, "target")
     for name, corner in reading.corners.items():
         if name in reading.targets:
             overlay.curve(np.array([reading.targets[name], corner]), "target", 1.0)
-        overlay.dot(corner, "left" if "left" in name else "right", name)
+        overlay.dot(corner, "left" if "left" in name else "right", name, before=name in reading.targets)
     return overlay.image
 
 

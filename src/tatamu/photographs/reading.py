@@ -16,6 +16,7 @@ import shapely
 
 from tatamu.errors import InputError
 from tatamu.folding.fold import Fold
+from tatamu.folding.marks import lower_hem
 from tatamu.photographs.layers import Window, inner_edge, outer_edge
 from tatamu.photographs.lens import load_lens
 from tatamu.photographs.lines import Line
@@ -48,11 +49,7 @@ class FoldReading:
     """What a photograph tells of a finished fold."""
 
     values: Measured
-    """By the names left_along, left_across, right_along, right_across, slip_along, slip_across, if they are seen.
-
-    Deviations of the left and the right corner of the moved hem from the target, and of the lower hem from where it
-    lay, along the fold and across it, positive to the left.
-    """
+    """Deviations from the target by the names of `folding.marks.MARKS`, as far as they are seen."""
     corners: Mapping[str, np.ndarray]
     """Corners that were found, in the photograph [pixels], shape (2,), by names of `CORNERS`."""
     outline: np.ndarray
@@ -139,6 +136,7 @@ class FoldReader:
         self._rim = ROUND * thickness
         self._heights = {"upper": float(fold.target[self._hem, 2].mean()), "lower": 0.5 * thickness}
         self._outlines = {name: self._in_frame(self._edge, height) for name, height in self._heights.items()}
+        self._starts = dict(zip(("left", "right"), fold.start[lower_hem(fold, self._hem), :2], strict=True))
         self._cloth = shapely.Polygon(self._outlines["upper"]).buffer(0)
 
     @property
@@ -199,37 +197,27 @@ class FoldReader:
                         values[f"{side}_{axis}"] = (float(off[k]), float(spread[k]))
         for k, axis in enumerate(("along", "across")):
             seen = []
-            for side, vertex in zip(("left", "right"), self._hem, strict=True):
+            for side in ("left", "right"):
                 lower = found.get(f"lower-{side}")
                 if lower is not None and np.isfinite(lower.deviation[k]):
-                    start = self._fold.start[self._lower_vertex(vertex), :2]
-                    seen.append(((self._axes @ (lower.place - start))[k], self._total(lower)[k]))
+                    off = self._axes @ (lower.place - self._starts[side])
+                    seen.append((off[k], self._total(lower)[k]))
             if seen:
                 offs, spreads = np.array(seen).T
                 values[f"slip_{axis}"] = (float(offs.mean()), float(np.sqrt((spreads**2).mean())))
         return values
 
-    def _lower_vertex(self, vertex: int) -> int:
-        """Return the vertex that lies still and is nearest to the target of a corner."""
-        still = np.flatnonzero(self._fold.still())
-        if not len(still):
-            still = np.flatnonzero(self._fold.crease.split(self._fold.start)[0] > 0)
-        away = np.linalg.norm(self._fold.start[still, :2] - self._fold.target[vertex, :2], axis=1)
-        return int(still[away.argmin()])
-
     def _corner(self, side: str, vertex: int) -> tuple[_Corner | None, _Corner | None]:
         """Return a corner of the moved hem and the one of the lower hem below it; None if it is not seen."""
         hem, flank = self._windows(side, vertex)
-        edges = [self._edges(window) for window in (hem, flank)]
-        (upper_hem, lower_hem, doubt_hem), (upper_flank, lower_flank, doubt_flank) = (
-            (*edges[0], self._unseen(edges[0], hem)),
-            (*edges[1], 0.0),
-        )
+        upper_hem, lower_hem = self._edges(hem)
+        upper_flank, lower_flank = self._edges(flank)
         upper = lower = None
-        if upper_hem and upper_flank and doubt_hem < UNSEEN:
-            upper = self._met(upper_hem, upper_flank, "upper", (doubt_hem / 2, doubt_flank))
+        doubt = 0.0 if upper_hem is None or lower_hem is not None else self._unseen(upper_hem, hem)
+        if upper_hem and upper_flank and doubt < UNSEEN:
+            upper = self._met(upper_hem, upper_flank, "upper", 0.5 * doubt)
         if lower_hem or lower_flank:
-            lower = self._lower(side, vertex, lower_hem, lower_flank)
+            lower = self._lower(side, lower_hem, lower_flank)
         return upper, lower
 
     def _windows(self, side: str, vertex: int) -> tuple[Window, Window]:
@@ -256,18 +244,12 @@ class FoldReader:
             return inner, outer_edge(self._outlines["lower"], window)
         return outer_edge(self._outlines["upper"], window), None
 
-    def _unseen(self, edges: tuple[Line | None, Line | None], hem: Window) -> float:
-        """Return how far from the outline's hem another one may lie, hidden or not seen [m].
-
-        It is 0 if both are seen, and infinite if no crease is.
-        """
-        upper, lower = edges
-        if upper is None or lower is not None:
-            return 0.0
+    def _unseen(self, edge: Line, hem: Window) -> float:
+        """Return how far from the outline's hem another one may lie, hidden or not seen [m]; inf without a crease."""
         crease = self._crease()
         if crease is None:
             return np.inf
-        return abs(2.0 * crease - float((upper.origin - hem.corner) @ self._axes[0]))
+        return abs(2.0 * crease - float((edge.origin - hem.corner) @ self._axes[0]))
 
     def _crease(self) -> float | None:
         """Return how far the crease lies from its target, along the fold [m]; None if it is not part of the outline."""
@@ -279,24 +261,22 @@ class FoldReader:
         line = outer_edge(self._outlines["upper"], Window(begin, self._axes[1], -self._axes[0], 2 * half, REACH))
         return None if line is None else float(line.origin @ self._axes[0] - place)
 
-    def _met(self, hem: Line, flank: Line, layer: str, doubt: tuple[float, float]) -> _Corner:
+    def _met(self, hem: Line, flank: Line, layer: str, doubt: float = 0.0) -> _Corner:
         place = hem.meets(flank)
         spread = [line.deviation_at(place, max(1.0, line.count / 10.0)) for line in (hem, flank)]
-        deviation = np.hypot(spread, np.hypot(doubt, self._rim))
+        deviation = np.hypot(np.hypot(spread, [doubt, 0.0]), self._rim)
         return _Corner(place, deviation, self._heights[layer])
 
-    def _lower(self, side: str, vertex: int, hem: Line | None, flank: Line | None) -> _Corner:
+    def _lower(self, side: str, hem: Line | None, flank: Line | None) -> _Corner:
         """Return a corner of the lower hem; what is not seen of it has an infinite deviation."""
-        start = self._fold.start[self._lower_vertex(vertex), :2]
-        if hem is None or flank is None:
-            seen = hem or flank
-            assert seen is not None
-            k = 0 if flank is None else 1
-            foot = Line(start, self._axes[k], 0.0, 1.0, 1).meets(seen)
-            deviation = np.full(2, np.inf)
-            deviation[k] = np.hypot(seen.deviation_at(foot, max(1.0, seen.count / 10.0)), self._rim)
-            return _Corner(foot, deviation, self._heights["lower"])
-        return self._met(hem, flank, "lower", (0.0, 0.0))
+        if hem is not None and flank is not None:
+            return self._met(hem, flank, "lower")
+        seen, k = (hem, 0) if hem is not None else (flank, 1)
+        assert seen is not None
+        foot = Line(self._starts[side], self._axes[k], 0.0, 1.0, 1).meets(seen)
+        deviation = np.full(2, np.inf)
+        deviation[k] = np.hypot(seen.deviation_at(foot, max(1.0, seen.count / 10.0)), self._rim)
+        return _Corner(foot, deviation, self._heights["lower"])
 
     def _given(self, name: str, pixel: np.ndarray) -> _Corner:
         layer = "lower" if name.startswith("lower") else "upper"

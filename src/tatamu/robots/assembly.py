@@ -94,7 +94,6 @@ def _arm(path: Path, name: str, arm: ArmDescription, prefix: str, file: ModelFil
         planned_speed=speed,
         planned_acceleration=acceleration,
         jaw=arm.jaw.prefixed(prefix),
-        gripper=arm.gripper,
         ros=arm.ros,
         lerobot=arm.lerobot,
     )

@@ -11,6 +11,9 @@ from tatamu.robots.model import Arm
 from tatamu.robots.motion import Motion
 from tatamu.robots.planfile import GripperCommand, Segment
 
+SHUT = 0.0
+"""Width that is commanded to hold cloth, which stops the fingers before [m]."""
+
 
 def segments(motion: Motion, hover: float) -> tuple[Segment, ...]:
     """Return the parts of a motion between which a player may stop."""
@@ -42,8 +45,8 @@ def gripper_commands(motion: Motion, arms: tuple[Arm, ...], hover: float) -> tup
             {
                 "time": round(motion.part(stage).start, 6),
                 "arm": arm.name,
-                "width": arm.gripper.closed if closed else arm.jaw.opening,
-                "force": arm.gripper.force,
+                "width": SHUT if closed else arm.jaw.opening,
+                "force": arm.jaw.force,
                 "duration": round(motion.part(stage).timed.duration, 6),
             }
         )

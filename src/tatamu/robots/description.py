@@ -16,7 +16,6 @@ from tatamu.errors import InputError
 from tatamu.files import read_toml, validated
 from tatamu.records import Record
 from tatamu.robots import demand
-from tatamu.robots.gripper import Gripper
 from tatamu.robots.interfaces import LeRobotNames, RosNames
 from tatamu.robots.jaw import Jaw
 from tatamu.robots.modelfile import ModelFile, read_model
@@ -64,8 +63,6 @@ class ArmDescription(Record):
     """Greatest acceleration of each joint [rad/s^2]."""
     faster_than_model: list[str] = Field(default_factory=list)
     """Joints whose `speed` counts although the model's own limit is below it."""
-    gripper: Gripper = Gripper()
-    """Widths and force of the gripper's commands."""
     ros: RosNames = RosNames()
     """Names of the arm's controllers and joints in ROS."""
     lerobot: LeRobotNames = LeRobotNames()

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from tatamu.lerobot import LeRobotWriter, vector
+from tatamu.robots.commands import SHUT
 from tatamu.robots.keys import state_names
 from tatamu.robots.model import Arm, Robot
 from tatamu.robots.plan import RobotPlan
@@ -62,11 +63,11 @@ def widths(plan: RobotPlan, arm: Arm, times: np.ndarray) -> np.ndarray:
 
 
 def _gripper(arm: Arm, widths: np.ndarray) -> np.ndarray:
-    """The robot's values of widths [m], linear from `closed` to `open`."""
-    names, gripper = arm.lerobot, arm.gripper
+    """The robot's values of widths [m], linear from a closed jaw to one that is open for a grasp."""
+    names = arm.lerobot
     if names.open is None or names.closed is None:
         return widths
-    share = (widths - gripper.closed) / (gripper.open - gripper.closed)
+    share = (widths - SHUT) / (arm.jaw.opening - SHUT)
     return np.asarray(names.closed + share * (names.open - names.closed))
 
 

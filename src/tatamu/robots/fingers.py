@@ -27,6 +27,8 @@ class FingerShape(NamedTuple):
     """Thickness above the tip."""
     length: float
     """Length of the finger, with its tip."""
+    depth: float = Jaw().depth
+    """How far beyond the hem's edge the tips meet: more for thick ones, because cloth goes up to them."""
 
 
 def jaw_of(arm: str, shape: FingerShape, widest: float) -> Jaw:
@@ -36,6 +38,7 @@ def jaw_of(arm: str, shape: FingerShape, widest: float) -> Jaw:
     return Jaw(
         thickness=shape.thickness,
         widest=widest,
+        depth=shape.depth,
         fingers={name: (opening / 2, HELD) for name in names},
         links=list(names),
     )

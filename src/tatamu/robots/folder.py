@@ -139,6 +139,7 @@ def _jaw(arm: Arm, hold: Hold) -> JawFile:
         tilt=hold.tilt,
         yaw=hold.yaw,
         opening=jaw.opening,
+        thickness=jaw.thickness,
         depth=jaw.depth,
         height=jaw.height(hold.tilt),
         fingertips_in_wrist=arm.tool_in_wrist.tolist(),

@@ -38,9 +38,9 @@ class LeRobotNames(Record):
     gripper: str | None = None
     """Key of the gripper; None for `left_gripper.pos` or `right_gripper.pos`."""
     open: float | None = None
-    """Value of the gripper at its width `open`; None for the width itself [m]."""
+    """Value of the gripper when the jaw is as far open as `opening` says; None for the width itself [m]."""
     closed: float | None = None
-    """Value of the gripper at its width `closed`; None for the width itself [m]."""
+    """Value of the gripper when the jaw is closed; None for the width itself [m]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

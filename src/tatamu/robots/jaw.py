@@ -32,6 +32,8 @@ class Jaw(Record):
     """Between the fingertips when they go under and over the hem, and after the release [m]."""
     widest: Length = 0.05
     """The farthest that the hand opens [m]."""
+    force: Annotated[float, Field(gt=0, le=500)] = 20.0
+    """With which the fingers hold cloth [N]."""
     depth: Length = 0.011
     """How far beyond the hem's edge the fingertips meet, across the hem [m]."""
     tilt: tuple[Angle, Angle] = (0.17, 1.05)

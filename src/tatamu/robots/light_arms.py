@@ -18,7 +18,9 @@ import numpy as np
 from tatamu.robots.arm_facts import RIGHT, Box, Hinge, ParallelGripper, SerialArm, Vector
 from tatamu.robots.fingers import FingerShape
 from tatamu.robots.interfaces import LeRobotNames
+from tatamu.robots.jaw import Jaw
 
+OPENING = Jaw().opening
 _STS3215 = 45 * 2 * np.pi / 60
 _JAW, _JAW_TURN = 0.083, 1.92
 """SO-101's moving jaw: from its axis to its tip [m], and how far it turns from closed to open [rad]."""
@@ -79,15 +81,15 @@ SO101 = SerialArm(
         # the fixed jaw's inner side is the middle; the other jaw turns away from it, along x of the last link
         xyz=(-0.0079, -0.0002, 0.0),
         rpy=(np.pi, 0.0, RIGHT),
-        palm=((-0.028, -0.029, 0.013), (0.025, 0.039, 0.060)),
-        finger=_finger(outer=0.040, width=0.022, length=0.0445),
-        widest=0.078,
-        fingertip=0.1045,
+        palm=((-0.028, -0.029, 0.013), (0.025, 0.039, 0.052)),
+        finger=FingerShape(thickness=0.0101, width=0.013, tip=0.015, root=0.025, length=0.052),
+        widest=0.08,
+        fingertip=0.1044,
         mass=0.012,
     ),
     ready=(0.0, -0.2, 0.45, 1.32, 0.0),
     acceleration=3.0,
-    lerobot=LeRobotNames(unit="deg", open=_so101_opening(0.05), closed=0.0),
+    lerobot=LeRobotNames(unit="deg", open=_so101_opening(OPENING), closed=0.0),
     lerobot_type="bi_so_follower",
 )
 """Its wrist turns about two axes only: it keeps its jaw's axis and tilt, where each arm folds straight ahead."""
@@ -136,8 +138,8 @@ VIPERX = SerialArm(
         xyz=(0.0, 0.0, -0.0033),
         rpy=(0.0, RIGHT, 0.0),
         palm=((-0.036, -0.076, 0.077), (0.036, 0.076, 0.100)),
-        finger=_finger(outer=0.050, width=0.024, length=0.046),
-        widest=_OPEN,
+        finger=FingerShape(thickness=0.0081, width=0.021, tip=0.020, root=0.0212, length=0.069),
+        widest=0.0586,
         fingertip=0.146,
         mass=0.17,
     ),
@@ -220,8 +222,8 @@ def _openarm(side: float) -> SerialArm:
             xyz=(0.0, 0.0, 0.0),
             rpy=(0.0, np.pi, 0.0),
             palm=((-0.046, -0.053, 0.039), (0.032, 0.053, 0.111)),
-            finger=_finger(outer=0.050, width=0.056, length=0.060),
-            widest=_OPEN,
+            finger=FingerShape(thickness=0.021, width=0.055, tip=0.0235, root=0.0265, length=0.060, depth=0.017),
+            widest=0.14,
             fingertip=0.171,
             mass=0.24,
         ),
@@ -230,7 +232,7 @@ def _openarm(side: float) -> SerialArm:
         lerobot=LeRobotNames(
             joints=[f"{'left' if side > 0 else 'right'}_joint_{number}.pos" for number in range(1, 8)],
             unit="deg",
-            open=-65.0 * 0.05 / 0.14,
+            open=-65.0 * OPENING / 0.14,
             closed=0.0,
         ),
         lerobot_type="bi_openarm_follower",

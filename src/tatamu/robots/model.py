@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from tatamu.robots.extras import needed
-from tatamu.robots.gripper import Gripper
 from tatamu.robots.interfaces import LeRobotNames, RosNames
 from tatamu.robots.jaw import Jaw
 from tatamu.robots.pose import to_quaternion
@@ -42,7 +41,6 @@ class Arm:
     """Acceleration that plans keep to [rad/s^2], shape (k,)."""
     jaw: Jaw = field(default_factory=Jaw)
     """The fingers, and how they take a hem."""
-    gripper: Gripper = field(default_factory=Gripper)
     ros: RosNames = field(default_factory=RosNames)
     lerobot: LeRobotNames = field(default_factory=LeRobotNames)
 

@@ -74,8 +74,8 @@ class Motion:
         return fold.timed.parameter(self.times[rows] - fold.start)
 
 
-def motion(robot: Robot, hands: HandMotion, stages: list[Stage], pace: Pace) -> Motion:
-    """Time all stages under the robot's limits, with the waits between them."""
+def motion(robot: Robot, hands: HandMotion, stages: list[Stage], pace: Pace, hovers: bool = False) -> Motion:
+    """Time all stages under the robot's limits, with the waits between them; if it hovers, with open jaws."""
     speed, acceleration = robot.planned()
     by_name = {stage.name: stage for stage in stages}
     waits = {
@@ -101,8 +101,8 @@ def motion(robot: Robot, hands: HandMotion, stages: list[Stage], pace: Pace) -> 
     times = PERIOD * np.arange(int(np.ceil(start / PERIOD)) + 1)
     angles = _sampled(parts, times)
     by_part = {part.name: part for part in parts}
+    closed = 0.0 * times if hovers else closing(times, by_part["close"], by_part["open"])
     for arm in robot.arms:
-        closed = closing(times, by_part["close"], by_part["open"])
         for joint, (opened, shut) in arm.jaw.fingers.items():
             angles[:, robot.finger_columns[joint]] = opened + closed * (shut - opened)
     return Motion(times, angles, tuple(parts), _events(robot, parts), pace.speed_scale)

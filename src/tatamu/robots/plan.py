@@ -156,7 +156,7 @@ def _hovering(plan: RobotPlan, height: float, pace: Pace) -> RobotPlan:
 def _worked_out(task: PlacedFold, pace: Pace, reach: PlacementRanking | None) -> RobotPlan:
     paths = Paths(task)
     stages = paths.stages(pace.lower_speed, pace.raise_speed, 1.0)
-    driven = motion(task.robot, task.hands, stages, pace)
+    driven = motion(task.robot, task.hands, stages, pace, task.hover > 0)
     checks = Checks(task, paths, driven).all()
     bad = failing(checks)
     if bad:

@@ -105,6 +105,8 @@ class JawFile(OpenRecord):
     """Turn of the jaw's plane from the plane across the hem [rad]."""
     opening: float = Field(ge=0)
     """Between the fingertips before they close and after they open [m]."""
+    thickness: float = Field(0.008, gt=0, le=0.05)
+    """Of one finger at its tip, along the opening [m]."""
     depth: float
     """How far beyond the hem's edge the fingertips meet [m]."""
     height: float

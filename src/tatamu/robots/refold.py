@@ -13,6 +13,7 @@ import numpy as np
 from tatamu.errors import InputError
 from tatamu.folding.score import Score
 from tatamu.robots.rehearsal import Rehearsal
+from tatamu.robots.rehearsed_scene import rehearsed_scene
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
 from tatamu.simulators import capabilities, named
@@ -87,7 +88,7 @@ def refold(rehearsal: Rehearsal, simulator: str, halvings: int | None = None) ->
         return None
     learned = folder.scene
     engine = named(simulator)
-    scene = rehearsal.scene(learned)
+    scene = rehearsed_scene(rehearsal, learned)
     count = halvings_for(learned, simulator) if halvings is None else halvings
     both = [subdivided(one, count) for one in (scene, learned)]
     robot, floating = (on_coarse_mesh(fine, learned.cloth.faces) for fine in engine.simulate_many(both))

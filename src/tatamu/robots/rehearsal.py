@@ -3,7 +3,8 @@
 Each joint has position and velocity control, as a robot's drives have; links weigh what they weigh, with gravity
 compensated as the robot's own controller does. Contacts act between every pair that the plan checked, so that
 unwanted contacts show. The cloth is light against the arms (a towel weighs less than a tenth of what an arm
-may carry), so it follows the hands and does not move them: `scene` gives the hands' rehearsed motion to any simulator.
+may carry), so it follows the hands and does not move them: `rehearsed_scene` gives
+the hands' rehearsed motion to any simulator.
 """
 
 from __future__ import annotations
@@ -17,14 +18,10 @@ from typing import Any
 import numpy as np
 
 from tatamu.errors import InputError
-from tatamu.folding.manipulation import WAIT
 from tatamu.robots.extras import needed, one_line
-from tatamu.robots.hands import grippers_by_hand
 from tatamu.robots.pairs import link_name
 from tatamu.robots.planned import ARMS, Planned
-from tatamu.robots.pose import into
 from tatamu.robots.stage import MODEL, data_of, load_stage
-from tatamu.scene import Gripper, Scene
 
 STEP = 0.001
 """Time step of the simulation [s]."""
@@ -91,9 +88,10 @@ class Rehearsal:
     def tool_error(self) -> float:
         """Largest distance of a tool from the plan while it holds the cloth [m]."""
         distance = self.tool_distances
-        return float(max(distance[number, self._holding(arm)].max(initial=0.0) for number, arm in enumerate(ARMS)))
+        return float(max(distance[number, self.holding(arm)].max(initial=0.0) for number, arm in enumerate(ARMS)))
 
-    def _holding(self, arm: str) -> np.ndarray:
+    def holding(self, arm: str) -> np.ndarray:
+        """Which samples are from an arm's closing to its opening, shape (n,)."""
         closes, opens = self.planned.event(arm, "close"), self.planned.event(arm, "open")
         return (self.times >= closes) & (self.times <= opens)
 
@@ -101,59 +99,6 @@ class Rehearsal:
     def real_time_factor(self) -> float:
         """Real time factor: simulated seconds per second of computing."""
         return float(self.times[-1] / self.wall_seconds)
-
-    def scene(self, learned: Scene) -> Scene:
-        """The learned fold's scene with the robot's hands in place of the learned ones.
-
-        Time begins when the fingers close; each gripper follows the actual motion of its tool. Cloth that a jaw takes
-        goes up to the place where the fingertips meet, over the lower finger.
-
-        Args:
-            learned: The scene of the fold, with the left hand's grippers first; of several, the first stays as it is
-                while the fingers close, and the others are pressed onto it.
-        """
-        hands = grippers_by_hand(learned)
-        if len(hands) != 2:
-            raise InputError(f"scene.json: grippers: must be of two hands, left and right, given {len(hands)}")
-        closes = self.closes
-        raised = [
-            self._raised(number, arm, learned, hand[0])
-            for number, (arm, hand) in enumerate(zip(ARMS, hands, strict=True))
-        ]
-        grippers = [
-            self._gripper(number, arm, gripper, gripper.displacements[-1] - hand[0].displacements[-1], raised[number])
-            for number, (arm, hand) in enumerate(zip(ARMS, hands, strict=True))
-            for gripper in hand
-        ]
-        ends = [gripper.opens for gripper in learned.grippers if gripper.opens is not None]
-        rest = max(1.0, learned.duration - max(ends, default=learned.duration))
-        duration = max(self.planned.event(arm, "open") for arm in ARMS) - closes + rest
-        return learned.model_copy(update={"grippers": grippers, "duration": duration})
-
-    def _raised(self, number: int, arm: str, learned: Scene, gripper: Gripper) -> np.ndarray:
-        """How far a jaw lifts the cloth that it takes [m], shape (3,)."""
-        jaw = self.planned.plan.jaws.get(arm)
-        if jaw is None:
-            return np.zeros(3)
-        lies = learned.cloth.vertices[gripper.vertices][:, 2].mean()
-        row = np.flatnonzero(self._holding(arm))[0]
-        fingertips = into(self.planned.plan.task_in_base.matrix, self.tools[number, row])[2]
-        return np.array([0.0, 0.0, fingertips - lies])
-
-    def _gripper(self, number: int, arm: str, learned: Gripper, pressed: np.ndarray, raised: np.ndarray) -> Gripper:
-        rows = np.flatnonzero(self._holding(arm))[::2]
-        times = self.times[rows] - self.closes
-        R_BF = self.planned.plan.task_in_base.matrix[:3, :3]
-        moved = (self.tools[number, rows] - self.tools[number, rows[0]]) @ R_BF
-        taken = np.clip((times - times[0]) / WAIT, 0.0, 1.0)[:, None]
-        return Gripper(
-            hand=learned.hand,
-            vertices=learned.vertices,
-            closes=self.planned.event(arm, "close") - self.closes,
-            opens=self.planned.event(arm, "open") - self.closes,
-            times=(times + 1e-9).tolist(),
-            displacements=moved + taken * (pressed + raised),
-        )
 
 
 def rehearse(planned: Planned) -> Rehearsal:

@@ -18,8 +18,8 @@ AS_FLOATING = 0.010
 """A fold whose vertices end within this of where floating hands leave them is the same fold [m]."""
 
 
-AS_PLANNED = 0.005
-"""Tools that stay within this of the plan while they hold the cloth follow it [m]: a deviation of hands by default."""
+AS_PLANNED = 0.010
+"""Tools that stay within this of the plan while they hold the cloth follow it [m]."""
 
 
 def as_planned(figures: dict[str, Any]) -> bool:

@@ -1,0 +1,59 @@
+"""A fold that is observed by a photograph: the same numbers as a ruler's, with the photograph's deviations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from hashlib import sha256
+from pathlib import Path
+
+import numpy as np
+
+from tatamu.errors import InputError
+from tatamu.files import MIB, read_bytes
+from tatamu.observation.measured import Observation, from_numbers
+from tatamu.photographs.locate import locate
+from tatamu.photographs.pose import Pose
+from tatamu.photographs.reading import FoldReading, view_fold
+from tatamu.study import Result
+
+LARGEST = 256 * MIB
+"""Photographs are no larger [bytes]."""
+
+
+def read_photo(
+    learned: Result,
+    photo: Path,
+    scale: Path | str,
+    *,
+    before: Path | None = None,
+    frame: Pose | None = None,
+    lens: Path | None = None,
+    corners: Mapping[str, np.ndarray] | None = None,
+    failed: bool = False,
+    turned_in: Sequence[str] = (),
+) -> tuple[Observation, FoldReading]:
+    """Return what a photograph tells of a real fold, and what was found in it.
+
+    Args:
+        learned: The learned fold that was carried out.
+        photo: Photograph after the fold.
+        scale: File of the board in it, or "a4" or "letter" for a sheet; it lies where it lay before the fold.
+        before: Photograph of the cloth before the fold, with the same board; None if `frame` is given.
+        frame: Pose of the fold's frame on the board; None to find it in `before`.
+        lens: File of the camera's lens; None if it is not known.
+        corners: Pixels of corners by name, shape (2,), that take the place of what is found.
+        failed: Whether the fold failed.
+        turned_in: Corners that lie turned in; what is read of them is dropped.
+
+    Raises:
+        InputError: If a file or a corner is wrong, or no corner of the hem is seen.
+    """
+    if (before is None) == (frame is None):
+        given = 0 if before is None else 2
+        raise InputError(f"before, frame: must give one of them, to know where the cloth lay, given {given}")
+    place = frame if before is None else locate(before, scale, run=learned, lens=lens)
+    assert place is not None, "one of them is given"
+    reading = view_fold(photo, scale, place, learned, lens=lens, corners=corners)
+    seen = {name: pair for name, pair in reading.values.items() if not name.startswith(tuple(turned_in) or ("-",))}
+    source = f"sha256:{sha256(read_bytes(photo, LARGEST)).hexdigest()}"
+    return from_numbers(seen, source=source, failed=failed, turned_in=turned_in), reading

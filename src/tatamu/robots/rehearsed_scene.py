@@ -1,0 +1,101 @@
+"""The scene of a learned fold with the hands of a rehearsed robot in place of the learned ones.
+
+Time begins when the fingers close. Each gripper follows the actual motion of its tool, and cloth that a jaw takes goes
+up to the place where the fingertips meet. If hands have fingers in the learned fold, the robot's fingers are bodies.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tatamu.body import Body
+from tatamu.errors import InputError
+from tatamu.folding.fingers import Fingers
+from tatamu.folding.hand import HandMotion, finger_bodies
+from tatamu.folding.manipulation import HANDS, WAIT, Hand
+from tatamu.robots.hands import grippers_by_hand
+from tatamu.robots.planfile import JawFile
+from tatamu.robots.planned import ARMS
+from tatamu.robots.pose import into
+from tatamu.robots.rehearsal import Rehearsal
+from tatamu.scene import Gripper, Scene
+
+
+def rehearsed_scene(rehearsal: Rehearsal, learned: Scene) -> Scene:
+    """Return the scene of a fold by the robot's hands.
+
+    Args:
+        rehearsal: How the robot moved.
+        learned: The scene of the fold, with the left hand's grippers first; of several, the first stays as it is while
+            the fingers close, and the others are pressed onto it.
+
+    Raises:
+        InputError: If the scene is not of two hands.
+    """
+    hands = grippers_by_hand(learned)
+    if len(hands) != 2:
+        raise InputError(f"scene.json: grippers: must be of two hands, left and right, given {len(hands)}")
+    grippers: list[Gripper] = []
+    bodies: list[Body] = []
+    for number, (arm, name, hand) in enumerate(zip(ARMS, HANDS, hands, strict=True)):
+        made = _HandOfRobot(rehearsal, number, arm)
+        raised = made.raised(learned, hand[0])
+        grippers += [made.gripper(one, one.displacements[-1] - hand[0].displacements[-1] + raised) for one in hand]
+        bodies += made.fingers(name, learned, hand)
+    ends = [gripper.opens for gripper in learned.grippers if gripper.opens is not None]
+    rest = max(1.0, learned.duration - max(ends, default=learned.duration))
+    opens = max(rehearsal.planned.event(arm, "open") for arm in ARMS)
+    changed = {"grippers": grippers, "bodies": bodies, "duration": opens - rehearsal.closes + rest}
+    return learned.model_copy(update=changed)
+
+
+class _HandOfRobot:
+    """One hand of the robot from its closing to its opening, in the fold's frame."""
+
+    def __init__(self, rehearsal: Rehearsal, number: int, arm: str) -> None:
+        planned = rehearsal.planned
+        rows = np.flatnonzero(rehearsal.holding(arm))[::2]
+        self._closes, self._opens = (planned.event(arm, event) - rehearsal.closes for event in ("close", "open"))
+        self._times = rehearsal.times[rows] - rehearsal.closes
+        self._tools = into(planned.plan.task_in_base.matrix, rehearsal.tools[number, rows])
+        self._jaw: JawFile | None = planned.plan.jaws.get(arm)
+
+    def raised(self, learned: Scene, gripper: Gripper) -> np.ndarray:
+        """How far the jaw lifts the cloth that it takes [m], shape (3,)."""
+        if self._jaw is None:
+            return np.zeros(3)
+        lies = learned.cloth.vertices[gripper.vertices][:, 2].mean()
+        return np.array([0.0, 0.0, self._tools[0, 2] - lies])
+
+    def gripper(self, learned: Gripper, taken: np.ndarray) -> Gripper:
+        """The gripper that moves as the tool does, once what it holds has been moved by `taken` [m]."""
+        share = np.clip((self._times - self._times[0]) / WAIT, 0.0, 1.0)[:, None]
+        return Gripper(
+            hand=learned.hand,
+            vertices=learned.vertices,
+            closes=self._closes,
+            opens=self._opens,
+            times=(self._times + 1e-9).tolist(),
+            displacements=self._tools - self._tools[0] + share * taken,
+        )
+
+    def fingers(self, name: Hand, learned: Scene, grippers: list[Gripper]) -> list[Body]:
+        """Both fingers as bodies, with the robot's thickness and tilt; none if the learned hand has none."""
+        known = [body for body in learned.bodies if body.hand == name]
+        if not known or self._jaw is None:
+            return []
+        length, width, _ = (2.0 * half for half in known[0].size)
+        shape = Fingers(
+            thickness=self._jaw.thickness,
+            width=width,
+            length=length,
+            opening=self._jaw.opening,
+            tilt=np.pi / 2 - self._jaw.tilt,
+            friction=known[0].friction,
+        )
+        moved = (self._tools[-1] - self._tools[0])[:2]
+        heading = np.arctan2(moved[1], moved[0]) + self._jaw.yaw
+        held = learned.cloth.vertices[[vertex for one in grippers for vertex in one.vertices]][:, 2]
+        motion = HandMotion(self._times, self._tools, self._closes + WAIT, self._opens)
+        normal = np.array([np.cos(heading), np.sin(heading)])
+        return finger_bodies(name, shape, normal, float(np.ptp(held)) + learned.material.thickness, motion)
