@@ -42,6 +42,8 @@ TOWELS = {
     "openarm": (0.34, 0.40),
 }
 """Width and length of each robot's towel [m]."""
+MATERIALS = {"so101-pair": "cotton"}
+"""Of towels that are too small to be creased in terry."""
 
 
 def row(name: str, out: Path, trials: int) -> dict[str, Any]:
@@ -58,7 +60,7 @@ def _row(name: str, size: tuple[float, float], out: Path, trials: int) -> dict[s
     robot = load(name)
     constraint = ReachConstraint(robot)
     reach = Reach(robot.name, constraint, constraint.refusal, constraint.forget)
-    task = make_task("towel", size=size, spacing=SPACING, reach=reach)
+    task = make_task("towel", size=size, material=MATERIALS.get(name), spacing=SPACING, reach=reach)
     if trials:
         result = learn(task, LearnOptions(trials=trials, disturbances="none", baselines=False), out=out / "fold")
         assert isinstance(result, Result), "a towel has one step"

@@ -1,6 +1,6 @@
 """Hidden set-ups that are observed and corrected: the tables of docs/notes/observation.md.
 
-    python -m benchmarks.loop_closed [--out runs/loop-closed] [--cases towel tshirt ..] [--set-ups N] [--write-docs]
+    python -m benchmarks.loop_closed [--out FOLDER] [--cases towel ..] [--set-ups N] [--tried N] [--write-docs]
 
 Each set-up is drawn twice as uncertain as usual: its systematic part is fixed, the random part new in each fold. A fold
 is carried out by a simulator, its marks are measured with 1.5 mm of error, the next fold is corrected, observed, and
@@ -321,6 +321,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("runs/loop-closed"))
     parser.add_argument("--cases", nargs="+", choices=[case.name for case in CASES])
     parser.add_argument("--set-ups", type=int, help="at most so many of each case")
+    parser.add_argument("--tried", type=int, default=CASES[0].set_ups, help="set-ups in which updates are compared")
     parser.add_argument("--write-docs", action="store_true")
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
@@ -329,7 +330,7 @@ def main() -> None:
         if options.cases is None or case.name in options.cases:
             count = min(case.set_ups, options.set_ups or case.set_ups)
             lines += table(case, rows_of(case, count, options.out, "folds", run))
-    tried = list(update_table(rows_of(CASES[0], options.set_ups or CASES[0].set_ups, options.out, "updates", updates)))
+    tried = list(update_table(rows_of(CASES[0], options.tried, options.out, "updates", updates)))
     print(markdown(lines), markdown(tried), sep="\n\n", flush=True)
     if options.write_docs:
         publish("loop closed", markdown(lines))

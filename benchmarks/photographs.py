@@ -55,7 +55,7 @@ KNOWN = Lens(
 TILTS = (0.0, 20.0, 40.0)
 SCALES = ("two pages", "one page, lens known", "one page", "sheet of paper")
 SEEDS = (1,)
-FOLDS = 6
+FOLDS = 8
 """Folds that are simulated and read."""
 
 
@@ -229,7 +229,7 @@ def folds(folder: Path) -> list[dict[str, str]]:
     looked = replace(shot, size=FOLD_PIXELS, distance=1.5)
     before, after = folder / "before.png", folder / "after.png"
     Image.fromarray(photograph(looked, laid(task.fold.start, garment.faces, pose), papers)).save(before)
-    frame = locate_shape(read_photograph(before, BOARD, KNOWN), shape_of(garment), learned=True)
+    frame = locate_shape(read_photograph(before, BOARD), shape_of(garment), learned=True)
     draw_located(frame).save(folder / "located.png")
     read: dict[str, list[tuple[float, float]]] = {}
     count = 0
@@ -238,7 +238,7 @@ def folds(folder: Path) -> list[dict[str, str]]:
         Image.fromarray(photograph(replace(looked, seed=count), laid(final, garment.faces, pose), papers)).save(after)
         true = marks(task.fold, final)
         try:
-            reader = FoldReader(read_photograph(after, BOARD, KNOWN), frame.pose, frame.deviation, task.fold)
+            reader = FoldReader(read_photograph(after, BOARD), frame.pose, frame.deviation, task.fold)
             reading = reader.read({})
         except InputError as error:
             print(f"  fold {count}: {error}")

@@ -36,6 +36,7 @@ from tatamu.folding.plans import make_plan
 from tatamu.garments import make_garment
 from tatamu.material import PRESETS, load_material
 from tatamu.meshing import staggered_rectangle
+from tatamu.observation import FORM, Observation, read_template, ruler
 from tatamu.options import TaskRequest
 from tatamu.photographs.board import Board, load_board, write_board
 from tatamu.photographs.lens import Lens, load_lens, write_lens
@@ -140,6 +141,15 @@ def command(*words: str) -> Callable[[Path], object]:
 def _exported(**how: str) -> bytes:
     made: Any = _sheet().export(**how)
     return made if isinstance(made, bytes) else str(made).encode()
+
+
+def _form(folder: Path, random: Random) -> None:
+    (folder / "form.toml").write_text(FORM)
+
+
+def _observation(folder: Path, random: Random) -> None:
+    seen = ruler({"left": (random.gauss(0.0, 0.01), 0.0), "slip": (0.001, 0.0)}, turned_in=["right"])
+    (folder / "1.json").write_text(seen.model_dump_json())
 
 
 def _ply(folder: Path, random: Random) -> None:
@@ -340,6 +350,8 @@ KINDS = (
     Kind("study.db", _study, _changed_study),
     Kind("simulated.jsonl", _verdicts, lambda folder: VerdictCache(folder / "simulated.jsonl").get("k1")),
     Kind("manipulation.json", _fold("manipulation.json"), lambda folder: Result.load(folder).manipulation),
+    Kind("form.toml", _form, lambda folder: read_template(folder / "form.toml")),
+    Kind("1.json", _observation, lambda folder: Observation.load(folder / "1.json")),
 )
 """Every kind of file, and how it is read."""
 

@@ -91,7 +91,7 @@ def failed_with_best(folder: Path, number: int) -> list[str]:
         value["best"] = number
         value["baselines"] = []
         for trial in value["trials"]:
-            measures = {name: trial[name] or 0.0 for name in MEASURES}
+            measures = {name: trial.get(name) or 0.0 for name in MEASURES}
             changes = {"objective": 2.0, "mean_vertex_distance": 0.03, "mask_iou": 0.7}
             trial.update({**measures, **changes, "state": "complete", "error": None})
         value["trials"][number]["objective"] = 1.0

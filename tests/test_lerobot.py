@@ -33,7 +33,7 @@ def _episode(frames: int, seed: int) -> dict[str, np.ndarray]:
 
 def _write(root: Path, lengths: list[int], **options: float) -> list[dict[str, np.ndarray]]:
     episodes = [_episode(frames, seed) for seed, frames in enumerate(lengths)]
-    with LeRobotWriter(root, 10, FEATURES, "hands", **options) as writer:  # type: ignore[arg-type]
+    with LeRobotWriter(root, 10, FEATURES, "hands", **options) as writer:
         for number, episode in enumerate(episodes):
             writer.add_episode(episode, f"task {number % 2}", {"success": number > 0, "share": None})
     return episodes

@@ -40,7 +40,7 @@ from tatamu.photographs.pose import Pose
 from tatamu.robustness import Verdict
 from tatamu.rollout import Rollout
 from tatamu.study import Result
-from tests.test_cli import tatamu
+from tests.commands import tatamu
 
 SLOPES = {
     "hands.offset.along": ("left_along", "right_along"),

@@ -286,8 +286,10 @@ def test_photographs_of_any_kind_are_read(tmp_path: Path, folder: Path, located:
         (["--board", "B", "--touch", "0,0 0.18,0 0,0.24", "--board-pose", "0,0,0"], "must give one of them, given 2"),
         (["--board", "B", "--corner", "left"], "corner: must be NAME=X,Y"),
         (["--board", "B", "--corner", "a=1,2", "--corner", "a=1,2"], "corner: a is given twice"),
+        (["--board", "B", "--out", "x.png"], "out: must be a .json file"),
         (["--board", "B", "--picture", "x.svg"], "picture: must be a .png or .jpg"),
         (["--board", "B", "--garment", "sock"], "sock"),
+        (["--board", "B", "--garment", "tshirt"], "is not that of a flat tshirt"),
         (["--board", "PHOTO"], "is not a UTF-8 text file"),
     ],
 )
@@ -354,6 +356,8 @@ def test_photos_of_a_board_give_the_lens(tmp_path: Path) -> None:
     assert scaled(lens, (800, 600)).focal == pytest.approx(lens.focal / 2)
     with pytest.raises(InputError, match="lens: its pictures have 1600 x 1200 pixels, the photo 1000 x 1000"):
         scaled(lens, (1000, 1000))
+    with pytest.raises(InputError, match="at angles that differ by 20 degrees, given 0"):
+        calibrate_lens(views(1) * 6, (1600, 1200))
     with pytest.raises(InputError, match="at least 4"):
         calibrate_lens(views(2), (1600, 1200))
 

@@ -183,3 +183,12 @@ def test_robots_have_fingers_that_start_open() -> None:
     robot: Robot = load("hironx")
     assert all(robot.rest[column] == pytest.approx(0.006) for column in robot.finger_columns.values())
     assert robot.fingers == {f"{arm}_finger{k}" for arm in SIDES for k in (1, 2)}
+
+
+@pytest.mark.slow
+def test_arms_of_five_joints_keep_the_jaws_axis_and_tilt(tmp_path: Path) -> None:
+    plan = plan_fold(folder(tmp_path / "small", span=0.16, width=0.2, height=0.09), load("so101-pair"))
+    assert len(plan.task.robot.larm.joints) == 5
+    for X_BT, (R_BT, _, _) in zip(tools(plan, "fold"), plan.task.grips, strict=True):
+        assert np.allclose(X_BT[:, :3, 1], R_BT[:, 1], atol=5e-3), "the opening axis, and with it the tilt"
+    assert plan.checks["tool_turn_error"].ok and plan.checks["lower_finger_under_the_hem"].ok

@@ -169,7 +169,7 @@ def test_the_page_says_whether_it_went_as_planned(done: Rehearsal, tmp_path: Pat
 
 
 def test_boxes_of_the_links_go_where_the_tools_went(done: Rehearsal) -> None:
-    rows = np.flatnonzero(done.holding("larm"))[[300, 450]].tolist()  # the fingers are closed
+    rows = np.flatnonzero(done.holding("larm"))[[300, 700]].tolist()  # the fingers are closed
     points, faces = link_boxes(done.planned, done.angles[rows], done.times[rows])
     X_BF = done.planned.plan.task_in_base.matrix
     tools = (done.tools[:, rows] - X_BF[:3, 3]) @ X_BF[:3, :3]

@@ -85,6 +85,8 @@ def locate(
     for option, path in pictures.items():
         if path is not None:
             look.check_picture(path, option)
+    if out is not None and out.suffix.lower() != ".json":
+        raise InputError(f"out: must be a .json file, given {out}")
     sources = [path for path in (photo, board, lens) if path is not None]
     check_targets([path for path in (picture, from_above, out) if path is not None], sources)
     found = find(

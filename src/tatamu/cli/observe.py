@@ -199,13 +199,9 @@ def correct(
 
     `tatamu plan runs/towel/corrected-1 --robot hironx --out plan`
     """
-    from tatamu.observation import ObservedFolder, write_corrected
+    from tatamu.observation import write_corrected
     from tatamu.observation.words import correction_lines
 
-    if not ObservedFolder.of(folder).observations():
-        raise InputError(
-            f"{folder}: nothing was observed of it yet; run `tatamu observe {folder} --left .. --right ..`"
-        )
     observed = _observed(folder, None, scheduler)
     for line in correction_lines(observed):
         print(line)
@@ -227,8 +223,11 @@ def _observed(folder: Path, observation: Observation | None, scheduler: str | No
     from tatamu.study import Result
 
     learned = Result.load(folder)
+    place = ObservedFolder.of(folder)
+    if observation is None and not place.observations():
+        raise InputError(f"{folder}: nothing was observed before; give --left, --right, --slip, --photo or --failed")
     with executor_at(scheduler) as executor:
-        if executor is None and not ObservedFolder.of(folder).has_draws:
+        if executor is None and not place.has_draws:
             prepare(learned.simulator)
         with reporting(Console(), f"draws of {folder.name}") as progress:
             return observe_fold(learned, observation, executor=executor, progress=progress)

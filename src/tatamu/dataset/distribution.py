@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Self, TypeVar
+from typing import Annotated, Any, Self
 
 import numpy as np
 from pydantic import Field, PlainSerializer, PlainValidator, model_validator
 
 from tatamu.material import Number
 from tatamu.records import Record
-
-Name = TypeVar("Name")
 
 
 class Uniform(Record):
@@ -97,7 +95,9 @@ def draw(distribution: Distribution, generator: np.random.Generator) -> float:
     """Draw a number; one that is fixed takes no draw."""
     if isinstance(distribution, Uniform | Normal):
         return distribution.draw(generator)
-    return choose(distribution, generator) if isinstance(distribution, list) else float(distribution)
+    if isinstance(distribution, list):
+        return distribution[int(generator.integers(len(distribution)))]
+    return float(distribution)
 
 
 def highest(distribution: Distribution) -> float:
@@ -107,6 +107,6 @@ def highest(distribution: Distribution) -> float:
     return max(distribution) if isinstance(distribution, list) else float(distribution)
 
 
-def choose(names: Name | list[Name], generator: np.random.Generator) -> Name:
+def choose(names: str | list[str], generator: np.random.Generator) -> str:
     """Choose one of a list; one that is not in a list takes no draw."""
     return names[int(generator.integers(len(names)))] if isinstance(names, list) else names

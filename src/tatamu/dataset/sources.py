@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -99,15 +98,14 @@ def check_names(specification: DatasetSpecification) -> None:
         InputError: If one is; the message names it.
     """
     garment = specification.drawn_garment
+    materials = [None] if garment.material is None else _listed(garment.material)
     for name in _listed(garment.name):
         for plan in _listed(specification.fold.plan):
-            for material in _listed(garment.material):
+            for material in materials:
                 largest_subject(specification, name, plan, material).make_task()
 
 
-def largest_subject(
-    specification: DatasetSpecification, garment: str, plan: str, material: str | None = None
-) -> Subject:
+def largest_subject(specification: DatasetSpecification, garment: str, plan: str, material: str | None) -> Subject:
     """Return the largest subject of these names that may be drawn."""
     drawn = specification.drawn_garment
     return Subject(
@@ -121,7 +119,7 @@ def largest_subject(
     )
 
 
-def _listed(names: str | list[str] | None) -> Sequence[str | None] | list[Any]:
+def _listed(names: str | list[str]) -> list[str]:
     return names if isinstance(names, list) else [names]
 
 

@@ -6,7 +6,7 @@ docs/reference/dataset-file.md explains every field.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal, Self, get_args
 
 from pydantic import Field, StrictInt, model_validator
 
@@ -19,6 +19,8 @@ from tatamu.records import Record
 MOST_EPISODES = 1_000_000
 """Largest number of episodes."""
 Format = Literal["lerobot", "zarr"]
+FORMATS: tuple[Format, ...] = get_args(Format)
+"""Names of the formats."""
 
 
 class GarmentDraw(Record):
@@ -95,7 +97,7 @@ class RecordOptions(Record):
 
     fps: Annotated[StrictInt, Field(ge=5, le=60)] = 10
     """Frames per second [1/s]."""
-    cameras: list[Camera] = Field(default_factory=lambda: ["top", "front"])
+    cameras: list[Camera] = Field(default_factory=lambda: list[Camera](("top", "front")))
     """Cameras whose pictures become videos."""
     pixels: Annotated[StrictInt, Field(ge=64, le=512, multiple_of=2)] = 96
     """Height and width of pictures and masks."""
@@ -122,7 +124,7 @@ class DatasetSpecification(Record):
     version: Literal[1] = 1
     episodes: Annotated[StrictInt, Field(ge=1, le=MOST_EPISODES)]
     seed: Annotated[StrictInt, Field(ge=0, lt=2**32)] = 0
-    formats: Annotated[list[Format], Field(min_length=1)] = Field(default_factory=lambda: ["lerobot", "zarr"])
+    formats: Annotated[list[Format], Field(min_length=1)] = Field(default_factory=lambda: list[Format](FORMATS))
     disturbances: str = "default"
     """`default`, `none` or a file: every episode is in a world of its own."""
     per_fold: Annotated[StrictInt, Field(ge=1, le=10_000)] = 1

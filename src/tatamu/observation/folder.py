@@ -37,7 +37,9 @@ class ObservedFolder:
     def of(cls, path: Path) -> ObservedFolder:
         """Return the folder of the learned fold that a folder belongs to: itself, or that of the uncorrected fold."""
         inner = path.resolve()
-        return cls(path.parent if inner.name.startswith(CORRECTED) and inner.parent.is_dir() else path)
+        if not inner.name.startswith(CORRECTED):
+            return cls(path)
+        return cls(path.parent if path.name == inner.name else inner.parent)  # "." has no parent of its own
 
     @property
     def posterior_file(self) -> Path:

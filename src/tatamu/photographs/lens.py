@@ -30,6 +30,8 @@ CENTRE_SPREAD, KNOWN_CENTRE = 0.01, 0.001
 """Deviation of the centre, in longer sides of the picture, if assumed and if from a file."""
 BENT, BENT_MORE = 0.03, 0.01
 """Deviations of k1 and k2 if no file has them: phones correct most of their distortion themselves."""
+APART = 20.0
+"""Least angle between the boards of two of the photos that determine a lens [degrees]."""
 FEWEST = 4
 """Photos of a board that determine a lens."""
 
@@ -101,7 +103,7 @@ def calibrate_lens(seen: Sequence[tuple[np.ndarray, np.ndarray]], size: tuple[in
         The lens, and the deviation of corners from it [pixels].
 
     Raises:
-        InputError: If there are fewer than `FEWEST` photos.
+        InputError: If there are fewer than `FEWEST` photos, or they are too alike.
     """
     if len(seen) < FEWEST:
         raise InputError(f"photos: must be at least {FEWEST}, from different sides and angles, given {len(seen)}")
@@ -110,7 +112,14 @@ def calibrate_lens(seen: Sequence[tuple[np.ndarray, np.ndarray]], size: tuple[in
     pixels = [found.astype(np.float32) for _, found in seen]
     start = np.array([[USUAL * max(size), 0, size[0] / 2], [0, USUAL * max(size), size[1] / 2], [0, 0, 1]])
     flags = cv2.CALIB_USE_INTRINSIC_GUESS | cv2.CALIB_FIX_ASPECT_RATIO | cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
-    rms, matrix, distortion, _, _ = cv2.calibrateCamera(objects, pixels, size, start, np.zeros(5), flags=flags)
+    rms, matrix, distortion, turns, _ = cv2.calibrateCamera(objects, pixels, size, start, np.zeros(5), flags=flags)
+    normals = np.array([cv2.Rodrigues(turn)[0][:, 2] for turn in turns])
+    apart = float(np.degrees(np.arccos(np.clip((normals @ normals.T).min(), -1.0, 1.0))))
+    if apart < APART:
+        raise InputError(
+            f"photos: must show the board at angles that differ by {APART:.0f} degrees, given {apart:.0f}: take them "
+            "from straight above, and tilted to every side"
+        )
     k1, k2 = (float(value) for value in distortion.ravel()[:2])
     centre = (float(matrix[0, 2]), float(matrix[1, 2]))
     lens = Lens(width=size[0], height=size[1], focal=float(matrix[0, 0]), centre=centre, distortion=(k1, k2))

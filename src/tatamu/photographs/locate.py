@@ -23,6 +23,8 @@ TURNED_IN = 0.015
 """A corner whose outline stays this far inside the garment's is turned in [m]."""
 OTHER = 0.15
 """Cloth whose sides differ by this part from what was learned is not the same, or not all of it is seen."""
+MOST_TURNED = 2
+"""With more corners turned in, an outline is of another garment."""
 UNLIKE = 0.010
 """An outline that deviates by more than this is of another garment, or wrinkled [m]."""
 
@@ -170,7 +172,7 @@ def _check_size(path: object, fit: Fit) -> None:
         size = f"{fit.shape.size[1]:.3f} x {fit.shape.size[0]:.3f} m"
         raise InputError(
             f"{path}: the outline has {width:.3f} x {length:.3f} m, but the cloth {size}: lay it flat on a table of "
-            "another colour than any part of it, or give its --size"
+            "another colour than any part of it, or check --size and the board's `bar`"
         )
 
 
@@ -179,10 +181,10 @@ def _check(path: object, fit: Fit, found: np.ndarray, shown: set[str]) -> None:
     ring = shapely.LinearRing(found)
     gaps = {name: ring.distance(shapely.Point(fit.place(place[None])[0])) for name, place in fit.shape.corners.items()}
     turned = {name: gap for name, gap in gaps.items() if gap > TURNED_IN and name not in shown}
-    if fit.rms > UNLIKE:
+    if fit.rms > UNLIKE or len(turned) > MOST_TURNED:
         raise InputError(
-            f"{path}: the outline deviates by {1e3 * fit.rms:.0f} mm from that of a {fit.shape.name}, at most "
-            f"{1e3 * UNLIKE:.0f} mm are allowed: lay it flat, or give another --garment"
+            f"{path}: the outline is not that of a flat {fit.shape.name}: it deviates by {1e3 * fit.rms:.0f} mm, and "
+            f"{len(turned)} corners are missing: lay it flat, or give another --garment"
         )
     if turned:
         name = max(turned, key=lambda each: turned[each])

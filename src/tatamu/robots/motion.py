@@ -18,6 +18,10 @@ PERIOD = 0.005
 """Between samples [s]: HIRONX is driven at 200 Hz."""
 ORDER = ("lead", "approach", "lower", "enter", "close", "fold", "settle", "open", "raise", "return")
 """Stages and waits, one after another."""
+AT_THE_TABLE = ("lower", "enter", "raise")
+GENTLE = 0.25
+"""Fraction of the joints' accelerations that plans keep to where fingers pass a millimetre over the table, as
+drives follow an acceleration late."""
 JOINT_MOVE = 20.0
 """Rate of stages from pose to pose, whose s goes from 0 to 1: only the joints' limits hold them back [1/s]."""
 
@@ -94,7 +98,8 @@ def motion(robot: Robot, hands: HandMotion, stages: list[Stage], pace: Pace, hov
             driven = _still(*waits[name])
         else:
             stage = by_name[name]
-            driven = timed(stage.spline, min(stage.rate, JOINT_MOVE), speed, acceleration)
+            gently = GENTLE if name in AT_THE_TABLE else 1.0
+            driven = timed(stage.spline, min(stage.rate, JOINT_MOVE), speed, gently * acceleration)
         driven = driven.slowed(pace.speed_scale)
         parts.append(TimedStage(name, start, driven))
         start += driven.duration
