@@ -23,7 +23,7 @@ from tatamu.margins.terminal import summary
 from tatamu.options import LearnOptions
 from tatamu.robustness import Spread, SuccessRate, Verdict
 from tatamu.study import ResultFolder
-from tests.test_cli import tatamu
+from tests.commands import tatamu
 
 UP = Disturbances.model_validate({"hands": {"offset": [0.0, 0.0, 0.003], "yaw": 0.01}})
 ONE = Disturbances.model_validate({"hands": {"yaw": 0.01}})

@@ -184,10 +184,8 @@ def test_a_fold_that_ends_short_is_read(fold: Fold, tmp_path: Path) -> None:
     assert max(draw_reading(found).size) == 1000
     given = {"left": found.corners["left"] + [0.0, 9.0]}
     corrected = read(fold, end, tmp_path / "short.png", given).values
-    assert (
-        np.hypot(*(corrected[f"left_{axis}"][0] - found.values[f"left_{axis}"][0] for axis in ("along", "across")))
-        > 0.005
-    )
+    moved = [corrected[name][0] - found.values[name][0] for name in ("left_along", "left_across")]
+    assert np.linalg.norm(moved) > 0.005
     assert corrected["right_along"] == found.values["right_along"]
     with pytest.raises(InputError, match="corner: must be one of left, right, lower-left, lower-right, given 'hem'"):
         read(fold, end, tmp_path / "short.png", {"hem": np.zeros(2)})

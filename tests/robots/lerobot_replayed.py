@@ -10,8 +10,8 @@ import sys
 from dataclasses import dataclass
 from typing import Any
 
-from lerobot.robots import RobotConfig  # type: ignore[import-not-found]
-from lerobot.scripts import lerobot_replay  # type: ignore[import-not-found]
+from lerobot.robots import RobotConfig
+from lerobot.scripts import lerobot_replay
 
 SENT: list[dict[str, float]] = []
 WAITED: list[float] = []

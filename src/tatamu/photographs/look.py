@@ -56,7 +56,8 @@ class Overlay:
         self._low = low
         longer = float((high - low).max())
         self._factor = min(1.0, LONGEST / longer) if around is None else CLOSE / longer
-        size = tuple(int(side) for side in np.round((high - low) * self._factor))
+        width, height = (int(side) for side in np.round((high - low) * self._factor))
+        size = (width, height)
         self.image = image.crop((*low.astype(int), *high.astype(int))).resize(size, Image.Resampling.LANCZOS)
         self._canvas = ImageDraw.Draw(self.image)
         self._wide = max(2, round(max(size) / 600))
