@@ -408,7 +408,9 @@ def test_errors_of_steps_that_succeed_are_seen_to_add_up(quarters: Task, tmp_pat
     for step in ("step-1", "step-2"):
         changed(
             tmp_path / step / "result.json",
-            lambda value: value["trials"][0].update(mean_vertex_distance=0.01, mask_iou=0.9),
+            lambda value: value["trials"][0].update(
+                mean_vertex_distance=0.01, moving_vertex_distance=0.01, mask_iou=0.9
+            ),
         )
 
     def change(value: dict[str, Any]) -> None:

@@ -45,12 +45,12 @@ def rehearse(
     from tatamu.robots.report import save, summary
     from tatamu.simulators import require
 
+    if simulator != "none":
+        require(simulator)
     planned = Planned.load(plan)
     if planned.plan.hover and simulator != "none":
         print(f"no cloth: the plan moves {1e3 * planned.plan.hover:.0f} mm above it with open jaws")
         simulator = "none"
-    if simulator != "none":
-        require(simulator)
     console = Console()
     with console.status("the robot moves"):
         result = rehearsed(planned)
