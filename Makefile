@@ -8,13 +8,9 @@ DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 LEROBOT = .venv-lerobot/.ready
 
-.PHONY: learn blender test test-slow oldest lint format learning garments validate bench abuse clean simulators crosscheck paper \
-.PHONY: photographs learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
-.PHONY: learn blender test test-slow lint format learning garments validate bench abuse clean simulators crosscheck paper \
-        calibration folds robots foreign statics locking tangle coarser loop loop-closed times own-garments golden cluster docs wheel real-cloth search holds fuzz help
-.PHONY: learn blender test test-slow lint format learning earned garments validate bench abuse clean simulators crosscheck paper \
-        calibration folds robots foreign statics locking tangle coarser loop times own-garments golden cluster docs wheel real-cloth search holds fuzz help
-        calibration folds robots foreign statics locking tangle coarser loop times own-garments golden cluster datasets docs wheel real-cloth search holds fuzz lerobot help
+.PHONY: help learn blender test test-slow oldest lint wheel docs learning search holds earned coarser loop loop-closed \
+        times folds garments calibration validate real-cloth robots photographs foreign own-garments golden tangle \
+        locking statics bench cluster datasets abuse fuzz lerobot simulators crosscheck paper format clean
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1: /'
