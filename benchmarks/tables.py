@@ -16,7 +16,7 @@ IMAGES = Path("docs/images")
 README = Path("README.md")
 PLACES = {
     "learning: short": README,
-    "earned": README,
+    "earned": NOTES / "margins.md",
     "speed: short": README,
     "learning: long": NOTES / "learning.md",
     "coarser": NOTES / "learning.md",
