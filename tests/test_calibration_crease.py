@@ -61,6 +61,7 @@ def test_without_friction_nothing_stays() -> None:
     assert abs(angle(CLOTH.model_copy(update={"bending_hysteresis": 0.0}))) < 0.01
 
 
+@pytest.mark.slow
 def test_hidden_friction_comes_back_and_bending_that_it_had_hidden() -> None:
     found = creased(float(np.degrees(angle(CLOTH, crease().apart))))
     for name in ("bending_hysteresis", "bending_rigidity"):
