@@ -10,6 +10,7 @@ import numpy as np
 import typer
 
 from tatamu.cli.app import app
+from tatamu.cli.photographs import BoardOption, CornerOption, LensOption, SheetOption
 from tatamu.errors import InputError
 from tatamu.size import parse_size
 
@@ -17,12 +18,8 @@ from tatamu.size import parse_size
 @app.command()
 def locate(
     photo: Annotated[Path, typer.Argument(metavar="PHOTO", help="Shows all of the cloth, and the board beside it.")],
-    board: Annotated[
-        Path | None, typer.Option(metavar="BOARD.toml", help="The board in the photo, from `tatamu board`.")
-    ] = None,
-    sheet: Annotated[
-        str | None, typer.Option(help="a4 or letter: a plain white sheet in the photo instead of a board.")
-    ] = None,
+    board: BoardOption = None,
+    sheet: SheetOption = None,
     run: Annotated[
         Path | None, typer.Option(metavar="RUN", help="A learned fold, with whose garment the cloth is compared.")
     ] = None,
@@ -43,13 +40,8 @@ def locate(
             help="Places of the board's marks A, B and C, touched by the robot, in its base frame [m]; x,y or x,y,z.",
         ),
     ] = None,
-    lens: Annotated[
-        Path | None, typer.Option(metavar="LENS.toml", help="The camera's lens, from `tatamu lens`.")
-    ] = None,
-    corner: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME=X,Y", help="Pixel of a corner, to correct what was found; may be given again."),
-    ] = None,
+    lens: LensOption = None,
+    corner: CornerOption = None,
     join: Annotated[bool, typer.Option("--join", help="All regions that stand out belong to the cloth.")] = False,
     picture: Annotated[
         Path | None, typer.Option(metavar="PICTURE", help="Draw what was found over the photo: .png or .jpg.")

@@ -10,6 +10,7 @@ import typer
 
 from tatamu.cli.app import app
 from tatamu.cli.cluster import SchedulerOption
+from tatamu.cli.photographs import BoardOption, CornerOption, LensOption, SheetOption
 from tatamu.errors import InputError
 
 if TYPE_CHECKING:
@@ -45,25 +46,16 @@ def observe(
     photo: Annotated[
         Path | None, typer.Option(metavar="PHOTO", help="Read the numbers from a photo after the fold.")
     ] = None,
-    board: Annotated[
-        Path | None, typer.Option(metavar="BOARD.toml", help="The board in the photo, from `tatamu board`.")
-    ] = None,
-    sheet: Annotated[
-        str | None, typer.Option(help="a4 or letter: a plain white sheet in the photo instead of a board.")
-    ] = None,
+    board: BoardOption = None,
+    sheet: SheetOption = None,
     before: Annotated[
         Path | None, typer.Option(metavar="PHOTO", help="Photo before the fold, with the board in the same place.")
     ] = None,
     frame: Annotated[
         str | None, typer.Option(metavar="X,Y,YAW", help="Pose of the fold's frame on the board [m, m, rad].")
     ] = None,
-    lens: Annotated[
-        Path | None, typer.Option(metavar="LENS.toml", help="The camera's lens, from `tatamu lens`.")
-    ] = None,
-    corner: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME=X,Y", help="Pixel of a corner, to correct what was found; may be given again."),
-    ] = None,
+    lens: LensOption = None,
+    corner: CornerOption = None,
     picture: Annotated[
         Path | None, typer.Option(metavar="PICTURE", help="Draw what was read over the photo: .png or .jpg.")
     ] = None,

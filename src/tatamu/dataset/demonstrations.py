@@ -76,7 +76,7 @@ def add_demonstration(writer: LeRobotWriter, episode: Episode) -> None:
 
 
 def columns_of(record: EpisodeRecord) -> dict[str, Any]:
-    """Return what is said of an episode as columns of a table: measures and parameters one by one, tables as JSON."""
+    """Return the outcome of an episode as columns of a table: measures and parameters one by one, tables as JSON."""
     plain = record.model_dump(exclude={"start", "score", "parameters", "episode"})
     measures = {name: None if record.score is None else getattr(record.score, name) for name in MEASURES}
     interval = None if record.held_interval is None else [*record.held_interval]

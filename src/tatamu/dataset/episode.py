@@ -75,7 +75,7 @@ class _Prepared:
     actions: np.ndarray
     """float32, shape (T, a); after the hands have opened they wait for `SETTLE`."""
     states: np.ndarray | None
-    """Of the robot, float32, shape (T + 1, a); None for floating hands."""
+    """States of the robot, float32, shape (T + 1, a); None for floating hands."""
 
 
 def record_episode(recorder: Recorder, number: int) -> Episode:

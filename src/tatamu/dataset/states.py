@@ -97,7 +97,7 @@ class StateWriter:
             raise unwritable(self._root, error) from None
 
     def finish(self) -> None:
-        """Write what is said of each episode.
+        """Write the outcome of each episode.
 
         Raises:
             InputError: If a file cannot be written.

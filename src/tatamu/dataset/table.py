@@ -41,7 +41,7 @@ class TableWriter:
 
 
 def read_records(path: Path) -> list[EpisodeRecord]:
-    """Return what is said of every episode.
+    """Return the record of every episode.
 
     Raises:
         InputError: If the file is missing or broken.
@@ -52,7 +52,7 @@ def read_records(path: Path) -> list[EpisodeRecord]:
 
 
 def read_outcome(path: Path, episode: int) -> tuple[EpisodeRecord, np.ndarray]:
-    """Return what is said of an episode, and its outcome [m], shape (n, 3).
+    """Return the record of an episode, and its final positions [m], shape (n, 3).
 
     Raises:
         InputError: If the file is missing or broken, or there is no such episode.

@@ -22,11 +22,11 @@ class HandShift(OpenRecord):
     """The correction of one hand [m]."""
 
     grasp: Two = Field(default_factory=lambda: [0.0, 0.0])
-    """Of the place where it grasps, along the fold and across it."""
+    """Shift of the place where it grasps, along the fold and across it."""
     release: Two = Field(default_factory=lambda: [0.0, 0.0])
-    """Of the place where it lets go, along the fold and across it."""
+    """Shift of the place where it lets go, along the fold and across it."""
     height: float = 0.0
-    """Of its whole path, upwards."""
+    """Shift of its whole path, upwards."""
 
     @property
     def is_none(self) -> bool:

@@ -63,7 +63,7 @@ class Correction:
     change: np.ndarray
     """The correction as a change of disturbances, shape (k,)."""
     shifts: tuple[HandShift, ...]
-    """Of each hand, from the fold as it was learned, left before right."""
+    """Correction of each hand, from the fold as it was learned, left before right."""
     before: Expected
     """Without it."""
     after: Expected
@@ -80,7 +80,7 @@ def find_correction(posterior: Posterior, emulator: Emulator, fold: Fold, manipu
 
     Args:
         posterior: The posterior of the set-up.
-        emulator: Of the learned fold.
+        emulator: Emulator of the learned fold.
         fold: The learned fold.
         manipulation: Its manipulation as learned.
     """
@@ -132,7 +132,7 @@ def as_disturbances(shifts: Sequence[HandShift], less: Sequence[HandShift]) -> d
     """Return the change of disturbances that shifts of hands amount to, by their names.
 
     Args:
-        shifts: Of each hand, left before right; empty for none.
+        shifts: Correction of each hand, left before right; empty for none.
         less: Shifts that are part of the learned fold already.
     """
     hands = [_numbers(shifts, number) - _numbers(less, number) for number in range(max(len(shifts), len(less)))]

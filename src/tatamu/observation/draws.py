@@ -58,7 +58,7 @@ def draw(
 
     Args:
         learned: The fold.
-        disturbances: Of the set-up before anything was observed.
+        disturbances: Disturbances of the set-up before anything was observed.
         out: Folder that keeps simulations; None to keep none.
         executor: Where simulations run; None for threads on every processor, if the simulator can.
         progress: Called after every simulation.
