@@ -11,6 +11,7 @@ SOURCE = Path(tatamu.__file__).parent
 ORDER = [
     ["errors", "version"],
     ["files", "records", "curves", "arrays", "size", "extras"],
+    ["locks"],
     ["topology", "heavy_strip", "plate_in_air", "zbuffer", "meshing"],
     ["material"],
     ["settling", "body"],

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+from typing import Any
+
 from tatamu.errors import InputError
 
 EXTRAS = {
@@ -26,7 +29,24 @@ def missing(error: ModuleNotFoundError) -> InputError | None:
         error: The error of an import.
     """
     module = (error.name or "").partition(".")[0]
-    for extra, modules in EXTRAS.items():
-        if module in modules:
-            return InputError(f"this needs the package {module}, which is not installed: pip install 'tatamu[{extra}]'")
-    return None
+    return next((_lacking(module, extra) for extra, modules in EXTRAS.items() if module in modules), None)
+
+
+def needed(module: str, extra: str) -> Any:
+    """Import an optional package.
+
+    Args:
+        module: Name of the module.
+        extra: The extra that installs it for this use; several may.
+
+    Raises:
+        InputError: If it is not installed; the message says how to install it.
+    """
+    try:
+        return import_module(module)
+    except ModuleNotFoundError as error:
+        raise _lacking((error.name or module).partition(".")[0], extra) from None
+
+
+def _lacking(module: str, extra: str) -> InputError:
+    return InputError(f"this needs the package {module}, which is not installed: pip install 'tatamu[{extra}]'")

@@ -9,14 +9,12 @@ from __future__ import annotations
 import json
 import os
 import shutil
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from filelock import FileLock, Timeout
 
 from tatamu.dataset.arms import Stand
 from tatamu.dataset.episode import Episode
@@ -25,11 +23,14 @@ from tatamu.dataset.specification import DatasetSpecification
 from tatamu.errors import InputError
 from tatamu.files import read_json, read_npz, unwritable, validated, write_json, write_npz
 from tatamu.lerobot.layout import PARTS
+from tatamu.locks import lock_folder
 from tatamu.records import OpenRecord
 from tatamu.version import __version__
 
 VERSION = 1
 """Version of the folder."""
+LOCK = ".dataset-lock"
+"""Name of the file that a process holds while it makes a dataset."""
 FINISHED = (*PARTS, "states.zarr", "episodes.parquet", "dataset.html", "dataset.json")
 """What a finished dataset may have, in the order in which it is put in its place."""
 
@@ -106,22 +107,13 @@ class DatasetFolder:
             raise InputError(f"{self.path}: must be the folder of a dataset, and {why}")
         return _read_record(self.file)
 
-    @contextmanager
-    def locked(self) -> Iterator[None]:
-        """Keep the folder to this process.
+    def locked(self) -> AbstractContextManager[object]:
+        """Keep the folder to this process while the context lasts.
 
         Raises:
             InputError: If another process writes a dataset here, or the folder cannot be written.
         """
-        try:
-            self.path.mkdir(parents=True, exist_ok=True)
-            lock = FileLock(self.path / ".dataset-lock").acquire(timeout=0)
-        except Timeout:
-            raise InputError(f"{self.path}: another dataset is being made here") from None
-        except OSError as error:
-            raise unwritable(self.path, error) from None
-        with lock:
-            yield
+        return lock_folder(self.path, LOCK, "another dataset is being made here")
 
     def start(self, record: DatasetRecord) -> None:
         """Start to record, or resume.
@@ -129,7 +121,7 @@ class DatasetFolder:
         Raises:
             InputError: If the folder has something else, or a dataset of another specification or version.
         """
-        known = [name for name in os.listdir(self.path) if name not in (".dataset-lock", ".episodes", ".building")]
+        known = [name for name in os.listdir(self.path) if name not in (LOCK, ".episodes", ".building")]
         if self.started_file.exists():
             before = _read_record(self.started_file)
             self._refuse_other(before, record)

@@ -5,25 +5,12 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib import import_module
-from typing import Any
+from functools import partial
 
-from tatamu.errors import InputError
+from tatamu import extras
 
-
-def needed(module: str) -> Any:
-    """Import an optional package.
-
-    Raises:
-        InputError: It is not installed; the message says how to install it.
-    """
-    try:
-        return import_module(module)
-    except ModuleNotFoundError as error:
-        package = (error.name or module).split(".")[0]
-        raise InputError(
-            f"robots need the package {package}, which is not installed: pip install 'tatamu[robot]'"
-        ) from None
+needed = partial(extras.needed, extra="robot")
+"""Function that imports a package which the extra `robot` installs."""
 
 
 @contextmanager

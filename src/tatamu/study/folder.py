@@ -6,17 +6,17 @@ docs/reference/result-folder.md describes every file.
 from __future__ import annotations
 
 import os
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from filelock import FileLock, Timeout
 
 from tatamu.errors import InputError
-from tatamu.files import read_json, unwritable, validated, write_json
+from tatamu.files import read_json, validated, write_json
 from tatamu.folding.manipulation import Manipulation
+from tatamu.locks import lock_folder
 from tatamu.robustness import MarginsResult
 from tatamu.rollout import Rollout
 from tatamu.scene import Scene
@@ -236,7 +236,7 @@ class ResultFolder:
             self.__dict__.pop(name, None)
 
 
-def locked(folder: ResultFolder) -> Any:
+def locked(folder: ResultFolder) -> AbstractContextManager[object]:
     """Return a lock on a folder that ends with the process, however it ends.
 
     Raises:
@@ -246,10 +246,4 @@ def locked(folder: ResultFolder) -> Any:
     foreign = [name for name in LEARNED if os.path.exists(path / name)]
     if foreign and not folder.has_study:
         raise InputError(f"{path}: contains {foreign[0]} but no study; it would be overwritten, give another folder")
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-        return FileLock(path / ".lock").acquire(timeout=0)
-    except Timeout:
-        raise InputError(f"{path}: another run is learning here") from None
-    except OSError as error:
-        raise unwritable(path, error) from None
+    return lock_folder(path, ".lock", "another run is learning here")

@@ -9,10 +9,8 @@ from pathlib import Path
 from threading import Event, RLock
 from typing import Any
 
-from filelock import FileLock, Timeout
-
-from tatamu.errors import InputError, TatamuError, UnavailableError
-from tatamu.files import unwritable
+from tatamu.errors import TatamuError, UnavailableError
+from tatamu.locks import lock_folder
 from tatamu.sweep.description import SweepTask
 from tatamu.sweep.records import SweepFolder, TaskRecord, completed, holds_task
 
@@ -54,14 +52,7 @@ def run_sweep(
         InputError: If the folder cannot be used.
         UnavailableError: If a scheduler, a database or a disk does not answer; finished work is kept.
     """
-    try:
-        folder.path.mkdir(parents=True, exist_ok=True)
-        lock = FileLock(folder.path / ".sweep-lock").acquire(timeout=0)
-    except Timeout:
-        raise InputError(f"{folder.path}: another sweep is running here") from None
-    except OSError as error:
-        raise unwritable(folder.path, error) from None
-    with lock:
+    with lock_folder(folder.path, ".sweep-lock", "another sweep is running here"):
         before = {record.name: record for record in folder.read()}
         state = _Sweep(folder, [_begun(task, before, folder, trials) for task in tasks], show)
         state.write()

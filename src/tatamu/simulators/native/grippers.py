@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from math import dist, inf
 
 import numpy as np
@@ -40,6 +41,12 @@ class GripperState:
 
     grips: dict[int, Grip]
     led: dict[int, Led]
+
+
+@lru_cache(maxsize=64)
+def _parts(steps: int) -> np.ndarray:
+    """How far along its way a hand is after each of some steps, from 1 / steps to 1, shape (steps, 1)."""
+    return np.arange(1, steps + 1)[:, None] / max(steps, 1)
 
 
 class Grippers:
@@ -110,10 +117,13 @@ class Grippers:
         if any(target.vertices is not held.get(index) for index, target in led.items()):
             self._check_held_once(led, number)
         self._led |= led
-        part = np.arange(1, stop - number + 1)[:, None] / max(stop - number, 1)
+        part = _parts(stop - number)
         for index, start in starts.items():
-            way = np.subtract(self._led[index].displacement, start)
-            self._paths[index, number + 1 : stop + 1] = start + part * way
+            x, y, z = start
+            to_x, to_y, to_z = self._led[index].displacement
+            path = self._paths[index, number + 1 : stop + 1]
+            np.multiply(part, (to_x - x, to_y - y, to_z - z), out=path)
+            path += start
 
     def fastest(self, number: int, steps: int) -> tuple[int, float, float]:
         """Return the hand that moved fastest before outer step `number`.
@@ -132,6 +142,10 @@ class Grippers:
             return 0, 0.0, 0.0
         index, step = (int(each) for each in np.unravel_index(ways.argmax(), ways.shape))
         return index, float(ways[index, step]) / self._outer_step, (first + step) * self._outer_step
+
+    def is_due(self, number: int) -> bool:
+        """Whether a gripper opens or closes in step `number`."""
+        return self._held(number).keys() != self._grips.keys()
 
     def open_due(self, number: int) -> list[np.ndarray]:
         """Open the grippers that do not hold in step `number`; the vertices of each that did until now."""

@@ -266,6 +266,8 @@ class Simulation:
 
     def _work_grippers(self) -> None:
         """Open, then close grippers that are due: one may take at once what another lets go."""
+        if not self._grippers.is_due(self.number) and self.number not in (self._untangle_at, self._rest.look_at):
+            return
         opened = self._grippers.open_due(self.number)
         for vertices in opened:
             self._set_free(vertices, 1.0)
