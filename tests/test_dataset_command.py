@@ -77,7 +77,8 @@ def test_an_episode_is_replayed_without_a_difference(made: Path) -> None:
 def test_a_wrong_field_is_one_line(tmp_path: Path) -> None:
     file = written(tmp_path, 1)
     file.write_text(file.read_text().replace("pixels = 64", "pixels = 63"))
-    refused(tatamu("dataset", str(file), "--out", str(tmp_path / "folds")), f"{file}: record.pixels: Input should be a multiple of 2, given 63")
+    ended = tatamu("dataset", str(file), "--out", str(tmp_path / "folds"))
+    refused(ended, f"{file}: record.pixels: Input should be a multiple of 2, given 63")
     assert not (tmp_path / "folds").exists()
 
 
