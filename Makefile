@@ -1,5 +1,6 @@
 # CI runs `lint` and `test`. All is installed in .venv and .venv-newton, but Blender: that goes among the user's caches.
 PYTHON ?= python3
+PYTHON312 ?= python3.12
 VENV ?= .venv
 BIN = $(VENV)/bin
 CONSTRAINTS ?= --constraint constraints.txt
@@ -160,11 +161,11 @@ $(NEWTON):
 	$(dir $(NEWTON))bin/python -m pip install --quiet 'newton==1.8.*'
 	touch $(NEWTON)
 
-lerobot: $(LEROBOT)  ## LeRobot and tatamu's environment for it, in .venv-lerobot, for the slow tests of datasets; gigabytes, needs Python 3.12
+lerobot: $(LEROBOT)  ## LeRobot, tatamu's environment for it and Stable-Baselines3, in .venv-lerobot, for slow tests; gigabytes, needs Python 3.12
 
 $(LEROBOT): packages/lerobot_env_tatamu/pyproject.toml
-	python3.12 -m venv $(dir $(LEROBOT))
-	$(dir $(LEROBOT))bin/python -m pip install --quiet --editable '.[gym]' 'lerobot[dataset,evaluation]>=0.6,<0.7'
+	$(PYTHON312) -m venv $(dir $(LEROBOT))
+	$(dir $(LEROBOT))bin/python -m pip install --quiet --editable '.[gym]' 'lerobot[dataset,evaluation]>=0.6,<0.7' 'stable-baselines3>=2.9,<3'
 	$(dir $(LEROBOT))bin/python -m pip install --quiet --no-deps --editable packages/lerobot_env_tatamu
 	touch $(LEROBOT)
 

@@ -85,6 +85,7 @@ PLACES = {
     "loop closed": NOTES / "observation.md",
     "loop closed: updates": NOTES / "observation.md",
     "datasets: speed": NOTES / "datasets.md",
+    "datasets: pictures": NOTES / "datasets.md",
     "datasets: read back": NOTES / "datasets.md",
     "datasets: policy": NOTES / "datasets.md",
     "margins: meshes": NOTES / "margins.md",

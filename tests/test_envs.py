@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pickle
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -302,18 +301,3 @@ def test_hands_that_are_slow_take_longer_along_the_same_path() -> None:
         ends = actions.reshape(80, 2, 4)[..., :3].sum(axis=0) * largest
         assert ends == pytest.approx(np.stack([path[-1] for path in manipulation.paths]), abs=1e-5)
     assert (slow[:, 3] > 0).sum() > 2 * (quick[:, 3] > 0).sum()
-
-
-@pytest.mark.slow
-def test_stable_baselines_learns_to_fold(tmp_path: Path) -> None:
-    library = pytest.importorskip("stable_baselines3", reason="no policy is trained: pip install stable-baselines3")
-    from stable_baselines3.common.monitor import Monitor
-
-    env = Monitor(make(envs.FOLD, observation="key_points"), str(tmp_path / "log"))
-    model = library.SAC("MlpPolicy", env, learning_starts=100, batch_size=64, gamma=0.0, seed=0, device="cpu")
-    model.learn(400)
-    rewards = np.array(env.get_episode_rewards())
-    assert len(rewards) == 400
-    drawn, learned = rewards[:100], rewards[-100:]
-    assert learned.mean() > drawn.mean() + 2.0 * drawn.std() / 10.0
-    assert learned.mean() > np.quantile(drawn, 0.7)

@@ -9,7 +9,7 @@ import numpy as np
 
 from tatamu.dataset.folder import DatasetRecord
 from tatamu.dataset.record import EpisodeRecord
-from tatamu.folding.score import Limits
+from tatamu.folding.score import Limits, judged_distance
 from tatamu.presentation.chart import Chart, axis, line, log_axis, traces
 from tatamu.presentation.image import data_uri
 from tatamu.presentation.page import render
@@ -24,6 +24,7 @@ UNITS = {
     "trajectory_length": (1.0, "path length l_x [m]"),
     "shape_distance": (1.0, "D, Eq. (11) [m]"),
     "mean_vertex_distance": (1e3, "mean vertex distance [mm]"),
+    "moving_vertex_distance": (1e3, "mean vertex distance, part that moves [mm]"),
     "mask_iou": (1.0, "mask IoU"),
     "area_error": (1.0, "area error [%]"),
     "slip": (1e3, "slip [mm]"),
@@ -91,7 +92,7 @@ def _summary(group: Sequence[EpisodeRecord]) -> list[str]:
 
 
 def _spread(name: str, factor: float, records: Sequence[EpisodeRecord]) -> list[str]:
-    values = [factor * getattr(record.score, name) for record in records]
+    values = [factor * value for record in records if (value := getattr(record.score, name)) is not None]
     return [f"{np.quantile(values, part):.4g}" for part in (0.0, 0.5, 0.9, 1.0)] if values else ["–"] * 4
 
 
@@ -100,8 +101,8 @@ def _errors(records: Sequence[EpisodeRecord]) -> list[tuple[int, str]]:
 
 
 def _words(record: EpisodeRecord) -> str:
-    distance = "failed" if record.score is None else f"{1e3 * record.score.mean_vertex_distance:.1f} mm"
-    return f"{record.episode}: {distance}"
+    distance = "stopped" if record.score is None else f"{1e3 * _distance(record):.1f} mm"
+    return f"{record.episode}: {distance}" + ("" if record.success else ", fails")
 
 
 def _distances(records: Sequence[EpisodeRecord]) -> Chart:
@@ -119,11 +120,12 @@ def _distances(records: Sequence[EpisodeRecord]) -> Chart:
         "marker": {"color": ["@plot" if middle <= limit else "@warm" for middle in middles], "line": {"width": 0}},
         "hovertemplate": "%{y} episodes<br>%{x:.3~g} mm<extra></extra>",
     }
+    whole = {"dtick": 1} if counts.max() < 6 else {}
     plot = traces(
         [bars],
         bargap=0,
-        xaxis=log_axis("mean vertex distance [mm]", min(edges[0], 0.8 * limit), max(edges[-1], 1.25 * limit)),
-        yaxis=axis("episodes"),
+        xaxis=log_axis("distance from the target [mm]", min(edges[0], 0.8 * limit), max(edges[-1], 1.25 * limit)),
+        yaxis=axis("episodes", **whole),
         shapes=[line("x", limit)],
     )
     return Chart(
@@ -151,11 +153,13 @@ def _paths(records: Sequence[EpisodeRecord]) -> Chart:
     plot = traces(
         clouds,
         xaxis=axis("l_x: length of a hand's path [m]"),
-        yaxis=log_axis("mean vertex distance [mm]", 0.8 * min(values), 1.25 * max(values)),
+        yaxis=log_axis("distance from the target [mm]", 0.8 * min(values), 1.25 * max(values)),
         showlegend=True,
     )
     return Chart("Path against distance", plot, "each dot an episode")
 
 
 def _distance(record: EpisodeRecord) -> float:
-    return np.inf if record.score is None else record.score.mean_vertex_distance
+    """The distance by which a fold is judged [m]; infinite if its simulation failed."""
+    found = None if record.score is None else judged_distance(record.score)
+    return np.inf if found is None else found

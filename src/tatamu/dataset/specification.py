@@ -142,7 +142,8 @@ class DatasetSpecification(Record):
         if len(set(self.formats)) < len(self.formats):
             raise ValueError("formats must differ")
         if self.fold.source != "drawn":
-            drawn = [name for name in ("plan", "hands") if name in self.fold.model_fields_set]
+            usual = FoldDraw.model_fields
+            drawn = [name for name in ("plan", "hands") if getattr(self.fold, name) != usual[name].default]
             if self.garment is not None or drawn:
                 given = "garment" if self.garment is not None else f"fold.{drawn[0]}"
                 raise ValueError(f"{given} is for drawn folds; learned ones have theirs")

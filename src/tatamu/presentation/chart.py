@@ -19,7 +19,9 @@ FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, s
 LEGEND = {"orientation": "h", "x": 0, "y": 1.02, "yanchor": "bottom", "font": {"color": "@ink"}}
 """The legend is above the plot; next to it, a phone would have no space for the plot."""
 TICKS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0)
-"""Numbers on a logarithmic axis, times powers of ten."""
+"""Numbers on a logarithmic axis of less than a power of ten, times powers of ten."""
+FEW_TICKS = (1.0, 2.0, 5.0)
+"""Those on a longer one."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,7 @@ def log_axis(title: str, low: float, high: float) -> dict[str, Any]:
     ticks: dict[str, Any] = {}
     if high < 100.0 * low:
         powers = 10.0 ** np.arange(np.floor(np.log10(low)), np.log10(high))
-        values = np.outer(powers, TICKS).ravel().tolist()
+        values = np.outer(powers, TICKS if high < 10.0 * low else FEW_TICKS).ravel().tolist()
         ticks = {"tickvals": values, "ticktext": [f"{value:g}" for value in values]}
     return axis(title, type="log", range=np.log10([low, high]).tolist(), **ticks)
 

@@ -1,4 +1,4 @@
-"""LeRobot's own loader and evaluation, in an environment of its own that `make lerobot` makes."""
+"""LeRobot's loader and evaluation, and Stable-Baselines3's training, in an environment that `make lerobot` makes."""
 
 from __future__ import annotations
 
@@ -12,10 +12,9 @@ import numpy as np
 import pytest
 
 PYTHON = Path(__file__).parent.parent / ".venv-lerobot/bin/python"
-SCRIPT = Path(__file__).parent / "lerobot_scripted.py"
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.skipif(not PYTHON.exists(), reason="LeRobot is not tried: `make lerobot` installs it"),
+    pytest.mark.skipif(not PYTHON.exists(), reason="LeRobot and Stable-Baselines3 are not tried: `make lerobot`"),
 ]
 
 
@@ -31,15 +30,20 @@ def told(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         _specification(episodes=200, garment=garment, formats=["lerobot"], record={"cameras": ["top"], "pixels": 64}),
         root,
     )
+    return {**printed("lerobot_scripted.py", str(root)), "root": str(root)}
+
+
+def printed(script: str, *arguments: str) -> Any:
+    """What a script beside this file prints at its end, as JSON."""
     done = subprocess.run(
-        [PYTHON, SCRIPT, root],
+        [PYTHON, Path(__file__).parent / script, *arguments],
         capture_output=True,
         text=True,
         timeout=3600,
         env={**os.environ, "HF_HUB_OFFLINE": "1", "TOKENIZERS_PARALLELISM": "false"},
     )
     assert done.returncode == 0, done.stderr[-2000:]
-    return {**json.loads(done.stdout.splitlines()[-1]), "root": str(root)}
+    return json.loads(done.stdout.splitlines()[-1])
 
 
 def _specification(**given: Any) -> Any:
@@ -67,3 +71,11 @@ def test_lerobots_evaluation_sees_the_demonstration_succeed(told: dict[str, Any]
     evaluated = told["evaluated"]
     assert len(evaluated["episodes"]) == 4 and any(evaluated["episodes"])
     assert evaluated["aggregated"]["pc_success"] == 100.0 * np.mean(evaluated["episodes"])
+
+
+def test_stable_baselines_learns_to_fold() -> None:
+    rewards = np.array(printed("trained_policy.py"))
+    assert len(rewards) == 400
+    drawn, learned = rewards[:100], rewards[-100:]
+    assert learned.mean() > drawn.mean() + 2.0 * drawn.std() / 10.0
+    assert learned.mean() > np.quantile(drawn, 0.7)
