@@ -217,6 +217,7 @@ def test_environments_run_in_processes() -> None:
         (envs.HANDS, {"seconds": 0.0}, "^seconds"),
         (envs.HANDS, {"rate": 0}, "^rate: must be a whole number from 1 to 60, given 0"),
         (envs.HANDS, {"seconds": float("nan")}, "^seconds"),
+        (envs.HANDS, {"disturbances": 3}, "^disturbances: must be default, none or a file .toml, given '3'"),
         (envs.HANDS, {"disturbances": "loud"}, "^disturbances: must be default, none or a file"),
         (envs.FOLD, {"garment": "sock"}, "^garment"),
         (envs.FOLD, {"fold": "twice"}, "^fold"),

@@ -48,20 +48,21 @@ def make_episodes(
     size: tuple[float, float] | None,
     material: Material | Path | str | None,
     spacing: float | None,
-    disturbances: Disturbances | str | None,
+    disturbances: Disturbances | Path | str | None,
 ) -> Episodes:
     """Make the episodes of an environment, which has the same arguments.
 
     Raises:
         InputError: If an argument is wrong; the message names it.
     """
-    known = load_disturbances(disturbances) if isinstance(disturbances, str) else disturbances
+    if not (disturbances is None or isinstance(disturbances, Disturbances)):
+        disturbances = load_disturbances(str(disturbances))
     if isinstance(garment, Task):
         if (fold, size, material, spacing) != ("half", None, None, None):
             raise InputError("garment: a task has its fold, size, material and spacing; give them to make_task")
-        return Episodes(garment, known)
+        return Episodes(garment, disturbances)
     task = make_task(garment, fold=fold, size=size, material=material, spacing=spacing)
-    return Episodes(task, known)
+    return Episodes(task, disturbances)
 
 
 def hand_errors(fold: Fold, world: World, hands: int) -> np.ndarray:

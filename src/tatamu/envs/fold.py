@@ -35,7 +35,7 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
         size: tuple[float, float] | None = None,
         material: Material | Path | str | None = None,
         spacing: float | None = None,
-        disturbances: Disturbances | str | None = None,
+        disturbances: Disturbances | Path | str | None = None,
         observation: str | tuple[str, ...] = "key_points",
         pixels: int = 96,
         render_mode: str | None = None,

@@ -47,7 +47,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         size: tuple[float, float] | None = None,
         material: Material | Path | str | None = None,
         spacing: float | None = None,
-        disturbances: Disturbances | str | None = None,
+        disturbances: Disturbances | Path | str | None = None,
         observation: str | tuple[str, ...] = ("key_points", "hands"),
         pixels: int = 96,
         reward: Literal["dense", "sparse"] = "dense",
