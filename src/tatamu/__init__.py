@@ -50,13 +50,14 @@ if TYPE_CHECKING:
     from tatamu.search.space import Bounds, Space
     from tatamu.search.two_fidelity import TwoFidelitySearch
     from tatamu.simulators import register_simulator, simulate, simulate_many
-    from tatamu.simulators.native import HandTarget, Simulation, SimulationState
+    from tatamu.simulators.native import BodyTarget, HandTarget, Simulation, SimulationState
     from tatamu.study.loop import Progress
     from tatamu.study.trial import Trial
 
 from tatamu.version import __version__ as __version__
 
 _HOME = {
+    "BodyTarget": "tatamu.simulators.native",
     "Bounds": "tatamu.search.space",
     "Cloth": "tatamu.scene",
     "CoarseFirst": "tatamu.evaluation.coarse",
@@ -116,6 +117,7 @@ _HOME = {
 }
 
 __all__ = [
+    "BodyTarget",
     "Bounds",
     "Cloth",
     "CoarseFirst",

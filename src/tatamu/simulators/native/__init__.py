@@ -6,6 +6,7 @@ forget_stale_kernels()  # before any kernel is loaded
 
 from tatamu.simulators.capabilities import Capabilities  # noqa: E402
 from tatamu.simulators.native.compiled import compilation  # noqa: E402
+from tatamu.simulators.native.led_bodies import BodyTarget  # noqa: E402
 from tatamu.simulators.native.options import (  # noqa: E402
     ContactOptions,
     ElasticOptions,
@@ -43,6 +44,7 @@ def prepare() -> None:
 
 __all__ = [
     "CAPABILITIES",
+    "BodyTarget",
     "ContactOptions",
     "ElasticOptions",
     "HandTarget",

@@ -25,6 +25,7 @@ from tatamu.simulators.native.contact.table import TablePlane
 from tatamu.simulators.native.contact.untangle import untangle
 from tatamu.simulators.native.elastic import bending, hysteresis
 from tatamu.simulators.native.grippers import Grippers
+from tatamu.simulators.native.led_bodies import BodyTarget, LedBodies
 from tatamu.simulators.native.memory.bands import BLOCK
 from tatamu.simulators.native.model import Model, model_of, steps_per_frame, substeps
 from tatamu.simulators.native.options import Options, StepOptions
@@ -100,6 +101,7 @@ class Simulation:
         self._loop: Callable[..., tuple[int, float]] | None = None
         self._requested = 0.0
         self._grippers = Grippers(scene, self.sizes.outer_step, self.steps)
+        self._bodies = LedBodies(scene, self.system.bodies, self.sizes.outer_step)
         self._untangle_at = 0  # what begins within itself, as a state that was read off another mesh may
         self._rest = Rest()
         self.search()
@@ -140,11 +142,13 @@ class Simulation:
         """Membrane steps made."""
         return self.number * self.sizes.kicks * self.sizes.substeps_per_kick
 
-    def advance(self, seconds: float, hands: Sequence[HandTarget | None] | None = None) -> None:
+    def advance(
+        self,
+        seconds: float,
+        hands: Sequence[HandTarget | None] | None = None,
+        bodies: Sequence[BodyTarget | None] | None = None,
+    ) -> None:
         """Simulate that much longer, to the outer step that is nearest to all the time requested so far.
-
-        What else a controller may lead, such as bodies, belongs into further arguments like `hands`: checked and
-        written for the steps up to `stop` before the first of them is made.
 
         Args:
             seconds: How much longer [s], at least one outer step; not beyond the end of the scene.
@@ -152,6 +156,9 @@ class Simulation:
                 A gripper follows the motion of the scene until its first target, and its targets from then on: it
                 opens or closes at once, moves to the displacement at constant velocity until the end of this call, and
                 then stays there.
+            bodies: Target of each rigid body, such as a finger, in the order of the scene; None as for hands. A body
+                follows the motion of the scene until its first target; then it moves and turns at constant velocity
+                until the end of the call, and stays there.
 
         Raises:
             InputError: If an argument is wrong; the message names it, and nothing was done.
@@ -164,7 +171,10 @@ class Simulation:
         hands = [None] * count if hands is None else hands
         if len(hands) != count:
             raise InputError(f"hands: must be one for each of {count} grippers, given {len(hands)}")
-        self._grippers.lead(hands, self.number, stop, self.options.limits.fastest_hand)
+        fastest = self.options.limits.fastest_hand
+        poses = {} if bodies is None else self._bodies.check(bodies, self.number, stop, fastest)
+        self._grippers.lead(hands, self.number, stop, fastest)
+        self._bodies.lead(poses, self.number, stop)
         self._requested = requested
         while self.number < stop:
             self._advance_to(stop)
@@ -178,6 +188,7 @@ class Simulation:
             untangle_at=self._untangle_at,
             rest=self._rest,
             grippers=self._grippers.state(),
+            bodies=self._bodies.state(),
             arrays=copy_arrays(self.system),
         )
 
@@ -194,6 +205,7 @@ class Simulation:
         self._untangle_at = state.untangle_at
         self._rest = state.rest
         self._grippers.restore(state.grippers)
+        self._bodies.restore(state.bodies, state.number)
         set_arrays(self.system, state.arrays)
 
     def frames(self) -> np.ndarray:

@@ -11,6 +11,7 @@ import numpy as np
 
 from tatamu.scene import Scene
 from tatamu.simulators.native.grippers import GripperState
+from tatamu.simulators.native.led_bodies import BodyPose
 from tatamu.simulators.native.options import Options
 from tatamu.simulators.native.rest import Rest
 from tatamu.simulators.native.system import System
@@ -32,6 +33,8 @@ class SimulationState:
     rest: Rest
     """Whether the cloth rests."""
     grippers: GripperState
+    bodies: dict[int, BodyPose]
+    """The bodies that targets lead, and where the last targets are."""
     arrays: tuple[np.ndarray, ...]
     """Copies of the arrays that steps change, in the order of `_changing`."""
 
