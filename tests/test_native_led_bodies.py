@@ -74,7 +74,7 @@ def test_a_restored_state_leads_a_finger_to_the_same_bytes() -> None:
         ([BodyTarget([0.0, 0.0, 3.0])], r"^bodies\[0\].position: must be reached at 10 m/s at most, given 2.99 m away"),
         ([BodyTarget(orientation=[1.0, 1.0, 0.0, 0.0])], r"^bodies\[0\].orientation: must be a unit quaternion"),
         ([BodyTarget(orientation=[0.0, 1.0, 0.0, 0.0])], r"^bodies\[0\].orientation: must be reached at 50 rad/s"),
-        ([BodyTarget(orientation="up")], r"^bodies\[0\].orientation: must be 4 finite numbers"),
+        ([BodyTarget(orientation=[1.0])], r"^bodies\[0\].orientation: must be 4 finite numbers"),
     ],
 )
 def test_a_wrong_target_is_named_and_nothing_is_done(bodies: Any, message: str) -> None:
