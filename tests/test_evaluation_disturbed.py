@@ -28,7 +28,7 @@ from tatamu import (
     learn,
     load_disturbances,
 )
-from tatamu.disturbances import World
+from tatamu.disturbances import Stream, World, sample_sobol
 from tatamu.evaluation import NOTHING, Evaluation, Evaluator, Incumbent, on_coarser_mesh
 from tatamu.report.page import page
 from tatamu.search import HIGH, LOW, Proposal
@@ -141,8 +141,38 @@ def test_another_world_is_beyond_the_quantile_as_often_as_it_says() -> None:
 def test_errors_of_a_fold_that_does_not_hold_count_twice(distance: float, overlap: float, objective: float) -> None:
     changes = {"objective": 1.3, "mean_vertex_distance": distance, "mask_iou": overlap}
     measured = Evaluation(X, 0.5, 1.3, 1.3, GOOD.model_copy(update=changes))
-    assert disturbed()._penalise(measured) == pytest.approx(objective)
-    assert disturbed()._penalise(Evaluation(X, 0.5, 9.0, 9.0, None, "torn")) == 9.0
+    evaluator = disturbed(Failing(towel()))
+    assert evaluator._penalise(measured, evaluator._holds(measured, evaluator.limits)) == pytest.approx(objective)
+    assert evaluator(X).objective == 9.0
+
+
+@pytest.mark.parametrize(
+    ("world", "distance", "holds"),
+    [
+        ({}, 0.0124, True),
+        ({}, 0.0126, False),
+        ({"hands.offset.along": 0.01}, 0.0162, True),
+        ({"hands.offset.along": 0.01}, 0.0163, False),
+        ({"hands.offset.along": 0.005}, 0.0126, False),
+        ({"grasp.along.left": 0.03}, 0.0, False),
+    ],
+)
+def test_a_path_answers_for_what_it_can_change(world: Mapping[str, float], distance: float, holds: bool) -> None:
+    """Hands 10 mm off put the fold off by as much; to it comes half of the limit. Beside the cloth nothing is held."""
+    changes = {"mean_vertex_distance": distance, "moving_vertex_distance": distance}
+    measured = Evaluation(X, 0.5, 1.0, 1.0, GOOD.model_copy(update=changes))
+    assert disturbed()._holds_in(measured, World(world)) is holds
+
+
+def test_worlds_in_which_a_hand_meets_the_table_are_left_out() -> None:
+    evaluator = disturbed(worlds=64)
+    too_low = -evaluator.task.fold.fingers.compliance
+    assert all(world["hands.offset.up"] >= too_low for world in evaluator.sample)
+    drawn = sample_sobol(HANDS_OFF, 128, 0, Stream.LEARNING)
+    assert set(map(repr, evaluator.sample)) < set(map(repr, drawn))
+    assert sum(world["hands.offset.up"] < too_low for world in drawn) > 40
+    down = HANDS_OFF.model_copy(update={"mean": {"hands.offset.up": -1.0}})
+    assert len(replace(evaluator, disturbances=down).sample) == 64, "where there are no others, these are taken"
 
 
 def test_a_trial_whose_nominal_fold_is_worse_is_simulated_once() -> None:

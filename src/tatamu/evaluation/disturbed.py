@@ -5,6 +5,11 @@ By default the search minimises C subject to a chance constraint (Charnes and Co
 nominal C, and the quantile (value at risk) over all worlds is minimised. So folds that hold are compared by C alone:
 how far errors of the hands displace them depends on the world, hardly on the manipulation.
 
+A path answers for what it can change. Curves end where the hands do, so hands that let go of the cloth off its target
+put the fold off whatever the path: the limit of such a world is their distance and `OWN_SHARE` of the usual limit. A
+hand that meets the table fails whatever the path: such worlds are left out. One that closes beside the cloth could have
+grasped farther inwards: there the fold is lost.
+
 The same worlds serve all trials (common random numbers). Simulations are spent where they decide (racing): if the
 nominal fold alone is worse than the incumbent, the trial cannot win. Otherwise the worlds follow in which any known
 trial ended worst; the first two trials, simulated in all of them, tell which these are. A world that is not simulated
@@ -20,13 +25,17 @@ from functools import cached_property
 
 import numpy as np
 
-from tatamu.disturbances import Disturbances, Stream, World, sample_sobol
+from tatamu.disturbances import Disturbances, Stream, World, hand_failure, meets_table, put_off, sample_sobol
 from tatamu.errors import InputError
 from tatamu.evaluation.evaluator import NOTHING, Evaluation, Evaluator, Incumbent, Wrapper
-from tatamu.folding.score import Limits
+from tatamu.folding.score import ALPHA, Limits
 
 SCOUTS = 2
 """The first trials, which are simulated in all worlds and so find those that decide."""
+OWN_SHARE = 0.5
+"""What a path may add to the error of the hands, as a part of the limit of the mean vertex distance."""
+SPARE = 2
+"""Worlds that are drawn for each that is needed: in most, no hand meets the table."""
 
 
 @dataclass(frozen=True)
@@ -65,8 +74,11 @@ class Disturbed(Wrapper):
 
     @cached_property
     def sample(self) -> tuple[World, ...]:
-        """The disturbed worlds."""
-        return tuple(sample_sobol(self.disturbances, self.worlds, self.seed, Stream.LEARNING))
+        """The disturbed worlds: the first in which no hand meets the table, as far as there are enough of them."""
+        drawn = sample_sobol(self.disturbances, SPARE * self.worlds, self.seed, Stream.LEARNING)
+        usual = self.task.manipulation(self.task.space.middle())
+        able = sorted(drawn, key=lambda world: meets_table(self.task.fold, usual, world))
+        return tuple(able[: self.worlds])
 
     @property
     def n_tail_worlds(self) -> int:
@@ -116,7 +128,7 @@ class Disturbed(Wrapper):
         latter at least.
         """
         nominal = self.inner(parameters)
-        floor = self._penalise(nominal)
+        floor = self._penalise(nominal, self._holds(nominal, self.limits))
         if nominal.failed:
             return replace(nominal, objective=floor)
         if floor >= beat.objective:
@@ -124,9 +136,11 @@ class Disturbed(Wrapper):
         errors: dict[int, float] = {}
         counted: dict[int, float] = {}
         for number in beat.hardest or range(self.worlds):
-            found = self.inner.in_world(parameters, self.sample[number])
-            errors[number] = self._penalise(found)
-            counted[number] = errors[number] if self.quantile is None or not self._holds(found) else floor
+            world = self.sample[number]
+            found = self.inner.in_world(parameters, world)
+            holds = self._holds_in(found, world)
+            errors[number] = self._penalise(found, holds)
+            counted[number] = floor if holds and self.quantile is not None else errors[number]
             least = self._bound(counted, floor)
             if least >= beat.objective and len(counted) < self.worlds:
                 return replace(nominal, objective=max(least, floor + beat.cost), simulations=1 + len(counted))
@@ -136,14 +150,24 @@ class Disturbed(Wrapper):
         """Return a lower bound of the objective: worlds that are not known count as the nominal one."""
         return self.aggregate([known.get(number, floor) for number in range(self.worlds)])
 
-    def _holds(self, found: Evaluation) -> bool:
-        return found.score is not None and self.limits.hold(found.score)
+    def _holds_in(self, found: Evaluation, world: World) -> bool:
+        """Return whether a fold holds in a world, by what a path can change."""
+        fold, manipulation = self.task.fold, self.task.manipulation(found.parameters)
+        if hand_failure(fold, manipulation, world) is not None:
+            return False
+        usual = self.limits.mean_vertex_distance
+        allowed = max(usual, put_off(fold, manipulation, world) + OWN_SHARE * usual)
+        return self._holds(found, self.limits.model_copy(update={"mean_vertex_distance": allowed}))
 
-    def _penalise(self, found: Evaluation) -> float:
-        """Return l_x + alpha D, or l_x + 2 alpha D if the fold does not hold."""
-        if found.score is None or self._holds(found):
+    def _holds(self, found: Evaluation, limits: Limits) -> bool:
+        return found.score is not None and limits.hold(found.score)
+
+    def _penalise(self, found: Evaluation, holds: bool) -> float:
+        """Return l_x + alpha D, or l_x + 2 alpha D if the fold does not hold, D being that of the limit at least."""
+        if found.score is None or holds:
             return found.nominal
-        return 2.0 * found.nominal - found.trajectory_length
+        limit = ALPHA * len(self.task.fold.start) * self.limits.mean_vertex_distance
+        return found.trajectory_length + 2.0 * max(found.nominal - found.trajectory_length, limit)
 
 
 def _worst_first(objectives: Mapping[int, float]) -> tuple[int, ...]:

@@ -44,11 +44,12 @@ def first_curves(fold: Fold) -> list[Parameters]:
 def robust_curves(fold: Fold) -> list[Parameters]:
     """Return curves to start a search in disturbed worlds with.
 
-    First an arched one and a low one, which fail in different worlds. Last the arched one at the corners: on a coarser
-    mesh the search goes without it, so that the default mesh begins with a fold that usually holds.
+    First an arched one and a low one, which fail in different worlds. Last the arched one further inwards, where hands
+    that are off still find cloth: on a coarser mesh the search goes without it, so that the default mesh begins with a
+    fold that usually holds.
     """
     corners, inwards, *low = first_curves(fold)
-    return [inwards, *low, corners]
+    return [corners, *low, inwards]
 
 
 def later_curves(fold: Fold) -> list[Parameters]:
