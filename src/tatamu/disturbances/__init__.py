@@ -12,7 +12,7 @@ from tatamu.disturbances.description import (
     read_disturbances,
     with_calibrated,
 )
-from tatamu.disturbances.disturbed import disturbed_scene, hand_errors, hand_failure, meets_table, put_off
+from tatamu.disturbances.disturbed import disturbed_scene, hand_errors, hand_failure
 from tatamu.disturbances.systematic import Split, join, split
 from tatamu.disturbances.world import (
     NOMINAL,
@@ -41,8 +41,6 @@ __all__ = [
     "join",
     "load_disturbances",
     "mean_world",
-    "meets_table",
-    "put_off",
     "read_disturbances",
     "sample_sobol",
     "sample_worlds",

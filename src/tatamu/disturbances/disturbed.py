@@ -75,23 +75,6 @@ def hand_failure(fold: Fold, manipulation: Manipulation, world: World) -> str | 
     return None
 
 
-def meets_table(fold: Fold, manipulation: Manipulation, world: World) -> bool:
-    """Return whether a hand is commanded below the table by more than it yields, whatever it grasps."""
-    hands = (_hand(fold, manipulation, world, number) for number in range(len(manipulation.grasps)))
-    return any(hand.too_low > fold.fingers.compliance for hand in hands)
-
-
-def put_off(fold: Fold, manipulation: Manipulation, world: World) -> float:
-    """Return how far from its target the hands let go of what they hold, seen from above [m]: the mean of the hands.
-
-    Curves end where their hands do, so no path makes this good. Hands that hold nothing do not count.
-    """
-    hands = (_hand(fold, manipulation, world, number).carry for number in range(len(manipulation.grasps)))
-    carries = [carry for carry in hands if carry is not None]
-    off = [fold.start[each.vertex] + each.displacements[-1] - fold.target[each.vertex] for each in carries]
-    return float(np.mean([np.linalg.norm(each[:2]) for each in off])) if off else 0.0
-
-
 def _material(usual: Material, world: World) -> Material:
     """Return the disturbed material, each field within its bounds."""
     known = {name: getattr(usual, name) for name in FIELDS if getattr(usual, name) is not None}

@@ -5,10 +5,8 @@ By default the search minimises C subject to a chance constraint (Charnes and Co
 nominal C, and the quantile (value at risk) over all worlds is minimised. So folds that hold are compared by C alone:
 how far errors of the hands displace them depends on the world, hardly on the manipulation.
 
-A path answers for what it can change. Curves end where the hands do, so hands that let go of the cloth off its target
-put the fold off whatever the path: the limit of such a world is their distance and `OWN_SHARE` of the usual limit. A
-hand that meets the table fails whatever the path: such worlds are left out. One that closes beside the cloth could have
-grasped farther inwards: there the fold is lost.
+Some worlds are lost whatever the path: where hands let go of the cloth 20 mm beside its target, or meet the table. They
+tell nothing of a path, so a fold need hold only where a yardstick does: the arched curve that every search is given.
 
 The same worlds serve all trials (common random numbers). Simulations are spent where they decide (racing): if the
 nominal fold alone is worse than the incumbent, the trial cannot win. Otherwise the worlds follow in which any known
@@ -25,17 +23,15 @@ from functools import cached_property
 
 import numpy as np
 
-from tatamu.disturbances import Disturbances, Stream, World, hand_failure, meets_table, put_off, sample_sobol
+from tatamu.disturbances import Disturbances, Stream, World, hand_failure, sample_sobol
 from tatamu.errors import InputError
 from tatamu.evaluation.evaluator import NOTHING, Evaluation, Evaluator, Incumbent, Wrapper
+from tatamu.folding.parameters import arched_inwards
 from tatamu.folding.score import ALPHA, Limits
+from tatamu.search import Parameters
 
 SCOUTS = 2
 """The first trials, which are simulated in all worlds and so find those that decide."""
-OWN_SHARE = 0.5
-"""What a path may add to the error of the hands, as a part of the limit of the mean vertex distance."""
-SPARE = 2
-"""Worlds that are drawn for each that is needed: in most, no hand meets the table."""
 
 
 @dataclass(frozen=True)
@@ -74,11 +70,8 @@ class Disturbed(Wrapper):
 
     @cached_property
     def sample(self) -> tuple[World, ...]:
-        """The disturbed worlds: the first in which no hand meets the table, as far as there are enough of them."""
-        drawn = sample_sobol(self.disturbances, SPARE * self.worlds, self.seed, Stream.LEARNING)
-        usual = self.task.manipulation(self.task.space.middle())
-        able = sorted(drawn, key=lambda world: meets_table(self.task.fold, usual, world))
-        return tuple(able[: self.worlds])
+        """The disturbed worlds."""
+        return tuple(sample_sobol(self.disturbances, self.worlds, self.seed, Stream.LEARNING))
 
     @property
     def n_tail_worlds(self) -> int:
@@ -109,6 +102,21 @@ class Disturbed(Wrapper):
             return float(np.mean(objectives))
         return float(np.quantile(objectives, self.quantile, method="weibull"))
 
+    @cached_property
+    def yardstick(self) -> Parameters:
+        """The arched curve whose fold says in which worlds a fold can hold."""
+        return arched_inwards(self.task.fold)
+
+    @cached_property
+    def _yardstick_serves(self) -> bool:
+        """Whether its fold holds without disturbances: otherwise it says nothing."""
+        return self._holds(self.inner(self.yardstick))
+
+    @cached_property
+    def _yardstick_holds(self) -> dict[int, bool]:
+        """Whether its fold holds, by the numbers of the worlds in which that was asked."""
+        return {}
+
     def incumbent(self, known: Sequence[Evaluation], parameters: Mapping[str, int | float]) -> Incumbent:
         """Return the best of the complete evaluations, and the worlds that decide: the hardest of each of them.
 
@@ -128,7 +136,7 @@ class Disturbed(Wrapper):
         latter at least.
         """
         nominal = self.inner(parameters)
-        floor = self._penalise(nominal, self._holds(nominal, self.limits))
+        floor = self._penalise(nominal)
         if nominal.failed:
             return replace(nominal, objective=floor)
         if floor >= beat.objective:
@@ -136,35 +144,39 @@ class Disturbed(Wrapper):
         errors: dict[int, float] = {}
         counted: dict[int, float] = {}
         for number in beat.hardest or range(self.worlds):
-            world = self.sample[number]
-            found = self.inner.in_world(parameters, world)
-            holds = self._holds_in(found, world)
-            errors[number] = self._penalise(found, holds)
-            counted[number] = floor if holds and self.quantile is not None else errors[number]
+            found = self._in_world(parameters, number)
+            errors[number] = self._penalise(found)
+            passes = self.quantile is not None and (self._holds(found) or self._is_lost_to_all(number))
+            counted[number] = floor if passes else errors[number]
             least = self._bound(counted, floor)
             if least >= beat.objective and len(counted) < self.worlds:
                 return replace(nominal, objective=max(least, floor + beat.cost), simulations=1 + len(counted))
         return replace(nominal, objective=least, simulations=1 + len(counted), hardest=_worst_first(errors))
 
+    def _in_world(self, parameters: Mapping[str, int | float], number: int) -> Evaluation:
+        """Evaluate a manipulation in a world; it fails if a hand cannot do its part there, whatever the cloth does."""
+        world = self.sample[number]
+        failure = hand_failure(self.task.fold, self.task.manipulation(parameters), world)
+        return self.inner.in_world(parameters, world) if failure is None else self.inner.fail(parameters, failure)
+
+    def _is_lost_to_all(self, number: int) -> bool:
+        """Return whether the fold of the yardstick does not hold in a world; it is simulated there when first asked."""
+        if not self._yardstick_serves:
+            return False
+        if number not in self._yardstick_holds:
+            self._yardstick_holds[number] = self._holds(self._in_world(self.yardstick, number))
+        return not self._yardstick_holds[number]
+
     def _bound(self, known: Mapping[int, float], floor: float) -> float:
         """Return a lower bound of the objective: worlds that are not known count as the nominal one."""
         return self.aggregate([known.get(number, floor) for number in range(self.worlds)])
 
-    def _holds_in(self, found: Evaluation, world: World) -> bool:
-        """Return whether a fold holds in a world, by what a path can change."""
-        fold, manipulation = self.task.fold, self.task.manipulation(found.parameters)
-        if hand_failure(fold, manipulation, world) is not None:
-            return False
-        usual = self.limits.mean_vertex_distance
-        allowed = max(usual, put_off(fold, manipulation, world) + OWN_SHARE * usual)
-        return self._holds(found, self.limits.model_copy(update={"mean_vertex_distance": allowed}))
+    def _holds(self, found: Evaluation) -> bool:
+        return found.score is not None and self.limits.hold(found.score)
 
-    def _holds(self, found: Evaluation, limits: Limits) -> bool:
-        return found.score is not None and limits.hold(found.score)
-
-    def _penalise(self, found: Evaluation, holds: bool) -> float:
-        """Return l_x + alpha D, or l_x + 2 alpha D if the fold does not hold, D being that of the limit at least."""
-        if found.score is None or holds:
+    def _penalise(self, found: Evaluation) -> float:
+        """Return l_x + alpha D, or l_x + 2 alpha D if the fold does not hold, with the D of the limit at least."""
+        if found.score is None or self._holds(found):
             return found.nominal
         limit = ALPHA * len(self.task.fold.start) * self.limits.mean_vertex_distance
         return found.trajectory_length + 2.0 * max(found.nominal - found.trajectory_length, limit)

@@ -82,12 +82,13 @@ class Search(ABC):
         Args:
             space: Bounds of the parameters.
             seed: Random seed of the search.
-            first: Parameters of the first proposals. The next one is random: from given points that all fail alike, a
-                search would learn only the part of the objective that needs no simulation.
+            first: Parameters of the first proposals; one that stands twice is proposed once. The next one is random:
+                from given points that all fail alike, a search would learn only the part of the objective that needs
+                no simulation.
         """
         self.space = space
         self.seed = seed
-        self.first = [dict(each) for each in first]
+        self.first = [dict(each) for number, each in enumerate(first) if each not in first[:number]]
         self.told: list[Observation] = []
         self.pending: list[Proposal] = []
 
