@@ -145,9 +145,10 @@ class Disturbed(Wrapper):
         counted: dict[int, float] = {}
         for number in beat.hardest or range(self.worlds):
             found = self._in_world(parameters, number)
-            errors[number] = self._penalise(found)
-            passes = self.quantile is not None and (self._holds(found) or self._is_lost_to_all(number))
-            counted[number] = floor if passes else errors[number]
+            holds = self._holds(found)
+            decides = self.quantile is None or holds or not self._is_lost_to_all(number)
+            errors[number] = self._penalise(found) if decides else floor
+            counted[number] = floor if holds and self.quantile is not None else errors[number]
             least = self._bound(counted, floor)
             if least >= beat.objective and len(counted) < self.worlds:
                 return replace(nominal, objective=max(least, floor + beat.cost), simulations=1 + len(counted))
