@@ -3,7 +3,7 @@
     python -m benchmarks.earned --out runs/earned [--seeds tshirt=4,leg=4,towel=10] [--jobs 2]
     python -m benchmarks.earned --out runs/earned --table [--write-docs]
 
-Each study runs in a process of its own on one core, and its fold is judged in 200 disturbed worlds that no search used,
+Each study runs in a process of its own on one core, and its fold is judged in 100 disturbed worlds that no search used,
 on two meshes as in `tatamu margins`. Worlds in which no fold holds tell nothing of a fold: hands that are 20 mm off put
 every fold off. So a fold holds in a share of the worlds in which any fold measured here does. A file of the folder
 keeps what one study found, so that a killed run goes on; `--table` only shows what is there. Processor time is a
@@ -41,7 +41,7 @@ from tatamu.search import Parameters
 from tatamu.simulators import named
 from tatamu.study import Result
 
-DRAWS = 200
+DRAWS = 100
 UNUSED_SEED = 1000
 """Of the worlds in which folds are judged, the same for all."""
 GIVEN, LEAST, ROBUST = "given", "least C", "in disturbed worlds"
