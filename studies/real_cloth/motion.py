@@ -123,8 +123,8 @@ class SwungCloth(RealTest):
                 f"the cloth are where the robot holds them. The air was fitted on {len(fitting)} recordings; all "
                 f"figures are medians over the {len(measured) - len(fitting)} others. The swing is the distance by "
                 "which the lower edge is ahead of the upper one, across the bar; it does not depend on the stiffness "
-                "of the cloth. Camera displaced: the predictions are moved and turned about the middle of the bar, because "
-                f"the place of a camera is known only roughly. This displacement is the same for all recordings, and "
+                "of the cloth. Camera displaced: the predictions are moved and turned about the middle of the bar, "
+                f"because the place of a camera is known only roughly. This displacement is the same for all recordings, and "
                 f"was fitted on the same {len(fitting)}."
             ),
             tables=[

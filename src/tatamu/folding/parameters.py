@@ -44,8 +44,8 @@ def first_curves(fold: Fold) -> list[Parameters]:
 def robust_curves(fold: Fold) -> list[Parameters]:
     """Return curves to start a search in disturbed worlds with.
 
-    First an arched one and a low one, which fail in different worlds. Last the arched one at the corners: on a coarser
-    mesh the search goes without it, so that the default mesh begins with a fold that usually holds.
+    The first two are an arched and a low curve, which fail in different worlds. The last is the arched one at the
+    corners. A search on a coarser mesh leaves it to the default mesh, which then starts with a fold that usually holds.
     """
     corners, inwards, *low = first_curves(fold)
     return [inwards, *low, corners]
