@@ -63,8 +63,8 @@ class Body(Record):
     hand: Literal["left", "right"] | None = None
     """The hand to which this finger belongs; None if it belongs to none.
 
-    It does not collide with triangles at vertices that a gripper of this hand holds. They are longer than a fingertip is
-    thick, so they would stick out from between the fingers."""
+    It does not collide with triangles at vertices that a gripper of this hand holds. They are longer than a fingertip
+    is thick, so they would stick out from between the fingers."""
     times: Annotated[list[Number], Field(min_length=1)] = Field(default_factory=lambda: [0.0])
     """Knots of the motion [s], increasing."""
     positions: Points

@@ -99,7 +99,7 @@ class Gripper(Record):
     """Vertices held from `closes` to `opens`; they keep their arrangement and follow `displacements`."""
 
     hand: Literal["left", "right"] | None = None
-    """The hand that it belongs to;
+    """The hand that it belongs to.
 
     None if the scene does not name hands. Fingers that press layers together are several grippers of one hand; the
     first moves like the hand.

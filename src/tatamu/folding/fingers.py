@@ -49,8 +49,8 @@ class Fingers(Record):
     compliance: Annotated[Number, Field(ge=0.0, le=0.1)] = 0.0067
     """Largest depth below the table's top to which a hand may be commanded without failing [m].
 
-    The default is that of an arm of 3000 N/m that stops at 20 N (`setDefaultBehavior` in examples/examples_common.cpp of
-    frankaemika/libfranka)."""
+    The default is that of an arm of 3000 N/m that stops at 20 N (`setDefaultBehavior` in examples/examples_common.cpp
+    of frankaemika/libfranka)."""
 
     @model_validator(mode="before")
     @classmethod

@@ -73,7 +73,7 @@ class Trial(Scored):
     worlds: int | None = None
     """Number of simulated worlds, the nominal one included; None without disturbances."""
     expected_objective: float | None = None
-    """The minimised value, or a bound of it if the trial could not win;
+    """The minimised value, or a bound of it if the trial could not win.
 
     None if it is `objective`. With disturbances it is C if the fold holds in most worlds, otherwise more, or the mean
     over the worlds. With a user's evaluator it is the value of that evaluator.

@@ -24,7 +24,7 @@ class StepOptions(NamedTuple):
     outer_step: float = 1e-3
     """Longest outer step H [s]: contact and friction are resolved at least this often."""
     membrane_phase: float = 1.25
-    """Largest h omega of the membrane's steps [-];
+    """Largest h omega of the membrane's steps [-].
 
     2 is the limit of stability; the difference allows for large strains.
     """
