@@ -124,8 +124,8 @@ class SwungCloth(RealTest):
                 f"figures are medians over the {len(measured) - len(fitting)} others. The swing is the distance by "
                 "which the lower edge is ahead of the upper one, across the bar; it does not depend on the stiffness "
                 "of the cloth. Camera displaced: the predictions are moved and turned about the middle of the bar, "
-                f"because the place of a camera is known only roughly. This displacement is the same for all recordings, "
-                f"and was fitted on the same {len(fitting)}."
+                "because the place of a camera is known only roughly. This displacement is the same for all "
+                f"recordings, and was fitted on the same {len(fitting)}."
             ),
             tables=[
                 Tabulated("real: swing", [_line(each, measured) for each in predictions]),
