@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from pathlib import Path
 
 import tatamu
@@ -40,3 +41,11 @@ def test_words_do_not_change_the_digest_of_the_simulators() -> None:
     assert reworded != source and code_of(reworded) == code_of(source)
     assert code_of(source + "\nADDED = 1\n") != code_of(source)
     assert len(source_digest()) == 64
+
+
+def test_the_constraints_name_every_package_that_is_asked_for() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    asked = [*project["dependencies"], *(each for extra in project["optional-dependencies"].values() for each in extra)]
+    names = {re.split(r"[\[<>=~!]", each)[0].lower() for each in asked} - {"tatamu"}
+    named = set(re.findall(r"^([\w.-]+)==\S+$", (ROOT / "constraints.txt").read_text().lower(), flags=re.M))
+    assert names <= named, sorted(names - named)
