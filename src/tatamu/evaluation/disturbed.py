@@ -1,17 +1,17 @@
-"""The objective under disturbances: the least C of folds that hold, or its mean over disturbed worlds.
+"""The objective under disturbances: C of folds that hold, or its mean over disturbed worlds.
 
-By default the search minimises C subject to a chance constraint (Charnes and Cooper 1959): the fold is to hold in
-97.5 % of the disturbed worlds. In a world in which it does not, the objective is l_x + 2 alpha D, in others it is the
-nominal C, and the quantile (value at risk) over all worlds is minimised. So folds that hold are compared by C alone:
-how far errors of the hands displace them depends on the world, hardly on the manipulation.
+By default the search minimises C subject to a chance constraint (Charnes and Cooper 1959): the fold is to hold in 97.5
+% of the disturbed worlds. In a world in which it does not, the objective is l_x + 2 alpha D, in others it is the
+nominal C, and the quantile (value at risk) over all worlds is minimised. So folds that hold are compared by C alone,
+because the displacement by errors of the hands depends on the world and hardly on the manipulation.
 
-Some worlds are lost whatever the path: where hands let go of the cloth 20 mm beside its target, or meet the table. They
-tell nothing of a path, so a fold need hold only where a yardstick does: the arched curve that every search is given.
+In some worlds no path helps: where hands release the cloth 20 mm from its target, or hit the table. So a fold needs to
+hold only in worlds in which a yardstick holds: the arched curve with which every search starts.
 
-The same worlds serve all trials (common random numbers). Simulations are spent where they decide (racing): if the
-nominal fold alone is worse than the incumbent, the trial cannot win. Otherwise the worlds follow in which any known
-trial ended worst; the first two trials, simulated in all of them, tell which these are. A world that is not simulated
-counts as the nominal one, which bounds the objective from below, so a trial ends as soon as this bound exceeds the
+The same worlds serve all trials (common random numbers). Trials are raced to save simulations. If the nominal fold is
+worse than the incumbent, the trial cannot win. Otherwise it is simulated in the worlds in which known trials ended
+worst; the first two trials, which are simulated in all worlds, show which these are. A world that is not simulated
+counts as the nominal one. This bounds the objective from below, so a trial ends as soon as this bound exceeds the
 incumbent.
 """
 
@@ -42,7 +42,7 @@ class Disturbed(Wrapper):
     quantile: float | None = 0.975
     """The share of worlds in which the fold is to hold: the quantile that is minimised; None for the mean of C."""
     worlds: int = 40
-    """How many worlds there are."""
+    """Number of worlds."""
     seed: int = 0
     """Random seed of the worlds."""
     limits: Limits = field(default_factory=Limits)
@@ -61,7 +61,7 @@ class Disturbed(Wrapper):
 
     @property
     def scouts(self) -> int:
-        """How many evaluations the others of a study wait for: they are simulated in all worlds."""
+        """Number of first evaluations for which the others wait, because they are simulated in all worlds."""
         return SCOUTS
 
     def without_disturbances(self) -> Evaluator:
@@ -75,7 +75,7 @@ class Disturbed(Wrapper):
 
     @property
     def n_tail_worlds(self) -> int:
-        """How many of the worst worlds make the objective: all for the mean, those from the quantile upwards."""
+        """Number of worst worlds that determine the objective; all for the mean."""
         if self.quantile is None:
             return self.worlds
         below = int(self.quantile * (self.worlds + 1)) - 1
@@ -83,12 +83,12 @@ class Disturbed(Wrapper):
 
     @property
     def n_shared_worlds(self) -> int:
-        """How many of a trial's hardest worlds others are simulated in: all for the mean, twice the tail."""
+        """Number of a trial's hardest worlds in which other trials are simulated: twice the tail, all for the mean."""
         return self.worlds if self.quantile is None else min(self.worlds, 2 * self.n_tail_worlds)
 
     @property
     def n_raced_worlds(self) -> int:
-        """How many worlds a trial is simulated in that may win: all for the mean, three times the tail."""
+        """Largest number of worlds of a raced trial: three times the tail, or all for the mean."""
         return self.worlds if self.quantile is None else min(self.worlds, 3 * self.n_tail_worlds)
 
     def aggregate(self, objectives: Sequence[float]) -> float:
@@ -120,7 +120,7 @@ class Disturbed(Wrapper):
     def incumbent(self, known: Sequence[Evaluation], parameters: Mapping[str, int | float]) -> Incumbent:
         """Return the best of the complete evaluations, and the worlds that decide: the hardest of each of them.
 
-        While fewer than `SCOUTS` are known, nothing has to be beaten.
+        While fewer than `SCOUTS` evaluations are known, there is none.
         """
         able = sorted((each for each in known if each.hardest), key=lambda each: each.objective)
         if len(able) < SCOUTS:
@@ -132,8 +132,8 @@ class Disturbed(Wrapper):
     def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
         """Evaluate a manipulation.
 
-        A trial that cannot win gets an objective that is worse than the incumbent's, by what disturbances add to the
-        latter at least.
+        The objective of a trial that cannot win exceeds the incumbent's by at least the cost of disturbances of the
+        incumbent.
         """
         nominal = self.inner(parameters)
         floor = self._penalise(nominal)

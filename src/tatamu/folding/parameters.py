@@ -44,8 +44,8 @@ def first_curves(fold: Fold) -> list[Parameters]:
 def robust_curves(fold: Fold) -> list[Parameters]:
     """Return curves to start a search in disturbed worlds with.
 
-    First an arched one and a low one, which fail in different worlds. Last the arched one again, with which the search
-    begins on the default mesh: a fold that usually holds. A search that has one mesh only does not try it twice.
+    The first two are an arched and a low curve, which fail in different worlds. The last is the arched one again: the
+    default mesh starts with it, a fold that usually holds. A search on one mesh tries it once.
     """
     return [arched_inwards(fold), *low_curves(fold), arched_inwards(fold)]
 
