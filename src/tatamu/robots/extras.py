@@ -15,7 +15,7 @@ needed = partial(extras.needed, extra="robot")
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Keep MuJoCo's warnings off standard error: those that it writes by itself, and those that Python shows for it."""
+    """Suppress MuJoCo's warnings on standard error: those that it writes itself, and those that Python shows."""
     mujoco = needed("mujoco")
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda _: None)
@@ -28,5 +28,5 @@ def quiet() -> Iterator[None]:
 
 
 def one_line(error: Exception) -> str:
-    """The text of another package's error in one line."""
+    """Return the text of another package's error in one line."""
     return " ".join(str(error).split())
