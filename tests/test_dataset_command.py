@@ -89,6 +89,12 @@ def test_a_missing_codec_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert not (tmp_path / "folds").exists()
 
 
+def test_a_folder_has_one_dataset_at_a_time(tmp_path: Path) -> None:
+    command = ["dataset", str(written(tmp_path, 1)), "--workers", "1", "--out", str(tmp_path / "folds")]
+    with DatasetFolder(tmp_path / "folds").locked():
+        refused(tatamu(*command), f"{tmp_path / 'folds'}: another dataset is being made here")
+
+
 def test_a_full_disk_is_one_line(tmp_path: Path) -> None:
     with files_of(10_000):
         ended = tatamu("dataset", str(written(tmp_path, 1)), "--workers", "1", "--out", str(tmp_path / "folds"))

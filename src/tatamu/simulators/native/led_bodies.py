@@ -95,15 +95,12 @@ class LedBodies:
         """Copy what changes."""
         return dict(self._led)
 
-    def restore(self, state: Mapping[int, BodyPose], number: int) -> None:
-        """Return to a state of the same scene, in outer step `number`."""
+    def restore(self, state: Mapping[int, BodyPose]) -> None:
+        """Return to a state of the same scene; the next `lead` writes the paths of the bodies that targets lead."""
         times = np.arange(self._positions.shape[1]) * self._outer_step
         for index in self._led.keys() - state.keys():
             self._positions[index], self._orientations[index] = self._bodies[index].path(times)
         self._led = dict(state)
-        for index, pose in state.items():
-            self._positions[index, number] = pose.position
-            self._orientations[index, number] = pose.orientation
 
     def _now(self, index: int, number: int) -> BodyPose:
         led = self._led.get(index)

@@ -205,7 +205,7 @@ class Simulation:
         self._untangle_at = state.untangle_at
         self._rest = state.rest
         self._grippers.restore(state.grippers)
-        self._bodies.restore(state.bodies, state.number)
+        self._bodies.restore(state.bodies)
         set_arrays(self.system, state.arrays)
 
     def frames(self) -> np.ndarray:
