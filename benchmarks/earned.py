@@ -224,16 +224,16 @@ def short(found: Sequence[Mapping[str, Any]], case: str) -> list[dict[str, str]]
     for kind, title in (
         (GIVEN, "best curve that a search is given"),
         (LEAST, "learned without disturbances"),
-        (ROBUST, "learned in disturbed simulations, the default"),
+        (ROBUST, "learned with disturbances, the default"),
     ):
         here = [given] if kind == GIVEN else [each for each in found if each["case"] == case and each["kind"] == kind]
         if here:
             table.append(
                 {
                     "fold": title,
-                    "way of a hand [m]": f"{median(each['path'] for each in here):.3f}",
-                    "mean distance from the target [mm]": f"{1e3 * median(each['distance'] for each in here):.1f}",
-                    "holds where any of them does": f"{100 * median(each['held'] for each in here):.0f} %",
+                    "path of a hand [m]": f"{median(each['path'] for each in here):.3f}",
+                    "undisturbed, mean distance from the target [mm]": f"{1e3 * median(each['distance'] for each in here):.1f}",
+                    "holds, of the simulations in which any fold does": f"{100 * median(each['held'] for each in here):.0f} %",
                 }
             )
     return table
@@ -250,7 +250,11 @@ def draw(found: Sequence[Mapping[str, Any]], case: str, file: Path) -> None:
     task = CASES[case].task()
     figure, axes = pyplot.subplots(figsize=(7.0, 2.0), layout="constrained")
     given = best_given(found, case)
-    styles = {GIVEN: ("#888888", "best given curve"), LEAST: ("#d95f02", LEAST), ROBUST: ("#1b6ca8", "learned to hold")}
+    styles = {
+        GIVEN: ("#888888", "best given curve"),
+        LEAST: ("#d95f02", "learned without disturbances"),
+        ROBUST: ("#1b6ca8", "learned with disturbances"),
+    }
     for kind, (colour, title) in styles.items():
         studies = [each for each in found if each["case"] == case and each["kind"] == kind]
         for number, each in enumerate([given] if kind == GIVEN else studies):

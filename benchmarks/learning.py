@@ -1,11 +1,11 @@
-"""Write the figures of README and docs/notes/learning.md: five seeds of the default towel, random search, fixed curves.
+"""Write the figures of docs/notes/learning.md: five seeds of the default towel, random search, fixed curves.
 
 Trials run one by one, all on the default mesh, and no curves are given, so the table compares the searches alone.
 
     python benchmarks/learning.py --out runs/learning [--seeds 5] [--trials 50] [--write-docs]
 
 Prints a table and writes `table.json`. Finished studies in the folder are not repeated. `--write-docs` replaces the
-sentence in README.md and the table in docs/notes/learning.md.
+table in docs/notes/learning.md.
 """
 
 from __future__ import annotations
@@ -62,17 +62,6 @@ def shown(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return [{name: column(row) for name, column in COLUMNS.items()} for row in rows]
 
 
-def sentence(rows: list[dict[str, Any]], trials: int) -> str:
-    """The README's figure: the worst seed of the Gaussian process."""
-    own = [row for row in rows if row["search"] == "gp"]
-    distance = 1e3 * max(row["mean_vertex_distance"] for row in own)
-    return (
-        f"The default towel in half, the paper's objective, {trials} trials: the worst of {len(own)} seeds ends "
-        f"{distance:.2f} mm from its target on average, with a mask IoU of {min(row['mask_iou'] for row in own):.3f} "
-        "(`make learning`)."
-    )
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, required=True)
@@ -90,7 +79,6 @@ def main() -> None:
     print(markdown(shown(rows)))
     print(f"\npeak memory of this process {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB")
     if options.write_docs:
-        publish("learning: short", sentence(rows, options.trials))
         publish("learning: long", markdown(shown(rows)))
 
 

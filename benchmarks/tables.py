@@ -15,7 +15,6 @@ IMAGES = Path("docs/images")
 """Where pictures and drawings of the docs are."""
 README = Path("README.md")
 PLACES = {
-    "learning: short": README,
     "earned: short": README,
     "earned": NOTES / "margins.md",
     "speed: short": README,
