@@ -228,12 +228,14 @@ def short(found: Sequence[Mapping[str, Any]], case: str) -> list[dict[str, str]]
     ):
         here = [given] if kind == GIVEN else [each for each in found if each["case"] == case and each["kind"] == kind]
         if here:
+            distance = 1e3 * median(each["distance"] for each in here)
+            held = 100 * median(each["held"] for each in here)
             table.append(
                 {
                     "fold": title,
                     "path of a hand [m]": f"{median(each['path'] for each in here):.3f}",
-                    "undisturbed, mean distance from the target [mm]": f"{1e3 * median(each['distance'] for each in here):.1f}",
-                    "holds, of the simulations in which any fold does": f"{100 * median(each['held'] for each in here):.0f} %",
+                    "undisturbed, mean distance from the target [mm]": f"{distance:.1f}",
+                    "holds, of the simulations in which any fold does": f"{held:.0f} %",
                 }
             )
     return table
