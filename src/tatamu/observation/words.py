@@ -9,7 +9,7 @@ from tatamu.folding.manipulation import HANDS
 from tatamu.folding.marks import MARKS
 from tatamu.folding.shift import HandShift
 from tatamu.margins.words import SHOWN, TITLES, amount
-from tatamu.observation.correction import Expected
+from tatamu.observation.corrected import CorrectionRecord, End
 from tatamu.observation.observe import BEYOND, Observed
 
 MARK_TITLES = dict(
@@ -76,17 +76,17 @@ def posterior_lines(observed: Observed) -> Iterator[str]:
         yield f"not told: {', '.join(title(name) for name in untold)}"
 
 
-def correction_lines(observed: Observed) -> Iterator[str]:
+def correction_lines(record: CorrectionRecord) -> Iterator[str]:
     """Yield what is changed, and what is expected of it."""
-    correction = observed.correction
-    if correction.is_none:
+    before, after = record.expected["before"], record.expected["after"]
+    if not record.hands:
         yield "no correction is expected to bring the fold nearer"
-        yield f"expected: {_expected(correction.before)}"
+        yield f"expected: {_expected(before)}"
         return
-    for hand, shift in zip(HANDS, correction.shifts, strict=False):
+    for hand, shift in zip(HANDS, record.hands, strict=False):
         yield f"{hand} hand: {shift_text(shift)}"
-    yield f"expected without it: {_expected(correction.before)}"
-    yield f"expected with it: {_expected(correction.after)}"
+    yield f"expected without it: {_expected(before)}"
+    yield f"expected with it: {_expected(after)}"
 
 
 def shift_text(shift: HandShift) -> str:
@@ -95,9 +95,10 @@ def shift_text(shift: HandShift) -> str:
     return f"grasp {grasp} mm, release {release} mm (along, across), height {1e3 * shift.height:+.1f} mm"
 
 
-def _expected(expected: Expected) -> str:
-    low, high = expected.distance_interval
-    return f"mean distance {1e3 * expected.distance:.1f} mm (90 % interval {1e3 * low:.1f} to {1e3 * high:.1f} mm)"
+def _expected(end: End) -> str:
+    low, high = end.interval
+    distance = 1e3 * end.mean_vertex_distance
+    return f"mean distance {distance:.1f} mm (90 % interval {1e3 * low:.1f} to {1e3 * high:.1f} mm)"
 
 
 __all__ = ["MARK_TITLES", "SHOWN", "correction_lines", "posterior_lines", "shift_text", "shown", "title"]
