@@ -18,8 +18,9 @@ from benchmarks.tables import markdown, publish
 
 from tatamu.observation.correction import find_correction
 from tatamu.observation.posterior import Fold, posterior
+from tatamu.simulators.many import processors
 
-NEXT = 4
+NEXT = 3
 """Next folds of each set-up, which differ in their random parts; the same after no, one and two observations."""
 SLACK = 5e-4
 """A set-up is no worse if its next folds end this much farther off at most, in the mean [m]."""
@@ -97,7 +98,7 @@ def main() -> None:
     for case in CASES:
         if options.cases is None or case.name in options.cases:
             count = min(case.set_ups, options.set_ups or case.set_ups)
-            rows = measured_rows(case, count, options.out, "folds", run)
+            rows = measured_rows(case, count, options.out, "folds", run, processors())
             lines += table(case, rows)
     print(markdown(lines), flush=True)
     if options.write_docs:
