@@ -1,4 +1,4 @@
-"""Fingers of a hand: two alike, one under the hem and one over it. Their shape is stated here and nowhere else.
+"""The two equal fingers of a hand, one under the hem and one over it. Their shape is defined here.
 
     a   axis of the fingers, from the hand to their tips: towards the side that stays, `tilt` below the horizontal
     u   opening axis, from the lower finger to the upper one: in the vertical plane across the hem, as a is
@@ -41,14 +41,16 @@ class Fingers(Record):
     length: Annotated[Number, Field(ge=0.005, le=0.2)] = 0.02
     """Length of a finger along its axis, as far as it is straight [m]."""
     opening: Annotated[Number, Field(ge=0.002, le=0.2)] = 0.02
-    """How far the upper finger stands off before it closes and after it has opened [m]."""
+    """Distance of the upper finger from the lower one before it closes and after it has opened [m]."""
     tilt: Annotated[Number, Field(ge=0.0, le=1.4)] = 0.5
     """Angle of the fingers below the horizontal [rad]."""
     friction: Annotated[Number, Field(ge=0.0, le=10.0)] = 0.5
     """Coulomb coefficient of cloth on the fingers [-]."""
     compliance: Annotated[Number, Field(ge=0.0, le=0.1)] = 0.0067
-    """How far a hand may be commanded below the table's top before it has failed [m]. Default: an arm of 3000 N/m that
-    stops at 20 N, as `setDefaultBehavior` of frankaemika/libfranka has it (examples/examples_common.cpp)."""
+    """Largest depth below the table's top to which a hand may be commanded without failing [m].
+
+    The default is that of an arm of 3000 N/m that stops at 20 N (`setDefaultBehavior` in examples/examples_common.cpp
+    of frankaemika/libfranka)."""
 
     @model_validator(mode="before")
     @classmethod
@@ -68,12 +70,12 @@ class Fingers(Record):
 
     @property
     def lift(self) -> float:
-        """How far the lower finger reaches below the hem that lies on it [m]."""
+        """Depth of the lower finger below the hem that lies on it [m]."""
         return float(self.thickness * np.cos(self.tilt))
 
     @property
     def setback(self) -> float:
-        """How far before its place the hem is let go [m]: the cloth that goes round the tip of the lower finger."""
+        """Length of the cloth around the tip of the lower finger [m]; the hem is released this much earlier."""
         return float(self.thickness * (1.0 - np.sin(self.tilt)))
 
     def axes(self, normal: np.ndarray) -> np.ndarray:

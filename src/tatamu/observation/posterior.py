@@ -1,4 +1,4 @@
-"""The posterior: what all observed folds of a set-up tell of its systematic disturbances.
+"""The posterior of the systematic disturbances of a set-up, given all its observed folds.
 
 An observed fold n of a set-up measured the marks
 
@@ -31,16 +31,16 @@ from tatamu.observation.sampling import sample
 WIDTH = 0.7
 """Standard deviation of the logarithm of the factor by which the deviations of a file may be wrong: a factor of two."""
 UNSURE_DISTANCE = 0.003
-"""How far an emulated mean distance may be wrong when a fold is said to have failed [m]."""
+"""Standard deviation of an emulated mean distance when a fold is observed as failed [m]."""
 SET_UPS = 10_000
-"""Set-ups that an observation is compared with, to tell whether it is plausible."""
+"""Number of set-ups that an observation is compared with, to tell whether it is plausible."""
 IMPLAUSIBLE = 1e-3
-"""An observation is beyond what was drawn if fewer set-ups than this end like it, twice as uncertain as stated."""
+"""An observation is implausible if fewer set-ups than this share end like it, with twice the stated deviations."""
 
 
 @dataclass(frozen=True)
 class Fold:
-    """An observed fold: what was measured, and of which learned fold."""
+    """An observed fold: its measurement, and the learned fold."""
 
     observation: Observation
     emulator: Emulator
@@ -57,13 +57,17 @@ class Fold:
         """The measured numbers [m]."""
         return np.array([number.value for number in self.observation.measured])
 
+    @property
+    def _ruler(self) -> np.ndarray:
+        """Standard deviations of the measured numbers [m]."""
+        return np.array([number.deviation for number in self.observation.measured])
+
     @cached_property
     def _whitened(self) -> tuple[np.ndarray, np.ndarray]:
         """Axes along which errors of the emulator are independent, and their variances, both with the ruler as 1."""
-        ruler = np.array([number.deviation for number in self.observation.measured])
-        own = self.emulator.residual[np.ix_(self.places, self.places)] / np.outer(ruler, ruler)
+        own = self.emulator.residual[np.ix_(self.places, self.places)] / np.outer(self._ruler, self._ruler)
         variances, axes = np.linalg.eigh(own)
-        return axes / ruler[:, None], np.clip(variances, 0.0, None)
+        return axes / self._ruler[:, None], np.clip(variances, 0.0, None)
 
     def likelihood(self, values: np.ndarray) -> np.ndarray:
         """Return logarithms of likelihoods, shape (members,), of the disturbances of this fold (members, k)."""
@@ -82,31 +86,23 @@ class Fold:
         return total
 
     def chance(self, prior: Split) -> float:
-        """Return the probability that a set-up, `WIDER` times as uncertain as stated, ends at least as far off."""
+        """Return the probability that a set-up with `WIDER` times the stated deviations ends at least as far off."""
         if not self.places:
             return 1.0
         generator = np.random.default_rng(0)
-        drawn = generator.standard_normal((SET_UPS, len(prior.names)))
-        values = (
-            prior.mean
-            + self.correction
-            + WIDER
-            * drawn
-            @ np.linalg.cholesky(prior.systematic + np.diag(prior.random) + 1e-18 * np.eye(len(prior.names))).T
-        )
+        whole = WIDER**2 * (prior.systematic + np.diag(prior.random))
+        values = generator.multivariate_normal(prior.mean + self.correction, whole, SET_UPS, method="eigh")
         ends = self.emulator.ends(values, generator)[:, self.places]
-        ends += np.array([number.deviation for number in self.observation.measured]) * generator.standard_normal(
-            ends.shape
-        )
-        middle = np.median(ends, axis=0)
-        inverse = np.linalg.inv(np.cov(ends.T).reshape(len(self.places), -1))
-        off, observed = ends - middle, self.values - middle
-        return float((np.einsum("ij,jk,ik->i", off, inverse, off) >= observed @ inverse @ observed).mean())
+        ends += self._ruler * generator.standard_normal(ends.shape)
+        away = np.vstack([ends, self.values]) - np.median(ends, axis=0)
+        inverse = np.linalg.inv(np.atleast_2d(np.cov(ends.T)))
+        squared = np.einsum("ij,jk,ik->i", away, inverse, away)
+        return float((squared[:-1] >= squared[-1]).mean())
 
 
 @dataclass(frozen=True)
 class Alike:
-    """Two disturbances that the observations cannot tell apart."""
+    """Two disturbances that the observations cannot distinguish."""
 
     one: str
     other: str
@@ -134,7 +130,7 @@ class Posterior:
 
     @property
     def used(self) -> int:
-        """How many observed folds it depends on."""
+        """Number of observed folds on which it depends."""
         return sum(chance >= IMPLAUSIBLE for chance in self.chances)
 
     @property
@@ -170,7 +166,7 @@ class Posterior:
         return [name for name, before, after in self.deviations if after >= share * before]
 
     def alike(self, least: float = 0.4) -> list[Alike]:
-        """Return pairs that look alike: correlated by the observations, the most first."""
+        """Return pairs that cannot be distinguished, the most correlated first."""
         if not self.used:
             return []
         scale = np.sqrt(np.clip(np.diag(self.covariance), 1e-30, None))
@@ -189,7 +185,7 @@ class Posterior:
         """Return the marks at which the next fold may end [m], shape (members, m), with random parts and errors.
 
         Args:
-            emulator: Of the learned fold.
+            emulator: Emulator of the learned fold.
             correction: With which it is carried out, as a change of disturbances, shape (k,).
         """
         generator = np.random.default_rng(0)

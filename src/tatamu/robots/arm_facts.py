@@ -16,9 +16,9 @@ Lengths [m], angles [rad], speeds [rad/s], accelerations [rad/s^2], masses [kg].
 Fingertips: of Franka's hand, the rubber tip (17.5 x 15.2 x 18.5 mm) of franka_description, franka_hand.xacro; of the
 2F-85, the inner finger with its tip and pad in [2F-85], of UFACTORY's gripper, the finger's mesh in [XARM-G]
 
-Plans accelerate by at most 5 rad/s^2: below Franka's own limits (7.5 for Panda, 10 for FR3) and within what MoveIt's
-configurations of UR arms have (5 to 10); no figure of UFACTORY's was found. Boxes come from
-`python -m benchmarks.link_boxes`, rounded outwards to millimetres.
+Plans accelerate by at most 5 rad/s^2: below Franka's own limits (7.5 for Panda, 10 for FR3) and within MoveIt's
+configurations of UR arms (5 to 10). No number of UFACTORY was found. Boxes come from `python -m benchmarks.link_boxes`,
+rounded outwards to millimetres.
 """
 
 from __future__ import annotations
@@ -51,11 +51,11 @@ class Hinge(NamedTuple):
     upper: float
     speed: float
     mass: float
-    """Of the link that it moves [kg]."""
+    """Mass of the link that it moves [kg]."""
     boxes: tuple[Box, ...]
     """Round that link, in its frame [m]."""
     axis: Vector = (0.0, 0.0, 1.0)
-    """In the frame of the link."""
+    """Axis in the frame of the link."""
 
 
 class ParallelGripper(NamedTuple):
@@ -70,7 +70,7 @@ class ParallelGripper(NamedTuple):
     widest: float
     """Widest opening between the fingertips [m]."""
     fingertip: float
-    """From the flange to the ends of the closed fingers [m]."""
+    """Distance from the flange to the ends of the closed fingers [m]."""
     mass: float
 
 
@@ -86,7 +86,7 @@ class SerialArm:
     ready: tuple[float, ...]
     """A pose in which the gripper points straight down, before the arm [rad]."""
     acceleration: float
-    """What plans keep to [rad/s^2]."""
+    """Largest acceleration in plans [rad/s^2]."""
     lerobot: LeRobotNames = LEROBOT
     lerobot_type: str = ""
     """Type of a pair in LeRobot."""

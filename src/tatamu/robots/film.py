@@ -22,9 +22,9 @@ RATE = 10
 WIDTH, HEIGHT = 480, 360
 """[pixels]."""
 MARGIN = 0.12
-"""From the way of the tools to the edge of the table that is drawn [m]."""
+"""Margin between the path of the tools and the edge of the drawn table [m]."""
 CLOSE_UP = 1.35
-"""Distance of the camera over the extent of what it shows."""
+"""Distance of the camera over the extent of the scene."""
 ACROSS = 1.4
 """Robots that are wider than deep by this are two arms that face each other."""
 SIDES = {"tatamu_front": FRONT, "tatamu_back": BACK}
@@ -69,7 +69,7 @@ def _frames(rehearsal: Rehearsal, fold: Rollout | None) -> list[np.ndarray]:
 
 
 def _camera(model: Any, poser: Poser, rehearsal: Rehearsal, mujoco: Any) -> Any:
-    """A camera that has the whole robot and the way of its tools in view, between arms that face each other."""
+    """Return a camera that shows the whole robot and the path of its tools, between arms that face each other."""
     shown = [k for k in range(model.ngeom) if model.geom(k).name not in (TABLE, *SIDES)]
     shown = [k for k in shown if model.geom_type[k] != mujoco.mjtGeom.mjGEOM_PLANE]
     points = np.concatenate([poser.pose(0).geom_xpos[shown], rehearsal.tools.reshape(-1, 3)])

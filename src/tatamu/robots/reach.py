@@ -1,8 +1,8 @@
 """Which placements both arms can follow the whole fold from, and which of them best.
 
-Each candidate placement is tried with each hold; an arm follows the hand's path from point to point by damped
-least squares, each from the last one's angles, so that a path which would need a jump counts as unreachable. What
-is reached is then asked for its distance from the trunk and the table, and both arms from one another.
+Each candidate placement is tried with each hold; an arm follows the hand's path from point to point by damped least
+squares. Each point starts from the angles of the last one, so a path that would need a jump counts as unreachable. Then
+the distances from the trunk and the table, and between both arms, are computed for paths that are reached.
 """
 
 from __future__ import annotations
@@ -45,32 +45,32 @@ DISTANCES = {
 ALONE = ("to the trunk", "within an arm", "to obstacles", "to the table", "of fingers to the table")
 """Kinds of distances that one arm alone decides."""
 TABLE_ROOM = 0.01
-"""A table is chosen at least this far below the robot at its start [m]."""
+"""Least distance of a table below the robot at its initial pose [m]."""
 ON_THE_WAY = (0.25, 0.5, 0.75)
-"""Parts of the way from the initial pose to the first point of a fold, and back from the last, that are asked too."""
+"""Fractions of the way from the initial pose to the first point, and back from the last, that are also tested."""
 HOPELESS = -1.0
 """Worse than this is not followed up."""
 REFINED = 2
 """Placements, the best first, whose neighbourhoods are searched too."""
 ASKED = 80
-"""Placements, the best first, that are asked for distances."""
+"""Number of best placements whose distances are computed."""
 CLEAR, TRIED = 3, 8
 """Holds that touch nothing that are wanted of each arm, and holds that are tried for them at most."""
 
 
 @dataclass(frozen=True)
 class ArmReach:
-    """How one arm follows one hand, for every placement and hold."""
+    """The motion of one arm along the path of one hand, for every placement and hold."""
 
     quality: np.ndarray
     """1 is comfortable, 0 just possible, negative not; shape (placements, holds)."""
     reached: np.ndarray
-    """How many of the points were reached in a row, shape (placements, holds)."""
+    """Number of points reached in a row, shape (placements, holds)."""
     angles: np.ndarray
     """[rad], shape (placements, holds, points, k)."""
 
     def best(self, placement: int) -> np.ndarray:
-        """The best ways to hold, the best first."""
+        """Return the best holds, the best first."""
         order = np.argsort(-self.quality[placement], kind="stable")[:CLEAR]
         return order[self.quality[placement][order] > HOPELESS]
 
@@ -87,16 +87,16 @@ class PlacementRanking:
     reached: np.ndarray
     """Points that each arm reached in a row, shape (2, n)."""
     times: np.ndarray
-    """Simulated time of each point [s]; the first and the last stand for approach and retreat."""
+    """Simulated time of each point [s]; the first and the last are approach and retreat."""
 
     @property
     def good(self) -> int:
-        """How many placements both arms can follow the fold from; they come first."""
+        """Number of placements from which both arms can follow the fold; they come first."""
         return int((self.quality >= 0).sum())
 
 
 def table_heights(robot: Robot, given: float | None = None) -> tuple[float, float] | None:
-    """Between which heights the table top may stand in B [m] without touching the robot at its start; None: nowhere."""
+    """Return the range of heights of a table in B [m] that does not touch the robot at its start, or None."""
     lowest = Clearance(robot, kinds=("to the table",)).lowest(robot.initial)
     low, high = robot.table_heights if given is None else (given, given)
     if given is None:
@@ -131,7 +131,7 @@ def joined(first: PlacementRanking, second: PlacementRanking) -> PlacementRankin
 
 
 def search(robot: Robot, hands: HandMotion, placements: list[Placement], fine: bool = False) -> PlacementRanking:
-    """Try every placement, with few ways to hold or with more; the best comes first."""
+    """Try every placement with few or with all holds; the best comes first."""
     times = hands.evenly(SAMPLES)
     if not placements:
         return PlacementRanking([], [], np.empty(0), np.empty((2, 0), dtype=np.int64), times)
@@ -217,9 +217,9 @@ def _keep_clear(
 def _alone(
     robot: Robot, arm: Arm, clearance: Clearance, trunk: np.ndarray, quality: np.ndarray, angles: np.ndarray
 ) -> None:
-    """Lower the quality of holds (h,) by how near the arm comes to the trunk, itself and the table.
+    """Lower the quality of holds (h,) by the distances of the arm from the trunk, itself and the table.
 
-    The best are asked first; what is not asked, because enough are clear or too many are not, is hopeless.
+    The best holds are tested first. Once enough are clear or too many are not, the others count as impossible.
     """
     clear = 0
     for rank, hold in enumerate(np.argsort(-quality, kind="stable")):
@@ -249,14 +249,14 @@ def _pair(
 
 
 def _from_start(angles: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """Angles (m, ..) with some on the way to the first of them and back from the last, shape (m + 2 n, ..) [rad]."""
+    """Return angles (m, ..) with some on the way to the first and back from the last, shape (m + 2 n, ..) [rad]."""
     way = np.array(ON_THE_WAY).reshape(-1, *([1] * start.ndim))
     there, back = start + way * (angles[0] - start), start + way[::-1] * (angles[-1] - start)
     return np.concatenate([there, angles, back])
 
 
 def _room(clearance: Clearance, configurations: np.ndarray) -> float:
-    """The least distance of configurations (n, nq): 1 is as good as can be, negative too near."""
+    """Return the quality of the smallest distance of configurations (n, nq): at most 1, negative if too near."""
     worst = 1.0
     for kind, found in clearance.least(configurations).items():
         low, high = DISTANCES[kind]
@@ -288,7 +288,7 @@ def _track(chain: Chain, targets: np.ndarray, start: np.ndarray) -> tuple[np.nda
 
 
 def _quality(chain: Chain, arm: Arm, angles: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """From angles (n, m, k): the least of the margins, less for folds that would have to be slowed down."""
+    """Return the smallest margin for angles (n, m, k), reduced for folds that must be slowed down."""
     count, points, width = angles.shape
     margin = chain.margin(angles.reshape(-1, width)).reshape(count, points).min(axis=1) / GOOD_MARGIN
     some = angles[:, ::2]
@@ -297,7 +297,7 @@ def _quality(chain: Chain, arm: Arm, angles: np.ndarray, steps: np.ndarray) -> n
 
 
 def slowing(arm: Arm, angles: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """How many times slower the path (n, m, k), `steps` (m - 1,) [s] apart, must be driven: about, at least 1."""
+    """Estimate the factor, at least 1, by which the path (n, m, k) with `steps` (m - 1,) [s] must be slowed down."""
     speed = np.diff(angles, axis=1) / steps[:, None]
     rate = np.diff(speed, axis=1) / ((steps[1:] + steps[:-1]) / 2)[:, None]
     fast = (np.abs(speed) / arm.planned_speed).max(axis=(1, 2))
