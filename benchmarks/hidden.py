@@ -32,7 +32,7 @@ from tatamu.observation.correction import added
 from tatamu.observation.observe import Evidence, evidence_of
 from tatamu.observation.posterior import Fold
 from tatamu.options import LearnOptions
-from tatamu.study import Result
+from tatamu.study import Result, ResultFolder
 
 WIDER = 2.0
 """Deviations of the hidden set-ups over the usual ones."""
@@ -83,10 +83,11 @@ CASES = (
 def evidence_for(case: Case, out: Path) -> Evidence:
     """Learn the fold of a case in usual disturbances, and simulate its draws; what is there is taken."""
     folder = out / (case.learned or case.file_name)
-    task = make_task(case.garment, size=case.size, spacing=case.spacing, fold=case.fold)
-    learned = learn(task, LearnOptions(trials=TRIALS, seed=0, baselines=False, coarse=False), out=folder)
-    assert isinstance(learned, Result) and learned.held
-    print(f"{case.name}: {learned.held.headline}", flush=True)
+    if not ResultFolder(folder).report_file.exists():
+        task = make_task(case.garment, size=case.size, spacing=case.spacing, fold=case.fold)
+        learn(task, LearnOptions(trials=TRIALS, seed=0, baselines=False, coarse=False), out=folder)
+    learned = Result.load(folder)
+    print(f"{case.name}: {learned.held.headline if learned.held else ''}", flush=True)
     return evidence_of(learned, ObservedFolder(folder))
 
 

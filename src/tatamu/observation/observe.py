@@ -20,7 +20,7 @@ from tatamu.observation.measured import Observation
 from tatamu.observation.posterior import IMPLAUSIBLE, Fold, Posterior, posterior
 from tatamu.study import Result, ResultFolder
 
-BEYOND = "beyond everything that was drawn: check the grasp or the scale; nothing is corrected after it"
+BEYOND = "beyond everything that was drawn: check the grasp or the scale, look again; it is left out"
 
 
 @dataclass(frozen=True)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 from tatamu.disturbances import CHANNELS
 from tatamu.folding.manipulation import HANDS
 from tatamu.folding.marks import MARKS
 from tatamu.folding.shift import HandShift
 from tatamu.margins.words import SHOWN, TITLES, amount
-from tatamu.observation.corrected import CorrectionRecord, End
+from tatamu.observation.corrected import CorrectionRecord, End, kept
+from tatamu.observation.folder import ObservedFolder
 from tatamu.observation.observe import BEYOND, Observed
+from tatamu.study import Result
 
 MARK_TITLES = dict(
     zip(
@@ -89,6 +92,24 @@ def correction_lines(record: CorrectionRecord) -> Iterator[str]:
     yield f"expected with it: {_expected(after)}"
 
 
+def next_lines(last: Path, found: Result) -> Iterator[str]:
+    """Yield what a fold that was learned after observed ones changes, and its expected outcome.
+
+    Args:
+        last: Folder of the last observed fold.
+        found: The fold learned after it.
+    """
+    for hand, shift in zip(HANDS, found.task.shift, strict=False):
+        yield f"{hand} hand, of every trial: {shift_text(shift)}"
+    record = kept(ObservedFolder.of(last))
+    if record is not None:
+        yield f"expected of {last}: {_expected(record.expected['before'])}"
+    if found.held is not None:
+        spread = found.held.mean_vertex_distance
+        median, most = 1e3 * spread.median, 1e3 * spread.q90
+        yield f"expected of this fold: median distance {median:.1f} mm (90 % within {most:.1f} mm)"
+
+
 def shift_text(shift: HandShift) -> str:
     """Return the shift of a hand in millimetres, along the fold and across it."""
     grasp, release = (f"{1e3 * along:+.1f}, {1e3 * across:+.1f}" for along, across in (shift.grasp, shift.release))
@@ -101,4 +122,4 @@ def _expected(end: End) -> str:
     return f"mean distance {distance:.1f} mm (90 % interval {1e3 * low:.1f} to {1e3 * high:.1f} mm)"
 
 
-__all__ = ["MARK_TITLES", "SHOWN", "correction_lines", "posterior_lines", "shift_text", "shown", "title"]
+__all__ = ["MARK_TITLES", "SHOWN", "correction_lines", "next_lines", "posterior_lines", "shift_text", "shown", "title"]
