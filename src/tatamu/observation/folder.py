@@ -97,8 +97,9 @@ class ObservedFolder:
 
     def place_of_next(self, variant: Path) -> int:
         """Return the place among all observations that the next one of a variant will have."""
-        known = self.variants()
-        return sum(len(self.files(each)) for each in known[: known.index(variant) + 1])
+        known = [each.resolve() for each in self.variants()]
+        until = known.index(variant.resolve()) + 1 if variant.resolve() in known else len(known)
+        return sum(len(self.files(each)) for each in known[:until])
 
     def photos(self) -> list[Path]:
         """Return where the photographs of all observations are kept, if they were observed by photograph."""
