@@ -81,8 +81,9 @@ coarser: $(READY)  ## how coarser meshes rank folds: the table of docs/notes/lea
 loop: $(DEV)  ## what a trial costs beside its simulation and its proposal; a minute
 	$(BIN)/python -m benchmarks.loop --write-docs
 
-loop-closed: $(DEV)  ## hidden set-ups observed and corrected: the tables of docs/notes/observation.md; an hour
-	$(BIN)/python -m benchmarks.loop_closed --out runs/loop-closed --write-docs
+loop-closed: $(DEV)  ## hidden set-ups observed and corrected: the tables of docs/notes/observation.md; half an hour
+	$(BIN)/python -m benchmarks.loop_closed --write-docs
+	$(BIN)/python -m benchmarks.updates --write-docs
 
 times: $(READY)  ## how long whole commands take: the table of docs/notes/learning.md; minutes, `--cases shop` longer
 	$(BIN)/python benchmarks/times.py --out runs/times --write-docs

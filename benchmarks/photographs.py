@@ -23,6 +23,7 @@ from tests.photographs import BLUE, WOOD, Cloth, Paper, Shot, laid, photograph
 
 from tatamu.errors import InputError
 from tatamu.evaluation import Nominal
+from tatamu.folding.fold import Fold
 from tatamu.folding.marks import MARKS, marks
 from tatamu.folding.task import Task, make_task
 from tatamu.garments import Garment, make_garment
@@ -35,7 +36,7 @@ from tatamu.photographs.markers import find_pages
 from tatamu.photographs.photograph import Photograph, load_scale, read_photograph
 from tatamu.photographs.pose import Pose, wrapped
 from tatamu.photographs.printing import page
-from tatamu.photographs.reading import FoldReader
+from tatamu.photographs.reading import FoldReader, FoldReading
 from tatamu.photographs.shape import shape_of
 
 BOARD = Board(pages=2)
@@ -221,25 +222,40 @@ def outcomes(task: Task) -> Iterator[np.ndarray]:
             yield rollout.positions[-1] + np.array([*random.normal(0.0, 0.003, 2), 0.0])
 
 
+class Setting:
+    """A table, boards and a camera, and a photograph of the cloth before the fold, which gives its frame."""
+
+    def __init__(self, fold: Fold, seed: int) -> None:
+        self._fold, garment = fold, fold.garment
+        shot, _, self._pose, self._papers = scene(garment, 25.0, LOOKS[0], seed)
+        self._shot = replace(shot, size=FOLD_PIXELS, distance=1.5)
+        self.before = locate_shape(self._photo(fold.start, seed), shape_of(garment), learned=True)
+
+    def _photo(self, points: np.ndarray, seed: int) -> Photograph:
+        cloth = laid(points, self._fold.garment.faces, self._pose)
+        with TemporaryDirectory() as folder:
+            path = Path(folder) / "photo.png"
+            Image.fromarray(photograph(replace(self._shot, seed=seed), cloth, self._papers)).save(path)
+            return read_photograph(path, BOARD)
+
+    def read(self, final: np.ndarray, seed: int) -> FoldReading:
+        """Photograph a finished fold [m], shape (n, 3), and read it."""
+        photo = self._photo(final, seed)
+        return FoldReader(photo, self.before.pose, self.before.deviation, self._fold).read({})
+
+
 def folds(folder: Path) -> list[dict[str, str]]:
     """Rows of what is read of simulated folds: before and after are photographs."""
     task = make_task("towel", size=(0.30, 0.50), spacing=0.025)
-    garment = task.fold.garment
-    shot, _, pose, papers = scene(garment, 25.0, LOOKS[0], 5)
-    looked = replace(shot, size=FOLD_PIXELS, distance=1.5)
-    before, after = folder / "before.png", folder / "after.png"
-    Image.fromarray(photograph(looked, laid(task.fold.start, garment.faces, pose), papers)).save(before)
-    frame = locate_shape(read_photograph(before, BOARD), shape_of(garment), learned=True)
-    draw_located(frame).save(folder / "located.png")
+    setting = Setting(task.fold, 5)
+    draw_located(setting.before).save(folder / "located.png")
     read: dict[str, list[tuple[float, float]]] = {}
     count = 0
     for final in outcomes(task):
         count += 1
-        Image.fromarray(photograph(replace(looked, seed=count), laid(final, garment.faces, pose), papers)).save(after)
         true = marks(task.fold, final)
         try:
-            reader = FoldReader(read_photograph(after, BOARD), frame.pose, frame.deviation, task.fold)
-            reading = reader.read({})
+            reading = setting.read(final, count)
         except InputError as error:
             print(f"  fold {count}: {error}")
             continue

@@ -19,7 +19,7 @@ from tatamu.evaluation import NOTHING, Evaluation, Evaluator, Incumbent, Nominal
 from tatamu.files import validated
 from tatamu.folding.task import Task, make_task
 from tatamu.margins import DRAWS, Measured, measure
-from tatamu.observation import Observation, Observed, ruler, write_corrected
+from tatamu.observation import CorrectionRecord, Observation, Observed, ruler, write_corrected
 from tatamu.observation import corrected as corrected_fold
 from tatamu.observation import observe as observe_fold
 from tatamu.observation.after import known_of
@@ -271,7 +271,10 @@ def correct(observed: Observed | study.Result, *, out: Path | str | None = None)
         InputError: If nothing was observed, or the folder cannot be written.
     """
     found = observed if isinstance(observed, Observed) else observe_fold(observed)
-    made = corrected_fold(found) if out is None else write_corrected(found, Path(out))
+    if out is None:
+        made = corrected_fold(found.learned, CorrectionRecord.of(found), found.posterior.disturbances)
+    else:
+        made = write_corrected(found, Path(out))
     return Result(**{each.name: getattr(made, each.name) for each in fields(made)})
 
 

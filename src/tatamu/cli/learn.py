@@ -103,6 +103,7 @@ def _learn(
         from tatamu.folding.advice import UncarriedWarning, advice
         from tatamu.folding.baselines import BASELINES
         from tatamu.search import Schedule
+        from tatamu.study import Result
         from tatamu.study.database import shared_database  # imported last, because it takes seconds
 
         database = connections.enter_context(shared_database(storage))
@@ -135,6 +136,12 @@ def _learn(
             )
     except KeyboardInterrupt:
         raise Interrupted(kept(out)) from None
+    if after:
+        from tatamu.observation.words import next_lines
+
+        assert isinstance(result, Result), "observed folds are single folds"
+        for line in next_lines(after[-1], result):
+            print(line)
     for line in success_lines(result):
         print(line)
     for line in verdict_lines(conclusion_of(result)):

@@ -15,6 +15,7 @@ from tatamu.errors import InputError
 
 if TYPE_CHECKING:
     from tatamu.observation import Observation, Observed
+    from tatamu.photographs.reading import FoldReading
 
 RunArgument = Annotated[
     Path,
@@ -85,7 +86,7 @@ def observe(
     `tatamu observe runs/towel/corrected-1 --left 2,0 --right 1,1`
     """
     from tatamu.files import write_text
-    from tatamu.observation import FORM, read_template, ruler
+    from tatamu.observation import FORM, ObservedFolder, read_template, ruler
     from tatamu.observation.page import write_page
 
     given = {"left": left, "right": right, "slip": slip}
@@ -107,10 +108,11 @@ def observe(
     measured = any(each is not None for each in (*given.values(), deviation, form))
     _refuse(photo is not None and measured, "--photo: has the numbers; give it, or the numbers of a ruler")
     observation: Observation | None = None
+    reading: FoldReading | None = None
     if form is not None:
         observation = read_template(form)
     elif photo is not None:
-        observation = _from_photo(
+        observation, reading = _from_photo(
             folder, photo, board, sheet, before, frame, lens, corner or [], picture, failed, _sides(turned_in)
         )
     elif typed:
@@ -120,6 +122,11 @@ def observe(
             pairs, deviation=1e-3 * (1.5 if deviation is None else deviation), failed=failed, turned_in=sides
         )
     observed = _observed(folder, observation, scheduler)
+    if reading is not None:
+        from tatamu.observation.explained import draw_explained
+        from tatamu.photographs import look
+
+        look.write_picture(draw_explained(observed, reading), ObservedFolder.of(folder).photos()[observed.newest])
     write_page(observed)
     for line in _lines(observed):
         print(line)
@@ -137,7 +144,7 @@ def _from_photo(
     picture: Path | None,
     failed: bool,
     turned_in: list[str],
-) -> Observation:
+) -> tuple[Observation, FoldReading]:
     """Read a photograph, and draw the result if a picture is requested."""
     from tatamu.cli.locate import parse_corners
     from tatamu.files import check_targets
@@ -171,7 +178,7 @@ def _from_photo(
     if picture is not None:
         look.write_picture(look.draw_reading(reading), picture)
         print(f"look at: {picture}, the corners and their targets on top of the photo")
-    return observation
+    return observation, reading
 
 
 @app.command()
@@ -191,16 +198,19 @@ def correct(
 
     `tatamu plan runs/towel/corrected-1 --robot hironx --out plan`
     """
-    from tatamu.observation import write_corrected
+    from tatamu.observation import ObservedFolder, kept, write_kept
     from tatamu.observation.words import correction_lines
 
-    observed = _observed(folder, None, scheduler)
-    for line in correction_lines(observed):
+    place = ObservedFolder.of(folder)
+    record = kept(place)
+    if record is None:
+        _observed(folder, None, scheduler)
+        record = kept(place)
+        assert record is not None, "it was written now"
+    for line in correction_lines(record):
         print(line)
-    if observed.correction.is_none:
-        return
-    made = write_corrected(observed, out)
-    print(f"corrected: {made.folder}")
+    if record.hands:
+        print(f"corrected: {write_kept(place, record, out).folder}")
 
 
 def _observed(folder: Path, observation: Observation | None, scheduler: str | None) -> Observed:
@@ -210,7 +220,7 @@ def _observed(folder: Path, observation: Observation | None, scheduler: str | No
     from tatamu.cli.progress import prepare
     from tatamu.cluster import executor_at
     from tatamu.margins.terminal import reporting
-    from tatamu.observation import ObservedFolder
+    from tatamu.observation import ObservedFolder, keep
     from tatamu.observation import observe as observe_fold
     from tatamu.study import Result
 
@@ -222,18 +232,20 @@ def _observed(folder: Path, observation: Observation | None, scheduler: str | No
         if executor is None and not place.has_draws:
             prepare(learned.simulator)
         with reporting(Console(), f"draws of {folder.name}") as progress:
-            return observe_fold(learned, observation, executor=executor, progress=progress)
+            observed = observe_fold(learned, observation, executor=executor, progress=progress)
+    keep(observed)
+    return observed
 
 
 def _lines(observed: Observed) -> list[str]:
-    from tatamu.observation import ObservedFolder
+    from tatamu.observation import CorrectionRecord, ObservedFolder
     from tatamu.observation.words import correction_lines, posterior_lines
 
     folder = ObservedFolder(observed.learned.folder or Path())
     after = [] if observed.correction.is_none else [f"next: tatamu correct {folder.path}"]
     return [
         *posterior_lines(observed),
-        *correction_lines(observed),
+        *correction_lines(CorrectionRecord.of(observed)),
         f"posterior: {folder.posterior_file}",
         f"page: {folder.page_file}",
         *after,

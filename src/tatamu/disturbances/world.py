@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
-from scipy.stats import norm, qmc
+from scipy.special import ndtri
 
 from tatamu.disturbances.channels import CHANNELS, DIRECTIONS, PLACES
 from tatamu.disturbances.description import Disturbances, LengthOfHands
@@ -106,10 +106,12 @@ def sample_sobol(disturbances: Disturbances, count: int, seed: int, stream: Stre
 
     The first ones do not depend on `count`; see `sample_worlds` for the arguments.
     """
+    from scipy.stats import qmc  # takes half a second
+
     generator = np.random.default_rng(np.random.SeedSequence([seed, stream]))
     engine = qmc.Sobol(DIMENSIONS, scramble=True, rng=generator)
     even = engine.random_base2(max(0, int(np.ceil(np.log2(count)))))[:count, : len(CHANNELS)]
-    return worlds_of(disturbances, norm.ppf(np.clip(even, 1e-9, 1.0 - 1e-9)))
+    return worlds_of(disturbances, ndtri(np.clip(even, 1e-9, 1.0 - 1e-9)))
 
 
 def worlds_of(disturbances: Disturbances, rows: Sequence[np.ndarray] | np.ndarray) -> list[World]:

@@ -1,14 +1,16 @@
 """After the fold: its measurement, the inferred errors of the set-up, and the correction of the next fold."""
 
+from tatamu.observation.corrected import CorrectionRecord, corrected, keep, kept, write_corrected, write_kept
 from tatamu.observation.correction import Correction, Expected
 from tatamu.observation.folder import ObservedFolder
 from tatamu.observation.measured import FORM, Observation, from_numbers, read_template, ruler
-from tatamu.observation.observe import Observed, corrected, observe, write_corrected
+from tatamu.observation.observe import Observed, observe
 from tatamu.observation.posterior import Posterior
 
 __all__ = [
     "FORM",
     "Correction",
+    "CorrectionRecord",
     "Expected",
     "Observation",
     "Observed",
@@ -16,8 +18,11 @@ __all__ = [
     "Posterior",
     "corrected",
     "from_numbers",
+    "keep",
+    "kept",
     "observe",
     "read_template",
     "ruler",
     "write_corrected",
+    "write_kept",
 ]

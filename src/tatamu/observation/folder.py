@@ -7,16 +7,18 @@ the correction after N observed folds, and `observed/` of the folds that were ca
 from __future__ import annotations
 
 from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
 
 import tomli_w
 
 from tatamu.disturbances import Disturbances
 from tatamu.errors import InputError
-from tatamu.files import write_json, write_text
+from tatamu.files import read_text, write_json, write_text
 from tatamu.margins.measurement import KEPT
 from tatamu.observation.measured import Observation
 from tatamu.study import ResultFolder
+from tatamu.version import __version__ as VERSION
 
 OBSERVED = "observed"
 POSTERIOR = "posterior.toml"
@@ -52,6 +54,20 @@ class ObservedFolder:
         return self.path / OBSERVED / "observation.html"
 
     @property
+    def correction_file(self) -> Path:
+        """The next correction: `observed/correction.json`."""
+        return self.path / OBSERVED / "correction.json"
+
+    @property
+    def digest(self) -> str:
+        """A digest of the fold, of its observations and of the posterior: what the next correction follows from."""
+        files = [file for variant in self.variants() for file in self.files(variant)]
+        digest = sha256(VERSION.encode())
+        for file in (self.path / "result.json", self.posterior_file, *files):
+            digest.update(f"{file.relative_to(self.path)} {read_text(file) if file.exists() else ''}".encode())
+        return digest.hexdigest()
+
+    @property
     def has_draws(self) -> bool:
         """Whether the folder has simulations by `tatamu margins` or `tatamu observe`."""
         return (ResultFolder(self.path).margins_folder / KEPT).exists()
@@ -78,6 +94,16 @@ class ObservedFolder:
             InputError: If a file cannot be read, or a field is wrong; the message names both.
         """
         return [(variant, Observation.load(file)) for variant in self.variants() for file in self.files(variant)]
+
+    def place_of_next(self, variant: Path) -> int:
+        """Return the place among all observations that the next one of a variant will have."""
+        known = [each.resolve() for each in self.variants()]
+        until = known.index(variant.resolve()) + 1 if variant.resolve() in known else len(known)
+        return sum(len(self.files(each)) for each in known[:until])
+
+    def photos(self) -> list[Path]:
+        """Return where the photographs of all observations are kept, if they were observed by photograph."""
+        return [file.with_suffix(".jpg") for variant in self.variants() for file in self.files(variant)]
 
     @classmethod
     def add(cls, variant: Path, observation: Observation) -> Path:

@@ -9,19 +9,18 @@ from pathlib import Path
 
 import numpy as np
 
-from tatamu.disturbances import Disturbances, default_disturbances, disturbed_scene, split
+from tatamu.disturbances import Disturbances, World, default_disturbances, hand_errors, split
 from tatamu.errors import InputError
-from tatamu.files import write_json
 from tatamu.folding.shift import HandShift
-from tatamu.observation.correction import Correction, added, as_disturbances, find_correction
+from tatamu.observation.correction import Correction, as_disturbances, find_correction
 from tatamu.observation.draws import Draws, Progress, draw
-from tatamu.observation.emulator import Emulator, fit
+from tatamu.observation.emulator import Emulator, Inputs, fit
 from tatamu.observation.folder import ObservedFolder
 from tatamu.observation.measured import Observation
 from tatamu.observation.posterior import IMPLAUSIBLE, Fold, Posterior, posterior
 from tatamu.study import Result, ResultFolder
 
-BEYOND = "beyond everything that was drawn: check the grasp or the scale; nothing is corrected after it"
+BEYOND = "beyond everything that was drawn: check the grasp or the scale, look again; it is left out"
 
 
 @dataclass(frozen=True)
@@ -37,6 +36,8 @@ class Observed:
     posterior: Posterior
     correction: Correction
     """Correction of the next fold."""
+    newest: int
+    """Place in `folds` of the fold that was observed last."""
 
     @property
     def number(self) -> int:
@@ -82,14 +83,18 @@ def observe(
     if observation is None and (folder is None or not folder.observations()):
         raise InputError("observation: must have numbers, as nothing was observed before; give left, right or slip")
     evidence = evidence_of(base, folder, executor, progress)
-    folds = [*evidence.folds, *([evidence.fold(learned.task.shift, observation)] if observation else [])]
+    folds = list(evidence.folds)
+    newest = len(folds) - 1
+    if observation is not None:
+        newest = len(folds) if folder is None else folder.place_of_next(learned.folder or folder.path)
+        folds.insert(newest, evidence.fold(learned.task.shift, observation))
     found = posterior(evidence.disturbances, folds)
     correction = find_correction(found, evidence.emulator, base.task.fold, base.manipulation)
     if folder is not None:
         if observation is not None:
             folder.add(learned.folder or folder.path, observation)
         folder.write_posterior(found.disturbances)
-    return Observed(base, folds, evidence.emulator, evidence.draws, found, correction)
+    return Observed(base, folds, evidence.emulator, evidence.draws, found, correction, newest)
 
 
 @dataclass(frozen=True)
@@ -126,16 +131,24 @@ def evidence_of(
     disturbances = disturbances_of(base)
     kept = None if folder is None else ResultFolder(folder.path).margins_folder
     draws = draw(base, disturbances, kept, executor, progress)
-    found = Evidence(base, disturbances, draws, emulator_of(disturbances, draws), [])
+    found = Evidence(base, disturbances, draws, emulator_of(base, disturbances, draws), [])
     known = [] if folder is None else folder.observations()
     return replace(found, folds=[found.fold(shift_of(path, base), observation) for path, observation in known])
 
 
-def emulator_of(disturbances: Disturbances, draws: Draws) -> Emulator:
+def emulator_of(base: Result, disturbances: Disturbances, draws: Draws) -> Emulator:
     """Return the emulator of a fold, fitted to its draws."""
     parts = split(disturbances)
     scale = np.where(parts.deviations > 0.0, parts.deviations, 1.0)
-    return fit(parts.names, parts.mean, scale, draws.worlds, draws.difference)
+    laid = np.array([_laid(base, name) for name in parts.names])
+    return fit(Inputs(parts.names, parts.mean, scale, laid), draws.worlds, draws.difference)
+
+
+def _laid(base: Result, name: str) -> np.ndarray:
+    """Return how far off each hand alone would lay the hem down, by 1 of a disturbance, shape (hands, 2)."""
+    small = 1e-4
+    errors = hand_errors(base.task.fold, base.manipulation, World({name: small}))
+    return np.array([hand[:2] - [0.0, grasp[1]] for grasp, hand in errors]) / small
 
 
 def shift_of(path: Path, base: Result) -> tuple[HandShift, ...]:
@@ -143,51 +156,3 @@ def shift_of(path: Path, base: Result) -> tuple[HandShift, ...]:
     if path == base.folder:
         return base.task.shift
     return tuple(ResultFolder(path).record.task.shift or ())
-
-
-def write_corrected(observed: Observed, out: Path | None = None) -> Result:
-    """Write the folder of the corrected fold, which robot plans take, and return the fold.
-
-    Its rollout is that of the learned fold, which the correction aims at. Its scene has the corrected hands with their
-    expected errors.
-
-    Args:
-        observed: What was observed.
-        out: The folder; None for `corrected-N` in the folder of the learned fold.
-
-    Raises:
-        InputError: If the learned fold has no folder and none is given, or the folder cannot be written.
-    """
-    made = corrected(observed)
-    folder = observed.learned.folder
-    if out is None and folder is None:
-        raise InputError("out: must be given, as the learned fold has no folder")
-    path = out or ObservedFolder(folder or Path()).corrected(observed.number)
-    made.save(path)
-    write_json(path / "correction.json", plain_correction(observed))
-    return replace(made, folder=path)
-
-
-def corrected(observed: Observed) -> Result:
-    """Return the learned fold with the correction after all observed folds."""
-    learned, found = observed.learned, observed.posterior
-    task = replace(learned.task, shift=added(learned.task.shift, observed.correction.shifts))
-    manipulation = task.manipulation(learned.best.parameters)
-    description = learned.record.task.model_copy(update={"shift": list(task.shift) or None})
-    record = learned.record.model_copy(
-        update={"task": description, "disturbances": found.disturbances.describe(), "judged": None}
-    )
-    scene = disturbed_scene(task.fold, manipulation, found.world)
-    return Result(record, manipulation, scene, learned.rollout, None, task)
-
-
-def plain_correction(observed: Observed) -> dict[str, object]:
-    """Return the content of `correction.json`."""
-    correction = observed.correction
-    hands: Sequence[HandShift] = correction.shifts
-    return {
-        "version": 1,
-        "observed": observed.number,
-        "hands": [shift.model_dump() for shift in hands],
-        "expected": {"before": correction.before.plain(), "after": correction.after.plain()},
-    }

@@ -9,18 +9,18 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.disturbances import World
-from tatamu.errors import SimulationError
 from tatamu.files import write_text
 from tatamu.folding.fold import Fold as TargetFold
 from tatamu.folding.manipulation import HANDS
 from tatamu.folding.marks import MARKS
 from tatamu.folding.score import Limits
+from tatamu.observation.explained import simulated
 from tatamu.observation.folder import ObservedFolder
 from tatamu.observation.observe import BEYOND, Observed
 from tatamu.observation.posterior import Fold
 from tatamu.observation.words import MARK_TITLES, deviation, learned_most, shift_text, shown, title
 from tatamu.presentation.chart import Chart, Plot, axis, line, traces
+from tatamu.presentation.image import jpeg_uri
 from tatamu.presentation.page import render
 from tatamu.report.headline import title as fold_title
 from tatamu.report.topview import TopView, draw, extent, outlined, view
@@ -70,6 +70,7 @@ def page(observed: Observed) -> str:
         headline=_headline(observed),
         warnings=[f"Observed fold {number} is {BEYOND}." for number in observed.implausible],
         views=_views(observed),
+        photos=_photos(observed),
         folds=[(number, _rows(observed, fold)) for number, fold in enumerate(observed.folds, start=1)],
         told=[
             (title(name), deviation(name, before), deviation(name, after), shown(name, mean))
@@ -202,23 +203,24 @@ def _gain(observed: Observed) -> Plot:
 
 def _views(observed: Observed) -> list[TopView]:
     """Return the fold from above as the posterior explains it, and as it is expected after the correction."""
-    posterior, mesh = observed.posterior, observed.draws.mesh
-    if not posterior.used:
+    if not observed.posterior.used:
         return []
-    corrections = [("As explained", "the cloth after the last observed fold", observed.folds[-1].correction)]
+    corrections = [
+        ("As explained", "the cloth after the last observed fold", observed.folds[observed.newest].correction)
+    ]
     if not observed.correction.is_none:
         corrections.append(("Next", "the cloth as expected after the correction", observed.correction.change))
-    cloth = _Cloth(mesh.evaluator.task.fold)
-    finals = []
-    for name, note, change in corrections:
-        values = (posterior.mean + change).tolist()
-        world = World(dict(zip(posterior.names, values, strict=True)))
-        try:
-            found = mesh.evaluator.in_world(mesh.parameters, world)
-        except SimulationError:
-            continue
-        if found.rollout is not None:
-            finals.append((name, note, found.rollout.positions[-1]))
+    cloth = _Cloth(observed.draws.mesh.evaluator.task.fold)
+    ends = [(name, note, simulated(observed, change)) for name, note, change in corrections]
+    finals = [(name, note, final) for name, note, final in ends if final is not None]
     area = extent(cloth.fold.target, *(final for *_, final in finals))
     _, wanted = draw(cloth, cloth.fold.target, area)
     return [view(name, note, outlined(draw(cloth, final, area)[0], wanted), area) for name, note, final in finals]
+
+
+def _photos(observed: Observed) -> dict[int, str]:
+    """Return the photographs that are kept, as addresses inside a page, by the number of the fold, from 1."""
+    if observed.learned.folder is None:
+        return {}
+    files = enumerate(ObservedFolder(observed.learned.folder).photos(), start=1)
+    return {number: jpeg_uri(file) for number, file in files if file.exists()}

@@ -14,25 +14,26 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from scipy.stats import chi2, norm
+from scipy.special import log_ndtr
 
 from tatamu.disturbances import Disturbances, Split, World, join, split
 from tatamu.errors import InputError
 from tatamu.folding.marks import MARKS
 from tatamu.folding.score import Limits
 from tatamu.observation.draws import WIDER
-from tatamu.observation.emulator import Emulator
+from tatamu.observation.emulator import TAILS, Emulator
 from tatamu.observation.measured import Observation
 from tatamu.observation.sampling import sample
 
 WIDTH = 0.7
 """Standard deviation of the logarithm of the factor by which the deviations of a file may be wrong: a factor of two."""
-TAILS = 5.0
-"""Degrees of freedom of the errors; few, because the emulator is wrong for some draws."""
 UNSURE_DISTANCE = 0.003
 """Standard deviation of an emulated mean distance when a fold is observed as failed [m]."""
+SET_UPS = 10_000
+"""Number of set-ups that an observation is compared with, to tell whether it is plausible."""
 IMPLAUSIBLE = 1e-3
 """An observation is implausible if fewer set-ups than this share end like it, with twice the stated deviations."""
 
@@ -57,33 +58,46 @@ class Fold:
         return np.array([number.value for number in self.observation.measured])
 
     @property
-    def covariance(self) -> np.ndarray:
-        """Covariance of the errors of the ruler and of the emulator [m^2]."""
-        ruler = np.diag([number.deviation**2 for number in self.observation.measured])
-        return np.asarray(self.emulator.residual[np.ix_(self.places, self.places)] + ruler)
+    def _ruler(self) -> np.ndarray:
+        """Standard deviations of the measured numbers [m]."""
+        return np.array([number.deviation for number in self.observation.measured])
+
+    @cached_property
+    def _whitened(self) -> tuple[np.ndarray, np.ndarray]:
+        """Axes along which errors of the emulator are independent, and their variances, both with the ruler as 1."""
+        own = self.emulator.residual[np.ix_(self.places, self.places)] / np.outer(self._ruler, self._ruler)
+        variances, axes = np.linalg.eigh(own)
+        return axes / self._ruler[:, None], np.clip(variances, 0.0, None)
 
     def likelihood(self, values: np.ndarray) -> np.ndarray:
         """Return logarithms of likelihoods, shape (members,), of the disturbances of this fold (members, k)."""
-        marks = self.emulator.marks(values + self.correction)
+        corrected = values + self.correction
+        marks = self.emulator.marks(corrected)
         total = np.zeros(len(values))
         if self.places:
-            errors = self.values - marks[:, self.places]
-            squared = np.einsum("ij,jk,ik->i", errors, np.linalg.inv(self.covariance), errors)
-            total -= 0.5 * (TAILS + len(self.places)) * np.log1p(squared / (TAILS - 2.0))
+            axes, own = self._whitened
+            variances = 1.0 + self.emulator.inputs.widths(corrected)[:, None] * own
+            squared = (((self.values - marks[:, self.places]) @ axes) ** 2 / variances).sum(axis=1)
+            total -= 0.5 * np.log(variances).sum(axis=1)
+            total -= 0.5 * (TAILS + len(self.places)) * np.log1p(squared / TAILS)
         if not self.observation.held:
             beyond = self.emulator.distances(marks) - Limits().mean_vertex_distance
-            total += norm.logcdf(beyond / UNSURE_DISTANCE)
+            total += log_ndtr(beyond / UNSURE_DISTANCE)
         return total
 
     def chance(self, prior: Split) -> float:
         """Return the probability that a set-up with `WIDER` times the stated deviations ends at least as far off."""
         if not self.places:
             return 1.0
-        slopes = self.emulator.slopes / self.emulator.scale[:, None]
-        spread = slopes.T @ (WIDER**2 * prior.systematic + np.diag(prior.random)) @ slopes
-        covariance = spread[np.ix_(self.places, self.places)] + self.covariance
-        error = self.values - self.emulator.marks(prior.mean + self.correction)[self.places]
-        return float(chi2.sf(error @ np.linalg.solve(covariance, error), len(self.places)))
+        generator = np.random.default_rng(0)
+        whole = WIDER**2 * (prior.systematic + np.diag(prior.random))
+        values = generator.multivariate_normal(prior.mean + self.correction, whole, SET_UPS, method="eigh")
+        ends = self.emulator.ends(values, generator)[:, self.places]
+        ends += self._ruler * generator.standard_normal(ends.shape)
+        away = np.vstack([ends, self.values]) - np.median(ends, axis=0)
+        inverse = np.linalg.inv(np.atleast_2d(np.cov(ends.T)))
+        squared = np.einsum("ij,jk,ik->i", away, inverse, away)
+        return float((squared[:-1] >= squared[-1]).mean())
 
 
 @dataclass(frozen=True)
@@ -175,11 +189,8 @@ class Posterior:
             correction: With which it is carried out, as a change of disturbances, shape (k,).
         """
         generator = np.random.default_rng(0)
-        count = len(self.members)
         random = generator.standard_normal(self.members.shape) * np.sqrt(self.prior.random)
-        values, vectors = np.linalg.eigh(emulator.residual)
-        errors = generator.standard_normal((count, len(MARKS))) * np.sqrt(np.clip(values, 0.0, None)) @ vectors.T
-        return np.asarray(emulator.marks(self.members + random + correction) + errors)
+        return emulator.ends(self.members + random + correction, generator)
 
 
 def posterior(disturbances: Disturbances, folds: Sequence[Fold], seed: int = 0) -> Posterior:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 from tatamu.disturbances import CHANNELS
 from tatamu.folding.manipulation import HANDS
 from tatamu.folding.marks import MARKS
 from tatamu.folding.shift import HandShift
 from tatamu.margins.words import SHOWN, TITLES, amount
-from tatamu.observation.correction import Expected
+from tatamu.observation.corrected import CorrectionRecord, End, kept
+from tatamu.observation.folder import ObservedFolder
 from tatamu.observation.observe import BEYOND, Observed
+from tatamu.study import Result
 
 MARK_TITLES = dict(
     zip(
@@ -76,17 +79,35 @@ def posterior_lines(observed: Observed) -> Iterator[str]:
         yield f"not told: {', '.join(title(name) for name in untold)}"
 
 
-def correction_lines(observed: Observed) -> Iterator[str]:
+def correction_lines(record: CorrectionRecord) -> Iterator[str]:
     """Yield the lines on the correction and its expected outcome."""
-    correction = observed.correction
-    if correction.is_none:
+    before, after = record.expected["before"], record.expected["after"]
+    if not record.hands:
         yield "no correction is expected to bring the fold nearer"
-        yield f"expected: {_expected(correction.before)}"
+        yield f"expected: {_expected(before)}"
         return
-    for hand, shift in zip(HANDS, correction.shifts, strict=False):
+    for hand, shift in zip(HANDS, record.hands, strict=False):
         yield f"{hand} hand: {shift_text(shift)}"
-    yield f"expected without it: {_expected(correction.before)}"
-    yield f"expected with it: {_expected(correction.after)}"
+    yield f"expected without it: {_expected(before)}"
+    yield f"expected with it: {_expected(after)}"
+
+
+def next_lines(last: Path, found: Result) -> Iterator[str]:
+    """Yield what a fold that was learned after observed ones changes, and its expected outcome.
+
+    Args:
+        last: Folder of the last observed fold.
+        found: The fold learned after it.
+    """
+    for hand, shift in zip(HANDS, found.task.shift, strict=False):
+        yield f"{hand} hand, of every trial: {shift_text(shift)}"
+    record = kept(ObservedFolder.of(last))
+    if record is not None:
+        yield f"expected of {last}: {_expected(record.expected['before'])}"
+    if found.held is not None:
+        spread = found.held.mean_vertex_distance
+        median, most = 1e3 * spread.median, 1e3 * spread.q90
+        yield f"expected of this fold: median distance {median:.1f} mm (90 % within {most:.1f} mm)"
 
 
 def shift_text(shift: HandShift) -> str:
@@ -95,9 +116,10 @@ def shift_text(shift: HandShift) -> str:
     return f"grasp {grasp} mm, release {release} mm (along, across), height {1e3 * shift.height:+.1f} mm"
 
 
-def _expected(expected: Expected) -> str:
-    low, high = expected.distance_interval
-    return f"mean distance {1e3 * expected.distance:.1f} mm (90 % interval {1e3 * low:.1f} to {1e3 * high:.1f} mm)"
+def _expected(end: End) -> str:
+    low, high = end.interval
+    distance = 1e3 * end.mean_vertex_distance
+    return f"mean distance {distance:.1f} mm (90 % interval {1e3 * low:.1f} to {1e3 * high:.1f} mm)"
 
 
-__all__ = ["MARK_TITLES", "SHOWN", "correction_lines", "posterior_lines", "shift_text", "shown", "title"]
+__all__ = ["MARK_TITLES", "SHOWN", "correction_lines", "next_lines", "posterior_lines", "shift_text", "shown", "title"]

@@ -33,8 +33,12 @@ from tatamu.photographs.lens import (
 from tatamu.photographs.opencv import opencv
 from tatamu.photographs.pose import Pose
 
-FINEST = 0.08
+FINEST = 0.05
 """Corners are found no better than this [pixels]."""
+SQUARE = 0.6
+"""How much of its height an outline differs on the near and the far side: 1 for a square rim, 0.3 for a round one."""
+SMOOTH = 2
+"""Points of an outline to either side from which its direction is taken."""
 WORST = 5e-4
 """Corners of a flat board deviate by less, in longer sides of the picture."""
 GRAZING = 75.0
@@ -83,8 +87,8 @@ class Camera:
         )
         return np.asarray(pixels)[:, 0]
 
-    def on_table(self, pixels: np.ndarray, height: float = 0.0) -> np.ndarray:
-        """Return the places of pixels (n, 2) at a height above the table [m], shape (n, 2).
+    def on_table(self, pixels: np.ndarray, height: float | np.ndarray = 0.0) -> np.ndarray:
+        """Return the places of pixels (n, 2) at a height above the table [m], one or shape (n,), shape (n, 2).
 
         Raises:
             InputError: If one of them lies beyond the table's horizon.
@@ -96,7 +100,28 @@ class Camera:
         if not (rays[:, 2] < -1e-6).all():
             raise InputError("photo: shows cloth beyond the horizon of the table on which the board lies")
         eye = self.eye
-        return np.asarray(eye[:2] + (height - eye[2]) / rays[:, 2:] * rays[:, :2])
+        down = (np.broadcast_to(height, len(rays)) - eye[2]) / rays[:, 2]
+        return np.asarray(eye[:2] + down[:, None] * rays[:, :2])
+
+    def on_rim(self, outline: np.ndarray, top: float) -> np.ndarray:
+        """Return the places of an outline of cloth whose rim reaches from the table up to `top` [m], shape (n, 2).
+
+        Where the rim faces the camera, the outline is its lower edge, behind the cloth its upper one. A hem's edges
+        are rounder than a board's, so both are seen nearer to the middle.
+
+        Args:
+            outline: Closed curve [pixels], shape (n, 2).
+            top: Height of the upper edge [m].
+        """
+        middle = self.on_table(outline, 0.5 * top)
+        after, before = np.roll(middle, -SMOOTH, axis=0), np.roll(middle, SMOOTH, axis=0)
+        x, y = middle.T
+        outward = np.sign(float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum()))
+        normals = outward * np.column_stack([(after - before)[:, 1], -(after - before)[:, 0]])
+        nearer = self.eye[:2] - middle
+        lengths = np.linalg.norm(normals, axis=1) * np.linalg.norm(nearer, axis=1)
+        facing = (normals * nearer).sum(axis=1) / np.maximum(lengths, 1e-12)
+        return self.on_table(outline, 0.5 * top * (1.0 - SQUARE * facing))
 
 
 @dataclass(frozen=True)

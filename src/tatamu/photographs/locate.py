@@ -118,7 +118,7 @@ def locate_shape(
         if name not in shape.corners:
             raise InputError(f"corner: must be one of {', '.join(shape.corners)}, given {name!r}")
     shown = {name: camera.on_table(pixel[None], shape.height)[0] for name, pixel in pinned.items()}
-    found = camera.on_table(edge, shape.height)
+    found = camera.on_rim(edge, 2.0 * shape.height)
     fit = lay(shape, found, shown, board_pose)
     _check(path, fit, found, set(pinned))
     if learned:
@@ -159,7 +159,7 @@ def _of_camera(photograph: Photograph, fit: Fit, edge: np.ndarray, given: Mappin
     height = fit.shape.height
     for camera in photograph.view.varied():
         corners = {name: camera.on_table(pixel[None], height)[0] for name, pixel in given.items()}
-        moved = again(fit.shape, camera.on_table(edge, height), corners, fit.parameters).parameters - fit.parameters
+        moved = again(fit.shape, camera.on_rim(edge, 2.0 * height), corners, fit.parameters).parameters - fit.parameters
         moved[2] = wrapped(float(moved[2]))
         total += np.outer(moved, moved)
     return total

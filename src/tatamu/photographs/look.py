@@ -110,10 +110,17 @@ def draw_located(located: Located) -> Image.Image:
     return overlay.image
 
 
-def draw_reading(reading: FoldReading) -> Image.Image:
-    """Return the photograph with the outline, the corners found, and the targets of those of the moved hem."""
+def draw_reading(reading: FoldReading, expected: np.ndarray | None = None) -> Image.Image:
+    """Return the photograph with the outline, the corners found, and the targets of those of the moved hem.
+
+    Args:
+        reading: What was found.
+        expected: Another outline to draw [pixels], shape (n, 2); None for none.
+    """
     overlay = Overlay(reading.photograph, reading.outline)
     overlay.curve(reading.outline, OUTLINE, 1.0, closed=True)
+    if expected is not None:
+        overlay.curve(expected, FITTED, 1.0, closed=True)
     for target in reading.targets.values():
         overlay.dot(target, "target")
     for name, corner in reading.corners.items():

@@ -57,7 +57,14 @@ class FoldReading:
     """Outline of the cloth in the photograph [pixels], shape (n, 2)."""
     targets: Mapping[str, np.ndarray]
     """Targets of the corners of the moved hem in the photograph [pixels], shape (2,)."""
+    frame: Pose
+    """Pose of the fold's frame on the board."""
     photograph: Photograph = field(repr=False)
+
+    def pixels_of(self, points: np.ndarray) -> np.ndarray:
+        """Return where points of the fold's frame [m], shape (n, 3), are in the photograph [pixels], shape (n, 2)."""
+        placed = np.column_stack([self.frame.place(points[:, :2]), points[:, 2]])
+        return self.photograph.view.camera.project(placed)
 
 
 @dataclass(frozen=True)
@@ -136,7 +143,11 @@ class FoldReader:
         thickness = fold.garment.material.thickness
         self._rim = ROUND * thickness
         self._heights = {"upper": float(fold.target[self._hem, 2].mean()), "lower": 0.5 * thickness}
-        self._outlines = {name: self._in_frame(self._edge, height) for name, height in self._heights.items()}
+        camera = photograph.view.camera
+        self._outlines = {
+            name: frame.seen_from(camera.on_rim(self._edge, height + 0.5 * thickness))
+            for name, height in self._heights.items()
+        }
         self._starts = dict(zip(("left", "right"), fold.start[lower_hem(fold, self._hem), :2], strict=True))
         self._cloth = shapely.Polygon(self._outlines["upper"]).buffer(0)
 
@@ -173,7 +184,7 @@ class FoldReader:
             name: self._pixel(corner.place, "lower" if name.startswith("lower") else "upper")
             for name, corner in found.items()
         }
-        return FoldReading(values, pixels, self._edge, targets, self._photograph)
+        return FoldReading(values, pixels, self._edge, targets, self._frame, self._photograph)
 
     def _drop_doubtful(self, found: dict[str, _Corner]) -> None:
         """Drop places across the fold if the hem appears too wide, because one of its corners is in the lower layer."""
@@ -240,7 +251,8 @@ class FoldReader:
 
     def _edges(self, window: Window) -> tuple[Line | None, Line | None]:
         """Return the edge of the upper layer in a window, and that of the lower one; None if it is not seen."""
-        inner = inner_edge(self._photograph, self._frame, window, self._heights["upper"], self._cloth)
+        top = self._heights["upper"] + self._rim  # the inner end of what is seen of the rim
+        inner = inner_edge(self._photograph, self._frame, window, top, self._cloth)
         if inner is not None:
             return inner, outer_edge(self._outlines["lower"], window)
         return outer_edge(self._outlines["upper"], window), None

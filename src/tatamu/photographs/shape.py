@@ -30,7 +30,7 @@ class Shape:
     corners: dict[str, np.ndarray]
     """Places of its corners [m], shape (2,)."""
     height: float
-    """Height of its rim above the table [m]."""
+    """Height of the middle of its rim above the table [m]."""
 
     @cached_property
     def points(self) -> np.ndarray:

@@ -9,7 +9,10 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from tatamu.files import replacing
+from tatamu.files import MIB, read_bytes, replacing
+
+LARGEST = 16 * MIB
+"""Pictures in a page are no larger [bytes]."""
 
 
 def png(pixels: np.ndarray) -> bytes:
@@ -22,6 +25,15 @@ def png(pixels: np.ndarray) -> bytes:
 def data_uri(pixels: np.ndarray) -> str:
     """Return the picture as a data URI."""
     return "data:image/png;base64," + base64.b64encode(png(pixels)).decode()
+
+
+def jpeg_uri(path: Path) -> str:
+    """Return the picture in a JPEG file as a data URI.
+
+    Raises:
+        InputError: The file cannot be read.
+    """
+    return "data:image/jpeg;base64," + base64.b64encode(read_bytes(path, LARGEST)).decode()
 
 
 def save_png(pixels: np.ndarray, path: Path) -> None:

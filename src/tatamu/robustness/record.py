@@ -9,7 +9,6 @@ from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
-from scipy.stats import binomtest
 
 from tatamu.files import read_json, validated
 from tatamu.folding.fold import Fold
@@ -97,6 +96,8 @@ class SuccessRate(OpenRecord):
 
 def interval_of(held: int, draws: int) -> tuple[float, float]:
     """Return the confidence interval of a share at 95 % (Clopper and Pearson 1934)."""
+    from scipy.stats import binomtest  # takes half a second
+
     found = binomtest(held, draws).proportion_ci(CONFIDENCE, method="exact")
     return float(found.low), float(found.high)
 

@@ -15,7 +15,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
-from scipy.stats import qmc
 
 from tatamu.search.levenberg_marquardt import Key, Residuals, key_of, next_point
 from tatamu.search.search import Observation, Search
@@ -66,6 +65,8 @@ class LMSearch(Search):
 
     def _starts(self) -> Iterator[np.ndarray]:
         """Yield the points of the unit cube from which searches start, shape (4,)."""
+        from scipy.stats import qmc  # takes half a second
+
         highest = round(self.space.bounds["z1"].high / self.space.bounds["x1"].high, 9)  # 0.75 without rounding errors
         for (x1, z1), (x2, z2) in CURVES:
             yield np.array([x1, x2, z1 / highest, z2 / highest])

@@ -9,6 +9,7 @@ from concurrent.futures import Executor
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import tomli_w
 
@@ -23,7 +24,6 @@ from tatamu.material import is_preset
 from tatamu.options import LearnOptions
 from tatamu.search import HIGH, Parameters, Schedule
 from tatamu.simulators.many import executor_of
-from tatamu.study.database import SharedDatabase
 from tatamu.study.folder import ResultFolder, locked
 from tatamu.study.inputs import Sources, keep_inputs
 from tatamu.study.loop import Progress, Study
@@ -32,8 +32,10 @@ from tatamu.study.reachable import check_reach
 from tatamu.study.record import Crossings, ResultRecord, StudyRecord
 from tatamu.study.result import Result
 from tatamu.study.setup import check_pending, make_evaluator, make_record, make_schedule, make_search, resolve
-from tatamu.study.store import held_store, load_settings
 from tatamu.version import __version__
+
+if TYPE_CHECKING:
+    from tatamu.study.database import SharedDatabase
 
 
 @dataclass(frozen=True)
@@ -87,6 +89,8 @@ def learn(
         TatamuError: If every trial failed.
         KeyboardInterrupt: If the user ended it; what is finished is written before.
     """
+    from tatamu.study.store import load_settings  # takes half a second
+
     options = options or LearnOptions()
     if evaluate is not None:  # disturbances are then the evaluator's own concern
         options = options.model_copy(update={"disturbances": "none", "quantile": None})
@@ -175,6 +179,8 @@ class _Learning:
             places: Where the step is kept.
             first: First parameters of the search.
         """
+        from tatamu.study.store import held_store
+
         evaluator = make_evaluator(task, self.options) if self.evaluate is None else self.evaluate.on(task)
         record = make_record(task, self.options, evaluator, first)
         space = search_space(task.fold, self.options.grasps)
@@ -299,6 +305,8 @@ def _delete_outdated_step(task: Task, folder: ResultFolder | None, database: Sha
 
     It happens if a plan is resumed with more trials: a better first fold makes the second another task.
     """
+    from tatamu.study.store import load_settings
+
     held = load_settings(folder, database)
     if folder is not None and held is not None and task.number > 0 and held.task.start != digest(task.fold.start):
         shutil.rmtree(folder.path)

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass, replace
 from time import perf_counter
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -21,8 +21,10 @@ from tatamu.robustness import FoldOnMesh, Judge, SuccessRate, VerdictCache
 from tatamu.search import HIGH, Proposal, Schedule, Search, Space
 from tatamu.study.record import StudyRecord
 from tatamu.study.result import MOMENTS
-from tatamu.study.store import StudyStore
 from tatamu.study.trial import Baseline, Trial
+
+if TYPE_CHECKING:
+    from tatamu.study.store import StudyStore
 
 Stage = Literal["trials", "baselines", "validation", "report"]
 """Stages of a study: trials, fixed trajectories, held-out validation of the best fold, files and page."""

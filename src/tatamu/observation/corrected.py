@@ -1,0 +1,135 @@
+"""The corrected fold: the record of a correction, and the folder that robot plans take.
+
+`tatamu observe` keeps the record of the next correction, so that `tatamu correct` infers nothing again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field
+
+from tatamu.disturbances import Disturbances, disturbed_scene, mean_world, read_disturbances
+from tatamu.errors import InputError
+from tatamu.files import read_json, write_json
+from tatamu.folding.shift import HandShift
+from tatamu.material import Number
+from tatamu.observation.correction import Expected, added
+from tatamu.observation.folder import ObservedFolder
+from tatamu.observation.observe import Observed
+from tatamu.records import OpenRecord
+from tatamu.study import Result
+
+FILE = "correction.json"
+
+
+class End(OpenRecord):
+    """How the next fold is expected to end."""
+
+    mean_vertex_distance: Number
+    """Mean vertex distance [m]."""
+    interval: Annotated[list[Number], Field(min_length=2, max_length=2)]
+    """Its 90 % interval [m]."""
+    marks: dict[str, Number]
+    """Means of the six numbers [m]."""
+
+    @classmethod
+    def of(cls, expected: Expected) -> End:
+        """Return the record of what is expected."""
+        return cls.model_validate(expected.plain())
+
+
+class CorrectionRecord(OpenRecord):
+    """The file `correction.json`."""
+
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"after"})
+
+    version: Literal[1] = 1
+    observed: int
+    """How many folds were observed."""
+    hands: list[HandShift]
+    """Shift of each hand, left before right; empty if none is expected to help."""
+    expected: dict[Literal["before", "after"], End]
+    """Of the next fold, without the correction and with it."""
+    after: str = ""
+    """Digest of the observations that it follows from."""
+
+    @classmethod
+    def of(cls, observed: Observed) -> CorrectionRecord:
+        """Return the record of the correction after observed folds."""
+        correction = observed.correction
+        return cls(
+            observed=observed.number,
+            hands=[] if correction.is_none else list(correction.shifts),
+            expected={"before": End.of(correction.before), "after": End.of(correction.after)},
+        )
+
+
+def keep(observed: Observed) -> None:
+    """Write the record of the next correction into the folder of the observations."""
+    folder = ObservedFolder.of(observed.learned.folder or Path())
+    record = CorrectionRecord.of(observed).model_copy(update={"after": folder.digest})
+    write_json(folder.correction_file, record.model_dump())
+
+
+def kept(folder: ObservedFolder) -> CorrectionRecord | None:
+    """Return the record of the next correction; None if there is none after these very observations."""
+    try:
+        record = CorrectionRecord.model_validate(read_json(folder.correction_file))
+    except (InputError, ValueError):
+        return None
+    return record if record.after == folder.digest else None
+
+
+def corrected(learned: Result, record: CorrectionRecord, disturbances: Disturbances) -> Result:
+    """Return a learned fold with a correction.
+
+    Args:
+        learned: The fold as it was learned.
+        record: The correction.
+        disturbances: The posterior.
+    """
+    task = replace(learned.task, shift=added(learned.task.shift, tuple(record.hands)))
+    manipulation = task.manipulation(learned.best.parameters)
+    description = learned.record.task.model_copy(update={"shift": list(task.shift) or None})
+    plain = learned.record.model_copy(
+        update={"task": description, "disturbances": disturbances.describe(), "judged": None}
+    )
+    scene = disturbed_scene(task.fold, manipulation, mean_world(disturbances))
+    return Result(plain, manipulation, scene, learned.rollout, None, task)
+
+
+def write_corrected(observed: Observed, out: Path | None = None) -> Result:
+    """Write the folder of the fold that is corrected after observed folds: see `write`."""
+    return write(observed.learned, CorrectionRecord.of(observed), observed.posterior.disturbances, out)
+
+
+def write_kept(folder: ObservedFolder, record: CorrectionRecord, out: Path | None = None) -> Result:
+    """Write the folder of the fold with a correction that was kept: see `write`."""
+    return write(Result.load(folder.path), record, read_disturbances(folder.posterior_file), out)
+
+
+def write(learned: Result, record: CorrectionRecord, disturbances: Disturbances, out: Path | None = None) -> Result:
+    """Write the folder of a corrected fold, which robot plans take, and return the fold.
+
+    Its rollout is that of the learned fold, which the correction is to bring about; its scene is that of the corrected
+    hands with the errors that are expected of them.
+
+    Args:
+        learned: The fold as it was learned.
+        record: The correction.
+        disturbances: The posterior.
+        out: The folder; None for `corrected-N` in the folder of the learned fold.
+
+    Raises:
+        InputError: If the learned fold has no folder and none is given, or the folder cannot be written.
+    """
+    if out is None and learned.folder is None:
+        raise InputError("out: must be given, as the learned fold has no folder")
+    path = out or ObservedFolder(learned.folder or Path()).corrected(record.observed)
+    made = corrected(learned, record, disturbances)
+    made.save(path)
+    write_json(path / FILE, record.model_copy(update={"after": ""}).model_dump())
+    return replace(made, folder=path)

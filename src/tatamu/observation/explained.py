@@ -1,0 +1,39 @@
+"""The cloth as the posterior explains it: simulated, and drawn over the photograph from which it was observed."""
+
+from __future__ import annotations
+
+import numpy as np
+from PIL import Image
+
+from tatamu.disturbances import World
+from tatamu.errors import SimulationError
+from tatamu.observation.observe import Observed
+from tatamu.photographs.look import draw_reading
+from tatamu.photographs.reading import FoldReading
+from tatamu.photographs.shape import silhouette
+
+
+def simulated(observed: Observed, correction: np.ndarray) -> np.ndarray | None:
+    """Return where the cloth ends with the errors that are inferred [m], shape (n, 3); None if it does not.
+
+    Args:
+        observed: The observed folds.
+        correction: With which the fold is carried out, as a change of disturbances, shape (k,).
+    """
+    posterior, mesh = observed.posterior, observed.draws.mesh
+    values = (posterior.mean + correction).tolist()
+    world = World(dict(zip(posterior.names, values, strict=True)))
+    try:
+        found = mesh.evaluator.in_world(mesh.parameters, world)
+    except SimulationError:
+        return None
+    return None if found.rollout is None else found.rollout.positions[-1]
+
+
+def draw_explained(observed: Observed, reading: FoldReading) -> Image.Image:
+    """Return the photograph of the newest fold with what was read of it, and the outline as explained."""
+    final = simulated(observed, observed.folds[observed.newest].correction) if observed.posterior.used else None
+    if final is None:
+        return draw_reading(reading)
+    faces = observed.draws.mesh.evaluator.task.fold.garment.faces
+    return draw_reading(reading, np.array(silhouette(reading.pixels_of(final), faces).exterior.coords))
