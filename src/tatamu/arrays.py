@@ -47,7 +47,7 @@ def _faces(value: Any) -> np.ndarray:
 
 
 def edges(value: Any) -> np.ndarray:
-    """Pairs of whole numbers, shape (e, 2); an empty list has none."""
+    """Return pairs of whole numbers, shape (e, 2), also of an empty list."""
     return _guarded(value, 2, "[i, j]")
 
 

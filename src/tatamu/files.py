@@ -40,7 +40,7 @@ LARGEST_NPZ = 1024 * MIB
 MOST_FIELDS = 10_000
 """No table of a file has more fields."""
 DEEPEST_KEY = re.compile(r"""(?:(?:(?<![\w-])[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){100}""")
-"""No dotted key of TOML has more parts: the memory that reading takes grows with their square."""
+"""Largest number of parts of a dotted key of TOML, because reading takes memory in its square."""
 MOST_DIGITS = 300
 """No integer of a file has more digits."""
 NUMBERS = "fiub"

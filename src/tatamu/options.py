@@ -16,8 +16,9 @@ from tatamu.records import Record
 MOST_PARALLEL = 16
 """Largest number of pending trials; with more, each would be proposed without too many results."""
 USUAL_PENDING = 2
-"""Default number of pending trials, if the simulator runs several; equal on any machine, because results depend on
-it. With more, each is proposed, and raced, with less knowledge of those before it."""
+"""Default number of pending trials, the same on every machine, because results depend on it.
+
+With more, each trial is proposed and raced with fewer results of earlier ones."""
 USUAL_QUANTILE = 0.975
 """Default share of the disturbed worlds in which a fold is to hold."""
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from markdown_it import MarkdownIt
 
 ROOT = Path(__file__).parent.parent.parent
-CODE = ("src", "studies", "benchmarks")
+CODE = ("src", "studies")
 SECTIONS = ("Args:", "Attributes:", "Raises:", "Returns:", "Yields:")
 END = re.compile(
     r"""

@@ -36,10 +36,9 @@ from tatamu.settling import settling
 from tatamu.topology import Topology, areas
 
 RELAXATIONS = 14.0
-"""Duration of the scene in units of 1 / rate of its slowest motion, of which e^-14 is then left."""
+"""Duration of the scene in units of 1 / rate of its slowest motion, which then has decayed to e^-14."""
 LAYERS_APART = 2.0
-"""Distance of hanging layers at the start, in thicknesses. If a grip held them as near as contact allows, contact and
-grip would push against each other for ever."""
+"""Initial distance of hanging layers, in thicknesses; closer, contact and grip would push each other."""
 SAME_END = 2e-3
 """Vertices less than this nearer to the end than the farthest belong to it [m]."""
 
@@ -50,7 +49,7 @@ HUNG_BY = {
     "tshirt": ["left_shoulder", "right_shoulder"],
     "trousers": ["waist"],
 }
-"""Edges by which a garment is hung; any other by its longest."""
+"""Edges by which a garment hangs; other garments hang by their longest edge."""
 
 
 class Grasp(Record):
@@ -59,7 +58,7 @@ class Grasp(Record):
     edge: str
     """Name of the edge; `tatamu show GARMENT` draws them."""
     at: float = Field(0.5, ge=0.0, le=1.0)
-    """Where along the edge the middle of the grip is, 0 and 1 being its ends."""
+    """Place of the middle of the grip along the edge, from 0 to 1."""
     width: Length | None = None
     """Width of the grip along the edge [m]; None for the whole edge, which a hanger or two rulers hold."""
 

@@ -120,7 +120,7 @@ Let it fade, if you like: with $swing.                                       [fa
         return self.swinging.scene(material.model_copy(update={"air_drag": 0.0}), MORE * self.counted + 2.0)
 
     def reading(self, rollout: Rollout) -> float:
-        """Swings until the amplitude is less than `to`, between swings by lines of its inverse [-]."""
+        """Return the number of swings until the amplitude is less than `to`, interpolated between swings [-]."""
         signal = self.swinging.signal(rollout)
         found = swings(rollout.times, signal, LEAST * abs(float(signal[0])))
         numbers = np.array([0.0, *(0.75 + 0.5 * k for k in range(len(found)))])

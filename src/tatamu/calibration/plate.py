@@ -42,7 +42,7 @@ HALF, POWER = 0.2545, 2.95
 DISCS = 2
 """Simulated side by side."""
 APART = 2.6
-"""Distance of their middles in radii."""
+"""Distance between the middles of the two discs, in radii."""
 CELL = 0.45
 """Edge length of the mesh in bending lengths by the formula above."""
 FINEST, COARSEST = 0.06, 0.2

@@ -61,7 +61,7 @@ SHORTEST = 0.025
 STEP = 0.005
 """Free lengths are proposed in steps of this [m]."""
 EDGE = {"towel": "bottom", "tshirt": "hem", "trousers": "waist"}
-"""Edges that sag; of any other garment its longest."""
+"""Edges that sag; for other garments the longest edge."""
 
 
 class SagReadings(TestEntry):

@@ -168,7 +168,7 @@ class SwungTest(LaterTest):
     def matched(
         self, laboratory: Laboratory, material: Material, measured: Reading, within: float
     ) -> tuple[Match, Fit]:
-        """The parameter at which the simulated reading is the measured one, to this part of itself, and how it fits."""
+        """Return the parameter that reproduces the reading to this relative accuracy, and its fit."""
 
         def reading(value: float) -> float:
             changed = material.model_copy(update={self.parameter: value})

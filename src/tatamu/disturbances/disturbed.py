@@ -130,7 +130,7 @@ class _DisturbedHand:
     """The motion of a hand in a world."""
 
     carry: Carry | None
-    """Its motion; None if it holds nothing."""
+    """Motion of the hand; None if it holds nothing."""
     too_low: float
     """Depth below the table, or below the layers that stop it, to which it is commanded [m]; 0 or less if none."""
 

@@ -26,7 +26,7 @@ from tatamu.evaluation.evaluator import NOTHING, Evaluation, Evaluator, Incumben
 from tatamu.folding.score import Limits
 
 SCOUTS = 2
-"""The first trials, which are simulated in all worlds and so find those that decide."""
+"""Number of first trials, which are simulated in all worlds to find the hardest ones."""
 
 
 @dataclass(frozen=True)

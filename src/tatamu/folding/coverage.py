@@ -30,8 +30,9 @@ from tatamu.garments import Garment
 from tatamu.topology import Topology, areas, lumped
 
 OFF = 0.0125
-"""Cloth that ends farther than this from its target is not folded [m] (BiFold 2025). For cloth that stays behind, this
-error is at least twice its distance from the line."""
+"""Distance from the target beyond which cloth is not folded [m] (BiFold 2025).
+
+Cloth that stays behind has at least twice its distance from the line."""
 LONGEST = 0.15
 """Longest overhang that is laid down with the cloth from which it hangs [m]."""
 LONGEST_TAIL = 0.10

@@ -106,7 +106,7 @@ class Task:
     """Correction of each hand's manipulation, left before right; empty without one."""
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave out the robot, which workers do not need: it stays with the process that proposes."""
+        """Return the state without the robot, which only the proposing process needs."""
         return {**self.__dict__, "reach": None}
 
     @cached_property

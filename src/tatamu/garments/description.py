@@ -73,7 +73,7 @@ class GarmentFile(BaseModel):
     weld: bool = False
     """Join vertices at one place."""
     remesh: bool = False
-    """Mesh it again within its outline."""
+    """Whether to mesh it again within its outline."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -77,5 +77,5 @@ def polyline(name: str, points: np.ndarray) -> DrawnCurve | None:
 
 
 def where(path: Path, text: str) -> str:
-    """A message about the outline in a file."""
+    """Return the beginning of a message about the outline in a file."""
     return f"{path}: outline: {text}"

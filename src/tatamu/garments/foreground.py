@@ -35,7 +35,7 @@ class Foreground:
     """The garment on a picture."""
 
     mask: np.ndarray
-    """Its pixels, holes filled, shape (h, w)."""
+    """Pixels of the garment, holes filled, shape (h, w)."""
     others: tuple[float, ...]
     """Areas of other regions, as parts of its area, the largest first."""
 
@@ -110,7 +110,7 @@ def _difference(image: np.ndarray, usable: np.ndarray) -> np.ndarray:
 
 
 def _joined(regions: list[np.ndarray]) -> np.ndarray:
-    """One region of several, each joined to the ones before it by the hull of their borders that face each other."""
+    """Return several regions as one, joined by the hull of their borders that face each other."""
     from scipy.ndimage import binary_fill_holes
 
     whole = regions[0]

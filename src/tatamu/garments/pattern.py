@@ -64,7 +64,7 @@ def from_outline(given: GarmentFile, source: Path, material: Material) -> Garmen
 
 
 def _hole_note(garment: Garment) -> list[str]:
-    """The note on closed curves that were taken for holes."""
+    """Return the note on closed curves that were treated as holes."""
     paths = [path for name, path in garment.edges.items() if name.startswith("hole ")]
     if not paths:
         return []

@@ -29,7 +29,7 @@ def spacing_for(material: Material) -> float:
 
 
 def default_spacing(material: Material, area: float) -> float:
-    """Spacing that resolves the folds of a material, coarser where `area` [m^2] would take too many vertices [m]."""
+    """Return the spacing that resolves the folds of a material [m], larger if `area` [m^2] needs too many vertices."""
     return max(spacing_for(material), float(np.sqrt(area / CELL / MOST_BY_DEFAULT)))
 
 

@@ -93,7 +93,7 @@ def front_and_back(
 def _meshed(
     given: float | None, outline: Outline, material: Material, layers: int
 ) -> tuple[Panel, float, tuple[str, ...]]:
-    """The panel, its spacing [m], which suits the material and the narrowest parts unless it is given, and notes."""
+    """Return the panel, its given or suitable spacing [m], and notes."""
     area = layers * outline.polygon.area
     check_size(outline.size)
     if given is not None:
@@ -115,7 +115,7 @@ def _meshed(
 
 
 def _within(mesh: Panel, lines: list[np.ndarray]) -> np.ndarray:
-    """Triangles on the large side of all lines, shape (m,)."""
+    """Return whether triangles are on the larger side of all lines, shape (m,)."""
     topology = Topology(mesh.faces)
     walls = {tuple(sorted(pair)) for line in lines for pair in pairwise(line.tolist())}
     through = np.array([tuple(edge) not in walls for edge in topology.edges.tolist()])[topology.face_edges]

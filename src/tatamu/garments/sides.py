@@ -101,7 +101,7 @@ def _name(runs: list[tuple[int, int]], label: np.ndarray, k: int) -> str:
 
 
 def _runs(label: np.ndarray) -> list[tuple[int, int]]:
-    """Stretches of equal labels around the loop: first segment, and the first after; may pass the end."""
+    """Return runs of equal labels around the loop: the first segment, and the first one after the run."""
     starts = np.flatnonzero(label != np.roll(label, 1))
     if not len(starts):
         return [(0, len(label))]
@@ -111,7 +111,7 @@ def _runs(label: np.ndarray) -> list[tuple[int, int]]:
 def _main_first(
     runs: list[tuple[int, int]], label: np.ndarray, extremes: Mapping[str, np.ndarray]
 ) -> list[tuple[int, int]]:
-    """Runs in order, but of those that face one direction the outermost first."""
+    """Return runs in order, with the outermost first among those that face one direction."""
 
     def rank(run: tuple[int, int]) -> float:
         reach = extremes.get(str(label[run[0] % len(label)]))

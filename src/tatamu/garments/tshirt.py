@@ -25,8 +25,10 @@ CORNERS = {
     "shoulder": (0.432, 0.132),
     "neck": (0.460, 0.068),
 }
-"""Corners of the left half [m], x from the hem, y from the middle: half chest and length as said; assumed: sleeve 16 cm
-along its top and 10 cm at its hem, neck 14 cm wide."""
+"""Corners of the left half [m], x from the hem, y from the middle: half chest and length are those of the chart.
+
+Sleeve (16 cm along its top, 10 cm at its hem) and neck (14 cm) are assumed.
+"""
 NECK_DEPTH = {"front": 0.055, "back": 0.015}
 """Depths of the necklines below the shoulder [m], which are assumed."""
 
@@ -45,7 +47,7 @@ def tshirt(
 
 
 def _fibre(shirt: Garment) -> np.ndarray:
-    """Direction of the wales, shape (m, 3): along x, in the sleeves, which are set in, along the sleeve."""
+    """Return the direction of the wales, shape (m, 3): along x, and along the sleeve in the set-in sleeves."""
     plan = shirt.unstrained[:, :2]
     scale = np.ptp(plan, axis=0) / SIZE[::-1]
     corners = {name: np.array(CORNERS[name]) * scale + [plan[:, 0].min(), 0.0] for name in ("underarm", "shoulder")}

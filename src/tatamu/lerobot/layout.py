@@ -21,7 +21,7 @@ TASKS = "meta/tasks.parquet"
 STATS = "meta/stats.json"
 INFO = "meta/info.json"
 PARTS = ("data", "videos", "meta")
-"""The folders of a dataset; the last is written when the others are there."""
+"""The folders of a dataset; the last is written after the others."""
 
 
 def numbered(pattern: str, number: int, key: str = "") -> Path:

@@ -26,7 +26,7 @@ USUAL = 100
 WIDE = 100
 """Draws twice as wide, so that a set-up that is worse than stated is not beyond everything that was drawn."""
 WIDER = 2.0
-"""Their deviations over those that are stated."""
+"""Ratio of the deviations of the wider draws to the stated ones."""
 
 Progress = Callable[[int, int], None]
 """Callback with the number of finished simulations, and their total."""

@@ -44,7 +44,7 @@ class Emulator:
     scale: np.ndarray
     """Disturbances at which x is 1 more, shape (k,)."""
     base: np.ndarray
-    """b: the marks there [m], shape (m,)."""
+    """Marks b at the mean of the disturbances [m], shape (m,)."""
     slopes: np.ndarray
     """A [m], shape (k, m)."""
     residual: np.ndarray

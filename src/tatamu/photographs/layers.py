@@ -37,7 +37,7 @@ WIDE = 0.006
 SEEN = 0.7
 """Deviation by which a camera blurs [pixels]."""
 SECOND = 0.35
-"""The weaker one of them is at least this part of the stronger one."""
+"""Least strength of the weaker slope, as part of the stronger one."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Window:
     length: float
     """[m]"""
     reach: float
-    """It may lie this far to either side [m]."""
+    """Distance to either side within which it is searched [m]."""
 
     def coordinates(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return places along and across the window of points (n, 2)."""

@@ -10,7 +10,7 @@ from tatamu.photographs.pose import Pose
 FARTHEST = 10.0
 """Coordinates in a robot's frame [m]."""
 TOUCHED = 0.005
-"""Marks that are touched lie this near to where the board has them [m]."""
+"""Largest distance of touched marks from their places on the board [m]."""
 LEVEL = 0.01
 """Marks on a level table differ by at most this in height [m]."""
 

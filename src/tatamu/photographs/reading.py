@@ -27,7 +27,7 @@ from tatamu.photographs.pose import Pose
 from tatamu.study.result import Result
 
 REACH = 0.06
-"""Edges lie this near to their targets [m]."""
+"""Largest distance of edges from their targets within which they are searched [m]."""
 LENGTH = 0.12
 """Length of an edge from its corner that is searched [m]."""
 UNSEEN = 0.012

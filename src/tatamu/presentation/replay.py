@@ -14,7 +14,7 @@ from tatamu.scene import Scene
 from tatamu.topology import facing_down
 
 FRAMES = 150
-"""Most frames of a replay; the viewer moves in straight lines between them."""
+"""Largest number of frames of a replay; the viewer interpolates linearly between them."""
 BUDGET = 3_000_000
 """Largest number of coordinates in all frames, which keeps pages small; about a byte each when packed."""
 STEP = 5e-5
@@ -64,7 +64,7 @@ def replay_data(
 
 
 def _packed(positions: np.ndarray, last: np.ndarray, faces: np.ndarray) -> dict[str, Any]:
-    """Frames (f, n, 3) and one more, in whole steps from the lowest corner [m]."""
+    """Return frames (f, n, 3) and one more as whole steps from the lowest corner [m]."""
     shown = np.concatenate([positions, last[None]])
     low = shown.min(axis=(0, 1))
     step = max(float((shown.max(axis=(0, 1)) - low).max()) / 65535, STEP)

@@ -30,7 +30,7 @@ class Conclusion:
 
     succeeded: bool
     measures: list[str]
-    """Values that the verdict rests on, each with its threshold, possibly with further ones."""
+    """Values that determine the verdict, each with its threshold, and possibly further ones."""
     notes: list[str] = field(default_factory=list)
     """Lines that qualify the verdict."""
     advice: list[str] = field(default_factory=list)

@@ -27,7 +27,7 @@ class ReachConstraint:
         self._known: list[tuple[Robot, Placement]] = []
 
     def __call__(self, manipulation: Manipulation) -> float:
-        """The quality of the best placement: from 0, just possible, to 1, comfortable; negative: not possible.
+        """Return the quality of the best placement, from 0 (just possible) to 1; negative if impossible.
 
         Args:
             manipulation: Both hands' paths, on Bezier curves.

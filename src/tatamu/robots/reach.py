@@ -55,7 +55,7 @@ REFINED = 2
 ASKED = 80
 """Number of best placements whose distances are computed."""
 CLEAR, TRIED = 3, 8
-"""Holds that touch nothing that are wanted of each arm, and holds that are tried for them at most."""
+"""Number of collision-free holds that each arm needs, and largest number of holds tried for them."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,7 @@ def best_placements(robot: Robot, hands: HandMotion, heights: tuple[float, float
 
 
 def joined(first: PlacementRanking, second: PlacementRanking) -> PlacementRanking:
-    """Two answers in one, the best first."""
+    """Return two results as one, the best first."""
     order = np.argsort(-np.concatenate([first.quality, second.quality]), kind="stable")
     placements, holds = first.placements + second.placements, first.holds + second.holds
     return PlacementRanking(

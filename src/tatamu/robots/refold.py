@@ -103,7 +103,7 @@ def _target(folder: ResultFolder, count: int) -> np.ndarray | None:
 
 
 def _rebuilt(folder: ResultFolder) -> tuple[Result | None, str | None]:
-    """The learned fold that the plan carries, or why it cannot be scored."""
+    """Return the learned fold in the plan's folder, or why it cannot be scored."""
     if not folder.result_file.is_file():
         return None, "the plan carries no result.json of the learned fold"
     try:

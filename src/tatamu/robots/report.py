@@ -15,7 +15,7 @@ from tatamu.robots.refold import Refold
 from tatamu.robots.rehearsal import Rehearsal
 
 AS_FLOATING = 0.010
-"""A fold whose vertices end within this of where floating hands leave them is the same fold [m]."""
+"""Distance from the fold by floating hands within which a fold counts as the same [m]."""
 
 
 AS_PLANNED = 0.010
@@ -108,7 +108,7 @@ def summary(figures: dict[str, Any]) -> list[str]:
 
 
 def halved(often: int) -> str:
-    """Number of halvings of the mesh's edges, in words."""
+    """Return the number of halvings of the mesh's edges as text."""
     return "halved " + {1: "once", 2: "twice"}.get(often, f"{often} times")
 
 

@@ -17,7 +17,7 @@ from tatamu.robustness.verdict import Verdict
 Progress = Callable[[int, int], None]
 """Callback with the number of finished simulations, and the number known to be needed."""
 WorldSearch = Generator[World, Verdict, float | None]
-"""Yields worlds, is sent the verdicts on them, and returns its finding."""
+"""A generator that yields worlds, is sent the verdicts on them, and returns its result."""
 
 
 @dataclass(frozen=True)
@@ -26,11 +26,11 @@ class Judged:
 
     nominal: MeshVerdict
     worlds: list[MeshVerdict]
-    """On the given worlds, in their order."""
+    """Verdicts on the given worlds, in their order."""
     findings: list[float | None]
     """Results of the searches, in their order."""
     seen: list[MeshVerdict]
-    """All of these, and those on the worlds of the searches."""
+    """Verdicts on all worlds, those of the searches included."""
 
 
 @dataclass

@@ -47,7 +47,7 @@ class Maximisation:
     kept: int = 6
     """Points around which each round looks more closely."""
     per_kept: int = 21
-    """Points around each of them in a round."""
+    """Number of points around each of these in a round."""
     rounds: int = 8
     first_spread: float = 0.15
     """Spread of the first round, in sides of the cube."""

@@ -109,7 +109,7 @@ class SharedDatabase:
             return self._storage
 
     def run(self, operation: Callable[[], Value], done: Callable[[], bool] | None = None) -> Value | None:
-        """Do an operation; again, where the connection was lost.
+        """Do an operation, and repeat it if the connection was lost.
 
         Args:
             operation: Reads, or writes in one transaction.
@@ -132,7 +132,7 @@ class SharedDatabase:
         return self._persist(attempt, self.retry_seconds)
 
     def hold(self, name: str) -> None:
-        """Hold a study until `release` or the end of this process.
+        """Lock a study until `release` or the end of this process.
 
         Raises:
             UnavailableError: Another client holds it.
@@ -234,7 +234,7 @@ class SharedDatabase:
 
 @contextmanager
 def shared_database(address: str | None) -> Iterator[SharedDatabase | None]:
-    """The database of an address while the block runs, with few connections for all that uses it; None for None.
+    """Yield the database of an address while the block runs, with few connections; None for None.
 
     Args:
         address: `postgresql://USER@HOST/DB`.
@@ -275,7 +275,7 @@ def _passes(state: str, reason: str, states: tuple[str, ...] = PASSING_STATES) -
 
 
 def _reason(error: BaseException) -> tuple[str, str]:
-    """The SQLSTATE of an error, if it has one, and the driver's words in one line."""
+    """Return the SQLSTATE of an error, if it has one, and the driver's message in one line."""
     cause: Any = error
     while getattr(cause, "orig", None) or cause.__cause__:
         cause = getattr(cause, "orig", None) or cause.__cause__

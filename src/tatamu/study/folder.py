@@ -36,7 +36,7 @@ MARGINS = "margins"
 LEARNED = (RESULT, MANIPULATION, SCENE, ROLLOUT, REPORT)
 """All files of a study except its database."""
 STEP = "step-"
-"""The folders of a plan's steps are called so, with their numbers."""
+"""Prefix of the names of the folders of a plan's steps."""
 
 
 def step_name(number: int) -> str:

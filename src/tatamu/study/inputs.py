@@ -59,7 +59,7 @@ def _keep(folder: Path, source: Sources) -> str:
 
 
 def kept_input(folder: Path, kind: str) -> Path | None:
-    """The copy of an input of a learned fold; None where none was kept. A step of a plan has those of the plan.
+    """Return the copy of an input of a learned fold or of its plan; None if none was kept.
 
     Raises:
         InputError: The index is no index.

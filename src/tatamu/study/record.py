@@ -155,7 +155,7 @@ class Crossings(OpenRecord):
     """Numbers of edges that pass through triangles."""
 
     final: int
-    """At the end."""
+    """Number at the end."""
     most: int
     """Number in the worst frame."""
 

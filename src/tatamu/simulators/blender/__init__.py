@@ -40,11 +40,11 @@ def require() -> None:
 
 
 def prepare() -> None:
-    """Nothing: Blender is started with the first scene."""
+    """Do nothing, because Blender is started with the first scene."""
 
 
 def compilation() -> tuple[int, int]:
-    """Nothing is compiled."""
+    """Return zeros, because nothing is compiled."""
     return 0, 0
 
 

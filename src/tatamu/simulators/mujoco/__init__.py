@@ -37,11 +37,11 @@ def require() -> None:
 
 
 def prepare() -> None:
-    """Nothing: MuJoCo is imported with the first scene."""
+    """Do nothing, because MuJoCo is imported with the first scene."""
 
 
 def compilation() -> tuple[int, int]:
-    """Nothing is compiled."""
+    """Return zeros, because nothing is compiled."""
     return 0, 0
 
 

@@ -61,7 +61,7 @@ class AirSurface(NamedTuple):
     along: np.ndarray
     """Scratch: reduction of velocities along the normals in a step [m/s], shape (slots,)."""
     path: np.ndarray
-    """Way along the normal since the velocity along it changed its sign, with that sign [m], shape (slots,)."""
+    """Path along the normal since the velocity along it changed its sign, with that sign [m], shape (slots,)."""
     sums: np.ndarray
     """Scratch: areas of the triangles around each vertex as a vector [m^2], shape (n, 3)."""
 

@@ -333,7 +333,7 @@ class Simulation:
         raise SimulationError(f"the cloth flew beyond {limits.farthest:g} m before t = {time:.3f} s")
 
     def _refuse_stretched_start(self) -> None:
-        """Name the start as the cause if it is stretched: explicit steps are stable near the unstrained shape only."""
+        """Refuse a stretched start, because explicit steps are stable only near the unstrained shape."""
         cloth = self.scene.cloth
         limit = self.options.limits.largest_stretch
         stretches = principal_stretches(cloth.vertices, cloth.rest, cloth.faces)

@@ -37,7 +37,7 @@ class Frame(NamedTuple):
     local: np.ndarray
     """Vertices near the body in its frame, at the end of the round [m], shape (n, 3)."""
     local0: np.ndarray
-    """The same at its start."""
+    """Vertices near the body in its frame, at the start of the round [m], shape (n, 3)."""
 
 
 class Rule(NamedTuple):
@@ -113,7 +113,7 @@ def between(local: np.ndarray, corners: tuple[int, int, int], weights: Vector) -
 
 @kernel
 def gap_of(frame: Frame, corners: tuple[int, int, int], weights: Vector) -> tuple[float, float, Vector]:
-    """Gap of a point of the cloth [m], its gap at the start [m], and the normal that both are measured along.
+    """Return the gap of a point of the cloth [m], its gap at the start [m], and the normal of both.
 
     A point that passed through the body is measured from the tangent plane of the side from which it came. It passed
     through if its path is longer than both of its distances and the normals at both ends point against each other.

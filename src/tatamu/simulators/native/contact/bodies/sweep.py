@@ -16,7 +16,7 @@ from tatamu.simulators.native.options import ContactOptions
 CONE = 0.1
 """Sine by which a triangle's normal may leave the normal cone of a corner, so that several corners share the load."""
 CLEAR = 0.98
-"""Edges and faces beyond a face of the core by this part of the gap are left to their vertices."""
+"""Part of the gap beyond a face of the core from which only vertices are tested, not edges and faces."""
 
 
 @kernel
