@@ -5,6 +5,9 @@ By default the search minimises C subject to a chance constraint (Charnes and Co
 nominal C, and the quantile (value at risk) over all worlds is minimised. So folds that hold are compared by C alone,
 because the displacement by errors of the hands depends on the world and hardly on the manipulation.
 
+In some worlds no path helps: where hands release the cloth 20 mm from its target, or hit the table. So a fold needs to
+hold only in worlds in which a yardstick holds: the arched curve with which every search starts.
+
 The same worlds serve all trials (common random numbers). Trials are raced to save simulations. If the nominal fold is
 worse than the incumbent, the trial cannot win. Otherwise it is simulated in the worlds in which known trials ended
 worst; the first two trials, which are simulated in all worlds, show which these are. A world that is not simulated
@@ -20,10 +23,12 @@ from functools import cached_property
 
 import numpy as np
 
-from tatamu.disturbances import Disturbances, Stream, World, sample_sobol
+from tatamu.disturbances import Disturbances, Stream, World, hand_failure, sample_sobol
 from tatamu.errors import InputError
 from tatamu.evaluation.evaluator import NOTHING, Evaluation, Evaluator, Incumbent, Wrapper
-from tatamu.folding.score import Limits
+from tatamu.folding.parameters import arched_inwards
+from tatamu.folding.score import ALPHA, Limits
+from tatamu.search import Parameters
 
 SCOUTS = 2
 """Number of first trials, which are simulated in all worlds to find the hardest ones."""
@@ -97,6 +102,21 @@ class Disturbed(Wrapper):
             return float(np.mean(objectives))
         return float(np.quantile(objectives, self.quantile, method="weibull"))
 
+    @cached_property
+    def yardstick(self) -> Parameters:
+        """The arched curve whose fold says in which worlds a fold can hold."""
+        return arched_inwards(self.task.fold)
+
+    @cached_property
+    def _yardstick_serves(self) -> bool:
+        """Whether its fold holds without disturbances: otherwise it says nothing."""
+        return self._holds(self.inner(self.yardstick))
+
+    @cached_property
+    def _yardstick_holds(self) -> dict[int, bool]:
+        """Whether its fold holds, by the numbers of the worlds in which that was asked."""
+        return {}
+
     def incumbent(self, known: Sequence[Evaluation], parameters: Mapping[str, int | float]) -> Incumbent:
         """Return the best of the complete evaluations, and the worlds that decide: the hardest of each of them.
 
@@ -124,13 +144,29 @@ class Disturbed(Wrapper):
         errors: dict[int, float] = {}
         counted: dict[int, float] = {}
         for number in beat.hardest or range(self.worlds):
-            found = self.inner.in_world(parameters, self.sample[number])
-            errors[number] = self._penalise(found)
-            counted[number] = errors[number] if self.quantile is None or not self._holds(found) else floor
+            found = self._in_world(parameters, number)
+            holds = self._holds(found)
+            decides = self.quantile is None or holds or not self._is_lost_to_all(number)
+            errors[number] = self._penalise(found) if decides else floor
+            counted[number] = floor if holds and self.quantile is not None else errors[number]
             least = self._bound(counted, floor)
             if least >= beat.objective and len(counted) < self.worlds:
                 return replace(nominal, objective=max(least, floor + beat.cost), simulations=1 + len(counted))
         return replace(nominal, objective=least, simulations=1 + len(counted), hardest=_worst_first(errors))
+
+    def _in_world(self, parameters: Mapping[str, int | float], number: int) -> Evaluation:
+        """Evaluate a manipulation in a world; it fails if a hand cannot do its part there, whatever the cloth does."""
+        world = self.sample[number]
+        failure = hand_failure(self.task.fold, self.task.manipulation(parameters), world)
+        return self.inner.in_world(parameters, world) if failure is None else self.inner.fail(parameters, failure)
+
+    def _is_lost_to_all(self, number: int) -> bool:
+        """Return whether the fold of the yardstick does not hold in a world; it is simulated there when first asked."""
+        if not self._yardstick_serves:
+            return False
+        if number not in self._yardstick_holds:
+            self._yardstick_holds[number] = self._holds(self._in_world(self.yardstick, number))
+        return not self._yardstick_holds[number]
 
     def _bound(self, known: Mapping[int, float], floor: float) -> float:
         """Return a lower bound of the objective: worlds that are not known count as the nominal one."""
@@ -140,10 +176,11 @@ class Disturbed(Wrapper):
         return found.score is not None and self.limits.hold(found.score)
 
     def _penalise(self, found: Evaluation) -> float:
-        """Return l_x + alpha D, or l_x + 2 alpha D if the fold does not hold."""
+        """Return l_x + alpha D, or l_x + 2 alpha D if the fold does not hold, with the D of the limit at least."""
         if found.score is None or self._holds(found):
             return found.nominal
-        return 2.0 * found.nominal - found.trajectory_length
+        limit = ALPHA * len(self.task.fold.start) * self.limits.mean_vertex_distance
+        return found.trajectory_length + 2.0 * max(found.nominal - found.trajectory_length, limit)
 
 
 def _worst_first(objectives: Mapping[int, float]) -> tuple[int, ...]:

@@ -10,7 +10,7 @@ from tatamu.garments.sewing import front_and_back
 from tatamu.material import Material
 from tatamu.presets import load_preset
 
-FABRIC = "denim"
+FABRIC = "usual-trousers"
 """A preset."""
 SIZE = (0.34, 0.60)
 """Width over both hems and length [m] of a child of three to four: waist 10 in (25.4 cm) laid flat, full length 23.5 in

@@ -12,7 +12,7 @@ from tatamu.garments.sewing import front_and_back
 from tatamu.material import Material
 from tatamu.presets import load_preset
 
-FABRIC = "jersey"
+FABRIC = "usual-tshirt"
 """A preset."""
 SIZE = (0.54, 0.46)
 """Width over both sleeves and length from shoulder to hem [m] of a child of four: half chest 32 cm, length 46 cm

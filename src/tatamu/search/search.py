@@ -82,12 +82,12 @@ class Search(ABC):
         Args:
             space: Bounds of the parameters.
             seed: Random seed of the search.
-            first: Parameters of the first proposals. The next one is random, because from given points that all fail a
-                search would learn only the known part of the objective.
+            first: Parameters of the first proposals; repeated ones are proposed once. The next one is random, because
+                from given points that all fail a search would learn only the known part of the objective.
         """
         self.space = space
         self.seed = seed
-        self.first = [dict(each) for each in first]
+        self.first = [dict(each) for number, each in enumerate(first) if each not in first[:number]]
         self.told: list[Observation] = []
         self.pending: list[Proposal] = []
 
