@@ -256,7 +256,7 @@ def held_vertices(garment: Garment, grasp: Grasp) -> np.ndarray:
     """Vertices of all layers in a grip.
 
     Raises:
-        InputError: The garment has no such edge.
+        InputError: If the garment has no such edge.
     """
     path = named_edge(garment, grasp.edge)
     flat = garment.vertices[:, :2]

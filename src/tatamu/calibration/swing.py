@@ -219,9 +219,9 @@ class TenSwings(SwungTest):
     words = MappingProxyType({"ten_swings": "the time of ten swings"})
     instructions = """\
 Swing it, if you like: for cloth that hands move fast.                       [swing] edge, aside, ten_swings
-   Hold it by both ends of the named edge, as far apart as they lie, or clip them to a rail. Have somebody draw the far
-   edge aside by aside, level, a fifth of the length or so, and let go. ten_swings: seconds for ten swings there and
-   back, in still air.
+   Hold it by both ends of the named edge, or clip them to a rail, as far apart as when it lies flat. A second person
+   draws the far edge `aside` metres to one side, keeping it level, about a fifth of the length, and lets it go.
+   ten_swings: seconds for ten swings there and back, in still air.
 """
 
     @classmethod

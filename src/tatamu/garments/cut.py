@@ -49,7 +49,7 @@ def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path,
         piece: Its curves.
         matrix: From the drawing's coordinates to metres in a garment's frame, shape (2, 2).
         openings: Curves in the drawing's coordinates by name; or names of open curves, or of sides, that are openings;
-            None: all open curves with a name that lie along the outline.
+            None for all named open curves along the outline.
         path: The file, for messages.
         holes: Whether closed curves inside are holes; None if those that follow the outline are not.
 

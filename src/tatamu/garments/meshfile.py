@@ -33,7 +33,7 @@ def read_mesh(path: Path) -> TriangleMesh:
     """The mesh of a file, in the file's unit and axes.
 
     Raises:
-        InputError: The file cannot be read, or holds no triangles.
+        InputError: If the file cannot be read, or holds no triangles.
     """
     kind = path.suffix.lower()
     if kind not in READERS:
@@ -181,7 +181,7 @@ def border_loops(faces: np.ndarray) -> list[np.ndarray]:
     """Closed paths of vertices around a mesh whose triangles are counter-clockwise, in their direction, longest first.
 
     Raises:
-        InputError: A vertex has more than two border edges.
+        InputError: If a vertex has more than two border edges.
     """
     sides = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     following: dict[int, int] = {}

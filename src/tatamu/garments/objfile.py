@@ -51,7 +51,7 @@ def read_obj(path: Path) -> TriangleMesh:
     Comments and names may be in any encoding: only the numbers matter.
 
     Raises:
-        InputError: The file cannot be read, or a line of it is wrong.
+        InputError: If the file cannot be read, or a line of it is wrong.
     """
     text = read_bytes(path, LARGEST_MESH).decode("utf-8", "replace")
     reader = _Reader()

@@ -31,7 +31,7 @@ def from_outline(given: GarmentFile, source: Path, material: Material) -> Garmen
     """The garment of an SVG or DXF file.
 
     Raises:
-        InputError: The file cannot be read, or no garment can be cut out of it.
+        InputError: If the file cannot be read, or no garment can be cut out of it.
     """
     reader = READERS.get(source.suffix.lower())
     if reader is None:

@@ -183,7 +183,7 @@ def homography(corners: np.ndarray, width: float, height: float) -> np.ndarray:
         height: Height of the rectangle [m].
 
     Raises:
-        InputError: The corners come in another order, or lie on a line.
+        InputError: If the corners come in another order, or lie on a line.
     """
     wanted = np.array([[0, 0], [width, 0], [width, height], [0, height]])
     rows = []

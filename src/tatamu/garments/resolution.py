@@ -48,7 +48,7 @@ def check_spacing(spacing: float, size: tuple[float, float], area: float) -> Non
     """Refuse a spacing [m] that no mesh of this size [m] and area of all layers [m^2] can have.
 
     Raises:
-        InputError: It is too large or too small.
+        InputError: If it is too large or too small.
     """
     if not FINEST_GIVEN <= spacing <= largest_spacing(size):
         raise InputError(

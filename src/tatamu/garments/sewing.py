@@ -32,7 +32,7 @@ def one_layer(name: str, outline: Outline, material: Material, spacing: float | 
     """A single panel; every side of its outline is open.
 
     Raises:
-        InputError: The outline is too large or too small, or cannot be meshed with this spacing.
+        InputError: If the outline is too large or too small, or cannot be meshed with this spacing.
     """
     mesh, spacing, notes = _meshed(spacing, outline, material, 1)
     vertices = np.column_stack([mesh.points, np.full(len(mesh.points), 0.5 * material.thickness)])
@@ -55,8 +55,8 @@ def front_and_back(
     and the front has nothing between the two.
 
     Raises:
-        InputError: The outline is too large or too small, or cannot be meshed with this spacing; `openings` are none,
-            or not sides of it.
+        InputError: If the outline is too large or too small, or cannot be meshed with this spacing; `openings` are
+            none, or not sides of it.
     """
     unknown = sorted(set(openings) - set(outline.sides))
     if unknown or not openings:

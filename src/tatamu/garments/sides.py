@@ -33,7 +33,7 @@ def named_sides(loop: np.ndarray, named: Mapping[str, np.ndarray] | None = None)
         way are "bottom 2", ..
 
     Raises:
-        InputError: A named curve does not lie along the loop.
+        InputError: If a named curve does not lie along the loop.
     """
     count = len(loop)
     steps = np.roll(loop, -1, axis=0) - loop

@@ -39,7 +39,7 @@ def tshirt(
     """A T-shirt of width (over the sleeves, y) and length (x) [m]; hem at x < 0.
 
     Raises:
-        InputError: A size or a spacing that no T-shirt has.
+        InputError: If a size or a spacing that no T-shirt has.
     """
     material = material or load_preset(FABRIC).material
     shirt = front_and_back("tshirt", pattern().fitted(size or SIZE), OPENINGS, material, spacing)

@@ -33,7 +33,7 @@ class ReachConstraint:
             manipulation: Both hands' paths, on Bezier curves.
 
         Raises:
-            InputError: The manipulation has not two hands.
+            InputError: If the manipulation has not two hands.
         """
         hands = HandMotion.exact(manipulation)
         for robot, placement in self._known:
@@ -49,7 +49,7 @@ class ReachConstraint:
             manipulation: Both hands' paths, on Bezier curves.
 
         Raises:
-            InputError: The manipulation has not two hands.
+            InputError: If the manipulation has not two hands.
         """
         hands = HandMotion.exact(manipulation)
         refusals: list[Refused] = []

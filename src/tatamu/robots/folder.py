@@ -37,7 +37,7 @@ def check_out(out: Path) -> None:
     """Refuse an existing path that is not a plan, before any work is done.
 
     Raises:
-        InputError: The path holds something else.
+        InputError: If the path holds something else.
     """
     if out.resolve() == Path.cwd():
         raise InputError(f"{out}: is the folder that you are in, which a plan would replace: give another --out")

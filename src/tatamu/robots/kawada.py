@@ -34,7 +34,7 @@ def kawada(
         nextage: NEXTAGE Open's speeds, range of LARM_JOINT3 and tool.
 
     Raises:
-        InputError: A length is out of the range of such a wrist or hand.
+        InputError: If a length is out of the range of such a wrist or hand.
     """
     wrist_offset = facts.WRIST_OFFSET if wrist_offset is None else wrist_offset
     usual = facts.NEXTAGE_FINGERTIP if nextage else facts.FINGERTIP

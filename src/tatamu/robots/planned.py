@@ -40,7 +40,7 @@ class Planned:
         """Read plan.json and joint_trajectory.csv.
 
         Raises:
-            InputError: A file is missing or wrong.
+            InputError: If a file is missing or wrong.
         """
         if not folder.is_dir():
             raise InputError(f"{folder}: must be the folder of a plan, and is no folder")

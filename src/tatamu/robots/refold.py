@@ -81,7 +81,7 @@ def refold(rehearsal: Rehearsal, simulator: str, halvings: int | None = None) ->
 
     Raises:
         InputError: No such simulator, or a file of the fold is broken.
-        SimulationError: The simulation failed.
+        SimulationError: If the simulation failed.
     """
     folder = rehearsal.planned.fold
     if not folder.scene_file.is_file():

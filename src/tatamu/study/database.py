@@ -67,7 +67,7 @@ def parse_storage(given: str) -> str:
     """Read the address of a database: `postgresql://USER@HOST/DB`.
 
     Raises:
-        InputError: It is none, or has a password in it; the message never repeats it.
+        InputError: If it is none, or has a password in it; the message never repeats it.
     """
     wanted = "must be postgresql://USER@HOST/DB"
     try:
@@ -100,8 +100,8 @@ class SharedDatabase:
         """The storage for Optuna, connected at the first use.
 
         Raises:
-            InputError: The database refuses.
-            UnavailableError: It does not answer.
+            InputError: If the database refuses.
+            UnavailableError: If it does not answer.
         """
         with self._lock:
             if self._storage is None:
@@ -197,8 +197,8 @@ class SharedDatabase:
         """Do an operation until it works or time is up.
 
         Raises:
-            InputError: The database refuses.
-            UnavailableError: It did not answer for so long, or its disk is full.
+            InputError: If the database refuses.
+            UnavailableError: If it did not answer for so long, or its disk is full.
         """
         deadline = monotonic() + seconds
         while True:
@@ -240,8 +240,8 @@ def shared_database(address: str | None) -> Iterator[SharedDatabase | None]:
         address: `postgresql://USER@HOST/DB`.
 
     Raises:
-        InputError: The address is none, its driver is not installed, or the database refuses.
-        UnavailableError: It does not answer.
+        InputError: If the address is none, its driver is not installed, or the database refuses.
+        UnavailableError: If it does not answer.
     """
     if address is None:
         yield None

@@ -62,7 +62,7 @@ def kept_input(folder: Path, kind: str) -> Path | None:
     """Return the copy of an input of a learned fold or of its plan; None if none was kept.
 
     Raises:
-        InputError: The index is no index.
+        InputError: If the index is no index.
     """
     for place in (folder, Path(os.path.abspath(folder)).parent):
         index = place / INPUTS / INDEX

@@ -31,7 +31,7 @@ def require() -> None:
     """Find MuJoCo.
 
     Raises:
-        InputError: It is not installed, or too old.
+        InputError: If it is not installed, or too old.
     """
     engine()
 
@@ -50,7 +50,7 @@ def simulate(scene: Scene) -> Rollout:
 
     Raises:
         InputError: MuJoCo is not installed.
-        SimulationError: The rollout is not finite.
+        SimulationError: If the rollout is not finite.
     """
     begin = time.perf_counter()
     run = Run(scene)

@@ -182,8 +182,8 @@ class Options:
     """Everything that a study may vary of the embedded simulator.
 
     Raises:
-        InputError: A number is negative or not finite, one that must be positive is zero, or the first sweep does not
-            restore everything.
+        InputError: If a number is negative or not finite, a number that must be positive is zero, or the first sweep
+            does not restore everything.
     """
 
     step: StepOptions = field(default_factory=StepOptions)

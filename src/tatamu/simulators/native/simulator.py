@@ -28,7 +28,7 @@ def simulate(scene: Scene, options: Options | None = None) -> Rollout:
         options: What a study varies; None for the defaults.
 
     Raises:
-        SimulationError: The cloth was stretched too far or flew away, or the scene cannot end well.
+        SimulationError: If the cloth was stretched too far or flew away, or the scene cannot end well.
     """
     started = perf_counter()
     load_kernels()
