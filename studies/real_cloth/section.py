@@ -38,7 +38,7 @@ class Section:
     """Name that `--only` takes."""
     title: str
     method: str
-    """How it was simulated, and what was assumed, in a few sentences."""
+    """The simulation and its assumptions, in a few sentences."""
     tables: Sequence[Tabulated]
     beat: str
     """The number to beat, and its source."""

@@ -22,7 +22,7 @@ from tatamu.search.lm import LMSearch
 from tatamu.search.optuna_search import OptunaSearch, RandomSearch, TPESearch
 
 FEW, MANY = 50, 134
-"""Numbers of simulations: of most searches, and of those that need more."""
+"""Numbers of simulations in most searches, and in searches that need more."""
 FAR = 2.0
 """Objective over span above which GPSampler gets one constant value."""
 

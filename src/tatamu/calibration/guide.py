@@ -27,7 +27,7 @@ COMMANDS = """\
 
 
 def instructions() -> str:
-    """How to measure: the garment's mass, then every test by number."""
+    """Instructions for measuring: the garment's mass, then every test by number."""
     numbers = {name: number for number, name in enumerate(TESTS, 1)}
     tests = [f"{numbers[name]}  {Template(test.instructions).substitute(numbers)}" for name, test in TESTS.items()]
     return "\n".join([OPENING, *tests, COMMANDS])

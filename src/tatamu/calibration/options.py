@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class CalibrationOptions:
-    """How closely readings are matched, and how long the simulated cloth settles."""
+    """Tolerances of matched readings, and the time for which the simulated cloth settles."""
 
     settled: float = 5e-5
     """A reading that moves less than this over the last quarter of its scene has settled [m]."""

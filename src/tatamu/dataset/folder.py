@@ -41,7 +41,7 @@ class DatasetRecord(OpenRecord):
     tatamu: str = __version__
     specification: DatasetSpecification
     stand: Stand | None = None
-    """Where the robot stands; None for floating hands."""
+    """Place of the robot; None for floating hands."""
     episodes: int = 0
     frames: int = 0
     successes: int = 0

@@ -36,7 +36,7 @@ def page(dataset: DatasetRecord, records: Sequence[EpisodeRecord], pictures: Seq
     """Return the whole page.
 
     Args:
-        dataset: What the dataset is.
+        dataset: Description of the dataset.
         records: All episodes.
         pictures: Outcomes of the first episodes: RGB, uint8, shape (h, w, 3).
     """

@@ -27,7 +27,7 @@ class ThreadedVectorEnv(VectorEnv[Any, Any, Any]):
 
         Args:
             make: Makes one of them.
-            num_envs: How many.
+            num_envs: Number of environments.
 
         Raises:
             InputError: If `num_envs` is not positive.

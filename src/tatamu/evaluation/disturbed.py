@@ -104,21 +104,21 @@ class Disturbed(Wrapper):
 
     @cached_property
     def yardstick(self) -> Parameters:
-        """The arched curve whose fold says in which worlds a fold can hold."""
+        """The arched curve; a world in which its fold fails is counted as too hard for others."""
         return arched_inwards(self.task.fold)
 
     @cached_property
     def _yardstick_serves(self) -> bool:
-        """Whether its fold holds without disturbances: otherwise it says nothing."""
+        """Whether the yardstick's fold holds without disturbances; if not, it is not used."""
         return self._holds(self.inner(self.yardstick))
 
     @cached_property
     def _yardstick_holds(self) -> dict[int, bool]:
-        """Whether its fold holds, by the numbers of the worlds in which that was asked."""
+        """Whether the yardstick's fold holds, by number of world."""
         return {}
 
     def incumbent(self, known: Sequence[Evaluation], parameters: Mapping[str, int | float]) -> Incumbent:
-        """Return the best of the complete evaluations, and the worlds that decide: the hardest of each of them.
+        """Return the best of the complete evaluations, and the worlds that decide: the hardest world of each evaluation.
 
         While fewer than `SCOUTS` evaluations are known, there is none.
         """

@@ -109,7 +109,7 @@ class Evaluator(ABC):
 
         Args:
             parameters: x1, z1, x2, z2 [m], g1 and g2 of Eq. (9).
-            beat: What the evaluation has to beat; if it cannot, it may end early.
+            beat: Result to beat; an evaluation that cannot beat it may end early.
 
         Raises:
             InputError: If a parameter is wrong; the message names it.
@@ -177,7 +177,7 @@ class Evaluator(ABC):
         Args:
             executor: Threads, processes or a cluster.
             parameters: Parameters of the manipulation.
-            beat: What the evaluation has to beat.
+            beat: Result that the evaluation has to beat.
             keep: Return the rollout of a losing evaluation, too; otherwise it is dropped where it was made.
         """
         refused = self.refuse(parameters)

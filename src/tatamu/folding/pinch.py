@@ -43,8 +43,8 @@ def outermost(across: np.ndarray, along: np.ndarray, links: np.ndarray, spacing:
 def pressed(points: np.ndarray, thickness: float, spacing: float) -> np.ndarray:
     """Return the displacements of the cloth between closing fingers.
 
-    A vertex comes to lie as many thicknesses over the lowest as there are vertices under it. Layers that lie flat on
-    each other stay where they are.
+    Every vertex goes down to its layer: with two vertices under it, it stops two thicknesses above the lowest. Layers
+    that lie flat on each other do not move.
 
     Args:
         points: The vertices under the finger pad [m], shape (k, 3).

@@ -47,7 +47,7 @@ def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path,
 
     Args:
         piece: Its curves.
-        matrix: From the drawing's coordinates to metres in a garment's frame, shape (2, 2).
+        matrix: Matrix that turns the drawing's coordinates into metres in a garment's frame, shape (2, 2).
         openings: Curves in the drawing's coordinates by name; or names of open curves, or of sides, that are openings;
             None for all named open curves along the outline.
         path: The file, for messages.

@@ -140,7 +140,7 @@ def _beside(pocket: _Pocket, side: float, low: np.ndarray, width: float) -> bool
 
 
 def _sleeve_end(points: np.ndarray, underarm: int, neck: int) -> tuple[int, int]:
-    """The ends of the side between underarm and neck that is farthest from the middle of both."""
+    """The end of a sleeve: of all sides from underarm to neck, the one farthest from their middle, by its two ends."""
     way = _shorter_way(points, underarm, neck)
     tolerance = STRAIGHT * float(np.ptp(points[:, 0]))
     corners = shapely.get_coordinates(shapely.simplify(shapely.LineString(points[way]), tolerance))

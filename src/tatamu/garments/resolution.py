@@ -12,7 +12,7 @@ CELLS_PER_BENDING_LENGTH = 2.0
 PASSABLE = 0.65
 """Folds are passable up to this many bending lengths of spacing (docs/theory/bending.md)."""
 COARSEST, FINEST = 0.02, 0.004
-"""Spacing chosen from the bending length stays within these [m]."""
+"""Limits of a spacing that is chosen from the bending length [m]."""
 FINEST_GIVEN = 1e-3
 """No spacing is below this [m]."""
 SMALLEST_SIDE, LARGEST_SIDE = 0.05, 5.0

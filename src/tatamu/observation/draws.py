@@ -60,7 +60,7 @@ def draw(
         learned: The fold.
         disturbances: Disturbances of the set-up before anything was observed.
         out: Folder that keeps simulations; None to keep none.
-        executor: Where simulations run; None for threads on every processor, if the simulator can.
+        executor: Executor of the simulations; None for threads on every processor, if the simulator can.
         progress: Called after every simulation.
     """
     task = replace(learned.task, reach=None)

@@ -71,7 +71,7 @@ def observe(
     Args:
         learned: The fold as it was carried out, with its correction if it had one.
         observation: The measurement; None to use earlier ones only.
-        executor: Where simulations run; None for threads on every processor.
+        executor: Executor of the simulations; None for threads on every processor.
         progress: Called after every simulation.
 
     Raises:
@@ -120,7 +120,7 @@ def evidence_of(
     Args:
         base: The fold as it was learned.
         folder: Its folder; None if it is in memory only.
-        executor: Where simulations run; None for threads on every processor.
+        executor: Executor of the simulations; None for threads on every processor.
         progress: Called after every simulation.
     """
     disturbances = disturbances_of(base)
@@ -152,7 +152,7 @@ def write_corrected(observed: Observed, out: Path | None = None) -> Result:
     expected errors.
 
     Args:
-        observed: What was observed.
+        observed: The observation.
         out: The folder; None for `corrected-N` in the folder of the learned fold.
 
     Raises:

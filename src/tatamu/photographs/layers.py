@@ -75,9 +75,9 @@ def inner_edge(
     Args:
         photograph: The photograph.
         frame: Pose of the fold's frame on the board.
-        window: Where the edge is expected.
+        window: Part of the picture in which the edge is expected.
         height: Height of the edge [m].
-        cloth: What the outline encloses, in the fold's frame.
+        cloth: Area inside the outline, in the fold's frame.
     """
     step = max(FINEST, 0.7 * photograph.resolution(frame.place(window.corner[None])))
     along = np.arange(0.008, window.length, step)
@@ -136,7 +136,7 @@ def outer_edge(points: np.ndarray, window: Window) -> Line | None:
 
     Args:
         points: The outline in the fold's frame [m], shape (n, 2).
-        window: Where the edge is expected.
+        window: Part of the picture in which the edge is expected.
     """
     along, across = window.coordinates(points)
     near = (along > 0.01) & (along < window.length) & (np.abs(across) < window.reach)

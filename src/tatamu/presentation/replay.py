@@ -41,8 +41,8 @@ def replay_data(
     """The data of the viewer for a rollout with its `target`.
 
     Args:
-        rollout: The cloth; the last of the packed frames is its target.
-        scene: Where it lies, with its rigid bodies, which are drawn as they move.
+        rollout: Motion of the cloth; its last frame is the target.
+        scene: Scene of the motion; its rigid bodies are drawn too.
         hands: Hands at each frame of the rollout.
         largest: End of the scale of e_i [m].
         robot: The robot's links at each frame of the rollout.

@@ -90,7 +90,7 @@ class Hold:
 
         Args:
             jaw: The hand's jaw.
-            heading: Where the hand folds to, about z from x of B [rad].
+            heading: Direction in which the hand folds, as an angle about z from x of B [rad].
             over: Height of the simulated hand over the table at the grasp [m].
         """
         across = jaw.depth * np.array([np.cos(heading), np.sin(heading)])

@@ -60,7 +60,7 @@ class Planned:
 
     @property
     def fold(self) -> ResultFolder:
-        """The learned fold that the plan carries along; some of its files may be missing."""
+        """Folder of the learned fold inside the plan; some of its files may be missing."""
         return ResultFolder(self.folder / FOLD)
 
     def fingers(self, times: np.ndarray) -> dict[str, np.ndarray]:

@@ -169,11 +169,11 @@ def follow(
     Args:
         robot: The robot.
         arm: Its arm.
-        placements: Where the fold may lie.
-        holds: How the hand may take the hem.
+        placements: Allowed places of the fold.
+        holds: Allowed holds of the hem.
         trunk: The trunk's angle from each placement at each point [rad], shape (placements, n + 2).
         path: The hand's path in F [m], shape (n, 3).
-        steps: From point to point [s], shape (n - 1,).
+        steps: Times between points [s], shape (n - 1,).
     """
     chain = Chain.of(robot, arm)
     shape = (len(placements), len(holds))
@@ -219,7 +219,7 @@ def _alone(
 ) -> None:
     """Lower the quality of holds (h,) by the distances of the arm from the trunk, itself and the table.
 
-    The best holds are tested first. Once enough are clear or too many are not, the others count as impossible.
+    The best holds are tested first. Once enough are clear, or too many are not, it stops; the rest count as impossible.
     """
     clear = 0
     for rank, hold in enumerate(np.argsort(-quality, kind="stable")):

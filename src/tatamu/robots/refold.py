@@ -75,7 +75,7 @@ def refold(rehearsal: Rehearsal, simulator: str, halvings: int | None = None) ->
     """Fold again with both hands; None if the plan carries no scene.
 
     Args:
-        rehearsal: How the robot moved.
+        rehearsal: Motion of the robot.
         simulator: Which one folds.
         halvings: Number of halvings of the mesh's edges; None for as many as the simulator needs.
 

@@ -80,7 +80,7 @@ def timed(spline: CubicSpline, rate: float, speed: np.ndarray, acceleration: np.
         acceleration: Limits of the joints [rad/s^2], shape (k,).
 
     Raises:
-        Untimed: No parameterisation satisfies them.
+        Untimed: If no motion along the path satisfies the limits.
     """
     toppra = needed("toppra")
     logging.getLogger("toppra").setLevel(logging.CRITICAL)

@@ -64,7 +64,7 @@ class Judge:
         Args:
             fine: The fold on the fine mesh.
             coarse: The same fold on a coarser mesh; None if there is none.
-            workers: Where simulations run.
+            workers: Executor of the simulations.
             cache: Earlier simulations, and where new ones are kept.
             progress: Called after every simulation.
         """
@@ -171,7 +171,7 @@ def simulate_missing(
 
     Args:
         jobs: The fold and the world of each verdict, by its key.
-        workers: Where simulations run.
+        workers: Executor of the simulations.
         cache: Keeps the verdicts.
         ended: Called after every simulation with how many are left.
     """

@@ -48,7 +48,7 @@ def next_point(starts: Iterable[np.ndarray], known: Mapping[Key, Residuals], pen
     Args:
         starts: Starting points of the searches in the unit cube, shape (d,) each; enough for all searches.
         known: Residuals at evaluated points.
-        pending: Where they are being evaluated.
+        pending: Points that are being evaluated.
     """
     for start in starts:
         search = least_squares(start)

@@ -82,12 +82,12 @@ class ResultFolder:
 
     @property
     def margins_folder(self) -> Path:
-        """Where its margins are: `margins`."""
+        """Folder of its margins: `margins`."""
         return self.path / MARGINS
 
     @property
     def margins_file(self) -> Path:
-        """How much it stands before it fails: `margins/margins.json`."""
+        """File of its margins: `margins/margins.json`."""
         return self.margins_folder / "margins.json"
 
     @property
@@ -119,7 +119,7 @@ class ResultFolder:
 
     @property
     def shared_study_file(self) -> Path:
-        """Where the study is that is in a shared database: `study.json`."""
+        """File with the address of the study, if it is in a shared database: `study.json`."""
         return self.path / SHARED_STUDY
 
     @property

@@ -72,7 +72,7 @@ class Study:
             search: Proposes.
             store: Keeps the trials.
             record: Settings of the study.
-            executor: Where evaluations run.
+            executor: Executor of the evaluations.
 
         Raises:
             InputError: If the store cannot be read, or has another study.
@@ -222,7 +222,8 @@ class Study:
         """Return the number of the complete trial of lowest objective; None if all failed.
 
         Args:
-            count: How many trials count; None for all. Trials on the coarser mesh count only if no other is complete.
+            count: Number of trials that count; None for all. Trials on the coarser mesh count only if no other is
+                complete.
         """
         complete = [trial for trial in self.trials[:count] if trial.state == "complete"]
         fine = [trial for trial in complete if trial.proposal(self.record.coarse).fidelity == HIGH]

@@ -140,7 +140,7 @@ def _slowed(
         nx: The normal; ny and nz likewise.
         ny: See nx.
         nz: See nx.
-        turn: What the turning of the normal takes from the velocity along it [m/s].
+        turn: Part of the velocity along the normal that comes from its turning [m/s].
         quadratic: Drag along the normal [kg/m^3].
         mass: Per area, along the normal [kg/m^2].
         air: The air.
@@ -218,7 +218,7 @@ def resist(
         inverse_mass: Inverse mass of the cloth alone, by slot [1/kg].
         surface: Normals and carried air.
         step: For how long the forces act [s].
-        fall: What gravity adds to a velocity downwards [m/s].
+        fall: Velocity downwards that gravity adds [m/s].
         slower: Change of a velocity by drag, as part of it [-].
     """
     n = V.shape[1]

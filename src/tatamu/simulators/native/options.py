@@ -124,20 +124,19 @@ class UntangleOptions(NamedTuple):
     most_passes: int = 60
     """Passes, at most."""
     flattest: float = 1e-3
-    """An edge less steep on a triangle than this sine counts as this steep [-]."""
+    """Least sine of the angle between an edge and a triangle; smaller ones are raised to it [-]."""
     blunt: float = 0.1
     """Length of the sum of directions below which a pass moves less, because the direction is uncertain [-]."""
     shortest: float = 0.7
     """Least part of their rest length that edges keep meanwhile [-]; shorter edges would be thrown by the membrane."""
     longest: float = 1.1
-    """Edges keep at most this part of their rest length [-]."""
+    """Longest that an edge may become, in parts of its rest length [-]."""
     slimmest: float = 0.1
-    """Triangles stay higher than this part of the shortest edge, or than they were [-]: bending forces go with the
-    inverse."""
+    """Least height of triangles, in parts of the shortest edge [-]; bending forces grow with its inverse."""
     length_sweeps: int = 4
-    """Sweeps per pass that give edges back such lengths."""
+    """Sweeps per pass that bring edges back between these lengths."""
     again_after: float = 0.1
-    """Layers that were not taken apart are tried again after this time [s]."""
+    """Time after which layers that were not separated are tried again [s]."""
 
 
 class RestOptions(NamedTuple):

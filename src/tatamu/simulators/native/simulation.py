@@ -56,7 +56,7 @@ class Simulation:
 
     Attributes:
         scene: The scene.
-        number: How many outer steps were made.
+        number: Number of outer steps that were made.
         mesh, contact, system: What the compiled loops read and write.
     """
 

@@ -25,7 +25,7 @@ def simulate(scene: Scene, options: Options | None = None) -> Rollout:
 
     Args:
         scene: The scene.
-        options: What a study varies; None for the defaults.
+        options: Options that a study varies; None for the defaults.
 
     Raises:
         SimulationError: If the cloth was stretched too far or flew away, or the scene cannot end well.

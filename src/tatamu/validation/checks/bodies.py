@@ -146,7 +146,7 @@ def left_behind(subject: Subject, mu: float, acceleration: float) -> float:
 
 
 def carried(subject: Subject, mu: float) -> Findings:
-    """The acceleration at which a box leaves a strip behind, and how far it does at 1.1 times that."""
+    """A box carries a strip: the acceleration at which the strip slips, and its slip at 1.1 times that acceleration."""
     wanted = mu * GRAVITY
     found = threshold(lambda a: left_behind(subject, mu, a) > SLIPPED, wanted, 0.1 * wanted, 0.002 * wanted)
     yield relative("acceleration at which it is left behind [m/s²]", wanted, found, subject.limit("carried"))

@@ -238,7 +238,7 @@ def sweep(
         positions: Positions to correct, and those at the start.
         mesh: The mesh.
         contact: Pairs are put to sleep; activity is written.
-        options: How far positions are corrected.
+        options: Limits of the corrections.
         step: Time since the start of the step [s].
         restored: Part of the gap that this sweep restores.
 

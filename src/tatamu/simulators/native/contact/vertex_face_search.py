@@ -28,7 +28,7 @@ def search(x: np.ndarray, mesh: ContactMesh, vertex_face: VertexFace, shape: Sha
         mesh: The mesh.
         vertex_face: Partners to update; the present ones are tested first.
         shape: Shape of the cloth at x.
-        options: What is a candidate.
+        options: Limits of candidates.
     """
     nearest = _nearest_on_both_sides(x, mesh, vertex_face.triangle, shape, options)
     _keep_what_would_be_lost(x, mesh, vertex_face, nearest, shape, options)

@@ -145,6 +145,6 @@ def stiffness(curved: CurvatureMaps, D: np.ndarray) -> np.ndarray:
 
     Args:
         curved: Curvature maps of the mesh.
-        D: From curvatures to moments [N m], shape (3, 3).
+        D: Matrix that turns curvatures into moments [N m], shape (3, 3).
     """
     return np.asarray(curved.area[:, None, None] * (curved.Q.transpose(0, 2, 1) @ D @ curved.Q))

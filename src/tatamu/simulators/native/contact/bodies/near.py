@@ -58,7 +58,7 @@ def refresh(x: np.ndarray, longest_way: float, mesh: ContactMesh, bodies: Bodies
 
     Args:
         x: Positions at the start of the round [m], shape (n, 3).
-        longest_way: How far a vertex may move in the round [m].
+        longest_way: Largest distance that a vertex may move in the round [m].
         mesh: The mesh.
         bodies: Placed for the round.
 

@@ -151,12 +151,12 @@ def correct(
         inverse_mass: Inverse masses of the vertices [1/kg].
         activity: Written where the push is noticeable or hard.
         frame: The body; its positions of the vertices are kept up to date.
-        rule: How far to push.
+        rule: Rule for the distance of the push.
         corners: Vertices that the point lies between.
         weights: Its barycentric coordinates.
-        gap: How far it is from the body [m].
-        gap_at_start: How far it was at the start of the round [m].
-        normal: From the body to the cloth.
+        gap: Its distance from the body [m].
+        gap_at_start: Its distance at the start of the round [m].
+        normal: Direction from the body to the cloth.
 
     Returns:
         The gap before [m], `rule.wanted` if that was enough.

@@ -167,7 +167,7 @@ def sweep(
         mesh: The mesh.
         contact: Activity is written.
         bodies: The bodies, with their poses of this round and candidates.
-        options: How far positions are corrected.
+        options: Limits of the corrections.
         step: Time since the start of the round [s].
         restored: Part of the gap that this sweep restores.
 
