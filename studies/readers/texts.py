@@ -17,7 +17,7 @@ CODE = ("src", "studies")
 SECTIONS = ("Args:", "Attributes:", "Raises:", "Returns:", "Yields:")
 END = re.compile(
     r"""
-    (?<! \bEq\.) (?<! \bFig\.) (?<! \be\.g\.) (?<! \bal\.) (?<! \bno\.) (?<! \.\.)  # no end of a sentence
+    (?<! \bEq\.) (?<! \bFig\.) (?<! \be\.g\.) (?<! \bal\.) (?<! \bno\.) (?<! \bSt\.) (?<! \.\.)  # no end of a sentence
     (?: (?<= [.!?]) | (?<= [.!?] ["')*`]) | (?<= [.!?]\*\*) )
     \s+ (?= ["'(*`\[A-Z0-9])
     """,

@@ -118,7 +118,7 @@ class Disturbed(Wrapper):
         return {}
 
     def incumbent(self, known: Sequence[Evaluation], parameters: Mapping[str, int | float]) -> Incumbent:
-        """Return the best of the complete evaluations, and the worlds that decide: the hardest world of each evaluation.
+        """Return the best of the complete evaluations, and the worlds that decide: the hardest of each evaluation.
 
         While fewer than `SCOUTS` evaluations are known, there is none.
         """
