@@ -143,6 +143,9 @@ bench: $(DEV) $(NEWTON)  ## native, Blender, MuJoCo and Newton side by side: doc
 	$(BIN)/tatamu install blender
 	$(BIN)/python benchmarks/speed.py --out runs/speed --write-docs
 
+readers: $(READY)  ## docstrings and pages for a reader who does not know the project, drawn with SEED=..
+	$(BIN)/python -m studies.readers --seed $(or $(SEED),0)
+
 cluster: $(DEV)  ## 200 studies while workers, PostgreSQL and client are killed; overhead; 1,000 workers: docs/notes/cluster.md; half an hour
 	$(BIN)/python -m studies.cluster_storm --write-docs
 
