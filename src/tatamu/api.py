@@ -333,7 +333,7 @@ def plan_for(
         robot: Name of a robot, or a .toml that describes one.
         place: Place of the fold's frame in the robot's base [m, m, rad]; None to search it.
         table_height: Height of the table top in the base [m]; None to search it.
-        speed_scale: Speed of the motion, waits included, over that of the plan, from 0.05 to 1.
+        speed_scale: Factor of the motion's speed, from 0.05 to 1; waits change with it.
         hover: Height above the table at which the motion is made with open jaws [m]; 0 to fold.
 
     Raises:

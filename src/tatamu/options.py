@@ -63,7 +63,7 @@ class FoldOptions(Options):
         "auto or another that `tatamu plans` lists.",
         json_schema_extra=_metavar("NAME|FILE.toml"),
     )
-    hands: StrictInt | None = Field(None, description="Fold with 1 hand or 2; default: as the plan says, 2.")
+    hands: StrictInt | None = Field(None, description="Fold with 1 hand or 2; default: the plan's number, usually 2.")
     material: str | None = Field(
         None,
         description="A material file, or a preset such as denim; default: the garment's own.",
@@ -83,7 +83,7 @@ class LearnOptions(Options):
 
     trials: StrictInt | Literal["auto"] = Field(
         50,
-        description="Trials of the study in the end; auto: until less than 0.1 % is expected to be gained.",
+        description="Number of trials of the whole study; auto: until the expected gain is below 0.1 %.",
         json_schema_extra=_metavar("N|auto"),
     )
     seed: StrictInt = Field(0, description="Random seed of the search.")

@@ -99,10 +99,10 @@ class Bias(LaterTest, RestTest):
     read = "L1 - L2 on the bias"
     words = MappingProxyType({"bias_L1": "L1 on the bias", "bias_L2": "L2 on the bias"})
     instructions = """\
-Hang a strip cut on the bias, if you like: for woven cloth.                              [bias] width, L1, L2
-   Cut a strip of the same cloth at 45 degrees to its yarns, as long as it can be, a tenth of that wide. Clamp one end
-   straight and level between two rulers. L1: from the grip straight down to the end. Then lay it down without pulling
-   at it; L2: the same two places. Hang it by its other end too.
+Hang a strip cut on the bias (optional): for woven cloth.                                [bias] width, L1, L2
+   Cut a strip of the same cloth at 45 degrees to its yarns, as long as possible; its width is a tenth of its length.
+   Clamp one end straight and level between two rulers. L1: distance from the grip straight down to the end. Then lay
+   the strip down without pulling at it. L2: distance between the same two places. Repeat with the other end clamped.
 """
 
     @classmethod

@@ -114,10 +114,10 @@ class Elongation(ElasticTest):
     size = "length"
     instructions = """\
 Hang it.                                                                               [elongation] L1, L2
-   Clamp the whole named edge straight and level (two rulers and clips; for shoulders a hanger). Wait until it is
-   still. L1: from the grip straight down to the end farthest from it. Then lay the garment down without pulling at
-   it; L2: the same two places. A narrow pinch also works ({edge = "bottom", at = 0.5, width = 0.03}), but stretches
-   the cloth unevenly, and the mesh then matters.
+   Clamp the whole named edge straight and level, with two rulers and clips; for shoulders use a hanger. Wait until the
+   garment is still. L1: distance from the grip straight down to the farthest end. Then lay the garment down without
+   pulling at it. L2: distance between the same two places. A narrow pinch is possible too, such as
+   {edge = "bottom", at = 0.5, width = 0.03}. It stretches the cloth unevenly, so the result depends on the mesh.
 """
 
     @classmethod

@@ -87,9 +87,10 @@ class Fading(SwungTest):
     read = "swings until it has faded"
     words = MappingProxyType({"count": "the number of swings until it has faded"})
     instructions = """\
-Let it fade, if you like: with $swing.                                       [fading] edge, aside, to, count
-   As $swing, with a ruler across below the far edge. count: how often it swings there and back until it goes less than
-   `to` to the side, a quarter of aside or so; halves count too.
+Count its swings (optional): for cloth that hands move fast.                   [fading] edge, aside, to, count
+   Swing the garment as in measurement $swing, with a ruler across it below the far edge. count: the number of swings
+   there and back until the edge moves less than `to` to the side. A quarter of `aside` is a good `to`. Half swings
+   count too.
 """
 
     @classmethod

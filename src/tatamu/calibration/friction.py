@@ -96,8 +96,9 @@ class Slope(LaterTest):
     sheet = SIZE
     instructions = """\
 Let it slide.                                                                          [friction] L_t, H_s
-   Lay it flat on the board, on the surface that it will be folded on. L_t: the board's length from the end that stays
-   to the end you lift. Lift slowly, without jerks; H_s: how high that end is when the cloth starts to slide.
+   Lay the garment flat on the board, on the surface on which it will be folded. One end of the board stays on the
+   table. L_t: length of the board from that end to the end that you lift. Lift slowly and evenly. H_s: height of the
+   lifted end when the cloth starts to slide.
 """
 
     @classmethod

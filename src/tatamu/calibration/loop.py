@@ -89,10 +89,11 @@ class Loop(ElasticTest):
     words = MappingProxyType({"height": "the height of the loop"})
     reads = MappingProxyType({"height": 1.0})
     instructions = """\
-Let it loop, if you like: for cloth that hangs straight down in $sag, or bends otherwise in a fold.  [loop] height
-   Lay one layer (of a T-shirt the hem of one side) over itself on the table without pressing, edges parallel, until
-   four times the height of the loop lies on either side. height: from the table to the top of the loop. With the
-   sag it tells bending better than either does alone; where they disagree, cloth bends otherwise in a fold.
+Make a loop (optional): for cloth that hangs straight down in measurement $sag.                    [loop] height
+   Fold one layer over itself on the table without pressing it, with parallel edges; of a T-shirt, use the hem of one
+   side. Each side should be four times as long as the loop is high. height: distance from the table to the top of the
+   loop. Sag and loop together determine bending better than either alone. If they disagree, the cloth bends
+   differently in a fold.
 """
 
     @classmethod

@@ -131,11 +131,11 @@ class Plate(ElasticTest):
     reads = MappingProxyType({"hem": 1.0})
     step = STEP
     instructions = """\
-Drape it, if you like: a disc of the same cloth, as a napkin.       [plate] disc, plate, drape_coefficient, nodes
-   Centre it on a round plate of half to two thirds its diameter that stands on a can; press it flat on the plate, lift
-   the plate off the table with it, let it come to rest. Photograph it straight from above, with a ruler at the height
-   of the plate beside it. `tatamu measure --drape PHOTO ..` reads coefficient and nodes. Turn the disc over and repeat:
-   folds fall differently each time.
+Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc, plate, drape_coefficient, nodes
+   Take a round plate, half to two thirds as wide as the disc, and a can to stand it on. Centre the disc on the plate
+   while that lies on the table, and press it flat. Lift both onto the can and let the cloth come to rest. Photograph it
+   straight from above, with a ruler beside it at the height of the plate. `tatamu measure --drape PHOTO ..` reads the
+   coefficient and the number of folds (nodes). Turn the disc over and repeat, because it folds differently each time.
 """
 
     @classmethod

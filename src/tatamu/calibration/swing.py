@@ -218,9 +218,9 @@ class TenSwings(SwungTest):
     read = "time of ten swings"
     words = MappingProxyType({"ten_swings": "the time of ten swings"})
     instructions = """\
-Swing it, if you like: for cloth that hands move fast.                       [swing] edge, aside, ten_swings
-   Hold it by both ends of the named edge, or clip them to a rail, as far apart as when it lies flat. A second person
-   draws the far edge `aside` metres to one side, keeping it level, about a fifth of the length, and lets it go.
+Swing it (optional): for cloth that hands move fast.                         [swing] edge, aside, ten_swings
+   Hold the garment by both ends of the named edge, or clip them to a rail, as far apart as when it lies flat. A second
+   person draws the far edge `aside` metres to one side, about a fifth of the length, keeps it level, and lets it go.
    ten_swings: seconds for ten swings there and back, in still air.
 """
 

@@ -21,7 +21,7 @@ from tatamu.observation.measured import Observation
 from tatamu.observation.posterior import IMPLAUSIBLE, Fold, Posterior, posterior
 from tatamu.study import Result, ResultFolder
 
-BEYOND = "beyond everything that was drawn: check the grasp or the scale; nothing is corrected after it"
+BEYOND = "farther off than any simulated fold: check the grasp or the scale; it is not used for the correction"
 
 
 @dataclass(frozen=True)

@@ -47,7 +47,7 @@ def locate(
     Args:
         photo: File of the photo, which shows all of the cloth, and the board beside it.
         board: File of the board, or "a4" or "letter" for a plain white sheet.
-        run: Learned fold, or its folder, with whose garment the cloth is compared; None to use `garment`.
+        run: Learned fold, or its folder; the cloth is compared with its garment. None to use `garment`.
         garment: Name or file of the garment.
         size: Width and length with which the cloth is compared [m]; None if it may have any.
         board_pose: Pose of the board in the robot's base frame [m, m, rad]; None if it is not known.

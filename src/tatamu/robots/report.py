@@ -103,7 +103,7 @@ def summary(figures: dict[str, Any]) -> list[str]:
     lines += [
         f"warning: {' and '.join(contact['links'])} touch at {contact['first']:.2f} s, {1e3 * contact['depth']:.1f} mm"
         for contact in contacts
-    ] or ["nothing touched that should not"]
+    ] or ["no links touched that must not"]
     return lines + ([] if figures["fold"] is None else _fold_summary(figures["fold"]))
 
 
