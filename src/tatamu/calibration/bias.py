@@ -1,12 +1,12 @@
-"""Test *bias*: the elongation of a hanging strip cut at 45 degrees to the yarns determines the shear stiffness.
+"""Test *bias*: the elongation of a hanging strip that is cut at 45 degrees to the yarns gives the shear stiffness.
 
-Not in the paper. Woven cloth is stiff along its yarns and gives way on the bias, where a strip has
+Not in the paper. Woven cloth is stiff along its yarns and stretches easily on the bias. There its stiffness is
 
     4 / Y(45) = 1 / Y + 1 / Y_weft + 1 / G - 2 nu / sqrt(Y Y_weft)
 
-(docs/theory/membrane.md), and hangs longer by rho g L^2 / 2 Y(45): mostly by 1 / G. The strip is simulated because its
-clamped end cannot narrow. A whole cloth hung by a corner would need no cutting, but it falls into folds by chance,
-which move its end by a millimetre or two, and its elongation depends on the width of the grip.
+(docs/theory/membrane.md), in which 1 / G is the largest term. A hanging strip is longer by rho g L^2 / 2 Y(45). It is
+simulated because its clamped end cannot narrow. A whole cloth hung by a corner would need no cutting, but it falls into
+folds by chance, which move its end by a millimetre or two, and its elongation depends on the width of the grip.
 """
 
 from __future__ import annotations

@@ -46,7 +46,7 @@ PARAMETERS = tuple(KNOWN)
 UNITS = {name: parameter.unit for name, parameter in KNOWN.items()}
 SYMBOLS = {name: parameter.symbol for name, parameter in KNOWN.items()}
 PLACE = {name: number for number, name in enumerate(PARAMETERS)}
-"""Row and column of each in all matrices."""
+"""Number of the row and column of each parameter, in all matrices."""
 LIMITS = {
     "shear_stiffness": (1.0, 1e4),
     "stretch_stiffness": (1.0, 1e5),

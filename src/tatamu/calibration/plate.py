@@ -194,7 +194,7 @@ Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc
 
     @cached_property
     def _starts(self) -> list[int]:
-        """Number of the first vertex of each disc, and of all."""
+        """Number of the first vertex of each disc; the last item is the number of all vertices."""
         return [0, *np.cumsum([len(disc.mesh[0]) for disc in self.discs]).tolist()]
 
     def outlines(self, positions: np.ndarray) -> list[PlanOutline]:

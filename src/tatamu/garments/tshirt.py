@@ -84,7 +84,7 @@ def pattern() -> Outline:
 def _neckline(neck: np.ndarray, depth: float, turn: float) -> np.ndarray:
     """The right half of a neckline: part of an ellipse from the neck point to the middle, shape (k, 2).
 
-    `turn` is 1 for a quarter of the ellipse, which leaves the shoulder steeply; less is flatter.
+    With `turn` 1 it is a quarter of the ellipse, which is steep at the shoulder. Smaller values make it flatter.
     """
     angle = np.linspace(0.0, 0.5 * np.pi, 25)
     x = neck[0] - depth * np.sin(angle) ** (1.0 / turn)

@@ -1,4 +1,4 @@
-"""Which placements both arms can follow the whole fold from, and which of them best.
+"""The placements from which both arms can follow the whole fold, and the best of them.
 
 Each candidate placement is tried with each hold; an arm follows the hand's path from point to point by damped least
 squares. Each point starts from the angles of the last one, so a path that would need a jump counts as unreachable. Then
