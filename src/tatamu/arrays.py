@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, PlainSerializer
 
 LARGEST = 1e3
-"""Coordinates and displacements beyond this [m] are refused: they are a unit error, not a cloth."""
+"""Largest coordinate and displacement [m]; larger ones are a unit error."""
 
 LARGEST_INDEX = 2**53
 """No index of a vertex is so large; floating point numbers below it are exact."""

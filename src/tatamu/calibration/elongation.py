@@ -40,10 +40,10 @@ RELAXATIONS = 14.0
 LAYERS_APART = 2.0
 """Initial distance of hanging layers, in thicknesses; closer, contact and grip would push each other."""
 SAME_END = 2e-3
-"""Vertices less than this nearer to the end than the farthest belong to it [m]."""
+"""Depth of the end, from its farthest vertex [m]."""
 
 OTHER_GARMENT = 0.25
-"""An L2 that differs from the garment's own length by more than this part belongs to another garment or grasp."""
+"""Largest difference of L2 from the garment's length, as a part of it; a larger one means another garment or grasp."""
 HUNG_BY = {
     "towel": ["bottom"],
     "tshirt": ["left_shoulder", "right_shoulder"],

@@ -38,7 +38,7 @@ from tatamu.simulators import capabilities
 MORE = 1.3
 """Ratio of the simulated time to the counted time."""
 MOST = 200.0
-"""A simulated count beyond this is this: the cloth does not fade."""
+"""Largest simulated count; cloth that swings longer counts as cloth that does not fade."""
 WITHIN = 5e-3
 """The count is matched to this part of itself."""
 

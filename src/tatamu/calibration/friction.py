@@ -40,9 +40,9 @@ SLIDING = 5e-3
 FIRST = 0.02
 """The search starts with tan(theta) times 1 plus and 1 minus this."""
 RESOLUTION = 2e-3
-"""The interval of the coefficient is halved until it is narrower than this."""
+"""Width of the interval at which its halving ends."""
 LARGEST = 3.0
-"""Coefficients beyond this are not tried."""
+"""Largest coefficient that is tried."""
 EFFECTIVE = 0.02
 """Relative difference from tan(theta) above which a coefficient is reported as an effective one."""
 

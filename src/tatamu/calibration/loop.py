@@ -45,7 +45,7 @@ LAYS = 0.3
 """Part of the scene in which the upper end is laid down."""
 RELAXATIONS = 20.0
 HIGHEST_LOOP = 0.3
-"""A fold higher than this [m] would be of a sheet of card."""
+"""Largest height of a fold [m]; higher ones are of card, not of cloth."""
 
 
 class LoopReadings(TestEntry):
@@ -75,7 +75,7 @@ class Loop(ElasticTest):
     """The test of a strip folded over itself."""
 
     height: float
-    """The height that was read [m]: the strip is cut to it."""
+    """The height that was read [m]; it determines the length of the strip."""
     thickness: float
     """Thickness of the cloth [m]."""
     spacing: float | None = None

@@ -114,7 +114,7 @@ class Plate(ElasticTest):
     plate: float
     """Radius of the plate [m]."""
     coefficient: float
-    """The measured one: the mesh is made for it."""
+    """The measured coefficient; the mesh is chosen for it."""
     folds: float | None = None
     """Nodes that were counted, in the mean."""
     spacing: float | None = None

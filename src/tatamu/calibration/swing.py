@@ -51,7 +51,7 @@ FARTHEST = 0.7
 FRAMES = 60.0
 """Per second."""
 LEAST = 0.004
-"""A swing smaller than this part of the first is none."""
+"""Smallest swing that counts, as a part of the first."""
 WITHIN = 2e-3
 """The period is matched to this part of itself."""
 DRAG = 0.7

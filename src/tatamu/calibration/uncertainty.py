@@ -20,7 +20,7 @@ from tatamu.calibration.test import Changes, ElasticTest, LaterTest, Readings
 from tatamu.errors import TatamuError
 
 AGREES = 2.0
-"""Tests of one parameter agree that are within this many standard uncertainties of one another."""
+"""Largest difference, in standard uncertainties, of tests of one parameter that agree."""
 ELASTIC = ("stretch_stiffness", "bending_rigidity", "bending_hysteresis")
 """Parameters that lengths at rest depend on."""
 

@@ -55,7 +55,7 @@ class DatasetFolder:
 
     @property
     def file(self) -> Path:
-        """File that says what the dataset is: `dataset.json`."""
+        """File with the description of the dataset: `dataset.json`."""
         return self.path / "dataset.json"
 
     @property
@@ -80,7 +80,7 @@ class DatasetFolder:
 
     @property
     def started_file(self) -> Path:
-        """File that says what is being recorded."""
+        """File with the description of the running recording."""
         return self.path / ".episodes" / "started.json"
 
     def episode_file(self, number: int) -> Path:

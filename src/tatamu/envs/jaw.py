@@ -20,9 +20,9 @@ class HandsOptions:
     beside: float = 0.25
     """Hands stay over the table within this margin of the flat cloth [m]."""
     highest: float = 0.6
-    """Hands stay below this height [m]."""
+    """Largest height of hands [m]."""
     calm: float = 0.02
-    """A fold counts once the mean speed of the cloth is below this [m/s]."""
+    """Mean speed of the cloth below which a fold counts [m/s]."""
     torn: float = -1.0
     """Reward of a step in which the cloth is torn or flies away, which ends the episode."""
 

@@ -184,5 +184,5 @@ class Disturbed(Wrapper):
 
 
 def _worst_first(objectives: Mapping[int, float]) -> tuple[int, ...]:
-    """Return the numbers of worlds, that of the highest objective first."""
+    """Return the numbers of worlds, in the order of falling objectives."""
     return tuple(sorted(objectives, key=lambda each: (-objectives[each], each)))

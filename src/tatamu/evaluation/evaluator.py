@@ -57,7 +57,7 @@ class Evaluation:
     fidelity: int = HIGH
     """`LOW` if a coarser mesh was simulated."""
     ended: Literal["arrival"] | None = None
-    """"arrival" if the simulation ended when the hands arrived, because the fold could not win any more."""
+    """"arrival" if the simulation ended at the hands' arrival, because the fold could no longer become the best."""
     seconds: float = 0.0
     """Wall time."""
     errors: np.ndarray | None = None
@@ -147,7 +147,7 @@ class Evaluator(ABC):
 
     @property
     def scouts(self) -> int:
-        """Number of first evaluations for which the others wait, because they decide what is simulated."""
+        """Number of first evaluations for which the others wait, because they determine the simulated worlds."""
         return 0
 
     def low_fidelity(self, parameters: Mapping[str, int | float]) -> tuple[Evaluator, Parameters] | None:

@@ -10,7 +10,7 @@ BESIDE, FARTHER_OUT = 0.55, 0.1
 """Distance along the edge, and distance across it, in cells. If two vertices of a layer are nearer than the first along
 the edge and differ by more than the second across it, only the outer one is held."""
 SAME_PLACE = 0.55
-"""Vertices nearer than this many cells, seen from above, lie over or under one another."""
+"""Largest distance, seen from above, of vertices that lie over each other [cells]."""
 APART = 1.05
 """Distance between pressed layers, in thicknesses."""
 NOTICEABLE = 1.0

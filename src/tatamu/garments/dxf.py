@@ -26,9 +26,9 @@ FLATNESS = 1e-4
 RELATIVE_FLATNESS = 1e-5
 """... or as part of the extent of the arc, which limits the number of points of very large arcs."""
 MOST_ENTITIES = 60_000
-"""Drawings unpack to no more entities: each takes a third of a millisecond."""
+"""Largest number of entities of an unpacked drawing; each takes a third of a millisecond."""
 MOST_BENT = 10_000
-"""Drawings have no more curves besides straight lines: each takes a millisecond."""
+"""Largest number of curves of a drawing, without straight lines; each takes a millisecond."""
 MEETING = 1e-6
 """Ends that are this near to each other were drawn to meet [m]."""
 Layers = dict[str, list[np.ndarray]]

@@ -50,12 +50,12 @@ class Flattened:
 
     @property
     def median(self) -> float:
-        """Half of the edges change by less than this part."""
+        """Median relative change of the edges."""
         return float(np.median(np.abs(self.strain)))
 
     @property
     def most(self) -> float:
-        """95 of 100 edges change by less than this part."""
+        """95 % quantile of the relative change of the edges."""
         return float(np.quantile(np.abs(self.strain), 0.95))
 
 

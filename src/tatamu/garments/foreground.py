@@ -23,9 +23,9 @@ FAINTEST = 6.0
 SMALLEST, LARGEST = 0.02, 0.9
 """Part of the photo that a garment covers."""
 EDGE = 4
-"""A garment nearer than this to the photo's border touches it [pixels]."""
+"""Distance from the photo's border within which a garment touches it [pixels]."""
 SIMILAR = 0.05
-"""A region of at least this part of the garment's area may belong to it."""
+"""Least area of a region that may belong to the garment, as a part of the garment's area."""
 FACING = 1.1
 """Points of two regions face each other if they are at most this many times as far apart as the nearest ones."""
 

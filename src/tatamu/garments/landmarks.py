@@ -19,7 +19,7 @@ DEEP = 0.05
 CENTRAL = 0.25
 """The middle of the neck is at most this part of the width from the middle."""
 DIP = 0.01
-"""A neckline is a pocket if it is deeper than this part of the outline's height, otherwise level."""
+"""Least depth of a neckline that is a pocket, as a part of the outline's height; others are level."""
 LEVEL = np.tan(np.radians(12.0))
 """Steeper sides belong to the shoulders."""
 NARROWEST, WIDEST = 0.08, 0.6

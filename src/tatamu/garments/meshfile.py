@@ -20,11 +20,11 @@ from tatamu.garments.plyfile import parse_ply
 from tatamu.topology import Topology, areas, longest_sides
 
 FARTHEST = 1e9
-"""No coordinate of a file is larger, in whatever unit."""
+"""Largest coordinate of a file, in any unit."""
 MOST_NODES = 10_000
-"""A GLB file has no more nodes."""
+"""Largest number of nodes of a GLB file."""
 SAME = 1e-5
-"""Vertices nearer than this part of the mesh's extent are at one place."""
+"""Largest distance of vertices at one place, as a part of the mesh's extent."""
 SLIVER = 1e-3
 """Area below which a triangle is degenerate, as part of its longest edge squared."""
 

@@ -14,7 +14,7 @@ from tatamu.garments.polygons import triangulate
 LARGEST_MESH = 64 * MIB
 """Largest size of a file of a mesh [bytes]."""
 MOST_TRIANGLES = 200_000
-"""Largest number of triangles of a mesh; a simulation of a tenth of it takes minutes."""
+"""Largest number of triangles of a mesh; with a tenth of it, a simulation takes minutes."""
 MOST_VERTICES = 3 * MOST_TRIANGLES
 """Largest number of vertices of a mesh, counted for each triangle separately as in STL."""
 LONGEST_LINE = 100_000

@@ -21,16 +21,16 @@ from tatamu.meshing import ROW, SLIVER, delaunay, twice_areas
 from tatamu.topology import Topology, edge_lengths
 
 DROPPED = (0.56, 0.62, 0.68, 0.74)
-"""Lattice points nearer to the outline than this are dropped [spacings]; each is tried, the best mesh kept."""
+"""Least distances of lattice points from the outline [spacings]; all are tried, and the best mesh is kept."""
 NEAREST = 0.52
 """No point comes nearer to the outline [spacings]; from half a spacing on, Delaunay keeps the outline's edges."""
 RELAXED = 1.7
 """Points up to this far from the outline are moved [spacings]."""
 PASSES = 12
 SHARPEST = np.radians(20.0)
-"""A chord is flipped when no angle gets sharper than this."""
+"""Least angle after the flip of a chord."""
 SHORTEST = 0.15
-"""Edges shorter than this are refused [spacings]."""
+"""Length of the shortest edge that is accepted [spacings]."""
 CLEAR = 0.01
 """Distance of parts of the outline below which it is refused at once [spacings], because edges would be too short."""
 SPLITS = 4

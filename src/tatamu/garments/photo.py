@@ -21,7 +21,7 @@ from tatamu.garments.foreground import SMALLEST, stand_out
 LARGEST_PICTURE = 256 * MIB
 """Largest size of a picture's file [bytes]."""
 MOST_PIXELS = 100_000_000
-"""Pictures have no more pixels."""
+"""Largest number of pixels of a picture."""
 FORMATS = ("JPEG", "PNG", "WEBP", "BMP", "TIFF", "GIF")
 """Formats of pictures that are read."""
 LONGEST = 1400

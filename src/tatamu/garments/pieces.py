@@ -14,9 +14,9 @@ from tatamu.garments.unpacking import MOST_CURVES
 INSIDE = 0.5
 """Share of its area inside another closed curve above which a curve belongs to the same piece."""
 MOST_OVERLAPS = 100_000
-"""No more pairs of closed curves lie over one another: each pair is intersected."""
+"""Largest number of pairs of closed curves that overlap; each pair is intersected."""
 MARK = 1e-3
-"""A closed curve with less than this part of another one's area, across its border, is a mark such as a notch."""
+"""Largest area of a mark, such as a notch, across the border of a closed curve, as a part of that curve's area."""
 
 
 def grouped(curves: Sequence[DrawnCurve]) -> tuple[Piece, ...]:

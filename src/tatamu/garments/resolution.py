@@ -8,13 +8,13 @@ from tatamu.errors import InputError
 from tatamu.material import Material
 
 CELLS_PER_BENDING_LENGTH = 2.0
-"""Mesh spacing is half a bending length: folds are right up to 0.55 of it (docs/theory/bending.md)."""
+"""Mesh spacing over the bending length; folds are accurate up to 0.55 (docs/theory/bending.md)."""
 PASSABLE = 0.65
 """Folds are passable up to this many bending lengths of spacing (docs/theory/bending.md)."""
 COARSEST, FINEST = 0.02, 0.004
 """Limits of a spacing that is chosen from the bending length [m]."""
 FINEST_GIVEN = 1e-3
-"""No spacing is below this [m]."""
+"""Smallest spacing [m]."""
 SMALLEST_SIDE, LARGEST_SIDE = 0.05, 5.0
 MOST_VERTICES = 50_000
 MOST_BY_DEFAULT = 3_000

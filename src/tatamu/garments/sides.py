@@ -16,7 +16,7 @@ SHORTEST = 0.03
 FARTHEST = 0.03
 """Ends of a named curve may be this part of the outline's larger extent away from it."""
 BESIDE = 0.15
-"""The rest of it may be this part away: it may be drawn straight across a curved neckline."""
+"""Its other points may be this part of the extent away: a straight curve may cross a curved neckline."""
 
 
 def named_sides(loop: np.ndarray, named: Mapping[str, np.ndarray] | None = None) -> dict[str, np.ndarray]:

@@ -12,7 +12,7 @@ NAMES = {1e-3: "millimetres", 1e-2: "centimetres", 0.0254: "inches", 0.1: "decim
 USUAL = (0.15, 1.8)
 """Between these lies the longer side of most garments [m]."""
 DOUBTFUL = 2.6
-"""Larger than this is hardly any garment, though bed linen may be [m]."""
+"""Largest size that is accepted without a note [m]; hardly any garment is larger, but bed linen may be."""
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from tatamu.robustness import Verdict
 RIDGE = 1.0
 """Penalty of the coefficients, in draws: one observation of no effect for each disturbance."""
 HUBER = 1.5
-"""Residuals beyond this many robust deviations count less."""
+"""Number of robust deviations beyond which residuals count less."""
 ROUNDS = 20
 """Rounds of reweighting; more change nothing."""
 FEWEST = 40

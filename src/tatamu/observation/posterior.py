@@ -34,7 +34,7 @@ TAILS = 5.0
 UNSURE_DISTANCE = 0.003
 """Standard deviation of an emulated mean distance when a fold is observed as failed [m]."""
 IMPLAUSIBLE = 1e-3
-"""An observation is implausible if fewer set-ups than this share end like it, with twice the stated deviations."""
+"""Share of set-ups, with twice the stated deviations, below which an observation is implausible."""
 
 
 @dataclass(frozen=True)
@@ -136,7 +136,7 @@ class Posterior:
 
     @property
     def disturbances(self) -> Disturbances:
-        """The posterior as a file of disturbances, with the random parts as they were."""
+        """The posterior as a file of disturbances; the random parts are unchanged."""
         return join(Split(self.names, self.mean, self.covariance, self.prior.random), self.source)
 
     @property

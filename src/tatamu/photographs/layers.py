@@ -31,7 +31,7 @@ CLEAR = 6.0
 LEAST = 0.25
 """Least slope of brightness of an edge [8-bit levels per resolution]."""
 RIM = 0.0045
-"""Places nearer to the outline than this are ignored [m]."""
+"""Distance from the outline within which places are ignored [m]."""
 WIDE = 0.006
 """An edge's two slopes, of a dark or bright line, lie within this distance [m]."""
 SEEN = 0.7

@@ -26,7 +26,7 @@ OTHER = 0.15
 MOST_TURNED = 2
 """Largest number of corners turned in; with more, the outline is that of another garment."""
 UNLIKE = 0.010
-"""An outline that deviates by more than this is of another garment, or wrinkled [m]."""
+"""Largest deviation of an outline [m]; a larger one means another garment, or wrinkles."""
 
 
 def locate(
@@ -166,7 +166,7 @@ def _of_camera(photograph: Photograph, fit: Fit, edge: np.ndarray, given: Mappin
 
 
 def _check_size(path: object, fit: Fit) -> None:
-    """Refuse cloth of quite another size than was learned: a part of it is probably not told from the table."""
+    """Refuse cloth of a very different size; a part of it was probably taken for the table."""
     if not (np.abs(np.log(fit.scale)) < OTHER).all():
         length, width = fit.shape.size * fit.scale
         size = f"{fit.shape.size[1]:.3f} x {fit.shape.size[0]:.3f} m"

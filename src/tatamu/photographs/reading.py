@@ -33,7 +33,7 @@ LENGTH = 0.12
 UNSEEN = 0.012
 """A hem that may be this far from the outline without being seen is left out [m]."""
 WIDER = 0.006
-"""A hem that appears wider than its target by more than this consists of two layers [m]."""
+"""Largest excess of a hem's visible width over its target [m]; a wider hem consists of two layers."""
 GIVEN = 1.5
 """Deviation of a pixel that the user gives."""
 ROUND = 0.3

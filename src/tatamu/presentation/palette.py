@@ -1,4 +1,4 @@
-"""Every colour, by day and by night; those that carry meaning are the same in pictures, charts and the replay."""
+"""Every colour, in light and dark mode. Colours with a meaning are the same in pictures, charts and the replay."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ from tatamu.study.folder import MANIPULATION, RESULT, ROLLOUT, SCENE
 from tatamu.version import __version__
 
 FOLD_FILES = (MANIPULATION, SCENE, ROLLOUT, RESULT)
-"""Files of the learned fold that a plan carries along; all but the first may be missing."""
+"""Files of the learned fold that a plan contains; all but the first may be missing."""
 
 
 def check_out(out: Path) -> None:

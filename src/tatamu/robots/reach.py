@@ -30,9 +30,9 @@ from tatamu.robots.placement import (
 SAMPLES = 10
 """Points of the fold that are tried, equally far apart along the hands' paths."""
 GOOD_MARGIN = 0.2
-"""More distance than this from joint limits [rad] counts no further."""
+"""Distance from joint limits above which placements count as equal [rad]."""
 GOOD_SINGULARITY = 0.2
-"""More distance than this from singularities (see `Chain.singularity`) counts no further."""
+"""Distance from singularities above which placements count as equal; see `Chain.singularity`."""
 DISTANCES = {
     "between arms": (0.018, 0.06),
     "to the trunk": (0.008, 0.04),
@@ -49,7 +49,7 @@ TABLE_ROOM = 0.01
 ON_THE_WAY = (0.25, 0.5, 0.75)
 """Fractions of the way from the initial pose to the first point, and back from the last, that are also tested."""
 HOPELESS = -1.0
-"""Worse than this is not followed up."""
+"""Worst result whose search continues."""
 REFINED = 2
 """Placements, the best first, whose neighbourhoods are searched too."""
 ASKED = 80

@@ -197,7 +197,7 @@ def verdict_in(evaluator: Evaluator, parameters: Mapping[str, int | float], worl
 
 
 def _result(future: Future[Verdict]) -> Verdict:
-    """Return the verdict of a simulation; one that ended the processes it ran in has failed."""
+    """Return the verdict of a simulation; a simulation that killed its processes has failed."""
     try:
         return future.result()
     except WorkerKilledError as error:

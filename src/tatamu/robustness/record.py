@@ -31,11 +31,11 @@ class AloneMargin(OpenRecord):
     high: float | None
     """Farthest above zero; None if it succeeded as far as was tried."""
     deviation: float
-    """Standard deviation of the disturbance, in the same unit; for a relative change, that of the logarithm."""
+    """Standard deviation of the disturbance, in the same unit; of the logarithm, if it is a relative change."""
     tried: tuple[float, float]
     """The range that was tried."""
     mean: float = 0.0
-    """Mean of the disturbance; for a relative change, that of the logarithm."""
+    """Mean of the disturbance; of the logarithm, if it is a relative change."""
 
 
 class Spread(OpenRecord):

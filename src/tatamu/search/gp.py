@@ -52,7 +52,7 @@ class Maximisation:
     first_spread: float = 0.15
     """Spread of the first round, in sides of the cube."""
     narrowing: float = 0.6
-    """Spread of a round over that of the round before."""
+    """Ratio of the spreads of a round and of the round before."""
     changed: float = 0.6
     """Probability that a coordinate changes."""
 

@@ -264,7 +264,7 @@ def _rendered(url: URL) -> str:
 
 
 def _say_that_it_was_lost(context: ExceptionContext) -> None:
-    """Turn the loss of a connection into an error after which Optuna does not try again by itself."""
+    """Turn the loss of a connection into an error after which Optuna does not retry."""
     state, reason = _reason(context.original_exception)
     if context.is_disconnect or _passes(state, reason, LOST_STATES):
         raise ConnectionLostError(reason)

@@ -23,7 +23,7 @@ LARGEST_INPUT = 256 * MIB
 
 @dataclass(frozen=True)
 class Sources:
-    """The files that make one input, the one that names the others first; or its text, where there was no file."""
+    """The files of one input, first the one that names the others; or its text, if it has no file."""
 
     files: Sequence[Path] = ()
     text: str = ""

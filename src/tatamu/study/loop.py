@@ -200,7 +200,7 @@ class Study:
         return new
 
     def _result(self, proposal: Proposal, future: Future[Evaluation], which: str) -> Evaluation:
-        """Return an evaluation; one that ended the processes it ran in has failed."""
+        """Return an evaluation; an evaluation that killed its processes has failed."""
         try:
             return future.result()
         except WorkerKilledError as error:

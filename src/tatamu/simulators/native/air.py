@@ -85,7 +85,7 @@ def air_of(gravity: float, material: Material) -> Air:
 SHORTEST = 1e-9
 """Least path since a turn [m]; the velocity there is near zero."""
 EVERY = 2
-"""Outer steps between two looks at where the surface faces: a look costs as much as a few substeps."""
+"""Outer steps between two updates of the surface's normals; an update costs as much as a few substeps."""
 
 
 def surface_of(slots: int, vertices: int, air: Air) -> AirSurface:

@@ -154,9 +154,9 @@ class LimitOptions(NamedTuple):
     largest_stretch: float = 1.5
     """Largest stretch of an edge [-]; beyond it the rollout ends, because the membrane model is not valid."""
     farthest: float = 1e4
-    """Cloth farther than this from the origin ends the rollout [m]."""
+    """Distance from the origin at which the rollout ends [m]."""
     thickest: float = 0.9
-    """Thickness is refused beyond this part of the shortest edge [-]."""
+    """Largest thickness, as a part of the shortest edge [-]."""
     most_work: float = 1e12
     """Steps of a vertex that a rollout may need: about two hours."""
     fastest_hand: float = 10.0

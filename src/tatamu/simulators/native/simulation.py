@@ -42,7 +42,7 @@ RECENT = 0.1
 LOCKED = 3000.0
 """Y h^2 / B above which cells may drape too stiffly, so that a warning is given [-]."""
 THICK = 0.5
-"""Cloth thicker than this part of its shortest edge is simulated with a warning."""
+"""Thickness, as a part of the shortest edge, above which a warning is printed."""
 
 
 class Simulation:

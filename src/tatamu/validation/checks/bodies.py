@@ -32,7 +32,7 @@ from tatamu.validation.subject import Subject
 
 FABRIC = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-6, poisson_ratio=0.0)
 DRAPED = FABRIC.model_copy(update={"bending_rigidity": 1e-4, "air_drag": 2.0})
-"""Cloth that comes to rest soon."""
+"""Cloth that is damped, so that it is soon at rest."""
 HALF = 0.5 * FABRIC.thickness
 RADIUS = 0.03
 """Radius of the cylinder [m]."""

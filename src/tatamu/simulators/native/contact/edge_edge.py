@@ -31,7 +31,7 @@ FARTHEST = 3.0
 """The first sweep passes over pairs that were farther apart than this at the start of the step, in gaps that edges
 keep; a later one looks at them where the sweep before moved something."""
 TOUCHING = 1e-9
-"""Edges closer than this at the start [m] have no direction in which to push them."""
+"""Distance at the start below which edges have no direction of a push [m]."""
 
 
 @kernel

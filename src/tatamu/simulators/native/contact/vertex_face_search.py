@@ -16,7 +16,7 @@ from tatamu.simulators.native.geometry import dot, point_triangle
 from tatamu.simulators.native.options import ContactOptions
 
 SURELY_BESIDE = 0.3
-"""Farther than this from the plane of a level triangle, in thicknesses, a vertex is on that side of it."""
+"""Distance from the plane of a level triangle beyond which a vertex is on that side [t]."""
 
 
 @kernel

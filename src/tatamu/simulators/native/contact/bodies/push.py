@@ -17,7 +17,7 @@ from tatamu.simulators.native.contact.state import Activity
 from tatamu.simulators.native.geometry import TINY_LENGTH, Vector
 
 LEVER = 2.0
-"""No vertex is moved by more than this times the push [-]: next to a held vertex, a push has a short lever."""
+"""Largest motion of a vertex, in parts of the push [-]; next to a held vertex, a push has a short lever."""
 
 
 class Frame(NamedTuple):
@@ -48,13 +48,13 @@ class Rule(NamedTuple):
     clearing: float
     """Largest separation of a pair that was too close at the start [m]."""
     recovery: float
-    """Part of it that becomes velocity [m]."""
+    """Part of the push that becomes velocity [m]."""
     friction: float
     """Coulomb coefficient [-]."""
     noticeable: float
-    """Pushes beyond this make the next sweep look again [m]."""
+    """Push beyond which the next sweep tests again [m]."""
     hard: float
-    """Pushes beyond this make vertices restless [m]."""
+    """Push beyond which vertices become restless [m]."""
     sweep: int
     """Number of the sweep."""
     restless_until: int

@@ -80,7 +80,7 @@ def _normal(local: np.ndarray, a: int, b: int, c: int) -> tuple[float, float, fl
 
 @kernel
 def _in_cone(corner: np.ndarray, nx: float, ny: float, nz: float) -> bool:
-    """Whether a corner of the core is the one that is farthest in direction n, or nearly."""
+    """Whether a corner of the core is the farthest in direction n, or nearly so."""
     return (
         nx * corner[0] >= -CONE * abs(corner[0])
         and ny * corner[1] >= -CONE * abs(corner[1])
