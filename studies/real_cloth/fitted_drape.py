@@ -22,7 +22,7 @@ DENSITY = 0.2
 RIGIDITIES = tuple(np.geomspace(7e-7, 4e-5, 7).tolist())
 """Rigidities of the sweep [N m]."""
 SWEPT = 2
-"""Number of repeats of each."""
+"""Number of repeats of each drape."""
 TYPICAL = WARP / WEFT
 """Rigidity along the warp over that along the weft, of a typical weave."""
 ANISOTROPIES = (1.0, TYPICAL, 3.0)

@@ -107,13 +107,13 @@ class Tried:
 
     objective: str
     calm: list[float]
-    """E_f of each without disturbances [%]."""
+    """E_f of each fold without disturbances [%]."""
     disturbed: list[tuple[float, bool]]
     """E_f of each in each world [%], and whether it holds."""
 
     @property
     def held(self) -> list[float]:
-        """E_f of those that hold [%]."""
+        """E_f of the folds that hold [%]."""
         return [error for error, holds in self.disturbed if holds]
 
     @property

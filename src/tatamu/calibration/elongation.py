@@ -71,7 +71,7 @@ class ElongationReadings(TestEntry):
     L1: Lengths
     """Distance from the grip straight down to the lowest end, hanging [m]."""
     L2: Lengths
-    """Distance of the same two places, lying [m]."""
+    """Distance of the same two places on the lying garment [m]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -40,7 +40,7 @@ SLIDING = 5e-3
 FIRST = 0.02
 """The search starts with tan(theta) times 1 plus and 1 minus this."""
 RESOLUTION = 2e-3
-"""Width of the interval at which its halving ends."""
+"""Width of the coefficient's interval at which the search ends."""
 LARGEST = 3.0
 """Largest coefficient that is tried."""
 EFFECTIVE = 0.02
@@ -239,7 +239,7 @@ class Sliding:
 
     @property
     def coefficient(self) -> float:
-        """Between the two."""
+        """The coefficient: the middle between the one at which it stuck and the one at which it slid."""
         return 0.5 * (self.slides + self.sticks)
 
 

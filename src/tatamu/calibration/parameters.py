@@ -42,7 +42,7 @@ KNOWN = {
 }
 """Parameters by the names of their fields."""
 PARAMETERS = tuple(KNOWN)
-"""Their names, in the order of all matrices."""
+"""Names of the parameters, in the order of all matrices."""
 UNITS = {name: parameter.unit for name, parameter in KNOWN.items()}
 SYMBOLS = {name: parameter.symbol for name, parameter in KNOWN.items()}
 PLACE = {name: number for number, name in enumerate(PARAMETERS)}

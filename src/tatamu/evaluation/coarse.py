@@ -36,7 +36,7 @@ class CoarseMesh:
     one_layer: float = 2.0
     """Ratio of the spacings of the coarser and the finer mesh, for a garment of one layer."""
     two_layers: float = 1.7
-    """The same for a garment of two layers."""
+    """The same ratio for a garment of two layers."""
     several_steps: float = 1.5
     """The same for a plan of several steps; on larger triangles more loops of earlier folds spring open."""
     fewest: int = 250

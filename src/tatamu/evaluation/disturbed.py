@@ -46,7 +46,7 @@ class Disturbed(Wrapper):
     seed: int = 0
     """Random seed of the worlds."""
     limits: Limits = field(default_factory=Limits)
-    """Beyond these, alpha D counts twice."""
+    """Limits of success; beyond them, alpha D counts twice."""
 
     def __post_init__(self) -> None:
         if self.quantile is not None and not 0.0 < self.quantile < 1.0:

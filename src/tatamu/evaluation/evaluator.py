@@ -47,7 +47,7 @@ class Evaluation:
     score: Score | None
     """All measures without disturbances; None if the fold failed."""
     error: str | None = None
-    """Why it failed."""
+    """Reason of the failure."""
     rollout: Rollout | None = None
     """The motion without disturbances; None if it was not simulated to its end, or not kept."""
     simulations: int = 1
@@ -86,7 +86,7 @@ class Incumbent:
     objective: float = np.inf
     """The lowest objective known."""
     cost: float = 0.0
-    """Part of it that is due to disturbances."""
+    """Part of the objective that is due to disturbances."""
     hardest: tuple[int, ...] = ()
     """Numbers of the disturbed worlds that decide, hardest first; empty for all."""
 

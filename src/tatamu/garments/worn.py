@@ -193,7 +193,7 @@ class _Pattern:
     panels: np.ndarray
     """Number of each triangle's panel, shape (m,)."""
     words: str
-    """Source of both."""
+    """Source of the pattern, in words."""
     uv: np.ndarray | None = None
     """Corners in the pattern, shape (m, 3, 2); None if there is none."""
 

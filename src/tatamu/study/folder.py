@@ -144,7 +144,7 @@ class ResultFolder:
 
     @property
     def complete(self) -> bool:
-        """Whether everything that a study leaves is here."""
+        """Whether all files of a finished study exist."""
         return all((self.path / name).exists() for name in LEARNED)
 
     @cached_property

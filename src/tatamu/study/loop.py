@@ -40,9 +40,9 @@ class Progress:
     best: float | None = None
     """Lowest objective so far, on the task's own mesh if there are trials on it, otherwise on the coarser one."""
     best_distance: float | None = None
-    """Mean vertex distance of that trial [m]."""
+    """Mean vertex distance of the best trial [m]."""
     coarse: bool = False
-    """Whether that trial ran on the coarser mesh."""
+    """Whether the best trial ran on the coarser mesh."""
     stage: Stage = "trials"
     disturbed: bool = False
     """Whether the objective is one over disturbed worlds; otherwise it is C of Eq. (10)."""
@@ -277,7 +277,7 @@ class Study:
             return Nominal(self.evaluator.task).fail_fixed(manipulation, reason)
 
     def progress(self, trials: int, stage: Stage = "trials") -> Progress:
-        """Return how far the study is."""
+        """Return the progress of the study."""
         best = self.best()
         found = None if best is None else self.trials[best]
         task = self.evaluator.task

@@ -59,4 +59,4 @@ class PlanRecord(OpenRecord):
     """Sum over the steps [s]."""
     steps: Annotated[list[StepRecord], Field(min_length=1)]
     final: FromFlat
-    """After the last step."""
+    """Measures after the last step."""

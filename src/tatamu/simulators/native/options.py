@@ -111,7 +111,7 @@ class ContactOptions(NamedTuple):
     Only restless vertices can pass through cloth, and are tested for impact zones.
     """
     restless_steps: int = 3
-    """Outer steps for which they then are."""
+    """Number of outer steps for which vertices stay restless."""
     zone_passes: int = 30
     """Largest number of passes in which impact zones may grow; the rest is left to the next step."""
 

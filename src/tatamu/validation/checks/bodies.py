@@ -42,7 +42,7 @@ ROW = 0.005
 STRAIN = 0.02
 """Strain of the strip before it is moved [-]."""
 PULL = 0.1
-"""The strip is stretched until then [s]."""
+"""Time until which the strip is stretched [s]."""
 SPEED = 0.05
 """Speed of the strip along the cylinder [m/s]."""
 ALONG_Y = [np.sqrt(0.5), -np.sqrt(0.5), 0.0, 0.0]
