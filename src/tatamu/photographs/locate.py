@@ -20,7 +20,7 @@ from tatamu.photographs.shape import Shape, shape_of
 from tatamu.study.result import Result
 
 TURNED_IN = 0.015
-"""A corner whose outline stays this far inside the garment's is turned in [m]."""
+"""Distance of the outline inside the garment's from which a corner counts as turned in [m]."""
 OTHER = 0.15
 """Relative difference of sides above which cloth is not the learned garment, or is partly invisible."""
 MOST_TURNED = 2

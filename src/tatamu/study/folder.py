@@ -240,7 +240,7 @@ def locked(folder: ResultFolder) -> Any:
     """Return a lock on a folder that ends with the process, however it ends.
 
     Raises:
-        InputError: If the folder cannot be written, another run has it, or it contains such files of something else.
+        InputError: If the folder cannot be written, another run uses it, or it contains other files.
     """
     path = folder.path
     foreign = [name for name in LEARNED if os.path.exists(path / name)]
