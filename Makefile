@@ -44,14 +44,14 @@ wheel: $(DEV)  ## the wheel and the sdist in dist/, tried in an empty virtual en
 	$(BIN)/python -m build --quiet
 	$(PYTHON) -m venv .venv-wheel
 	.venv-wheel/bin/python -m pip install --quiet --constraint constraints.txt dist/*.whl
-	du -sm .venv-wheel/lib | cut -f1  # MB without extras
+	du -sm --exclude='pip*' --exclude='setuptools*' .venv-wheel/lib | cut -f1  # MB without extras
 	cd / && $(CURDIR)/.venv-wheel/bin/tatamu simulate $(CURDIR)/examples/sheet.json --out $(CURDIR)/.venv-wheel/sheet.npz
 	! .venv-wheel/bin/tatamu learn towel --out .venv-wheel/fold 2> .venv-wheel/said.txt
 	grep -q "pip install 'tatamu.learn.'" .venv-wheel/said.txt
 	.venv-wheel/bin/python -m pip install --quiet --constraint constraints.txt "$$(echo dist/*.whl)[learn]"
 	cd / && $(CURDIR)/.venv-wheel/bin/tatamu learn towel --size 0.16x0.30 --spacing 0.02 --trials 2 --disturbances none --no-baselines --out $(CURDIR)/.venv-wheel/fold
 	grep -q "<html" .venv-wheel/fold/report.html
-	du -sm .venv-wheel/lib | cut -f1  # MB with what learning needs
+	du -sm --exclude='pip*' --exclude='setuptools*' .venv-wheel/lib | cut -f1  # MB with what learning needs
 
 docs: $(DEV)  ## the documentation site, strictly: docs/_build/html/index.html
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going -q -b html docs docs/_build/html
@@ -144,6 +144,9 @@ statics: $(READY)  ## the table of docs/notes/native.md: bending on every layout
 bench: $(DEV) $(NEWTON)  ## native, Blender, MuJoCo and Newton side by side: docs/notes/benchmarks.md; hours
 	$(BIN)/tatamu install blender
 	$(BIN)/python benchmarks/speed.py --out runs/speed --write-docs
+
+readers: $(READY)  ## docstrings and pages for a reader who does not know the project, drawn with SEED=..
+	$(BIN)/python -m studies.readers --seed $(or $(SEED),0)
 
 cluster: $(DEV)  ## 200 studies while workers, PostgreSQL and client are killed; overhead; 1,000 workers: docs/notes/cluster.md; half an hour
 	$(BIN)/python -m studies.cluster_storm --write-docs

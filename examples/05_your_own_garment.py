@@ -1,4 +1,4 @@
-"""A garment of your own: draw its outline, say what is open, look at it, let it fall on a table.
+"""A garment of your own: draw its outline, name its open edges, look at it, let it fall on a table.
 
 python examples/05_your_own_garment.py [FOLDER]
 """

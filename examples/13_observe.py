@@ -1,4 +1,4 @@
-"""After the fold: tell how a real fold ended, and correct the next one.
+"""After the fold: report how a real fold ended, and correct the next one.
 
 Here the real fold is a simulation whose hands are 8 mm too far, which nobody knows. Prints how far the fold ended from
 its target, and the corrected one.

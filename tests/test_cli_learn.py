@@ -132,7 +132,7 @@ def test_the_best_on_a_bound_is_noted(folder: Path, name: str, value: float, not
     changed(folder / "result.json", lambda whole: whole.update(bounds=bounds))
     notes = [line for line in verdict_lines(conclusion(folder)) if line.startswith("note: ")]
     assert len(notes) == noted
-    assert all("lies at the end of what the search may choose" in note and f"({name}): " in note for note in notes)
+    assert all("is at a limit of the search" in note and f"({name}): " in note for note in notes)
 
 
 def test_a_best_curve_that_was_given_is_said_and_its_bounds_are_not_noted(folder: Path) -> None:

@@ -75,13 +75,11 @@ def test_the_index_has_every_page_and_every_picture_is_shown() -> None:
 
 
 @pytest.mark.parametrize("name", [name for name in NAMES if name.startswith("docs/")])
-def test_a_page_begins_by_saying_whom_it_serves(name: str) -> None:
+def test_a_page_begins_by_saying_what_it_contains(name: str) -> None:
     title, first = re.sub(r"\A---\n.*?\n---\n\n", "", read(name), flags=re.DOTALL).split("\n\n")[:2]
     if first.startswith("```{include} "):  # a page of the site that shows a file of the repository
         return
-    assert re.fullmatch(r"# [^\n]+", title) and re.match(
-        r"(For (whoever|scripts|everybody)|This (page|notebook))\b", first
-    ), name
+    assert re.fullmatch(r"# [^\n]+", title) and re.match(r"This (page|notebook)\b", first), name
 
 
 def commands() -> dict[str, set[str]]:

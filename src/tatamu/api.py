@@ -131,7 +131,7 @@ def learn(
         evaluate: Evaluator, or function of the parameters, to minimise instead of the objective of the options.
         after: Observed folds of the same set-up, or their folders. Their posterior replaces the disturbances, its mean
             is corrected, and the search starts from the last of these folds.
-        executor: Where simulations run; None for threads on every processor.
+        executor: Executor of the simulations; None for threads on every processor.
         database: Database that keeps the study; None for the file `study.db` of the folder.
         progress: Called with a `Progress` when the study is opened, after every trial, and when a stage starts.
 
@@ -199,7 +199,7 @@ def measure_margins(
         simulator: Name of the simulator; None for the one in which the fold was learned.
         out: Folder that keeps simulations; None to keep none.
         alone: Also measure the range of each disturbance alone.
-        executor: Where simulations run; None for threads on every processor.
+        executor: Executor of the simulations; None for threads on every processor.
 
     Raises:
         InputError: If an argument is out of range.
@@ -245,7 +245,7 @@ def observe(
         failed: Whether the fold failed.
         turned_in: Corners that lie turned in, "left" or "right"; they are not measured.
         measured: An observation, in place of these numbers.
-        executor: Where simulations run; None for threads on every processor.
+        executor: Executor of the simulations; None for threads on every processor.
         progress: Called after every simulation with how many have ended, and how many there are.
 
     Raises:
@@ -336,7 +336,7 @@ def plan_for(
         robot: Name of a robot, or a .toml that describes one.
         place: Place of the fold's frame in the robot's base [m, m, rad]; None to search it.
         table_height: Height of the table top in the base [m]; None to search it.
-        speed_scale: Speed of the motion, waits included, over that of the plan, from 0.05 to 1.
+        speed_scale: Factor of the motion's speed, from 0.05 to 1; waits change with it.
         hover: Height above the table at which the motion is made with open jaws [m]; 0 to fold.
 
     Raises:

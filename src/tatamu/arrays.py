@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, PlainSerializer
 
 LARGEST = 1e3
-"""Coordinates and displacements beyond this [m] are refused: they are a unit error, not a cloth."""
+"""Largest coordinate and displacement [m]; larger ones are a unit error."""
 
 LARGEST_INDEX = 2**53
 """No index of a vertex is so large; floating point numbers below it are exact."""
@@ -47,7 +47,7 @@ def _faces(value: Any) -> np.ndarray:
 
 
 def edges(value: Any) -> np.ndarray:
-    """Pairs of whole numbers, shape (e, 2); an empty list has none."""
+    """Return pairs of whole numbers, shape (e, 2), also of an empty list."""
     return _guarded(value, 2, "[i, j]")
 
 

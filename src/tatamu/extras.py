@@ -19,7 +19,7 @@ EXTRAS = {
     "dataset": ("av", "zarr"),
     "cluster": ("distributed", "dask", "cloudpickle", "psycopg", "pyarrow"),
 }
-"""Modules by the extra that installs them; parts of "learn" are "report" and "garments" by themselves."""
+"""Modules by the extra that installs them; "report" and "garments" are parts of "learn"."""
 
 
 def missing(error: ModuleNotFoundError) -> InputError | None:

@@ -29,18 +29,18 @@ from tatamu.errors import InputError, UnavailableError, describe
 Model = TypeVar("Model", bound=BaseModel)
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
-"""Errors of a disk that takes nothing more, whatever is written."""
+"""Errors of a disk that is full or cannot be written."""
 MIB = 1 << 20
 LARGEST_TEXT = 32 * MIB
-"""Text and JSON files are no larger [bytes]: the mesh of a large garment takes a third of it."""
+"""Largest size of text and JSON files [bytes], three times that of the mesh of a large garment."""
 LARGEST_TOML = 2 * MIB
 """TOML files, which people write, are no larger [bytes]."""
 LARGEST_NPZ = 1024 * MIB
-"""Arrays of a file take no more memory in all [bytes]: ten minutes of the default towel take a tenth of it."""
+"""Largest memory of all arrays of a file [bytes], ten times that of ten minutes of the default towel."""
 MOST_FIELDS = 10_000
 """No table of a file has more fields."""
 DEEPEST_KEY = re.compile(r"""(?:(?:(?<![\w-])[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){100}""")
-"""No dotted key of TOML has more parts: the memory that reading takes grows with their square."""
+"""Largest number of parts of a dotted key of TOML, because reading takes memory in its square."""
 MOST_DIGITS = 300
 """No integer of a file has more digits."""
 NUMBERS = "fiub"

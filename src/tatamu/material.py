@@ -48,10 +48,11 @@ ORTHOTROPIC_BENDING = ("bending_rigidity_weft", "bending_rigidity_bias")
 FRICTION_OF_BENDING = ("bending_hysteresis", "bending_rigidity_initial")
 """Fields of the friction of bending."""
 FRICTION_ELEMENTS = ((0.5, 0.4), (0.3, 1.0), (0.2, 2.5))
-"""Elements of the friction of bending: parts of its stiffness, and yield curvatures, both sums of products being 1. The
-moment of a virgin sheet nears HB as 1 - exp(-k / k_y) does, within 0.09 HB."""
+"""Elements of the friction of bending: parts of its stiffness, and yield curvatures.
+
+Their products sum to 1. The moment of a sheet bent for the first time is HB (1 - exp(-k / k_y)) within 0.09 HB."""
 STEEPER = 4.0
-"""Ratio of a bending moment's slope at a reversal to its slope far from there, if a material gives none."""
+"""Default ratio of the slope of a bending moment after a reversal to its slope later."""
 UNSAID = (
     "blender",
     "compression",

@@ -17,11 +17,9 @@ from scipy.spatial import Delaunay
 ROW = np.sqrt(0.75)
 """Distance between the rows of an equilateral lattice, in spacings."""
 SHEAR = 0.25
-"""Shift of columns of even and odd rows in parts of a cell, one left, one right. Interior triangles are then
-equilateral, and those at the straight sides are not so small that they would slow the explicit steps down."""
+"""Shift of even rows to the left and odd rows to the right, in parts of a cell, so that no triangle is very small."""
 SLIVER = 1e-3
-"""Triangles are left out if twice their area is below this part of a square's, because Delaunay also joins points along
-a straight side."""
+"""Twice the area below which triangles are left out, over that of a square; Delaunay makes them at straight sides."""
 
 
 def staggered_rectangle(width: float, length: float, spacing: float) -> tuple[np.ndarray, np.ndarray]:

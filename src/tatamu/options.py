@@ -16,8 +16,9 @@ from tatamu.records import Record
 MOST_PARALLEL = 16
 """Largest number of pending trials; with more, each would be proposed without too many results."""
 USUAL_PENDING = 2
-"""Default number of pending trials, if the simulator runs several; equal on any machine, because results depend on
-it. With more, each is proposed, and raced, with less knowledge of those before it."""
+"""Default number of pending trials, the same on every machine, because results depend on it.
+
+With more, each trial is proposed and raced with fewer results of earlier ones."""
 USUAL_QUANTILE = 0.975
 """Default share of the disturbed worlds in which a fold is to hold."""
 
@@ -62,7 +63,7 @@ class FoldOptions(Options):
         "auto or another that `tatamu plans` lists.",
         json_schema_extra=_metavar("NAME|FILE.toml"),
     )
-    hands: StrictInt | None = Field(None, description="Fold with 1 hand or 2; default: as the plan says, 2.")
+    hands: StrictInt | None = Field(None, description="Fold with 1 hand or 2; default: the plan's number, usually 2.")
     material: str | None = Field(
         None,
         description="A material file, or a preset such as denim; default: the garment's own.",
@@ -82,7 +83,7 @@ class LearnOptions(Options):
 
     trials: StrictInt | Literal["auto"] = Field(
         50,
-        description="Trials of the study in the end; auto: until less than 0.1 % is expected to be gained.",
+        description="Number of trials of the whole study; auto: until the expected gain is below 0.1 %.",
         json_schema_extra=_metavar("N|auto"),
     )
     seed: StrictInt = Field(0, description="Random seed of the search.")

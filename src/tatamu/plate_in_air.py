@@ -35,8 +35,9 @@ def disc_added_mass(radius: float, density: float = AIR_DENSITY) -> float:
 def rectangle_added_mass(length: float, width: float, density: float = AIR_DENSITY) -> float:
     """Return the added mass per area of a thin rectangle that moves along its normal [kg/m^2].
 
-    A rectangle with sides a <= b carries C pi/4 density a^2 b, the infinite strip's mass times a coefficient C of b / a
-    that is tabulated (DNV-RP-C205, Environmental Conditions and Environmental Loads, table D-2, rectangular plates).
+    The added mass of a rectangle with sides a <= b is C pi/4 density a^2 b. Without C this is the mass of an infinite
+    strip. C depends on b / a; its values are from DNV-RP-C205, Environmental Conditions and Environmental Loads, table
+    D-2, rectangular plates.
     Per area that is C pi/4 density a.
 
     Args:

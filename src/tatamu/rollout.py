@@ -23,7 +23,7 @@ class Rollout:
     faces: np.ndarray
     """Triangles, shape (m, 3)."""
     info: dict[str, Any]
-    """The keys simulator, version, wall_seconds, setup_seconds, steps, warnings."""
+    """Metadata with the keys simulator, version, wall_seconds, setup_seconds, steps, warnings."""
     extra: dict[str, np.ndarray] = field(default_factory=dict)
     """Further arrays in the same file, such as `target`, shape (n, 3)."""
 

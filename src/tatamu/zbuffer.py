@@ -59,7 +59,7 @@ def _range(a, b, c, size):  # type: ignore[no-untyped-def]
 
 @njit(inline="always")
 def _sides(ax, ay, bx, by, cx, cy, x, y):  # type: ignore[no-untyped-def]
-    """Return twice the signed areas of (x, y) with each side: of one sign inside, their sum that of the triangle."""
+    """Return twice the signed areas of (x, y) with each side; inside the triangle, they have the same sign."""
     ab = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
     bc = (cx - bx) * (y - by) - (cy - by) * (x - bx)
     ca = (ax - cx) * (y - cy) - (ay - cy) * (x - cx)

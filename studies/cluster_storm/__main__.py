@@ -1,11 +1,11 @@
-"""A cluster under stress: workers, database and client killed; overhead; what 1,000 workers would need.
+"""A cluster whose workers, database and client are killed; its overhead; the needs of 1,000 workers.
 
 Writes the tables of docs/notes/cluster.md:
 
     python -m studies.cluster_storm [storm] [overhead] [busy] [constants] [--studies 200] [--write-docs]
 
-Needs `tatamu[cluster]` and, for `storm` and `constants`, PostgreSQL: a server of its own, in a folder that is thrown
-away. Everything runs on this machine in real processes.
+Needs `tatamu[cluster]` and, for `storm` and `constants`, PostgreSQL, whose server runs in a temporary folder.
+Everything runs on this machine in real processes.
 """
 
 from __future__ import annotations
@@ -39,13 +39,13 @@ KILL_EVERY = 8.0
 """Seconds between two workers killed."""
 CLIENT_KILLED_AT = (0.3, 0.6)
 DATABASE_RESTARTED_AT = ((0.2, "fast"), (0.5, "immediate"))
-"""When, in parts of the studies that are complete, and how."""
+"""Share of completed studies at which the database is restarted, and how."""
 ROUNDS = 3
-"""Times that naps are taken; the quietest counts, as other work disturbs the others."""
+"""Number of rounds; the fastest counts, because other work slows the others."""
 CALLS = 30
-"""Naps of each worker in a round."""
+"""Sleeping calls of each worker in a round."""
 TOGETHER = 16
-"""Workers that share a process where they only sleep."""
+"""Number of sleeping workers that share a process."""
 HERE = ("--host", "127.0.0.1")
 CLIENT = """
 import sys
@@ -57,7 +57,7 @@ main()
 
 
 def sweep_file(folder: Path, studies: int) -> Path:
-    """A sweep of small studies."""
+    """Write a sweep of small studies."""
     path = folder / "sweep.toml"
     seeds = list(range(studies))
     path.write_text(
@@ -76,7 +76,7 @@ def start(file: Path, out: Path, *options: str) -> subprocess.Popen[bytes]:
 
 
 def complete(out: Path) -> int:
-    """How many tasks of a sweep are complete."""
+    """Return the number of complete tasks of a sweep."""
     try:
         tasks = json.loads((out / "sweep.json").read_text())["tasks"]
     except (OSError, ValueError):
@@ -85,7 +85,7 @@ def complete(out: Path) -> int:
 
 
 def results(out: Path) -> dict[str, str]:
-    """A digest of each study: trials without their times, manipulation, scene, and the bytes of the rollout."""
+    """Return a digest of each study: trials without their times, manipulation, scene, and the bytes of the rollout."""
     import numpy as np
 
     found = {}
@@ -105,7 +105,7 @@ def results(out: Path) -> dict[str, str]:
 
 
 class Cluster:
-    """A scheduler, and workers that are started again when they end, as Slurm and Kubernetes do; all are processes."""
+    """A scheduler and workers, all as processes; workers that end are restarted, as by Slurm and Kubernetes."""
 
     def __init__(self, folder: Path, workers: int, together: int | None = None) -> None:
         """Start all.
@@ -143,7 +143,7 @@ class Cluster:
         return self._start("dask", "worker", self.address, "--nworkers", "1", "--nthreads", "1", *own, *HERE)
 
     def kill_one(self, chance: random.Random) -> bool:
-        """Kill the process that works under one of the nannies; whether there was one."""
+        """Kill the worker process of one of the nannies; return whether there was one."""
         lists = Path(f"/proc/{chance.choice(self._workers).pid}/task").glob("*/children")
         children = [int(word) for path in lists for word in path.read_text().split()]
         working = [child for child in children if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()]
@@ -152,7 +152,7 @@ class Cluster:
         return bool(working)
 
     def start_again(self) -> None:
-        """Start workers whose nannies have ended: one that is killed while it starts takes its nanny with it."""
+        """Restart workers whose nannies have ended, which happens if a worker is killed while it starts."""
         self._workers = [self._worker() if worker.poll() is not None else worker for worker in self._workers]
 
     def stop(self) -> None:
@@ -165,7 +165,7 @@ class Cluster:
 
 @dataclass
 class Storm:
-    """Counts of what was killed."""
+    """Numbers of killed workers, databases and clients."""
 
     workers: int = 0
     databases: int = 0
@@ -183,7 +183,7 @@ def kill_workers(cluster: Cluster, storm: Storm, calm: Event) -> None:
 
 
 def run_storm(file: Path, out: Path, studies: int, server: postgres.Server) -> Storm:
-    """A sweep to its end, whatever is killed meanwhile."""
+    """Run a sweep to its end while workers, database and client are killed."""
     storm, calm, begun = Storm(), Event(), time.monotonic()
     restarts, kills = list(DATABASE_RESTARTED_AT), list(CLIENT_KILLED_AT)
     with TemporaryDirectory() as scratch:
@@ -220,7 +220,7 @@ def run_storm(file: Path, out: Path, studies: int, server: postgres.Server) -> S
 
 
 def proof(studies: int) -> str:
-    """The storm against the undisturbed sweep, as a table."""
+    """Return a table that compares the storm with the undisturbed sweep."""
     with TemporaryDirectory() as folder, postgres.running() as server:
         file = sweep_file(Path(folder), studies)
         calm = start(file, Path(folder) / "calm", "--at-a-time", "4")  # beside the storm: it needs one core
@@ -252,7 +252,7 @@ def proof(studies: int) -> str:
 
 
 def nap(seconds: float) -> float:
-    """A call that sleeps as long as a rollout takes."""
+    """Sleep for the time of a rollout."""
     time.sleep(seconds)
     return seconds
 
@@ -304,7 +304,7 @@ def rollout() -> float:
 
 
 def overhead() -> str:
-    """Time of a call beside its sleep, on four processes: by Dask, and by Python's own pool."""
+    """Return the overhead of a sleeping call on four processes, by Dask and by Python's own pool."""
     busy, beside, here = napped(WORKERS, None, rollout())
     with ProcessPoolExecutor(WORKERS) as pool:
         list(pool.map(nap, [0.01] * 4 * WORKERS))
@@ -327,7 +327,7 @@ def overhead() -> str:
 
 
 def busy() -> str:
-    """64 workers of one thread that sleep, in four processes: they need no core each."""
+    """Return the load of 64 sleeping workers with one thread each, in four processes."""
     share, _, here = napped(64 // TOGETHER, TOGETHER, rollout())
     row = {
         "workers": "64",

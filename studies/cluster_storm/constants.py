@@ -1,4 +1,4 @@
-"""Constants of one trial, measured, and what 1,000 workers would need, computed from them."""
+"""Measured constants of one trial, and the needs of 1,000 workers computed from them."""
 
 from __future__ import annotations
 
@@ -42,23 +42,23 @@ class Constants:
     """Time, messages and bytes of one trial."""
 
     messages: float = 0.0
-    """That the scheduler receives."""
+    """Number of messages that the scheduler receives."""
     scheduler: float = 0.0
-    """Time of a core at the scheduler and at the client together [ms]."""
+    """Core time of scheduler and client together [ms]."""
     call: int = 0
-    """Bytes of a call, without what goes over once."""
+    """Bytes of a call, without data that are sent only once."""
     result: int = 0
     """Bytes of a result without its rollout."""
     scene: int = 0
     """Bytes that a study sends once to each worker."""
     rollout: int = 0
-    """Bytes of a rollout, of which a few come for each study."""
+    """Bytes of a rollout; each study sends a few."""
     ask: float = 0.0
-    """Time of a core that a proposal takes, median over a study [ms]."""
+    """Core time of a proposal, median over a study [ms]."""
     commits: float = 0.0
     """Transactions of the database."""
     tell: float = 0.0
-    """Time that recording takes [ms]."""
+    """Time of recording a trial [ms]."""
     connections: int = 0
     """Largest number of connections of one client."""
     row: float = 0.0
@@ -66,7 +66,7 @@ class Constants:
 
 
 def constants() -> dict[str, str]:
-    """Both tables, by the names of their marks."""
+    """Return both tables, by the names of their marks."""
     found = Constants()
     _dask(found)
     _bytes(found)
@@ -78,7 +78,7 @@ def constants() -> dict[str, str]:
 
 
 def _dask(found: Constants) -> None:
-    """Messages that the scheduler handles, and time: scheduler and client are this process, workers are not."""
+    """Return messages and core time of the scheduler; scheduler and client run in this process, workers in others."""
     from tatamu.cluster.connection import _configure
     from tatamu.cluster.executor import DaskExecutor
 
@@ -118,7 +118,7 @@ def _dask(found: Constants) -> None:
 
 
 def _bytes(found: Constants) -> None:
-    """Measure what is sent, for the default towel."""
+    """Measure the bytes that are sent for the default towel."""
     evaluate = Nominal(make_task("towel"))
     parameters = {"x1": 0.1, "z1": 0.1, "x2": 0.3, "z2": 0.1, "g1": 0, "g2": 0}
     evaluation = evaluate(parameters)
@@ -132,7 +132,7 @@ class TimedSearch(GPSearch):
     """The usual search, which measures its proposals."""
 
     seconds: ClassVar[list[float]] = []
-    """Time of each proposal, of a core [s]."""
+    """Core time of each proposal [s]."""
 
     def ask(self, fidelity: int = HIGH) -> Proposal:
         """Return the next proposal."""

@@ -1,6 +1,6 @@
-"""Several Dask workers of one thread each in one process, which they can share as they only sleep.
+"""Several Dask workers with one thread each in one process, which they can share because they only sleep.
 
-It is called with the scheduler's address and their number.
+Its arguments are the scheduler's address and the number of workers.
 """
 
 from __future__ import annotations

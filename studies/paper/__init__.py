@@ -1,4 +1,4 @@
-"""Section VI of the paper once more, with what the paper leaves open as options."""
+"""Section VI of the paper repeated; everything that the paper leaves open is an option."""
 
 from studies.paper.experiment import Choices, Study, run
 

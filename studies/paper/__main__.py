@@ -1,4 +1,4 @@
-"""Section VI of the paper once more: docs/guide/reproduction.md.
+"""Section VI of the paper repeated: docs/guide/reproduction.md.
 
 python -m studies.paper --garments towel --seeds 1 --out runs/paper
 python -m studies.paper --simulator native --out runs/paper-native
@@ -51,7 +51,7 @@ def reproduce(
     ] = None,
     scheduler: SchedulerOption = None,
 ) -> None:
-    """Run section VI of the paper once more and compare its claims with the outcome.
+    """Run section VI of the paper again and compare its claims with the outcome.
 
     To resume a run that was interrupted, repeat the command.
     """
@@ -85,7 +85,7 @@ def reproduce(
 
 
 def _pairs(option: str, given: list[str] | None) -> dict[str, str]:
-    """Options of the form GARMENT=VALUE as a table."""
+    """Return options of the form GARMENT=VALUE as a table."""
     pairs = [text.partition("=") for text in given or []]
     for name, sign, value in pairs:
         if not (name and sign and value):

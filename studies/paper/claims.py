@@ -1,4 +1,4 @@
-"""The paper's claims about its results, checked on ours. Every answer is a number with its definition."""
+"""The paper's claims about its results, tested on the results here. Every answer is a number with its definition."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from tatamu.study import MOMENTS, Result, Trial
 AFTER = tuple(count for count, _ in MOMENTS.values())
 """Numbers of trials after which the paper's Fig. 6 shows the errors."""
 TWO_PEAKS = 2.0
-"""Ashman's D beyond which two groups are cleanly apart (Ashman, Bird and Zepf 1994)."""
+"""Ashman's D above which two groups are clearly separate (Ashman, Bird and Zepf 1994)."""
 
 
 @dataclass(frozen=True)
 class Moment:
-    """The best trial up to one moment of the search, over the seeds."""
+    """Medians over the seeds for the best trial up to one moment of the search."""
 
     after: int
     mean_vertex_distance: float
@@ -27,7 +27,7 @@ class Moment:
     slip: float
     """Median over the seeds [m]."""
     trajectory_length: float
-    """l_x, median over the seeds [m]: C weighs it against the errors."""
+    """l_x, median over the seeds [m]."""
 
 
 @dataclass(frozen=True)
@@ -38,15 +38,15 @@ class Claims:
     seeds: int
     moments: list[Moment]
     moved_left: int
-    """Seeds whose mean e_i fell from each of these moments to the next, or stayed where the best trial did."""
+    """Number of seeds whose mean e_i fell from each of these moments to the next, or kept the same best trial."""
     peaks: list[float]
-    """Ashman's D between e_i of what moves and of what should lie still, for each seed."""
+    """Ashman's D between e_i of the moving part and of the part that should lie still, for each seed."""
     slipped_less: int
-    """Seeds whose best fold slips less than their first trial."""
+    """Number of seeds whose best fold slips less than their first trial."""
 
     @property
     def two_peaked(self) -> int:
-        """Seeds with two cleanly separate peaks."""
+        """Number of seeds with two clearly separate peaks."""
         return sum(peak > TWO_PEAKS for peak in self.peaks)
 
 
@@ -67,17 +67,17 @@ def claims(garment: str, studies: list[Study]) -> Claims:
 
 
 def best(fold: Result, after: int) -> Trial | None:
-    """The complete trial of least C, Eq. (10), among the first `count`; None if all failed."""
+    """Return the complete trial with the lowest C, Eq. (10), among the first `count`; None if all failed."""
     complete = [trial for trial in fold.record.trials[:after] if trial.state == "complete"]
     return min(complete, key=lambda trial: (trial.objective, trial.number)) if complete else None
 
 
 def separation(fold: Result) -> float:
-    """Ashman's D = sqrt(2) |m_1 - m_2| / sqrt(s_1^2 + s_2^2) between e_i of the upper and of the lower part.
+    """Return Ashman's D = sqrt(2) |m_1 - m_2| / sqrt(s_1^2 + s_2^2) between e_i of the upper and of the lower part.
 
-    The paper explains two peaks so: the upper side lies right while the lower side has slipped. m is the median and s
-    the median absolute deviation scaled to that of a normal distribution, so that the loop between the parts, a long
-    tail of either group that is no peak, does not count.
+    The paper explains two peaks by a lower side that has slipped under a correct upper side. m is the median, and s the
+    median absolute deviation scaled to a normal distribution, so that the loop between the parts, a long tail of either
+    group, has little influence.
     """
     lower = np.linalg.norm(fold.target - fold.start, axis=1) < 1e-6
     if not lower.any() or lower.all():
@@ -104,5 +104,5 @@ def _length(trial: Trial | None) -> float:
 
 
 def _falls(values: list[float]) -> bool:
-    """Whether the values never rise, and the last is less than the first."""
+    """Return whether the values never rise and the last is less than the first."""
     return values[-1] < values[0] and all(later <= earlier for earlier, later in pairwise(values))

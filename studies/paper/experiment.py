@@ -1,4 +1,4 @@
-"""Section VI: for each garment and seed a study, one random trial first, then a Gaussian process; the best by C."""
+"""Section VI: for each garment and seed a study of one random trial and then a Gaussian process; the best by C."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SPACING = 0.02
 
 @dataclass(frozen=True)
 class Choices:
-    """The choices of a run; where the paper says nothing, the defaults are ours. Tables are by garment."""
+    """The choices of a run by garment, with defaults where the paper states nothing."""
 
     simulator: str = "blender"
     garments: tuple[str, ...] = tuple(FOLDS)
@@ -56,11 +56,11 @@ class Choices:
         check_search(self.sampler)
 
     def material(self, garment: str) -> Material:
-        """The material of a garment."""
+        """Return the material of a garment."""
         return load_material(Path(self.materials.get(garment, f"paper-{garment}")))
 
     def task(self, garment: str) -> Task:
-        """The task that is learned for a garment."""
+        """Return the task of a garment."""
         fold = self.folds.get(garment, FOLDS.get(garment, "half"))
         task = make_task(
             garment,
@@ -94,7 +94,7 @@ def run(
     """Run all studies, or resume them.
 
     Args:
-        choices: Garments, seeds, trials and all that the paper leaves open.
+        choices: Garments, seeds, trials and everything that the paper leaves open.
         folder: Folder in which each study has a folder GARMENT/seed-N.
         progress: Function that is called with garment and seed for every trial.
         executor: Executor on which trials run; None to run them here.

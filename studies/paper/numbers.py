@@ -1,4 +1,4 @@
-"""Cloth of Tables I and II in Blender, its time, the outcome of a run: the tables of docs/notes/reproduction.md.
+"""The tables of docs/notes/reproduction.md: cloth of Tables I and II in Blender, its time, and the outcome of a run.
 
 python -m studies.paper.numbers [--run runs/paper] [--spacing 0.02] [--only cloth] [--write-docs]
 """
@@ -34,7 +34,7 @@ Row = dict[str, object]
 
 
 def stiffness(material: Material, spacing: float, length: float = 0.6) -> float:
-    """Y [N/m] by which a strip hung by its end stretches."""
+    """Return Y [N/m] from the stretch of a strip hung by its end."""
     flat, faces = staggered_rectangle(0.2, length, spacing)
     hung = np.column_stack([0 * flat[:, 0], flat[:, 1], flat[:, 0]])
     top, low = flat[:, 0] > length / 2 - 1e-9, flat[:, 0] < 1e-9 - length / 2
@@ -47,7 +47,7 @@ def stiffness(material: Material, spacing: float, length: float = 0.6) -> float:
 
 
 def bending_length(material: Material, spacing: float) -> float:
-    """l_b [m] by which a strip hangs over an edge, held by its middle row, 4 cells long on either side."""
+    """Return l_b [m] from a strip that hangs over an edge, held by its middle row, 4 cells long on either side."""
     length = 4 * spacing
     flat, faces = staggered_rectangle(0.3, 2 * length, spacing)
     middle = np.flatnonzero(np.abs(flat[:, 0]) < 0.3 * spacing)
@@ -63,7 +63,7 @@ def bending_length(material: Material, spacing: float) -> float:
 
 
 def cloths(spacing: float) -> list[Row]:
-    """Membrane stiffness and bending length of the cloth that each garment's numbers make."""
+    """Return membrane stiffness and bending length of the cloth with each garment's numbers."""
     rows: list[Row] = []
     for garment in FOLDS:
         material = load_material(Path(f"paper-{garment}"))
@@ -80,7 +80,7 @@ def cloths(spacing: float) -> list[Row]:
 
 
 def times() -> list[Row]:
-    """Processor time of a fold along a triangle, and of fifty; Blender's start is left out."""
+    """Return the processor time of a fold along a triangle, and of fifty, without Blender's start."""
     rows: list[Row] = []
     for garment in FOLDS:
         fold = Choices().task(garment).fold
@@ -99,7 +99,7 @@ def times() -> list[Row]:
 
 
 def spent(scene: Scene) -> float:
-    """Processor time of a Blender that is started, runs a scene and ends [s]."""
+    """Return the processor time of Blender for its start, one scene and its end [s]."""
     WORKERS.close()
     before = sum(os.times()[2:4])
     simulate(scene, "blender")
@@ -123,7 +123,7 @@ def outcomes(told: dict[str, Any]) -> list[Row]:
 
 
 def answers(told: dict[str, Any]) -> list[Row]:
-    """The paper's claims, and in how many seeds each holds."""
+    """Return the paper's claims, and the number of seeds in which each is true."""
     seeds = told["seeds"]
     rows: list[Row] = []
     for garment, found in told["garments"].items():

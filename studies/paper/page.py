@@ -46,7 +46,7 @@ def save(choices: Choices, studies: list[Study], folder: Path) -> Path:
 
 
 def data(choices: Choices, studies: list[Study]) -> dict[str, Any]:
-    """Medians, claims and choices as plain data; what no seed has is null."""
+    """Return medians, claims and choices as plain data, with null for missing values."""
     garments = {}
     for name in choices.garments:
         own = _of(studies, name)
@@ -99,7 +99,7 @@ def _finite(value: float) -> float | None:
 
 
 def drawn(fold: Result) -> tuple[np.ndarray, np.ndarray]:
-    """The target, and the learned fold with the hands' paths in black, as pixels."""
+    """Return pictures of the target, and of the learned fold with the hands' paths in black."""
     ideal = replace(
         fold.rollout, times=fold.rollout.times[:1], positions=fold.target[None], extra={"target": fold.target}
     )
@@ -113,7 +113,7 @@ def _histograms(study: Study) -> list[Chart]:
 
 
 def _medians(choices: Choices, studies: list[Study]) -> list[tuple[Markup, list[str], str]]:
-    """For each measure its name, its medians over the seeds of each garment, and the threshold of the field."""
+    """Return for each measure its name, its medians over the seeds of each garment, and the field's threshold."""
     rows = []
     for measure in MEASURES:
         unit = f" [{measure.unit}]" if measure.unit else ""

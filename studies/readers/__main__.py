@@ -1,10 +1,10 @@
-"""The readers' test: how many sentences must a newcomer read twice?
+"""The readers' test, which counts the sentences that a newcomer must read twice.
 
 Print a random sample of docstrings and pages, its sentences numbered, for a reader who does not know the project:
 
     python -m studies.readers --seed 0
 
-The reader writes down the number of every sentence that had to be read twice, and gets their share:
+The reader writes down the number of every sentence that had to be read twice, and prints their share:
 
     python -m studies.readers --seed 0 --marked 12 40
 

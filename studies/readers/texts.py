@@ -13,11 +13,11 @@ from pathlib import Path
 from markdown_it import MarkdownIt
 
 ROOT = Path(__file__).parent.parent.parent
-CODE = ("src", "studies", "benchmarks")
+CODE = ("src", "studies")
 SECTIONS = ("Args:", "Attributes:", "Raises:", "Returns:", "Yields:")
 END = re.compile(
     r"""
-    (?<! \bEq\.) (?<! \bFig\.) (?<! \be\.g\.) (?<! \bal\.) (?<! \bno\.) (?<! \.\.)  # no end of a sentence
+    (?<! \bEq\.) (?<! \bFig\.) (?<! \be\.g\.) (?<! \bal\.) (?<! \bno\.) (?<! \bSt\.) (?<! \.\.)  # no end of a sentence
     (?: (?<= [.!?]) | (?<= [.!?] ["')*`]) | (?<= [.!?]\*\*) )
     \s+ (?= ["'(*`\[A-Z0-9])
     """,

@@ -1,11 +1,11 @@
-"""How far nodes are from where a camera sees them, as they are and with the camera displaced.
+"""Distances of predicted nodes from those that a camera sees, without and with a displacement of the camera.
 
-A camera whose place is known a little wrong sees everything turned and moved by the same,
+A camera with a wrong place sees everything with the same rotation and translation,
 
     y = R x + t
 
-x where a node is, y where it is seen, both from the middle of the bar. R and t of least squares follow from sums over
-the pairs (Kabsch 1976), and so does the distance that is left; so no more is kept of a rollout than these sums.
+with the real place x of a node and its seen place y, both from the middle of the bar. R and t by least squares, and the
+remaining distance, follow from sums over the pairs (Kabsch 1976), so only these sums are kept of a rollout.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ UNMOVED = Displacement(np.eye(3), np.zeros(3))
 
 @dataclass(frozen=True)
 class Pairs:
-    """Means over pairs of where a node is and where it is seen."""
+    """Means over pairs of real and seen places of nodes."""
 
     place: np.ndarray
     """Mean of x [m], shape (3,)."""
@@ -54,11 +54,11 @@ class Pairs:
 
     @classmethod
     def of(cls, places: np.ndarray, seen: np.ndarray) -> Pairs:
-        """The means of some pairs.
+        """Return the means of some pairs.
 
         Args:
-            places: From the middle of the bar [m], shape (k, 3), k > 0.
-            seen: Likewise.
+            places: Places from the middle of the bar [m], shape (k, 3), k > 0.
+            seen: Seen places, in the same frame and shape.
         """
         squares = float((places**2 + seen**2).sum(axis=1).mean())
         return cls(places.mean(axis=0), seen.mean(axis=0), squares, seen.T @ places / len(places))
@@ -92,7 +92,7 @@ class Pairs:
         return float(np.sqrt(max(square, 0.0)))
 
     def displacement(self) -> Displacement:
-        """That which leaves the least distance."""
+        """Return the displacement with the smallest remaining distance."""
         left, _, right = np.linalg.svd(self.products - np.outer(self.seen, self.place))
         mirrored = np.sign(np.linalg.det(left @ right))
         rotation = left @ np.diag([1.0, 1.0, mirrored]) @ right

@@ -1,10 +1,10 @@
-"""The bending rigidity with which `native` would drape each fabric as it was measured to drape.
+"""The bending rigidity with which `native` would reproduce the measured drape of each fabric.
 
     python -m studies.real_cloth.asked_rigidity --data DATA --out runs/real-cloth [--write-docs]
 
-Fabrics and model are those against which the goals of the test "drape" are held. All rigidities of a fabric are
-multiplied by one factor, its hysteresis stays, and the factor of the measured coefficient is read off between those
-that were simulated. It explains a miss; nothing is fitted by it.
+Fabrics and model are those of the goals of the test "drape". All rigidities of a fabric are multiplied by one factor,
+and its hysteresis stays. The factor that gives the measured coefficient is interpolated. It helps to explain an error;
+nothing is fitted.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Row = dict[str, str]
 
 
 def swept(each: MeasuredDrape, model: DrapeModel, bench: Bench) -> list[Draped]:
-    """Drapes of a fabric over the factors."""
+    """Simulate the drapes of a fabric over the factors."""
     groups = [
         drape.experiments(
             f"{each.fabric.name}, {factor:g} times as stiff",
@@ -45,7 +45,7 @@ def swept(each: MeasuredDrape, model: DrapeModel, bench: Bench) -> list[Draped]:
 
 
 def asked(coefficient: float, drapes: Sequence[Draped]) -> str:
-    """The factor at which the coefficient is the one given, or beyond which it must lie."""
+    """Return the factor that gives a coefficient, or a bound of it."""
     means = np.maximum.accumulate([drawn.mean for drawn in drapes])
     if coefficient < means[0]:
         return f"below {FACTORS[0]:g}"
@@ -55,7 +55,7 @@ def asked(coefficient: float, drapes: Sequence[Draped]) -> str:
 
 
 def row(each: MeasuredDrape, drapes: Sequence[Draped]) -> Row:
-    """A line of the table."""
+    """Return a line of the table."""
     means = {f"{factor:g} B": f"{drawn.mean:.1f}" for factor, drawn in zip(FACTORS, drapes, strict=True)}
     return {
         "fabric": f"{each.fabric.name} {each.fabric.kind}",

@@ -23,7 +23,7 @@ from tatamu.simulators.many import executor_of
 from tatamu.simulators.source import source_digest
 
 Values = dict[str, Any]
-"""Plain data; `failed` holds the message of a simulation that gave up."""
+"""Plain data; `failed` has the message of a simulation that failed."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Experiment:
     label: str
     scene: Scene
     what: str
-    """Name of the reading, of which the kept value's name depends."""
+    """Name of the reading, which is part of the kept file's name."""
     read: Callable[[Rollout], Values]
 
 
@@ -52,11 +52,11 @@ class Bench:
 
     @property
     def version(self) -> str:
-        """A digest of the source that decides a rollout."""
+        """A digest of the source that determines a rollout."""
         return source_digest()
 
     def measure(self, experiments: Sequence[Experiment]) -> list[Values]:
-        """The readings in the order of the experiments, several at a time; each is kept as soon as it is there."""
+        """Return the readings in the order of the experiments; several run at a time, and each is kept at once."""
         places = [self.folder / f"{self._key(each)}.json" for each in experiments]
         lacking = {place: each for place, each in zip(places, experiments, strict=True) if not place.exists()}
         given_up: dict[Path, Values] = {}

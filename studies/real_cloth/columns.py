@@ -28,7 +28,7 @@ class Columns:
         """Read a file, .csv or .csv.gz, with at least these columns.
 
         Raises:
-            InputError: It cannot be read, has no rows or lacks a column.
+            InputError: If it cannot be read, has no rows or lacks a column.
         """
         text = _unpacked(path) if path.suffix == ".gz" else read_text(path)
         lines = [line for line in text.splitlines() if line and not line.startswith("#")]

@@ -2,9 +2,8 @@
 
     python -m studies.real_cloth.decrement --data DATA [--write-docs]
 
-The measured line of decrement over amplitude with the scatter of recordings drawn with replacement; and the plate of
-one degree of freedom with laws of air, from linear to quadratic, and with the drag of what turned around: their error
-of the swing, and their decrements.
+The table has the measured line of decrement over amplitude, with its scatter by bootstrap over recordings. It also has
+the plate with one degree of freedom for several laws of air: linear, quadratic, and with drag after a turn.
 """
 
 from __future__ import annotations
@@ -27,12 +26,12 @@ LAWS = [AirLaw(0.5, linear, quadratic) for linear, quadratic in ((1.0, 5.6), (0.
 LAWS += [AirLaw(0.5, linear, quadratic) for linear, quadratic in ((0.5, 15.0), (0.0, 18.0), (0.0, 25.0))]
 """Laws of air, from the fit to the swing towards quadratic drag and beyond."""
 FREE = (0.4, 2.0, 4.0)
-"""Added mass, quadratic drag and that of what turned around with which a fit begins."""
+"""Added mass, quadratic drag and turning drag with which a fit starts."""
 Row = dict[str, str]
 
 
 def faded(recordings: list[Recording], signals: list[np.ndarray]) -> list[np.ndarray]:
-    """Amplitude [m] and decrement of the free swings of each recording, shape (k, 2)."""
+    """Return amplitude [m] and decrement of the free swings of each recording, shape (k, 2)."""
     found = [free_swings(recording, signal) for recording, signal in zip(recordings, signals, strict=True)]
     return [
         np.array([(one.amplitude, one.decrement) for one in each if np.isfinite(one.decrement)]).reshape(-1, 2)
@@ -52,7 +51,7 @@ def _row(
 
 
 def measured(recordings: list[Recording]) -> Row:
-    """The measured line, and how it scatters."""
+    """Return the row of the measured line with its scatter."""
     each = faded(recordings, [recording.swing for recording in recordings])
     random = np.random.default_rng(0)
     lines = []
@@ -66,7 +65,7 @@ def measured(recordings: list[Recording]) -> Row:
 
 
 def predicted(recordings: list[Recording], air: AirLaw) -> Row:
-    """A law of air."""
+    """Return the row of a law of air."""
     signals = [plate_swing(recording, air, SIDE) for recording in recordings]
     off = [float(np.sqrt(np.nanmean((s - r.swing) ** 2))) for s, r in zip(signals, recordings, strict=True)]
     fitted, others = (

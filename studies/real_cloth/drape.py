@@ -1,4 +1,4 @@
-"""A drape that is simulated several times, each with other unevenness."""
+"""A drape that is simulated several times with different random unevenness."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tatamu.rollout import Rollout
 from tatamu.simulators import capabilities
 
 EARLIER = 5
-"""Frames from the reading back to where it is seen whether the cloth still moves: half a second."""
+"""Number of frames before the reading (half a second) whose shape shows whether the cloth still moves."""
 TURN = np.linspace(0.0, 2.0 * np.pi, 181)
 
 
@@ -46,7 +46,7 @@ class Size:
 
 @dataclass(frozen=True)
 class Draped:
-    """Repeats of one simulated drape; those in which the simulator gave up are left out."""
+    """Repeats of one simulated drape without those that failed."""
 
     size: Size
     outlines: Sequence[PlanOutline]
@@ -56,7 +56,7 @@ class Draped:
 
     @classmethod
     def of(cls, values: Sequence[Values], size: Size) -> Draped:
-        """The drape of some readings."""
+        """Return the drape of some readings."""
         good = [each for each in values if "failed" not in each]
         moved = [abs(each["area"] - each["area_before"]) / size.ring for each in good]
         outlines = [PlanOutline(np.array(each["radii"])) for each in good]
@@ -99,7 +99,7 @@ class Draped:
 
     @staticmethod
     def _mean(values: Sequence[float]) -> float:
-        """Their mean; not a number where every repeat failed."""
+        """Return the mean, or NaN if every repeat failed."""
         return float(np.mean(values)) if values else float("nan")
 
     @property
@@ -109,7 +109,7 @@ class Draped:
 
 
 class Needing(Protocol):
-    """A model of a fabric that not every simulator can take."""
+    """A model of a fabric that needs capabilities of a simulator."""
 
     @property
     def needs(self) -> tuple[str, ...]:
@@ -120,13 +120,13 @@ Model = TypeVar("Model", bound=Needing)
 
 
 def known_to(simulator: str, models: Sequence[Model]) -> list[Model]:
-    """The models that a simulator can take."""
+    """Return the models that a simulator can simulate."""
     able = capabilities(simulator)
     return [model for model in models if all(getattr(able, name, False) for name in model.needs)]
 
 
 def experiments(name: str, material: Material, size: Size, seeds: int, waviness: float = 0.0) -> list[Experiment]:
-    """Repeats of one drape, with seeds from 0; the unstrained cloth may be wavy [m]."""
+    """Return repeats of one drape, with seeds from 0; the unstrained cloth may be wavy [m]."""
     meters = [Drapemeter.fine_enough(size.specimen, size.plate, material, seed, waviness) for seed in range(seeds)]
     return [_experiment(name, meter, material, size) for meter in meters]
 
@@ -142,7 +142,7 @@ def _experiment(name: str, meter: Drapemeter, material: Material, size: Size) ->
 
 
 def sketched(title: str, outlines: Sequence[PlanOutline], size: Size, note: str = "", colour: str = "plot") -> Sketch:
-    """Outlines from above over specimen and plate."""
+    """Return a drawing of outlines from above over specimen and plate."""
     circle = np.column_stack([np.cos(TURN), np.sin(TURN)])
     drawing = Drawing.around(1.02 * size.specimen * circle, 210.0, 210.0, margin=6.0)
     drawing.line(size.specimen * circle, "muted", 1.0, dash=4.0)

@@ -1,7 +1,7 @@
-"""The fabrics whose drape was measured, and what the measurements lack of them.
+"""The fabrics whose drape was measured, with assumptions for properties that were not measured.
 
-A drape paper gives weight, thickness and bending. What else a simulator needs is that of typical fabrics of the kind,
-fixed before looking at any drape.
+A drape paper gives weight, thickness and bending. All other properties are those of typical fabrics, chosen before any
+drape was simulated.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class Fabric:
 
     @property
     def isotropic(self) -> Material:
-        """The fabric as an isotropic sheet."""
+        """Return the fabric as an isotropic sheet."""
         return Material(
             areal_density=self.density,
             stretch_stiffness=SOFTENED,
@@ -60,7 +60,7 @@ class Fabric:
 
     @property
     def woven(self) -> Material:
-        """The fabric as a typical weave of that rigidity."""
+        """Return the fabric as a typical weave of that rigidity."""
         return self._weave(WARP, WEFT)
 
     def weave(self, anisotropy: float) -> Material:
@@ -68,7 +68,7 @@ class Fabric:
         return self._weave(2.0 * anisotropy / (1.0 + anisotropy), 2.0 / (1.0 + anisotropy))
 
     def _weave(self, warp: float, weft: float) -> Material:
-        """A weave by its rigidities along warp and weft over their mean."""
+        """Return a weave by its rigidities along warp and weft over their mean."""
         return self.isotropic.model_copy(
             update={
                 "shear_stiffness": SHEAR,
@@ -80,10 +80,10 @@ class Fabric:
 
     @property
     def frictional(self) -> Material:
-        """The typical weave with the measured hysteresis of bending."""
+        """Return the typical weave with the measured hysteresis of bending."""
         return self.woven.model_copy(update={"bending_hysteresis": 0.5 * self.hysteresis})
 
     @property
     def rubbing(self) -> Material:
-        """The typical weave with a typical hysteresis of bending."""
+        """Return the typical weave with a typical hysteresis of bending."""
         return self.woven.model_copy(update={"bending_hysteresis": FRICTION * self.bending})

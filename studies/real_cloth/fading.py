@@ -14,7 +14,7 @@ STILL = 0.05
 LEAST = 0.004
 """Smaller extremes of a swing are noise [m]."""
 AMPLITUDES = (0.02, 0.04, 0.06)
-"""Peak to peak, at which decrements are compared [m]."""
+"""Amplitudes from peak to peak at which decrements are compared [m]."""
 
 
 def free_swings(recording: Recording, swing: np.ndarray) -> list[FreeSwing]:

@@ -14,11 +14,11 @@ from studies.real_cloth.sheet import SIDE
 from tatamu.plate_in_air import rectangle_added_mass, steady_drag, turning_drag
 
 START = (0.5, 1.0, 6.0)
-"""Added mass, linear and quadratic drag with which a fit begins, all over the density."""
+"""Added mass, linear and quadratic drag with which a fit starts, divided by the density."""
 START_TURNING = (0.5, 0.3, 4.0)
-"""Added mass, linear drag, and that of what turned around, likewise."""
+"""Added mass, linear drag and turning drag with which a fit starts, divided by the density."""
 START_SIZE = (0.3,)
-"""Density [kg/m^2] with which a fit of it alone begins."""
+"""Density [kg/m^2] with which a fit of the density alone starts."""
 STEP = 0.1
 """Step of the differences in a fit, as a part of its start."""
 EVALUATIONS = 3
@@ -26,7 +26,7 @@ EVALUATIONS = 3
 RECTANGLE = rectangle_added_mass(SIDE, SIDE)
 """Air that a plate of the cloth's size carries [kg/m^2]."""
 TYPICAL = 0.01
-"""Residuals beyond this [m] count less than by their squares: a camera's slip shall not decide."""
+"""Residuals beyond this [m] count less than their squares, because the camera has outliers."""
 
 
 def fit(
@@ -39,9 +39,9 @@ def fit(
 
     Args:
         predict: Swings of the recordings in that air.
-        recordings: What was measured.
-        law: The air of some numbers.
-        start: The numbers with which the fit begins.
+        recordings: The measured recordings.
+        law: Returns the air for some numbers.
+        start: The numbers with which the fit starts.
     """
     wanted = np.concatenate([recording.swing for recording in recordings])
     good = np.isfinite(wanted)
@@ -76,19 +76,19 @@ def linear(numbers: np.ndarray) -> AirLaw:
 
 
 def of_size(numbers: np.ndarray) -> AirLaw:
-    """The air of a rigid plate of the cloth's size, over a density [kg/m^2], the only number."""
+    """Return the air of a rigid plate of the cloth's size, divided by a density [kg/m^2], the only number."""
     density = float(numbers[0])
     return AirLaw(RECTANGLE / density, 0.0, steady_drag() / density, turning_drag(SIDE) / density)
 
 
 def turning(numbers: np.ndarray) -> AirLaw:
-    """Added mass, linear drag, and that of what turned around."""
+    """Return air with added mass, linear drag and turning drag."""
     added_mass, drag, around = (float(value) for value in numbers)
     return AirLaw(added_mass, drag, 0.0, around)
 
 
 def said(air: AirLaw) -> str:
-    """The numbers that are not zero."""
+    """Return the nonzero numbers as text."""
     parts = {
         f"added mass {air.added_mass:.2f} ρ": air.added_mass,
         f"linear drag {air.linear:.2f} ρ/s": air.linear,
@@ -99,7 +99,7 @@ def said(air: AirLaw) -> str:
 
 
 def said_by_size(air: AirLaw) -> str:
-    """The density that makes the air of a plate of that size this one, and its numbers."""
+    """Return as text the density for which the air of a plate of that size is this one, and its numbers."""
     return f"density {RECTANGLE / air.added_mass:.2f} kg/m²; air by size: {said(air)}"
 
 

@@ -1,7 +1,7 @@
-"""Fabrics of which no rigidity was measured: it is fitted to the drape coefficient, anisotropy to the hem's ellipse.
+"""Fabrics without a measured rigidity, which is fitted to the drape coefficient, and anisotropy to the hem's ellipse.
 
-Drapes are simulated over a sweep of rigidities, and where an anisotropy is sought, of a few of those as well; what is
-fitted is found between them by interpolation.
+Drapes are simulated over a sweep of rigidities, and of a few anisotropies if these are fitted; the fit is interpolated
+between them.
 """
 
 from __future__ import annotations
@@ -20,32 +20,32 @@ from tatamu.material import Material
 DENSITY = 0.2
 """Areal density of all simulated fabrics [kg/m^2]; only ratios to it matter."""
 RIGIDITIES = tuple(np.geomspace(7e-7, 4e-5, 7).tolist())
-"""Rigidities that are simulated to know how the coefficient depends on them [N m]."""
+"""Rigidities of the sweep [N m]."""
 SWEPT = 2
-"""Repeats of each of these."""
+"""Number of repeats of each drape."""
 TYPICAL = WARP / WEFT
 """Rigidity along the warp over that along the weft, of a typical weave."""
 ANISOTROPIES = (1.0, TYPICAL, 3.0)
-"""Those that are swept where one is sought; of the 618 fabrics of Feng et al. 2022 18 % have 3 or more."""
+"""Anisotropies of the sweep; 18 % of the 618 fabrics of Feng et al. 2022 have 3 or more."""
 ELLIPSE = 2
-"""Harmonic of the hem that an anisotropy makes."""
+"""Harmonic of the hem that an anisotropy causes."""
 
 
 @dataclass(frozen=True)
 class FittedModel:
-    """How fabrics are simulated of which no rigidity is known."""
+    """A model of fabrics without a known rigidity."""
 
     name: str
     fitted: str
-    """The numbers that are fitted, and what they are fitted to."""
+    """The fitted numbers, and the measurements to which they are fitted."""
     material: Callable[[Fabric, float], Material]
     """Material of a fabric and an anisotropy."""
     anisotropies: Sequence[float] = (TYPICAL,)
-    """The one that is assumed, or those between which it is sought."""
+    """The assumed anisotropy, or those of the sweep."""
     waviness: float = 0.0
     """Waviness of the unstrained cloth [m]."""
     times: int = 1
-    """How many times as often as others it is repeated."""
+    """Ratio of its number of repeats to that of other models."""
     needs: tuple[str, ...] = ()
     """Capabilities of a simulator without which it cannot."""
     rigidities: Sequence[float] = RIGIDITIES
@@ -53,11 +53,11 @@ class FittedModel:
 
     @property
     def swept(self) -> int:
-        """How many drapes a sweep simulates."""
+        """Return the number of drapes of a sweep."""
         return len(self.anisotropies) * len(self.rigidities) * SWEPT
 
     def draped(self, fabrics: Sequence[FittedFabric], size: Size, repeats: int, bench: Bench) -> list[Draped]:
-        """Drapes of some fabrics."""
+        """Simulate the drapes of some fabrics."""
         groups = [
             drape.experiments(
                 f"{each.name}, {self.name}",
@@ -74,7 +74,7 @@ class FittedModel:
 
 @dataclass(frozen=True)
 class FittedFabric:
-    """A fabric by what was fitted."""
+    """A fabric with its fitted numbers."""
 
     name: str
     bending: float
@@ -94,7 +94,7 @@ class Sweep:
 
     @classmethod
     def of(cls, model: FittedModel, size: Size, bench: Bench) -> Sweep:
-        """Simulate them."""
+        """Simulate the drapes."""
         fabrics = [
             FittedFabric(f"B = {1e6 * bending:.2g} µN m", float(bending), anisotropy)
             for anisotropy in model.anisotropies
@@ -106,7 +106,7 @@ class Sweep:
         return cls(model.anisotropies, model.rigidities, groups)
 
     def fitted(self, name: str, coefficient: float, ellipse: float) -> FittedFabric:
-        """The fabric with that drape coefficient [%] and, where there is a choice, that second harmonic [m]."""
+        """Return the fabric with this drape coefficient [%] and, if anisotropy is fitted, this second harmonic [m]."""
         bendings = [self._rigidity(coefficient, drapes) for drapes in self.drapes]
         ellipses = [self._ellipse(bending, drapes) for bending, drapes in zip(bendings, self.drapes, strict=True)]
         rising = np.maximum.accumulate(ellipses)

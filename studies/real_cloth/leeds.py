@@ -49,9 +49,9 @@ MODELS = (
     ),
 )
 WITHIN = 1.0
-"""Goal: predicted nodes are this near to the measured mean."""
+"""Goal: largest difference of predicted nodes from the measured mean."""
 MOST = 9
-"""Goal: of this many fabrics of eleven."""
+"""Goal: number of fabrics of eleven within that difference."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class MeasuredHems:
     outlines: Sequence[PlanOutline]
 
     def draped(self) -> Draped:
-        """As if they were simulated."""
+        """Return the outlines in the form of simulated ones."""
         return Draped(SIZE, self.outlines, 0.0)
 
 
@@ -71,7 +71,7 @@ class Leeds(RealTest):
     """Eleven fabrics, rigidity over density fitted to the mean drape coefficient."""
 
     models: Sequence[FittedModel] = MODELS
-    """Models of the fabrics; the last one that a simulator knows is compared with the goal."""
+    """Models of the fabrics; the last one that a simulator can simulate is compared with the goal."""
 
     name = "leeds"
 
@@ -130,7 +130,7 @@ class Leeds(RealTest):
 
 @dataclass(frozen=True)
 class PredictedHems:
-    """All fabrics by one model."""
+    """Predicted hems of all fabrics by one model."""
 
     model: FittedModel
     fabrics: Sequence[FittedFabric]
@@ -167,7 +167,7 @@ def _method(repeats: int, last: FittedModel) -> str:
 
 
 def _off(measured: Sequence[MeasuredHems], predicted: PredictedHems, what: Callable[[Draped], float]) -> np.ndarray:
-    """Predicted less measured, of each fabric."""
+    """Return the predicted minus the measured value of each fabric."""
     return np.array([what(drawn) - what(hems.draped()) for hems, drawn in zip(measured, predicted.drapes, strict=True)])
 
 
@@ -189,7 +189,7 @@ def _summary(predicted: PredictedHems, measured: Sequence[MeasuredHems]) -> Line
 
 
 def _nodes(measured: Sequence[MeasuredHems], predictions: Sequence[PredictedHems]) -> list[Line]:
-    """Nodes, and the amplitude of the hem in brackets, by each model."""
+    """Return nodes, and in brackets the amplitude of the hem, by each model."""
 
     def told(drawn: Draped) -> str:
         return f"{drawn.nodes:.1f} ({1e3 * drawn.amplitude:.1f})"
@@ -224,7 +224,7 @@ def _lines(measured: Sequence[MeasuredHems], best: PredictedHems) -> list[Line]:
 
 
 def _pair(measured: float, predicted: float, digits: int, factor: float = 1.0) -> str:
-    """The measured and the predicted value."""
+    """Return the measured and the predicted value as text."""
     return f"{factor * measured:.{digits}f}, {factor * predicted:.{digits}f}"
 
 

@@ -1,7 +1,7 @@
 """Drape without fitting: Matsudaira et al. 2015 measured bending and drape of the same four fabrics.
 
 J. Textile Eng. 61(6) 69-73, doi 10.4188/jte.61.69: rigidity by KES-FB2, drape coefficient and nodes. The size of the
-specimens is not stated where the numbers were found; both that are standards are simulated.
+specimens is not stated; both standard sizes are simulated.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ JAPANESE, BRITISH = Size(0.127, 0.0635), Size(0.15, 0.09)
 
 @dataclass(frozen=True)
 class DrapeModel:
-    """How a fabric was simulated."""
+    """A model of a fabric for its drape."""
 
     name: str
     size: Size
@@ -60,12 +60,12 @@ MODELS = (
 
 
 def models(simulator: str) -> list[DrapeModel]:
-    """The models that a simulator knows."""
+    """Return the models that a simulator can simulate."""
     return drape.known_to(simulator, MODELS)
 
 
 def judged(known: Sequence[DrapeModel]) -> int:
-    """Place of the one against which the goals are held: the last on the Japanese standard's size that is flat."""
+    """Return the index of the model for the goals: the last flat one of the Japanese standard's size."""
     return max(place for place, model in enumerate(known) if model.size == JAPANESE and not model.waviness)
 
 

@@ -1,7 +1,7 @@
 """Cloth in motion: recordings of a square cloth that a robot swings, by Luque et al.
 
-Nothing is known of the cloth but its size, so what air does over its density is fitted, on six recordings; all others
-are predicted.
+Only the size of the cloth is known, so the effects of air divided by its density are fitted on six recordings; all
+others are predicted.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ FILE = "iri_cloth_motion.npz"
 SESSION = "2021_06_23"
 """The session with the robot's poses."""
 LEFT_OUT = ("calibration", "blooper")
-"""Nothing moves in the first; the second is a run that the authors call failed."""
+"""Recordings left out: in the first nothing moves; the authors call the second failed."""
 FITTED = ("n13_traj8_1", "n7_traj9_2", "n4_traj8_1", "n7_traj9_3", "n13_traj10_1", "n13_traj11_1")
-"""Recordings on which what air does is fitted."""
+"""Recordings on which the air is fitted."""
 NO_AIR = AirLaw()
 PERIOD, DECREMENT, SWING, NOISE = 0.03, 0.15, 9.0, 1.25
 """Goals: relative errors of period and decrement, RMS of the swing [mm], RMS of all nodes over the noise."""
@@ -59,13 +59,13 @@ class Predicted:
     swings: Sequence[np.ndarray]
     """Swing at the frames of each recording [m]."""
     free: Sequence[Pairs]
-    """All nodes of each recording but those of the held edge."""
+    """All nodes of each recording except those of the held edge."""
     lower: Sequence[Pairs]
-    """Those of the lower edge."""
+    """Nodes of the lower edge of each recording."""
     fitted: str = "nothing"
 
     def camera(self, measured: Sequence[Recording]) -> Displacement:
-        """The displacement of the camera by which the recordings for fitting are nearest."""
+        """Return the displacement of the camera that fits the recordings for fitting best."""
         fitting = [pairs for pairs, recording in zip(self.free, measured, strict=True) if recording.name in FITTED]
         return Pairs.mean(fitting).displacement()
 
@@ -147,7 +147,7 @@ class SwungCloth(RealTest):
 
 
 def swings_in(air: AirLaw, recordings: Sequence[Recording], bench: Bench) -> list[np.ndarray]:
-    """Simulated swings of recordings [m]."""
+    """Return the simulated swings of recordings [m]."""
     return _swings(_simulated(recordings, air, bench))
 
 
@@ -199,7 +199,7 @@ def _plate(
 
 
 def _seen(recording: Recording, nodes: np.ndarray) -> tuple[Pairs, Pairs]:
-    """Nodes and where the camera saw them: all but those of the held edge, and those of the lower edge."""
+    """Return pairs of nodes and seen nodes: all except the held edge, and those of the lower edge."""
     places, seen = nodes - recording.middle, recording.nodes - recording.middle
     free, lower = (recording.good[:, rows] for rows in (slice(None, -1), slice(1)))
     return Pairs.of(places[:, :-1][free], seen[:, :-1][free]), Pairs.of(places[:, :1][lower], seen[:, :1][lower])
@@ -210,7 +210,7 @@ def _held_out(measured: Sequence[Recording]) -> list[int]:
 
 
 def _off(prediction: Predicted, measured: Sequence[Recording]) -> list[float]:
-    """RMS error of the swing of each recording that was not fitted [m]."""
+    """Return the RMS error of the swing of each recording that was not fitted [m]."""
     errors = [prediction.swings[k] - measured[k].swing for k in _held_out(measured)]
     return [float(np.sqrt(np.nanmean(error**2))) for error in errors]
 
@@ -230,7 +230,7 @@ def _line(prediction: Predicted, measured: Sequence[Recording]) -> Line:
 
 
 def _distance(pairs: Sequence[Pairs], measured: Sequence[Recording], by: Displacement = UNMOVED) -> float:
-    """Median over the recordings that were not fitted [m]."""
+    """Return the median distance over the recordings that were not fitted [m]."""
     return float(np.median([pairs[k].distance(by) for k in _held_out(measured)]))
 
 

@@ -1,11 +1,11 @@
-"""A stiff plate that hangs from a moving bar, in air: the model with one degree of freedom that a cloth has to beat.
+"""A stiff plate that hangs from a moving bar in air: a model with one degree of freedom, for comparison.
 
     (1 + kappa) (L^2/3 phi'' + L/2 a) = - g L/2 sin(phi) - 1/L integral (c1 u + max(c2, c3 s^(-1/3)) |u| u) r dr
     u = v + r phi'
 
 per density and width: kappa added mass over density, c1 and c2 linear and quadratic drag over density, v and a velocity
-and acceleration of the bar across itself, s the way since u changed its sign: a plate that goes to and fro by little
-drags several times as much as one that moves on.
+and acceleration of the bar across itself, s the path since u changed its sign. A plate that oscillates by little has
+several times the drag of one in steady motion.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from tatamu.material import GRAVITY
 PIECES = 8
 """Pieces of the plate's height over which the drag is summed."""
 SHORTEST = 1e-6
-"""Way since a turn that is taken at least [m]."""
+"""Least path since a turn [m]."""
 
 
 @dataclass(frozen=True)
@@ -38,11 +38,11 @@ class AirLaw:
 
 
 def plate_swing(recording: Recording, air: AirLaw, length: float) -> np.ndarray:
-    """Swing of the plate's lower edge at the frames [m], shape (f,).
+    """Return the swing of the plate's lower edge at the frames [m], shape (f,).
 
     Args:
-        recording: Its path drives the plate.
-        air: What damps it.
+        recording: Recording whose bar moves the plate.
+        air: Law of air.
         length: L [m].
     """
     times, corners = recording.path

@@ -1,9 +1,9 @@
 """Recordings of a cloth in a robot's hands, by Luque et al. (Institut de Robotica i Informatica Industrial, Barcelona).
 
-A square cloth hangs by its upper edge from a bar in the robot's hand; a camera sees a grid of its nodes at about 10 Hz,
-the robot says where its tool is at 20 Hz. The camera lags by about 0.3 s, and each frame by some tens of milliseconds
-more or less: so the robot drives, and each frame has a clock of its own, that on which its two upper corners are where
-the robot has them.
+A square cloth hangs by its upper edge from a bar in the robot's hand. A camera records a grid of its nodes at about 10
+Hz, and the robot the pose of its tool at 20 Hz. The camera lags by about 0.3 s, and each frame by some tens of
+milliseconds more or less. So the robot's poses drive the simulation, and the time of each frame is corrected until its
+two upper corners are where the robot holds them.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ SMOOTHING = 0.05
 STEP = 0.01
 """Time step of the smoothed path [s]."""
 BEFORE = 1.0
-"""The robot stands still for this long before its recording [s]."""
+"""Time for which the robot rests before its recording [s]."""
 
 
 @dataclass(frozen=True)
 class Recording:
-    """One motion of the robot, and what the camera saw."""
+    """One motion of the robot, and the nodes seen by the camera."""
 
     name: str
     times: np.ndarray
@@ -59,7 +59,7 @@ class Recording:
         return Slerp(self.tool_times, Rotation.from_quat(self.tool_rotations))
 
     def pose(self, times: np.ndarray) -> tuple[np.ndarray, Rotation]:
-        """Where the tool is and how it is turned at times [s]; before its first pose and after its last it stands."""
+        """Return places and rotations of the tool at times [s]; it rests before its first pose and after its last."""
         inside = np.clip(times, self.tool_times[0], self.tool_times[-1])
         position = np.column_stack([np.interp(inside, self.tool_times, column) for column in self.tool_positions.T])
         return position, self._turned(inside)
@@ -91,7 +91,7 @@ class Recording:
         return np.asarray(self.times - lag + CLOCKS[np.argmin(costs, axis=0)])
 
     def corners(self, times: np.ndarray) -> np.ndarray:
-        """Both upper corners as the robot has them at times [s], [m], shape (k, 2, 3)."""
+        """Return both upper corners by the robot's poses at times [s], [m], shape (k, 2, 3)."""
         position, rotation = self.pose(times)
         held = self.grip[1]
         return np.stack([position + rotation.apply(held[k]) for k in (0, 1)], axis=1)
@@ -124,7 +124,7 @@ class Recording:
         return np.asarray(np.linalg.norm(from_bar - usual, axis=3) <= OUTLIER)
 
     def swing_of(self, nodes: np.ndarray) -> np.ndarray:
-        """How far the lower edge is ahead of the upper one, across the bar [m], shape (f,).
+        """Return the distance by which the lower edge is ahead of the upper one, across the bar [m], shape (f,).
 
         Args:
             nodes: Positions at the frames [m], shape (f, n, n, 3).
@@ -146,7 +146,7 @@ class Recording:
 
     @cached_property
     def noise(self) -> float:
-        """RMS of the corners about where the robot has them [m]: the bar is known, what differs is the camera's."""
+        """RMS distance of the seen corners from those of the robot [m], which is the noise of the camera."""
         off = np.linalg.norm(self.corners(self.clock) - self.nodes[:, -1, [0, -1]], axis=2)
         return float(np.sqrt(np.mean(off[self.good[:, -1, [0, -1]]] ** 2)))
 
@@ -155,7 +155,7 @@ def load_recordings(path: Path, session: str, left_out: tuple[str, ...]) -> list
     """The recordings of one session that have the robot's poses.
 
     Raises:
-        InputError: The file cannot be read, or holds none.
+        InputError: If the file cannot be read, or contains none.
     """
     try:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:

@@ -1,4 +1,4 @@
-"""All tests on real cloth, in the order of the notes; a further one is a module of its own and a name here."""
+"""All tests on real cloth, in the order of the notes. A new test is a module, and a name in this list."""
 
 from __future__ import annotations
 
@@ -9,4 +9,4 @@ from studies.real_cloth.test import RealTest
 from studies.real_cloth.towel import Towel
 
 TESTS: dict[str, RealTest] = {test.name: test for test in (Matsudaira(), Leeds(), SwungCloth(), Towel())}
-"""Name to test."""
+"""Tests by name."""

@@ -1,4 +1,4 @@
-"""A section: what a test on real cloth hands over to the notes and to the page."""
+"""A section: the result of a test on real cloth for the notes and for the page."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ class Tabulated:
     name: str
     """Name of its marks in the docs and of its key in the JSON file."""
     lines: Sequence[Line]
-    """All with the same columns."""
+    """Lines with the same columns."""
 
 
 @dataclass(frozen=True)
 class Sketch:
-    """A drawing beside the tables."""
+    """A drawing next to the tables."""
 
     title: str
     svg: str
@@ -38,10 +38,10 @@ class Section:
     """Name that `--only` takes."""
     title: str
     method: str
-    """How it was simulated, and what was assumed, in a few sentences."""
+    """The simulation and its assumptions, in a few sentences."""
     tables: Sequence[Tabulated]
     beat: str
-    """The number to beat, and whose it is."""
+    """The number to beat, and its source."""
     goal: str
     """The goal, and whether it was reached."""
     silent: str
@@ -51,5 +51,5 @@ class Section:
 
 
 def reached(yes: bool) -> str:
-    """A goal's verdict in a word."""
+    """Return a goal's verdict as text."""
     return "reached" if yes else "not reached"

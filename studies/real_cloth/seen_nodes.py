@@ -1,10 +1,10 @@
-"""Where the distance of all nodes of a swung cloth from where the camera sees them comes from.
+"""The causes of the distance between simulated nodes of a swung cloth and those that the camera sees.
 
     python -m studies.real_cloth.seen_nodes --data DATA --out runs/real-cloth [--write-docs]
 
-`native` with fitted air, as in the test `motion` of `studies.real_cloth`; its nodes beside the seen ones, as they are
-and after what a wrongly placed camera, another size of the cloth, another clock or a moving whole would take away.
-Rollouts of the fit that are kept in OUT are not simulated again.
+`native` with fitted air, as in the test `motion` of `studies.real_cloth`; its nodes are compared with the seen ones:
+unchanged, and corrected for a displaced camera, another size of the cloth, another clock, or a motion of the whole.
+Rollouts that are kept in OUT are not simulated again.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ SIMULATOR = "native"
 LATENESS = np.arange(-0.1, 0.11, 0.02)
 """Shifts of the predicted motion that are tried [s]."""
 SHORTEST = 0.9
-"""Heights of the cloth that are tried, over 0.3 m, from here to 1.1."""
+"""Smallest height of the cloth that is tried, over 0.3 m; the largest is 1.1."""
 
 
 @dataclass(frozen=True)
@@ -63,13 +63,13 @@ class Seen:
 
     @cached_property
     def axes(self) -> np.ndarray:
-        """Across the bar, along it and up at each frame, shape (f, 3, 3)."""
+        """Return the directions across the bar, along it and up at each frame, shape (f, 3, 3)."""
         across = self.recording.normal(self.recording.clock)
         up = np.tile([0.0, 0.0, 1.0], (len(across), 1))
         return np.stack([across, np.cross(across, up), up], axis=1)
 
     def pairs(self, height: float = 1.0) -> Pairs:
-        """All nodes but those of the held edge, on a cloth of this part of its height."""
+        """Return all nodes except those of the held edge, for a cloth of this part of its height."""
         seen = self.seen[:, :-1]
         good = np.isfinite(seen).all(axis=3)
         return Pairs.of(height * self.predicted[:, :-1][good], seen[good])
@@ -80,12 +80,12 @@ Change = Callable[[Seen], np.ndarray]
 
 
 def displaced(by: Displacement, height: float = 1.0) -> Change:
-    """Errors where the camera is displaced and the cloth is of this part of its height."""
+    """Return errors with a displaced camera and this part of the cloth's height."""
     return lambda each: height * each.predicted @ by.rotation.T + by.translation - each.seen
 
 
 def unmoved(each: Seen) -> np.ndarray:
-    """Errors as they are."""
+    """Return the uncorrected errors."""
     return each.predicted - each.seen
 
 
@@ -97,7 +97,7 @@ def by_grid(fitting: list[Seen]) -> tuple[str, Change]:
 
 
 def by_itself(each: Seen) -> np.ndarray:
-    """Errors after the displacement that is best for this recording."""
+    """Return errors after the best displacement for this recording."""
     return displaced(each.pairs().displacement())(each)
 
 
@@ -108,13 +108,13 @@ def per_node(each: Seen) -> np.ndarray:
 
 
 def per_frame(each: Seen) -> np.ndarray:
-    """Errors without the mean of each frame over its nodes: what the shape alone has."""
+    """Return errors without the mean of each frame over its nodes, which shows the error of the shape."""
     off = unmoved(each)
     return np.asarray(off - np.nanmean(off, axis=(1, 2), keepdims=True))
 
 
 def later(each: Seen) -> np.ndarray:
-    """Errors with the shift of the prediction that is best for this recording."""
+    """Return errors with the best shift in time for this recording."""
     errors = [each.later(float(late)) - each.seen for late in LATENESS]
     return min(errors, key=lambda off: float(rms(off[:, :-1])))
 
@@ -125,7 +125,7 @@ def rms(off: np.ndarray) -> float:
 
 
 def row(name: str, numbers: str, change: Change, held_out: list[Seen]) -> dict[str, str]:
-    """Medians over the recordings that were not fitted [mm]."""
+    """Return medians over the recordings that were not fitted [mm]."""
     found = []
     for each in held_out:
         off = change(each)
@@ -146,7 +146,7 @@ def row(name: str, numbers: str, change: Change, held_out: list[Seen]) -> dict[s
 
 
 def table(measured: list[Seen]) -> list[dict[str, str]]:
-    """The rows, what is taken away growing."""
+    """Return the rows, with more and more corrections."""
     fitting = [each for each in measured if each.recording.name in FITTED]
     sizes = ", ".join(str(size) for size in sorted({each.size for each in fitting}))
     others = [each for each in measured if each.recording.name not in FITTED]
@@ -181,7 +181,7 @@ def table(measured: list[Seen]) -> list[dict[str, str]]:
 
 
 def narrower(measured: list[Seen]) -> str:
-    """How much narrower than the held edge the lower one is."""
+    """Return the difference of width between the held and the lower edge."""
     others = [each for each in measured if each.recording.name not in FITTED]
     seen, predicted = (1e3 * np.median([_narrower(nodes) for nodes in group]) for group in _both(others))
     return f"The lower edge is seen {seen:.0f} mm narrower than the bar; predicted are {predicted:.0f} mm."

@@ -20,7 +20,7 @@ SIDE = 0.3
 SPACING = 0.02
 """Spacing of its mesh [m]."""
 DENSITY = 0.2
-"""Its areal density [kg/m^2]: not stated; only ratios to it matter."""
+"""Assumed areal density [kg/m^2]; only ratios to it matter."""
 STRETCH, BENDING = 200.0, 2e-5
 """[N/m], [N m]; neither shows in the swing."""
 FRAMES = 50.0
@@ -37,12 +37,12 @@ class Sheet:
 
     @cached_property
     def mesh(self) -> tuple[np.ndarray, np.ndarray]:
-        """Places on the sheet, along the bar and down from it as parts of its side, shape (n, 2), and triangles."""
+        """Return places on the sheet as parts of its side, along the bar and down, shape (n, 2), and triangles."""
         flat, faces = staggered_rectangle(SIDE, SIDE, SPACING)
         return np.column_stack([flat[:, 1] / SIDE + 0.5, 0.5 - flat[:, 0] / SIDE]), faces
 
     def scene(self, air: AirLaw) -> Scene:
-        """The sheet hangs still, then the bar moves as the robot moved it."""
+        """Return the scene: the sheet hangs at rest, then the bar moves as in the recording."""
         times, corners = self.recording.path
         parts, faces = self.mesh
         held = np.flatnonzero(parts[:, 1] < 1e-9)
@@ -63,7 +63,7 @@ class Sheet:
         )
 
     def nodes(self, rollout: Rollout, late: float = 0.0) -> np.ndarray:
-        """The camera's nodes at its frames, as simulated and so much later [s], [m], shape (f, n, n, 3)."""
+        """Return the simulated nodes at the camera's frames plus a delay [s], [m], shape (f, n, n, 3)."""
         moment = self.recording.clock - self.recording.path[0][0] - late
         frame = np.clip(moment * FRAMES, 0.0, len(rollout.times) - 1.001)
         before = frame.astype(int)
@@ -88,7 +88,7 @@ def material(air: AirLaw) -> Material:
 
 
 def air_fields(air: AirLaw) -> dict[str, float]:
-    """The fields of a material that say what its air does; linear drag alone is what every simulator knows."""
+    """Return the fields of air of a material; every simulator has linear drag."""
     if air.added_mass == air.quadratic == air.turning == 0.0:
         return {"air_drag": DENSITY * air.linear}
     return {

@@ -14,14 +14,14 @@ from studies.real_cloth.test import RealTest
 from tatamu.errors import InputError
 
 Loaded = list[tuple[RealTest, Any]]
-"""Tests, each with what was measured."""
+"""Tests with their measurements."""
 
 
 def load(data: Path, only: Sequence[str] = ()) -> Loaded:
-    """The chosen tests, all if none is named, with what was measured.
+    """Return the chosen tests, or all, with their measurements.
 
     Raises:
-        InputError: The folder, a test or a file is not there, or something in a file is wrong.
+        InputError: If the folder, a test or a file does not exist, or a file is wrong.
     """
     for name in only:
         if name not in TESTS:

@@ -21,7 +21,7 @@ class RealTest(ABC):
         """Read the measurements.
 
         Raises:
-            InputError: A file is missing in the folder, or something in it is wrong.
+            InputError: If a file is missing in the folder, or is wrong.
         """
 
     @abstractmethod
@@ -30,4 +30,4 @@ class RealTest(ABC):
 
     @abstractmethod
     def run(self, measured: Any, bench: Bench) -> Section:
-        """Simulate, compare, and tell."""
+        """Simulate, compare, and return the section."""

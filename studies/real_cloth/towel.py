@@ -1,6 +1,7 @@
-"""A towel folded in half by robots: Garcia-Camacho et al. 2020, five trials of two TIAGo arms, beside learned folds.
+"""A towel folded in half by robots: Garcia-Camacho et al.
 
-IEEE RA-L 5(2), "Benchmarking Bimanual Cloth Manipulation". Their measure of a fold is the area seen from above,
+2020, five trials of two TIAGo arms, compared with learned folds. IEEE RA-L 5(2), "Benchmarking Bimanual Cloth
+Manipulation". Their measure of a fold is the area seen from above,
 
     E_f = (100 / 0.5) |A_after / A_before - 0.5| %
 
@@ -39,11 +40,11 @@ class RobotFold:
     """One trial of the robots."""
 
     area_error: float
-    """E_f [%]; not a number where it failed."""
+    """E_f [%]; NaN if it failed."""
 
 
 class Towel(RealTest):
-    """E_f of learned folds of a towel of that size."""
+    """The test that compares E_f with that of learned folds of a towel of the same size."""
 
     name = "towel"
 
@@ -106,18 +107,18 @@ class Tried:
 
     objective: str
     calm: list[float]
-    """E_f of each where nothing is off [%]."""
+    """E_f of each fold without disturbances [%]."""
     disturbed: list[tuple[float, bool]]
     """E_f of each in each world [%], and whether it holds."""
 
     @property
     def held(self) -> list[float]:
-        """E_f of those that hold [%]."""
+        """E_f of the folds that hold [%]."""
         return [error for error, holds in self.disturbed if holds]
 
     @property
     def groups(self) -> dict[str, list[float]]:
-        """E_f by what the chart calls it [%]."""
+        """E_f by the groups of the chart [%]."""
         return {f"{self.objective}, undisturbed": self.calm, f"{self.objective}, disturbed": self.held}
 
     @property
@@ -183,7 +184,7 @@ def _ended_in(task: Task, parameters: dict[str, int | float], world: World) -> t
 
 
 def _mean(errors: list[float]) -> float:
-    """Their mean; not a number, and so never small enough, where there are none."""
+    """Return the mean; NaN, which is never small enough, if there are none."""
     return float(np.mean(errors)) if errors else float("nan")
 
 

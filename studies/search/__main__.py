@@ -1,11 +1,11 @@
-"""The search against its alternatives: what each has found after 1 to 134 simulations. docs/notes/search.md.
+"""The default search compared with others: the best folds after 1 to 134 simulations (docs/notes/search.md).
 
     python -m studies.search --out runs/search [--seeds 10] [--pair-seeds 20] [--write-docs]
     python -m studies.search --out runs/search --show [--write-docs]      tables of what is there
 
-Every simulation is kept in OUT/rollouts and every study in OUT/studies, so that a run that was stopped goes on. Studies
-come seed by seed: what is there at any moment can be shown. Optuna's GPSampler needs torch, which tatamu does not
-install (`pip install torch`); without it its row is left out.
+Every simulation is kept in OUT/rollouts and every study in OUT/studies, so a run that was stopped can be resumed.
+Studies run seed by seed, so partial results can be shown at any time. Optuna's GPSampler needs torch, which tatamu does
+not install (`pip install torch`); without it its row is left out.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from threadpoolctl import threadpool_limits
 
 
 def run(out: Path, seeds: int, pair_seeds: int) -> None:
-    """Run what is not there, what matters most first, seed by seed: the towel's, as its folds are the quickest."""
+    """Run missing studies seed by seed, the most important ones first: those of the towel, which are the fastest."""
     settings = {name: Setting(name, coarse, out / "rollouts") for name, coarse in GARMENTS.items()}
     studies = Studies(out)
     softer = tuple(name for name, coarse in GARMENTS.items() if coarse.softer != 1.0)
@@ -52,7 +52,7 @@ def run(out: Path, seeds: int, pair_seeds: int) -> None:
 
 
 def show(out: Path, seeds: int, pair_seeds: int, write: bool) -> None:
-    """Print all tables; into the docs if they are to be written."""
+    """Print all tables, and write them into the docs if requested."""
     studies = Studies(out)
     texts = {f"search: {garment}": table(studies, garment, seeds) for garment in GARMENTS}
     texts["search: answers"] = answers(studies, seeds)

@@ -1,4 +1,4 @@
-"""The chart of docs/notes/search.md: least objective so far against simulations."""
+"""The chart of docs/notes/search.md: lowest objective so far against simulations."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def draw(courses: dict[str, dict[str, list[list[float]]]], path: Path) -> None:
     """Draw medians over seeds, a panel for each garment.
 
     Args:
-        courses: Least objectives so far of each study, by garment and search; studies may differ in length.
+        courses: Lowest objectives so far of each study, by garment and search; studies may differ in length.
         path: An SVG file.
     """
     import matplotlib

@@ -22,13 +22,13 @@ class Course:
     distances: list[float]
 
     def best(self, count: int) -> tuple[float, float]:
-        """Least objective of the first trials, and the mean vertex distance of that trial."""
+        """Return the lowest objective of the first trials, and the mean vertex distance of that trial."""
         place = int(np.argmin(self.objectives[:count]))
         return self.objectives[place], self.distances[place]
 
 
 class Studies:
-    """The studies that are there."""
+    """The kept studies."""
 
     def __init__(self, out: Path) -> None:
         """Open a folder."""
@@ -51,7 +51,7 @@ class Studies:
         write_text(self._path(setting.name, method, seed), json.dumps(records))
 
     def course(self, garment: str, method: str, seed: int) -> Course | None:
-        """The course of a study; None if it is not there."""
+        """Return the course of a study; None if it does not exist."""
         path = self._path(garment, method, seed)
         if not path.exists():
             return None

@@ -22,13 +22,12 @@ from tatamu.search.lm import LMSearch
 from tatamu.search.optuna_search import OptunaSearch, RandomSearch, TPESearch
 
 FEW, MANY = 50, 134
-"""Simulations of a sequential search, and of those that need or bear more."""
+"""Numbers of simulations in most searches, and in searches that need more."""
 FAR = 2.0
-"""Objective over span beyond which GPSampler gets one equal value."""
+"""Objective over span above which GPSampler gets one constant value."""
 
 Proposing = Callable[[Setting, int, int, Sequence[tuple[Any, Simulated]]], tuple[Any, Manipulation]]
-"""From setting, seed, number of the trial and the trials before it (parameters, simulation) to parameters and the
-manipulation that they mean."""
+"""Function from setting, seed, number of the trial and earlier trials to parameters and their manipulation."""
 
 
 @dataclass(frozen=True)
@@ -38,15 +37,15 @@ class Method:
     title: str
     propose: Proposing
     trials: int = FEW
-    """How many simulations it is given at most."""
+    """Largest number of simulations."""
     seeds: int | None = None
     """Number of seeds; None for the number of the command."""
     needs: tuple[str, ...] = field(default=())
-    """Modules without which it is left out."""
+    """Modules that it needs; without them it is left out."""
 
     @property
     def possible(self) -> bool:
-        """Whether all that it needs is there."""
+        """Whether all needed modules are installed."""
         return all(importlib.util.find_spec(module) for module in self.needs)
 
 
@@ -106,9 +105,9 @@ def sobol(setting: Setting, seed: int, number: int, before: Sequence[Any]) -> tu
 def grid(setting: Setting, seed: int, number: int, before: Sequence[Any]) -> tuple[Any, Manipulation]:
     """The grid of De Gusseme and wyffels (2022), in an order drawn by the seed.
 
-    A quadratic Bezier curve whose middle control point lies height times the span over the middle, turned about the
-    line from grasp to release by a tilt: 14 heights from 0.1 to 1, and the more tilts from 0 to 60 degrees the higher.
-    Both hands lean to the same side; they grasp the corners.
+    A quadratic Bezier curve has its middle control point above the middle, at 14 heights from 0.1 to 1 spans. The curve
+    is turned about the line from grasp to release by tilts from 0 to 60 degrees, more of them for higher curves. Both
+    hands lean to the same side, and grasp the corners.
     """
     points = [
         (height, tilt)
@@ -181,8 +180,8 @@ METHODS: dict[str, Method] = {
 }
 """Ways to search by name, in the order of the tables."""
 CORE = ("ours", "plain", "random")
-"""Those that the page's first question is about."""
+"""Ways to search for the first question of the page."""
 OURS = ("ours", "low", "gp")
 """Forms of our own search."""
 PAIR = ("gp", "gpsampler")
-"""Two that are compared over more seeds."""
+"""Two ways that are compared over more seeds."""

@@ -1,4 +1,4 @@
-"""Garments to fold on coarse meshes, and the simulations of them that are kept."""
+"""Garments to fold on coarse meshes, and their kept simulations."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from tatamu.folding.score import residuals, vertex_distances
 
 
 class Coarse(NamedTuple):
-    """A garment to fold on cells so coarse that a fold takes a fraction of a second."""
+    """A garment to fold on a mesh so coarse that a fold takes a fraction of a second."""
 
     garment: str
     fold: str
     spacing: float
     """Spacing of the mesh [m]."""
     softer: float = 1.0
-    """How much softer to stretch than the garment's own cloth; by the square of the spacings' ratio, the cells lock as
-    those of the default mesh do."""
+    """Factor by which it is softer to stretch than its own cloth; with the square of the ratio of spacings it locks
+    like the default mesh."""
 
 
 GARMENTS = {
@@ -59,7 +59,7 @@ class Simulated:
 
 
 class Setting:
-    """One garment to fold, and the simulations of it that are there."""
+    """One garment to fold, and its kept simulations."""
 
     def __init__(self, name: str, chosen: Coarse, folder: Path) -> None:
         """Open the simulations of a garment.

@@ -1,4 +1,4 @@
-"""The tables of the comparison, and what its chart shows."""
+"""The tables of the comparison, and the data of its chart."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ COUNTS = (1, 5, 10, 25, 50, 134)
 
 
 def table(studies: Studies, garment: str, seeds: int) -> list[dict[str, str]]:
-    """A row for each method: median and worst of all seeds that are there."""
+    """Return a row for each method: median and worst of all kept seeds."""
     rows = []
     for name, method in METHODS.items():
         counts = {count: studies.courses(garment, name, count, seeds) for count in COUNTS}
@@ -45,7 +45,7 @@ def _spread(values: Sequence[float], digits: str) -> str:
 
 
 def pair_table(studies: Studies, seeds: int) -> list[dict[str, str]]:
-    """Ours and Optuna's GPSampler over the seeds that both have."""
+    """Return the comparison of the default search and Optuna's GPSampler over the seeds of both."""
     rows = []
     for garment in GARMENTS:
         both = [
@@ -65,7 +65,7 @@ def pair_table(studies: Studies, seeds: int) -> list[dict[str, str]]:
 
 
 def answers(studies: Studies, seeds: int) -> list[dict[str, str]]:
-    """After how many trials ours has, in the median, what others have after `FEW`; over the seeds that both have."""
+    """Return the median number of trials after which the default search equals others after `FEW` trials."""
     rows = []
     for garment in GARMENTS:
         for ours in OURS:
@@ -86,7 +86,7 @@ def answers(studies: Studies, seeds: int) -> list[dict[str, str]]:
 
 
 def courses_of(studies: Studies, seeds: int) -> dict[str, dict[str, list[list[float]]]]:
-    """Least objectives so far of every study, by garment and title, for the chart."""
+    """Return the lowest objectives so far of every study, by garment and title, for the chart."""
     return {
         garment: {
             method.title: [

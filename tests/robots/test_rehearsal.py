@@ -165,7 +165,7 @@ def test_the_page_says_whether_it_went_as_planned(done: Rehearsal, tmp_path: Pat
     text = page(done, save(done, tmp_path, fold), fold)
     assert f">{word}</span>" in text
     assert "at least 0.01" in text and "while they hold the cloth" in text
-    assert "Nothing touched that should not" in text and "joint limit margin" in text and 'data-show="robot"' in text
+    assert "No links touched that must not" in text and "joint limit margin" in text and 'data-show="robot"' in text
 
 
 def test_boxes_of_the_links_go_where_the_tools_went(done: Rehearsal) -> None:

@@ -16,7 +16,7 @@ MORE = 3
 
 
 def _named(**described: str) -> list[str]:
-    """Names of the tests that are described so."""
+    """Return the names of the tests with this property."""
     return [name for name, test in TESTS.items() if all(getattr(test, key) == said for key, said in described.items())]
 
 
@@ -33,7 +33,7 @@ NAMES = {
 
 
 def advice_on(calibration: Calibration) -> list[str]:
-    """Sentences, the most important first."""
+    """Return the advice as sentences, the most important first."""
     advice = [text for fit in calibration.fits for text in _of_fit(calibration, fit)]
     advice += _disagreement(calibration) + _remarks(calibration) + _unused(calibration) + _restless(calibration)
     repeated = best_repeat(calibration)
@@ -65,7 +65,7 @@ def _of_fit(calibration: Calibration, fit: Fit) -> list[str]:
 
 
 def _shown(fit: Fit, value: float) -> str:
-    """A value of a fit's reading, in words."""
+    """Return a value of a fit's reading as text."""
     if fit.unit == "m":
         return millimetres(value)
     factor, unit = SHOWN.get(fit.unit, (1.0, fit.unit))
@@ -73,7 +73,7 @@ def _shown(fit: Fit, value: float) -> str:
 
 
 def _left_out(calibration: Calibration, fit: Fit) -> list[str]:
-    """A test that the simulator cannot follow, of a parameter that another test decides."""
+    """Yield a note on a test that the simulator cannot reproduce, if another test determines its parameter."""
     others = [each.test for each in calibration.fits if each.parameter == fit.parameter and each is not fit]
     symbol = SYMBOLS[fit.parameter]
     return [
@@ -101,7 +101,7 @@ def _remarks(calibration: Calibration) -> list[str]:
 
 
 def _unused(calibration: Calibration) -> list[str]:
-    """Tests that were made and not used."""
+    """Yield notes on tests that were made but not used."""
     setup = calibration.setup
     reasons = {name: setup.unused(test, calibration.simulator) for name, test in setup.tests.items()}
     return [f"{name}: not used, {why}." for name, why in reasons.items() if why]

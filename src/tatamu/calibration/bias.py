@@ -1,12 +1,12 @@
-"""Test *bias*: the elongation of a hanging strip cut at 45 degrees to the yarns determines the shear stiffness.
+"""Test *bias*: the elongation of a hanging strip that is cut at 45 degrees to the yarns gives the shear stiffness.
 
-Not in the paper. Woven cloth is stiff along its yarns and gives way on the bias, where a strip has
+Not in the paper. Woven cloth is stiff along its yarns and stretches easily on the bias. There its stiffness is
 
     4 / Y(45) = 1 / Y + 1 / Y_weft + 1 / G - 2 nu / sqrt(Y Y_weft)
 
-(docs/theory/membrane.md), and hangs longer by rho g L^2 / 2 Y(45): mostly by 1 / G. The strip is simulated because its
-clamped end cannot narrow. A whole cloth hung by a corner would need no cutting, but it falls into folds by chance,
-which move its end by a millimetre or two, and its elongation depends on the width of the grip.
+(docs/theory/membrane.md), in which 1 / G is the largest term. A hanging strip is longer by rho g L^2 / 2 Y(45). It is
+simulated because its clamped end cannot narrow. A whole cloth hung by a corner would need no cutting, but it falls into
+folds by chance, which move its end by a millimetre or two, and its elongation depends on the width of the grip.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class BiasReadings(TestEntry):
     L1: Lengths
     """Distance from the grip straight down to the end, hanging [m]."""
     L2: Lengths
-    """The same distance, lying [m]."""
+    """The same distance on the lying strip [m]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -99,10 +99,10 @@ class Bias(LaterTest, RestTest):
     read = "L1 - L2 on the bias"
     words = MappingProxyType({"bias_L1": "L1 on the bias", "bias_L2": "L2 on the bias"})
     instructions = """\
-Hang a strip cut on the bias, if you like: for woven cloth.                              [bias] width, L1, L2
-   Cut a strip of the same cloth at 45 degrees to its yarns, as long as it can be, a tenth of that wide. Clamp one end
-   straight and level between two rulers. L1: from the grip straight down to the end. Then lay it down without pulling
-   at it; L2: the same two places. Hang it by its other end too.
+Hang a strip cut on the bias (optional): for woven cloth.                                [bias] width, L1, L2
+   Cut a strip of the same cloth at 45 degrees to its yarns, as long as possible; its width is a tenth of its length.
+   Clamp one end straight and level between two rulers. L1: distance from the grip straight down to the end. Then lay
+   the strip down without pulling at it. L2: distance between the same two places. Repeat with the other end clamped.
 """
 
     @classmethod

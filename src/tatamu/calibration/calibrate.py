@@ -31,7 +31,7 @@ from tatamu.simulators import named
 LIGHTEST, HEAVIEST = 0.02, 5.0
 """Areal densities that a fabric has [kg/m^2]."""
 Groups = dict[str, list[Target]]
-"""Parameter to the tests that determine it."""
+"""Tests that determine each parameter, by its name."""
 
 
 def calibrate(

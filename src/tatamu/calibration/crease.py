@@ -105,11 +105,11 @@ class PressedCrease(ElasticTest):
     reads = MappingProxyType({"angle": 1.0})
     weighs = False
     instructions = """\
-Crease it, if you like: tells how much of a fold stays.                             [crease] gap, board, angle
-   Tape a band of the same cloth, 10 cm long, onto two strips of foam board, 2 cm wide, so that `gap` (1 cm) of cloth is
-   free between them: a book without pages. Close it, cloth outside, and lay half a kilogram on it for a minute. Stand
-   it on end on a smooth table, open, and tap the table until it opens no further. angle: in degrees, how far the boards
-   are from lying in one plane. Repeat it.
+Crease it (optional): shows how much of a fold remains.                             [crease] gap, board, angle
+   Cut a band of the same cloth, 10 cm long, and two strips of foam board, 2 cm wide. Tape the band onto the strips like
+   the cover of a book, with 1 cm of free cloth (`gap`) between them. Close it with the cloth outside, and put half a
+   kilogram on it for a minute. Stand it on end on a smooth table, open, and tap the table until it opens no further.
+   angle: degrees by which the boards differ from lying in one plane. Repeat it.
 """
 
     @classmethod

@@ -12,7 +12,7 @@ def named_edge(garment: Garment, name: str) -> np.ndarray:
     """The path of vertices along an edge of the garment.
 
     Raises:
-        InputError: The garment has no such edge.
+        InputError: If the garment has no such edge.
     """
     if name not in garment.edges:
         raise InputError(f"edge: {garment.name} has {', '.join(garment.edges)}, given {name!r}")
@@ -23,7 +23,7 @@ def longest_edge(garment: Garment) -> str:
     """The longest edge that is open, or of all.
 
     Raises:
-        InputError: The garment has no named edges.
+        InputError: If the garment has no named edges.
     """
     names = [name for name in garment.edges if name in garment.openings] or list(garment.edges)
     if not names:

@@ -36,21 +36,20 @@ from tatamu.settling import settling
 from tatamu.topology import Topology, areas
 
 RELAXATIONS = 14.0
-"""Duration of the scene in units of 1 / rate of its slowest motion, of which e^-14 is then left."""
+"""Duration of the scene in units of 1 / rate of its slowest motion, which then has decayed to e^-14."""
 LAYERS_APART = 2.0
-"""Distance of hanging layers at the start, in thicknesses. If a grip held them as near as contact allows, contact and
-grip would push against each other for ever."""
+"""Initial distance of hanging layers, in thicknesses; closer, contact and grip would push each other."""
 SAME_END = 2e-3
-"""Vertices less than this nearer to the end than the farthest belong to it [m]."""
+"""Depth of the end, from its farthest vertex [m]."""
 
 OTHER_GARMENT = 0.25
-"""An L2 that differs from the garment's own length by more than this part belongs to another garment or grasp."""
+"""Largest difference of L2 from the garment's length, as a part of it; a larger one means another garment or grasp."""
 HUNG_BY = {
     "towel": ["bottom"],
     "tshirt": ["left_shoulder", "right_shoulder"],
     "trousers": ["waist"],
 }
-"""Edges by which a garment is hung; any other by its longest."""
+"""Edges by which a garment hangs; other garments hang by their longest edge."""
 
 
 class Grasp(Record):
@@ -59,7 +58,7 @@ class Grasp(Record):
     edge: str
     """Name of the edge; `tatamu show GARMENT` draws them."""
     at: float = Field(0.5, ge=0.0, le=1.0)
-    """Where along the edge the middle of the grip is, 0 and 1 being its ends."""
+    """Place of the middle of the grip along the edge, from 0 to 1."""
     width: Length | None = None
     """Width of the grip along the edge [m]; None for the whole edge, which a hanger or two rulers hold."""
 
@@ -72,7 +71,7 @@ class ElongationReadings(TestEntry):
     L1: Lengths
     """Distance from the grip straight down to the lowest end, hanging [m]."""
     L2: Lengths
-    """Distance of the same two places, lying [m]."""
+    """Distance of the same two places on the lying garment [m]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -115,10 +114,10 @@ class Elongation(ElasticTest):
     size = "length"
     instructions = """\
 Hang it.                                                                               [elongation] L1, L2
-   Clamp the whole named edge straight and level (two rulers and clips; for shoulders a hanger). Wait until it is
-   still. L1: from the grip straight down to the end farthest from it. Then lay the garment down without pulling at
-   it; L2: the same two places. A narrow pinch also works ({edge = "bottom", at = 0.5, width = 0.03}), but stretches
-   the cloth unevenly, and the mesh then matters.
+   Clamp the whole named edge straight and level, with two rulers and clips; for shoulders use a hanger. Wait until the
+   garment is still. L1: distance from the grip straight down to the farthest end. Then lay the garment down without
+   pulling at it. L2: distance between the same two places. A narrow pinch is possible too, such as
+   {edge = "bottom", at = 0.5, width = 0.03}. It stretches the cloth unevenly, so the result depends on the mesh.
 """
 
     @classmethod
@@ -257,7 +256,7 @@ def held_vertices(garment: Garment, grasp: Grasp) -> np.ndarray:
     """Vertices of all layers in a grip.
 
     Raises:
-        InputError: The garment has no such edge.
+        InputError: If the garment has no such edge.
     """
     path = named_edge(garment, grasp.edge)
     flat = garment.vertices[:, :2]

@@ -38,7 +38,7 @@ from tatamu.simulators import capabilities
 MORE = 1.3
 """Ratio of the simulated time to the counted time."""
 MOST = 200.0
-"""A simulated count beyond this is this: the cloth does not fade."""
+"""Largest simulated count; cloth that swings longer counts as cloth that does not fade."""
 WITHIN = 5e-3
 """The count is matched to this part of itself."""
 
@@ -87,9 +87,10 @@ class Fading(SwungTest):
     read = "swings until it has faded"
     words = MappingProxyType({"count": "the number of swings until it has faded"})
     instructions = """\
-Let it fade, if you like: with $swing.                                       [fading] edge, aside, to, count
-   As $swing, with a ruler across below the far edge. count: how often it swings there and back until it goes less than
-   `to` to the side, a quarter of aside or so; halves count too.
+Count its swings (optional): for cloth that hands move fast.                   [fading] edge, aside, to, count
+   Swing the garment as in measurement $swing, with a ruler across it below the far edge. count: the number of swings
+   there and back until the edge moves less than `to` to the side. A quarter of `aside` is a good `to`. Half swings
+   count too.
 """
 
     @classmethod
@@ -120,7 +121,7 @@ Let it fade, if you like: with $swing.                                       [fa
         return self.swinging.scene(material.model_copy(update={"air_drag": 0.0}), MORE * self.counted + 2.0)
 
     def reading(self, rollout: Rollout) -> float:
-        """Swings until the amplitude is less than `to`, between swings by lines of its inverse [-]."""
+        """Return the number of swings until the amplitude is less than `to`, interpolated between swings [-]."""
         signal = self.swinging.signal(rollout)
         found = swings(rollout.times, signal, LEAST * abs(float(signal[0])))
         numbers = np.array([0.0, *(0.75 + 0.5 * k for k in range(len(found)))])

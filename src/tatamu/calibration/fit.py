@@ -18,7 +18,7 @@ class Fit:
     uncertainty: float
     """Its standard uncertainty."""
     aim: float
-    """Value that was matched: the reading, moved by its uncertainty if it only bounds the parameter."""
+    """Value that was matched: the reading, shifted by its uncertainty if it only bounds the parameter."""
     simulated: float
     """The same reading, simulated with the parameter found."""
     unit: str

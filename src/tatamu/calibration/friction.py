@@ -40,9 +40,9 @@ SLIDING = 5e-3
 FIRST = 0.02
 """The search starts with tan(theta) times 1 plus and 1 minus this."""
 RESOLUTION = 2e-3
-"""The interval of the coefficient is halved until it is narrower than this."""
+"""Width of the coefficient's interval at which the search ends."""
 LARGEST = 3.0
-"""Coefficients beyond this are not tried."""
+"""Largest coefficient that is tried."""
 EFFECTIVE = 0.02
 """Relative difference from tan(theta) above which a coefficient is reported as an effective one."""
 
@@ -96,8 +96,9 @@ class Slope(LaterTest):
     sheet = SIZE
     instructions = """\
 Let it slide.                                                                          [friction] L_t, H_s
-   Lay it flat on the board, on the surface that it will be folded on. L_t: the board's length from the end that stays
-   to the end you lift. Lift slowly, without jerks; H_s: how high that end is when the cloth starts to slide.
+   Lay the garment flat on the board, on the surface on which it will be folded. One end of the board stays on the
+   table. L_t: length of the board from that end to the end that you lift. Lift slowly and evenly. H_s: height of the
+   lifted end when the cloth starts to slide.
 """
 
     @classmethod
@@ -238,7 +239,7 @@ class Sliding:
 
     @property
     def coefficient(self) -> float:
-        """Between the two."""
+        """The coefficient: the middle between the one at which it stuck and the one at which it slid."""
         return 0.5 * (self.slides + self.sticks)
 
 

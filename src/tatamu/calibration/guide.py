@@ -10,13 +10,13 @@ from tatamu.garments import make_garment
 PRESET = {"towel": "terry", "tshirt": "interlock", "trousers": "denim"}
 
 OPENING = """\
-Three measurements of your garment give a simulator its cloth; more are for limp cloth, for drape and for fast hands.
-You need a ruler with millimetres, a kitchen scale, a board longer than the garment, with the surface it will be folded
-on, and two more rulers or flat strips as a grip. Let the cloth lie for a minute before each. Repeat what you can: write
-repeats as a list, [0.804, 0.805].
+Three measurements of your garment are enough to simulate its cloth. The others are for limp cloth, for drape and for
+fast hands. You need a ruler with millimetres, a kitchen scale, and two more rulers or flat strips as a grip. You also
+need a board that is longer than the garment and has the surface on which the garment will be folded. Let the cloth lie
+for a minute before each measurement. Repeat what you can, and write the readings as a list: [0.804, 0.805].
 
 0  Weigh and size the garment.                                                            [garment] mass, size
-   On the scale, in kilograms. Width and length as it lies flat, in metres.
+   mass: in kilograms. size: width and length of the garment when it lies flat, in metres.
 """
 
 COMMANDS = """\
@@ -27,7 +27,7 @@ COMMANDS = """\
 
 
 def instructions() -> str:
-    """How to measure: the garment's mass, then every test by number."""
+    """Instructions for measuring: the garment's mass, then every test by number."""
     numbers = {name: number for number, name in enumerate(TESTS, 1)}
     tests = [f"{numbers[name]}  {Template(test.instructions).substitute(numbers)}" for name, test in TESTS.items()]
     return "\n".join([OPENING, *tests, COMMANDS])

@@ -1,8 +1,8 @@
 """Test *loop*: the height of the crease of folded cloth determines the bending rigidity.
 
-Not in the paper. It determines the bending rigidity of cloth too limp for a sag, and at the curvature of a fold: cloth,
-and Blender's old bending model, need not bend in proportion. A strip is laid over itself without friction, its ends
-held, so it takes the loop of minimum energy, whose height depends on bending over weight alone.
+Not in the paper. It works for cloth that is too limp for a sag, and gives the rigidity at the curvature of a fold.
+Cloth and Blender's old bending model may have another one there. A strip is laid over itself without friction, and
+its ends are held, so it takes the loop of minimum energy, whose height depends on bending over weight alone.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ LAYS = 0.3
 """Part of the scene in which the upper end is laid down."""
 RELAXATIONS = 20.0
 HIGHEST_LOOP = 0.3
-"""A fold higher than this [m] would be of a sheet of card."""
+"""Largest height of a fold [m]; higher ones are of card, not of cloth."""
 
 
 class LoopReadings(TestEntry):
@@ -75,7 +75,7 @@ class Loop(ElasticTest):
     """The test of a strip folded over itself."""
 
     height: float
-    """The height that was read [m]: the strip is cut to it."""
+    """The height that was read [m]; it determines the length of the strip."""
     thickness: float
     """Thickness of the cloth [m]."""
     spacing: float | None = None
@@ -89,10 +89,11 @@ class Loop(ElasticTest):
     words = MappingProxyType({"height": "the height of the loop"})
     reads = MappingProxyType({"height": 1.0})
     instructions = """\
-Let it loop, if you like: for cloth that hangs straight down in $sag, or bends otherwise in a fold.  [loop] height
-   Lay one layer (of a T-shirt the hem of one side) over itself on the table without pressing, edges parallel, until
-   four times the height of the loop lies on either side. height: from the table to the top of the loop. With the
-   sag it tells bending better than either does alone; where they disagree, cloth bends otherwise in a fold.
+Make a loop (optional): for cloth that hangs straight down in measurement $sag.                    [loop] height
+   Fold one layer over itself on the table without pressing it, with parallel edges; of a T-shirt, use the hem of one
+   side. Each side should be four times as long as the loop is high. height: distance from the table to the top of the
+   loop. Sag and loop together determine bending better than either alone. If they disagree, the cloth bends
+   differently in a fold.
 """
 
     @classmethod

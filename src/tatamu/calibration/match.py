@@ -22,12 +22,12 @@ class Match:
     parameter: float
     reading: float
     reached: bool
-    """Whether the reading was matched; if not, the parameter is the end of its range that comes nearest."""
+    """Whether the reading was matched; if not, the parameter is the nearest end of its range."""
     samples: tuple[tuple[float, float], ...]
     """All (parameter, reading) that were simulated, in order of the parameter."""
 
     def after(self, earlier: tuple[tuple[float, float], ...]) -> Match:
-        """This match, with the samples of an earlier pass before its own."""
+        """Return this match with the samples of an earlier pass before its own."""
         return replace(self, samples=tuple(sorted({*earlier, *self.samples})))
 
 
@@ -87,7 +87,7 @@ def _found(at: float, seen: dict[float, float], reached: bool) -> Match:
 def _next(
     seen: dict[float, float], target: float, straight: Callable[[float], float], low: float, high: float
 ) -> float:
-    """The secant through the two samples nearest to the target, kept inside the bracket and not too far."""
+    """Return the next parameter by the secant through the two nearest samples, limited to the bracket."""
     last = list(seen)[-1]
     finite = sorted((each for each in seen if np.isfinite(seen[each])), key=lambda each: abs(seen[each] - target))
     if not np.isfinite(seen[last]):

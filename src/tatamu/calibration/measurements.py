@@ -24,7 +24,7 @@ from tatamu.records import Record
 
 
 class GarmentReadings(Record):
-    """Which garment, and its mass."""
+    """The garment and its mass."""
 
     name: str
     """A garment's name or file, as `tatamu learn` takes it."""

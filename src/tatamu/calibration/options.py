@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class CalibrationOptions:
-    """How closely readings are matched, and how long the simulated cloth settles."""
+    """Tolerances of matched readings, and the time for which the simulated cloth settles."""
 
     settled: float = 5e-5
-    """A reading that moves less than this over the last quarter of its scene has settled [m]."""
+    """Largest change of a settled reading over the last quarter of its scene [m]."""
     lengthening: float = 2.0
     """Factor by which a scene that has not settled is lengthened."""
     longest: float = 8.0
@@ -20,7 +20,7 @@ class CalibrationOptions:
     finest: float = 1e-5
     """Largest difference between the simulated and the measured reading, if larger than `within` gives [m]."""
     agreement: float = 5e-3
-    """Parameters whose logarithms change by less than this from pass to pass agree."""
+    """Largest change of the parameters' logarithms between passes that agree."""
     passes: int = 5
     """Largest number of passes over the tests at rest."""
     passes_with_friction: int = 10

@@ -72,7 +72,7 @@ def _shown_fit(calibration: Calibration, fit: Fit) -> ShownFit:
 
 
 def shown(calibration: Calibration, parameter: str) -> tuple[str, str]:
-    """A parameter's value and its uncertainty as text, with the unit of the first."""
+    """Return a parameter's value and its uncertainty as text, with the unit after the value."""
     factor = KNOWN[parameter].shown_factor
     unit = KNOWN[parameter].shown_unit or UNITS[parameter]
 

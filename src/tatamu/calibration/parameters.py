@@ -42,11 +42,11 @@ KNOWN = {
 }
 """Parameters by the names of their fields."""
 PARAMETERS = tuple(KNOWN)
-"""Their names, in the order of all matrices."""
+"""Names of the parameters, in the order of all matrices."""
 UNITS = {name: parameter.unit for name, parameter in KNOWN.items()}
 SYMBOLS = {name: parameter.symbol for name, parameter in KNOWN.items()}
 PLACE = {name: number for number, name in enumerate(PARAMETERS)}
-"""Row and column of each in all matrices."""
+"""Number of the row and column of each parameter, in all matrices."""
 LIMITS = {
     "shear_stiffness": (1.0, 1e4),
     "stretch_stiffness": (1.0, 1e5),

@@ -42,7 +42,7 @@ HALF, POWER = 0.2545, 2.95
 DISCS = 2
 """Simulated side by side."""
 APART = 2.6
-"""Distance of their middles in radii."""
+"""Distance between the middles of the two discs, in radii."""
 CELL = 0.45
 """Edge length of the mesh in bending lengths by the formula above."""
 FINEST, COARSEST = 0.06, 0.2
@@ -114,7 +114,7 @@ class Plate(ElasticTest):
     plate: float
     """Radius of the plate [m]."""
     coefficient: float
-    """The measured one: the mesh is made for it."""
+    """The measured coefficient; the mesh is chosen for it."""
     folds: float | None = None
     """Nodes that were counted, in the mean."""
     spacing: float | None = None
@@ -131,11 +131,11 @@ class Plate(ElasticTest):
     reads = MappingProxyType({"hem": 1.0})
     step = STEP
     instructions = """\
-Drape it, if you like: a disc of the same cloth, as a napkin.       [plate] disc, plate, drape_coefficient, nodes
-   Centre it on a round plate of half to two thirds its diameter that stands on a can; press it flat on the plate, lift
-   the plate off the table with it, let it come to rest. Photograph it straight from above, with a ruler at the height
-   of the plate beside it. `tatamu measure --drape PHOTO ..` reads coefficient and nodes. Turn the disc over and repeat:
-   folds fall differently each time.
+Drape it (optional): a disc of the same cloth, such as a napkin.    [plate] disc, plate, drape_coefficient, nodes
+   Take a round plate, half to two thirds as wide as the disc, and a can to stand it on. Centre the disc on the plate
+   while that lies on the table, and press it flat. Lift both onto the can and let the cloth come to rest. Photograph it
+   straight from above, with a ruler beside it at the height of the plate. `tatamu measure --drape PHOTO ..` reads the
+   coefficient and the number of folds (nodes). Turn the disc over and repeat, because it folds differently each time.
 """
 
     @classmethod
@@ -194,7 +194,7 @@ Drape it, if you like: a disc of the same cloth, as a napkin.       [plate] disc
 
     @cached_property
     def _starts(self) -> list[int]:
-        """Number of the first vertex of each disc, and of all."""
+        """Number of the first vertex of each disc; the last item is the number of all vertices."""
         return [0, *np.cumsum([len(disc.mesh[0]) for disc in self.discs]).tolist()]
 
     def outlines(self, positions: np.ndarray) -> list[PlanOutline]:

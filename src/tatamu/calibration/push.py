@@ -115,11 +115,10 @@ class Push(LaterTest, RestTest):
         }
     )
     instructions = """\
-Push it, if you like: cloth that hands push along the table wrinkles or slides.     [push] length, pushed, moved
-   Lay one layer flat on the surface of $friction. Press a ruler on its whole near edge and push it 5 cm towards the\
- far one,
-   slowly. length: of the cloth ahead of the ruler before; pushed: how far the ruler went; moved: how far the far edge
-   did, 0 where it stayed.
+Push it (optional): shows whether the cloth wrinkles or slides when hands push it.  [push] length, pushed, moved
+   Lay one layer flat on the surface of measurement $friction. Press a ruler onto its whole near edge and push that edge
+   5 cm towards the far edge, slowly. length: length of the cloth before the ruler, at the start. pushed: distance that
+   the ruler moved. moved: distance that the far edge moved, 0 if it did not move.
 """
 
     @classmethod

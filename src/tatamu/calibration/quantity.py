@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field
 LONGEST, HEAVIEST = 10.0, 20.0
 """A garment's length [m] and mass [kg] beyond these are a unit error."""
 LATEST = 600.0
-"""A measured time beyond this [s] is a unit error."""
+"""Largest measured time [s]; a larger one is a unit error."""
 FARTHEST = 180.0
 """The angle of a closed fold [degrees]."""
 SHOWN = {"m": (1e3, "mm"), "kg": (1e3, "g"), "s": (1.0, "s"), "-": (1.0, "")}

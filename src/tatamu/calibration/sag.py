@@ -61,7 +61,7 @@ SHORTEST = 0.025
 STEP = 0.005
 """Free lengths are proposed in steps of this [m]."""
 EDGE = {"towel": "bottom", "tshirt": "hem", "trousers": "waist"}
-"""Edges that sag; of any other garment its longest."""
+"""Edges that sag; for other garments the longest edge."""
 
 
 class SagReadings(TestEntry):
@@ -114,9 +114,9 @@ class Sag(ElasticTest):
     size = "free_length"
     instructions = """\
 Let it sag.                                                                            [sag] free_length, sag
-   Clamp one layer level between two rulers beside the named edge, parallel to it, so that free_length of cloth stands
-   out in front of them. Lift it into the air; sag: from the grip vertically down to the lowest point, the edge.
-   Good readings sag about half the free length: choose it so. Read free_length as carefully as the sag.
+   Clamp one layer between two rulers beside the named edge, parallel to it and level, so that a length of cloth stands
+   out in front of them: the free_length. Lift the rulers. sag: distance from the grip straight down to the lowest
+   point, the edge. Choose the free length so that the cloth sags by about half of it. Read both equally carefully.
 """
 
     @classmethod

@@ -51,7 +51,7 @@ FARTHEST = 0.7
 FRAMES = 60.0
 """Per second."""
 LEAST = 0.004
-"""A swing smaller than this part of the first is none."""
+"""Smallest swing that counts, as a part of the first."""
 WITHIN = 2e-3
 """The period is matched to this part of itself."""
 DRAG = 0.7
@@ -168,7 +168,7 @@ class SwungTest(LaterTest):
     def matched(
         self, laboratory: Laboratory, material: Material, measured: Reading, within: float
     ) -> tuple[Match, Fit]:
-        """The parameter at which the simulated reading is the measured one, to this part of itself, and how it fits."""
+        """Return the parameter that reproduces the reading to this relative accuracy, and its fit."""
 
         def reading(value: float) -> float:
             changed = material.model_copy(update={self.parameter: value})
@@ -218,10 +218,10 @@ class TenSwings(SwungTest):
     read = "time of ten swings"
     words = MappingProxyType({"ten_swings": "the time of ten swings"})
     instructions = """\
-Swing it, if you like: for cloth that hands move fast.                       [swing] edge, aside, ten_swings
-   Hold it by both ends of the named edge, as far apart as they lie, or clip them to a rail. Have somebody draw the far
-   edge aside by aside, level, a fifth of the length or so, and let go. ten_swings: seconds for ten swings there and
-   back, in still air.
+Swing it (optional): for cloth that hands move fast.                         [swing] edge, aside, ten_swings
+   Hold the garment by both ends of the named edge, or clip them to a rail, as far apart as when it lies flat. A second
+   person draws the far edge `aside` metres to one side, about a fifth of the length, keeps it level, and lets it go.
+   ten_swings: seconds for ten swings there and back, in still air.
 """
 
     @classmethod

@@ -69,7 +69,7 @@ class CalibrationTest(ABC):
     yields_because: ClassVar[str] = ""
     """The reason, to be read after "as"."""
     instructions: ClassVar[str]
-    """How to measure; `$NAME` is the number of that test in the guide."""
+    """Instructions for measuring; `$NAME` is the number of that test in the guide."""
     read: ClassVar[str]
     """The reading, in a word or two."""
     words: ClassVar[Mapping[str, str]]

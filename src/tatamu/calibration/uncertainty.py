@@ -20,7 +20,7 @@ from tatamu.calibration.test import Changes, ElasticTest, LaterTest, Readings
 from tatamu.errors import TatamuError
 
 AGREES = 2.0
-"""Tests of one parameter agree that are within this many standard uncertainties of one another."""
+"""Largest difference, in standard uncertainties, of tests of one parameter that agree."""
 ELASTIC = ("stretch_stiffness", "bending_rigidity", "bending_hysteresis")
 """Parameters that lengths at rest depend on."""
 
@@ -131,7 +131,7 @@ def disagreement(values: list[float], spreads: list[float]) -> float:
 
 
 def _share(reading: Reading) -> float:
-    """The error as a part of the reading; of an edge that stayed none."""
+    """Return the error as a part of the reading; 0 for an edge that stayed."""
     return reading.uncertainty / reading.value if reading.value else 0.0
 
 
@@ -144,7 +144,7 @@ def _moved(each: Sensitivity, name: str, reading: Reading, density: float) -> fl
 
 
 def _elastic(tests: Sequence[Sensitivity], moved: Sequence[float]) -> np.ndarray:
-    """Changes of ln Y, ln B and ln HB by which the simulated readings of tests move so far [m], shape (3,)."""
+    """Return the changes of ln Y, ln B and ln HB that move the simulated readings by these amounts [m], shape (3,)."""
     matrix = np.eye(len(ELASTIC))
     wanted = np.zeros(len(ELASTIC))
     for each, by in zip(tests, moved, strict=True):

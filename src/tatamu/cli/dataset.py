@@ -21,7 +21,9 @@ from tatamu.errors import InputError
 
 @app.command()
 def dataset(
-    specification: Annotated[Path, typer.Argument(metavar="SPEC.toml", help="What is folded and recorded.")],
+    specification: Annotated[
+        Path, typer.Argument(metavar="SPEC.toml", help="File that describes the folds and the recording.")
+    ],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the dataset.")],
     workers: Annotated[
         int | None, typer.Option(help="Processes that record on this machine; default: one for each processor.")

@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 
 @app.command()
 def locate(
-    photo: Annotated[Path, typer.Argument(metavar="PHOTO", help="Shows all of the cloth, and the board beside it.")],
+    photo: Annotated[Path, typer.Argument(metavar="PHOTO", help="Photo of the whole cloth, with the board beside it.")],
     board: BoardOption = None,
     sheet: SheetOption = None,
     run: Annotated[
-        Path | None, typer.Option(metavar="RUN", help="A learned fold, with whose garment the cloth is compared.")
+        Path | None, typer.Option(metavar="RUN", help="A learned fold; the cloth is compared with its garment.")
     ] = None,
     garment: Annotated[
         str, typer.Option(help="Garment if no RUN is given: towel, tshirt, trousers or a garment file.")

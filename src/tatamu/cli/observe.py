@@ -31,16 +31,14 @@ def observe(
         typer.Option(metavar="A,B", help="Left corner of the moved hem: too far along the fold, and to the left [mm]."),
     ] = None,
     right: Annotated[str | None, typer.Option(metavar="A,B", help="Right corner of the moved hem [mm].")] = None,
-    slip: Annotated[
-        str | None, typer.Option(metavar="A,B", help="How far the lower hem has moved from where it lay [mm].")
-    ] = None,
+    slip: Annotated[str | None, typer.Option(metavar="A,B", help="Distance that the lower hem has moved [mm].")] = None,
     deviation: Annotated[
         float | None, typer.Option(help="Standard deviation of your numbers, in millimetres; default: 1.5.")
     ] = None,
     turned_in: Annotated[
         str | None, typer.Option(metavar="left|right|both", help="Corners that lie turned in; do not measure them.")
     ] = None,
-    failed: Annotated[bool, typer.Option("--failed", help="The fold came to nothing.")] = False,
+    failed: Annotated[bool, typer.Option("--failed", help="The fold failed so that nothing can be measured.")] = False,
     form: Annotated[
         Path | None, typer.Option("--from", metavar="FILE.toml", help="Read the numbers from a form.")
     ] = None,

@@ -20,7 +20,7 @@ CONTEXT = "context"
 
 
 Defaults = Callable[[Mapping[str, Any], bool], Mapping[str, Any]]
-"""From a command's own parameters, and whether its argument is given, to values of options that are not given."""
+"""Function of a command's parameters, and of whether its argument is given, that returns values of missing options."""
 
 
 def options_from(

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @app.command()
 def outline(
-    photo: Annotated[Path, typer.Argument(metavar="PHOTO", help="Taken from above, hem down, table all around.")],
+    photo: Annotated[Path, typer.Argument(metavar="PHOTO", help="Photo from above: hem down, table on all sides.")],
     out: Annotated[Path, typer.Option(metavar="OUTLINE.svg", help="File of the outline.")],
     width: Annotated[float | None, typer.Option(help="Width of the garment, its largest, in metres.")] = None,
     ruler: Annotated[

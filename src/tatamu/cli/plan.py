@@ -25,14 +25,14 @@ def plan(
     ] = None,
     table_height: Annotated[
         float | None,
-        typer.Option(help="Height of the table top in the robot's base frame [m]; default: searched."),
+        typer.Option(help="Height of the table top in the robot's base frame [m]; default: found by search."),
     ] = None,
     place: Annotated[
         str, typer.Option(metavar="auto|X,Y,YAW", help="Place of the fold's frame in the base [m, m, rad].")
     ] = "auto",
     speed_scale: Annotated[
         float,
-        typer.Option(min=0.05, max=1.0, help="Speed of the motion, waits included, over that of the plan."),
+        typer.Option(min=0.05, max=1.0, help="Factor of the motion's speed; waits change with it."),
     ] = 1.0,
     hover: Annotated[
         float,
@@ -49,11 +49,13 @@ def plan(
     ] = None,
     wrist_offset: Annotated[
         float | None,
-        typer.Option(help="HIRONX, NEXTAGE: from J4 to J5 along x [m]; default -0.047; -0.040 on old HIRONX."),
+        typer.Option(help="HIRONX, NEXTAGE: distance from J4 to J5 along x [m]; default -0.047; -0.040 on old HIRONX."),
     ] = None,
     fingertip: Annotated[
         float | None,
-        typer.Option(help="HIRONX, NEXTAGE: from the last joint to the fingertip [m]; default 0.093, NEXTAGE 0.19."),
+        typer.Option(
+            help="HIRONX, NEXTAGE: distance from the last joint to the fingertip [m]; default 0.093, NEXTAGE 0.19."
+        ),
     ] = None,
 ) -> None:
     """Plan a learned fold for a dual-arm robot, check it, and write it for ROS.

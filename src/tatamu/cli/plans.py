@@ -89,7 +89,7 @@ def _print(proposal: Proposal, best: bool) -> None:
         hands = "one hand" if step.hands == 1 else "two hands"
         print(f"  {number}. {step.title or 'fold'}: {hands} at {' and '.join(step.grasp)}")
     for number, part in proposal.missed:
-        print(f"  no hand carries, in step {number + 1}, {part.text}")
+        print(f"  in step {number + 1}, no hand carries {part.text}")
 
 
 def _write(garment: Garment, found: list[Proposal], out: Path) -> None:

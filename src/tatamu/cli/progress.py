@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from tatamu.study import Progress
 
 LINE_EVERY = 5.0
-"""Seconds between lines if there is no terminal."""
+"""Time between printed lines if there is no terminal [s]."""
 BAR_EVERY = 0.2
 """Seconds between two updates on a terminal."""
 STEADY = 4
-"""Trials after which their pace is known; the first ones start together."""
+"""Number of trials after which their pace is known; the first ones start together."""
 SILENT = 10.0
 """Seconds without a finished trial after which the time of one simulation is measured."""
 WRITING = 3.0

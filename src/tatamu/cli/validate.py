@@ -18,7 +18,7 @@ def validate(
         Path | None, typer.Option(metavar="DIR", help="Folder for validation.json and validation.html.")
     ] = None,
     only: Annotated[list[str] | None, typer.Option(metavar="CHECK", help="Only this check; may be repeated.")] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="Leave out long cases: under a minute.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Leave out long cases; takes less than a minute.")] = False,
     scheduler: SchedulerOption = None,
 ) -> None:
     """Compare a simulator with textbook results for cloth.

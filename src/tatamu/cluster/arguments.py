@@ -17,9 +17,9 @@ import distributed
 from tatamu.cluster.call import unpacked
 
 LARGE = 65_536
-"""Size above which arguments are shared [bytes]: a task is shared, a manipulation goes along with its call."""
+"""Size above which arguments are shared [bytes]; a task is shared, a manipulation is sent with its call."""
 KEPT = 256_000_000
-"""Bytes of arguments kept on the workers for later calls, in addition to those of calls under way."""
+"""Bytes of arguments kept on the workers for later calls, in addition to those of running calls."""
 PLAIN = (str, bytes, int, float, bool, type(None))
 """Types whose size needs no pickling."""
 

@@ -1,4 +1,4 @@
-"""Connections to schedulers: one that runs elsewhere, or worker processes that end with the program."""
+"""Connections to a scheduler that runs elsewhere, or to worker processes that end with the program."""
 
 from __future__ import annotations
 

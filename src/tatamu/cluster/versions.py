@@ -34,7 +34,7 @@ def difference(there: Versions) -> str | None:
 
 @cache
 def source_digest() -> str:
-    """Return a short digest of tatamu's code; it changes with any byte of it."""
+    """Return a short digest of tatamu's code, which changes if any byte of the code changes."""
     root = Path(__file__).parent.parent
     digest = sha256()
     for file in sorted(root.rglob("*.py")):

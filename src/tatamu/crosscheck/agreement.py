@@ -200,7 +200,7 @@ def compare(
         seed: Random seed of the random manipulations.
         halved: Whether to simulate on a mesh of half the spacing.
         progress: Called before each simulation, or before waiting for it.
-        executor: Where simulations run, all at a time; None to run them here, one by one.
+        executor: Executor of the simulations, all at the same time; None to run them in this process, one by one.
 
     Raises:
         InputError: If a simulator does not exist or cannot run here, or the folder cannot be used.

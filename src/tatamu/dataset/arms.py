@@ -103,7 +103,7 @@ class Arms:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the numbers of states and actions."""
+        """Names of the numbers in states and actions."""
         return state_names(self.robot)
 
     def follow(self, lead: Callable[[float], Led], largest: float, start: np.ndarray, rate: float) -> np.ndarray:

@@ -92,7 +92,7 @@ Names = Annotated[str | list[str], PlainValidator(_names)]
 
 
 def draw(distribution: Distribution, generator: np.random.Generator) -> float:
-    """Draw a number; one that is fixed takes no draw."""
+    """Draw a number; a fixed number is returned as it is."""
     if isinstance(distribution, Uniform | Normal):
         return distribution.draw(generator)
     if isinstance(distribution, list):
@@ -108,5 +108,5 @@ def highest(distribution: Distribution) -> float:
 
 
 def choose(names: str | list[str], generator: np.random.Generator) -> str:
-    """Choose one of a list; one that is not in a list takes no draw."""
+    """Choose one of a list; a single value is returned as it is."""
     return names[int(generator.integers(len(names)))] if isinstance(names, list) else names

@@ -48,7 +48,7 @@ class Recorder:
     runs: Sequence[LearnedFold]
     disturbances: Disturbances | None
     stand: Stand | None
-    """Where the robot stands; None for floating hands."""
+    """Place of the robot; None for floating hands."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def record_episode(recorder: Recorder, number: int) -> Episode:
     """Record an episode; the same arguments give the same bytes in any process.
 
     Args:
-        recorder: What is recorded.
+        recorder: Recorder of the frames.
         number: Number of the episode, from 0.
 
     Raises:

@@ -42,7 +42,7 @@ class DatasetRecord(OpenRecord):
     tatamu: str = __version__
     specification: DatasetSpecification
     stand: Stand | None = None
-    """Where the robot stands; None for floating hands."""
+    """Place of the robot; None for floating hands."""
     episodes: int = 0
     frames: int = 0
     successes: int = 0
@@ -56,7 +56,7 @@ class DatasetFolder:
 
     @property
     def file(self) -> Path:
-        """File that says what the dataset is: `dataset.json`."""
+        """File with the description of the dataset: `dataset.json`."""
         return self.path / "dataset.json"
 
     @property
@@ -81,7 +81,7 @@ class DatasetFolder:
 
     @property
     def started_file(self) -> Path:
-        """File that says what is being recorded."""
+        """File with the description of the running recording."""
         return self.path / ".episodes" / "started.json"
 
     def episode_file(self, number: int) -> Path:

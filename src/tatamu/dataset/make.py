@@ -49,7 +49,7 @@ def make_dataset(
     Args:
         specification: The specification, or its file.
         out: Folder of the dataset.
-        executor: Where episodes are recorded; None for threads on every processor.
+        executor: Executor that records the episodes; None for threads on every processor.
         progress: Called after every episode.
 
     Raises:

@@ -16,7 +16,7 @@ from tatamu.presentation.page import render
 from tatamu.robustness.record import interval_of
 
 LEAST = 1e-4
-"""Distances below this are drawn at it, because the axis is logarithmic [m]."""
+"""Smallest distance that is drawn, because the axis is logarithmic [m]; smaller ones are drawn here."""
 MOST_POINTS = 5000
 """Largest number of episodes in a chart."""
 UNITS = {
@@ -37,7 +37,7 @@ def page(dataset: DatasetRecord, records: Sequence[EpisodeRecord], pictures: Seq
     """Return the whole page.
 
     Args:
-        dataset: What the dataset is.
+        dataset: Description of the dataset.
         records: All episodes.
         pictures: Outcomes of the first episodes: RGB, uint8, shape (h, w, 3).
     """

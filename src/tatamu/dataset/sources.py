@@ -1,4 +1,4 @@
-"""Where the folds of a dataset come from: drawn at random, learned, or the tasks of a sweep."""
+"""Sources of a dataset's folds: drawn at random, learned, or the tasks of a sweep."""
 
 from __future__ import annotations
 

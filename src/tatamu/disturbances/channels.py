@@ -70,7 +70,7 @@ CHANNELS = (
     Channel("table.height", "m"),
     *(Channel(f"material.{name}", "1") for name in FIELDS),
 )
-"""All disturbances. Worlds draw them in this order: append only, or all worlds change."""
+"""All disturbances, in the order in which worlds draw them; append new ones, or all worlds change."""
 PLACES = {channel.name: number for number, channel in enumerate(CHANNELS)}
 
 

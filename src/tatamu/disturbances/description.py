@@ -148,10 +148,11 @@ class Disturbances(Record):
     correlation: Correlation | None = None
     """Correlations of fields of `material`, or of disturbances by the names of `CHANNELS`; None if there are none."""
     mean: Annotated[dict[str, Number], BeforeValidator(_flat)] = Field(default_factory=dict)
-    """Means other than zero, by the names of `CHANNELS`; of relative disturbances those of the logarithm."""
+    """Means other than zero, by the names of `CHANNELS`; for relative disturbances, means of the logarithm."""
     systematic: Annotated[dict[str, Share], BeforeValidator(_flat)] = Field(default_factory=dict)
-    """Part of each variance that is the same in every fold of a set-up, by names of `CHANNELS` or their beginnings; for
-    others `systematic.toml` has it."""
+    """Part of each variance that is the same in every fold, by names of `CHANNELS` or their beginnings.
+
+    `systematic.toml` has the defaults."""
     fingers: Fingers = Fingers()
     """Fingers of the hands; not drawn."""
 

@@ -28,7 +28,7 @@ NEAR = 0.02
 PRESSES = 0.25
 """Depth that a finger presses into layers before its arm yields [thicknesses]; it then drags them."""
 LEAST_HELD = 0.2
-"""A hand whose pads take less than this part of the cloth that they were meant to take holds nothing [-]."""
+"""Least part of the planned cloth that a hand's pads must take; with less, the hand holds nothing [-]."""
 PAD_POINTS = (12, 8)
 """Points along the edge and across it at which a pad is compared with the cloth."""
 SIDES = (("left", 1.0), ("right", -1.0))
@@ -130,7 +130,7 @@ class _DisturbedHand:
     """The motion of a hand in a world."""
 
     carry: Carry | None
-    """Its motion; None if it holds nothing."""
+    """Motion of the hand; None if it holds nothing."""
     too_low: float
     """Depth below the table, or below the layers that stop it, to which it is commanded [m]; 0 or less if none."""
 

@@ -80,7 +80,7 @@ def join(parts: Split, others: Disturbances) -> Disturbances:
 
     Args:
         parts: The parts; numbers are rounded to six digits.
-        others: Where the fingers come from.
+        others: Source of the fingers.
     """
     deviation = dict(zip(parts.names, map(_rounded, parts.deviations), strict=True))
 

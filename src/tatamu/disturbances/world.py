@@ -13,7 +13,7 @@ from tatamu.disturbances.channels import CHANNELS, DIRECTIONS, PLACES
 from tatamu.disturbances.description import Disturbances, LengthOfHands
 
 DIMENSIONS = 64
-"""Dimensions of the Sobol sequence, more than there are channels: another number would change all worlds."""
+"""Dimensions of the Sobol sequence, more than the number of channels; another number would change all worlds."""
 
 
 class Stream(IntEnum):

@@ -70,7 +70,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
             reward: "dense" for progress towards the target, "sparse" for success alone.
             seconds: Length of an episode [s].
             rate: Steps per second [1/s].
-            options: What hands can do; None for the defaults.
+            options: Abilities of the hands; None for the defaults.
             render_mode: "rgb_array" to get pictures from `render`.
 
         Raises:

@@ -20,9 +20,9 @@ class HandsOptions:
     beside: float = 0.25
     """Hands stay over the table within this margin of the flat cloth [m]."""
     highest: float = 0.6
-    """Hands stay below this height [m]."""
+    """Largest height of hands [m]."""
     calm: float = 0.02
-    """A fold counts once the mean speed of the cloth is below this [m/s]."""
+    """Mean speed of the cloth below which a fold counts [m/s]."""
     torn: float = -1.0
     """Reward of a step in which the cloth is torn or flies away, which ends the episode."""
 
@@ -31,7 +31,7 @@ class Jaw:
     """A hand in the course of an episode.
 
     Attributes:
-        place: Where it believes to be [m], shape (3,).
+        place: Its assumed place [m], shape (3,).
         way: Length of its path so far [m].
         held: The vertices that it holds; none if it is open.
     """
@@ -40,7 +40,7 @@ class Jaw:
         """Begin with an open jaw.
 
         Args:
-            place: Where it believes to be [m], shape (3,).
+            place: Its assumed place [m], shape (3,).
             error: Error of that place [m], shape (3,).
             lowest: Height at which it meets the table [m].
         """
@@ -62,7 +62,7 @@ class Jaw:
         """Open or close the jaw, then move; return the target for the hand's gripper, None if it does nothing.
 
         Args:
-            place: Where it will believe to be [m], shape (3,).
+            place: Its next assumed place [m], shape (3,).
             close: Whether the jaw is to be closed.
             near: Vertices that it grasps if it closes now.
         """

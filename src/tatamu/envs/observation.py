@@ -34,7 +34,7 @@ class View:
     hands: np.ndarray
     """Places where the hands believe to be [m], shape (k, 3)."""
     seen: np.ndarray
-    """Places where they are, as cameras see them [m], shape (k, 3)."""
+    """Real places of the hands, which cameras see [m], shape (k, 3)."""
     closed: np.ndarray
     """1 if a hand is closed, 0 if open, shape (k,)."""
 

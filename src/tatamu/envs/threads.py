@@ -1,4 +1,4 @@
-"""Several environments at a time in the threads that `simulate_many` takes: compiled loops let one another run."""
+"""Several environments in the threads of `simulate_many`; the compiled loops run at the same time."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ Env = gymnasium.Env[Any, Any]
 
 
 class ThreadedVectorEnv(VectorEnv[Any, Any, Any]):
-    """Environments of one kind, stepped side by side; one that ended is reset by the next step."""
+    """Environments of one kind that are stepped together; one that has ended is reset by the next step."""
 
     def __init__(self, make: Callable[[], Env], num_envs: int) -> None:
         """Make the environments.
 
         Args:
             make: Makes one of them.
-            num_envs: How many.
+            num_envs: Number of environments.
 
         Raises:
             InputError: If `num_envs` is not positive.
@@ -63,7 +63,7 @@ class ThreadedVectorEnv(VectorEnv[Any, Any, Any]):
         return self._batch([observation for observation, _ in found]), self._infos([info for _, info in found])
 
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """Step all of them; those that ended before are reset instead, with reward 0.
+        """Step all environments; those that have ended are reset instead, with reward 0.
 
         Args:
             actions: One for each, shape (num_envs, ...).

@@ -34,9 +34,9 @@ class CoarseMesh:
     """The spacing of the coarser mesh, and the folds that have one (docs/notes/learning.md)."""
 
     one_layer: float = 2.0
-    """Spacing of the coarser mesh over that of the finer one, for a garment of one layer."""
+    """Ratio of the spacings of the coarser and the finer mesh, for a garment of one layer."""
     two_layers: float = 1.7
-    """The same for a garment of two layers."""
+    """The same ratio for a garment of two layers."""
     several_steps: float = 1.5
     """The same for a plan of several steps; on larger triangles more loops of earlier folds spring open."""
     fewest: int = 250
@@ -48,7 +48,7 @@ class CoarseMesh:
     poorly and takes most of the time."""
 
     def ratio(self, garment: Garment, steps: int) -> float:
-        """Return the spacing of the coarser mesh over that of the finer one."""
+        """Return the ratio of the spacings of the coarser and the finer mesh."""
         if steps > 1:
             return self.several_steps
         return self.one_layer if garment.layers == 1 else self.two_layers

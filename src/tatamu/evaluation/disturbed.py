@@ -31,7 +31,7 @@ from tatamu.folding.score import ALPHA, Limits
 from tatamu.search import Parameters
 
 SCOUTS = 2
-"""The first trials, which are simulated in all worlds and so find those that decide."""
+"""Number of first trials, which are simulated in all worlds to find the hardest ones."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Disturbed(Wrapper):
     seed: int = 0
     """Random seed of the worlds."""
     limits: Limits = field(default_factory=Limits)
-    """Beyond these, alpha D counts twice."""
+    """Limits of success; beyond them, alpha D counts twice."""
 
     def __post_init__(self) -> None:
         if self.quantile is not None and not 0.0 < self.quantile < 1.0:
@@ -104,21 +104,21 @@ class Disturbed(Wrapper):
 
     @cached_property
     def yardstick(self) -> Parameters:
-        """The arched curve whose fold says in which worlds a fold can hold."""
+        """The arched curve; a world in which its fold fails is counted as too hard for others."""
         return arched_inwards(self.task.fold)
 
     @cached_property
     def _yardstick_serves(self) -> bool:
-        """Whether its fold holds without disturbances: otherwise it says nothing."""
+        """Whether the yardstick's fold holds without disturbances; if not, it is not used."""
         return self._holds(self.inner(self.yardstick))
 
     @cached_property
     def _yardstick_holds(self) -> dict[int, bool]:
-        """Whether its fold holds, by the numbers of the worlds in which that was asked."""
+        """Whether the yardstick's fold holds, by number of world."""
         return {}
 
     def incumbent(self, known: Sequence[Evaluation], parameters: Mapping[str, int | float]) -> Incumbent:
-        """Return the best of the complete evaluations, and the worlds that decide: the hardest of each of them.
+        """Return the best of the complete evaluations, and the worlds that decide: the hardest of each evaluation.
 
         While fewer than `SCOUTS` evaluations are known, there is none.
         """
@@ -184,5 +184,5 @@ class Disturbed(Wrapper):
 
 
 def _worst_first(objectives: Mapping[int, float]) -> tuple[int, ...]:
-    """Return the numbers of worlds, that of the highest objective first."""
+    """Return the numbers of worlds, in the order of falling objectives."""
     return tuple(sorted(objectives, key=lambda each: (-objectives[each], each)))

@@ -47,7 +47,7 @@ class Evaluation:
     score: Score | None
     """All measures without disturbances; None if the fold failed."""
     error: str | None = None
-    """Why it failed."""
+    """Reason of the failure."""
     rollout: Rollout | None = None
     """The motion without disturbances; None if it was not simulated to its end, or not kept."""
     simulations: int = 1
@@ -57,7 +57,7 @@ class Evaluation:
     fidelity: int = HIGH
     """`LOW` if a coarser mesh was simulated."""
     ended: Literal["arrival"] | None = None
-    """"arrival" if the simulation ended when the hands arrived, because the fold could not win any more."""
+    """"arrival" if the simulation ended at the hands' arrival, because the fold could no longer become the best."""
     seconds: float = 0.0
     """Wall time."""
     errors: np.ndarray | None = None
@@ -86,7 +86,7 @@ class Incumbent:
     objective: float = np.inf
     """The lowest objective known."""
     cost: float = 0.0
-    """Part of it that is due to disturbances."""
+    """Part of the objective that is due to disturbances."""
     hardest: tuple[int, ...] = ()
     """Numbers of the disturbed worlds that decide, hardest first; empty for all."""
 
@@ -109,7 +109,7 @@ class Evaluator(ABC):
 
         Args:
             parameters: x1, z1, x2, z2 [m], g1 and g2 of Eq. (9).
-            beat: What the evaluation has to beat; if it cannot, it may end early.
+            beat: Result to beat; an evaluation that cannot beat it may end early.
 
         Raises:
             InputError: If a parameter is wrong; the message names it.
@@ -147,7 +147,7 @@ class Evaluator(ABC):
 
     @property
     def scouts(self) -> int:
-        """Number of first evaluations for which the others wait, because they decide what is simulated."""
+        """Number of first evaluations for which the others wait, because they determine the simulated worlds."""
         return 0
 
     def low_fidelity(self, parameters: Mapping[str, int | float]) -> tuple[Evaluator, Parameters] | None:
@@ -177,7 +177,7 @@ class Evaluator(ABC):
         Args:
             executor: Threads, processes or a cluster.
             parameters: Parameters of the manipulation.
-            beat: What the evaluation has to beat.
+            beat: Result that the evaluation has to beat.
             keep: Return the rollout of a losing evaluation, too; otherwise it is dropped where it was made.
         """
         refused = self.refuse(parameters)

@@ -20,7 +20,7 @@ OPENING = 0.6
 LEAST_DEPTH = 0.7
 """Least depth of an appendage, in radii of the opening; the body's own corners stick out less."""
 BRIDGE = 0.12
-"""Slivers along the body thinner than this part of the radius do not join two appendages."""
+"""Least width of a strip along the body that joins two appendages, as a part of the radius."""
 COARSE = 0.006
 """Tolerance by which an outline is simplified before its corners are found [m]."""
 REFLEX = np.radians(12.0)

@@ -30,8 +30,9 @@ from tatamu.garments import Garment
 from tatamu.topology import Topology, areas, lumped
 
 OFF = 0.0125
-"""Cloth that ends farther than this from its target is not folded [m] (BiFold 2025). For cloth that stays behind, this
-error is at least twice its distance from the line."""
+"""Distance from the target beyond which cloth is not folded [m] (BiFold 2025).
+
+Cloth that stays behind has at least twice its distance from the line."""
 LONGEST = 0.15
 """Longest overhang that is laid down with the cloth from which it hangs [m]."""
 LONGEST_TAIL = 0.10
@@ -42,9 +43,9 @@ ROOT = 0.03
 BESIDE = 1.0
 """Cloth next to the hands is held up to this many times their distance from the line."""
 LEAST_SHARE = 0.01
-"""Parts smaller than this share of the moving cloth are not reported."""
+"""Smallest share of the moving cloth that is reported."""
 SAME_PLACE = 0.7
-"""Vertices nearer than this many cells, seen from above, lie over or under one another."""
+"""Largest distance, seen from above, of vertices that lie over each other [cells]."""
 PIXEL = 0.4
 """Size of the pixels in which straight paths to the line are looked up, in cells."""
 TRIES = 3

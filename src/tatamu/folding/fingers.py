@@ -39,7 +39,7 @@ class Fingers(Record):
     width: Annotated[Number, Field(gt=0.0, le=0.15)] = 0.03
     """Width of a finger along the edge [m]."""
     length: Annotated[Number, Field(ge=0.005, le=0.2)] = 0.02
-    """Length of a finger along its axis, as far as it is straight [m]."""
+    """Length of the straight part of a finger [m]."""
     opening: Annotated[Number, Field(ge=0.002, le=0.2)] = 0.02
     """Distance of the upper finger from the lower one before it closes and after it has opened [m]."""
     tilt: Annotated[Number, Field(ge=0.0, le=1.4)] = 0.5
@@ -55,7 +55,7 @@ class Fingers(Record):
     @model_validator(mode="before")
     @classmethod
     def _of_preset(cls, given: Any) -> Any:
-        """Replace the name of a hand by its sizes; sizes given as well as the name override its own."""
+        """Replace the name of a hand by its sizes; sizes that are given too replace those of the name."""
         if not isinstance(given, dict) or "preset" not in given:
             return given
         name, own = given["preset"], {field: value for field, value in given.items() if field != "preset"}

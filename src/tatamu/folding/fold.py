@@ -47,7 +47,7 @@ class Fold:
     fingers: Fingers = field(default_factory=Fingers)
     """Fingers of the hands."""
     press: Press | None = None
-    """How the fold is pressed when the hands have left it; None if it is not."""
+    """The press after the hands have left the fold; None if it is not pressed."""
 
     @property
     def normal(self) -> np.ndarray:
@@ -126,7 +126,7 @@ class Fold:
 
     @property
     def crease_ends(self) -> tuple[float, float]:
-        """Where the cloth on the fold line begins and ends along it [m]."""
+        """The two ends of the cloth along the fold line [m]."""
         across, along = self.crease.split(self.start)
         near = along[np.abs(across) <= self.garment.spacing]
         return float(near.min()), float(near.max())

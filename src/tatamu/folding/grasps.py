@@ -14,7 +14,7 @@ HAND_CLEARANCE = 0.06
 NEAREST = 0.5
 """Least distance of a grasp from the line, as a part of the distance of the farthest vertex of its edge."""
 SAME_PLACE = 0.4
-"""Vertices nearer to each other than this many cells are one place: a pinch there takes all layers."""
+"""Distance in cells within which vertices count as one place, where a pinch takes all layers."""
 
 
 def candidates(garment: Garment, state: np.ndarray, line: FoldLine, step: Step, hands: int) -> tuple[np.ndarray, ...]:

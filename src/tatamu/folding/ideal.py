@@ -23,7 +23,7 @@ from tatamu.heavy_strip.crease import Crease, crease
 STACKS = (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0)
 """Heights of stacks, in thicknesses, for which creases are computed; creases between them are interpolated."""
 KEPT = 0.5
-"""Share of its height over the flat part of the stack that a pressed loop keeps, under twice its weight and more."""
+"""Share of its height over the flat part of the stack that a pressed loop keeps."""
 FADE = 3.5
 """Distance over which a loop falls to zero beyond the end of its crease, in bending lengths."""
 SLOPE = 0.3

@@ -19,7 +19,7 @@ LOW = ((0.2, 0.33), (0.1, 0.33), (0.06, 1.0))
 ARCHED = 0.2
 """The arched curve: height of P1 over the grasp and of P2 over the release, in parts of the span."""
 HIGH = 0.5
-"""The same height for the high curve, which lifts layers of earlier folds off the table before it turns them over."""
+"""Height of the high curve, which lifts layers of earlier folds off the table before it turns them over."""
 
 
 def search_space(fold: Fold, grasps: Grasps = "integer") -> Space:

@@ -10,7 +10,7 @@ BESIDE, FARTHER_OUT = 0.55, 0.1
 """Distance along the edge, and distance across it, in cells. If two vertices of a layer are nearer than the first along
 the edge and differ by more than the second across it, only the outer one is held."""
 SAME_PLACE = 0.55
-"""Vertices nearer than this many cells, seen from above, lie over or under one another."""
+"""Largest distance, seen from above, of vertices that lie over each other [cells]."""
 APART = 1.05
 """Distance between pressed layers, in thicknesses."""
 NOTICEABLE = 1.0
@@ -43,8 +43,8 @@ def outermost(across: np.ndarray, along: np.ndarray, links: np.ndarray, spacing:
 def pressed(points: np.ndarray, thickness: float, spacing: float) -> np.ndarray:
     """Return the displacements of the cloth between closing fingers.
 
-    A vertex comes to lie as many thicknesses over the lowest as there are vertices under it. Layers that lie flat on
-    each other stay where they are.
+    Every vertex goes down to its layer: with two vertices under it, it stops two thicknesses above the lowest. Layers
+    that lie flat on each other do not move.
 
     Args:
         points: The vertices under the finger pad [m], shape (k, 3).

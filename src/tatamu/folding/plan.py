@@ -47,7 +47,7 @@ class Step(Record):
     """Folded area over the area before, for a fold without thickness; None for the target's ratio."""
 
     press: Press | None = None
-    """How the fold is pressed when the hands have left it; None if it is not."""
+    """The press after the hands have left the fold; None if it is not pressed."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -13,8 +13,9 @@ from tatamu.folding.proposals import AUTO_PLAN, best_plan, propose
 from tatamu.garments import Garment
 
 THIRD = 0.18
-"""Distance from the middle at which the sides of a T-shirt are folded, in parts of its width over the sleeves. A sixth
-would lay the end of the first sleeve exactly on the second line; a little more keeps it out of the second fold."""
+"""Distance from the middle at which the sides of a T-shirt are folded, in parts of its width over the sleeves.
+
+With a sixth, the end of the first sleeve would lie exactly on the second line."""
 
 
 def _across(x: float, **more: object) -> dict[str, object]:

@@ -98,9 +98,9 @@ def press_body(press: Press, line: FoldLine, ends: tuple[float, float], gap: flo
     """Return the plate or the hand that presses.
 
     Args:
-        press: How it presses.
+        press: Options of the press.
         line: The fold line.
-        ends: Where the crease begins and ends along the line [m].
+        ends: The two ends of the crease along the line [m].
         gap: Between the table and the plate [m].
         begins: When the hands have left [s].
     """

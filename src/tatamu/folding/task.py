@@ -48,7 +48,7 @@ class Reach:
     disturbances: Mapping[str, Any] | None = field(default=None, kw_only=True)
     """Table of disturbances in the robot's description; None if it has none."""
     quality: Callable[[Manipulation], float]
-    """How well the robot executes a manipulation on Bezier curves; negative if it cannot."""
+    """Quality of the robot's motion along a manipulation on Bezier curves; negative if it cannot make it."""
     refusal: Callable[[Manipulation], str | None] = _no_refusal
     """Why the robot cannot execute a manipulation; None if it can. A call changes no later result of `quality`."""
     forget: Callable[[], None] = _forget_nothing
@@ -106,7 +106,7 @@ class Task:
     """Correction of each hand's manipulation, left before right; empty without one."""
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave out the robot, which workers do not need: it stays with the process that proposes."""
+        """Return the state without the robot, which only the proposing process needs."""
         return {**self.__dict__, "reach": None}
 
     @cached_property
@@ -210,8 +210,8 @@ def make_task(
         spacing: Distance between vertices [m]; None for the garment's own.
         scale: Metres per unit of the garment's file; None if the file says so itself.
         simulator: Name of the simulator.
-        hands: How many hands fold, 1 or 2; None for the plan's number.
-        reach: What the robot can do; None if any manipulation is allowed.
+        hands: Number of hands that fold, 1 or 2; None for the plan's number.
+        reach: Reach of the robot; None if any manipulation is allowed.
         fingers: The fingers of the hands; None for fingers without thickness.
 
     Raises:

@@ -22,7 +22,7 @@ DESCRIPTIONS = {
     "tshirt": "a child's, front and back",
     "trousers": "a child's, front and back",
 }
-"""Each of them in a few words."""
+"""Short descriptions of the garments."""
 
 __all__ = [
     "DESCRIPTIONS",

@@ -39,7 +39,7 @@ def unit(texts: Iterable[str]) -> Unit | None:
 
 
 def title(texts: Iterable[str], block: str) -> str:
-    """The name of a piece: its text, or the name of its block."""
+    """Return the name of a piece: its text, or the name of its block."""
     for text in texts:
         found = re.fullmatch(r"\s*PIECE NAME\s*:\s*(\S.*?)\s*", text, re.IGNORECASE)
         if found:
@@ -72,7 +72,7 @@ def piece(name: str, layers: Mapping[str, Sequence[DrawnCurve]]) -> Piece | None
 
 
 def loose_pieces(layers: Mapping[str, Sequence[DrawnCurve]]) -> tuple[Piece, ...]:
-    """The pieces of a pattern whose blocks were taken apart: its boundaries only, without names."""
+    """Return the pieces of a pattern without blocks: its boundaries, without names."""
     return grouped([DrawnCurve("", curve.points, True) for curve in _closed(layers, BOUNDARY)])
 
 

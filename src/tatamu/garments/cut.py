@@ -37,7 +37,7 @@ class Cut:
     outline: Outline
     """The outline in the garment's frame [m]."""
     openings: tuple[str, ...]
-    """Which of its sides are open."""
+    """Names of its open sides."""
     notes: tuple[str, ...]
     """Notes for the user on how the drawing was understood."""
 
@@ -47,9 +47,9 @@ def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path,
 
     Args:
         piece: Its curves.
-        matrix: From the drawing's coordinates to metres in a garment's frame, shape (2, 2).
+        matrix: Matrix that turns the drawing's coordinates into metres in a garment's frame, shape (2, 2).
         openings: Curves in the drawing's coordinates by name; or names of open curves, or of sides, that are openings;
-            None: all open curves with a name that lie along the outline.
+            None for all named open curves along the outline.
         path: The file, for messages.
         holes: Whether closed curves inside are holes; None if those that follow the outline are not.
 
@@ -135,7 +135,7 @@ def _valid(points: np.ndarray, path: Path) -> shapely.Polygon:
 
 
 def _unfolded(half: shapely.Polygon, line: np.ndarray, path: Path) -> shapely.Polygon:
-    """A half piece and its mirror image in one."""
+    """Return a half piece joined with its mirror image."""
     start, along = line[0], (line[1] - line[0]) / np.linalg.norm(line[1] - line[0])
 
     def image(points: np.ndarray) -> np.ndarray:
@@ -151,7 +151,7 @@ def _unfolded(half: shapely.Polygon, line: np.ndarray, path: Path) -> shapely.Po
 
 
 def _bounded(points: np.ndarray, path: Path) -> np.ndarray:
-    """A closed curve of few points, shape (k, 2): a long one simplified part by part.
+    """Return a closed curve of few points, shape (k, 2); a long one is simplified part by part.
 
     Raises:
         InputError: If too many of its points matter.
@@ -168,13 +168,13 @@ def _bounded(points: np.ndarray, path: Path) -> np.ndarray:
 
 
 def _ring(region: shapely.Polygon) -> np.ndarray:
-    """The outer curve, counter-clockwise, without points that do not matter, shape (k, 2)."""
+    """Return the outer curve, counter-clockwise, without unnecessary points, shape (k, 2)."""
     points = np.array(shapely.simplify(shapely.Polygon(region.exterior), SMOOTH).exterior.normalize().coords[:-1])
     return points if shapely.is_ccw(shapely.LinearRing(points)) else points[::-1]
 
 
 def _distinct(named: Sequence[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Curves by name; of several with one name (a DXF layer may hold all openings) the later ones are numbered."""
+    """Return curves by name; repeated names, as of curves in one DXF layer, are numbered."""
     found: dict[str, np.ndarray] = {}
     for name, points in named:
         number = sum(other == name or other.startswith(f"{name} ") for other in found)

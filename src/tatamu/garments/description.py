@@ -55,7 +55,7 @@ class GarmentFile(BaseModel):
     up: Axis | None = None
     """Direction of that file that points away from the hem; by default y for flat files, otherwise it is found."""
     piece: str | None = None
-    """Which of several pieces in that file."""
+    """Name of the piece, if the file has several."""
     grain: bool = True
     """Whether to turn the piece of a pattern so that its grain line runs along the garment's length."""
     layers: Literal[1, 2] | None = None
@@ -71,9 +71,9 @@ class GarmentFile(BaseModel):
     fabric: str | None = None
     """Name of a preset; a table [material] may replace it."""
     weld: bool = False
-    """Join vertices at one place."""
+    """Whether to join vertices at the same place."""
     remesh: bool = False
-    """Mesh it again within its outline."""
+    """Whether to mesh it again within its outline."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -11,11 +11,11 @@ from tatamu.errors import InputError, one_line
 from tatamu.garments.units import Unit
 
 FARTHEST = 1e9
-"""No coordinate of a drawing is larger, in whatever unit."""
+"""Largest coordinate of a drawing, in any unit."""
 MOST_POINTS = 100_000
 """No curve of a drawing has more points."""
 SAME = 1e-3
-"""Ends nearer than this part of a curve's length are one point."""
+"""Largest distance of two ends that are one point, as a part of the curve's length."""
 
 
 @dataclass(frozen=True)
@@ -77,5 +77,5 @@ def polyline(name: str, points: np.ndarray) -> DrawnCurve | None:
 
 
 def where(path: Path, text: str) -> str:
-    """A message about the outline in a file."""
+    """Return the beginning of a message about the outline in a file."""
     return f"{path}: outline: {text}"

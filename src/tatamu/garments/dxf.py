@@ -22,13 +22,13 @@ KINDS = ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE")
 NAMELESS = ("0", "defpoints")
 """Layers that every DXF has: no name of a curve."""
 FLATNESS = 1e-4
-"""Arcs become polylines that leave them by less than this [m] .."""
+"""Largest distance of the polyline of an arc from the arc [m] ..."""
 RELATIVE_FLATNESS = 1e-5
-""".. or by this part of their extent: else one that is far too large for a garment would have any number of points."""
+"""... or as part of the extent of the arc, which limits the number of points of very large arcs."""
 MOST_ENTITIES = 60_000
-"""Drawings unpack to no more entities: each takes a third of a millisecond."""
+"""Largest number of entities of an unpacked drawing; each takes a third of a millisecond."""
 MOST_BENT = 10_000
-"""Drawings have no more curves besides straight lines: each takes a millisecond."""
+"""Largest number of curves of a drawing, without straight lines; each takes a millisecond."""
 MEETING = 1e-6
 """Ends that are this near to each other were drawn to meet [m]."""
 Layers = dict[str, list[np.ndarray]]
@@ -85,7 +85,7 @@ def _pieces(document: Any, path: Path) -> DrawnPieces:
 
 
 def _parts(entities: Iterable[Any]) -> Iterable[Any]:
-    """The entities of blocks, where they were inserted."""
+    """Yield the entities of blocks at the places of their insertion."""
     from ezdxf.disassemble import recursive_decompose
 
     return recursive_decompose(entities)
@@ -175,7 +175,7 @@ def _curves(layers: Layers, scale: float) -> list[DrawnCurve]:
 
 
 def _merged(lines: list[np.ndarray], near: float) -> list[np.ndarray]:
-    """Lines that meet made one."""
+    """Return the lines with touching ones joined."""
     rounded = [np.round(line / near) for line in lines]
     joined = shapely.line_merge(shapely.MultiLineString([line for line in rounded if len(np.unique(line, axis=0)) > 1]))
     return [near * np.array(line.coords) for line in shapely.get_parts(joined)]

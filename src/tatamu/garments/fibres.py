@@ -35,7 +35,7 @@ def carried(
     new_points: np.ndarray,
     new_faces: np.ndarray,
 ) -> np.ndarray:
-    """The directions on another mesh of a flat garment, each of the nearest triangle of its layer, shape (k, 3).
+    """Return the directions on another mesh of a flat garment, from the nearest triangle of the layer, shape (k, 3).
 
     Args:
         fibre: Directions, shape (m, 3).

@@ -21,11 +21,11 @@ OVERLAP = 1.01
 """Triangles that face up may have this times the area that they cover: more, and they lie on each other."""
 
 UNLIKE = 0.02
-"""Front and back are of one outline up to this part of its area."""
+"""Largest difference between the outlines of front and back, as part of the area."""
 
 
 def flat_garment(name: str, plan: np.ndarray, faces: np.ndarray, material: Material) -> Garment:
-    """The garment of a flat mesh, its vertices and triangles kept.
+    """Return the garment of a flat mesh with the same vertices and triangles.
 
     Args:
         name: Its name.

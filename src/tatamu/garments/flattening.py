@@ -26,14 +26,14 @@ PASSES, TENSE = 3, 0.3
 SMOOTHINGS, SLIVER = 60, 0.12
 """Number of passes that correct triangles facing the wrong way, or with a height below this part of their length."""
 STILL = 1e-6
-"""Vertices that move by less than this part of the garment's extent are in their places."""
+"""Motion below which a vertex has reached its place, as part of the garment's extent."""
 LEAST_WEIGHT = 0.05
 """Smallest cotangent weight of an edge: obtuse triangles would have negative ones."""
 PRICES = (0.35, 1.0, 3.0)
 """The cost of an edge between front and back, in triangles that face the wrong way: the higher, the shorter the border,
 and the less it follows wrinkles. Each is tried, and the plan that strains the garment least is kept."""
 ONE_SIDED = 0.5
-"""A panel belongs to the front or the back as a whole where its triangles agree to this degree."""
+"""Share of agreeing triangles above which a whole panel belongs to the front or the back."""
 
 
 @dataclass(frozen=True)
@@ -50,12 +50,12 @@ class Flattened:
 
     @property
     def median(self) -> float:
-        """Half of the edges change by less than this part."""
+        """Median relative change of the edges."""
         return float(np.median(np.abs(self.strain)))
 
     @property
     def most(self) -> float:
-        """95 of 100 edges change by less than this part."""
+        """95 % quantile of the relative change of the edges."""
         return float(np.quantile(np.abs(self.strain), 0.95))
 
 
@@ -75,7 +75,7 @@ def flattened(points: np.ndarray, faces: np.ndarray, lengths: np.ndarray, panels
 
 
 def _laid_out(plan: np.ndarray, faces: np.ndarray, lengths: np.ndarray, up: np.ndarray) -> Flattened:
-    """The garment in the plane, from a first plan (n, 2), where the triangles `up` shall face up."""
+    """Return the garment in the plane, from a first plan (n, 2), with the triangles `up` facing up."""
     stress = np.ones(len(faces))
     for _ in range(PASSES):
         plan = _rigid(plan, faces, _templates(lengths, up), stress)
@@ -95,7 +95,7 @@ def side_lengths(corners: np.ndarray) -> np.ndarray:
 
 
 def panel_numbers(faces: np.ndarray, uv: np.ndarray | None) -> np.ndarray:
-    """The panel of each triangle, shape (m,): triangles that are joined in the pattern; all one without a pattern."""
+    """Return the panel of each triangle, shape (m,), by the pattern; one panel without a pattern."""
     if uv is None:
         return np.zeros(len(faces), dtype=np.int64)
     keys = np.concatenate([np.repeat(faces.reshape(-1, 1), 1, axis=1), np.round(uv.reshape(-1, 2), 6)], axis=1)
@@ -107,7 +107,7 @@ def panel_numbers(faces: np.ndarray, uv: np.ndarray | None) -> np.ndarray:
 
 
 def facing_up(points: np.ndarray, faces: np.ndarray, panels: np.ndarray, price: float) -> np.ndarray:
-    """Which triangles belong to the front, shape (m,), where a long border between front and back has a `price`.
+    """Return whether each triangle belongs to the front, shape (m,), for a `price` of the border to the back.
 
     A panel that mostly faces one way belongs to that side. Others are divided along the shortest border between
     triangles that face up and down: a minimum cut of the graph of neighbouring triangles.
@@ -173,7 +173,7 @@ def _templates(lengths: np.ndarray, up: np.ndarray) -> np.ndarray:
 
 
 def _rigid(plan: np.ndarray, faces: np.ndarray, templates: np.ndarray, stress: np.ndarray) -> np.ndarray:
-    """The plan after local and global steps until it stays; triangles count by their `stress`, shape (m,).
+    """Return the plan after local and global steps until convergence; triangles have the weights `stress`, shape (m,).
 
     In complex numbers the best turn of a triangle is the phase of a weighted sum over its corners (local step), and the
     best places of the vertices for given turns solve a system whose matrix stays (global step).

@@ -23,9 +23,9 @@ FAINTEST = 6.0
 SMALLEST, LARGEST = 0.02, 0.9
 """Part of the photo that a garment covers."""
 EDGE = 4
-"""A garment nearer than this to the photo's border touches it [pixels]."""
+"""Distance from the photo's border within which a garment touches it [pixels]."""
 SIMILAR = 0.05
-"""A region of at least this part of the garment's area may belong to it."""
+"""Least area of a region that may belong to the garment, as a part of the garment's area."""
 FACING = 1.1
 """Points of two regions face each other if they are at most this many times as far apart as the nearest ones."""
 
@@ -35,7 +35,7 @@ class Foreground:
     """The garment on a picture."""
 
     mask: np.ndarray
-    """Its pixels, holes filled, shape (h, w)."""
+    """Pixels of the garment, holes filled, shape (h, w)."""
     others: tuple[float, ...]
     """Areas of other regions, as parts of its area, the largest first."""
 
@@ -110,7 +110,7 @@ def _difference(image: np.ndarray, usable: np.ndarray) -> np.ndarray:
 
 
 def _joined(regions: list[np.ndarray]) -> np.ndarray:
-    """One region of several, each joined to the ones before it by the hull of their borders that face each other."""
+    """Return several regions as one, joined by the hull of their borders that face each other."""
     from scipy.ndimage import binary_fill_holes
 
     whole = regions[0]

@@ -8,7 +8,7 @@ import numpy as np
 
 Axis = Literal["x", "-x", "y", "-y", "z", "-z"]
 FLAT = 0.03
-"""A mesh is flat if it is at most this part of its width thick."""
+"""Largest thickness of a flat mesh, as part of its width."""
 SQUARE = np.sin(np.radians(1.0))
 """A grain line that lies this near to square across points neither up nor down."""
 
@@ -19,7 +19,7 @@ def direction(axis: str) -> np.ndarray:
 
 
 def plane_turn(up: str, grain: np.ndarray | None = None) -> np.ndarray:
-    """The turn of a file's x-y plane after which `up`, or the grain line, points along +x, shape (2, 2).
+    """Return the rotation of a file's x-y plane after which `up`, or the grain line, points along +x, shape (2, 2).
 
     Args:
         up: The file's direction away from the hem.
@@ -34,7 +34,7 @@ def plane_turn(up: str, grain: np.ndarray | None = None) -> np.ndarray:
 
 
 def turned(points: np.ndarray, up: str) -> np.ndarray:
-    """Points (n, 3) of a file turned about z so that its direction `up`, x or y, becomes +x."""
+    """Return points (n, 3) of a file turned about z so that its direction `up`, x or y, becomes +x."""
     out = points.astype(float).copy()
     out[:, :2] = points[:, :2] @ plane_turn(up).T
     return out

@@ -19,7 +19,7 @@ DEEP = 0.05
 CENTRAL = 0.25
 """The middle of the neck is at most this part of the width from the middle."""
 DIP = 0.01
-"""A neckline is a pocket if it is deeper than this part of the outline's height, otherwise level."""
+"""Least depth of a neckline that is a pocket, as a part of the outline's height; others are level."""
 LEVEL = np.tan(np.radians(12.0))
 """Steeper sides belong to the shoulders."""
 NARROWEST, WIDEST = 0.08, 0.6
@@ -140,7 +140,7 @@ def _beside(pocket: _Pocket, side: float, low: np.ndarray, width: float) -> bool
 
 
 def _sleeve_end(points: np.ndarray, underarm: int, neck: int) -> tuple[int, int]:
-    """The ends of the side between underarm and neck that is farthest from the middle of both."""
+    """The end of a sleeve: of all sides from underarm to neck, the one farthest from their middle, by its two ends."""
     way = _shorter_way(points, underarm, neck)
     tolerance = STRAIGHT * float(np.ptp(points[:, 0]))
     corners = shapely.get_coordinates(shapely.simplify(shapely.LineString(points[way]), tolerance))

@@ -16,9 +16,9 @@ from tatamu.simulators import simulate
 
 SECONDS = 2.0
 DRAG = 2.0
-"""Air drag while it falls [N s/m^3]: so much that it sinks rather than falls."""
+"""Air drag while it falls [N s/m^3], large enough that it sinks slowly."""
 FALL = 0.01
-"""It starts this far over the table [m]."""
+"""Height above the table at which it starts [m]."""
 LYING, HIGHEST = 0.02, 0.04
 """Heights above which a garment does not lie flat, and above which it is a heap that cannot be folded [m]."""
 
@@ -30,7 +30,7 @@ ADVICE = (
 
 
 def laid_flat(name: str, points: np.ndarray, faces: np.ndarray, material: Material) -> Garment:
-    """The garment after it was let go of over the table; its own shape stays the unstrained one.
+    """Return the garment after it was dropped on the table; its original shape stays the unstrained one.
 
     Args:
         name: Its name.

@@ -20,20 +20,20 @@ from tatamu.garments.plyfile import parse_ply
 from tatamu.topology import Topology, areas, longest_sides
 
 FARTHEST = 1e9
-"""No coordinate of a file is larger, in whatever unit."""
+"""Largest coordinate of a file, in any unit."""
 MOST_NODES = 10_000
-"""A GLB file has no more nodes."""
+"""Largest number of nodes of a GLB file."""
 SAME = 1e-5
-"""Vertices nearer than this part of the mesh's extent are at one place."""
+"""Largest distance of vertices at one place, as a part of the mesh's extent."""
 SLIVER = 1e-3
-"""A triangle with less area than this part of its longest edge squared is degenerate."""
+"""Area below which a triangle is degenerate, as part of its longest edge squared."""
 
 
 def read_mesh(path: Path) -> TriangleMesh:
     """The mesh of a file, in the file's unit and axes.
 
     Raises:
-        InputError: The file cannot be read, or holds no triangles.
+        InputError: If the file cannot be read, or holds no triangles.
     """
     kind = path.suffix.lower()
     if kind not in READERS:
@@ -80,7 +80,7 @@ def _read_by_trimesh(path: Path) -> TriangleMesh:
 
 
 def _plain(data: bytes) -> bytes:
-    """An STL file, of one in text with question marks where a byte is not ASCII: trimesh would guess the encoding."""
+    """Return an STL file, with question marks for bytes that are not ASCII if it is text."""
     count = int.from_bytes(data[80:84], "little")
     if len(data) == 84 + 50 * count:
         return data
@@ -111,7 +111,7 @@ FORMATS = tuple(READERS)
 
 
 def welded(mesh: TriangleMesh) -> TriangleMesh:
-    """The mesh with vertices at one place made one, and triangles that lose their area left out."""
+    """Return the mesh with vertices at one place joined, without triangles that lose their area."""
     number = _places(mesh.vertices)
     first = np.unique(number, return_index=True)[1]
     faces = number[mesh.faces]
@@ -120,7 +120,7 @@ def welded(mesh: TriangleMesh) -> TriangleMesh:
 
 
 def _places(vertices: np.ndarray) -> np.ndarray:
-    """A number for each vertex, the same for those at one place, shape (n,).
+    """Return a number for each vertex, equal for vertices at one place, shape (n,).
 
     Neighbours are joined whatever side of a rounding limit they lie on; rounding comes first only to make them few.
     """
@@ -159,7 +159,7 @@ def _place(point: np.ndarray) -> str:
 
 
 def _turned(topology: Topology) -> int:
-    """Inner edges that both of their triangles pass in the same direction."""
+    """Return inner edges with the same direction in both of their triangles."""
     sides = np.concatenate([topology.faces[:, [0, 1]], topology.faces[:, [1, 2]], topology.faces[:, [2, 0]]])
     _, passes = np.unique(sides, axis=0, return_counts=True)
     return int((passes == 2).sum())
@@ -181,7 +181,7 @@ def border_loops(faces: np.ndarray) -> list[np.ndarray]:
     """Closed paths of vertices around a mesh whose triangles are counter-clockwise, in their direction, longest first.
 
     Raises:
-        InputError: A vertex has more than two border edges.
+        InputError: If a vertex has more than two border edges.
     """
     sides = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     following: dict[int, int] = {}

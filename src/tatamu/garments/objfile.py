@@ -14,7 +14,7 @@ from tatamu.garments.polygons import triangulate
 LARGEST_MESH = 64 * MIB
 """Largest size of a file of a mesh [bytes]."""
 MOST_TRIANGLES = 200_000
-"""Meshes have no more triangles: a simulation of a tenth of them takes minutes."""
+"""Largest number of triangles of a mesh; with a tenth of it, a simulation takes minutes."""
 MOST_VERTICES = 3 * MOST_TRIANGLES
 """Largest number of vertices of a mesh, counted for each triangle separately as in STL."""
 LONGEST_LINE = 100_000
@@ -51,7 +51,7 @@ def read_obj(path: Path) -> TriangleMesh:
     Comments and names may be in any encoding: only the numbers matter.
 
     Raises:
-        InputError: The file cannot be read, or a line of it is wrong.
+        InputError: If the file cannot be read, or a line of it is wrong.
     """
     text = read_bytes(path, LARGEST_MESH).decode("utf-8", "replace")
     reader = _Reader()
@@ -112,7 +112,7 @@ class _Reader:
 
 
 def _index(word: str, count: int) -> int:
-    """A number of a vertex from 0, of one from 1 or, counted from the end, from -1."""
+    """Return the index of a vertex from 0, from a number that counts from 1, or backwards from -1."""
     number = int(word)
     place = number - 1 if number > 0 else count + number
     if not 0 <= place < count:

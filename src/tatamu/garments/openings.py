@@ -29,7 +29,7 @@ class _Part:
 def divided(
     sides: Mapping[str, np.ndarray], border: np.ndarray, plan: np.ndarray
 ) -> tuple[dict[str, np.ndarray], tuple[str, ...]]:
-    """The sides in parts that are sewn and parts that are open, and the names of those that are open.
+    """Return the sides divided into sewn and open parts, and the names of the open ones.
 
     The longest sewn part of a side keeps its name; open parts are called "top opening" and so on.
 
@@ -57,7 +57,7 @@ def _lengths(points: np.ndarray) -> np.ndarray:
 
 
 def _parts(is_open: np.ndarray, lengths: np.ndarray, shortest: float) -> list[_Part]:
-    """Stretches of segments of one kind; one below `shortest` [m] becomes as its longer neighbour is."""
+    """Return runs of segments of one kind; runs below `shortest` [m] join their longer neighbour."""
     kind = is_open.copy()
     while True:
         bounds = [0, *(np.flatnonzero(np.diff(kind)) + 1).tolist(), len(kind)]

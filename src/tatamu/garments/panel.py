@@ -21,19 +21,18 @@ from tatamu.meshing import ROW, SLIVER, delaunay, twice_areas
 from tatamu.topology import Topology, edge_lengths
 
 DROPPED = (0.56, 0.62, 0.68, 0.74)
-"""Lattice points nearer to the outline than this are dropped [spacings]; each is tried, the best mesh kept."""
+"""Least distances of lattice points from the outline [spacings]; all are tried, and the best mesh is kept."""
 NEAREST = 0.52
 """No point comes nearer to the outline [spacings]; from half a spacing on, Delaunay keeps the outline's edges."""
 RELAXED = 1.7
 """Points up to this far from the outline are moved [spacings]."""
 PASSES = 12
 SHARPEST = np.radians(20.0)
-"""A chord is flipped when no angle gets sharper than this."""
+"""Least angle after the flip of a chord."""
 SHORTEST = 0.15
-"""Edges shorter than this are refused [spacings]."""
+"""Length of the shortest edge that is accepted [spacings]."""
 CLEAR = 0.01
-"""Parts of the outline that are nearer to each other than this are refused before any mesh is tried [spacings]: the
-triangles between them have edges shorter than `SHORTEST`, however often the outline is split."""
+"""Distance of parts of the outline below which it is refused at once [spacings], because edges would be too short."""
 SPLITS = 4
 """Largest number of times that edges of the outline missed by Delaunay are halved."""
 
@@ -93,7 +92,7 @@ def _too_near(place: np.ndarray, spacing: float) -> InputError:
 
 
 def _quality(mesh: Panel, spacing: float) -> float:
-    """Smallest angle over 30 degrees or longest edge over 1.7 spacings, whichever is worse; 1 is good."""
+    """Return the smallest angle over 30 degrees or 1.7 spacings over the longest edge, whichever is less; 1 is good."""
     longest = float(edge_lengths(mesh.points, Topology(mesh.faces).edges).max())
     return min(float(np.degrees(angles(mesh.points, mesh.faces).min())) / 30.0, 1.7 * spacing / longest)
 
@@ -114,7 +113,7 @@ def _sampled(outline: Outline, spacing: float) -> dict[str, np.ndarray]:
 
 
 def _filled(outline: Outline, curves: dict[str, np.ndarray], spacing: float, dropped: float) -> Panel:
-    """The mesh with the lattice points farther than `dropped` spacings from all curves."""
+    """Return the mesh with the lattice points that are farther than `dropped` spacings from all curves."""
     fixed, paths = _welded(curves, 1e-3 * spacing)
     border = shapely.MultiLineString([fixed[path] for path in paths.values()])
     region = shapely.Polygon(
@@ -134,7 +133,7 @@ def _filled(outline: Outline, curves: dict[str, np.ndarray], spacing: float, dro
 
 
 def _welded(curves: dict[str, np.ndarray], near: float) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """All points of the curves once, and each curve as their numbers."""
+    """Return all points of the curves without repetition, and each curve as their numbers."""
     everything = np.concatenate(list(curves.values()))
     _, first, number = np.unique(np.round(everything / near), axis=0, return_index=True, return_inverse=True)
     ends = np.cumsum([len(curve) for curve in curves.values()])[:-1]
@@ -191,13 +190,13 @@ def _missing(mesh: Panel) -> list[tuple[int, int]]:
 
 
 def _shorter(mesh: Panel, least: float) -> list[tuple[int, int]]:
-    """Edges shorter than `least`: an explicit simulator would pay for them with its step."""
+    """Return edges shorter than `least`, which would need short time steps."""
     edges = Topology(mesh.faces).edges
     return [(int(a), int(b)) for a, b in edges[edge_lengths(mesh.points, edges) < least]]
 
 
 def _split(curve: np.ndarray, path: np.ndarray, missing: list[tuple[int, int]]) -> np.ndarray:
-    """The curve with a point more in the middle of each missing edge."""
+    """Return the curve with an additional point in the middle of each missing edge."""
     here = [k + 1 for k in range(len(path) - 1) if tuple(sorted(path[k : k + 2].tolist())) in missing]
     return np.insert(curve, here, [0.5 * (curve[k - 1] + curve[k]) for k in here], axis=0) if here else curve
 

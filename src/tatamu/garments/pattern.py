@@ -31,7 +31,7 @@ def from_outline(given: GarmentFile, source: Path, material: Material) -> Garmen
     """The garment of an SVG or DXF file.
 
     Raises:
-        InputError: The file cannot be read, or no garment can be cut out of it.
+        InputError: If the file cannot be read, or no garment can be cut out of it.
     """
     reader = READERS.get(source.suffix.lower())
     if reader is None:
@@ -64,7 +64,7 @@ def from_outline(given: GarmentFile, source: Path, material: Material) -> Garmen
 
 
 def _hole_note(garment: Garment) -> list[str]:
-    """The note on closed curves that were taken for holes."""
+    """Return the note on closed curves that were treated as holes."""
     paths = [path for name, path in garment.edges.items() if name.startswith("hole ")]
     if not paths:
         return []

@@ -21,13 +21,13 @@ from tatamu.garments.foreground import SMALLEST, stand_out
 LARGEST_PICTURE = 256 * MIB
 """Largest size of a picture's file [bytes]."""
 MOST_PIXELS = 100_000_000
-"""Pictures have no more pixels."""
+"""Largest number of pixels of a picture."""
 FORMATS = ("JPEG", "PNG", "WEBP", "BMP", "TIFF", "GIF")
 """Formats of pictures that are read."""
 LONGEST = 1400
 """Photos are reduced to this many pixels at most, for speed."""
 MASKED = 0.97
-"""An alpha channel that keeps more than this part of a picture cuts no garment out: it only rounds its corners."""
+"""Part of a picture above which an alpha channel does not cut out a garment, for example if it rounds corners."""
 SIMPLER = 0.004
 """The outline may be simplified by this part of the garment's larger extent."""
 
@@ -124,7 +124,7 @@ def read_picture(path: Path) -> Picture:
 
 
 def _film(image: Any) -> float | None:
-    """Focal length on 35 mm film [mm] that a picture states; None if it states none that a lens has."""
+    """Return the focal length on 35 mm film [mm] that a picture states; None if there is no plausible one."""
     from PIL import ExifTags
 
     stated = image.getexif().get_ifd(ExifTags.IFD.Exif).get(ExifTags.Base.FocalLengthIn35mmFilm)
@@ -132,7 +132,7 @@ def _film(image: Any) -> float | None:
 
 
 def reduction(pixels: np.ndarray) -> int:
-    """Width of the blocks of pixels to which a picture is reduced before a garment is looked for."""
+    """Return the width of the blocks of pixels to which a picture is reduced before the search for a garment."""
     return max(1, int(np.ceil(max(pixels.shape[:2]) / LONGEST)))
 
 
@@ -160,7 +160,7 @@ def blocks(pixels: np.ndarray, size: int) -> np.ndarray:
 
 
 def softened(mask: np.ndarray) -> np.ndarray:
-    """A mask with a border between its pixels rather than along them, shape (h, w)."""
+    """Return a mask with a soft border, shape (h, w)."""
     from scipy.ndimage import gaussian_filter
 
     return np.asarray(gaussian_filter(mask.astype(float), 1.0))
@@ -183,7 +183,7 @@ def homography(corners: np.ndarray, width: float, height: float) -> np.ndarray:
         height: Height of the rectangle [m].
 
     Raises:
-        InputError: The corners come in another order, or lie on a line.
+        InputError: If the corners come in another order, or lie on a line.
     """
     wanted = np.array([[0, 0], [width, 0], [width, height], [0, height]])
     rows = []
@@ -201,7 +201,7 @@ def homography(corners: np.ndarray, width: float, height: float) -> np.ndarray:
 
 
 def straightened(outline: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    """An outline [pixels] on the table [m], shape (k, 2).
+    """Return an outline [pixels] as places on the table [m], shape (k, 2).
 
     Raises:
         InputError: If a part of it lies beyond the horizon of the table.

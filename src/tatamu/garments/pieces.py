@@ -12,11 +12,11 @@ from tatamu.garments.drawing import DrawnCurve, DrawnPieces, Piece, where
 from tatamu.garments.unpacking import MOST_CURVES
 
 INSIDE = 0.5
-"""A closed curve with more than this part of its area within another one belongs to that one's piece."""
+"""Share of its area inside another closed curve above which a curve belongs to the same piece."""
 MOST_OVERLAPS = 100_000
-"""No more pairs of closed curves lie over one another: each pair is intersected."""
+"""Largest number of pairs of closed curves that overlap; each pair is intersected."""
 MARK = 1e-3
-"""A closed curve with less than this part of another one's area, across its border, is a mark such as a notch."""
+"""Largest area of a mark, such as a notch, across the border of a closed curve, as a part of that curve's area."""
 
 
 def grouped(curves: Sequence[DrawnCurve]) -> tuple[Piece, ...]:
@@ -47,7 +47,7 @@ def grouped(curves: Sequence[DrawnCurve]) -> tuple[Piece, ...]:
 
 
 def _around(regions: Sequence[shapely.Geometry]) -> list[list[int]]:
-    """Group regions, largest first: each that lies in no other, with those that it surrounds."""
+    """Group regions, largest first: each outermost region with those inside it."""
     tree = shapely.STRtree(regions)
     groups: dict[int, list[int]] = {}
     overlaps = 0
@@ -69,7 +69,7 @@ def _surrounds(outer: shapely.Geometry, region: shapely.Geometry) -> bool:
 
 
 def _region(loop: DrawnCurve) -> shapely.Geometry:
-    """The inside of a curve; of one that crosses itself, along which no garment is cut, its convex hull."""
+    """Return the inside of a curve, or the convex hull of one that crosses itself."""
     region = shapely.Polygon(loop.points)
     if region.is_valid:
         shapely.prepare(region)
@@ -86,7 +86,7 @@ def distinct(names: Sequence[str]) -> list[str]:
 
 
 def chosen(drawing: DrawnPieces, name: str | None, scale: float, path: Path) -> Piece:
-    """The piece of that name; without a name, the only one.
+    """Return the piece of that name, or the only one without a name.
 
     Args:
         drawing: The pieces.

@@ -20,7 +20,7 @@ TYPES = {
     **{"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4"},
     **{"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"},
 }
-"""Types of properties, and numpy's names of them."""
+"""Types of properties with their names in numpy."""
 ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 """Formats, and the byte order of each."""
 CODES = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "f4": "f", "f8": "d"}
@@ -41,7 +41,7 @@ class _Property:
 
 @dataclass
 class _Element:
-    """A table of the file."""
+    """The description of one element of the file, a table with a name, a length and properties."""
 
     name: str
     count: int
@@ -82,7 +82,7 @@ def parse_ply(data: bytes) -> TriangleMesh:
 
 
 def _header(data: bytes) -> tuple[str, list[_Element], bytes]:
-    """Byte order, elements, and all that follows the header."""
+    """Return byte order, elements, and the data after the header."""
     head, mark, body = data.partition(b"end_header")
     lines = [line.split() for line in head.decode("ascii", "replace").splitlines()]
     if not mark or not lines or lines[0] != ["ply"]:
@@ -184,7 +184,7 @@ class _Binary:
 
 
 def _skip(source: _Text | _Binary, element: _Element) -> None:
-    """Pass over an element that no garment needs."""
+    """Skip an element that garments do not need."""
     if element.has_lists:
         for _ in source.lists(element):
             pass

@@ -78,7 +78,7 @@ def _openings(points: np.ndarray, faces: np.ndarray) -> list[np.ndarray]:
 
 
 def _thinnest(points: np.ndarray, faces: np.ndarray, across: np.ndarray | None = None) -> np.ndarray:
-    """Direction in which the mesh extends least, of those square to `across`; an axis of the file where one is near."""
+    """Return the thinnest direction perpendicular to `across`, or the axis of the file near it."""
     corners = points[faces]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     centres = corners.mean(axis=1)
@@ -97,7 +97,7 @@ def _snapped(way: np.ndarray) -> np.ndarray:
 
 
 def _length(points: np.ndarray, through: np.ndarray) -> np.ndarray:
-    """The direction along the garment: square to the one in which it is its own mirror image."""
+    """Return the direction along the garment, perpendicular to the one in which it is its own mirror image."""
     usual = np.array([0.0, 0.0, 1.0]) if abs(through[1]) > ALIGNED else np.array([0.0, 1.0, 0.0])
     along = usual - (usual @ through) * through
     along /= np.linalg.norm(along)
@@ -110,7 +110,7 @@ def _length(points: np.ndarray, through: np.ndarray) -> np.ndarray:
 
 
 def _principal(points: np.ndarray, through: np.ndarray) -> list[np.ndarray]:
-    """The two directions square to `through` in which the points spread most and least."""
+    """Return the two directions perpendicular to `through` with the largest and smallest spread of points."""
     inside = points - np.outer(points @ through, through)
     axes = np.linalg.eigh(np.cov(inside.T))[1]
     return [axes[:, 2], axes[:, 1]]

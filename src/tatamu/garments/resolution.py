@@ -8,13 +8,13 @@ from tatamu.errors import InputError
 from tatamu.material import Material
 
 CELLS_PER_BENDING_LENGTH = 2.0
-"""Mesh spacing is half a bending length: folds are right up to 0.55 of it (docs/theory/bending.md)."""
+"""Mesh spacing over the bending length; folds are accurate up to 0.55 (docs/theory/bending.md)."""
 PASSABLE = 0.65
 """Folds are passable up to this many bending lengths of spacing (docs/theory/bending.md)."""
 COARSEST, FINEST = 0.02, 0.004
-"""Spacing chosen from the bending length stays within these [m]."""
+"""Limits of a spacing that is chosen from the bending length [m]."""
 FINEST_GIVEN = 1e-3
-"""No spacing is below this [m]."""
+"""Smallest spacing [m]."""
 SMALLEST_SIDE, LARGEST_SIDE = 0.05, 5.0
 MOST_VERTICES = 50_000
 MOST_BY_DEFAULT = 3_000
@@ -29,7 +29,7 @@ def spacing_for(material: Material) -> float:
 
 
 def default_spacing(material: Material, area: float) -> float:
-    """Spacing that resolves the folds of a material, coarser where `area` [m^2] would take too many vertices [m]."""
+    """Return the spacing that resolves the folds of a material [m], larger if `area` [m^2] needs too many vertices."""
     return max(spacing_for(material), float(np.sqrt(area / CELL / MOST_BY_DEFAULT)))
 
 
@@ -48,7 +48,7 @@ def check_spacing(spacing: float, size: tuple[float, float], area: float) -> Non
     """Refuse a spacing [m] that no mesh of this size [m] and area of all layers [m^2] can have.
 
     Raises:
-        InputError: It is too large or too small.
+        InputError: If it is too large or too small.
     """
     if not FINEST_GIVEN <= spacing <= largest_spacing(size):
         raise InputError(

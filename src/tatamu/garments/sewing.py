@@ -32,7 +32,7 @@ def one_layer(name: str, outline: Outline, material: Material, spacing: float | 
     """A single panel; every side of its outline is open.
 
     Raises:
-        InputError: The outline is too large or too small, or cannot be meshed with this spacing.
+        InputError: If the outline is too large or too small, or cannot be meshed with this spacing.
     """
     mesh, spacing, notes = _meshed(spacing, outline, material, 1)
     vertices = np.column_stack([mesh.points, np.full(len(mesh.points), 0.5 * material.thickness)])
@@ -55,8 +55,8 @@ def front_and_back(
     and the front has nothing between the two.
 
     Raises:
-        InputError: The outline is too large or too small, or cannot be meshed with this spacing; `openings` are none,
-            or not sides of it.
+        InputError: If the outline is too large or too small, or cannot be meshed with this spacing; `openings` are
+            none, or not sides of it.
     """
     unknown = sorted(set(openings) - set(outline.sides))
     if unknown or not openings:
@@ -93,7 +93,7 @@ def front_and_back(
 def _meshed(
     given: float | None, outline: Outline, material: Material, layers: int
 ) -> tuple[Panel, float, tuple[str, ...]]:
-    """The panel, its spacing [m], which suits the material and the narrowest parts unless it is given, and notes."""
+    """Return the panel, its given or suitable spacing [m], and notes."""
     area = layers * outline.polygon.area
     check_size(outline.size)
     if given is not None:
@@ -115,7 +115,7 @@ def _meshed(
 
 
 def _within(mesh: Panel, lines: list[np.ndarray]) -> np.ndarray:
-    """Triangles on the large side of all lines, shape (m,)."""
+    """Return whether triangles are on the larger side of all lines, shape (m,)."""
     topology = Topology(mesh.faces)
     walls = {tuple(sorted(pair)) for line in lines for pair in pairwise(line.tolist())}
     through = np.array([tuple(edge) not in walls for edge in topology.edges.tolist()])[topology.face_edges]

@@ -16,7 +16,7 @@ SHORTEST = 0.03
 FARTHEST = 0.03
 """Ends of a named curve may be this part of the outline's larger extent away from it."""
 BESIDE = 0.15
-"""The rest of it may be this part away: it may be drawn straight across a curved neckline."""
+"""Its other points may be this part of the extent away: a straight curve may cross a curved neckline."""
 
 
 def named_sides(loop: np.ndarray, named: Mapping[str, np.ndarray] | None = None) -> dict[str, np.ndarray]:
@@ -33,7 +33,7 @@ def named_sides(loop: np.ndarray, named: Mapping[str, np.ndarray] | None = None)
         way are "bottom 2", ..
 
     Raises:
-        InputError: A named curve does not lie along the loop.
+        InputError: If a named curve does not lie along the loop.
     """
     count = len(loop)
     steps = np.roll(loop, -1, axis=0) - loop
@@ -101,7 +101,7 @@ def _name(runs: list[tuple[int, int]], label: np.ndarray, k: int) -> str:
 
 
 def _runs(label: np.ndarray) -> list[tuple[int, int]]:
-    """Stretches of equal labels around the loop: first segment, and the first after; may pass the end."""
+    """Return runs of equal labels around the loop: the first segment, and the first one after the run."""
     starts = np.flatnonzero(label != np.roll(label, 1))
     if not len(starts):
         return [(0, len(label))]
@@ -111,7 +111,7 @@ def _runs(label: np.ndarray) -> list[tuple[int, int]]:
 def _main_first(
     runs: list[tuple[int, int]], label: np.ndarray, extremes: Mapping[str, np.ndarray]
 ) -> list[tuple[int, int]]:
-    """Runs in order, but of those that face one direction the outermost first."""
+    """Return runs in order, with the outermost first among those that face one direction."""
 
     def rank(run: tuple[int, int]) -> float:
         reach = extremes.get(str(label[run[0] % len(label)]))

@@ -28,7 +28,7 @@ from tatamu.garments.unpacking import LARGEST_DRAWING, check_unpacked
 STEPS = 32
 """Points per curved segment of an SVG path."""
 LONGEST_STYLE = 32_768
-"""Longer style sheets are left out: their colours and widths of lines do not matter [characters]."""
+"""Largest length of a style sheet that is read [characters]; its colours and line widths do not matter."""
 INCH = 0.0254
 LENGTHS = {
     "mm": (1e-3, "millimetres"),
@@ -139,7 +139,7 @@ def _check_unpacked(root: ElementTree.Element) -> None:
 
 
 def _name(shape: Any) -> str:
-    """The author's name of a shape; empty where the program gave it."""
+    """Return the author's name of a shape; empty if a program gave it."""
     own = shape.values.get("attributes", {})
     label = own.get(f"{INKSCAPE}label") or own.get("data-name") or own.get("id") or ""
     label = re.sub(r"_x([0-9A-Fa-f]{2,4})_", lambda code: chr(int(code[1], 16)), label)  # as Illustrator writes them

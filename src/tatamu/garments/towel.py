@@ -20,7 +20,7 @@ def towel(size: tuple[float, float] = SIZE, material: Material | None = None, sp
     """A towel of width (y) and length (x) [m], centred at the origin; mesh rows run across its length.
 
     Raises:
-        InputError: A size or a spacing that no towel has.
+        InputError: If a size or a spacing that no towel has.
     """
     check_size(size)
     material = material or load_preset(FABRIC).material

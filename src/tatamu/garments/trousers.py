@@ -31,7 +31,7 @@ def trousers(
     """Trousers of width (over both hems, y) and length (x) [m]; hems at x < 0, waist at x > 0.
 
     Raises:
-        InputError: A size or a spacing that no trousers have.
+        InputError: If a size or a spacing that no trousers have.
     """
     material = material or load_preset(FABRIC).material
     return front_and_back("trousers", pattern().fitted(size or SIZE), OPENINGS, material, spacing)

@@ -25,8 +25,10 @@ CORNERS = {
     "shoulder": (0.432, 0.132),
     "neck": (0.460, 0.068),
 }
-"""Corners of the left half [m], x from the hem, y from the middle: half chest and length as said; assumed: sleeve 16 cm
-along its top and 10 cm at its hem, neck 14 cm wide."""
+"""Corners of the left half [m], x from the hem, y from the middle: half chest and length are those of the chart.
+
+Sleeve (16 cm along its top, 10 cm at its hem) and neck (14 cm) are assumed.
+"""
 NECK_DEPTH = {"front": 0.055, "back": 0.015}
 """Depths of the necklines below the shoulder [m], which are assumed."""
 
@@ -37,7 +39,7 @@ def tshirt(
     """A T-shirt of width (over the sleeves, y) and length (x) [m]; hem at x < 0.
 
     Raises:
-        InputError: A size or a spacing that no T-shirt has.
+        InputError: If a size or a spacing that no T-shirt has.
     """
     material = material or load_preset(FABRIC).material
     shirt = front_and_back("tshirt", pattern().fitted(size or SIZE), OPENINGS, material, spacing)
@@ -45,7 +47,7 @@ def tshirt(
 
 
 def _fibre(shirt: Garment) -> np.ndarray:
-    """Direction of the wales, shape (m, 3): along x, in the sleeves, which are set in, along the sleeve."""
+    """Return the direction of the wales, shape (m, 3): along x, and along the sleeve in the set-in sleeves."""
     plan = shirt.unstrained[:, :2]
     scale = np.ptp(plan, axis=0) / SIZE[::-1]
     corners = {name: np.array(CORNERS[name]) * scale + [plan[:, 0].min(), 0.0] for name in ("underarm", "shoulder")}
@@ -82,7 +84,7 @@ def pattern() -> Outline:
 def _neckline(neck: np.ndarray, depth: float, turn: float) -> np.ndarray:
     """The right half of a neckline: part of an ellipse from the neck point to the middle, shape (k, 2).
 
-    `turn` is 1 for a quarter of the ellipse, which leaves the shoulder steeply; less is flatter.
+    With `turn` 1 it is a quarter of the ellipse, which is steep at the shoulder. Smaller values make it flatter.
     """
     angle = np.linspace(0.0, 0.5 * np.pi, 25)
     x = neck[0] - depth * np.sin(angle) ** (1.0 / turn)

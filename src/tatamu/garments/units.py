@@ -8,11 +8,11 @@ from tatamu.errors import InputError
 from tatamu.garments.resolution import LARGEST_SIDE, SMALLEST_SIDE
 
 NAMES = {1e-3: "millimetres", 1e-2: "centimetres", 0.0254: "inches", 0.1: "decimetres", 1.0: "metres"}
-"""Units that people draw in, by their metres."""
+"""Usual units of drawings, by their metres."""
 USUAL = (0.15, 1.8)
 """Between these lies the longer side of most garments [m]."""
 DOUBTFUL = 2.6
-"""Larger than this is hardly any garment, though bed linen may be [m]."""
+"""Largest size that is accepted without a note [m]; hardly any garment is larger, but bed linen may be."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def check_size_of_file(sides: tuple[float, float], what: str, unit: Unit) -> Non
 
 
 def doubts(sides: tuple[float, float], unit: Unit) -> list[str]:
-    """The note on a width and length [m] that are unusual in a unit that the user did not give.
+    """Return the note on an unusual width and length [m] in a unit that the user did not give.
 
     The unit that a file states is doubted as well, because many programs write a wrong unit into the header.
     """

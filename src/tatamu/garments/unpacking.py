@@ -11,11 +11,11 @@ from tatamu.files import MIB
 LARGEST_DRAWING = 16 * MIB
 """Largest size of a drawing's file [bytes]."""
 MOST_PARTS = 500_000
-"""Drawings unpack to no more elements and numbers of paths."""
+"""Largest number of elements, and of numbers in paths, of an unpacked drawing."""
 DEEPEST = 100
 """No element of a drawing lies in more others."""
 MOST_CURVES = 5_000
-"""Drawings have no more closed curves, and no more open ones."""
+"""Largest number of closed curves of a drawing, and of open ones."""
 Part = TypeVar("Part", bound=Hashable)
 
 

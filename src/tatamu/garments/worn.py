@@ -31,10 +31,9 @@ DOUBT = ": look at it; a UV map that is its pattern would do better"
 ALIKE = 0.06
 """A UV map is the pattern if half of its edges fit those of the mesh to this part, with one scale for all panels."""
 DEVELOPABLE = 0.01
-"""A UV map has scales of its own along u and v if half of its edges then fit those of the mesh to this part: a map is
-squeezed to fill a square picture, and cloth that was not stretched shows by how much."""
+"""Relative misfit of half of the edges up to which a UV map gets separate scales along u and v."""
 SQUARE = 0.3
-"""Scales along u and v that differ by less than this from their common one are the same [%]."""
+"""Difference from the common scale below which scales along u and v count as equal [%]."""
 ROUNDS = 5
 """Number of times that both scales are fitted."""
 SIDE_VIEW = {0: ("z", "x"), 1: ("z", "-y"), 2: ("y", "z")}
@@ -127,7 +126,7 @@ def _extent(mesh: TriangleMesh, own: np.ndarray) -> str:
 
 
 def _lying(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garment:
-    """The garment of a mesh that is flat, in whatever plane."""
+    """Return the garment of a mesh that is flat in any plane."""
     thin = int(np.argmin(np.ptp(mesh.vertices, axis=0)))
     up, facing = SIDE_VIEW[thin]
     up = given.up or up
@@ -178,7 +177,7 @@ def _sized(plan: np.ndarray, size: tuple[float, float] | None) -> np.ndarray:
 
 
 def _meshed_anew(garment: Garment, spacing: float | None) -> Garment:
-    """The garment with a mesh of our own, its directions carried over."""
+    """Return the garment with a new mesh and the same fibre directions."""
     made = meshed_anew(garment, spacing)
     if garment.fibre is None:
         return made
@@ -194,12 +193,12 @@ class _Pattern:
     panels: np.ndarray
     """Number of each triangle's panel, shape (m,)."""
     words: str
-    """Source of both."""
+    """Source of the pattern, in words."""
     uv: np.ndarray | None = None
     """Corners in the pattern, shape (m, 3, 2); None if there is none."""
 
     def woven(self, garment: Garment) -> Garment:
-        """The garment of these triangles, in this order, with the warp along the pattern's +v."""
+        """Return the garment of these triangles with the warp along the pattern's +v."""
         if self.uv is None:
             return garment
         fibre = along_v(self.uv, garment.unstrained[garment.faces])

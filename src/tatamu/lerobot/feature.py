@@ -1,4 +1,4 @@
-"""What each frame of a dataset holds: numbers with names, flags, pictures of cameras."""
+"""Contents of a dataset's frames: numbers with names, flags, pictures of cameras."""
 
 from __future__ import annotations
 

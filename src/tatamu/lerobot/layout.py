@@ -12,7 +12,7 @@ VERSION = "v3.0"
 FILES_IN_CHUNK = 1000
 """A folder `chunk-...` has at most this many files."""
 DATA_MIB, VIDEO_MIB = 100, 200
-"""A new file starts when a file of numbers, or a video, is larger than this [MiB]."""
+"""Size of a file of numbers, or of a video, at which a new file starts [MiB]."""
 CHUNK = "chunk-{chunk_index:03d}/file-{file_index:03d}"
 DATA = f"data/{CHUNK}.parquet"
 VIDEOS = "videos/{video_key}/" + CHUNK + ".mp4"
@@ -21,7 +21,7 @@ TASKS = "meta/tasks.parquet"
 STATS = "meta/stats.json"
 INFO = "meta/info.json"
 PARTS = ("data", "videos", "meta")
-"""The folders of a dataset; the last is written when the others are there."""
+"""The folders of a dataset; the last is written after the others."""
 
 
 def numbered(pattern: str, number: int, key: str = "") -> Path:

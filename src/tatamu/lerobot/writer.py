@@ -50,7 +50,7 @@ class LeRobotWriter:
         Args:
             root: Folder of the dataset, which must not exist, or be empty.
             fps: Frames per second.
-            features: What each frame holds, by LeRobot's names: "observation.state", "action",
+            features: Contents of each frame, by LeRobot's names: "observation.state", "action",
                 "observation.images.top"; the `USUAL` ones are added.
             robot: Type of the robot; None if there is none.
             data_mib: A file of numbers that is larger is followed by another [MiB].

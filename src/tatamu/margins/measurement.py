@@ -98,7 +98,7 @@ def measure(
         simulator: Name of the simulator; None for the one in which the fold was learned.
         fine: Simulate the fine mesh only, even if there is a coarser one.
         alone: Also measure the range of each disturbance alone.
-        executor: Where simulations run; None for threads on every processor, if the simulator can.
+        executor: Executor of the simulations; None for threads on every processor, if the simulator can.
         progress: Called after every simulation.
 
     Raises:

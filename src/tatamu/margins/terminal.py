@@ -14,7 +14,7 @@ from tatamu.margins.words import TITLES, amount, reach, simulated
 from tatamu.robustness import MarginsResult, Spread
 
 EVERY = 50
-"""Simulations per printed line if there is no terminal."""
+"""Number of simulations per printed line if there is no terminal."""
 
 
 def table(margins: MarginsResult) -> Table:

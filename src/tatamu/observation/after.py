@@ -40,7 +40,7 @@ def known_of(runs: Sequence[Result], task: Task, grasps: Grasps = "integer") -> 
     Args:
         runs: Learned folds that were observed; the search starts from the last.
         task: The task of the study.
-        grasps: How the study searches grasps.
+        grasps: Search of the study's grasps.
 
     Raises:
         InputError: If a fold was not observed, the folds are not of one set-up, or the task has several steps.

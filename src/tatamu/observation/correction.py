@@ -36,7 +36,7 @@ class Expected:
     distance: float
     """Expected mean vertex distance [m]."""
     distance_interval: tuple[float, float]
-    """Its 90 % interval [m]."""
+    """90 % interval of that distance [m]."""
 
     @classmethod
     def of(cls, posterior: Posterior, emulator: Emulator, correction: np.ndarray) -> Expected:

@@ -26,7 +26,7 @@ USUAL = 100
 WIDE = 100
 """Draws twice as wide, so that a set-up that is worse than stated is not beyond everything that was drawn."""
 WIDER = 2.0
-"""Their deviations over those that are stated."""
+"""Ratio of the deviations of the wider draws to the stated ones."""
 
 Progress = Callable[[int, int], None]
 """Callback with the number of finished simulations, and their total."""
@@ -60,7 +60,7 @@ def draw(
         learned: The fold.
         disturbances: Disturbances of the set-up before anything was observed.
         out: Folder that keeps simulations; None to keep none.
-        executor: Where simulations run; None for threads on every processor, if the simulator can.
+        executor: Executor of the simulations; None for threads on every processor, if the simulator can.
         progress: Called after every simulation.
     """
     task = replace(learned.task, reach=None)

@@ -105,7 +105,7 @@ right = [0.0, 0.0]     # right corner
 slip = [0.0, 0.0]      # how far the lower hem has moved from where it lay
 deviation = 1.5        # how far your numbers may be wrong (one standard deviation)
 turned_in = []         # corners that lie turned in: ["left"], ["right"]; delete their numbers above
-failed = false         # true if the fold came to nothing
+failed = false         # true if nothing can be measured
 """
 """The form that `tatamu observe --template` writes."""
 

@@ -72,7 +72,7 @@ def observe(
     Args:
         learned: The fold as it was carried out, with its correction if it had one.
         observation: The measurement; None to use earlier ones only.
-        executor: Where simulations run; None for threads on every processor.
+        executor: Executor of the simulations; None for threads on every processor.
         progress: Called after every simulation.
 
     Raises:
@@ -125,7 +125,7 @@ def evidence_of(
     Args:
         base: The fold as it was learned.
         folder: Its folder; None if it is in memory only.
-        executor: Where simulations run; None for threads on every processor.
+        executor: Executor of the simulations; None for threads on every processor.
         progress: Called after every simulation.
     """
     disturbances = disturbances_of(base)

@@ -35,7 +35,7 @@ UNSURE_DISTANCE = 0.003
 SET_UPS = 10_000
 """Number of set-ups that an observation is compared with, to tell whether it is plausible."""
 IMPLAUSIBLE = 1e-3
-"""An observation is implausible if fewer set-ups than this share end like it, with twice the stated deviations."""
+"""Share of set-ups, with twice the stated deviations, below which an observation is implausible."""
 
 
 @dataclass(frozen=True)
@@ -150,7 +150,7 @@ class Posterior:
 
     @property
     def disturbances(self) -> Disturbances:
-        """The posterior as a file of disturbances, with the random parts as they were."""
+        """The posterior as a file of disturbances; the random parts are unchanged."""
         return join(Split(self.names, self.mean, self.covariance, self.prior.random), self.source)
 
     @property

@@ -73,10 +73,10 @@ def posterior_lines(observed: Observed) -> Iterator[str]:
     for name, mean, before, after in learned_most(observed)[:NAMED]:
         yield f"{title(name)}: {shown(name, mean)}, σ {deviation(name, after)} (before {deviation(name, before)})"
     for pair in posterior.alike()[:NAMED]:
-        yield f"looks alike: {title(pair.one)}; {title(pair.other)} (correlation {pair.correlation:+.2f})"
+        yield f"cannot be told apart: {title(pair.one)}; {title(pair.other)} (correlation {pair.correlation:+.2f})"
     untold = posterior.untold()
     if untold:
-        yield f"not told: {', '.join(title(name) for name in untold)}"
+        yield f"not determined: {', '.join(title(name) for name in untold)}"
 
 
 def correction_lines(record: CorrectionRecord) -> Iterator[str]:

@@ -27,11 +27,11 @@ PAPERS = {"a4": (0.210, 0.297), "letter": (0.2159, 0.2794)}
 COLUMNS, ROWS = 6, 8
 """Squares of the pattern, across and along the page."""
 SQUARE = 0.030
-"""Side of a square as it is meant to be printed [m]."""
+"""Intended side of a printed square [m]."""
 MARKER = 0.024
-"""Side of a marker as it is meant to be printed [m]."""
+"""Intended side of a printed marker [m]."""
 BAR = 0.150
-"""Length of the scale bar as it is meant to be printed [m]."""
+"""Intended length of the printed scale bar [m]."""
 TOP = 0.012
 """Space above the pattern [m]."""
 MARKERS = COLUMNS * ROWS // 2

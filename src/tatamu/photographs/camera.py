@@ -42,7 +42,7 @@ SMOOTH = 2
 WORST = 5e-4
 """Corners of a flat board deviate by less, in longer sides of the picture."""
 GRAZING = 75.0
-"""A camera looks at the table by less than this from straight down [degrees]."""
+"""Largest angle of a camera from straight down [degrees]."""
 LENS = 5
 """Number of parameters of the lens."""
 GUESSES = (1.0, 0.6, 1.6)

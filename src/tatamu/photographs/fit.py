@@ -17,7 +17,7 @@ from tatamu.photographs.pose import Pose, wrapped
 from tatamu.photographs.shape import Shape
 
 TOLERANCE = 0.002
-"""Distances beyond this count less than squares [m]."""
+"""Distance beyond which errors count less than their squares [m]."""
 GIVEN = 0.001
 """Deviation of a corner that the user gives [m]."""
 LARGEST = 1.5

@@ -31,13 +31,13 @@ CLEAR = 6.0
 LEAST = 0.25
 """Least slope of brightness of an edge [8-bit levels per resolution]."""
 RIM = 0.0045
-"""Places nearer to the outline than this are ignored [m]."""
+"""Distance from the outline within which places are ignored [m]."""
 WIDE = 0.006
 """An edge's two slopes, of a dark or bright line, lie within this distance [m]."""
 SEEN = 0.7
 """Deviation by which a camera blurs [pixels]."""
 SECOND = 0.35
-"""The weaker one of them is at least this part of the stronger one."""
+"""Least strength of the weaker slope, as part of the stronger one."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Window:
     length: float
     """[m]"""
     reach: float
-    """It may lie this far to either side [m]."""
+    """Distance to either side within which it is searched [m]."""
 
     def coordinates(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return places along and across the window of points (n, 2)."""
@@ -75,9 +75,9 @@ def inner_edge(
     Args:
         photograph: The photograph.
         frame: Pose of the fold's frame on the board.
-        window: Where the edge is expected.
+        window: Part of the picture in which the edge is expected.
         height: Height of the edge [m].
-        cloth: What the outline encloses, in the fold's frame.
+        cloth: Area inside the outline, in the fold's frame.
     """
     step = max(FINEST, 0.7 * photograph.resolution(frame.place(window.corner[None])))
     along = np.arange(0.008, window.length, step)
@@ -136,7 +136,7 @@ def outer_edge(points: np.ndarray, window: Window) -> Line | None:
 
     Args:
         points: The outline in the fold's frame [m], shape (n, 2).
-        window: Where the edge is expected.
+        window: Part of the picture in which the edge is expected.
     """
     along, across = window.coordinates(points)
     near = (along > 0.01) & (along < window.length) & (np.abs(across) < window.reach)

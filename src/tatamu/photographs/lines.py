@@ -9,7 +9,7 @@ import numpy as np
 ROUNDS = 8
 """Rounds of reweighting."""
 TUNING = 2.0
-"""Points farther than this many deviations from the line count little."""
+"""Number of deviations from the line beyond which points count little."""
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,7 @@ class Line:
     """A line in the plane."""
 
     origin: np.ndarray
-    """A point of it, the middle of its points, shape (2,)."""
+    """The middle of its points, shape (2,)."""
     direction: np.ndarray
     """Unit vector along it, shape (2,)."""
     rms: float

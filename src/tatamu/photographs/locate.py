@@ -20,13 +20,13 @@ from tatamu.photographs.shape import Shape, shape_of
 from tatamu.study.result import Result
 
 TURNED_IN = 0.015
-"""A corner whose outline stays this far inside the garment's is turned in [m]."""
+"""Distance of the outline inside the garment's from which a corner counts as turned in [m]."""
 OTHER = 0.15
 """Relative difference of sides above which cloth is not the learned garment, or is partly invisible."""
 MOST_TURNED = 2
 """Largest number of corners turned in; with more, the outline is that of another garment."""
 UNLIKE = 0.010
-"""An outline that deviates by more than this is of another garment, or wrinkled [m]."""
+"""Largest deviation of an outline [m]; a larger one means another garment, or wrinkles."""
 
 
 def locate(
@@ -47,7 +47,7 @@ def locate(
     Args:
         photo: File of the photo, which shows all of the cloth, and the board beside it.
         board: File of the board, or "a4" or "letter" for a plain white sheet.
-        run: Learned fold, or its folder, with whose garment the cloth is compared; None to use `garment`.
+        run: Learned fold, or its folder; the cloth is compared with its garment. None to use `garment`.
         garment: Name or file of the garment.
         size: Width and length with which the cloth is compared [m]; None if it may have any.
         board_pose: Pose of the board in the robot's base frame [m, m, rad]; None if it is not known.
@@ -166,7 +166,7 @@ def _of_camera(photograph: Photograph, fit: Fit, edge: np.ndarray, given: Mappin
 
 
 def _check_size(path: object, fit: Fit) -> None:
-    """Refuse cloth of quite another size than was learned: a part of it is probably not told from the table."""
+    """Refuse cloth of a very different size; a part of it was probably taken for the table."""
     if not (np.abs(np.log(fit.scale)) < OTHER).all():
         length, width = fit.shape.size * fit.scale
         size = f"{fit.shape.size[1]:.3f} x {fit.shape.size[0]:.3f} m"

@@ -13,7 +13,7 @@ from tatamu.photographs.photograph import Photograph
 from tatamu.photographs.pose import Pose
 
 DOUBTFUL = 0.003
-"""A deviation of the pose above this is worth a better photo [m]."""
+"""Deviation of the pose above which a better photo is worthwhile [m]."""
 WRINKLED = 0.03
 """Cloth whose area falls short by this part is wrinkled or shrunk."""
 OTHER_SIZE = 0.02

@@ -36,7 +36,7 @@ FINEST = 0.0005
 
 
 class Overlay:
-    """A photograph, or a part of it, on which places are drawn."""
+    """A photograph, or a part of one, on which places are drawn."""
 
     def __init__(self, photograph: Photograph, around: np.ndarray | None = None) -> None:
         """Cut and resize the photograph.

@@ -1,4 +1,4 @@
-"""Where a board lies before a robot: stated, or measured by touching its marks."""
+"""The place of a board before a robot: stated, or measured by touching its marks."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tatamu.photographs.pose import Pose
 FARTHEST = 10.0
 """Coordinates in a robot's frame [m]."""
 TOUCHED = 0.005
-"""Marks that are touched lie this near to where the board has them [m]."""
+"""Largest distance of touched marks from their places on the board [m]."""
 LEVEL = 0.01
 """Marks on a level table differ by at most this in height [m]."""
 
@@ -50,7 +50,7 @@ def touched_pose(marks: np.ndarray, touched: np.ndarray) -> Pose:
 
     Args:
         marks: Marks A, B and C in the board's frame [m], shape (3, 2).
-        touched: Where the robot touched them [m], shape (3, 2) or (3, 3).
+        touched: Points at which the robot touched them [m], shape (3, 2) or (3, 3).
 
     Raises:
         InputError: If the marks do not lie so, or the table is not level.

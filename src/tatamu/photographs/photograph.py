@@ -24,7 +24,7 @@ ROOM = 0.004
 SMALLEST = 400
 """Least number of pixels along the shorter side of a photo."""
 WIDEST, WIDEST_PIXELS = 0.006, 10.0
-"""Edges of cloth that are wider than this are blurred [m, pixels]; colours of JPEG files alone are 4 pixels wide."""
+"""Largest width of a sharp edge of cloth [m, pixels]; the colours of JPEG files are blurred over 4 pixels."""
 SPACING = 2.0
 """Distance of points along the outline, in reduced pixels."""
 

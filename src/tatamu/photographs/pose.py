@@ -20,7 +20,7 @@ class Pose:
 
     @property
     def rotation(self) -> np.ndarray:
-        """From this frame to the other, shape (2, 2)."""
+        """Matrix that turns directions of this frame into the other, shape (2, 2)."""
         cosine, sine = np.cos(self.yaw), np.sin(self.yaw)
         return np.array([[cosine, -sine], [sine, cosine]])
 

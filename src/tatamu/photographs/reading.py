@@ -27,13 +27,13 @@ from tatamu.photographs.pose import Pose
 from tatamu.study.result import Result
 
 REACH = 0.06
-"""Edges lie this near to their targets [m]."""
+"""Largest distance of edges from their targets within which they are searched [m]."""
 LENGTH = 0.12
 """Length of an edge from its corner that is searched [m]."""
 UNSEEN = 0.012
 """A hem that may be this far from the outline without being seen is left out [m]."""
 WIDER = 0.006
-"""A hem that appears wider than its target by more than this consists of two layers [m]."""
+"""Largest excess of a hem's visible width over its target [m]; a wider hem consists of two layers."""
 GIVEN = 1.5
 """Deviation of a pixel that the user gives."""
 ROUND = 0.3

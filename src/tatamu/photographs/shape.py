@@ -16,7 +16,7 @@ SPACING = 0.002
 ON = 0.004
 """Corners lie this near to the outline [m]."""
 SHARP = np.radians(35.0)
-"""A corner turns the outline by more than this."""
+"""Least turn of the outline at a corner."""
 ARM = 0.02
 """Distance before and after a corner over which the outline's turn is measured [m]."""
 

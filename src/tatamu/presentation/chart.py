@@ -53,7 +53,7 @@ def _finite(value: Any) -> Any:
 
 
 def axis(title: str, **more: Any) -> dict[str, Any]:
-    """A quiet axis with its title and unit."""
+    """Return an axis with its title and unit."""
     return {
         "title": {"text": title, "standoff": 8, "font": {"size": 12.5}},
         "zeroline": False,
@@ -68,7 +68,7 @@ def axis(title: str, **more: Any) -> dict[str, Any]:
 
 
 def log_axis(title: str, low: float, high: float) -> dict[str, Any]:
-    """Make a logarithmic axis between two values, with plain numbers unless two powers of ten lie between them."""
+    """Return a logarithmic axis between two values, with plain numbers if it spans less than two powers of ten."""
     ticks: dict[str, Any] = {}
     if high < 100.0 * low:
         powers = 10.0 ** np.arange(np.floor(np.log10(low)), np.log10(high))

@@ -40,7 +40,7 @@ def save_png(pixels: np.ndarray, path: Path) -> None:
     """Write a picture in one piece.
 
     Raises:
-        InputError: The file cannot be written.
+        InputError: If the file cannot be written.
     """
     data = png(pixels)
     with replacing(path) as temporary:

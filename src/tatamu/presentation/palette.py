@@ -1,4 +1,4 @@
-"""Every colour, by day and by night; those that carry meaning are the same in pictures, charts and the replay."""
+"""Every colour, in light and dark mode. Colours with a meaning are the same in pictures, charts and the replay."""
 
 from __future__ import annotations
 
@@ -69,13 +69,13 @@ COLOURS = {
 
 
 def rgb(colour: str) -> np.ndarray:
-    """Linear light of "#rrggbb", each 0 to 1, shape (3,)."""
+    """Return the linear light of a colour "#rrggbb", from 0 to 1, shape (3,)."""
     code = np.array([int(colour[k : k + 2], 16) for k in (1, 3, 5)]) / 255.0
     return code**2.2
 
 
 def day(colour: str) -> str:
-    """A colour by its name or as "#rrggbb": as "#rrggbb" by day."""
+    """Return a colour, given by its name or as "#rrggbb", as "#rrggbb" by day."""
     return COLOURS[colour][0] if colour in COLOURS else colour
 
 

@@ -18,7 +18,7 @@ class View:
     """An eye that looks at `centre` from the direction `rotation[2]`; `distance` = inf sees in parallel."""
 
     centre: np.ndarray
-    """[m], shape (3,); lands in the middle of the image."""
+    """Point in the middle of the image [m], shape (3,)."""
     rotation: np.ndarray
     """World to eye, shape (3, 3): rows right, up, towards the eye."""
     scale: float

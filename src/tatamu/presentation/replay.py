@@ -14,7 +14,7 @@ from tatamu.scene import Scene
 from tatamu.topology import facing_down
 
 FRAMES = 150
-"""Most frames of a replay; the viewer moves in straight lines between them."""
+"""Largest number of frames of a replay; the viewer interpolates linearly between them."""
 BUDGET = 3_000_000
 """Largest number of coordinates in all frames, which keeps pages small; about a byte each when packed."""
 STEP = 5e-5
@@ -41,8 +41,8 @@ def replay_data(
     """The data of the viewer for a rollout with its `target`.
 
     Args:
-        rollout: The cloth; the last of the packed frames is its target.
-        scene: Where it lies, with its rigid bodies, which are drawn as they move.
+        rollout: Motion of the cloth; its last frame is the target.
+        scene: Scene of the motion; its rigid bodies are drawn too.
         hands: Hands at each frame of the rollout.
         largest: End of the scale of e_i [m].
         robot: The robot's links at each frame of the rollout.
@@ -64,7 +64,7 @@ def replay_data(
 
 
 def _packed(positions: np.ndarray, last: np.ndarray, faces: np.ndarray) -> dict[str, Any]:
-    """Frames (f, n, 3) and one more, in whole steps from the lowest corner [m]."""
+    """Return frames (f, n, 3) and one more as whole steps from the lowest corner [m]."""
     shown = np.concatenate([positions, last[None]])
     low = shown.min(axis=(0, 1))
     step = max(float((shown.max(axis=(0, 1)) - low).max()) / 65535, STEP)

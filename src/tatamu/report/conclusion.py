@@ -30,7 +30,7 @@ class Conclusion:
 
     succeeded: bool
     measures: list[str]
-    """Values that the verdict rests on, each with its threshold, possibly with further ones."""
+    """Values that determine the verdict, each with its threshold, and possibly further ones."""
     notes: list[str] = field(default_factory=list)
     """Lines that qualify the verdict."""
     advice: list[str] = field(default_factory=list)
@@ -84,8 +84,8 @@ def _origin(result: ResultRecord) -> list[str]:
     if curve is None:
         return []
     return [
-        f"trial {best.number} was found by the search: its path is {best.trajectory_length or 0.0:.3f} m, that of the "
-        f"best curve that the search was given, trial {curve.number}, {curve.trajectory_length or 0.0:.3f} m"
+        f"trial {best.number} was found by the search: its path is {best.trajectory_length or 0.0:.3f} m; the "
+        f"best curve that the search was given, trial {curve.number}, has {curve.trajectory_length or 0.0:.3f} m"
     ]
 
 
@@ -111,10 +111,7 @@ def on_bounds(result: ResultRecord) -> list[str]:
             found.append(f"{MEANING.get(name, name)} ({name}): {shown}")
     if not found:
         return []
-    return [
-        "the best trial lies at the end of what the search may choose, and a better fold may lie beyond: "
-        + "; ".join(found)
-    ]
+    return ["the best trial is at a limit of the search, so there may be a better fold beyond it: " + "; ".join(found)]
 
 
 def _measures(measured: Measured, succeeded: bool, apart: str) -> list[str]:
@@ -140,7 +137,7 @@ def _about_search(result: ResultRecord) -> list[str]:
     if other is not None and other.score is not None:
         lines.append(
             f"trial {other.number} succeeds ({1e3 * other.score.mean_vertex_distance:.1f} mm) by a longer path: "
-            "on a coarse mesh C weighs the distance less; try a finer one (--spacing)"
+            "on a coarse mesh, C values the distance less; try a finer mesh (--spacing)"
         )
     lines += [
         f"the fixed trajectory {each.label!r} succeeds: {1e3 * each.score.mean_vertex_distance:.1f} mm"

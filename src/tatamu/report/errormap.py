@@ -15,7 +15,7 @@ from tatamu.study import Result
 CELLS = 45_000
 """Approximate number of cells of a map."""
 HIDDEN = 0.02
-"""Share of cells with a hidden lower layer above which that layer gets a map of its own."""
+"""Share of cells with a hidden lower layer above which that layer has a separate map."""
 
 
 def largest(errors: np.ndarray) -> float:

@@ -13,7 +13,7 @@ from tatamu.report.still import render as still
 from tatamu.study import Result
 
 SMALLER = 4
-"""Factor by which the picture is smaller than it is drawn."""
+"""Factor by which the drawing is reduced in the picture."""
 
 
 def embedded(fold: Result) -> str:

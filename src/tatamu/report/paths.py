@@ -12,7 +12,7 @@ from tatamu.study import Result
 
 DASHES = ("dash", "dot", "dashdot", "longdash", "longdashdot")
 ALIKE = 0.01
-"""Paths nearer to one another than this [m] are drawn once."""
+"""Largest distance of two paths that are drawn as one [m]."""
 
 
 def plot(fold: Result) -> Plot:

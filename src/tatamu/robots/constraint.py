@@ -27,13 +27,13 @@ class ReachConstraint:
         self._known: list[tuple[Robot, Placement]] = []
 
     def __call__(self, manipulation: Manipulation) -> float:
-        """The quality of the best placement: from 0, just possible, to 1, comfortable; negative: not possible.
+        """Return the quality of the best placement, from 0 (just possible) to 1; negative if impossible.
 
         Args:
             manipulation: Both hands' paths, on Bezier curves.
 
         Raises:
-            InputError: The manipulation has not two hands.
+            InputError: If the manipulation has not two hands.
         """
         hands = HandMotion.exact(manipulation)
         for robot, placement in self._known:
@@ -49,7 +49,7 @@ class ReachConstraint:
             manipulation: Both hands' paths, on Bezier curves.
 
         Raises:
-            InputError: The manipulation has not two hands.
+            InputError: If the manipulation has not two hands.
         """
         hands = HandMotion.exact(manipulation)
         refusals: list[Refused] = []

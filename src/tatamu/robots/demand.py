@@ -13,7 +13,7 @@ import numpy as np
 FEWEST = 5
 """Joints that an arm needs."""
 ALL = 6
-"""Joints with which an arm keeps its tool's whole orientation."""
+"""Number of joints from which on an arm keeps its tool's whole orientation."""
 OPENING = 1
 """The axis of T along which the jaw opens: y."""
 
@@ -24,7 +24,7 @@ def turns_freely(joints: int) -> bool:
 
 
 def weights(joints: int) -> np.ndarray:
-    """Which of the turns about the axes of T count, 1 or 0, shape (3,)."""
+    """Return the weights, 1 or 0, of rotations about the axes of T, shape (3,)."""
     counted = np.ones(3)
     if turns_freely(joints):
         counted[OPENING] = 0.0
@@ -32,7 +32,7 @@ def weights(joints: int) -> np.ndarray:
 
 
 def too_few(joints: int) -> str:
-    """Why an arm of so few joints cannot fold."""
+    """Return why an arm with so few joints cannot fold."""
     return (
         f"joints must be at least {FEWEST}, given {joints}: three move the hand and two keep the jaw across the hem at "
         "its tilt; an arm with fewer cannot"

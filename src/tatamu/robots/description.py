@@ -155,7 +155,7 @@ def files_of(path: Path) -> list[Path]:
     """The files that a robot is made from: its description, the models and disturbances that this names, and meshes.
 
     Raises:
-        InputError: The description or another file cannot be read.
+        InputError: If the description or another file cannot be read.
     """
     description = read_description(path)
     disturbances_in_description(path, description)
@@ -171,7 +171,7 @@ def disturbances_of(path: Path) -> Disturbances | None:
     """Return the disturbances that a robot's description names or contains; None if it has none.
 
     Raises:
-        InputError: The description or the file that it names cannot be read, or a field is wrong.
+        InputError: If the description or the file that it names cannot be read, or a field is wrong.
     """
     return disturbances_in_description(path, read_description(path))
 

@@ -53,7 +53,7 @@ def state(plan: RobotPlan, times: np.ndarray) -> np.ndarray:
 
 
 def widths(plan: RobotPlan, arm: Arm, times: np.ndarray) -> np.ndarray:
-    """Wanted between the fingertips [m] at times [s] (n,): each command takes the time that the plan leaves for it."""
+    """Planned distance between the fingertips [m] at times [s], shape (n,)."""
     commands = [command for command in plan.gripper_commands if command.arm == arm.name]
     found = np.full(len(times), commands[0].width)
     for before, command in itertools.pairwise(commands):
@@ -63,7 +63,7 @@ def widths(plan: RobotPlan, arm: Arm, times: np.ndarray) -> np.ndarray:
 
 
 def _gripper(arm: Arm, widths: np.ndarray) -> np.ndarray:
-    """The robot's values of widths [m], linear from a closed jaw to one that is open for a grasp."""
+    """The robot's values of jaw widths [m], linear between the closed jaw and the open one."""
     names = arm.lerobot
     if names.open is None or names.closed is None:
         return widths

@@ -15,7 +15,7 @@ needed = partial(extras.needed, extra="robot")
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Suppress MuJoCo's warnings on standard error: those that it writes itself, and those that Python shows."""
+    """Suppress MuJoCo's warnings on standard error, its own and Python's."""
     mujoco = needed("mujoco")
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda _: None)

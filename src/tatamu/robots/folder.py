@@ -30,14 +30,14 @@ from tatamu.study.folder import MANIPULATION, RESULT, ROLLOUT, SCENE
 from tatamu.version import __version__
 
 FOLD_FILES = (MANIPULATION, SCENE, ROLLOUT, RESULT)
-"""Files of the learned fold that a plan carries along; all but the first may be missing."""
+"""Files of the learned fold that a plan contains; all but the first may be missing."""
 
 
 def check_out(out: Path) -> None:
     """Refuse an existing path that is not a plan, before any work is done.
 
     Raises:
-        InputError: The path holds something else.
+        InputError: If the path holds something else.
     """
     if out.resolve() == Path.cwd():
         raise InputError(f"{out}: is the folder that you are in, which a plan would replace: give another --out")

@@ -42,7 +42,7 @@ class HandMotion:
         """Read the hands' motion from the folder of a learned fold.
 
         Raises:
-            InputError: The file cannot be read, or a field is wrong.
+            InputError: If the file cannot be read, or a field is wrong.
         """
         folder = ResultFolder(path)
         if not path.is_dir():
@@ -60,7 +60,7 @@ class HandMotion:
         """The motion of a manipulation: minimum jerk along its Bezier curves.
 
         Raises:
-            InputError: It has not two hands, or one that does not move.
+            InputError: If it has not two hands, or one that does not move.
         """
         curves = manipulation.curves
         if len(curves) != 2:

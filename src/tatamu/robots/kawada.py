@@ -30,11 +30,12 @@ def kawada(
     Args:
         name: Name in plans.
         wrist_offset: Offset from J4 to J5 along x [m]; None for -0.047.
-        fingertip: From the origin of the last link to the fingertip, along its -x [m]; None for that of the stock hand.
+        fingertip: Distance of the fingertip from the origin of the last link along its -x [m]; None for the stock
+            hand's.
         nextage: NEXTAGE Open's speeds, range of LARM_JOINT3 and tool.
 
     Raises:
-        InputError: A length is out of the range of such a wrist or hand.
+        InputError: If a length is out of the range of such a wrist or hand.
     """
     wrist_offset = facts.WRIST_OFFSET if wrist_offset is None else wrist_offset
     usual = facts.NEXTAGE_FINGERTIP if nextage else facts.FINGERTIP

@@ -16,7 +16,7 @@ REACHED = 2e-6
 """Error at which a tool pose counts as solved [m, and rad times LENGTH]."""
 STEPS = 60
 NEAR, ALIGNED = 1e-4, 1e-3
-"""Differences between a tool and its pose below this are ignored in messages [m, rad]."""
+"""Differences between a tool and its pose that messages ignore [m, rad]."""
 
 
 @dataclass(frozen=True)

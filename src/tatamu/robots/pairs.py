@@ -51,7 +51,7 @@ class _Shape:
     carries: frozenset[str]
     """The arms that its body carries."""
     still: bool
-    """Whether no joint at all moves it."""
+    """Whether no joint moves it."""
 
 
 def pairs_of(robot: Robot, only: str | None = None) -> ShapePairs:

@@ -57,7 +57,7 @@ class PlacedFold:
     source: Path
     """The folder of the fold, for messages."""
     hover: float = 0.0
-    """Height of the placement over the table [m]: a motion to look at, which grasps nothing."""
+    """Height of the placement over the table [m], for a motion that is only watched and grasps nothing."""
 
     @property
     def table(self) -> float:

@@ -33,7 +33,7 @@ class Placement:
     yaw: float
     """Rotation about z [rad]."""
     turning: float = 0.0
-    """Fraction by which the trunk turns with the hands: 0 not at all, 1 facing the middle between them."""
+    """Part of the turn towards the middle between the hands that the trunk makes, from 0 to 1."""
 
     def trunk(self, points: np.ndarray) -> np.ndarray:
         """The trunk's angle [rad] (n,) when the hands are at points (2, n, 3) of F."""
@@ -90,7 +90,7 @@ class Hold:
 
         Args:
             jaw: The hand's jaw.
-            heading: Where the hand folds to, about z from x of B [rad].
+            heading: Direction in which the hand folds, as an angle about z from x of B [rad].
             over: Height of the simulated hand over the table at the grasp [m].
         """
         across = jaw.depth * np.array([np.cos(heading), np.sin(heading)])

@@ -79,7 +79,7 @@ def plan_fold(
         robot: Which robot.
         place: x, y [m] and yaw [rad] of the fold's frame in the robot's base; None to search it.
         table_height: Height of the table top in the robot's base [m]; None to search it.
-        pace: How careful the motion is.
+        pace: Limits of the motion's speed.
         hover: Height above the table at which the motion of the plan is made with open jaws [m]; 0 to fold.
 
     Raises:

@@ -48,11 +48,11 @@ class GripperCommand(OpenRecord):
     force: float = Field(gt=0)
     """At most [N]."""
     duration: float = Field(ge=0)
-    """Time that the plan leaves for it [s]."""
+    """Time that the plan allows for it [s]."""
 
 
 class Segment(OpenRecord):
-    """A part of the motion from rest to rest; a player may stop after it for as long as it likes."""
+    """A part of the motion from rest to rest; a player may pause after it for any time."""
 
     name: Literal["approach", "fold", "leave"]
     start: float = Field(ge=0)

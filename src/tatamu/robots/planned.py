@@ -40,7 +40,7 @@ class Planned:
         """Read plan.json and joint_trajectory.csv.
 
         Raises:
-            InputError: A file is missing or wrong.
+            InputError: If a file is missing or wrong.
         """
         if not folder.is_dir():
             raise InputError(f"{folder}: must be the folder of a plan, and is no folder")
@@ -60,7 +60,7 @@ class Planned:
 
     @property
     def fold(self) -> ResultFolder:
-        """The learned fold that the plan carries along; some of its files may be missing."""
+        """Folder of the learned fold inside the plan; some of its files may be missing."""
         return ResultFolder(self.folder / FOLD)
 
     def fingers(self, times: np.ndarray) -> dict[str, np.ndarray]:

@@ -53,7 +53,7 @@ def facing(y: float, front: float, z: float = 0.0) -> Mount:
 
 
 PEDESTAL = Mount(0.0, 0.031, 0.0, 0.12, table_heights=(-0.50, -0.28))
-"""OpenArm's: both arms hang from its top."""
+"""OpenArm's pedestal, from whose top both arms hang."""
 
 
 PAIRS: dict[str, tuple[SerialArm, Mount]] = {
@@ -97,9 +97,9 @@ def _feet(mount: Mount) -> dict[str, np.ndarray]:
 
 
 def _arm(side: str, arm: SerialArm, mount: Mount) -> Arm:
-    """The arm in the pose where its jaw opens along x of B, across the hem; T is turned as the gripper is.
+    """Return the arm in the pose in which its jaw opens along x of B, across the hem.
 
-    An arm whose last joint does not turn about the approach stays in its ready pose.
+    If the last joint does not turn about the approach, the arm stays in its ready pose.
     """
     yaw = _feet(mount)[side][:3, :3]
     initial = np.array(arm.ready)

@@ -1,4 +1,4 @@
-"""Which placements both arms can follow the whole fold from, and which of them best.
+"""The placements from which both arms can follow the whole fold, and the best of them.
 
 Each candidate placement is tried with each hold; an arm follows the hand's path from point to point by damped least
 squares. Each point starts from the angles of the last one, so a path that would need a jump counts as unreachable. Then
@@ -30,9 +30,9 @@ from tatamu.robots.placement import (
 SAMPLES = 10
 """Points of the fold that are tried, equally far apart along the hands' paths."""
 GOOD_MARGIN = 0.2
-"""More distance than this from joint limits [rad] counts no further."""
+"""Distance from joint limits above which placements count as equal [rad]."""
 GOOD_SINGULARITY = 0.2
-"""More distance than this from singularities (see `Chain.singularity`) counts no further."""
+"""Distance from singularities above which placements count as equal; see `Chain.singularity`."""
 DISTANCES = {
     "between arms": (0.018, 0.06),
     "to the trunk": (0.008, 0.04),
@@ -49,13 +49,13 @@ TABLE_ROOM = 0.01
 ON_THE_WAY = (0.25, 0.5, 0.75)
 """Fractions of the way from the initial pose to the first point, and back from the last, that are also tested."""
 HOPELESS = -1.0
-"""Worse than this is not followed up."""
+"""Worst result whose search continues."""
 REFINED = 2
 """Placements, the best first, whose neighbourhoods are searched too."""
 ASKED = 80
 """Number of best placements whose distances are computed."""
 CLEAR, TRIED = 3, 8
-"""Holds that touch nothing that are wanted of each arm, and holds that are tried for them at most."""
+"""Number of collision-free holds that each arm needs, and largest number of holds tried for them."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,7 @@ def best_placements(robot: Robot, hands: HandMotion, heights: tuple[float, float
 
 
 def joined(first: PlacementRanking, second: PlacementRanking) -> PlacementRanking:
-    """Two answers in one, the best first."""
+    """Return two results as one, the best first."""
     order = np.argsort(-np.concatenate([first.quality, second.quality]), kind="stable")
     placements, holds = first.placements + second.placements, first.holds + second.holds
     return PlacementRanking(
@@ -169,11 +169,11 @@ def follow(
     Args:
         robot: The robot.
         arm: Its arm.
-        placements: Where the fold may lie.
-        holds: How the hand may take the hem.
+        placements: Allowed places of the fold.
+        holds: Allowed holds of the hem.
         trunk: The trunk's angle from each placement at each point [rad], shape (placements, n + 2).
         path: The hand's path in F [m], shape (n, 3).
-        steps: From point to point [s], shape (n - 1,).
+        steps: Times between points [s], shape (n - 1,).
     """
     chain = Chain.of(robot, arm)
     shape = (len(placements), len(holds))
@@ -219,7 +219,7 @@ def _alone(
 ) -> None:
     """Lower the quality of holds (h,) by the distances of the arm from the trunk, itself and the table.
 
-    The best holds are tested first. Once enough are clear or too many are not, the others count as impossible.
+    The best holds are tested first. Once enough are clear, or too many are not, it stops; the rest count as impossible.
     """
     clear = 0
     for rank, hold in enumerate(np.argsort(-quality, kind="stable")):

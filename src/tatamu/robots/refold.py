@@ -75,13 +75,13 @@ def refold(rehearsal: Rehearsal, simulator: str, halvings: int | None = None) ->
     """Fold again with both hands; None if the plan carries no scene.
 
     Args:
-        rehearsal: How the robot moved.
+        rehearsal: Motion of the robot.
         simulator: Which one folds.
         halvings: Number of halvings of the mesh's edges; None for as many as the simulator needs.
 
     Raises:
         InputError: No such simulator, or a file of the fold is broken.
-        SimulationError: The simulation failed.
+        SimulationError: If the simulation failed.
     """
     folder = rehearsal.planned.fold
     if not folder.scene_file.is_file():
@@ -103,7 +103,7 @@ def _target(folder: ResultFolder, count: int) -> np.ndarray | None:
 
 
 def _rebuilt(folder: ResultFolder) -> tuple[Result | None, str | None]:
-    """The learned fold that the plan carries, or why it cannot be scored."""
+    """Return the learned fold in the plan's folder, or why it cannot be scored."""
     if not folder.result_file.is_file():
         return None, "the plan carries no result.json of the learned fold"
     try:

@@ -104,7 +104,7 @@ def rehearse(planned: Planned) -> Rehearsal:
     """Drive the robot through a plan.
 
     Raises:
-        InputError: The plan's model cannot be read, or lacks a joint.
+        InputError: If the plan's model cannot be read, or lacks a joint.
     """
     mujoco = needed("mujoco")
     model = _stage(planned, mujoco)

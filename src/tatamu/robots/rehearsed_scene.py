@@ -25,7 +25,7 @@ def rehearsed_scene(rehearsal: Rehearsal, learned: Scene) -> Scene:
     """Return the scene of a fold by the robot's hands.
 
     Args:
-        rehearsal: How the robot moved.
+        rehearsal: Motion of the robot.
         learned: The scene of the fold, with the left hand's grippers first; of several, the first stays as it is while
             the fingers close, and the others are pressed onto it.
 

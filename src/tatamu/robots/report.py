@@ -15,7 +15,7 @@ from tatamu.robots.refold import Refold
 from tatamu.robots.rehearsal import Rehearsal
 
 AS_FLOATING = 0.010
-"""A fold whose vertices end within this of where floating hands leave them is the same fold [m]."""
+"""Distance from the fold by floating hands within which a fold counts as the same [m]."""
 
 
 AS_PLANNED = 0.010
@@ -103,12 +103,12 @@ def summary(figures: dict[str, Any]) -> list[str]:
     lines += [
         f"warning: {' and '.join(contact['links'])} touch at {contact['first']:.2f} s, {1e3 * contact['depth']:.1f} mm"
         for contact in contacts
-    ] or ["nothing touched that should not"]
+    ] or ["no links touched that must not"]
     return lines + ([] if figures["fold"] is None else _fold_summary(figures["fold"]))
 
 
 def halved(often: int) -> str:
-    """Number of halvings of the mesh's edges, in words."""
+    """Return the number of halvings of the mesh's edges as text."""
     return "halved " + {1: "once", 2: "twice"}.get(often, f"{often} times")
 
 

@@ -68,7 +68,7 @@ def check_description(path: Path, robot: Robot, prefixes: dict[str, str]) -> Non
 
 
 def check_kinematics(robot: Robot) -> None:
-    """Hold the chains that plans are made with against MuJoCo's kinematics, which rehearsals use.
+    """Compare the chains of plans with MuJoCo's kinematics, which rehearsals use.
 
     Raises:
         InputError: If they put a tool in different places; the message has the distance.

@@ -17,11 +17,11 @@ from tatamu.errors import TatamuError
 from tatamu.robots.extras import needed
 
 KEEP = 0.98
-"""Fraction of each limit that is planned with: toppra holds its limits at grid points, not between them."""
+"""Fraction of each limit used in plans, because toppra keeps limits only at grid points."""
 
 
 STILL = 1e-5
-"""Joints that move less than this [rad] are left out: their tiny coefficients upset the linear programs."""
+"""Least motion of a joint in the timing [rad]; tiny coefficients would disturb the linear programs."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ def timed(spline: CubicSpline, rate: float, speed: np.ndarray, acceleration: np.
         acceleration: Limits of the joints [rad/s^2], shape (k,).
 
     Raises:
-        Untimed: No parameterisation satisfies them.
+        Untimed: If no motion along the path satisfies the limits.
     """
     toppra = needed("toppra")
     logging.getLogger("toppra").setLevel(logging.CRITICAL)

@@ -17,7 +17,7 @@ from tatamu.robustness.verdict import Verdict
 Progress = Callable[[int, int], None]
 """Callback with the number of finished simulations, and the number known to be needed."""
 WorldSearch = Generator[World, Verdict, float | None]
-"""Yields worlds, is sent the verdicts on them, and returns its finding."""
+"""A generator that yields worlds, is sent the verdicts on them, and returns its result."""
 
 
 @dataclass(frozen=True)
@@ -26,11 +26,11 @@ class Judged:
 
     nominal: MeshVerdict
     worlds: list[MeshVerdict]
-    """On the given worlds, in their order."""
+    """Verdicts on the given worlds, in their order."""
     findings: list[float | None]
     """Results of the searches, in their order."""
     seen: list[MeshVerdict]
-    """All of these, and those on the worlds of the searches."""
+    """Verdicts on all worlds, those of the searches included."""
 
 
 @dataclass
@@ -64,7 +64,7 @@ class Judge:
         Args:
             fine: The fold on the fine mesh.
             coarse: The same fold on a coarser mesh; None if there is none.
-            workers: Where simulations run.
+            workers: Executor of the simulations.
             cache: Earlier simulations, and where new ones are kept.
             progress: Called after every simulation.
         """
@@ -171,7 +171,7 @@ def simulate_missing(
 
     Args:
         jobs: The fold and the world of each verdict, by its key.
-        workers: Where simulations run.
+        workers: Executor of the simulations.
         cache: Keeps the verdicts.
         ended: Called after every simulation with how many are left.
     """
@@ -197,7 +197,7 @@ def verdict_in(evaluator: Evaluator, parameters: Mapping[str, int | float], worl
 
 
 def _result(future: Future[Verdict]) -> Verdict:
-    """Return the verdict of a simulation; one that ended the processes it ran in has failed."""
+    """Return the verdict of a simulation; a simulation that killed its processes has failed."""
     try:
         return future.result()
     except WorkerKilledError as error:

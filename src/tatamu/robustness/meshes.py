@@ -20,7 +20,7 @@ from tatamu.robustness.verdict import Verdict
 from tatamu.simulators.source import source_digest
 
 PAIRS = 12
-"""Largest number of draws that are simulated on both meshes whatever their verdict, evenly from best to worst."""
+"""Largest number of draws that are simulated on both meshes in any case, evenly from best to worst."""
 DRAWS_PER_PAIR = 8
 """One draw in this many runs on both meshes, if that is fewer."""
 VERSION = 2

@@ -30,11 +30,11 @@ class AloneMargin(OpenRecord):
     high: float | None
     """Farthest above zero; None if it succeeded as far as was tried."""
     deviation: float
-    """Its standard deviation, in the same unit; of a relative change that of the logarithm."""
+    """Standard deviation of the disturbance, in the same unit; of the logarithm, if it is a relative change."""
     tried: tuple[float, float]
     """The range that was tried."""
     mean: float = 0.0
-    """Its mean; of a relative change that of the logarithm."""
+    """Mean of the disturbance; of the logarithm, if it is a relative change."""
 
 
 class Spread(OpenRecord):
@@ -171,9 +171,9 @@ class MarginsResult(OpenRecord):
     """Number of draws without a fold to score, by reason."""
     mesh: MeshUsed
     simulations: Annotated[int, Field(ge=0)]
-    """How many there were."""
+    """Number of simulations."""
     disturbances: dict[str, Any]
-    """As used."""
+    """Disturbances that were used."""
 
     @property
     def reasons(self) -> str:

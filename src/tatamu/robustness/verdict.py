@@ -20,7 +20,7 @@ class Verdict:
     mask_iou: FiniteFloat | None
     """[-]; None if the simulation failed."""
     error: str | None = None
-    """Why it failed."""
+    """Reason of the failure."""
     moving_vertex_distance: FiniteFloat | None = None
     """Mean over the part that moves [m]; None if the simulation failed."""
     marks: dict[str, FiniteFloat] | None = None

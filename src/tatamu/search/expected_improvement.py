@@ -17,7 +17,7 @@ from scipy.special import erfcx, log_ndtr, ndtr
 
 LOG_SQRT_2PI = 0.5 * np.log(2.0 * np.pi)
 FAR = -1.0
-"""Below this z the two terms of EI nearly cancel, and another form is used."""
+"""z below which the two terms of EI nearly cancel, so that another form is used."""
 TINY = 1e-300
 
 

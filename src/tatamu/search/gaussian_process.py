@@ -60,7 +60,7 @@ class GaussianProcess:
 
         Args:
             points: Points of the observations in the unit cube, shape (n, d), n at least 1.
-            values: What was observed, standardised, shape (n,).
+            values: Observed values, standardised, shape (n,).
         """
         dimensions = points.shape[1]
         posterior = _Posterior(points, values)

@@ -47,12 +47,12 @@ class Maximisation:
     kept: int = 6
     """Points around which each round looks more closely."""
     per_kept: int = 21
-    """Points around each of them in a round."""
+    """Number of points around each of these in a round."""
     rounds: int = 8
     first_spread: float = 0.15
     """Spread of the first round, in sides of the cube."""
     narrowing: float = 0.6
-    """Spread of a round over that of the round before."""
+    """Ratio of the spreads of a round and of the round before."""
     changed: float = 0.6
     """Probability that a coordinate changes."""
 
@@ -128,8 +128,8 @@ def fit_standardised(
     """Fit a process to standardised values and let it believe its own mean at pending points.
 
     Args:
-        points: Where the values were observed, in the unit cube, shape (n, d).
-        values: What was observed, shape (n,).
+        points: Points of the unit cube whose values were observed, shape (n, d).
+        values: Observed values, shape (n,).
         pending: Points of trials that are still running, shape (p, d).
         least: Least standard deviation, so that nearly equal values are not scaled to unit variance.
 
@@ -150,14 +150,14 @@ def maximise(
 ) -> tuple[np.ndarray, float]:
     """Find the point of largest acquisition, shape (d,), and the acquisition there.
 
-    Gradients would gain little: one look at a thousand points takes a millisecond.
+    Gradients would gain little, because a thousand points are evaluated in a millisecond.
 
     Args:
-        acquisition: From points (p, d) to their acquisition (p,).
+        acquisition: Function of points, shape (p, d), that returns their acquisition, shape (p,).
         space: The search space.
         best: Points of the best trials, shape (b, d).
         random: Source of the points.
-        settings: How many points are tried, and where.
+        settings: Number of points that are tried, and their range.
     """
     scattered = random.random((settings.scattered, space.dimensions))
     middles = best[random.integers(len(best), size=settings.around_best)]

@@ -18,13 +18,13 @@ DIFFERENCE = 0.01
 FIRST_DAMPING = 0.01
 """lambda at the start of a search."""
 LESS, MORE = 0.2, 5.0
-"""Factors of lambda after a step that led down, and after one that did not."""
+"""Factors of lambda after a step that lowered the value, and after another step."""
 MOST_DAMPING = 1e3
-"""A search has ended when only a more damped step than this could lead down."""
+"""Largest damping; if no step with less damping lowers the value, the search ends."""
 SHORTEST_STEP = 1e-3
-"""Or when the next step is shorter than this in every coordinate, in sides of the cube."""
+"""Largest coordinate of a step at which the search ends, in sides of the cube."""
 LEAST_GAIN = 1e-3
-"""Or when a step has led down by less than this part of the sum of squares."""
+"""Relative decrease of the sum of squares at which the search ends."""
 DIGITS = 9
 """Number of digits in which equal points agree."""
 
@@ -48,7 +48,7 @@ def next_point(starts: Iterable[np.ndarray], known: Mapping[Key, Residuals], pen
     Args:
         starts: Starting points of the searches in the unit cube, shape (d,) each; enough for all searches.
         known: Residuals at evaluated points.
-        pending: Where they are being evaluated.
+        pending: Points that are being evaluated.
     """
     for start in starts:
         search = least_squares(start)

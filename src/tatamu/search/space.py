@@ -68,7 +68,7 @@ class Space:
         return {name: each.nearest(0.5 * (each.low + each.high)) for name, each in self.bounds.items()}
 
     def random(self, seed: int) -> Parameters:
-        """Return parameters drawn evenly from the space, those that Optuna's `RandomSampler` of this seed draws."""
+        """Return parameters drawn evenly from the space, equal to those of Optuna's `RandomSampler` with this seed."""
         generator = np.random.RandomState(seed)
         drawn: Parameters = {}
         for name, each in self.bounds.items():

@@ -39,7 +39,7 @@ class CoKriging:
     handful: int = 3
     """Number of known trials of high fidelity from which on the difference d is modelled."""
     different: float = 0.1
-    """Two trials are different if one parameter differs by this part of its range."""
+    """Least difference of two trials in one parameter, as part of its range, that makes them different."""
     least_difference: float = 1.0
     """Least standard deviation of d: without data, alpha D may differ by a factor of three."""
 

@@ -22,7 +22,7 @@ class Simulator(Protocol):
         """Check for programs that it needs in addition to tatamu.
 
         Raises:
-            InputError: It is not installed.
+            InputError: If it is not installed.
         """
         ...
 
@@ -38,7 +38,7 @@ class Simulator(Protocol):
         """Run one scene.
 
         Raises:
-            SimulationError: The rollout passed a limit of the model.
+            SimulationError: If the rollout passed a limit of the model.
         """
         ...
 
@@ -59,7 +59,7 @@ def named(name: str) -> Simulator:
     """The simulator called `name`.
 
     Raises:
-        InputError: There is none of that name.
+        InputError: If there is none of that name.
     """
     if name not in SIMULATORS:
         raise InputError(f"simulator: must be one of {', '.join(SIMULATORS)}, given {name!r}")
@@ -86,7 +86,7 @@ def capabilities(name: str) -> Capabilities:
     """The abilities and limits of the simulator called `name`.
 
     Raises:
-        InputError: There is none of that name.
+        InputError: If there is none of that name.
     """
     return named(name).CAPABILITIES
 

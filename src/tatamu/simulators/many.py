@@ -18,7 +18,7 @@ def processors() -> int:
 
 @contextmanager
 def executor_of(given: Executor | None, most: int) -> Iterator[Executor]:
-    """Return the given executor, or threads: one per processor, but no more than there are tasks at a time."""
+    """Return the given executor, or threads: as many as processors, or as tasks at a time if these are fewer."""
     if given is not None:
         yield given
         return

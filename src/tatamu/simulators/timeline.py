@@ -10,7 +10,7 @@ import numpy as np
 from tatamu.scene import Gripper, Scene
 
 SAME = 1e-7
-"""Instants nearer than this are one [s]."""
+"""Largest difference of instants that are equal [s]."""
 
 
 @dataclass(frozen=True)

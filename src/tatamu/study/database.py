@@ -67,7 +67,7 @@ def parse_storage(given: str) -> str:
     """Read the address of a database: `postgresql://USER@HOST/DB`.
 
     Raises:
-        InputError: It is none, or has a password in it; the message never repeats it.
+        InputError: If it is none, or has a password in it; the message never repeats it.
     """
     wanted = "must be postgresql://USER@HOST/DB"
     try:
@@ -100,8 +100,8 @@ class SharedDatabase:
         """The storage for Optuna, connected at the first use.
 
         Raises:
-            InputError: The database refuses.
-            UnavailableError: It does not answer.
+            InputError: If the database refuses.
+            UnavailableError: If it does not answer.
         """
         with self._lock:
             if self._storage is None:
@@ -109,7 +109,7 @@ class SharedDatabase:
             return self._storage
 
     def run(self, operation: Callable[[], Value], done: Callable[[], bool] | None = None) -> Value | None:
-        """Do an operation; again, where the connection was lost.
+        """Do an operation, and repeat it if the connection was lost.
 
         Args:
             operation: Reads, or writes in one transaction.
@@ -132,7 +132,7 @@ class SharedDatabase:
         return self._persist(attempt, self.retry_seconds)
 
     def hold(self, name: str) -> None:
-        """Hold a study until `release` or the end of this process.
+        """Lock a study until `release` or the end of this process.
 
         Raises:
             UnavailableError: Another client holds it.
@@ -197,8 +197,8 @@ class SharedDatabase:
         """Do an operation until it works or time is up.
 
         Raises:
-            InputError: The database refuses.
-            UnavailableError: It did not answer for so long, or its disk is full.
+            InputError: If the database refuses.
+            UnavailableError: If it did not answer for so long, or its disk is full.
         """
         deadline = monotonic() + seconds
         while True:
@@ -234,14 +234,14 @@ class SharedDatabase:
 
 @contextmanager
 def shared_database(address: str | None) -> Iterator[SharedDatabase | None]:
-    """The database of an address while the block runs, with few connections for all that uses it; None for None.
+    """Yield the database of an address while the block runs, with few connections; None for None.
 
     Args:
         address: `postgresql://USER@HOST/DB`.
 
     Raises:
-        InputError: The address is none, its driver is not installed, or the database refuses.
-        UnavailableError: It does not answer.
+        InputError: If the address is none, its driver is not installed, or the database refuses.
+        UnavailableError: If it does not answer.
     """
     if address is None:
         yield None
@@ -264,7 +264,7 @@ def _rendered(url: URL) -> str:
 
 
 def _say_that_it_was_lost(context: ExceptionContext) -> None:
-    """Turn the loss of a connection into an error after which Optuna does not try again by itself."""
+    """Turn the loss of a connection into an error after which Optuna does not retry."""
     state, reason = _reason(context.original_exception)
     if context.is_disconnect or _passes(state, reason, LOST_STATES):
         raise ConnectionLostError(reason)
@@ -275,7 +275,7 @@ def _passes(state: str, reason: str, states: tuple[str, ...] = PASSING_STATES) -
 
 
 def _reason(error: BaseException) -> tuple[str, str]:
-    """The SQLSTATE of an error, if it has one, and the driver's words in one line."""
+    """Return the SQLSTATE of an error, if it has one, and the driver's message in one line."""
     cause: Any = error
     while getattr(cause, "orig", None) or cause.__cause__:
         cause = getattr(cause, "orig", None) or cause.__cause__

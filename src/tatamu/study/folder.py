@@ -36,7 +36,7 @@ MARGINS = "margins"
 LEARNED = (RESULT, MANIPULATION, SCENE, ROLLOUT, REPORT)
 """All files of a study except its database."""
 STEP = "step-"
-"""The folders of a plan's steps are called so, with their numbers."""
+"""Prefix of the names of the folders of a plan's steps."""
 
 
 def step_name(number: int) -> str:
@@ -82,12 +82,12 @@ class ResultFolder:
 
     @property
     def margins_folder(self) -> Path:
-        """Where its margins are: `margins`."""
+        """Folder of its margins: `margins`."""
         return self.path / MARGINS
 
     @property
     def margins_file(self) -> Path:
-        """How much it stands before it fails: `margins/margins.json`."""
+        """File of its margins: `margins/margins.json`."""
         return self.margins_folder / "margins.json"
 
     @property
@@ -95,7 +95,7 @@ class ResultFolder:
         """Its margins; None if they were not measured.
 
         Raises:
-            InputError: The file cannot be read, or a field is wrong; the message names both.
+            InputError: If the file cannot be read, or a field is wrong; the message names both.
         """
         return MarginsResult.load(self.margins_file) if self.margins_file.exists() else None
 
@@ -119,15 +119,15 @@ class ResultFolder:
 
     @property
     def shared_study_file(self) -> Path:
-        """Where the study is that is in a shared database: `study.json`."""
+        """File with the address of the study, if it is in a shared database: `study.json`."""
         return self.path / SHARED_STUDY
 
     @property
     def shared_study(self) -> SharedStudyRecord | None:
-        """Where the study is that is in a shared database; None: it is none, or was not begun.
+        """Location of the study in a shared database; None if there is none.
 
         Raises:
-            InputError: The file cannot be read, or a field is wrong; the message names both.
+            InputError: If the file cannot be read, or a field is wrong; the message names both.
         """
         if not os.path.exists(self.shared_study_file):
             return None
@@ -144,7 +144,7 @@ class ResultFolder:
 
     @property
     def complete(self) -> bool:
-        """Whether everything that a study leaves is here."""
+        """Whether all files of a finished study exist."""
         return all((self.path / name).exists() for name in LEARNED)
 
     @cached_property
@@ -152,7 +152,7 @@ class ResultFolder:
         """The study and its trials.
 
         Raises:
-            InputError: The file cannot be read, or a field is wrong; the message names both.
+            InputError: If the file cannot be read, or a field is wrong; the message names both.
         """
         return validated(ResultRecord, read_json(self.result_file), self.result_file)
 
@@ -161,7 +161,7 @@ class ResultFolder:
         """The plan of several steps.
 
         Raises:
-            InputError: The file cannot be read, or a field is wrong; the message names both.
+            InputError: If the file cannot be read, or a field is wrong; the message names both.
         """
         return validated(PlanRecord, read_json(self.result_file), self.result_file)
 
@@ -170,7 +170,7 @@ class ResultFolder:
         """The best manipulation.
 
         Raises:
-            InputError: The file cannot be read, or a field is wrong; the message names both.
+            InputError: If the file cannot be read, or a field is wrong; the message names both.
         """
         return Manipulation.load(self.manipulation_file)
 
@@ -179,7 +179,7 @@ class ResultFolder:
         """The best trial as a scene.
 
         Raises:
-            InputError: The file cannot be read, or a field is wrong; the message names both.
+            InputError: If the file cannot be read, or a field is wrong; the message names both.
         """
         return Scene.load(self.scene_file)
 
@@ -188,7 +188,7 @@ class ResultFolder:
         """The motion of the cloth in the best trial, or in all steps of a plan; `extra` has the `target`.
 
         Raises:
-            InputError: The file cannot be read or is not a rollout.
+            InputError: If the file cannot be read or is not a rollout.
         """
         return Rollout.load(self.rollout_file)
 
@@ -197,7 +197,7 @@ class ResultFolder:
         """The wanted shape [m], shape (n, 3).
 
         Raises:
-            InputError: The rollout cannot be read, or has no target.
+            InputError: If the rollout cannot be read, or has no target.
         """
         if "target" not in self.rollout.extra:
             raise InputError(f"{self.rollout_file}: target is missing, the wanted shape (n, 3) of a learned fold")
@@ -240,7 +240,7 @@ def locked(folder: ResultFolder) -> AbstractContextManager[object]:
     """Return a lock on a folder that ends with the process, however it ends.
 
     Raises:
-        InputError: If the folder cannot be written, another run has it, or it contains such files of something else.
+        InputError: If the folder cannot be written, another run uses it, or it contains other files.
     """
     path = folder.path
     foreign = [name for name in LEARNED if os.path.exists(path / name)]

@@ -23,7 +23,7 @@ LARGEST_INPUT = 256 * MIB
 
 @dataclass(frozen=True)
 class Sources:
-    """The files that make one input, the one that names the others first; or its text, where there was no file."""
+    """The files of one input, first the one that names the others; or its text, if it has no file."""
 
     files: Sequence[Path] = ()
     text: str = ""
@@ -59,10 +59,10 @@ def _keep(folder: Path, source: Sources) -> str:
 
 
 def kept_input(folder: Path, kind: str) -> Path | None:
-    """The copy of an input of a learned fold; None where none was kept. A step of a plan has those of the plan.
+    """Return the copy of an input of a learned fold or of its plan; None if none was kept.
 
     Raises:
-        InputError: The index is no index.
+        InputError: If the index is no index.
     """
     for place in (folder, Path(os.path.abspath(folder)).parent):
         index = place / INPUTS / INDEX

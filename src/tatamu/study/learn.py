@@ -78,7 +78,7 @@ def learn(
     Args:
         task: The fold, the garment and the simulator.
         options: Options of the study; None for the defaults.
-        places: Where it runs, is kept and is reported; None for this machine and memory.
+        places: Its executor, store and reports; None for this machine and memory.
         evaluate: Evaluates manipulations in place of the evaluator of the options.
         first: Further parameters with which the search of the first step starts; the last is the first on the fine
             mesh.
@@ -176,7 +176,7 @@ class _Learning:
 
         Args:
             task: The step.
-            places: Where the step is kept.
+            places: Places in which the step is kept.
             first: First parameters of the search.
         """
         from tatamu.study.store import held_store

@@ -42,9 +42,9 @@ class Progress:
     best: float | None = None
     """Lowest objective so far, on the task's own mesh if there are trials on it, otherwise on the coarser one."""
     best_distance: float | None = None
-    """Mean vertex distance of that trial [m]."""
+    """Mean vertex distance of the best trial [m]."""
     coarse: bool = False
-    """Whether that trial ran on the coarser mesh."""
+    """Whether the best trial ran on the coarser mesh."""
     stage: Stage = "trials"
     disturbed: bool = False
     """Whether the objective is one over disturbed worlds; otherwise it is C of Eq. (10)."""
@@ -74,7 +74,7 @@ class Study:
             search: Proposes.
             store: Keeps the trials.
             record: Settings of the study.
-            executor: Where evaluations run.
+            executor: Executor of the evaluations.
 
         Raises:
             InputError: If the store cannot be read, or has another study.
@@ -202,7 +202,7 @@ class Study:
         return new
 
     def _result(self, proposal: Proposal, future: Future[Evaluation], which: str) -> Evaluation:
-        """Return an evaluation; one that ended the processes it ran in has failed."""
+        """Return an evaluation; an evaluation that killed its processes has failed."""
         try:
             return future.result()
         except WorkerKilledError as error:
@@ -224,7 +224,8 @@ class Study:
         """Return the number of the complete trial of lowest objective; None if all failed.
 
         Args:
-            count: How many trials count; None for all. Trials on the coarser mesh count only if no other is complete.
+            count: Number of trials that count; None for all. Trials on the coarser mesh count only if no other is
+                complete.
         """
         complete = [trial for trial in self.trials[:count] if trial.state == "complete"]
         fine = [trial for trial in complete if trial.proposal(self.record.coarse).fidelity == HIGH]
@@ -278,7 +279,7 @@ class Study:
             return Nominal(self.evaluator.task).fail_fixed(manipulation, reason)
 
     def progress(self, trials: int, stage: Stage = "trials") -> Progress:
-        """Return how far the study is."""
+        """Return the progress of the study."""
         best = self.best()
         found = None if best is None else self.trials[best]
         task = self.evaluator.task

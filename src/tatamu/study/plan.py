@@ -93,7 +93,7 @@ class PlanResult:
 
 
 def join(rollouts: Sequence[Rollout], target: np.ndarray) -> Rollout:
-    """Return rollouts that follow on one another as one; `target` is the target shape at the end [m], shape (n, 3)."""
+    """Return consecutive rollouts as one; `target` is the target shape at the end [m], shape (n, 3)."""
     starts = np.concatenate([[0.0], np.cumsum([rollout.times[-1] for rollout in rollouts])])
     times = [rollout.times[1:] + start for rollout, start in zip(rollouts, starts[:-1], strict=True)]
     first = rollouts[0]

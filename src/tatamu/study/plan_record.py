@@ -29,7 +29,7 @@ class FromFlat(OpenRecord):
 
 
 class StepRecord(Scored):
-    """A step: how well it did its own fold, and how far the garment is from the ideal of all folds so far."""
+    """A step: the error of its own fold, and the distance of the garment from the ideal of all folds so far."""
 
     folder: str
     """Its name within the plan's folder."""
@@ -59,4 +59,4 @@ class PlanRecord(OpenRecord):
     """Sum over the steps [s]."""
     steps: Annotated[list[StepRecord], Field(min_length=1)]
     final: FromFlat
-    """After the last step."""
+    """Measures after the last step."""

@@ -34,7 +34,7 @@ class PlanDescription(OpenRecord):
     spacing: float
     """Distance between vertices [m]."""
     vertices: int
-    """How many the mesh has."""
+    """Their number in the mesh."""
     simulator: str
 
 
@@ -51,7 +51,7 @@ class TaskDescription(OpenRecord):
     spacing: float | None = None
     """Distance between vertices [m]."""
     vertices: int | None = None
-    """How many the mesh has."""
+    """Their number in the mesh."""
     simulator: str
     fold_line: list[list[float]] | None = None
     """Two points [m], shape (2, 2)."""
@@ -155,7 +155,7 @@ class Crossings(OpenRecord):
     """Numbers of edges that pass through triangles."""
 
     final: int
-    """At the end."""
+    """Number at the end."""
     most: int
     """Number in the worst frame."""
 

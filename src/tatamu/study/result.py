@@ -205,7 +205,7 @@ class Result:
 
 
 def _make_task(record: ResultRecord, folder: Path | None, start: np.ndarray) -> Task:
-    """Make the task of a record again; files that were not kept are looked for where they were."""
+    """Make the task of a record again; files that were not kept are read from their original places."""
     description, asked = record.task, record.asked
     named: TaskOptions | TaskDescription = asked or description
     kept = {kind: kept_input(folder, kind) if folder else None for kind in ("garment", "fold")}

@@ -67,9 +67,9 @@ class Trial(Scored):
     """Spacing of the mesh that it ran on [m]; None for the task's. D on a coarser mesh is multiplied by the ratio of
     the numbers of vertices."""
     ended: Literal["arrival"] | None = None
-    """"arrival" if it ended when the hands arrived, since it could not win; None if it ran to its end."""
+    """"arrival" if it ended when the hands arrived, because it could not win; None if it ran to its end."""
     expected_gain: float | None = None
-    """Improvement that was expected of it, as a part of the best objective; None if the search did not estimate it."""
+    """Expected improvement, as a part of the best objective; None if the search did not estimate it."""
     worlds: int | None = None
     """Number of simulated worlds, the nominal one included; None without disturbances."""
     expected_objective: float | None = None

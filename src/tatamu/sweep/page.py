@@ -17,7 +17,7 @@ from tatamu.sweep.records import SweepFolder, TaskRecord
 from tatamu.sweep.table import counts, varied, write_parquet
 
 LEAST = 1e-5
-"""Distances below this are drawn at it, because the axis is logarithmic [m]."""
+"""Smallest distance that is drawn, because the axis is logarithmic [m]; smaller ones are drawn here."""
 MOST_POINTS = 5000
 """Largest number of tasks in a chart; the table has all."""
 

@@ -25,7 +25,7 @@ class Row:
     unit: str
     """Unit of error and limit."""
     note: str = ""
-    """One line of circumstance."""
+    """Further remarks in one line."""
 
     @property
     def passed(self) -> bool | None:
@@ -59,7 +59,7 @@ class Figure:
     y: str
     """Label with unit."""
     equal: bool = False
-    """One scale for both axes."""
+    """Whether both axes have the same scale."""
     log: bool = False
     """Logarithmic axes."""
     joined: bool = False

@@ -35,7 +35,7 @@ class BentSection:
         self._plastic = np.zeros((len(self._elements), count))
 
     def moment(self, curvature: np.ndarray) -> np.ndarray:
-        """Moment per width [N], shape (k,), at curvatures after those that were kept [1/m], shape (k,)."""
+        """Return the moment per width [N], shape (k,), at curvatures reached from the stored ones [1/m], shape (k,)."""
         moment = self._rigidity * curvature
         for (stiffness, limit), plastic in zip(self._elements, self._plastic, strict=True):
             moment = moment + stiffness * np.clip(curvature - plastic, -limit, limit)
@@ -57,7 +57,7 @@ class BentSection:
         return slope
 
     def keep(self, curvature: np.ndarray) -> None:
-        """Remember these curvatures [1/m], shape (k,)."""
+        """Store these curvatures [1/m], shape (k,), as the present state."""
         for (_, limit), plastic in zip(self._elements, self._plastic, strict=True):
             plastic[:] = curvature - np.clip(curvature - plastic, -limit, limit)
 
@@ -74,7 +74,7 @@ def loop(material: Material, curvatures: Sequence[float]) -> np.ndarray:
 
 
 def residual_curvature(material: Material, curvature: float) -> float:
-    """Curvature that stays when a flat strip was bent to `curvature` and let go [1/m]."""
+    """Return the curvature that remains after a flat strip was bent to `curvature` and released [1/m]."""
     section = BentSection(material, 1)
     section.keep(np.array([curvature]))
     return float(brentq(lambda k: float(section.moment(np.array([k]))[0]), 0.0, curvature, xtol=1e-12))

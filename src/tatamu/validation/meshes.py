@@ -20,11 +20,11 @@ Layout = Callable[[float, float, float], Mesh]
 JITTER = 0.2
 """Largest displacement of an irregular mesh's inner vertices, in spacings."""
 SHEAR = 0.02
-"""Turns a square lattice slightly, so that Delaunay gives all its cells the same diagonal."""
+"""Slight shear of a square lattice, with which Delaunay gives all its cells the same diagonal."""
 
 
 def right(length: float, width: float, spacing: float) -> Mesh:
-    """Square cells, each cut by the same diagonal."""
+    """Return square cells, each cut by the same diagonal."""
     nx = max(1, round(length / spacing))
     ny = max(1, round(width / spacing))
     x, y = np.meshgrid(np.linspace(0, length, nx + 1), np.linspace(0, width, ny + 1), indexing="ij")

@@ -13,7 +13,7 @@ from tatamu.validation.terminal import cells
 
 SYMBOLS = ("circle", "square", "diamond", "triangle-up", "x", "cross")
 LONG = 16
-"""Tables with more rows than this are folded away behind their failures."""
+"""Number of rows above which a table is collapsed and only its failures are shown."""
 
 
 def page(report: Report) -> str:

@@ -39,8 +39,8 @@ class Pushed:
     def distance(self, time: float) -> float:
         """Return the distance after a time [s] from rest [m], for nonzero drag.
 
-        With the roots v1 and -v2 of the right side and beta = (c + 2 q v1) / M the speed is
-        v1 (1 - e) / (1 + v1 / v2 e), e = exp(-beta t), whose integral is v1 t - (v1 / beta) (1 + 1 / r) ln(..).
+        v1 and -v2 are the roots of the right side, beta = (c + 2 q v1) / M and e = exp(-beta t). The speed is v1 (1 -
+        e) / (1 + v1 / v2 e). Its integral is v1 t - (v1 / beta) (1 + 1 / r) ln(..).
         """
         fast = self.terminal_speed
         rate = (self.linear + 2.0 * self.quadratic * fast) / self.mass

@@ -34,17 +34,17 @@ def require() -> None:
     """Find Blender.
 
     Raises:
-        InputError: There is none.
+        InputError: If there is none.
     """
     discovery.command()
 
 
 def prepare() -> None:
-    """Nothing: Blender is started with the first scene."""
+    """Do nothing, because Blender is started with the first scene."""
 
 
 def compilation() -> tuple[int, int]:
-    """Nothing is compiled."""
+    """Return zeros, because nothing is compiled."""
     return 0, 0
 
 
@@ -53,7 +53,7 @@ def simulate(scene: Scene) -> Rollout:
 
     Raises:
         InputError: If there is no Blender, the material's `blender` table is wrong, or the scene has rigid bodies.
-        SimulationError: The rollout is not finite, or Blender ends in the middle of it each time.
+        SimulationError: If the rollout is not finite, or Blender ends in the middle of it each time.
     """
     begin = time.perf_counter()
     CAPABILITIES.refuse(scene, "blender")

@@ -34,8 +34,10 @@ TABLE_FRICTION, SELF_FRICTION = 100.0, 50.0
 MOST_FRICTION = 80.0
 """The largest of Blender's numbers for friction."""
 COLLISION_LOOPS = 12
-"""Rounds of contact in each substep. Fewer do not let the table's friction hold a layer in proportion to its load:
-with 4, a sheet under another slides at 21 degrees where friction is 0.8 (39 degrees) [measured]."""
+"""Rounds of contact in each substep.
+
+With fewer, the table's friction does not hold a layer in proportion to its load: with 4, a sheet under another slides
+at 21 degrees instead of 39 degrees [measured]."""
 LARGEST_STIFFNESS = 1e4
 LONGEST_STEP = 1.0 / 300.0
 """Longest substep [s]: cloth at 1 m/s moves 1.7 mm."""
@@ -44,7 +46,7 @@ STABLE = 1.4
 BENDING_DAMPING = 5e-4
 """Bending damping over bending stiffness, in Blender's time: without any, a hanging strip shivers by 1 mm."""
 QUALITY = 5
-"""Blender's default: substeps of a frame of one unit of its time."""
+"""Blender's default number of substeps in a frame of one unit of its time."""
 DAMPING_RATIO = 0.1
 """Damping ratio of one spring: a fraction of critical damping."""
 

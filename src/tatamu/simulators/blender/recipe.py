@@ -37,7 +37,7 @@ def written(scene: Scene) -> Recipe:
     """Write the recipe of a scene.
 
     Raises:
-        InputError: The material's `blender` table is wrong.
+        InputError: If the material's `blender` table is wrong.
     """
     pieces = segments(scene, LONGEST_FRAME if scene.material.blender is None else np.inf)
     longest = max((piece.duration for piece in pieces), default=LONGEST_FRAME)
@@ -115,7 +115,7 @@ def _collider(scene: Scene, origin: np.ndarray, mapping: Mapping) -> dict[str, A
 def _table_corners(scene: Scene, table: Table, drop: float) -> np.ndarray:
     """Return a triangle `drop` [m] under the table's plane, as large as the cloth can reach, shape (3, 3).
 
-    One triangle, not two: Blender tries each of the cloth's against every one of the table's in every round of contact.
+    One triangle is faster than two: Blender tests every triangle of the cloth against every one of the table.
     """
     points = scene.cloth.vertices
     reach = (

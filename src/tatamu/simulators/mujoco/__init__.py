@@ -31,17 +31,17 @@ def require() -> None:
     """Find MuJoCo.
 
     Raises:
-        InputError: It is not installed, or too old.
+        InputError: If it is not installed, or too old.
     """
     engine()
 
 
 def prepare() -> None:
-    """Nothing: MuJoCo is imported with the first scene."""
+    """Do nothing, because MuJoCo is imported with the first scene."""
 
 
 def compilation() -> tuple[int, int]:
-    """Nothing is compiled."""
+    """Return zeros, because nothing is compiled."""
     return 0, 0
 
 
@@ -50,7 +50,7 @@ def simulate(scene: Scene) -> Rollout:
 
     Raises:
         InputError: MuJoCo is not installed.
-        SimulationError: The rollout is not finite.
+        SimulationError: If the rollout is not finite.
     """
     begin = time.perf_counter()
     run = Run(scene)

@@ -26,7 +26,7 @@ def engine() -> Any:
     """The `mujoco` package.
 
     Raises:
-        InputError: It is not installed.
+        InputError: If it is not installed.
     """
     try:
         import mujoco

@@ -16,7 +16,7 @@ CONTACT = 'solref="0.004 1" solimp="0.95 0.99 0.0002"'
 HEAVY = 1e3
 """Mass of a body [kg]: cloth does not move it within a step."""
 RIGID = 2
-"""Bit of the collision masks by which bodies meet cloth, and neither one another nor the table."""
+"""Bit of the collision masks with which bodies collide with cloth only, not with each other or the table."""
 
 
 def rigid(number: int, body: Body) -> str:

@@ -61,7 +61,7 @@ class AirSurface(NamedTuple):
     along: np.ndarray
     """Scratch: reduction of velocities along the normals in a step [m/s], shape (slots,)."""
     path: np.ndarray
-    """Way along the normal since the velocity along it changed its sign, with that sign [m], shape (slots,)."""
+    """Path along the normal since the velocity along it changed its sign, with that sign [m], shape (slots,)."""
     sums: np.ndarray
     """Scratch: areas of the triangles around each vertex as a vector [m^2], shape (n, 3)."""
 
@@ -85,7 +85,7 @@ def air_of(gravity: float, material: Material) -> Air:
 SHORTEST = 1e-9
 """Least path since a turn [m]; the velocity there is near zero."""
 EVERY = 2
-"""Outer steps between two looks at where the surface faces: a look costs as much as a few substeps."""
+"""Outer steps between two updates of the surface's normals; an update costs as much as a few substeps."""
 
 
 def surface_of(slots: int, vertices: int, air: Air) -> AirSurface:
@@ -140,7 +140,7 @@ def _slowed(
         nx: The normal; ny and nz likewise.
         ny: See nx.
         nz: See nx.
-        turn: What the turning of the normal takes from the velocity along it [m/s].
+        turn: Part of the velocity along the normal that comes from its turning [m/s].
         quadratic: Drag along the normal [kg/m^3].
         mass: Per area, along the normal [kg/m^2].
         air: The air.
@@ -218,7 +218,7 @@ def resist(
         inverse_mass: Inverse mass of the cloth alone, by slot [1/kg].
         surface: Normals and carried air.
         step: For how long the forces act [s].
-        fall: What gravity adds to a velocity downwards [m/s].
+        fall: Velocity downwards that gravity adds [m/s].
         slower: Change of a velocity by drag, as part of it [-].
     """
     n = V.shape[1]

@@ -37,7 +37,7 @@ It is used if calling loops can then be vectorised, or if a function with many r
 otherwise be compiled twice.
 """
 unlocked = _compiler(nogil=True)
-"""One that lets other threads of Python run meanwhile: the outermost loop."""
+"""The decorator of outermost loops, which let other threads of Python run."""
 
 
 def for_types_of(kernel: Any, arguments: tuple[Any, ...]) -> Callable[..., Any]:

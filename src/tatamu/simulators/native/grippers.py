@@ -130,7 +130,7 @@ class Grippers:
 
         Args:
             number: Number of the outer step.
-            steps: How many outer steps before it count.
+            steps: Number of outer steps before it that count.
 
         Returns:
             Number of the gripper, 0 if none is closed; its speed [m/s]; the time at which it had it [s].

@@ -111,7 +111,7 @@ class ContactOptions(NamedTuple):
     Only restless vertices can pass through cloth, and are tested for impact zones.
     """
     restless_steps: int = 3
-    """Outer steps for which they then are."""
+    """Number of outer steps for which vertices stay restless."""
     zone_passes: int = 30
     """Largest number of passes in which impact zones may grow; the rest is left to the next step."""
 
@@ -124,20 +124,19 @@ class UntangleOptions(NamedTuple):
     most_passes: int = 60
     """Passes, at most."""
     flattest: float = 1e-3
-    """An edge less steep on a triangle than this sine counts as this steep [-]."""
+    """Least sine of the angle between an edge and a triangle; smaller ones are raised to it [-]."""
     blunt: float = 0.1
     """Length of the sum of directions below which a pass moves less, because the direction is uncertain [-]."""
     shortest: float = 0.7
     """Least part of their rest length that edges keep meanwhile [-]; shorter edges would be thrown by the membrane."""
     longest: float = 1.1
-    """Edges keep at most this part of their rest length [-]."""
+    """Longest that an edge may become, in parts of its rest length [-]."""
     slimmest: float = 0.1
-    """Triangles stay higher than this part of the shortest edge, or than they were [-]: bending forces go with the
-    inverse."""
+    """Least height of triangles, in parts of the shortest edge [-]; bending forces grow with its inverse."""
     length_sweeps: int = 4
-    """Sweeps per pass that give edges back such lengths."""
+    """Sweeps per pass that bring edges back between these lengths."""
     again_after: float = 0.1
-    """Layers that were not taken apart are tried again after this time [s]."""
+    """Time after which layers that were not separated are tried again [s]."""
 
 
 class RestOptions(NamedTuple):
@@ -155,9 +154,9 @@ class LimitOptions(NamedTuple):
     largest_stretch: float = 1.5
     """Largest stretch of an edge [-]; beyond it the rollout ends, because the membrane model is not valid."""
     farthest: float = 1e4
-    """Cloth farther than this from the origin ends the rollout [m]."""
+    """Distance from the origin at which the rollout ends [m]."""
     thickest: float = 0.9
-    """Thickness is refused beyond this part of the shortest edge [-]."""
+    """Largest thickness, as a part of the shortest edge [-]."""
     most_work: float = 1e12
     """Steps of a vertex that a rollout may need: about two hours."""
     fastest_hand: float = 10.0
@@ -182,8 +181,8 @@ class Options:
     """Everything that a study may vary of the embedded simulator.
 
     Raises:
-        InputError: A number is negative or not finite, one that must be positive is zero, or the first sweep does not
-            restore everything.
+        InputError: If a number is negative or not finite, a number that must be positive is zero, or the first sweep
+            does not restore everything.
     """
 
     step: StepOptions = field(default_factory=StepOptions)

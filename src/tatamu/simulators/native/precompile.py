@@ -34,7 +34,7 @@ COMMAND = f"from {__name__} import compile_but_search; compile_but_search()"
 
 
 def smallest_scene() -> Scene:
-    """A moment of two triangles: compiled for it, kernels are for every scene."""
+    """A short scene of two triangles; kernels that are compiled for it serve every scene."""
     corners = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.1, 0.1, 0.0], [0.0, 0.1, 0.0]]
     material = Material(areal_density=0.2, stretch_stiffness=100.0, bending_rigidity=1e-5)
     hand = Gripper(vertices=[0], times=[0.0], displacements=np.zeros((1, 3)), opens=0.01)

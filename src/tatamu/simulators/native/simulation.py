@@ -43,7 +43,7 @@ RECENT = 0.1
 LOCKED = 3000.0
 """Y h^2 / B above which cells may drape too stiffly, so that a warning is given [-]."""
 THICK = 0.5
-"""Cloth thicker than this part of its shortest edge is simulated with a warning."""
+"""Thickness, as a part of the shortest edge, above which a warning is printed."""
 
 
 class Simulation:
@@ -57,7 +57,7 @@ class Simulation:
 
     Attributes:
         scene: The scene.
-        number: How many outer steps were made.
+        number: Number of outer steps that were made.
         mesh, contact, system: What the compiled loops read and write.
     """
 
@@ -347,7 +347,7 @@ class Simulation:
         raise SimulationError(f"the cloth flew beyond {limits.farthest:g} m before t = {time:.3f} s")
 
     def _refuse_stretched_start(self) -> None:
-        """Name the start as the cause if it is stretched: explicit steps are stable near the unstrained shape only."""
+        """Refuse a stretched start, because explicit steps are stable only near the unstrained shape."""
         cloth = self.scene.cloth
         limit = self.options.limits.largest_stretch
         stretches = principal_stretches(cloth.vertices, cloth.rest, cloth.faces)

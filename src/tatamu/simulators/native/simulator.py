@@ -25,10 +25,10 @@ def simulate(scene: Scene, options: Options | None = None) -> Rollout:
 
     Args:
         scene: The scene.
-        options: What a study varies; None for the defaults.
+        options: Options that a study varies; None for the defaults.
 
     Raises:
-        SimulationError: The cloth was stretched too far or flew away, or the scene cannot end well.
+        SimulationError: If the cloth was stretched too far or flew away, or the scene cannot end well.
     """
     started = perf_counter()
     load_kernels()

@@ -36,7 +36,7 @@ def copy_out(X: np.ndarray, copied: np.ndarray, slots: int) -> None:
 
 @kernel
 def _add_back(F: np.ndarray, copied: np.ndarray, slots: int) -> None:
-    """Add the forces on copies to those on the slots that they are copies of, and clear them."""
+    """Add the forces on copies to those on the original slots, and clear them."""
     for k in range(3):
         f = F[k]
         for i in range(copied.shape[0]):

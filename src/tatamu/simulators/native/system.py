@@ -51,7 +51,7 @@ class Hands(NamedTuple):
     base: np.ndarray
     """Positions where the hand closed [m], shape (k, 3)."""
     gripper: np.ndarray
-    """Which gripper holds each, shape (k,)."""
+    """Number of the gripper that holds each vertex, shape (k,)."""
     path: np.ndarray
     """Displacements of the grippers at the beginning of each outer step [m], shape (grippers, outer steps + 1, 3)."""
 
@@ -92,8 +92,8 @@ class Span(NamedTuple):
     """Outer steps to make."""
 
     first: int
-    """Number of the first."""
+    """Number of the first step."""
     last: int
-    """Number of the one to stop before."""
+    """Number of the step after the last."""
     per_frame: int
     """Outer steps per frame."""

@@ -1,4 +1,4 @@
-"""Air: a sheet that falls through it, and a stiff one that hangs and swings in it."""
+"""Air: a sheet that falls, and a stiff sheet that hangs and swings."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tatamu.validation.subject import Subject
 
 CLOTH = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-4)
 STIFF = Material(areal_density=0.2, stretch_stiffness=1000.0, bending_rigidity=1.0)
-"""Bends by less than a thousandth of its length under its own weight."""
+"""A stiff material, whose weight bends it by less than a thousandth of its length."""
 
 DIRECTED = {
     "air_drag": 0.1,
@@ -44,7 +44,7 @@ SWINGS = {
 }
 LENGTH = 0.3
 ANGLE = 0.3
-"""At which the hanging plate is let go [rad]."""
+"""Angle at which the hanging plate is released [rad]."""
 RATE = 200.0
 
 

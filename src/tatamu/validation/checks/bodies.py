@@ -32,7 +32,7 @@ from tatamu.validation.subject import Subject
 
 FABRIC = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-6, poisson_ratio=0.0)
 DRAPED = FABRIC.model_copy(update={"bending_rigidity": 1e-4, "air_drag": 2.0})
-"""Cloth that comes to rest soon."""
+"""Cloth that is damped, so that it is soon at rest."""
 HALF = 0.5 * FABRIC.thickness
 RADIUS = 0.03
 """Radius of the cylinder [m]."""
@@ -42,7 +42,7 @@ ROW = 0.005
 STRAIN = 0.02
 """Strain of the strip before it is moved [-]."""
 PULL = 0.1
-"""The strip is stretched until then [s]."""
+"""Time until which the strip is stretched [s]."""
 SPEED = 0.05
 """Speed of the strip along the cylinder [m/s]."""
 ALONG_Y = [np.sqrt(0.5), -np.sqrt(0.5), 0.0, 0.0]
@@ -146,7 +146,7 @@ def left_behind(subject: Subject, mu: float, acceleration: float) -> float:
 
 
 def carried(subject: Subject, mu: float) -> Findings:
-    """The acceleration at which a box leaves a strip behind, and how far it does at 1.1 times that."""
+    """A box carries a strip: the acceleration at which the strip slips, and its slip at 1.1 times that acceleration."""
     wanted = mu * GRAVITY
     found = threshold(lambda a: left_behind(subject, mu, a) > SLIPPED, wanted, 0.1 * wanted, 0.002 * wanted)
     yield relative("acceleration at which it is left behind [m/s²]", wanted, found, subject.limit("carried"))

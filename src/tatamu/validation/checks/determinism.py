@@ -29,7 +29,7 @@ def different(first: Rollout, second: Rollout) -> float:
 
 
 def again(subject: Subject) -> Findings:
-    """Twice in this process, another scene in between."""
+    """Compare two rollouts in this process, with another scene in between."""
     scene = folded()
     first = subject.simulate(scene)
     subject.simulate(carried())
@@ -62,7 +62,7 @@ def in_another_process(scene: Scene, simulator: str) -> Rollout:
 
 
 def batch(subject: Subject) -> Findings:
-    """One by one and by `simulate_many`."""
+    """Compare rollouts one by one with those of `simulate_many`."""
     scenes = [folded(), carried(), folded()]
     together = subject.simulate_many(scenes)
     alone = [subject.simulate(scene) for scene in scenes[:2]]

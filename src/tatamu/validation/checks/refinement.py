@@ -1,11 +1,10 @@
 """Refinement: does half the mesh spacing change which manipulation is best?
 
-Thirty random folds of one towel are scored by their mean vertex distance to the half fold, on a mesh and
-on a mesh of half its spacing; a search depends on the order of the scores. Hands hold the edge, as
-tatamu's own do, and cloth turns about it. Hands that hold the corner's slope as well, as deep as the mesh
-has rows there, lay it down with its hem turned up, and its jump when they open differs between any two
-meshes, so this is a case of its own. Half the time step is not compared, because a scene has no time step:
-every simulator chooses its own.
+Thirty random folds of one towel are scored by their mean vertex distance to the half fold, on a mesh and on a mesh of
+half its spacing; a search depends on the order of the scores. Hands hold the edge, as tatamu's own do, and cloth turns
+about it. Hands that hold several rows also fix the slope of the corner. They lay it down with its hem turned up, and it
+jumps when they open. This differs between any two meshes, so it is a separate case. Half the time step is not compared,
+because a scene has no time step: every simulator chooses its own.
 """
 
 from __future__ import annotations

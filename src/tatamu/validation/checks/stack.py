@@ -20,7 +20,7 @@ SIDE = 0.16
 
 
 def stack(count: int, duration: float) -> tuple[Scene, list[np.ndarray]]:
-    """Equal squares of cloth on a level table, turned in turns so that no vertex lies on another."""
+    """Return equal squares of cloth on a level table, turned alternately so that no vertex lies on another."""
     layouts = (staggered, staggered_across)
     parts = []
     for layer in range(count):
@@ -33,7 +33,7 @@ def stack(count: int, duration: float) -> tuple[Scene, list[np.ndarray]]:
 
 
 def at_rest(subject: Subject, count: int, duration: float = 10.0) -> Findings:
-    """Gaps and creep of a stack left alone."""
+    """Measure gaps and creep of a stack at rest."""
     scene, members = stack(count, duration)
     positions = subject.simulate(scene).positions
     inner = [part[(np.abs(scene.cloth.vertices[part, :2]) < 0.4 * SIDE).all(axis=1)] for part in members]

@@ -41,7 +41,7 @@ class Change:
         return self.points(values) - self.points(np.zeros(3))
 
     def scene(self, scene: Scene) -> Scene:
-        """The second scene."""
+        """The changed scene."""
         place = np.argsort(self.order)
         faces = place[scene.cloth.faces]
         vertices = self.points(scene.cloth.vertices)[self.order]
@@ -60,7 +60,7 @@ class Change:
 
 
 def turn(count: int) -> Change:
-    """Turned about z by 30 degrees and shifted."""
+    """Return the scene turned about z by 30 degrees and shifted."""
     cosine = np.cos(np.pi / 6)
     sine = np.sin(np.pi / 6)
     matrix = np.array([[cosine, sine, 0], [-sine, cosine, 0], [0, 0, 1.0]])
@@ -68,12 +68,12 @@ def turn(count: int) -> Change:
 
 
 def mirror(count: int) -> Change:
-    """Mirrored in y = 0."""
+    """Return the scene mirrored in y = 0."""
     return Change(lambda points: points * [1, -1, 1], np.arange(count), flips=True)
 
 
 def renumber(count: int) -> Change:
-    """Vertices in another order."""
+    """Return the scene with its vertices in another order."""
     return Change(lambda points: points + 0.0, np.random.default_rng(3).permutation(count))
 
 

@@ -31,7 +31,7 @@ FARTHEST = 3.0
 """The first sweep passes over pairs that were farther apart than this at the start of the step, in gaps that edges
 keep; a later one looks at them where the sweep before moved something."""
 TOUCHING = 1e-9
-"""Edges closer than this at the start [m] have no direction in which to push them."""
+"""Distance at the start below which edges have no direction of a push [m]."""
 
 
 @kernel
@@ -184,16 +184,16 @@ def _push_apart(
     Args:
         positions: Positions to correct.
         inverse_mass: Inverse masses of the vertices [1/kg].
-        activity: Written where the push is noticeable or hard.
+        activity: Record of noticeable and hard pushes, which is updated.
         pair: Ends of both edges.
         closest: Distance at the start [m], and the fractions along both edges where it is reached.
-        wanted: How far apart they should be [m].
-        speeds: How far they may come apart, and how far of that as velocity, see `projection.correction` [m].
-        thresholds: Pushes from which on vertices count as touched and as restless [m].
+        wanted: Distance that they should have [m].
+        speeds: Largest separation, and the part of it that becomes velocity [m]; see `projection.correction`.
+        thresholds: Pushes above which vertices count as touched and as restless [m].
         numbers: Number of this sweep, and of the outer step until which vertices are then restless.
 
     Returns:
-        The gap that it had [m], infinity if that was enough.
+        The gap before the push [m]; infinity if it was large enough.
     """
     distance, s, t = closest
     weights = (1.0 - s, s, -(1.0 - t), -t)
@@ -238,7 +238,7 @@ def sweep(
         positions: Positions to correct, and those at the start.
         mesh: The mesh.
         contact: Pairs are put to sleep; activity is written.
-        options: How far positions are corrected.
+        options: Limits of the corrections.
         step: Time since the start of the step [s].
         restored: Part of the gap that this sweep restores.
 

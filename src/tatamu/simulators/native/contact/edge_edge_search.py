@@ -75,7 +75,7 @@ def search(
         edge_edge: To be filled.
         pressed: Searches for which the edges at each vertex are guarded yet, shape (n,).
         shape: Shape of the cloth at x.
-        options: What is a candidate.
+        options: Limits of candidates.
         count: Present number of pairs.
 
     Returns:

@@ -68,7 +68,7 @@ def resolve(
     Args:
         positions: Positions to correct, and those at the start.
         mesh: The mesh.
-        contact: What contact remembers.
+        contact: Memory of contact.
         bodies: Rigid bodies, placed for this round.
         plane: The table.
         options: All of contact's, `restored` as an array.

@@ -85,7 +85,7 @@ def cells_around(
 
     Args:
         cell: The cell in the middle.
-        rings: How many cells to look to each side.
+        rings: Number of cells to look to each side.
         column: Number of the run, from 0 to (2 rings + 1)^2 - 1, by x, then y.
         shape: Numbers of cells of the grid.
         start: Starts of the grid's cells.

@@ -31,11 +31,11 @@ def correction(gap: float, gap_at_start: float, wanted: float, clearing: float, 
     """Return the distance by which a pair is pushed apart, and the part of it that is position only.
 
     Args:
-        gap: How far apart the pair is, negative when it has passed [m].
-        gap_at_start: How far apart it was at the start of the step [m].
-        wanted: How far apart it should be [m].
-        clearing: How far it may come apart in this step [m].
-        recovery: How far of that as velocity [m].
+        gap: Distance of the pair, negative after it has passed through [m].
+        gap_at_start: Its distance at the start of the step [m].
+        wanted: Distance that it should have [m].
+        clearing: Largest distance that it may gain in this step [m].
+        recovery: Part of that distance that becomes velocity [m].
 
     Returns:
         Both [m]; the first is not positive where nothing is to be done.

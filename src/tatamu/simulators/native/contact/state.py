@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 PARTNERS = 3
-"""Triangles that a vertex is kept from: the nearest below, the nearest above, and one that would be lost."""
+"""Triangles from which a vertex is kept: the nearest below, the nearest above, and one that would be lost."""
 BELOW = 0
 ABOVE = 1
 EXTRA = 2
@@ -42,7 +42,7 @@ class ContactMesh(NamedTuple):
     thickness: float
     """Distance t of layers at rest [m]."""
     search_distance: float
-    """A thickness and the margin [m]: whatever is nearer than this in a search becomes a candidate."""
+    """Distance of candidates in a search [m]: the thickness plus the margin."""
     triangle_radius: float
     """Longest distance from the centroid of a triangle to a corner [m]."""
 
@@ -100,12 +100,12 @@ class VertexMotion(NamedTuple):
 
 
 class Activity(NamedTuple):
-    """Lately done to each vertex by contact, shape (n,) each. Written by whatever corrects positions."""
+    """Recent effects of contact on each vertex, shape (n,) each. Every correction of positions updates them."""
 
     touched: np.ndarray
     """Number of the last sweep that moved the vertex noticeably."""
     restless: np.ndarray
-    """Number of the outer step until which the vertex may pass through something in spite of contact."""
+    """Number of the outer step until which the vertex may pass through something."""
     pressed: np.ndarray
     """Number of further searches for which all edges at the vertex are guarded."""
 
@@ -130,7 +130,7 @@ COUNTERS = np.dtype(
 
 
 class ContactState(NamedTuple):
-    """All that contact remembers from step to step."""
+    """The memory of contact between steps."""
 
     vertex_face: VertexFace
     edge_edge: EdgeEdge

@@ -48,9 +48,9 @@ def sweep(
     Args:
         positions: Positions to correct, and those at the start.
         inverse_mass: Inverse masses of the vertices [1/kg].
-        contact: What is pushed hard becomes restless.
+        contact: State of contact; vertices that are pushed hard become restless in it.
         plane: The table.
-        options: How far positions are corrected.
+        options: Limits of the corrections.
         step: Time since the start of the step [s].
     """
     x = positions.x

@@ -30,7 +30,7 @@ def untangle(x: np.ndarray, mesh: ContactMesh, lengths: np.ndarray, options: Unt
         x: Positions [m], shape (n, 3).
         mesh: The mesh; held vertices stay where they are.
         lengths: Lengths of its edges at rest [m], shape (e,).
-        options: How far and how often it is moved.
+        options: Limits of its motion.
 
     Returns:
         The positions with the fewest crossings that were found, x itself where none has fewer, and how many are left.

@@ -130,7 +130,7 @@ def sweep(
         positions: Positions to correct, and those at the start.
         mesh: The mesh.
         contact: Partners are followed, anchors set; activity is written.
-        options: How far positions are corrected.
+        options: Limits of the corrections.
         step: Time since the start of the step [s].
         restored: Part of the thickness that this sweep restores.
 

@@ -16,7 +16,7 @@ from tatamu.simulators.native.geometry import dot, point_triangle
 from tatamu.simulators.native.options import ContactOptions
 
 SURELY_BESIDE = 0.3
-"""Farther than this from the plane of a level triangle, in thicknesses, a vertex is on that side of it."""
+"""Distance from the plane of a level triangle beyond which a vertex is on that side [t]."""
 
 
 @kernel
@@ -28,7 +28,7 @@ def search(x: np.ndarray, mesh: ContactMesh, vertex_face: VertexFace, shape: Sha
         mesh: The mesh.
         vertex_face: Partners to update; the present ones are tested first.
         shape: Shape of the cloth at x.
-        options: What is a candidate.
+        options: Limits of candidates.
     """
     nearest = _nearest_on_both_sides(x, mesh, vertex_face.triangle, shape, options)
     _keep_what_would_be_lost(x, mesh, vertex_face, nearest, shape, options)

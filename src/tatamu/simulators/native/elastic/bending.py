@@ -75,8 +75,8 @@ def scratch(
 
     Args:
         hinges: Their band table.
-        places: How many places the bands have.
-        copies: How many places are copied behind the last one.
+        places: Number of places in the bands.
+        copies: Number of places that are copied behind the last one.
         real: Precision in which forces are computed.
         slip: State of the friction of bending; None without friction.
     """

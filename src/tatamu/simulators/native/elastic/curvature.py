@@ -26,7 +26,7 @@ from tatamu.material import Material
 from tatamu.topology import Topology, areas
 
 LARGEST_CONDITION = 1e6
-"""Largest condition number of R with a useful inverse; those of garments are less than a thousandth of it."""
+"""Largest condition number of R with a useful inverse; garments have less than a thousandth of it."""
 
 
 class CurvatureMaps(NamedTuple):
@@ -49,7 +49,7 @@ def rigidities(material: Material) -> np.ndarray:
 
 
 def _feet(rest: np.ndarray, hinges: np.ndarray, apex: int) -> tuple[np.ndarray, np.ndarray]:
-    """Foot of the apex on the edge as a fraction of it, and height over it [m], each shape (h,)."""
+    """Foot of the apex, as a fraction of the edge, and its height over the edge [m], each shape (h,)."""
     x0, x1, x2 = rest[hinges[:, 0]], rest[hinges[:, 1]], rest[hinges[:, apex]]
     edge = x1 - x0
     t = np.einsum("ij,ij->i", x2 - x0, edge) / np.einsum("ij,ij->i", edge, edge)
@@ -145,6 +145,6 @@ def stiffness(curved: CurvatureMaps, D: np.ndarray) -> np.ndarray:
 
     Args:
         curved: Curvature maps of the mesh.
-        D: From curvatures to moments [N m], shape (3, 3).
+        D: Matrix that turns curvatures into moments [N m], shape (3, 3).
     """
     return np.asarray(curved.area[:, None, None] * (curved.Q.transpose(0, 2, 1) @ D @ curved.Q))

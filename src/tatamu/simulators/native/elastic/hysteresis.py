@@ -166,7 +166,7 @@ def add_moments(g: np.ndarray, friction: Friction, slip: Slip, triangles: np.nda
     Args:
         g: Measures of the hinges by place [-], copies included.
         friction: Constants.
-        slip: What the elements remember.
+        slip: Memory of the elements.
         triangles: Band table of triangles over places of hinges.
         moment: Moments of the hinges by place [N m], copies included.
     """

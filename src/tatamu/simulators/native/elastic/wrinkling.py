@@ -30,7 +30,7 @@ TINY: Any = np.float32(1e-12)
 
 
 def constants(inverse: np.ndarray, area: np.ndarray, material: Material) -> np.ndarray:
-    """Constants of the relaxed membrane, per triangle; shape (12, 0) of cloth that is not relaxed.
+    """Constants of the relaxed membrane, one column per triangle; no columns if the cloth is not relaxed.
 
     Args:
         inverse: P^-1 of each triangle [1/m^2], shape (m, 3, 3).

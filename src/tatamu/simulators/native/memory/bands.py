@@ -23,7 +23,7 @@ The distance of rows is no power of two, because such rows would share cache lin
 SHORTEST_BAND = 24
 """Fewer elements are not worth a band of their own."""
 FULLEST = 2.0
-"""Give up on rows when they would need more than this many slots per vertex."""
+"""Largest number of slots per vertex for which vertices are arranged in rows."""
 
 
 @dataclass(frozen=True)

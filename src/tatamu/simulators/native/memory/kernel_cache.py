@@ -17,7 +17,7 @@ def forget_stale_kernels(folder: Path = NATIVE) -> None:
     """Remove compiled kernels that were made from other sources than these; a read-only folder is left alone.
 
     Args:
-        folder: Where the sources lie, in it and in folders within it.
+        folder: Folder of the sources, which may be in folders within it too.
     """
     stamp = _stamp(folder)
     mark = folder / "__pycache__" / "kernels.txt"

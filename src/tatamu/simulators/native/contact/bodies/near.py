@@ -15,7 +15,7 @@ from tatamu.simulators.native.contact.bodies.state import Bodies, Candidates, Po
 from tatamu.simulators.native.contact.state import ContactMesh
 
 MARGIN = 0.01
-"""Wide candidates are this much farther than those in contact, at most [m]."""
+"""Largest additional distance of wide candidates beyond contact [m]."""
 WEAR = 0.7
 """Part of the margin after which they are searched again [-]; the rest is for motion by contact."""
 SLACK = 5e-4
@@ -58,7 +58,7 @@ def refresh(x: np.ndarray, longest_way: float, mesh: ContactMesh, bodies: Bodies
 
     Args:
         x: Positions at the start of the round [m], shape (n, 3).
-        longest_way: How far a vertex may move in the round [m].
+        longest_way: Largest distance that a vertex may move in the round [m].
         mesh: The mesh.
         bodies: Placed for the round.
 

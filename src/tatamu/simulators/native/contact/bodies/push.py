@@ -17,7 +17,7 @@ from tatamu.simulators.native.contact.state import Activity
 from tatamu.simulators.native.geometry import TINY_LENGTH, Vector
 
 LEVER = 2.0
-"""No vertex is moved by more than this times the push [-]: next to a held vertex, a push has a short lever."""
+"""Largest motion of a vertex, in parts of the push [-]; next to a held vertex, a push has a short lever."""
 
 
 class Frame(NamedTuple):
@@ -37,7 +37,7 @@ class Frame(NamedTuple):
     local: np.ndarray
     """Vertices near the body in its frame, at the end of the round [m], shape (n, 3)."""
     local0: np.ndarray
-    """The same at its start."""
+    """Vertices near the body in its frame, at the start of the round [m], shape (n, 3)."""
 
 
 class Rule(NamedTuple):
@@ -48,13 +48,13 @@ class Rule(NamedTuple):
     clearing: float
     """Largest separation of a pair that was too close at the start [m]."""
     recovery: float
-    """Part of it that becomes velocity [m]."""
+    """Part of the push that becomes velocity [m]."""
     friction: float
     """Coulomb coefficient [-]."""
     noticeable: float
-    """Pushes beyond this make the next sweep look again [m]."""
+    """Push beyond which the next sweep tests again [m]."""
     hard: float
-    """Pushes beyond this make vertices restless [m]."""
+    """Push beyond which vertices become restless [m]."""
     sweep: int
     """Number of the sweep."""
     restless_until: int
@@ -113,7 +113,7 @@ def between(local: np.ndarray, corners: tuple[int, int, int], weights: Vector) -
 
 @kernel
 def gap_of(frame: Frame, corners: tuple[int, int, int], weights: Vector) -> tuple[float, float, Vector]:
-    """Gap of a point of the cloth [m], its gap at the start [m], and the normal that both are measured along.
+    """Return the gap of a point of the cloth [m], its gap at the start [m], and the normal of both.
 
     A point that passed through the body is measured from the tangent plane of the side from which it came. It passed
     through if its path is longer than both of its distances and the normals at both ends point against each other.
@@ -151,12 +151,12 @@ def correct(
         inverse_mass: Inverse masses of the vertices [1/kg].
         activity: Written where the push is noticeable or hard.
         frame: The body; its positions of the vertices are kept up to date.
-        rule: How far to push.
+        rule: Rule for the distance of the push.
         corners: Vertices that the point lies between.
         weights: Its barycentric coordinates.
-        gap: How far it is from the body [m].
-        gap_at_start: How far it was at the start of the round [m].
-        normal: From the body to the cloth.
+        gap: Its distance from the body [m].
+        gap_at_start: Its distance at the start of the round [m].
+        normal: Direction from the body to the cloth.
 
     Returns:
         The gap before [m], `rule.wanted` if that was enough.

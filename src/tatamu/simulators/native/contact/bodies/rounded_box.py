@@ -9,7 +9,7 @@ from tatamu.simulators.native.compiled import kernel
 BISECTIONS = 14
 """Halvings of an edge: a cell of 20 mm is cut down to about a micrometre."""
 LEVEL = 1e-9
-"""An edge that rises less steeply than this over the surface is level with it [-]."""
+"""Slope below which an edge is parallel to the surface [-]."""
 
 
 @kernel

@@ -59,7 +59,7 @@ class Near(NamedTuple):
     local: np.ndarray
     """Scratch: positions in the frame of a body at the end of the round [m], shape (n, 3)."""
     local0: np.ndarray
-    """Scratch: the same at its start."""
+    """Scratch: local vertices at the start of the round."""
 
 
 class Bodies(NamedTuple):
@@ -82,9 +82,9 @@ class Bodies(NamedTuple):
     held: np.ndarray
     """Whether the hand of a body holds a vertex at some time, shape (b, n); the body ignores triangles there."""
     start: Pose
-    """At the start of the round."""
+    """Poses at the start of the round."""
     end: Pose
-    """At its end."""
+    """Poses at the end of the round."""
     near: Near
 
 

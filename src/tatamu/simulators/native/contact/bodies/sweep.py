@@ -16,7 +16,7 @@ from tatamu.simulators.native.options import ContactOptions
 CONE = 0.1
 """Sine by which a triangle's normal may leave the normal cone of a corner, so that several corners share the load."""
 CLEAR = 0.98
-"""Edges and faces beyond a face of the core by this part of the gap are left to their vertices."""
+"""Part of the gap beyond a face of the core from which only vertices are tested, not edges and faces."""
 
 
 @kernel
@@ -80,7 +80,7 @@ def _normal(local: np.ndarray, a: int, b: int, c: int) -> tuple[float, float, fl
 
 @kernel
 def _in_cone(corner: np.ndarray, nx: float, ny: float, nz: float) -> bool:
-    """Whether a corner of the core is the one that is farthest in direction n, or nearly."""
+    """Whether a corner of the core is the farthest in direction n, or nearly so."""
     return (
         nx * corner[0] >= -CONE * abs(corner[0])
         and ny * corner[1] >= -CONE * abs(corner[1])
@@ -167,7 +167,7 @@ def sweep(
         mesh: The mesh.
         contact: Activity is written.
         bodies: The bodies, with their poses of this round and candidates.
-        options: How far positions are corrected.
+        options: Limits of the corrections.
         step: Time since the start of the round [s].
         restored: Part of the gap that this sweep restores.
 
