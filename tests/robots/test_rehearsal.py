@@ -107,11 +107,11 @@ def test_fingers_of_the_learned_hands_are_the_robots_in_the_rehearsed_fold(done:
     assert [body.name for body in rehearsed.bodies] == [f"{h} {f} finger" for h in HANDS for f in ("lower", "upper")]
     jaw = done.planned.plan.jaws["larm"]
     lower = rehearsed.bodies[0]
-    assert 2 * lower.size[2] == pytest.approx(jaw.thickness) and lower.size[:2] == size[:2]
+    assert lower.size == pytest.approx([jaw.length / 2, jaw.width / 2, jaw.thickness / 2])
     middle = 0.5 * (done.planned.event("larm", "close") + done.planned.event("larm", "open")) - done.closes
     position, R = lower.pose(middle)
     assert R[2, 0] == pytest.approx(-np.cos(jaw.tilt), abs=1e-6), "the finger's axis is tilted as the tool is"
-    tip = position + R @ [size[0], 0, jaw.thickness / 2]
+    tip = position + R @ [jaw.length / 2, 0, jaw.thickness / 2]
     row = int(np.searchsorted(done.times, middle + done.closes))
     X_BF = done.planned.plan.task_in_base.matrix
     assert np.linalg.norm(tip - (done.tools[0, row] - X_BF[:3, 3]) @ X_BF[:3, :3]) < 0.003

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from tatamu.folding.fingers import PAD
 from tatamu.robots import demand, grasp
 from tatamu.robots.clearance import Clearance, Distance
 from tatamu.robots.cloth import nearest_cloth, simulated_cloth
@@ -149,7 +150,7 @@ class Checks:
             return self._check(value(take), limit, unit, row, take.arm, least=least)
 
         return {
-            "hem_in_the_open_jaw": worst(lambda take: take.depth, grasp.LEAST_DEPTH, least=True),
+            "hem_in_the_open_jaw": worst(lambda take: take.depth, PAD, least=True),
             "cloth_in_the_closed_jaw": worst(lambda take: take.held, LEAST_HELD, least=True),
             "lower_finger_under_the_hem": worst(lambda take: take.lowest, grasp.UNDERNEATH),
             "jaw_across_the_hem": worst(

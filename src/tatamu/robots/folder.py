@@ -140,6 +140,8 @@ def _jaw(arm: Arm, hold: Hold) -> JawFile:
         yaw=hold.yaw,
         opening=jaw.opening,
         thickness=jaw.thickness,
+        width=jaw.width,
+        length=jaw.length,
         depth=jaw.depth,
         height=jaw.height(hold.tilt),
         fingertips_in_wrist=arm.tool_in_wrist.tolist(),

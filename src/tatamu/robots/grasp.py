@@ -10,8 +10,6 @@ from tatamu.robots.jaw import Jaw
 from tatamu.robots.motion import Motion
 from tatamu.robots.paths import PlacedFold
 
-LEAST_DEPTH = 0.010
-"""Least depth of hem in the open jaw [m]."""
 UNDERNEATH = 0.003
 """Greatest height of the lower finger over the table [m]: above it, the finger goes over a hem and not under it."""
 ASKEW = 5e-3

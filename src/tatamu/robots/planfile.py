@@ -107,6 +107,10 @@ class JawFile(OpenRecord):
     """Between the fingertips before they close and after they open [m]."""
     thickness: float = Field(0.008, gt=0, le=0.05)
     """Of one finger at its tip, along the opening [m]."""
+    width: float = Field(0.03, gt=0, le=0.15)
+    """Of one finger along the hem [m]."""
+    length: float = Field(0.02, ge=0.005, le=0.2)
+    """Of one finger along its axis, as far as it is straight [m]."""
     depth: float
     """How far beyond the hem's edge the fingertips meet [m]."""
     height: float

@@ -10,7 +10,7 @@ import numpy as np
 
 from tatamu.body import Body
 from tatamu.errors import InputError
-from tatamu.folding.fingers import Fingers
+from tatamu.folding.fingers import Fingers, FingerSize
 from tatamu.folding.hand import HandPath, finger_bodies
 from tatamu.folding.manipulation import HANDS, WAIT, Hand
 from tatamu.robots.hands import grippers_by_hand
@@ -80,16 +80,12 @@ class _HandOfRobot:
         )
 
     def fingers(self, name: Hand, learned: Scene, grippers: list[Gripper]) -> list[Body]:
-        """Both fingers as bodies, with the robot's thickness and tilt; none if the learned hand has none."""
+        """Both fingers as bodies, with the robot's sizes and tilt; none if the learned hand has none."""
         known = [body for body in learned.bodies if body.hand == name]
         if not known or self._jaw is None:
             return []
-        length, width, _ = (2.0 * half for half in known[0].size)
         shape = Fingers(
-            thickness=self._jaw.thickness,
-            width=width,
-            length=length,
-            opening=self._jaw.opening,
+            **{name: getattr(self._jaw, name) for name in FingerSize.model_fields},
             tilt=np.pi / 2 - self._jaw.tilt,
             friction=known[0].friction,
         )
