@@ -120,15 +120,15 @@ class Checks:
         curves = self._task.hands.curves
         error = np.array([curve.nearest(points)[1] for curve, points in zip(curves, p_FT, strict=True)])
         arm, row = np.unravel_index(int(error.argmax()), error.shape)
-        return self._check(error.max(), PATH_ERROR, "m", int(self._fold[row]), self._task.robot.arms[arm].name)
+        return self._check(error.max(), PATH_ERROR, "m", int(self._fold[row]), self._task.robot.folding[arm].name)
 
     def _turn(self) -> PlanCheck:
         turned = []
-        for X_BT, (R_BT, _, _), arm in zip(self._tools, self._task.grips, self._task.robot.arms, strict=True):
+        for X_BT, (R_BT, _, _), arm in zip(self._tools, self._task.grips, self._task.robot.folding, strict=True):
             turn = rotation_vector(R_BT.T @ X_BT[self._fold, :3, :3]) * demand.weights(len(arm.joints))
             turned.append(np.linalg.norm(turn, axis=1))
         worst, row = np.unravel_index(int(np.argmax(turned)), np.shape(turned))
-        name = self._task.robot.arms[worst].name
+        name = self._task.robot.folding[worst].name
         return self._check(np.max(turned), TURN_ERROR, "rad", int(self._fold[row]), name)
 
     def _speed(self) -> PlanCheck:
@@ -137,7 +137,7 @@ class Checks:
         speed = np.linalg.norm(np.diff(p_BT, axis=1), axis=2) / self._motion.times[1]
         arm, row = np.unravel_index(int(speed.argmax()), speed.shape)
         limit = 1.005 * self._task.hands.top_speed
-        return self._check(speed.max(), limit, "m/s", int(self._fold[row]), self._task.robot.arms[arm].name)
+        return self._check(speed.max(), limit, "m/s", int(self._fold[row]), self._task.robot.folding[arm].name)
 
     def _grasps(self) -> dict[str, PlanCheck]:
         """How the hands take their hems: of each figure, the worse hand's."""
@@ -193,11 +193,11 @@ class Checks:
         worst = np.array(
             [
                 chain.singularity(self._motion.angles[self._fold][:, self._columns(arm)])
-                for chain, arm in zip(self._paths.chains, self._task.robot.arms, strict=True)
+                for chain, arm in zip(self._paths.chains, self._task.robot.folding, strict=True)
             ]
         )
         arm, row = np.unravel_index(int(worst.argmin()), worst.shape)
-        name = self._task.robot.arms[arm].name
+        name = self._task.robot.folding[arm].name
         return self._check(worst.min(), LEAST_SINGULARITY, "1", int(self._fold[row]), name, least=True)
 
     def _scaling(self) -> PlanCheck:

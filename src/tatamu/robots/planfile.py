@@ -131,9 +131,9 @@ class ToolViaPoints(OpenRecord):
     """When the hands of the simulation were there [s]."""
     times: list[float]
     """When the robot is there [s]."""
-    larm: Points
-    """[m], shape (v, 3)."""
-    rarm: Points
+    larm: Points | None = None
+    """[m], shape (v, 3); None if the other arm folds alone."""
+    rarm: Points | None = None
 
 
 class PlanFile(OpenRecord):
