@@ -30,9 +30,7 @@ def check_reach(task: Task) -> None:
 
 def _check_step(task: Task, reach: Reach) -> None:
     if task.fold.press is not None:
-        raise InputError(
-            f"press: {reach.robot} cannot press {_name(task)}; leave press out of the fold plan"
-        )
+        raise InputError(f"press: {reach.robot} cannot press {_name(task)}; leave press out of the fold plan")
     refusals = []
     for parameters in _typical(task.fold):
         refusal = reach.refusal(task.manipulation(parameters))
