@@ -1,9 +1,10 @@
 """How each robot takes a small towel and a T-shirt by the hem, folds it and comes out, for docs/notes/robots.md.
 
-    python -m benchmarks.grasps --out runs/grasps [--only panda] [--garment towel] [--trials 4] [--no-cloth] [--write-docs]
+    python -m benchmarks.grasps --out runs/grasps [--only panda] [--garment towel] [--no-cloth] [--write-docs]
 
-Each garment is learned within its robot's reach on a coarse mesh, planned, and rehearsed by the embedded simulator. What
-is there already is not run again, and rows that are not run keep their place in the table. A row takes a few minutes.
+Each garment is learned within its robot's reach on a coarse mesh, planned, and rehearsed by the embedded simulator.
+What is there already is not run again, and rows that are not run keep their place in the table. A row takes a few
+minutes.
 With `--no-cloth` nothing is learned or simulated but the robot: the fold is the one in the middle of the search space,
 held at the corners.
 """
@@ -126,7 +127,7 @@ def _score(fold: dict[str, Any] | None, name: str) -> str:
 
 
 def before() -> list[dict[str, str]]:
-    """HIRONX's figures with fingers side by side along the hem: from the page's first table, which is kept as it was."""
+    """HIRONX's figures with fingers side by side along the hem, from the page's first table, which is kept as it was."""
     rows = []
     for trial in TRIALS:
         size = f"{trial.size[0]:.2f} x {trial.size[1]:.2f}"
