@@ -30,7 +30,7 @@ test-slow: $(DEV)  ## the tests that take longer
 oldest: $(DEV)  ## the tests with the oldest packages that pyproject.toml allows, in .venv-oldest
 	rm -rf .venv-oldest && $(PYTHON) -m venv .venv-oldest
 	$(BIN)/python -m tests.oldest > .venv-oldest/constraints.txt
-	.venv-oldest/bin/python -m pip install --quiet --constraint .venv-oldest/constraints.txt --editable '.[dev]'
+	.venv-oldest/bin/python -m pip install --quiet --constraint .venv-oldest/constraints.txt --editable '.[test]'
 	.venv-oldest/bin/python -m pytest -q -n auto --dist loadfile
 
 lint: $(DEV)  ## style and types

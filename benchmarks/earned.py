@@ -3,11 +3,12 @@
     python -m benchmarks.earned --out runs/earned [--seeds tshirt=4,leg=4,towel=10] [--jobs 2]
     python -m benchmarks.earned --out runs/earned --table [--write-docs]
 
-Each study runs in a process of its own on one core, and its fold is judged in 200 disturbed worlds that no search used,
-on two meshes as in `tatamu margins`. It holds in a share of those in which no hand fails whatever the path. A file of
-the folder keeps what one study found, so that a killed run goes on; `--table` only shows what is there. Processor time
-is a multiple of a load, 700 products of 300 x 300 matrices on one core, which is measured before and after each study:
-a busy or a slow machine changes both.
+Each study runs in a process of its own on one core, and its fold is judged in 100 disturbed worlds that no search used,
+on two meshes as in `tatamu margins`. Worlds in which no fold holds tell nothing of a fold: hands that are 20 mm off put
+every fold off. So a fold holds in a share of the worlds in which any fold measured here does. A file of the folder
+keeps what one study found, so that a killed run goes on; `--table` only shows what is there. Processor time is a
+multiple of a load, 700 products of 300 x 300 matrices on one core, which is measured before and after each study: a
+busy or a slow machine changes both.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from benchmarks.tables import IMAGES, markdown, publish
 from threadpoolctl import threadpool_limits
 
 from tatamu.api import learn
-from tatamu.disturbances import Stream, default_disturbances, hand_failure, sample_worlds
+from tatamu.disturbances import Stream, default_disturbances, sample_worlds
 from tatamu.evaluation import CoarseFirst, Evaluator, Nominal
 from tatamu.files import read_json, write_json
 from tatamu.folding.parameters import first_curves
@@ -40,16 +41,16 @@ from tatamu.search import Parameters
 from tatamu.simulators import named
 from tatamu.study import Result
 
-DRAWS = 200
+DRAWS = 100
 UNUSED_SEED = 1000
 """Of the worlds in which folds are judged, the same for all."""
 GIVEN, LEAST, ROBUST = "given", "least C", "in disturbed worlds"
 SHORTER = 0.97
 """A fold is earned if its path is at most this part of the best given curve's."""
 ENOUGH = 0.99
-"""A fold holds if it does in this share of the worlds in which no hand fails."""
-LEAST_SEEDS = 2
-"""A study of least C says what holding costs; few seeds do."""
+"""A fold holds if it does in this share of the worlds in which any does."""
+LEAST_SEEDS = 1
+"""A study of least C says what holding costs; one seed does."""
 CURVES = 3
 """Of the curves that a search is given: both arched ones and the highest of the low ones."""
 
@@ -106,15 +107,14 @@ def load() -> float:
         return process_time() - begin
 
 
-def judged(task: Task, parameters: Parameters, workers: ThreadPoolExecutor) -> tuple[SuccessRate, int]:
-    """How often a fold holds in the worlds that no search used, and in how many a hand fails whatever the path."""
+def judged(task: Task, parameters: Parameters, workers: ThreadPoolExecutor) -> tuple[SuccessRate, list[bool]]:
+    """How often a fold holds in the worlds that no search used, and in which of them."""
     evaluator: Evaluator = CoarseFirst(Nominal(task))
     low = evaluator.low_fidelity(parameters)
     judge = Judge(FoldOnMesh(evaluator, parameters), FoldOnMesh(*low) if low else None, workers, VerdictCache())
     worlds = sample_worlds(default_disturbances(), DRAWS, UNUSED_SEED, Stream.MARGINS)
-    manipulation = task.manipulation(parameters)
-    failed = sum(hand_failure(task.fold, manipulation, world) is not None for world in worlds)
-    return SuccessRate.of(task.fold, judge.judge(worlds, Limits()).worlds, Limits()), failed
+    verdicts = judge.judge(worlds, Limits()).worlds
+    return SuccessRate.of(task.fold, verdicts, Limits()), [Limits().hold(each.verdict) for each in verdicts]
 
 
 def measure(job: Job, out: Path) -> None:
@@ -144,15 +144,13 @@ def measure(job: Job, out: Path) -> None:
                 "fine": sum(n for n, each in zip(simulations, coarse, strict=True) if not each),
                 "given": result.record.best_is_given,
             }
-        rate, failed = judged(task, parameters, workers)
+        rate, holds = judged(task, parameters, workers)
     found |= {
         "path": task.manipulation(parameters).trajectory_length,
         "distance": None if score is None else score.mean_vertex_distance,
         "objective": None if score is None else score.objective,
         "q90": rate.mean_vertex_distance.q90,
-        "held": rate.held,
-        "draws": rate.draws - failed,
-        "failed_hands": failed,
+        "holds": holds,
         "parameters": dict(parameters),
     }
     write_json(file, found)
@@ -171,18 +169,20 @@ def run(wanted: Sequence[Job], out: Path, count: int) -> None:
             print(f"{done}/{len(left)}", futures[future].file(out).name, flush=True)
 
 
-def known(wanted: Sequence[Job], out: Path) -> list[Mapping[str, Any]]:
-    """What was measured."""
-    return [read_json(job.file(out)) for job in wanted if job.file(out).exists()]
+def known(wanted: Sequence[Job], out: Path) -> list[dict[str, Any]]:
+    """What was measured, with the share of the worlds in which a fold holds, of those in which any of its case does."""
+    found: list[dict[str, Any]] = [read_json(job.file(out)) for job in wanted if job.file(out).exists()]
+    for each in found:
+        able = np.any([other["holds"] for other in found if other["case"] == each["case"]], axis=0)
+        each |= {"able": int(able.sum()), "held": sum(each["holds"]) / max(1, int(able.sum()))}
+    return found
 
 
 def best_given(found: Sequence[Mapping[str, Any]], case: str) -> Mapping[str, Any]:
     """The shortest of the given curves that hold as often as is asked; otherwise the one that holds most often."""
     curves = [each for each in found if each["case"] == case and each["kind"] == GIVEN]
-    able = [each for each in curves if each["held"] >= ENOUGH * each["draws"]]
-    return (
-        min(able, key=lambda each: each["path"]) if able else max(curves, key=lambda each: each["held"] / each["draws"])
-    )
+    able = [each for each in curves if each["held"] >= ENOUGH]
+    return min(able, key=lambda each: each["path"]) if able else max(curves, key=lambda each: each["held"])
 
 
 def rows(found: Sequence[Mapping[str, Any]]) -> list[dict[str, str]]:
@@ -200,7 +200,7 @@ def rows(found: Sequence[Mapping[str, Any]]) -> list[dict[str, str]]:
 
 def _row(here: Sequence[Mapping[str, Any]], given: Mapping[str, Any], studied: bool) -> dict[str, str]:
     paths = [each["path"] for each in here]
-    held = [each["held"] / each["draws"] for each in here]
+    held = [each["held"] for each in here]
     earned = sum(each["path"] <= SHORTER * given["path"] for each in here)
     loads = f"{median(each['loads'] for each in here):.0f}" if studied else "-"
     return {
@@ -212,9 +212,31 @@ def _row(here: Sequence[Mapping[str, Any]], given: Mapping[str, Any], studied: b
         "error in 90 % of the worlds [mm]": f"{1e3 * median(each['q90'] for each in here):.1f}",
         "holds, median": f"{100 * median(held):.1f} %",
         "least often": f"{100 * min(held):.1f} %",
-        "a hand fails": f"{median(each['failed_hands'] for each in here):.0f} of {DRAWS}",
+        "of so many worlds": f"{here[0]['able']} of {DRAWS}",
         "loads": loads,
     }
+
+
+def short(found: Sequence[Mapping[str, Any]], case: str) -> list[dict[str, str]]:
+    """What a newcomer wants to know of one case: medians over the seeds."""
+    given = best_given(found, case)
+    table = []
+    for kind, title in (
+        (GIVEN, "best curve that a search is given"),
+        (LEAST, "learned without disturbances"),
+        (ROBUST, "learned in disturbed simulations, the default"),
+    ):
+        here = [given] if kind == GIVEN else [each for each in found if each["case"] == case and each["kind"] == kind]
+        if here:
+            table.append(
+                {
+                    "fold": title,
+                    "way of a hand [m]": f"{median(each['path'] for each in here):.3f}",
+                    "mean distance from the target [mm]": f"{1e3 * median(each['distance'] for each in here):.1f}",
+                    "holds where any of them does": f"{100 * median(each['held'] for each in here):.0f} %",
+                }
+            )
+    return table
 
 
 def draw(found: Sequence[Mapping[str, Any]], case: str, file: Path) -> None:
@@ -262,6 +284,7 @@ def main() -> None:
     print(table)
     if options.write_docs:
         publish("earned", table)
+        publish("earned: short", markdown(short(found, "towel")))
         draw(found, "towel", IMAGES / "earned.svg")
 
 

@@ -127,7 +127,7 @@ def _score(fold: dict[str, Any] | None, name: str) -> str:
 
 
 def before() -> list[dict[str, str]]:
-    """HIRONX's figures with fingers side by side along the hem, from the page's first table, which is kept as it was."""
+    """HIRONX's figures with fingers side by side along the hem, from the page's first table, which is kept."""
     rows = []
     for trial in TRIALS:
         size = f"{trial.size[0]:.2f} x {trial.size[1]:.2f}"

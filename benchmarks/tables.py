@@ -16,6 +16,7 @@ IMAGES = Path("docs/images")
 README = Path("README.md")
 PLACES = {
     "learning: short": README,
+    "earned: short": README,
     "earned": NOTES / "margins.md",
     "speed: short": README,
     "learning: long": NOTES / "learning.md",
@@ -31,6 +32,7 @@ PLACES = {
     "search: pair": NOTES / "search.md",
     "targets": NOTES / "folds.md",
     "folds": NOTES / "folds.md",
+    "fabrics": NOTES / "garments.md",
     "foreign": NOTES / "garments.md",
     "own garments": NOTES / "own-garments.md",
     "calibration: pinch": NOTES / "calibration.md",

@@ -56,7 +56,7 @@ def towel(spacing: float, material: Material = CLOTH, height: float = 0.5) -> Fo
 
 def shirt(spacing: float) -> Fold:
     """The T-shirt, two sewn layers of jersey, folded in half by two hands that hold both layers."""
-    fold = make_fold("half", make_garment("tshirt", None, None, spacing))
+    fold = make_fold("half", make_garment("tshirt", None, load_preset("jersey").material, spacing))
     return Fold("T-shirt", _scene(fold, 0.5), fold.target)
 
 

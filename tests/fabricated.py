@@ -21,6 +21,7 @@ from tatamu.report import picture, write_report
 from tatamu.rollout import Rollout
 from tatamu.scene import Cloth, Gripper, Scene, Table
 from tatamu.study import Result
+from tatamu.version import __version__
 
 LENGTH, WIDTH, THICKNESS = 0.80, 0.34, 0.002
 MATERIAL = {
@@ -172,7 +173,7 @@ def write_fold(folder: Path, *, spacing: float = 0.04, count: int = 50, size: fl
     extra = {"target": target, "error_first": np.linalg.norm(wrinkled(target, start, 0.06) - target, axis=1)}
     extra["error_10"] = np.linalg.norm(wrinkled(target, start, 6 * size) - target, axis=1)
     extra["error_50"] = np.linalg.norm(final - target, axis=1)
-    info = {"simulator": "native", "version": "0.1.0", "wall_seconds": 1.07, "steps": 9200, "warnings": []}
+    info = {"simulator": "native", "version": __version__, "wall_seconds": 1.07, "steps": 9200, "warnings": []}
     Rollout(times, np.array(positions), faces, info, extra).save(folder / "rollout.npz")
     return folder
 
@@ -199,7 +200,7 @@ def _result(count: int, vertices: int, inner: np.ndarray, size: float, spacing: 
     search = {"sampler": "gp", "grasps": "integer", "seed": 0, "wall_seconds": 61.2}
     entries = trials(count, vertices, inner, size)
     best = min((e for e in entries if e["state"] == "complete"), key=lambda e: e["objective"])["number"]
-    head = {"version": 1, "tatamu": "0.1.0", "task": task, **search, "best": best}
+    head = {"version": 1, "tatamu": __version__, "task": task, **search, "best": best}
     return head | {"trials": entries, "baselines": baselines(vertices)}
 
 

@@ -179,8 +179,9 @@ def test_not_every_task_has_a_coarser_mesh(changes: dict[str, Any]) -> None:
 @pytest.mark.parametrize("garment", ["towel", "tshirt"])
 def test_a_plan_of_several_steps_has_cells_of_three_quarters_of_a_bending_length(garment: str) -> None:
     fold = {"towel": "quarters", "tshirt": "shop"}[garment]
-    coarse = coarse_of(make_task(garment, fold=fold), CoarseMesh())
-    once = coarse_of(make_task(garment), CoarseMesh())
+    material = {"towel": "terry", "tshirt": "jersey"}[garment]  # limper cloth has the cells of 3,000 vertices
+    coarse = coarse_of(make_task(garment, fold=fold, material=material), CoarseMesh())
+    once = coarse_of(make_task(garment, material=material), CoarseMesh())
     bending_length = coarse.garment.material.bending_length
     assert coarse.garment.spacing == pytest.approx(0.75 * bending_length, rel=0.01)
     assert coarse.garment.spacing < once.garment.spacing

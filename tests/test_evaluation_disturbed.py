@@ -47,7 +47,7 @@ GOOD = Score(
 
 
 class Known(Nominal):
-    """A fold that is as good as `nominal` says, and worse by how far its hands are off upwards."""
+    """A fold that is as good as `nominal` says, and worse by how far its hands are off."""
 
     nominal = 1.0
     error: str | None = None
@@ -69,15 +69,18 @@ class Known(Nominal):
 
     def in_world(self, parameters: Mapping[str, int | float], world: World) -> Evaluation:
         self.asked.append(world)
-        return self.at(parameters, 1.0 + abs(world["hands.offset.up"]))
+        return self.at(parameters, 1.0 + abs(world["hands.offset.along"]))
 
 
 class Fragile(Known):
-    """One that does not hold where its hands are off upwards at all: there its errors count twice."""
+    """One that does not hold where its hands are off at all: there its errors count twice. The yardstick holds."""
 
     def in_world(self, parameters: Mapping[str, int | float], world: World) -> Evaluation:
         found = super().in_world(parameters, world)
         assert found.score is not None
+        if parameters != X:
+            self.asked.remove(world)
+            return found
         return replace(found, score=found.score.model_copy(update={"mask_iou": 0.0}))
 
 
@@ -86,7 +89,7 @@ class Failing(Known):
         return Evaluation(dict(parameters), 0.5, 9.0, 9.0, None, "tore")
 
 
-HANDS_OFF = Disturbances.model_validate({"hands": {"offset": [0, 0, 0.1]}})
+HANDS_OFF = Disturbances.model_validate({"hands": {"offset": [0.1, 0, 0]}})
 
 
 def disturbed(inner: Evaluator | None = None, worlds: int = 12, quantile: float | None = None) -> Disturbed:
@@ -100,7 +103,7 @@ def asked(evaluator: Disturbed) -> list[World]:
 
 
 def offsets(evaluator: Disturbed) -> list[float]:
-    return [abs(world["hands.offset.up"]) for world in evaluator.sample]
+    return [abs(world["hands.offset.along"]) for world in evaluator.sample]
 
 
 def test_the_first_trial_is_simulated_in_all_worlds() -> None:
@@ -143,6 +146,45 @@ def test_errors_of_a_fold_that_does_not_hold_count_twice(distance: float, overla
     measured = Evaluation(X, 0.5, 1.3, 1.3, GOOD.model_copy(update=changes))
     assert disturbed()._penalise(measured) == pytest.approx(objective)
     assert disturbed()._penalise(Evaluation(X, 0.5, 9.0, 9.0, None, "torn")) == 9.0
+
+
+class Beaten(Fragile):
+    """One that the arched curve, the yardstick, does as badly as in some worlds."""
+
+    def in_world(self, parameters: Mapping[str, int | float], world: World) -> Evaluation:
+        found = super().in_world(parameters, world)
+        lost = parameters == X or world["hands.offset.along"] > 0.0
+        assert found.score is not None
+        return replace(found, score=found.score.model_copy(update={"mask_iou": 0.0 if lost else 1.0}))
+
+
+def test_a_fold_need_hold_only_where_the_yardstick_does() -> None:
+    evaluator = disturbed(Beaten(towel()), quantile=0.9)
+    own = [2.0 * abs(off) for world in evaluator.sample if (off := world["hands.offset.along"]) <= 0.0]
+    expected = np.quantile([*(1.5 + each for each in own), *[1.0] * (12 - len(own))], 0.9, method="weibull")
+    assert evaluator(X).objective == pytest.approx(expected)
+    lost = disturbed(Fragile(towel()), quantile=0.9)
+    assert lost(X).objective > evaluator(X).objective, "it holds in every world"
+    assert lost(lost.yardstick).objective == 1.0
+
+
+def test_a_yardstick_that_fails_without_disturbances_says_nothing() -> None:
+    class Torn(Beaten):
+        def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
+            found = super().__call__(parameters, beat)
+            return found if parameters == X else replace(found, score=None, error="torn")
+
+    assert disturbed(Torn(towel()), quantile=0.9)(X) == disturbed(quantile=0.9)(X)
+
+
+def test_a_hand_that_cannot_do_its_part_loses_its_world_without_a_simulation() -> None:
+    beside = Disturbances.model_validate({"grasp": {"along": 0.1}})
+    evaluator = Disturbed(Known(towel()), beside, None, 8)
+    found = evaluator(X)
+    misses = 8 - len(asked(evaluator))
+    failed = evaluator.fail(X, "missed").nominal
+    assert misses > 0 and found.simulations == 9
+    assert found.objective == pytest.approx((misses * failed + (8 - misses)) / 8)
 
 
 def test_a_trial_whose_nominal_fold_is_worse_is_simulated_once() -> None:

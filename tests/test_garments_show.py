@@ -34,7 +34,7 @@ def test_all_garments_are_listed() -> None:
     said = command("garments")
     for name in GARMENTS:
         assert re.search(rf"^{name} ", said, re.MULTILINE)
-    assert re.search(r"trousers .* 0.34x0.6 .* denim", said)
+    assert re.search(r"trousers .* 0.34x0.6 .* usual-trousers", said)
 
 
 def test_show_writes_a_page_and_a_picture(tmp_path: Path) -> None:

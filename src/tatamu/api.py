@@ -129,8 +129,8 @@ def learn(
         options: Options of the study; None for the defaults.
         out: Folder that keeps the study while it runs; an unfinished one is resumed. None to keep it in memory.
         evaluate: Evaluator, or function of the parameters, to minimise instead of the objective of the options.
-        after: Observed folds of the same set-up, or their folders: their posterior is taken as disturbances, what it
-            expects is corrected, and the search starts from the last of them.
+        after: Observed folds of the same set-up, or their folders. Their posterior replaces the disturbances, its mean
+            is corrected, and the search starts from the last of these folds.
         executor: Where simulations run; None for threads on every processor.
         database: Database that keeps the study; None for the file `study.db` of the folder.
         progress: Called with a `Progress` when the study is opened, after every trial, and when a stage starts.
@@ -233,8 +233,8 @@ def observe(
 ) -> Observed:
     """Observe how a real fold ended: `.posterior`, `.correction`; `tatamu observe` is the same computation.
 
-    A fold with a folder keeps its simulations and what was observed there. Without any number, what was observed before
-    is evaluated again.
+    A fold with a folder keeps its simulations and observations there. Without any number, earlier observations are
+    evaluated again.
 
     Args:
         result: The fold as it was carried out.
@@ -242,7 +242,7 @@ def observe(
         right: The same of the right corner [m].
         slip: Displacement of the lower hem from where it lay [m].
         deviation: Standard deviation of these numbers [m].
-        failed: Whether the fold came to nothing.
+        failed: Whether the fold failed.
         turned_in: Corners that lie turned in, "left" or "right"; they are not measured.
         measured: An observation, in place of these numbers.
         executor: Where simulations run; None for threads on every processor.
@@ -261,10 +261,10 @@ def observe(
 
 
 def correct(observed: Observed | study.Result, *, out: Path | str | None = None) -> Result:
-    """Return the fold with grasps, releases and heights corrected after what was observed.
+    """Return the fold with grasps, releases and heights corrected for the inferred errors.
 
     Args:
-        observed: The observed fold, or a learned fold whose folder has what was observed.
+        observed: The observed fold, or a learned fold whose folder has observations.
         out: Folder to write, which `tatamu plan` takes; None for none.
 
     Raises:

@@ -22,7 +22,7 @@ from tatamu.records import Record
 SIZES = {"box": 3, "sphere": 1, "capsule": 2}
 """Numbers in `size` of each shape."""
 UNIT = 0.02
-"""Length of a quaternion may differ from 1 by this much, as numbers in files are rounded; it is then normalised [-]."""
+"""Largest difference of a quaternion's length from 1, because files round numbers; it is normalised [-]."""
 
 
 def _quaternions(value: Any) -> np.ndarray:
@@ -61,15 +61,20 @@ class Body(Record):
     friction: Number = Field(0.5, ge=0.0, le=10.0)
     """Coulomb coefficient of cloth on the body [-]."""
     hand: Literal["left", "right"] | None = None
-    """The hand that it is a finger of; None if of none. It does not meet the cells at vertices that a gripper of this
-    hand holds: they are longer than a fingertip is thick, and would stand out from between the fingers."""
+    """The hand to which this finger belongs; None if it belongs to none.
+
+    It does not collide with triangles at vertices that a gripper of this hand holds. They are longer than a fingertip
+    is thick, so they would stick out from between the fingers."""
     times: Annotated[list[Number], Field(min_length=1)] = Field(default_factory=lambda: [0.0])
     """Knots of the motion [s], increasing."""
     positions: Points
     """Centre at each knot [m], shape (k, 3); linear between, held before the first and after the last."""
     orientations: Quaternions | None = None
-    """Unit quaternion (w, x, y, z) at each knot, shape (k, 4): from the frame of the body to the world. Spherical
-    interpolation between, the shorter way; held like positions. None if the body is never turned."""
+    """Unit quaternion (w, x, y, z) at each knot, shape (k, 4).
+
+    None if the body never turns. It turns the frame of the body into the world, with spherical interpolation the
+    shorter way between knots.
+    """
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -126,7 +131,7 @@ def slerp(times: np.ndarray, knots: np.ndarray, quaternions: np.ndarray) -> np.n
     Args:
         times: Times [s], shape (k,).
         knots: Times of the knots [s], increasing, shape (m,).
-        quaternions: Quaternions at the knots, shape (m, 4); of q and -q, which turn alike, the nearer one is taken.
+        quaternions: Quaternions at the knots, shape (m, 4). q and -q are the same rotation, so the nearer one is used.
 
     Returns:
         Unit quaternions, shape (k, 4).

@@ -1,4 +1,4 @@
-"""How far cloth is from a rigid body, its faces included: a thin finger may pierce a triangle between its corners.
+"""The distance of cloth from a rigid body, with its faces, because a thin finger may pierce a triangle.
 
 The signed distance of a body is convex. Over a triangle it is therefore above each plane that touches it at a corner,
 which clears almost all triangles at once; over the others its minimum is found by nested golden sections: of a convex
@@ -19,7 +19,7 @@ SECTIONS = 24
 
 
 def deepest(body: Body, points: np.ndarray, faces: np.ndarray, time: float = 0.0) -> float:
-    """How far the cloth's mid-surface reaches into a body [m]; negative if it is outside.
+    """Return how far the cloth's mid-surface reaches into a body [m]; negative if it is outside.
 
     Args:
         body: The body.
@@ -38,7 +38,7 @@ def distances(body: Body, points: np.ndarray, faces: np.ndarray, time: float, be
         points: Positions of the vertices [m], shape (n, 3).
         faces: Triangles, shape (m, 3).
         time: When [s].
-        below: Triangles farther away than this are not looked at closely; their smallest corner stands for them [m].
+        below: Triangles farther away than this [m] only get the smallest distance of their corners.
     """
     local = body.local(points, time)
     at_vertices = body.distance(local)
@@ -76,7 +76,7 @@ def _minimum(body: Body, corners: np.ndarray) -> np.ndarray:
     a, b, c = (corners[:, k] for k in range(3))
 
     def along(part: np.ndarray) -> np.ndarray:
-        """The minimum on the line parallel to side b-c that is this part of the way from a."""
+        """Return the minimum on a line parallel to the side b-c, at this part of the distance from a."""
         start = a + part[:, None] * (b - a)
         side = part[:, None] * (c - b)
         return _golden(lambda s: body.distance(start + s[:, None] * side), len(a))
@@ -85,7 +85,7 @@ def _minimum(body: Body, corners: np.ndarray) -> np.ndarray:
 
 
 def _golden(values: Callable[[np.ndarray], np.ndarray], count: int) -> np.ndarray:
-    """The least value of convex functions of a number from 0 to 1, `count` of them at a time, shape (count,)."""
+    """Return the minimum of `count` convex functions of a number from 0 to 1, shape (count,)."""
     low = np.zeros(count)
     high = np.ones(count)
     left = high - GOLDEN * (high - low)

@@ -4,8 +4,8 @@ TatamuError
 ├── InputError              a file, an option or a scene is wrong; the command line exits with 2
 │   └── UnavailableError    a scheduler, a database or a disk does not answer; what was finished is kept
 └── SimulationError         a rollout passed a limit of its model (stretch, speed, not finite)
-    ├── SceneError          .. because of the scene itself; an InputError, too
-    └── WorkerKilledError   a computation that ended the processes it ran in, again and again
+    ├── SceneError          the scene itself is the cause; an InputError, too
+    └── WorkerKilledError   a computation that killed its processes repeatedly
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class TatamuError(Exception):
 
 
 class InputError(TatamuError):
-    """A given file, option or value is wrong; says what was given, what is allowed and, if known, what to do."""
+    """A given file, option or value is wrong; the text has the value given, the values allowed and advice."""
 
 
 class UnavailableError(InputError):
@@ -56,7 +56,7 @@ class SceneError(InputError, SimulationError):
 
 
 class WorkerKilledError(SimulationError):
-    """A computation ended the processes it ran in, or never answered, until it was given up."""
+    """A computation killed its processes repeatedly, or never answered."""
 
 
 def describe(error: ValidationError) -> str:

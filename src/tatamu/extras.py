@@ -1,4 +1,4 @@
-"""Optional packages: simulating needs few, and what else is missing is named with the extra that installs it."""
+"""Optional packages, and the extras that install them; an error names the extra that is missing."""
 
 from __future__ import annotations
 

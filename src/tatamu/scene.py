@@ -27,13 +27,13 @@ LEAST_IN_PLANE = 1e-3
 """Least part of a fibre's direction that lies in the plane of its triangle [-]."""
 
 MOST_VERTICES = 150_000
-"""Cloth has no more vertices: preparing so many takes ten seconds, and garments have 2,000."""
+"""Largest number of vertices of a cloth, which takes ten seconds to prepare; garments have 2,000."""
 MOST_GRIPPERS = 1000
-"""A scene has no more grippers; a hand that pinches layers together has one for each."""
+"""Largest number of grippers of a scene; a hand that pinches layers together has one for each."""
 MOST_BODIES = 100
-"""A scene has no more rigid bodies: each is searched at every triangle."""
+"""Largest number of rigid bodies of a scene, because each is compared with every triangle."""
 SAME_TIME = 1e-9
-"""A time earlier by no more than this [s] counts as the same: a sum of steps misses a knot by as much."""
+"""Largest difference of times that count as equal [s], because sums of steps have rounding errors."""
 
 
 def _check_fibre(rest: np.ndarray, faces: np.ndarray, fibre: np.ndarray) -> None:
@@ -58,12 +58,14 @@ class Cloth(Record):
     faces: Triangles
     """Triangles, shape (m, 3)."""
     rest_vertices: Points | None = None
-    """The unstrained shape [m], shape (n, 3); None: `vertices`."""
+    """The unstrained shape [m], shape (n, 3); None for `vertices`."""
     seams: Edges = Field(default_factory=lambda: edges([]))
     """Mesh edges that hinge freely, shape (s, 2)."""
     fibre: Points | None = None
-    """Direction of the warp in the unstrained shape, shape (m, 3), or (1, 3) for all triangles, of which the part in
-    the plane of each triangle counts. None: along x, and along y where a triangle lies across x."""
+    """Direction of the warp in the unstrained shape, shape (m, 3), or (1, 3) for all triangles.
+
+    Its part in the plane of each triangle is used. None for x, or for y in triangles perpendicular to x.
+    """
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -97,14 +99,17 @@ class Gripper(Record):
     """Vertices held from `closes` to `opens`; they keep their arrangement and follow `displacements`."""
 
     hand: Literal["left", "right"] | None = None
-    """The hand that it belongs to; None if the scene does not name hands. Fingers that press layers together are
-    several grippers of one hand, of which the first moves as the hand does."""
+    """The hand that it belongs to.
+
+    None if the scene does not name hands. Fingers that press layers together are several grippers of one hand; the
+    first moves like the hand.
+    """
     vertices: Annotated[list[Index], Field(min_length=1)]
     """The held vertices."""
     closes: Number = Field(0.0, ge=0.0)
-    """When the gripper closes [s]."""
+    """Time at which the gripper closes [s]."""
     opens: Number | None = None
-    """When it opens again [s]; None: never."""
+    """Time at which it opens again [s]; None for never."""
     times: Annotated[list[Number], Field(min_length=1)]
     """Knots of the motion [s], increasing."""
     displacements: Points
@@ -203,7 +208,7 @@ class Scene(Record):
         """Read and validate a scene file.
 
         Raises:
-            InputError: The file cannot be read, or a field is wrong; the message names both.
+            InputError: If the file cannot be read, or a field is wrong; the message names both.
         """
         value = read_json(Path(path))
         if not isinstance(value, dict):

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 MOST_AROUND = 1000
-"""No vertex has more triangles around it: contact between them takes memory that grows with their square."""
+"""Largest number of triangles around a vertex, because memory for their contact grows with its square."""
 
 
 def facing_down(flat: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -128,7 +128,7 @@ def lumped(weight: np.ndarray, faces: np.ndarray, count: int) -> np.ndarray:
 
 
 def check_mesh(rest: np.ndarray, faces: np.ndarray, seams: np.ndarray) -> None:
-    """Refuse a mesh of which no cloth can be made.
+    """Refuse a mesh that cannot be a cloth.
 
     Raises:
         ValueError: If there are no triangles, an index is out of range, a triangle has no area, a vertex is in no

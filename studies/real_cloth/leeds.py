@@ -107,14 +107,14 @@ class Leeds(RealTest):
                 Tabulated("real: leeds", _lines(measured, best)),
             ],
             beat=(
-                "The authors fit a differentiable simulator to every outline and give no prediction of what was not "
-                "fitted; so there is no number of others to beat, only the scatter of the fabric itself."
+                "The authors fit a differentiable simulator to every outline and predict nothing that was not fitted. "
+                "So the only number for comparison is the scatter of the fabric itself."
             ),
             goal=_goal(measured, best),
             silent=(
-                "No rigidity of these fabrics was measured. Captures of one specimen differ by up to ten points (the "
-                "two faces, it seems), and fabric 1 loses seven from the first to the second: the scatter is the "
-                "fabric's and the handling's together. Only the plan outline was measured, not the heights."
+                "The rigidities of these fabrics were not measured. Captures of one specimen differ by up to ten "
+                "points (apparently because of its two faces), and fabric 1 loses seven from the first to the second. "
+                "So the scatter includes that of the handling. Only the outline from above was measured, not heights."
             ),
             charts=[_chart(measured, predictions)],
             sketches=[
@@ -154,14 +154,15 @@ def _predicted(model: FittedModel, measured: Sequence[MeasuredHems], bench: Benc
 
 def _method(repeats: int, last: FittedModel) -> str:
     return (
-        f"Discs of {SIZE.name}; of each fabric B/ρ is fitted to the mean drape coefficient, everything else is "
-        f"predicted, by {repeats} repeats, in the last line by {last.times * repeats}. There warp over weft is fitted "
-        f"as well, to the second harmonic of the hem, between {ANISOTROPIES[0]:g} and {ANISOTROPIES[-1]:g}. All have "
-        f"{SOFTENED:g} N/m along their yarns and a Poisson ratio of 0.25. Typical weave, as in the drape of four "
-        "fabrics: shear stiffness "
-        f"{SHEAR:g} N/m, {WARP:g}, {WEFT:g} and {TWIST:g} of the mean rigidity along warp and weft and against twist. "
-        f"Friction: HB over B of {FRICTION:g} / m, the median of those four. Not flat: unstrained, the cloth is wavy "
-        f"by {1e3 * WAVINESS:g} mm in waves of 20 mm, which is assumed. Errors are root mean squares over the fabrics."
+        f"Discs of {SIZE.name}. For each fabric, B/ρ is fitted to the mean drape coefficient; everything else is "
+        f"predicted, by {repeats} repeats (in the last line {last.times * repeats}). In the last line the ratio of "
+        "warp to weft is fitted as well, to the second harmonic of the hem, between "
+        f"{ANISOTROPIES[0]:g} and {ANISOTROPIES[-1]:g}. All fabrics have {SOFTENED:g} N/m along their yarns and a "
+        "Poisson ratio of 0.25. Typical weave, as in the drape of four fabrics: the shear stiffness is "
+        f"{SHEAR:g} N/m; the rigidities along warp and weft and against twist are {WARP:g}, {WEFT:g} and {TWIST:g} "
+        f"times the mean. Friction: HB / B is {FRICTION:g} / m, the median of those four fabrics. Not flat: the "
+        f"unstrained cloth has waves of {1e3 * WAVINESS:g} mm height and 20 mm length, which is an assumption. Errors "
+        "are root mean squares over the fabrics."
     )
 
 

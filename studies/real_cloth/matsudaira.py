@@ -121,24 +121,26 @@ class Matsudaira(RealTest):
             name=self.name,
             title="Drape without fitting",
             method=(
-                "A flat disc over a plate that rises from a table; the rigidity is the fabric's own, by KES-FB2, and "
-                f"no number was fitted. Mean over {bench.seeds} repeats with other unevenness. All have {SOFTENED:g} "
-                f"N/m along their yarns, softened so that meshes do not lock. Woven: shear stiffness {SHEAR:g} N/m, "
-                f"{WARP:g}, {WEFT:g} and {TWIST:g} of the measured rigidity along warp and weft and against twist, of "
-                "typical fabrics (Wang et al. 2011; medians of 618 fabrics by Feng et al. 2022), chosen before any "
-                "drape was looked at. Hysteresis: that weave with the width 2HB of the fabric's own loop, by KES-FB2. "
-                f"Not flat: unstrained, the cloth is wavy by {1e3 * WAVINESS:g} mm in waves of 20 mm: assumed; "
-                "error and goals are of what is flat."
+                "A flat disc lies on a plate that rises from a table. The rigidity is the fabric's own, measured by "
+                f"KES-FB2; no number was fitted. Values are means over {bench.seeds} repeats with different random "
+                f"unevenness. All fabrics have {SOFTENED:g} N/m along their yarns, which is soft enough for meshes not "
+                f"to lock. Woven: the shear stiffness is {SHEAR:g} N/m; the rigidities along warp and weft and against "
+                f"twist are {WARP:g}, {WEFT:g} and {TWIST:g} times the measured one, as in typical fabrics (Wang et "
+                "al. 2011; medians of 618 fabrics by Feng et al. 2022). They were chosen before any drape was "
+                "simulated. Hysteresis: the same weave with the width 2HB of the fabric's own loop, by KES-FB2. Not "
+                f"flat: the unstrained cloth has waves of {1e3 * WAVINESS:g} mm height and 20 mm length, which is an "
+                "assumption. Errors and goals refer to flat cloth."
             ),
             tables=[Tabulated("real: drape", _lines(measured, found, known))],
             beat=(
-                "The repository that transcribed the measurements simulates fabric A: 24.8 % elastic, 57.3 % with "
-                "hysteresis and still falling, where 82.9 % was measured. No other prediction of these four was found."
+                "The repository that transcribed the measurements simulates fabric A: 24.8 % as elastic cloth, and "
+                "57.3 % (still falling) with hysteresis. 82.9 % was measured. No other prediction of these four "
+                "fabrics was found."
             ),
             goal=_goal(measured, [each[best] for each in found]),
             silent=(
-                "Sizes of specimen and plate are not stated, nor which face was up; the numbers were transcribed by "
-                "others and not compared with the paper. One fabric of each kind, without its scatter. "
+                "The sizes of specimen and plate are not stated, nor which face was up. The numbers were transcribed "
+                "by others and not compared with the paper. There is one fabric of each kind, without scatter. "
                 + _restless(found)
             ),
             charts=[_chart(measured, found, known)],

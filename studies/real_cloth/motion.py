@@ -118,27 +118,28 @@ class SwungCloth(RealTest):
             name=self.name,
             title="Cloth in a robot's hands",
             method=(
-                f"{len(measured)} recordings of a cloth of 0.3 m that hangs from a bar. The robot's own poses drive "
-                "the bar; each frame of the camera has a clock of its own, on which its upper corners are where the "
-                f"robot has them. What air does was fitted on {len(fitting)} recordings; all figures are medians over "
-                f"the {len(measured) - len(fitting)} others. The swing is the lower edge ahead of the upper one, "
-                "across the bar. The cloth's own stiffness does not show in it. Camera displaced: what is predicted is "
-                "moved and turned about the bar's middle by what brings it nearest to the same "
-                f"{len(fitting)} recordings, one displacement for all, as a camera's place is known only so well."
+                f"{len(measured)} recordings show a cloth of 0.3 m that hangs from a bar. The simulated bar follows "
+                "the recorded poses of the robot. The clock of the camera is corrected so that the upper corners of "
+                f"the cloth are where the robot holds them. The air was fitted on {len(fitting)} recordings; all "
+                f"figures are medians over the {len(measured) - len(fitting)} others. The swing is the distance by "
+                "which the lower edge is ahead of the upper one, across the bar; it does not depend on the stiffness "
+                "of the cloth. Camera displaced: the predictions are moved and turned about the middle of the bar, "
+                "because the place of a camera is known only roughly. This displacement is the same for all "
+                f"recordings, and was fitted on the same {len(fitting)}."
             ),
             tables=[
                 Tabulated("real: swing", [_line(each, measured) for each in predictions]),
                 Tabulated("real: period", _periods(predictions, measured)),
             ],
             beat=(
-                "The plate of one degree of freedom, fitted on the same recordings; and 3 to 9 mm, by which repeats of "
-                "one path of the robot differ. The authors' linear models are fitted to each recording, and a rigid "
-                "plate that follows the hand is as good on their measure: it proves little."
+                "The plate with one degree of freedom, fitted on the same recordings; and 3 to 9 mm, by which repeats "
+                "of one path of the robot differ. The authors fit linear models to each recording. By their measure a "
+                "rigid plate that follows the hand is as good, so the measure shows little."
             ),
             goal=_goal(predictions[1], predictions[-1], measured),
             silent=(
-                "Density and fabric are not stated, so that only ratios to the density are known: at least one number "
-                "is fitted. No table, no fold, no contact: no public measurement of a real "
+                "Density and fabric are not stated, so only ratios to the density are known, and at least one number "
+                "must be fitted. The recordings have no table, no fold and no contact; no public measurement of a real "
                 "fold with contact was found."
             ),
             charts=_charts(predictions, measured),

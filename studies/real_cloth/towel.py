@@ -69,24 +69,25 @@ class Towel(RealTest):
             name=self.name,
             title="A towel folded in half by robots",
             method=(
-                f"A towel of {SIZE[0]:g} x {SIZE[1]:g} m in the default terry, folded in half; the best of {TRIALS} "
-                f"trials: for {bench.seeds} seeds of the search by the objective C where nothing is off, for one by "
-                f"its {quantile} over disturbed worlds, as tatamu learn does. Undisturbed the simulated hands do "
-                f"exactly what was planned. In {WORLDS} disturbed worlds for either objective, "
-                "hands, grasps, table and material are off as in the default disturbances, in worlds that no search "
-                "saw; a fold succeeds whose vertices are within 12.5 mm of the target in the mean and whose view from "
-                "above overlaps by 0.80, and E_f is of those that succeed."
+                f"A towel of {SIZE[0]:g} x {SIZE[1]:g} m in the default terry is folded in half, by the best of "
+                f"{TRIALS} trials. {bench.seeds} seeds minimise the objective C without disturbances; one minimises "
+                f"its {quantile} over disturbed worlds. Without disturbances the simulated hands move exactly as "
+                f"planned. Then each fold is simulated in {WORLDS} worlds that no search used, with the default "
+                "disturbances of hands, grasps, table and material. A fold succeeds if the mean distance of its "
+                "vertices from the target is at most 12.5 mm and the views from above overlap by 0.80. E_f is given "
+                "for folds that succeed."
             ),
             tables=[Tabulated("real: towel", [robots, *still.lines, *usual.lines])],
-            beat=f"Garcia-Camacho et al. 2020: {np.mean(theirs):.2f} % in the mean of the folds that succeeded.",
+            beat=f"Garcia-Camacho et al. 2020: {np.mean(theirs):.2f} % on average for folds that succeeded.",
             goal=(
-                f"By the quantile: E_f under disturbances not above theirs: {reached(_mean(held) <= _mean(theirs))}; "
-                f"success as often: {reached(often)} ({len(held)} of {len(usual.disturbed)})."
+                "With the quantile: E_f under disturbances at most as large as theirs: "
+                f"{reached(_mean(held) <= _mean(theirs))}; success at least as often: {reached(often)} "
+                f"({len(held)} of {len(usual.disturbed)})."
             ),
             silent=(
-                "E_f is an area: a fold that is turned or wrinkled may have a small one. How far their hands and their "
-                "camera err is not stated, nor the fabric of their towel, nor what they call a success. No shape of a "
-                "real fold with contact was found in public data."
+                "E_f compares areas, so a fold that is turned or wrinkled may have a small one. The errors of their "
+                "hands and camera, the fabric of their towel and their definition of success are not stated. No shape "
+                "of a real fold with contact was found in public data."
             ),
             charts=[_chart({"two TIAGo arms": theirs, **still.groups, **usual.groups})],
         )

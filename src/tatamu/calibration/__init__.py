@@ -1,4 +1,4 @@
-"""Calibration: measurements with a ruler, three or more, give a simulator that behaves like the cloth at hand."""
+"""Calibration: three or more measurements with a ruler give a material that behaves like the measured cloth."""
 
 from tatamu.calibration.advice import advice_on
 from tatamu.calibration.calibrate import calibrate

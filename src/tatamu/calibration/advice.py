@@ -83,7 +83,7 @@ def _left_out(calibration: Calibration, fit: Fit) -> list[str]:
 
 
 def _disagreement(calibration: Calibration) -> list[str]:
-    """Where sag and loop do not fit one rigidity, cloth does not bend in proportion."""
+    """Yield a note if no single rigidity fits both sag and loop."""
     if "disagreement" not in calibration.contributions:
         return []
     bending = [fit for fit in calibration.fits if fit.parameter == "bending_rigidity"]
@@ -108,7 +108,7 @@ def _unused(calibration: Calibration) -> list[str]:
 
 
 def _restless(calibration: Calibration) -> list[str]:
-    """Where simulated cloth creeps by as much as a ruler's reading is off."""
+    """Yield a note on each reading whose simulated cloth still creeps by about the error of a ruler."""
     errors = [fit.uncertainty for fit in calibration.fits if fit.unit == "m"]
     if not errors or calibration.unsettled < 0.5 * min(errors):
         return []
@@ -119,7 +119,7 @@ def _restless(calibration: Calibration) -> list[str]:
 
 
 def best_repeat(calibration: Calibration) -> tuple[str, list[tuple[str, float, float]]] | None:
-    """The reading that is worth most to repeat, and the relative uncertainty of what it helps before and after.
+    """Return the reading to repeat, and the relative uncertainty before and after three more values of it.
 
     The gain of a reading is how much `MORE` repeats of it lower the sum of the relative variances.
     """

@@ -1,4 +1,4 @@
-"""Bias: how much longer a strip cut at 45 degrees to the yarns is hanging than lying; what shear stiffness it has.
+"""Test *bias*: the elongation of a hanging strip cut at 45 degrees to the yarns determines the shear stiffness.
 
 Not in the paper. Woven cloth is stiff along its yarns and gives way on the bias, where a strip has
 

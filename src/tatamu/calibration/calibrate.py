@@ -87,7 +87,7 @@ def calibrate(
 
 @dataclass(frozen=True)
 class ElasticMatch:
-    """How stretch stiffness, bending rigidity and friction of bending were matched."""
+    """The matches of stretch stiffness, bending rigidity and friction of bending."""
 
     material: Material
     groups: Groups
@@ -181,7 +181,7 @@ def _contributions(
     fits: list[Fit],
     material: Material,
 ) -> Changes:
-    """How much each reading contributes to each parameter's uncertainty; a test that only bounds one: nothing."""
+    """Return the contribution of each reading to each parameter's uncertainty; none from tests that give a bound."""
 
     def sensitivity(target: Target, weight: float) -> Sensitivity:
         def reading(*logarithms: float) -> float:

@@ -1,4 +1,4 @@
-"""Crease: how much of a fold stays in cloth that was pressed; what friction its bending has.
+"""Test *crease*: the part of a fold that stays in pressed cloth determines the friction of bending.
 
 Not in the paper. A band of cloth is the hinge of two light boards, as the spine of a book. It is closed under a weight
 and let go; what stays is the curvature at which the friction HB holds the bending B k (docs/theory/hysteresis.md), all
@@ -53,7 +53,7 @@ PRESSED, HELD, RESTS = 10.0, 15.0, 40.0
 WIDEST = 120.0
 """Angle beyond which the reading only bounds the friction [degrees], because the fold was hardly sharper."""
 LEAST_GAP = 1.5
-"""The band is at least so long, in thicknesses of both boards, or it could not go round them."""
+"""Least length of the band, in thicknesses of both boards; a shorter one could not go round them."""
 
 
 class CreaseReadings(TestEntry):

@@ -44,7 +44,7 @@ SAME_END = 2e-3
 """Vertices less than this nearer to the end than the farthest belong to it [m]."""
 
 OTHER_GARMENT = 0.25
-"""An L2 that is off the garment's own length by more than this part belongs to another garment, or to other grasps."""
+"""An L2 that differs from the garment's own length by more than this part belongs to another garment or grasp."""
 HUNG_BY = {
     "towel": ["bottom"],
     "tshirt": ["left_shoulder", "right_shoulder"],

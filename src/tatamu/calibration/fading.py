@@ -1,4 +1,4 @@
-"""Fading: after how many swings the cloth held by two corners swings less than so far; what drag the air has.
+"""Test *fading*: the number of swings until a cloth held by two corners has slowed down determines the drag of air.
 
 Not in the paper. Quadratic drag q_n slows a plate that hangs by its edge by 2 q_n A / (rho + m_a) per swing, with A the
 amplitude of its lower edge, so that after n swings
@@ -36,7 +36,7 @@ from tatamu.scene import Scene
 from tatamu.simulators import capabilities
 
 MORE = 1.3
-"""The simulation is longer than what was counted by this factor."""
+"""Ratio of the simulated time to the counted time."""
 MOST = 200.0
 """A simulated count beyond this is this: the cloth does not fade."""
 WITHIN = 5e-3
@@ -44,16 +44,16 @@ WITHIN = 5e-3
 
 
 class FadingReadings(TestEntry):
-    """How long cloth swings that is held by two corners and let go from the side."""
+    """Readings of a cloth that is held by two corners, released from the side, and swings until it fades."""
 
     edge: str
     """Name of the edge whose two ends are held."""
     aside: Lengths
-    """How far the far edge is drawn aside before it is let go [m]."""
+    """Distance by which the far edge is pulled aside before its release [m]."""
     to: Length
-    """It is counted until the far edge goes less than this to the side [m]."""
+    """Counting ends when the far edge swings less than this to the side [m]."""
     count: Annotated[tuple[Annotated[float, Field(gt=0.0, le=100.0)], ...], Field(min_length=1)]
-    """Swings there and back until then; halves are counted too."""
+    """Number of swings there and back until then; halves are counted too."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -9,7 +9,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Fit:
-    """One test, and the parameter with which its reading came out."""
+    """One test, and the parameter with which the simulation reproduces its reading."""
 
     test: str
     parameter: str

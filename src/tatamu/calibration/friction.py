@@ -38,7 +38,7 @@ DURATION = 0.8
 SLIDING = 5e-3
 """Mean speed over the last quarter above which the sheet slides [m/s]: it is reached 1.5e-3 below tan(theta)."""
 FIRST = 0.02
-"""The search begins with tan(theta) times one plus or minus this."""
+"""The search starts with tan(theta) times 1 plus and 1 minus this."""
 RESOLUTION = 2e-3
 """The interval of the coefficient is halved until it is narrower than this."""
 LARGEST = 3.0
@@ -225,12 +225,12 @@ H_s = []                 # height of its lifted end when the cloth starts to sli
 
 @dataclass(frozen=True)
 class Sliding:
-    """Where a sheet begins to slide."""
+    """The coefficient of friction at which a sheet starts to slide."""
 
     slides: float
-    """Largest coefficient seen to slide."""
+    """Largest coefficient at which the sheet slid."""
     sticks: float
-    """Smallest seen to stick."""
+    """Smallest coefficient at which it stuck."""
     samples: tuple[tuple[float, float], ...]
     """All (coefficient, speed [m/s]) that were simulated."""
     bound: str | None = None
@@ -265,7 +265,7 @@ def threshold(speed: Callable[[float], float], guess: float) -> Sliding:
 
 
 def _bracket(slides: Callable[[float], bool], guess: float) -> tuple[float, float]:
-    """A coefficient at which it slides, and a larger one at which it sticks; beyond 0 or `LARGEST` if there is none."""
+    """Return a coefficient at which it slides and a larger one at which it sticks, or bounds outside the range."""
     low = guess * (1.0 - FIRST)
     high = guess * (1.0 + FIRST)
     step = high - low

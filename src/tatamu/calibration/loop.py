@@ -1,4 +1,4 @@
-"""Loop: how high the crease of folded cloth stands under its own weight.
+"""Test *loop*: the height of the crease of folded cloth determines the bending rigidity.
 
 Not in the paper. It determines the bending rigidity of cloth too limp for a sag, and at the curvature of a fold: cloth,
 and Blender's old bending model, need not bend in proportion. A strip is laid over itself without friction, its ends
@@ -49,7 +49,7 @@ HIGHEST_LOOP = 0.3
 
 
 class LoopReadings(TestEntry):
-    """How high the crease of folded cloth stands."""
+    """Readings of the height of the crease of folded cloth."""
 
     height: Lengths
     """Height of the top of the loop over the table [m]."""

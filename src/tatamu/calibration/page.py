@@ -1,4 +1,4 @@
-"""A calibration as one page that opens offline: what came out, the fits, what to read again."""
+"""The page of a calibration, which opens offline: the material, the fits, and the reading to repeat."""
 
 from __future__ import annotations
 
@@ -177,7 +177,7 @@ def _budget(calibration: Calibration) -> list[tuple[str, str, str, list[float]]]
 
 
 def _read(reading: Reading | None) -> tuple[str, str]:
-    """A reading and its uncertainty as text; empty for what was not read."""
+    """Return a reading and its uncertainty as text; empty if it was not read."""
     if reading is None:
         return "", ""
     factor, unit = SHOWN[reading.unit]

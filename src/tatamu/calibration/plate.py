@@ -1,4 +1,4 @@
-"""Plate: how much of its shadow a disc of the cloth keeps over a round plate; what bending it has.
+"""Test *plate*: the drape of a disc of cloth over a round plate determines the bending rigidity.
 
 Not in the paper. A disc hangs over a smaller plate, in folds, and is seen from above. The drape coefficient
 
@@ -260,7 +260,7 @@ Drape it, if you like: a disc of the same cloth, as a napkin.       [plate] disc
         ]
 
     def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Report folds whose number differs from that of the simulated cloth."""
+        """Report if the number of folds differs from that of the simulated cloth."""
         shape = estimate.shapes.get(self.name)
         if shape is None or self.folds is None:
             return []

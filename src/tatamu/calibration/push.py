@@ -1,4 +1,4 @@
-"""Push: how far the far edge moves when cloth on a table is pushed by its near one; what compression it resists.
+"""Test *push*: the motion of the far edge of a pushed cloth determines the resistance to compression.
 
 Not in the paper. A sheet wrinkles where it is pushed and the far edge stays; a stiffer one slides as a whole. With
 friction mu rho g per area, the cloth from the ruler to a far edge that moves is shorter by
@@ -51,14 +51,14 @@ REST = 0.5
 
 
 class PushReadings(TestEntry):
-    """How far the far edge of cloth on a table moves when a ruler pushes the near one."""
+    """Readings of a cloth on a table whose near edge is pushed by a ruler."""
 
     length: Lengths
     """Length of the cloth ahead of the ruler, in the direction of the push [m]."""
     pushed: Lengths
-    """How far the ruler was pushed [m]."""
+    """Distance that the ruler was pushed [m]."""
     moved: Distances
-    """How far the far edge moved [m]; 0 if it stayed."""
+    """Distance that the far edge moved [m]; 0 if it stayed."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -94,7 +94,7 @@ class Push(LaterTest, RestTest):
     pushed: float
     """s, how far the ruler was pushed [m]."""
     spacing: float | None = None
-    """Edge length of the strip's mesh [m]; None: `CELL`, or less for a short cloth."""
+    """Edge length of the strip's mesh [m]; None for `CELL`, or less for a short cloth."""
 
     name = "push"
     title = "Push: compression c"

@@ -1,4 +1,4 @@
-"""All calibration tests, in the order of the guide; a further one is a module of its own and a name here."""
+"""All calibration tests, in the order of the guide. A new test is a module, and a name in this list."""
 
 from __future__ import annotations
 

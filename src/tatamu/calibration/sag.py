@@ -53,11 +53,11 @@ GAMMAS = np.geomspace(1e-2, 1e3, 101)
 STIFFEST, LIMPEST = 0.02, 0.96
 """Range of sag over free length outside which the reading only bounds the bending rigidity."""
 SHORTEST_EDGE = 1.5
-"""The edge is at least this many free lengths long, or its ends would hang differently."""
+"""Least length of the edge, in free lengths; otherwise its ends would hang differently."""
 BEST = 1.8
 """Free length over bending length at which the edge hangs down about half of it."""
 SHORTEST = 0.025
-"""Least free length that a ruler of 1 mm and two other rulers as a grip can do [m]."""
+"""Least free length that can be measured with a ruler of 1 mm and held by two others [m]."""
 STEP = 0.005
 """Free lengths are proposed in steps of this [m]."""
 EDGE = {"towel": "bottom", "tshirt": "hem", "trousers": "waist"}
@@ -65,7 +65,7 @@ EDGE = {"towel": "bottom", "tshirt": "hem", "trousers": "waist"}
 
 
 class SagReadings(TestEntry):
-    """How far the cloth in front of a straight grip hangs down (paper, section IV-C, Fig. 3)."""
+    """Readings of the sag of cloth in front of a straight grip (paper, section IV-C, Fig. 3)."""
 
     edge: str
     """Name of the edge next to which the cloth is held."""

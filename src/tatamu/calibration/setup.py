@@ -1,4 +1,4 @@
-"""The simulated copy of what was measured: the same garment, the same tests."""
+"""The simulated copy of the measured garment and its tests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Swing: seconds for ten swings of the cloth held by two corners; what air it carries.
+"""Test *swing*: the time of ten swings of a cloth held by two corners determines the added mass of air.
 
 Not in the paper. A plate of length L that hangs by its edge swings with
 
@@ -59,12 +59,12 @@ DRAG = 0.7
 
 
 class SwingReadings(TestEntry):
-    """How fast the cloth swings that is held by two corners and let go from the side."""
+    """Readings of a cloth that is held by two corners, released from the side, and swings."""
 
     edge: str
     """Name of the edge whose two ends are held."""
     aside: Lengths
-    """How far the far edge is drawn aside before it is let go [m]."""
+    """Distance by which the far edge is pulled aside before its release [m]."""
     ten_swings: Times
     """There and back ten times [s]."""
 

@@ -18,7 +18,7 @@ from tatamu.material import Material
 UNKNOWN = 1.0
 """Standard uncertainty of a parameter's logarithm if a reading determines only its magnitude."""
 Guess = Callable[[float, Material], float]
-"""From a reading, and a cloth whose other parameters are known, to the parameter by a textbook."""
+"""Function from a reading, and a cloth with known other parameters, to the parameter by the textbook."""
 UNIT = Material(areal_density=1.0, stretch_stiffness=1.0, bending_rigidity=1.0)
 """Any cloth: the textbooks' parameters are proportional to its density, their relative spread does not depend on it."""
 
@@ -47,7 +47,7 @@ class Target:
 
     @property
     def limits(self) -> tuple[float, float]:
-        """Least and greatest parameter that is tried."""
+        """Smallest and largest parameter that is tried."""
         return LIMITS[self.parameter]
 
     @property

@@ -73,7 +73,7 @@ class CalibrationTest(ABC):
     read: ClassVar[str]
     """The reading, in a word or two."""
     words: ClassVar[Mapping[str, str]]
-    """Each of its readings, as the advice names it."""
+    """The name of each reading in the advice."""
     samples: ClassVar[Literal["reading", "speed"]] = "reading"
     """Result of each simulation: the reading [m], or a speed [m/s] that is zero if the cloth sticks."""
 

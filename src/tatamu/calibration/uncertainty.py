@@ -1,4 +1,4 @@
-"""From the readings' uncertainties to the parameters', to first order (JCGM 100:2008, 5.1 and 5.2).
+"""Uncertainties of parameters from those of readings, to first order (JCGM 100:2008, 5.1 and 5.2).
 
 At rest, lengths over the garment's own depend on Y / (rho g L), B / (rho g L^3) and HB / (rho g L^2) alone. So the
 slopes of a reading f in Y, B and HB, which a few simulations give, also give the slopes in density and size:
@@ -27,7 +27,7 @@ ELASTIC = ("stretch_stiffness", "bending_rigidity", "bending_hysteresis")
 
 @dataclass(frozen=True)
 class Slopes:
-    """How a reading f depends on the logarithms of Y, B and HB [m]."""
+    """Derivatives of a reading f by the logarithms of Y, B and HB [m]."""
 
     reading: float
     stretch: float

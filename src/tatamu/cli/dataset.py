@@ -28,7 +28,7 @@ def dataset(
     ] = None,
     scheduler: SchedulerOption = None,
 ) -> None:
-    """Record folds for policies: LeRobotDataset v3.0 and Zarr, with what every fold is worth.
+    """Record folds as demonstrations for policies, in LeRobotDataset v3.0 and Zarr, with the score of each.
 
     Examples:
     `tatamu dataset examples/dataset.toml --out runs/folds`

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
 
 from tatamu.cli.app import app
 from tatamu.cli.photographs import BoardOption, CornerOption, LensOption, SheetOption
 from tatamu.errors import InputError
 from tatamu.size import parse_size
+
+if TYPE_CHECKING:
+    import numpy as np
 
 
 @app.command()
@@ -112,6 +114,8 @@ def parse_corners(texts: Sequence[str]) -> dict[str, np.ndarray]:
     Raises:
         InputError: If one of them is no name and pixel, or a name is given twice.
     """
+    import numpy as np  # late, so that `tatamu --help` is quick
+
     found: dict[str, np.ndarray] = {}
     for text in texts:
         name, _, pixel = text.partition("=")

@@ -89,7 +89,7 @@ def _rounded(number: float) -> str:
 
 
 def described(preset: Preset) -> str:
-    """Return everything known of one preset, one field per line."""
+    """Return all fields of one preset, one per line."""
     from tatamu.material import UNSAID
 
     lines = [f"{preset.name}: {preset.preset.title}. A preset: other people's cloth.", preset.preset.note]

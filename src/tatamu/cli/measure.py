@@ -58,7 +58,7 @@ def measure(
 def _read_drape(photo: Path, disc: float | None, plate: float | None, ruler: str | None) -> None:
     import numpy as np
 
-    from tatamu.cli.outline import to_metres
+    from tatamu.cli.pixels import to_metres
     from tatamu.garments.photo import find_outline, straightened
     from tatamu.instruments.outline import PlanOutline, centroid
 

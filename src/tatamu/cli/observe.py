@@ -1,4 +1,4 @@
-"""`tatamu observe`: what was measured of a real fold. `tatamu correct`: the correction of the next one."""
+"""The commands `tatamu observe`, for measurements of a real fold, and `tatamu correct`, for the next one."""
 
 from __future__ import annotations
 
@@ -64,10 +64,10 @@ def observe(
     ] = None,
     scheduler: SchedulerOption = None,
 ) -> None:
-    """Tell how a real fold ended; find out what is wrong with the hands, the table and the cloth.
+    """Record how a real fold ended, and infer the errors of hands, table and cloth.
 
-    The first time the fold is simulated in 200 disturbed worlds; they are kept, and a killed run resumes. Without any
-    number, what was observed before is evaluated again.
+    The first time, the fold is simulated with 200 random disturbances; the simulations are kept, and a killed run
+    resumes. Without any number, earlier observations are evaluated again.
 
     Examples:
     `tatamu observe runs/towel --left 12,-3 --right 8,4 --slip 2,0`
@@ -138,7 +138,7 @@ def _from_photo(
     failed: bool,
     turned_in: list[str],
 ) -> Observation:
-    """Read a photograph, and draw what was found if a picture is wanted."""
+    """Read a photograph, and draw the result if a picture is requested."""
     from tatamu.cli.locate import parse_corners
     from tatamu.files import check_targets
     from tatamu.observation.photo import read_photo
@@ -182,7 +182,7 @@ def correct(
     ] = None,
     scheduler: SchedulerOption = None,
 ) -> None:
-    """Correct the next fold after what was observed: shift grasps, releases and heights, nothing else.
+    """Correct the next fold: shift grasps, releases and heights against the inferred errors.
 
     N is how many folds were observed. `tatamu plan` takes the folder of the corrected fold.
 

@@ -47,7 +47,7 @@ def plans(
 ) -> None:
     """List the fold plans for a garment, the best first; nothing is simulated.
 
-    Parts that stand off the body of the outline are folded in first (sleeves, a hood), then the garment is folded in
+    Parts that stick out of the body of the outline are folded in first (sleeves, a hood), then the garment is folded in
     half. Plans whose hands leave a part behind come last, with the name of the part.
 
     Examples:

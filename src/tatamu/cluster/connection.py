@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 CONNECT_SECONDS = 5.0
 """Longest time in which a scheduler must answer [s]."""
 KILLED_WORKERS = 3
-"""Number of workers that a call may kill before it is given up, if the scheduler is our own."""
+"""Number of workers that a call may kill before it fails, if tatamu started the scheduler."""
 CERTIFICATES = tuple(f"distributed.comm.tls.{name}" for name in ("ca-file", "client.cert", "client.key"))
 """Fields of Dask's configuration that a client needs for `tls://`."""
 QUIET = {name: "critical" for name in ("distributed", "distributed.client", "distributed.nanny", "distributed.worker")}

@@ -1,4 +1,4 @@
-"""Datasets of folds for policies: a specification in, episodes out, with what every fold is worth.
+"""Datasets of folds for policies: a specification becomes episodes, each with its score.
 
     specification ──▶ draw ──▶ episode ──▶ part of the folder ──▶ LeRobot and Zarr, table, page
 

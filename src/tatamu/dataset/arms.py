@@ -31,7 +31,7 @@ from tatamu.robots.reach import DISTANCES, best_placements, search, table_height
 REACHED = 1e-5
 """Error at which a tool pose counts as reached [m, and rad times LENGTH]."""
 ROUNDS = 4
-"""How often a motion is slowed down until no joint is too fast."""
+"""Largest number of times that a motion is slowed down until no joint is too fast."""
 
 
 class OutOfReachError(TatamuError):
@@ -47,8 +47,7 @@ class Stand(OpenRecord):
     holds: list[tuple[float, float, bool]]
     """Tilt and yaw of the left and of the right tool [rad], and whether its fingers have changed places."""
     grips: list[tuple[float, float]]
-    """Where the left and the right hand fold to, about z from x of the fold's frame [rad], and the height over the
-    table at which they grasp [m]."""
+    """Direction in which each hand folds, as an angle about z [rad], and the height of the grasp [m]."""
 
 
 def find_stand(wanted: RobotDraw, manipulation: Manipulation) -> Stand:
@@ -108,10 +107,10 @@ class Arms:
         return state_names(self.robot)
 
     def follow(self, lead: Callable[[float], Led], largest: float, start: np.ndarray, rate: float) -> np.ndarray:
-        """Return the states along the hands' way, the first at their start, slowed down until no joint is too fast.
+        """Return the states along the path of the hands, from their start, slowed down until no joint is too fast.
 
         Args:
-            lead: Returns the hands' way from their largest motion in a step [m].
+            lead: Returns the path of the hands for a largest motion per step [m].
             largest: Largest motion of a hand in a step [m].
             start: Places where the hands begin [m], shape (2, 3).
             rate: Steps per second [1/s].
@@ -120,7 +119,7 @@ class Arms:
             float32, shape (steps + 1, k).
 
         Raises:
-            OutOfReachError: If an arm does not reach the way, would touch something, or is too slow.
+            OutOfReachError: If an arm cannot reach the path, would touch something, or is too slow.
         """
         for _ in range(ROUNDS):
             led = lead(largest)
@@ -160,7 +159,7 @@ class Arms:
 
     @cached_property
     def _tools(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """R_BT of each arm, and the way from the hand to T in B [m]."""
+        """Return R_BT of each arm, and the offset from the hand to T in B [m]."""
         tools = [grip.tool(self.placement, hold) for grip, hold in zip(self.grips, self.holds, strict=True)]
         return [(rotation, offset) for rotation, offset, _ in tools]
 

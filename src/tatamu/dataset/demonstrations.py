@@ -28,7 +28,7 @@ def start_writer(
     Args:
         root: Folder of the LeRobotDataset.
         specification: The specification.
-        stand: Where the robot stands; None for floating hands.
+        stand: Place of the robot; None for floating hands.
         first: An episode.
         key_points: Number of key points of every garment; None if garments differ.
 
@@ -51,7 +51,7 @@ def start_writer(
 
 
 def add_demonstration(writer: LeRobotWriter, episode: Episode) -> None:
-    """Append an episode: what is seen before each action, the action, and what follows.
+    """Append an episode: each observation with the action and the reward that follow.
 
     Raises:
         InputError: If a file cannot be written.

@@ -79,16 +79,16 @@ def _names(given: Any) -> str | list[str]:
 
 
 def _plain(given: Any) -> Any:
-    """Return what a file has for a distribution."""
+    """Return a distribution as plain data for a file."""
     return given.model_dump() if isinstance(given, Record) else given
 
 
 Distribution = Annotated[
     float | list[float] | Uniform | Normal, PlainValidator(_distribution), PlainSerializer(_plain, return_type=Any)
 ]
-"""A number, a list of which one is drawn, a range, or a normal distribution."""
+"""A number, a list from which one is drawn, a range, or a normal distribution."""
 Names = Annotated[str | list[str], PlainValidator(_names)]
-"""A name, or a list of which one is drawn."""
+"""A name, or a list from which one is drawn."""
 
 
 def draw(distribution: Distribution, generator: np.random.Generator) -> float:

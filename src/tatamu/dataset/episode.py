@@ -29,7 +29,7 @@ from tatamu.search import Parameters
 from tatamu.simulators import named
 
 ATTEMPTS = 50
-"""How often a fold is drawn again if the robot cannot do it."""
+"""Number of times that a fold is drawn again if the robot cannot do it."""
 SECONDS = 120.0
 """Longest episode [s]."""
 THUMBNAILS = 24
@@ -42,7 +42,7 @@ SHARP = 192
 
 @dataclass(frozen=True)
 class Recorder:
-    """All that recording an episode needs beside its number; the same for all episodes."""
+    """Everything that recording needs except the number of the episode."""
 
     specification: DatasetSpecification
     runs: Sequence[LearnedFold]
@@ -53,11 +53,11 @@ class Recorder:
 
 @dataclass(frozen=True)
 class Episode:
-    """What is kept of an episode."""
+    """The recorded data of an episode."""
 
     record: EpisodeRecord
     arrays: Mapping[str, np.ndarray]
-    """By name, for T actions:
+    """Arrays by name, for T actions:
 
     state (T + 1, s), action (T, a), reward (T,), key_points (T + 1, k, 3) [m], positions (T + 1, n, 3) [m],
     hands (T + 1, 4 h), mask (T + 1, p, p), faces (m, 3), final (n, 3) [m] in double precision, a camera's pictures
@@ -141,7 +141,7 @@ def play(
     Args:
         env: The environment, after its reset.
         actions: float32, shape (T, a).
-        stand: Where the robot stands whose joints the actions are; None for floating hands.
+        stand: Place of the robot whose joints the actions move; None for floating hands.
     """
     places, closed = (None, None) if stand is None else _arms(stand.model_dump_json()).places(actions)
     answers = []
@@ -203,14 +203,14 @@ def _world(recorder: Recorder, number: int) -> World:
 
 
 def _seen(observations: Sequence[Any]) -> dict[str, np.ndarray]:
-    """Return what was seen, stacked, under the names of `Episode.arrays`."""
+    """Return the stacked observations, by the names of `Episode.arrays`."""
     stacked = {name: np.stack([each[name] for each in observations]) for name in observations[0]}
     plain = {"vertices": "positions", "key_points": "key_points", "hands": "hands", "mask": "mask"}
     return {plain.get(name, f"camera.{name}"): value for name, value in stacked.items()}
 
 
 def _judged(record: EpisodeRecord, recorder: Recorder, prepared: _Prepared, env: HandsEnv) -> EpisodeRecord:
-    """Return the record with the share of worlds of its fold, if known or asked, and the second simulator's verdict."""
+    """Return the record with its held share, if known or requested, and the verdict of the second simulator."""
     outcome = recorder.specification.outcome
     if prepared.drawn.known is not None and not recorder.specification.fold.spread:
         record = record.with_share(*prepared.drawn.known)

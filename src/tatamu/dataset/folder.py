@@ -31,11 +31,11 @@ from tatamu.version import __version__
 VERSION = 1
 """Version of the folder."""
 FINISHED = (*PARTS, "states.zarr", "episodes.parquet", "dataset.html", "dataset.json")
-"""What a finished dataset may have, in the order in which it is put in its place."""
+"""Files of a finished dataset, in the order in which they are moved to their places."""
 
 
 class DatasetRecord(OpenRecord):
-    """The file `dataset.json`: what a dataset was made from, and how many episodes succeed."""
+    """The file `dataset.json`: the specification and versions of a dataset, and the number of successful episodes."""
 
     version: Literal[1] = 1
     tatamu: str = __version__
@@ -93,7 +93,7 @@ class DatasetFolder:
         return self.file.exists()
 
     def read(self) -> DatasetRecord:
-        """Return what a finished dataset is.
+        """Return the record of a finished dataset.
 
         Raises:
             InputError: If there is none, or it is of another version.
@@ -174,7 +174,7 @@ class DatasetFolder:
         return Episode(_record(file, arrays.pop("record")), arrays)
 
     def finish(self, record: DatasetRecord) -> None:
-        """Put all that was built in its place, and remove what is needed no more.
+        """Move the finished files to their places, and remove temporary ones.
 
         Raises:
             InputError: If the folder cannot be written.

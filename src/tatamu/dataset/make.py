@@ -32,7 +32,7 @@ from tatamu.simulators.many import executor_of, processors
 from tatamu.version import __version__
 
 Progress = Callable[[int, int], None]
-"""Called with how many episodes are recorded, and how many there will be."""
+"""Callback with the number of recorded episodes, and their total."""
 UNDER_WAY = 64
 """Largest number of episodes that are submitted and not kept yet."""
 
@@ -75,7 +75,7 @@ def make_dataset(
 
 
 def _check(specification: DatasetSpecification) -> list[LearnedFold]:
-    """Refuse what could not be recorded or written, before any episode is; return the learned folds."""
+    """Return the learned folds; refuse what cannot be recorded or written before any episode is recorded."""
     load_disturbances(specification.disturbances)
     needed("pyarrow")
     if "zarr" in specification.formats:
@@ -91,7 +91,7 @@ def _check(specification: DatasetSpecification) -> list[LearnedFold]:
 
 
 def _find_stand(specification: DatasetSpecification, runs: list[LearnedFold]) -> Stand | None:
-    """Return where the robot stands best before the first fold, at the largest size; None for floating hands."""
+    """Return the best place of the robot for the first fold at the largest size; None for floating hands."""
     if specification.robot is None:
         return None
     drawn = draw_fold(specification, runs, 0)
@@ -130,7 +130,7 @@ def _record(recorder: Recorder, folder: DatasetFolder, workers: Executor, progre
 
 @dataclass
 class _Overview:
-    """What must be known of all episodes before the first is written."""
+    """Properties of all episodes that the first file needs."""
 
     records: list[EpisodeRecord]
     extents: dict[str, Extent]

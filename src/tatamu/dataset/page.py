@@ -1,4 +1,4 @@
-"""The page of a dataset: how many episodes succeed, where, and what they look like."""
+"""The page of a dataset: successes by garment and fold, and pictures of episodes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a dataset says of each episode: what was folded and how, in which world, and what the outcome is worth."""
+"""The record of an episode: its fold, its disturbances, and the score of its outcome."""
 
 from __future__ import annotations
 
@@ -38,20 +38,19 @@ class EpisodeRecord(Subject):
     held_draws: int = 0
     """Number of worlds from which the share is taken."""
     held: int = 0
-    """In how many of them the fold succeeded."""
+    """Number of these worlds in which the fold succeeded."""
     held_from: str = ""
-    """Where the worlds are from: "worlds" of the specification, "margins" or "study" of a learned fold, or the
-    "episodes" of this fold."""
+    """Source of the worlds: "worlds" of the specification, "margins" or "study" of a learned fold, or "episodes"."""
     held_share: float | None = None
     """Share of disturbed worlds in which this fold succeeds; None without disturbances."""
     held_interval: tuple[float, float] | None = None
     """Its confidence interval at 95 % (Clopper and Pearson 1934)."""
     second_simulator: str = ""
-    """Name of the second simulator; empty if none was asked."""
+    """Name of the second simulator; empty if there is none."""
     second_success: bool | None = None
-    """Whether the fold succeeds there; None if none was asked."""
+    """Whether the fold succeeds there; None if there is no second simulator."""
     second_mean_vertex_distance: float | None = None
-    """Mean vertex distance to the target there [m]; None if none was asked, or its simulation failed."""
+    """Mean vertex distance to the target there [m]; None without a second simulator, or if it failed."""
 
     def with_share(self, held: int, draws: int, source: str) -> EpisodeRecord:
         """Return the record with the share of worlds in which the fold succeeds."""
@@ -66,7 +65,7 @@ class EpisodeRecord(Subject):
 
 
 def with_shares(records: Sequence[EpisodeRecord], disturbed: bool) -> list[EpisodeRecord]:
-    """Return the records, each with its fold's share: of worlds that were asked for, or else of the fold's episodes.
+    """Return the records with the held share of each fold, in the requested worlds or in the fold's episodes.
 
     Args:
         records: All episodes.

@@ -1,4 +1,4 @@
-"""Runs the actions of an episode in the simulator again, and says how far the outcome differs."""
+"""Run the actions of an episode in the simulator again, and compare the outcome."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ class Replay:
     success: bool
     """Whether the fold succeeds now."""
     score: Score
-    """What it is worth now."""
+    """Score of the new outcome."""
     distances: np.ndarray
     """Distance of each vertex from its recorded place at the end [m], shape (n,)."""
 
     @property
     def differs(self) -> bool:
-        """Whether anything differs from what was recorded."""
+        """Whether anything differs from the recording."""
         return self.success != self.recorded.success or bool(self.distances.any())
 
 

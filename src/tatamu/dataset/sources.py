@@ -33,7 +33,7 @@ class DrawnFold:
     middle: Parameters | None = None
     """Parameters of the learned fold; None for the arched curve."""
     known: tuple[int, int, str] | None = None
-    """In how many of how many disturbed worlds the learned fold held, and where that is from; None if unknown."""
+    """Numbers of worlds in which the learned fold held and was tested, and their source; None if unknown."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The specification of a dataset: what is drawn, what is recorded, what is asked of the outcome.
+"""The specification of a dataset: the folds, the recorded data, and the tests of the outcome.
 
 docs/reference/dataset-file.md explains every field.
 """
@@ -24,7 +24,7 @@ FORMATS: tuple[Format, ...] = get_args(Format)
 
 
 class GarmentDraw(Record):
-    """What garment is folded; drawn for each fold."""
+    """The garment, drawn for each fold."""
 
     name: Names = "towel"
     """Name or file of a garment."""
@@ -56,7 +56,7 @@ class GarmentDraw(Record):
 
 
 class FoldDraw(Record):
-    """How it is folded; drawn for each fold."""
+    """The fold, drawn for each episode or group of episodes."""
 
     source: Literal["drawn", "learned", "sweep"] = "drawn"
     plan: Names = "half"
@@ -82,7 +82,7 @@ class FoldDraw(Record):
 
 
 class RobotDraw(Record):
-    """The robot whose arms fold; they stand where all folds are best within reach unless a place is given."""
+    """The robot whose arms fold; its place is searched if none is given."""
 
     name: Annotated[str, Field(min_length=1)]
     """Name of a robot, or a .toml that describes one."""
@@ -93,7 +93,7 @@ class RobotDraw(Record):
 
 
 class RecordOptions(Record):
-    """What is recorded, and how often."""
+    """The recorded observations, and their rate."""
 
     fps: Annotated[StrictInt, Field(ge=5, le=60)] = 10
     """Frames per second [1/s]."""
@@ -110,10 +110,10 @@ class RecordOptions(Record):
 
 
 class OutcomeOptions(Record):
-    """What is asked of each outcome beside its score."""
+    """Tests of each outcome in addition to its score."""
 
     worlds: Annotated[StrictInt, Field(ge=0, le=10_000)] = 0
-    """Number of disturbed worlds in which each fold is simulated beside its episodes, for its held share."""
+    """Number of additional disturbed worlds in which each fold is simulated, for its held share."""
     simulator: Literal["mujoco", "blender"] | None = None
     """A second simulator that repeats the hands' motion of each episode; None for none."""
 
@@ -126,11 +126,11 @@ class DatasetSpecification(Record):
     seed: Annotated[StrictInt, Field(ge=0, lt=2**32)] = 0
     formats: Annotated[list[Format], Field(min_length=1)] = Field(default_factory=lambda: list[Format](FORMATS))
     disturbances: str = "default"
-    """`default`, `none` or a file: every episode is in a world of its own."""
+    """`default`, `none` or a file; every episode has its own draw."""
     per_fold: Annotated[StrictInt, Field(ge=1, le=10_000)] = 1
     """Number of episodes, each in another world, that share a fold."""
     garment: GarmentDraw | None = None
-    """For drawn folds; None for the towel of `tatamu learn towel`."""
+    """Garment of drawn folds; None for the towel of `tatamu learn towel`."""
     fold: FoldDraw = FoldDraw()
     robot: RobotDraw | None = None
     """None for floating hands."""
@@ -152,7 +152,7 @@ class DatasetSpecification(Record):
 
     @property
     def drawn_garment(self) -> GarmentDraw:
-        """What garment is folded, in drawn folds."""
+        """Return the garment of drawn folds."""
         return self.garment or GarmentDraw()
 
     @property

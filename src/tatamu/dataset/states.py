@@ -1,4 +1,4 @@
-"""States in Zarr 3: what each vertex and hand does, padded to the longest episode and the largest cloth.
+"""States in Zarr 3: every vertex and hand over time, padded to the longest episode and the largest cloth.
 
 A shard has whole episodes, and one process writes it once.
 """
@@ -24,7 +24,7 @@ MOST_IN_SHARD = 64
 FRAMES = 16
 """Frames in a chunk, the part of a shard that is read at once."""
 GAP: Mapping[str, Any] = {"f": np.nan, "i": -1, "b": False, "u": 0}
-"""What stands beyond the end of an episode, or of a cloth, by the kind of numbers."""
+"""Fill values beyond the end of an episode or of a cloth, by the kind of numbers."""
 PER_FRAME = ("positions", "key_points", "hands", "mask", "state", "action", "reward")
 """Arrays with a row for each frame or action."""
 
@@ -37,12 +37,12 @@ class Extent:
     dtype: np.dtype[Any]
 
     def joined(self, array: np.ndarray) -> Extent:
-        """Return the extent that also has room for an array."""
+        """Return the extent enlarged for an array."""
         return Extent(tuple(map(max, self.shape, array.shape)), self.dtype)
 
 
 def extend(extents: dict[str, Extent], episode: Episode) -> None:
-    """Let extents have room for the arrays of an episode, too."""
+    """Enlarge the extents for the arrays of an episode."""
     for name in (*PER_FRAME, "faces"):
         if name in episode.arrays:
             array = episode.arrays[name]
@@ -110,7 +110,7 @@ class StateWriter:
 
 
 def read_states(root: Path, episode: int, names: Sequence[str]) -> dict[str, np.ndarray]:
-    """Return arrays of an episode, without what they are padded with.
+    """Return the arrays of an episode without their padding.
 
     Args:
         root: Folder of the group.
@@ -151,7 +151,7 @@ def _padded(array: np.ndarray, extent: Extent) -> np.ndarray:
 
 
 def _cut(array: np.ndarray, name: str, frames: int) -> np.ndarray:
-    """Return an array without the frames after its end, and without vertices that are not there."""
+    """Return an array without the frames after its end and without padded vertices."""
     if name in PER_FRAME:
         array = array[: frames + (name not in ("action", "reward"))]
     if name in ("positions", "key_points"):

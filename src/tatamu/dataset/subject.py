@@ -1,4 +1,4 @@
-"""What is folded in an episode, by names and plain numbers, from which its task is made again anywhere."""
+"""The task of an episode by names and plain numbers, from which it can be made again."""
 
 from __future__ import annotations
 

@@ -25,9 +25,9 @@ from tatamu.scene import Scene
 BASES = ("stretch_stiffness", "bending_rigidity")
 """Warp stiffnesses whose error factor also scales the other directions."""
 NEAR = 0.02
-"""Distance from the fold line, and from the release, over which layers come to lie below a finger [m]."""
+"""Distance from the fold line, and from the release, within which layers lie below a finger [m]."""
 PRESSES = 0.25
-"""How far a finger that is too low presses into layers before its arm yields [thicknesses]; it then drags them."""
+"""Depth that a finger presses into layers before its arm yields [thicknesses]; it then drags them."""
 LEAST_HELD = 0.2
 """A hand whose pads take less than this part of the cloth that they were meant to take holds nothing [-]."""
 PAD_POINTS = (12, 8)
@@ -39,7 +39,7 @@ SIDES = (("left", 1.0), ("right", -1.0))
 def disturbed_scene(fold: Fold, manipulation: Manipulation, world: World) -> Scene:
     """Return the scene of a manipulation in a world; in the nominal world it is that of `scene_of`.
 
-    A hand that is sent to grasp beside its vertex, as a corrected manipulation may be, closes there.
+    A corrected manipulation may send a hand to a place next to its vertex; the hand then closes there.
 
     Raises:
         SimulationError: If the hands would grasp the same place.
@@ -59,8 +59,7 @@ def disturbed_scene(fold: Fold, manipulation: Manipulation, world: World) -> Sce
 def hand_failure(fold: Fold, manipulation: Manipulation, world: World) -> str | None:
     """Return why a hand cannot do its part in a world, whatever the cloth does; None if both can.
 
-    A hand that grasps beside the cloth holds nothing. One that is commanded below the table by more than it yields
-    stops, or breaks.
+    A hand that grasps next to the cloth holds nothing. A hand that is commanded too far below the table stops.
     """
     if world.is_nominal and not _aims_beside(fold, manipulation).any():
         return None
@@ -124,17 +123,17 @@ class _Grasp:
     rest: float
     """Distance from that place to the vertex, along the fold."""
     misses: bool
-    """Whether the fingers close beside the cloth."""
+    """Whether the fingers close next to the cloth."""
 
 
 @dataclass(frozen=True)
 class _DisturbedHand:
-    """What becomes of a hand in a world."""
+    """The motion of a hand in a world."""
 
     carry: Carry | None
     """Its motion; None if it holds nothing."""
     too_low: float
-    """How far it is commanded below the table, or the layers that stop it [m]; 0 or less if it does not touch them."""
+    """Depth below the table, or below the layers that stop it, to which it is commanded [m]; 0 or less if none."""
 
 
 def _hand(fold: Fold, manipulation: Manipulation, world: World, number: int) -> _DisturbedHand:
@@ -176,7 +175,7 @@ def hand_errors(fold: Fold, manipulation: Manipulation, world: World) -> list[tu
 
 
 def _aims_beside(fold: Fold, manipulation: Manipulation) -> np.ndarray:
-    """Return how far beside its vertex each hand is sent to grasp [m], shape (hands, 3): 0 without a correction."""
+    """Return the offset of each hand from its vertex at the grasp [m], shape (hands, 3); 0 without a correction."""
     return np.array(manipulation.positions) - fold.start[list(manipulation.grasps)]
 
 
@@ -201,7 +200,7 @@ def _off(fold: Fold, manipulation: Manipulation, world: World, number: int) -> n
 
 
 def _grasp(fold: Fold, vertex: int, aim: np.ndarray, world: World, number: int) -> _Grasp:
-    """Return the actual grasp of a hand that was sent `aim` [m], shape (3,), beside a vertex."""
+    """Return the actual grasp of a hand that is sent to a vertex plus `aim` [m], shape (3,)."""
     side = SIDES[number][0]
     place = fold.start[vertex, :2]
     wrong = np.array([world[f"grasp.into.{side}"], world[f"grasp.along.{side}"]])
@@ -252,7 +251,7 @@ def _nearest(fold: Fold, vertex: int, place: np.ndarray) -> int:
 def _floor(fold: Fold, vertex: int, moved: np.ndarray) -> np.ndarray:
     """Return the lowest vertical displacement of a hand [m], shape (k,): too low, it meets the table and stops there.
 
-    Cloth below it is no such limit: the hand presses on it and drags it along. Fingers do so as bodies, so their arm
+    Cloth below the hand does not stop it: the hand presses on it and drags it along. Fingers are bodies, so their arm
     must yield before they crush the cloth.
     """
     thickness = fold.garment.material.thickness

@@ -52,7 +52,7 @@ def share(disturbances: Disturbances, name: str) -> float:
     """Return the part of a disturbance's variance that is the same in every fold of a set-up.
 
     Args:
-        disturbances: The disturbances; what they do not say, `systematic.toml` has.
+        disturbances: The disturbances; `systematic.toml` has the defaults.
         name: Name of a channel.
     """
     for shares in (disturbances.systematic, _usual().systematic):

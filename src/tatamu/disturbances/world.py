@@ -31,7 +31,7 @@ class World:
     """The value of every disturbance in one draw."""
 
     values: Mapping[str, float]
-    """By the names of `CHANNELS`; relative ones as logarithms of factors. Those left out are 0."""
+    """Values by the names of `CHANNELS`, relative ones as logarithms of factors; missing ones are 0."""
 
     def __getitem__(self, name: str) -> float:
         return self.values.get(name, 0.0)

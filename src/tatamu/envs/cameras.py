@@ -18,9 +18,9 @@ CAMERAS: tuple[Camera, ...] = get_args(Camera)
 FROM = {"top": (180.0, 90.0), "front": (180.0, 45.0), "left": (90.0, 45.0), "right": (-90.0, 45.0)}
 """Direction of each camera: angle about z from +x, and height above the table [degrees]. Hands begin at -x."""
 FAR = 3.0
-"""Distance of a camera from the middle, in radii of what it shows."""
+"""Distance of a camera from the middle, in radii of the visible area."""
 ROOM = 1.1
-"""Radius that a camera shows, over that of the flat cloth."""
+"""Radius of the visible area, over that of the flat cloth."""
 HAND = 0.02
 """Half the length of the octahedron that is drawn for a hand [m]."""
 CORNERS = np.array([[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=float)
@@ -51,12 +51,12 @@ class Studio:
         self._table = to_pixels(np.append(rgb(TABLE), 1.0)[None, None])[0, 0, :3]
 
     def picture(self, camera: Camera, points: np.ndarray, hands: np.ndarray | None = None) -> np.ndarray:
-        """Return what a camera sees: RGB, uint8, shape (h, w, 3).
+        """Return the picture of a camera: RGB, uint8, shape (h, w, 3).
 
         Args:
             camera: Name of the camera.
             points: The cloth [m], shape (n, 3).
-            hands: Places of the hands [m], shape (k, 3); None if there are none to see.
+            hands: Places of the hands [m], shape (k, 3); None to draw none.
         """
         mesh = self._mesh(points, np.empty((0, 3)) if hands is None else hands)
         view = _view(self.middle, self.radius, self.pixels, *FROM[camera])

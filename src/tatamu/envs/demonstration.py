@@ -1,4 +1,4 @@
-"""A manipulation as the motion of hands that are led step by step: what a scripted policy does."""
+"""A scripted policy: actions that move the hands along a manipulation, step by step."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def actions_of(led: Led, start: np.ndarray, largest: float, wait: int) -> np.nda
     """Return the actions of hands that are led so, then open and still; float32, shape (steps + wait, 4 hands).
 
     Args:
-        led: Their way.
+        led: Path of the hands.
         start: Places where they are [m], shape (hands, 3).
         largest: Largest motion of a hand in a step, along each axis [m].
         wait: Number of steps in which they wait.

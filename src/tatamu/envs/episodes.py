@@ -20,7 +20,7 @@ from tatamu.scene import Scene
 
 @dataclass(frozen=True)
 class Episodes:
-    """A task and what is not known of its world."""
+    """A task and the disturbances of its episodes."""
 
     task: Task
     disturbances: Disturbances | None
@@ -65,7 +65,7 @@ def make_episodes(
 
 
 def hand_errors(fold: Fold, world: World, hands: int) -> np.ndarray:
-    """Return by how much each hand is beside the place where it believes to be [m], shape (hands, 3).
+    """Return the error of each hand's believed place [m], shape (hands, 3).
 
     Args:
         fold: The fold.

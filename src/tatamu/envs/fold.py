@@ -48,7 +48,7 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
             size: Width and length [m]; None for the garment's own.
             material: Material of the cloth, or its preset or file; None for the garment's own.
             spacing: Distance between vertices [m]; None for the garment's own.
-            disturbances: What is not known, or "default" or a file of it: each episode is one draw. None for nothing.
+            disturbances: Disturbances, "default" or a file; each episode is one draw. None for none.
             observation: Name of an observation, or several.
             pixels: Height and width of masks, depths and pictures.
             render_mode: "rgb_array" to get pictures from `render`.
@@ -69,7 +69,7 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Lay the garment down, in a world that is drawn anew.
+        """Lay the garment down and draw new disturbances.
 
         Args:
             seed: Random seed of this and the following worlds; None to draw the next one.
@@ -102,7 +102,7 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
         return self._observe(), -found.objective, True, False, info
 
     def parameters(self, action: np.ndarray) -> Parameters:
-        """Return the parameters of Eq. (9) that an action stands for; values beyond -1 and 1 count as these.
+        """Return the parameters of Eq. (9) of an action; values beyond -1 and 1 are clipped.
 
         Raises:
             InputError: If the action is not of shape (6,) or not finite.
@@ -117,7 +117,7 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
         return {name: bounds[name].nearest(bounds[name].low + each * ranges[name]) for name, each in given_parts}
 
     def action(self, parameters: Parameters) -> np.ndarray:
-        """Return the action that stands for parameters of Eq. (9), shape (6,)."""
+        """Return the action of parameters of Eq. (9), shape (6,)."""
         self.task.space.check(parameters)
         bounds = [self.task.space.bounds[name] for name in NAMES]
         values = [parameters[name] for name in NAMES]
@@ -126,7 +126,7 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
         return np.array(2.0 * np.array(parts) - 1.0, dtype=np.float32)
 
     def render(self) -> np.ndarray | None:
-        """Return what the camera `front` sees: RGB, uint8, shape (h, w, 3); None without a render mode."""
+        """Return the picture of the camera `front`: RGB, uint8, shape (h, w, 3); None without a render mode."""
         if self.render_mode is None:
             return None
         return self._observer.studio.picture("front", self._positions)

@@ -64,7 +64,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
             size: Width and length [m]; None for the garment's own.
             material: Material of the cloth, or its preset or file; None for the garment's own.
             spacing: Distance between vertices [m]; None for the garment's own.
-            disturbances: What is not known, or "default" or a file of it: each episode is one draw. None for nothing.
+            disturbances: Disturbances, "default" or a file; each episode is one draw. None for none.
             observation: Name of an observation, or several.
             pixels: Height and width of masks, depths and pictures.
             reward: "dense" for progress towards the target, "sparse" for success alone.
@@ -104,7 +104,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Lay the garment down, in a world that is drawn anew; the hands are open, at the corners that move.
+        """Lay the garment down and draw new disturbances; the hands are open, at the corners that move.
 
         Args:
             seed: Random seed of this and the following worlds; None to draw the next one.
@@ -162,7 +162,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         return self.options.speed / self.rate
 
     def lead(self, places: np.ndarray, closed: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Lead the hands to places for one step; what `step` does with actions, without its limit on speed.
+        """Move the hands to places in one step, like `step` but without its limit on speed.
 
         Args:
             places: Places where the hands believe to be at the end of the step [m], shape (hands, 3).
@@ -201,17 +201,17 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         return follow(self.task.manipulation(parameters), self.start, self.largest, self.rate, self.steps)
 
     def scene(self) -> Scene:
-        """Return what the hands did so far as a scene that any simulator runs; it ends `SETTLE` seconds later."""
+        """Return the motion of the hands so far as a scene for any simulator; it ends `SETTLE` seconds later."""
         return scene_of_led(self._scene, self._led, self.rate)
 
     def render(self) -> np.ndarray | None:
-        """Return what the camera `front` sees: RGB, uint8, shape (h, w, 3); None without a render mode."""
+        """Return the picture of the camera `front`: RGB, uint8, shape (h, w, 3); None without a render mode."""
         if self.render_mode is None:
             return None
         return self._observer.studio.picture("front", self._view.positions, self._view.seen)
 
     def outcome(self) -> tuple[np.ndarray, Score]:
-        """Return the cloth as it lies [m], shape (n, 3), and what it is worth."""
+        """Return the present shape of the cloth [m], shape (n, 3), and its score."""
         return self._view.positions, self._score()
 
     def _near(self, jaw: Jaw) -> tuple[int, ...]:

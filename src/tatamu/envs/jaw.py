@@ -1,4 +1,4 @@
-"""A hand whose jaw takes cloth: where it believes to be, where it is, and what it holds."""
+"""A hand with a jaw: its believed and its real place, and the vertices that it holds."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tatamu.simulators.native import HandTarget
 
 @dataclass(frozen=True)
 class HandsOptions:
-    """What hands can do, and when a fold counts."""
+    """Limits of the hands, and the conditions of success."""
 
     speed: float = 0.6
     """Highest speed along each axis [m/s], that of a manipulation (De Gusseme and wyffels 2022)."""
@@ -41,7 +41,7 @@ class Jaw:
 
         Args:
             place: Where it believes to be [m], shape (3,).
-            error: By how much it is beside that [m], shape (3,).
+            error: Error of that place [m], shape (3,).
             lowest: Height at which it meets the table [m].
         """
         self.place = np.array(place)
@@ -53,7 +53,7 @@ class Jaw:
 
     @property
     def actual(self) -> np.ndarray:
-        """Where it is [m], shape (3,): a hand that is too low meets the table, and goes no lower."""
+        """Real place [m], shape (3,); a hand that is too low meets the table, and goes no lower."""
         there = self.place + self._error
         there[2] = max(there[2], self._lowest)
         return np.asarray(there)
@@ -64,7 +64,7 @@ class Jaw:
         Args:
             place: Where it will believe to be [m], shape (3,).
             close: Whether the jaw is to be closed.
-            near: The vertices that it takes if it closes now.
+            near: Vertices that it grasps if it closes now.
         """
         before = self.actual
         self.way += float(np.linalg.norm(place - self.place))

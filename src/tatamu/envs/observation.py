@@ -1,4 +1,4 @@
-"""What an environment shows of a scene, by names that the user chooses."""
+"""Observations of a scene, by the names that the user chooses."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tatamu.garments import Garment
 Observation = np.ndarray | dict[str, np.ndarray]
 """One array, or arrays by name."""
 PLAIN = ("vertices", "velocities", "key_points", "mask", "depth", "hands")
-"""Observations that are no pictures."""
+"""Observations other than pictures."""
 OBSERVATIONS = (*PLAIN, *get_args(Camera))
 """Names of all observations; the last are pictures of the cameras of these names."""
 WIDEST = 1e3
@@ -25,7 +25,7 @@ WIDEST = 1e3
 
 @dataclass(frozen=True)
 class View:
-    """What there is to show at one moment."""
+    """The state of a scene at one moment, from which observations are made."""
 
     positions: np.ndarray
     """The cloth [m], shape (n, 3)."""

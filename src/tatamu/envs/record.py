@@ -1,4 +1,4 @@
-"""What hands did in an episode, as a scene: any simulator can run it again."""
+"""The motion of hands in an episode as a scene, which any simulator can run."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tatamu.simulators.native import HandTarget
 
 
 def scene_of_led(untouched: Scene, led: Sequence[Sequence[HandTarget | None]], rate: float) -> Scene:
-    """Return the scene in which hands do what they were told step by step; it ends `SETTLE` after the last step.
+    """Return the scene of hands that were moved step by step; it ends `SETTLE` after the last step.
 
     Args:
         untouched: The scene without hands.

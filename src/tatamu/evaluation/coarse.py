@@ -1,11 +1,11 @@
 """Two fidelities: most trials simulate a coarser mesh, which takes a part of the time.
 
-A manipulation keeps its parameters: hands move along the same curves, from the nearest vertices. A sum over vertices,
-as D of Eq. (11) is, grows with their number; on the finer mesh it is larger in proportion.
+A manipulation keeps its parameters: hands move along the same curves, from the nearest vertices. D of Eq. (11) is a sum
+over vertices, so it is scaled to the number of vertices of the finer mesh.
 
-Cells that do not shear lock: what they cannot bend they would have to stretch, and the larger they are for their
-stiffness, the stiffer they drape. How much depends on Y h^2 / B, with the stretch stiffness Y, the spacing h and the
-bending rigidity B. So the coarser mesh is softer to stretch, Y proportional to h^-2, and locks as the finer one does.
+Large triangles lock: where the cloth curves in two directions, they must stretch instead of bend, so it appears too
+stiff. The effect depends on Y h^2 / B, with the stretch stiffness Y, the spacing h and the bending rigidity B. So the
+coarser mesh is softer to stretch, Y proportional to h^-2, and locks as the finer one does.
 """
 
 from __future__ import annotations
@@ -31,18 +31,18 @@ from tatamu.simulators import capabilities
 
 @dataclass(frozen=True)
 class CoarseMesh:
-    """How coarse the coarser mesh is, and for which folds there is one (docs/notes/learning.md)."""
+    """The spacing of the coarser mesh, and the folds that have one (docs/notes/learning.md)."""
 
     one_layer: float = 2.0
     """Spacing of the coarser mesh over that of the finer one, for a garment of one layer."""
     two_layers: float = 1.7
     """The same for a garment of two layers."""
     several_steps: float = 1.5
-    """The same for a plan of several steps: on larger cells more loops of earlier folds spring open."""
+    """The same for a plan of several steps; on larger triangles more loops of earlier folds spring open."""
     fewest: int = 250
-    """A coarser mesh has at least this many vertices; smaller folds take little time anyway."""
+    """Least number of vertices of a coarser mesh; smaller folds take little time anyway."""
     settle: float = 0.15
-    """From the opening of the hands until a fold on the coarser mesh is scored [s]: it moves little later."""
+    """Time from the opening of the hands until a fold on the coarser mesh is scored [s]; later it moves little."""
     steps: int = 2
     """Steps of a plan that are simulated on a coarser mesh. From the third on, of many layers, it ranks manipulations
     poorly and takes most of the time."""

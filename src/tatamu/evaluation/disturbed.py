@@ -1,14 +1,17 @@
-"""The objective under disturbances: the least C of folds that hold, or its mean over disturbed worlds.
+"""The objective under disturbances: C of folds that hold, or its mean over disturbed worlds.
 
-By default the search minimises C subject to a chance constraint (Charnes and Cooper 1959): the fold is to hold in
-97.5 % of the disturbed worlds. In a world in which it does not, the objective is l_x + 2 alpha D, in others it is the
-nominal C, and the quantile (value at risk) over all worlds is minimised. So folds that hold are compared by C alone:
-how far errors of the hands displace them depends on the world, hardly on the manipulation.
+By default the search minimises C subject to a chance constraint (Charnes and Cooper 1959): the fold is to hold in 97.5
+% of the disturbed worlds. In a world in which it does not, the objective is l_x + 2 alpha D, in others it is the
+nominal C, and the quantile (value at risk) over all worlds is minimised. So folds that hold are compared by C alone,
+because the displacement by errors of the hands depends on the world and hardly on the manipulation.
 
-The same worlds serve all trials (common random numbers). Simulations are spent where they decide (racing): if the
-nominal fold alone is worse than the incumbent, the trial cannot win. Otherwise the worlds follow in which any known
-trial ended worst; the first two trials, simulated in all of them, tell which these are. A world that is not simulated
-counts as the nominal one, which bounds the objective from below, so a trial ends as soon as this bound exceeds the
+In some worlds no path helps: where hands release the cloth 20 mm from its target, or hit the table. So a fold needs to
+hold only in worlds in which a yardstick holds: the arched curve with which every search starts.
+
+The same worlds serve all trials (common random numbers). Trials are raced to save simulations. If the nominal fold is
+worse than the incumbent, the trial cannot win. Otherwise it is simulated in the worlds in which known trials ended
+worst; the first two trials, which are simulated in all worlds, show which these are. A world that is not simulated
+counts as the nominal one. This bounds the objective from below, so a trial ends as soon as this bound exceeds the
 incumbent.
 """
 
@@ -20,10 +23,12 @@ from functools import cached_property
 
 import numpy as np
 
-from tatamu.disturbances import Disturbances, Stream, World, sample_sobol
+from tatamu.disturbances import Disturbances, Stream, World, hand_failure, sample_sobol
 from tatamu.errors import InputError
 from tatamu.evaluation.evaluator import NOTHING, Evaluation, Evaluator, Incumbent, Wrapper
-from tatamu.folding.score import Limits
+from tatamu.folding.parameters import arched_inwards
+from tatamu.folding.score import ALPHA, Limits
+from tatamu.search import Parameters
 
 SCOUTS = 2
 """The first trials, which are simulated in all worlds and so find those that decide."""
@@ -37,7 +42,7 @@ class Disturbed(Wrapper):
     quantile: float | None = 0.975
     """The share of worlds in which the fold is to hold: the quantile that is minimised; None for the mean of C."""
     worlds: int = 40
-    """How many worlds there are."""
+    """Number of worlds."""
     seed: int = 0
     """Random seed of the worlds."""
     limits: Limits = field(default_factory=Limits)
@@ -56,7 +61,7 @@ class Disturbed(Wrapper):
 
     @property
     def scouts(self) -> int:
-        """How many evaluations the others of a study wait for: they are simulated in all worlds."""
+        """Number of first evaluations for which the others wait, because they are simulated in all worlds."""
         return SCOUTS
 
     def without_disturbances(self) -> Evaluator:
@@ -70,7 +75,7 @@ class Disturbed(Wrapper):
 
     @property
     def n_tail_worlds(self) -> int:
-        """How many of the worst worlds make the objective: all for the mean, those from the quantile upwards."""
+        """Number of worst worlds that determine the objective; all for the mean."""
         if self.quantile is None:
             return self.worlds
         below = int(self.quantile * (self.worlds + 1)) - 1
@@ -78,12 +83,12 @@ class Disturbed(Wrapper):
 
     @property
     def n_shared_worlds(self) -> int:
-        """How many of a trial's hardest worlds others are simulated in: all for the mean, twice the tail."""
+        """Number of a trial's hardest worlds in which other trials are simulated: twice the tail, all for the mean."""
         return self.worlds if self.quantile is None else min(self.worlds, 2 * self.n_tail_worlds)
 
     @property
     def n_raced_worlds(self) -> int:
-        """How many worlds a trial is simulated in that may win: all for the mean, three times the tail."""
+        """Largest number of worlds of a raced trial: three times the tail, or all for the mean."""
         return self.worlds if self.quantile is None else min(self.worlds, 3 * self.n_tail_worlds)
 
     def aggregate(self, objectives: Sequence[float]) -> float:
@@ -97,10 +102,25 @@ class Disturbed(Wrapper):
             return float(np.mean(objectives))
         return float(np.quantile(objectives, self.quantile, method="weibull"))
 
+    @cached_property
+    def yardstick(self) -> Parameters:
+        """The arched curve whose fold says in which worlds a fold can hold."""
+        return arched_inwards(self.task.fold)
+
+    @cached_property
+    def _yardstick_serves(self) -> bool:
+        """Whether its fold holds without disturbances: otherwise it says nothing."""
+        return self._holds(self.inner(self.yardstick))
+
+    @cached_property
+    def _yardstick_holds(self) -> dict[int, bool]:
+        """Whether its fold holds, by the numbers of the worlds in which that was asked."""
+        return {}
+
     def incumbent(self, known: Sequence[Evaluation], parameters: Mapping[str, int | float]) -> Incumbent:
         """Return the best of the complete evaluations, and the worlds that decide: the hardest of each of them.
 
-        While fewer than `SCOUTS` are known, nothing has to be beaten.
+        While fewer than `SCOUTS` evaluations are known, there is none.
         """
         able = sorted((each for each in known if each.hardest), key=lambda each: each.objective)
         if len(able) < SCOUTS:
@@ -112,8 +132,8 @@ class Disturbed(Wrapper):
     def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
         """Evaluate a manipulation.
 
-        A trial that cannot win gets an objective that is worse than the incumbent's, by what disturbances add to the
-        latter at least.
+        The objective of a trial that cannot win exceeds the incumbent's by at least the cost of disturbances of the
+        incumbent.
         """
         nominal = self.inner(parameters)
         floor = self._penalise(nominal)
@@ -124,13 +144,29 @@ class Disturbed(Wrapper):
         errors: dict[int, float] = {}
         counted: dict[int, float] = {}
         for number in beat.hardest or range(self.worlds):
-            found = self.inner.in_world(parameters, self.sample[number])
-            errors[number] = self._penalise(found)
-            counted[number] = errors[number] if self.quantile is None or not self._holds(found) else floor
+            found = self._in_world(parameters, number)
+            holds = self._holds(found)
+            decides = self.quantile is None or holds or not self._is_lost_to_all(number)
+            errors[number] = self._penalise(found) if decides else floor
+            counted[number] = floor if holds and self.quantile is not None else errors[number]
             least = self._bound(counted, floor)
             if least >= beat.objective and len(counted) < self.worlds:
                 return replace(nominal, objective=max(least, floor + beat.cost), simulations=1 + len(counted))
         return replace(nominal, objective=least, simulations=1 + len(counted), hardest=_worst_first(errors))
+
+    def _in_world(self, parameters: Mapping[str, int | float], number: int) -> Evaluation:
+        """Evaluate a manipulation in a world; it fails if a hand cannot do its part there, whatever the cloth does."""
+        world = self.sample[number]
+        failure = hand_failure(self.task.fold, self.task.manipulation(parameters), world)
+        return self.inner.in_world(parameters, world) if failure is None else self.inner.fail(parameters, failure)
+
+    def _is_lost_to_all(self, number: int) -> bool:
+        """Return whether the fold of the yardstick does not hold in a world; it is simulated there when first asked."""
+        if not self._yardstick_serves:
+            return False
+        if number not in self._yardstick_holds:
+            self._yardstick_holds[number] = self._holds(self._in_world(self.yardstick, number))
+        return not self._yardstick_holds[number]
 
     def _bound(self, known: Mapping[int, float], floor: float) -> float:
         """Return a lower bound of the objective: worlds that are not known count as the nominal one."""
@@ -140,10 +176,11 @@ class Disturbed(Wrapper):
         return found.score is not None and self.limits.hold(found.score)
 
     def _penalise(self, found: Evaluation) -> float:
-        """Return l_x + alpha D, or l_x + 2 alpha D if the fold does not hold."""
+        """Return l_x + alpha D, or l_x + 2 alpha D if the fold does not hold, with the D of the limit at least."""
         if found.score is None or self._holds(found):
             return found.nominal
-        return 2.0 * found.nominal - found.trajectory_length
+        limit = ALPHA * len(self.task.fold.start) * self.limits.mean_vertex_distance
+        return found.trajectory_length + 2.0 * max(found.nominal - found.trajectory_length, limit)
 
 
 def _worst_first(objectives: Mapping[int, float]) -> tuple[int, ...]:

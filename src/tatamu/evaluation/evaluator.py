@@ -51,7 +51,7 @@ class Evaluation:
     rollout: Rollout | None = None
     """The motion without disturbances; None if it was not simulated to its end, or not kept."""
     simulations: int = 1
-    """How many simulations the objective took."""
+    """Number of simulations."""
     hardest: tuple[int, ...] = ()
     """Numbers of the disturbed worlds that were simulated, hardest first; empty if the evaluation was ended early."""
     fidelity: int = HIGH
@@ -65,12 +65,12 @@ class Evaluation:
 
     @property
     def failed(self) -> bool:
-        """Whether there is no fold to score."""
+        """Whether the simulation failed, so that there is no score."""
         return self.score is None
 
     @property
     def cost(self) -> float:
-        """What disturbances add to the objective."""
+        """Difference of the objective from its nominal value, because of disturbances."""
         return self.objective - self.nominal
 
     @property
@@ -81,12 +81,12 @@ class Evaluation:
 
 @dataclass(frozen=True)
 class Incumbent:
-    """What an evaluation has to beat; one that cannot may end early, with an objective that is worse."""
+    """The best known evaluation; one that cannot beat it may end early, with a worse objective."""
 
     objective: float = np.inf
     """The lowest objective known."""
     cost: float = 0.0
-    """What disturbances add to it."""
+    """Part of it that is due to disturbances."""
     hardest: tuple[int, ...] = ()
     """Numbers of the disturbed worlds that decide, hardest first; empty for all."""
 
@@ -147,7 +147,7 @@ class Evaluator(ABC):
 
     @property
     def scouts(self) -> int:
-        """How many evaluations the others of a study wait for, since these say what is to be simulated."""
+        """Number of first evaluations for which the others wait, because they decide what is simulated."""
         return 0
 
     def low_fidelity(self, parameters: Mapping[str, int | float]) -> tuple[Evaluator, Parameters] | None:
@@ -198,7 +198,7 @@ def _timed(evaluator: Evaluator, parameters: Mapping[str, int | float], beat: In
 
 @dataclass(frozen=True)
 class Wrapper(Evaluator):
-    """Base of evaluators that change what another one does; it does the same unless a method is overridden."""
+    """Base of evaluators that modify another evaluator; methods that are not overridden call the inner one."""
 
     inner: Evaluator
 
@@ -238,7 +238,7 @@ class Wrapper(Evaluator):
 
     @property
     def scouts(self) -> int:
-        """How many evaluations the others of a study wait for."""
+        """Number of first evaluations for which the others wait."""
         return self.inner.scouts
 
     def low_fidelity(self, parameters: Mapping[str, int | float]) -> tuple[Evaluator, Parameters] | None:

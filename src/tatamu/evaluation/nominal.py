@@ -32,7 +32,7 @@ class Nominal(Evaluator):
     """End a simulation when the hands have arrived, if the fold cannot win any more: many layers only come undone
     later."""
     centre: World = NOMINAL
-    """The world that is simulated: that of the means, if disturbances have means other than zero."""
+    """The simulated world: the means of the disturbances, if they are not zero."""
 
     @property
     def task(self) -> Task:

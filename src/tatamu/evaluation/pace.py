@@ -1,4 +1,4 @@
-"""How long one simulation of a fold takes, from its first moments: an estimate before any trial has ended."""
+"""An estimate of the time of one simulation, from its first moments, before any trial has ended."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MEASURED = 0.1
 
 
 def simulation_seconds(task: Task) -> float | None:
-    """Return how long one simulation of a fold takes at least [s]: layers that touch later on take longer.
+    """Return a lower bound of the time of one simulation [s]; layers that touch later take longer.
 
     Args:
         task: The fold.

@@ -14,7 +14,7 @@ from tatamu.folding.task import Reach
 class WithinReach(Wrapper):
     """Refuses manipulations that are out of a robot's reach.
 
-    The robot remembers placements that served earlier manipulations, so it is asked in the order of the trials, and in
+    The robot reuses placements of earlier manipulations. Therefore it is evaluated in the order of the trials, and in
     the process that proposes them.
     """
 
@@ -41,7 +41,7 @@ class WithinReach(Wrapper):
     def submit(
         self, executor: Executor, parameters: Mapping[str, int | float], beat: Incumbent, *, keep: bool = False
     ) -> Future[Evaluation]:
-        """Evaluate on an executor; the robot is asked here, and does not travel to the workers."""
+        """Evaluate on an executor; the robot is evaluated in this process and not sent to workers."""
         refused = self.refuse(parameters)
         if refused is None:
             return self.inner.submit(executor, parameters, beat, keep=keep)

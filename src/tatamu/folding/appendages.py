@@ -1,7 +1,7 @@
-"""Parts of a flat outline that stand off its body: sleeves, a hood, the foot of a sock.
+"""Parts of a flat outline that stick out of its body: sleeves, a hood, the foot of a sock.
 
 The body is the morphological opening of the outline with a disc: the union of all discs of one radius that fit inside
-the outline. A part that no such disc reaches is an appendage if it stands off far enough. It is folded in along a line
+the outline. A part that no such disc reaches is an appendage if it sticks out far enough. It is folded in along a line
 through the corner where it leaves the body.
 """
 
@@ -16,9 +16,9 @@ from tatamu.folding.plan import SIDES
 from tatamu.garments import Garment
 
 OPENING = 0.6
-"""Radius of the opening, as part of the largest disc inside the outline: sleeves and hoods are narrower than that."""
+"""Radius of the opening, as part of the largest disc inside the outline; sleeves and hoods are narrower."""
 LEAST_DEPTH = 0.7
-"""Least depth of an appendage, in radii of the opening; the body's own corners stand off less."""
+"""Least depth of an appendage, in radii of the opening; the body's own corners stick out less."""
 BRIDGE = 0.12
 """Slivers along the body thinner than this part of the radius do not join two appendages."""
 COARSE = 0.006
@@ -30,12 +30,12 @@ NOTCH = 0.35
 NOTCH_ASIDE = 0.15
 """Largest distance of the end of that notch from the middle, as part of the width."""
 FACING = {name: SIDES[name] for name in ("+y", "-y", "+x", "-x")}
-"""The four directions in which an appendage may stand off the body, in the order of folding; +y is the left."""
+"""The four directions in which an appendage may stick out of the body, in the order of folding; +y is the left."""
 
 
 @dataclass(frozen=True)
 class Appendage:
-    """A part of a garment that stands off its body."""
+    """A part of a garment that sticks out of its body."""
 
     region: shapely.Polygon
     """Area that the part covers outside the body [m]."""

@@ -1,8 +1,8 @@
 """The parts of the moving side that no hand carries.
 
 Cloth on a table folds over a line as a sheet of paper does, also beside the hands: cloth that hangs between a hand and
-a corner is laid down in its place. Two kinds of cloth fail. A sleeve that stands off the body hangs from its root and
-trails. A part that is joined to the body only across the line stays where it lies. With the cloth seen from above:
+a corner is laid down in its place. Two kinds of cloth fail. A sleeve that sticks out of the body hangs from its root
+and trails. A part that is joined to the body only across the line stays where it lies. With the cloth seen from above:
 
 - *Held* is cloth of a grasped piece of the moving side that lies between the hands and the line (the convex hull).
 - *Held*, too, is cloth beside the hull that is no farther from the line than the hands are, if its straight path to the
@@ -40,7 +40,7 @@ the cloth that they carry."""
 ROOT = 0.03
 """Overhang at which a part that is not carried begins [m]."""
 BESIDE = 1.0
-"""Cloth beside the hands is held up to this many times their distance from the line."""
+"""Cloth next to the hands is held up to this many times their distance from the line."""
 LEAST_SHARE = 0.01
 """Parts smaller than this share of the moving cloth are not reported."""
 SAME_PLACE = 0.7

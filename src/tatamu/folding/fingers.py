@@ -1,6 +1,6 @@
-"""Fingers of a hand: two alike, one under the hem and one over it. Their sizes are stated here and nowhere else.
+"""The two equal fingers of a hand, one under the hem and one over it. Their sizes are defined here.
 
-`Fingers` are those of a simulated hand, `tatamu.robots.jaw.Jaw` those of a robot's. Both have a `FingerSize`.
+`Fingers` are those of a simulated hand, `tatamu.robots.jaw.Jaw` those of a robot. Both have a `FingerSize`.
 
     a   axis of the fingers, from the hand to their tips: towards the side that stays, `tilt` below the horizontal
     u   opening axis, from the lower finger to the upper one: in the vertical plane across the hem, as a is
@@ -52,7 +52,7 @@ class FingerSize(Record):
     length: Annotated[Number, Field(ge=0.005, le=0.2)] = 0.02
     """Length of a finger along its axis, as far as it is straight [m]."""
     opening: Annotated[Number, Field(ge=0.002, le=0.2)] = 0.012
-    """Between the fingertips before they close and after they have opened [m]."""
+    """Distance of the fingertips before they close and after they have opened [m]."""
 
     @model_validator(mode="before")
     @classmethod
@@ -98,12 +98,12 @@ class Fingers(FingerSize):
 
     @property
     def lift(self) -> float:
-        """How far the lower finger reaches below the hem that lies on it [m]."""
+        """Depth of the lower finger below the hem that lies on it [m]."""
         return float(self.thickness * np.cos(self.tilt))
 
     @property
     def setback(self) -> float:
-        """How far before its place the hem is let go [m]: the cloth that goes round the tip of the lower finger."""
+        """Length of the cloth around the tip of the lower finger [m]; the hem is released this much earlier."""
         return float(self.thickness * (1.0 - np.sin(self.tilt)))
 
     def axes(self, normal: np.ndarray) -> np.ndarray:

@@ -69,9 +69,8 @@ class Fold:
     def translation(self, vertex: int) -> np.ndarray:
         """Return the vector from a grasp P0 to its release P3 [m], shape (3,); the fingers' `lift` raises both equally.
 
-        P3 is the mirror image of P0. Its height lets the lowest layer in the hand come to lie on the side that stays.
-        With fingers, the layers go round the tip of the lower one, which comes to lie on them: P3 is that much nearer
-        and higher.
+        P3 is the mirror image of P0, at the height at which the lowest layer in the hand touches the side that stays.
+        With fingers, P3 is nearer and higher, because the layers go round the tip of the lower finger.
         """
         lowest = self.start[self.patch(vertex), 2].min() - 0.5 * self.garment.material.thickness
         rise = self.stacks.under[vertex] - lowest

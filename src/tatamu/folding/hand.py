@@ -19,7 +19,7 @@ from tatamu.folding.fingers import Fingers
 from tatamu.folding.manipulation import Hand
 
 AWAY = 0.05
-"""How far from the hem a hand begins, and how far it draws back [m]."""
+"""Distance from the hem at which a hand starts, and distance that it draws back [m]."""
 OPENING, LEAVING = 0.1, 0.3
 """Time in which a hand opens, and then draws back [s]."""
 FRAME = 1.0 / 60.0
@@ -33,7 +33,7 @@ def leaves(fingers: Fingers) -> float:
 
 @dataclass(frozen=True)
 class HandPath:
-    """Path of a hand: of the middle of what it holds, at the tips of its fingers."""
+    """Path of a hand, of the point at its fingertips."""
 
     times: np.ndarray
     """Knots [s], shape (k,), from 0."""
@@ -42,7 +42,7 @@ class HandPath:
     closed: float
     """When the fingers have closed [s]."""
     opens: float
-    """When they begin to open [s]."""
+    """Time at which the fingers start to open [s]."""
 
 
 def finger_bodies(hand: Hand, fingers: Fingers, normal: np.ndarray, held: float, path: HandPath) -> list[Body]:

@@ -1,9 +1,9 @@
 """The ideal fold of a cloth as it lies: the moving side is mirrored over the line, on top of the side that stays.
 
-The stack at a place and the stack that is laid on it count as one stack of mean height H, bent round the line. Its
-mid-surface is the crease of minimum energy for that thickness (see `crease`). A layer at height z before the fold runs
-beside it at the distance d = z - H/2, inside the loop where d > 0. Far from the line that is the stack turned over, z
--> 2H - z, and at the line no layer touches another; lengths there change by the factor 1 - d * curvature.
+The stack at a place and the stack that is laid on it are treated as one stack of mean height H, bent round the line.
+Its mid-surface is the crease of minimum energy for that thickness (see `crease`). A layer at height z before the fold
+is parallel to it at the distance d = z - H/2, inside the loop if d > 0. Far from the line the stack is thus turned
+over, z -> 2H - z. Near the line lengths change by the factor 1 - d * curvature.
 
 There are two simplifications. Loops of earlier folds inside the stack are pressed: their height over the flat part is
 reduced to the share `KEPT`. H changes along the table by at most `SLOPE`, because cloth laid over an edge does not hang
@@ -25,7 +25,7 @@ STACKS = (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0)
 KEPT = 0.5
 """Share of its height over the flat part of the stack that a pressed loop keeps, under twice its weight and more."""
 FADE = 3.5
-"""Distance over which a loop falls to nothing beside the end of its crease, in bending lengths."""
+"""Distance over which a loop falls to zero beyond the end of its crease, in bending lengths."""
 SLOPE = 0.3
 """Steepest rise of the cloth over the cloth below it [-]: it is then 4 % longer than flat."""
 

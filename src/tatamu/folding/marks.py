@@ -1,4 +1,4 @@
-"""What a person or a camera measures of a finished fold: six numbers that tell where it ended.
+"""The marks of a finished fold: six numbers that a person or a camera measures.
 
 The corners are those of the moved hem, where the first grasp candidates lie. The lower hem is the part that lies still
 at the places where these corners are to come to rest.

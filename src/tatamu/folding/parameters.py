@@ -38,17 +38,21 @@ def search_space(fold: Fold, grasps: Grasps = "integer") -> Space:
 
 def first_curves(fold: Fold) -> list[Parameters]:
     """Return curves to start a search with: arched at the corners, arched further inwards, then low ones."""
-    return [arched_curve(fold), arched_curve(fold, (fold.candidates - 1) // 2), *low_curves(fold)]
+    return [arched_curve(fold), arched_inwards(fold), *low_curves(fold)]
 
 
 def robust_curves(fold: Fold) -> list[Parameters]:
     """Return curves to start a search in disturbed worlds with.
 
-    First an arched one and a low one, which fail in different worlds. Last the arched one at the corners: on a coarser
-    mesh the search goes without it, so that the default mesh begins with a fold that usually holds.
+    The first two are an arched and a low curve, which fail in different worlds. The last is the arched one again: the
+    default mesh starts with it, a fold that usually holds. A search on one mesh tries it once.
     """
-    corners, inwards, *low = first_curves(fold)
-    return [inwards, *low, corners]
+    return [arched_inwards(fold), *low_curves(fold), arched_inwards(fold)]
+
+
+def arched_inwards(fold: Fold) -> Parameters:
+    """Return the arched curve from half-way inwards, where hands that are off still find cloth."""
+    return arched_curve(fold, (fold.candidates - 1) // 2)
 
 
 def later_curves(fold: Fold) -> list[Parameters]:

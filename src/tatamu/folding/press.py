@@ -1,8 +1,8 @@
 """Pressing a fold: a plate, or a hand that strokes along the fold line, flattens the crease and leaves.
 
-A weight is turned into a gap before the simulation, because bodies move as they are told. Between parallel plates a
-bent strip is an elastica whose ends lie flat on both. With phi the angle of the strip to the plates and P the force per
-length of the crease, B/2 (d phi/ds)^2 = P sin phi, so the distance of the layers' mid-surfaces is
+A weight is converted to a gap before the simulation, because the motion of bodies is prescribed. Between parallel
+plates a bent strip is an elastica whose ends lie flat on both. With phi the angle of the strip to the plates and P the
+force per length of the crease, B/2 (d phi/ds)^2 = P sin phi, so the distance of the layers' mid-surfaces is
 
     D = sqrt(B / 2P) c,   c = integral of sqrt(sin phi) from 0 to pi = 2.396
 """
@@ -28,7 +28,7 @@ PLATE, HAND = (0.06, 0.4), (0.02, 0.03)
 HALF_THICKNESS = 0.005
 """Half the thickness of a plate or of a pressing hand [m]."""
 BEYOND = 0.01
-"""How far a plate reaches beyond the fold line, to the side from which the cloth came [m]."""
+"""Distance that a plate reaches beyond the fold line, to the side from which the cloth came [m]."""
 RESTS = 0.3
 """Time that the cloth has to fall before it is pressed, and to rise after it [s]."""
 MOVES = 0.4
@@ -42,7 +42,7 @@ Side = Annotated[Number, Field(ge=0.005, le=3.0)]
 
 
 class Press(Record):
-    """How a fold is pressed when the hands have left it."""
+    """The pressing of a fold after the hands have left it."""
 
     tool: Literal["plate", "hand"] = "plate"
     """A plate on the whole crease, or a hand that strokes along it."""
@@ -53,7 +53,7 @@ class Press(Record):
     weight: Annotated[Number, Field(gt=0.0, le=1000.0)] | None = None
     """Force on the plate [N]; the gap follows from it."""
     seconds: Annotated[Number, Field(gt=0.0, le=60.0)] = 1.0
-    """How long it presses; of a hand, how long the stroke takes [s]."""
+    """Time of pressing [s]; of a hand, time of the stroke."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

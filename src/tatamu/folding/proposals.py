@@ -1,4 +1,4 @@
-"""Fold plans from a garment's outline: parts that stand off the body are folded in, then the body is folded in half.
+"""Fold plans from a garment's outline: parts that stick out are folded in, then the body is folded in half.
 
 A proposal has lines, the sides that move, their order, and the edges to grasp. `coverage` finds the parts that no hand
 would carry, and plans without such parts come first. Nothing is simulated.

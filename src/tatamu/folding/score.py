@@ -60,7 +60,7 @@ class Limits(OpenRecord):
     mean_vertex_distance: float = 0.0125
     """Largest mean of e_i [m], over the whole and over the part that moves (12.5 mm over all points in BiFold 2025)."""
     mask_iou: float = 0.80
-    """Least overlap of the views from above [-] (FoldBack 2026)."""
+    """Smallest overlap of the views from above [-] (FoldBack 2026)."""
 
     def hold(self, measured: Measured) -> bool:
         """Return whether a fold succeeds; False if its simulation failed."""

@@ -37,8 +37,7 @@ class HandShift(OpenRecord):
 def shifted(fold: Fold, manipulation: Manipulation, shifts: Sequence[HandShift]) -> Manipulation:
     """Return a corrected manipulation.
 
-    The grasp moves the start of a hand's curve, the release its end; P2 goes with the end and P1 with the start, so the
-    curve bends as before.
+    The shift of the grasp moves P0 and P1 of a hand's curve, that of the release P2 and P3.
 
     Args:
         fold: The fold.

@@ -101,7 +101,7 @@ class Task:
     state: np.ndarray | None = None
     """The cloth as it lies [m], shape (n, 3); None if flat."""
     settle: float = SETTLE
-    """From the opening of the hands until the fold is scored [s]."""
+    """Time from the opening of the hands until the fold is scored [s]."""
     shift: tuple[HandShift, ...] = ()
     """Correction of each hand's manipulation, left before right; empty without one."""
 

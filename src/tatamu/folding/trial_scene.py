@@ -35,7 +35,7 @@ class Carry:
     opens: float
     """Time at which the hand opens [s]."""
     beside: np.ndarray | None = None
-    """Where the hand is, relative to the vertex, at each knot [m], shape (k, 3); None if it is there."""
+    """Place of the hand relative to the vertex at each knot [m], shape (k, 3); None if it is at the vertex."""
 
 
 def carries_of(fold: Fold, manipulation: Manipulation) -> list[Carry]:
@@ -56,7 +56,7 @@ def scene_of(fold: Fold, manipulation: Manipulation) -> Scene:
 
 
 def scene_with(fold: Fold, carries: Sequence[Carry], ends: float, material: Material) -> Scene:
-    """Return the scene of hands that carry the garment in ways that a manipulation does not describe.
+    """Return the scene of hands whose paths a manipulation cannot describe.
 
     Args:
         fold: The fold.

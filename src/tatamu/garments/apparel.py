@@ -1,10 +1,10 @@
 """The apparel industry's form of DXF, ANSI/AAMA-292 and ASTM D6673: a block for each piece, layers with a meaning.
 
-The boundary of a piece, along which it is cut, is on layer 1, lines along which it is sewn on layer 14, cut-outs on
-11, the grain line on 7, the line of a piece that is cut on a fold on 6. The rest is left out, as a flat garment has no
-use for it: turn points (2), curve points (3), notches (4 and 80 to 83), reference lines (5, 9, 10), lines that are
-only drawn (8), drill holes (13), annotations (15) and the finer copies for checking (84 to 87). Text says what a piece
-is called and what the unit is: METRIC is millimetres, ENGLISH inches.
+The boundary of a piece, along which it is cut, is on layer 1, lines along which it is sewn on layer 14, cut-outs on 11,
+the grain line on 7, the line of a piece that is cut on a fold on 6. A flat garment does not need the rest: turn points
+(2), curve points (3), notches (4 and 80 to 83), reference lines (5, 9, 10), lines that are only drawn (8), drill holes
+(13), annotations (15) and the finer copies for checking (84 to 87). Text says what a piece is called and what the unit
+is: METRIC is millimetres, ENGLISH inches.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ STYLE = re.compile(r"\s*(ANSI/AAMA|ASTM|UNITS|PIECE NAME|STYLE NAME)\b", re.IGNO
 
 
 def is_pattern(texts: Sequence[str]) -> bool:
-    """Whether the texts of a drawing are those of a pattern in this form."""
+    """Return whether the texts of a drawing are those of a pattern in this form."""
     return any(STYLE.match(text) for text in texts)
 
 
@@ -50,8 +50,8 @@ def title(texts: Iterable[str], block: str) -> str:
 def piece(name: str, layers: Mapping[str, Sequence[DrawnCurve]]) -> Piece | None:
     """A piece from its curves by layer; None without a closed boundary.
 
-    The outline is where the piece is sewn, if that is a closed line, as cloth outside of it ends up inside the garment;
-    else where it is cut.
+    The outline is the sew line if it is closed, because cloth outside of it ends up inside the garment; otherwise it is
+    the cut line.
     """
     cut = _closed(layers, BOUNDARY)
     if not cut:

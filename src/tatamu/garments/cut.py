@@ -20,7 +20,7 @@ SMOOTH = 2e-4
 MOST_CORNERS = 2_000
 """Curves of an outline have no more corners; libraries call themselves for each corner, or try all pairs of corners."""
 MOST_NOTES = 5
-"""Notes on curves that are no openings; more of them are only counted."""
+"""Largest number of notes on curves that are no openings; further ones are counted."""
 SAME = 0.99
 """A hole with more than this part of the outline's area is the outline itself, drawn twice."""
 WIDEST_ALLOWANCE, ALLOWANCE = 0.06, 0.15
@@ -35,7 +35,7 @@ class Cut:
     """The layers cut out of a drawing."""
 
     outline: Outline
-    """In metres and in a garment's frame."""
+    """The outline in the garment's frame [m]."""
     openings: tuple[str, ...]
     """Which of its sides are open."""
     notes: tuple[str, ...]
@@ -54,7 +54,7 @@ def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path,
         holes: Whether closed curves inside are holes; None if those that follow the outline are not.
 
     Raises:
-        InputError: There is no closed curve, or it crosses itself, or an opening is not there.
+        InputError: If there is no closed curve, it crosses itself, or an opening does not exist.
     """
     loops = sorted((c for c in piece.curves if c.closed), key=lambda c: -float(shapely.Polygon(c.points).area))
     if not loops:
@@ -84,7 +84,7 @@ def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path,
 
 
 def _region(rings: Sequence[np.ndarray], holes: bool | None, path: Path) -> tuple[shapely.Polygon, tuple[str, ...]]:
-    """The cloth within the first ring, and notes on what the other rings were taken for.
+    """Return the cloth within the first ring, and notes on how the other rings were interpreted.
 
     A pattern is drawn with two lines around a piece: where it is cut, and within it where it is sewn. Which one a
     closed curve inside is, a hole or the sewn line, no drawing states; but only the latter follows the outline.

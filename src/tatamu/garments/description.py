@@ -43,33 +43,33 @@ class GarmentFile(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     name: Annotated[str, AfterValidator(one_line)] = Field("", max_length=60)
-    """Its name; default: that of the file."""
+    """Name of the garment; by default the name of the file."""
     kind: Literal["towel", "tshirt", "trousers"] | None = None
     """The built-in garment whose fold plans suit it; their grasps need edges of the same names."""
     outline: str | None = None
-    """An SVG or DXF file beside this one."""
+    """An SVG or DXF file in the same folder."""
     mesh: str | None = None
-    """An OBJ, PLY, STL or GLB file beside this one."""
+    """An OBJ, PLY, STL or GLB file in the same folder."""
     scale: Annotated[float, AfterValidator(_scale)] | None = None
-    """Metres per unit of that file; default: as the file says, else 0.001 for outlines and 1 for meshes."""
+    """Metres per unit of that file; by default the file's unit, otherwise 0.001 for outlines and 1 for meshes."""
     up: Axis | None = None
-    """Which direction of that file points away from the hem; default: y of what is flat, else found."""
+    """Direction of that file that points away from the hem; by default y for flat files, otherwise it is found."""
     piece: str | None = None
     """Which of several pieces in that file."""
     grain: bool = True
-    """Of a pattern with a grain line: turn the piece so that the grain runs along the garment's length."""
+    """Whether to turn the piece of a pattern so that its grain line runs along the garment's length."""
     layers: Literal[1, 2] | None = None
-    """Of an outline: cut once, or twice and sewn; default: 2 if it has openings."""
+    """Number of layers of an outline: cut once, or twice and sewn; by default 2 if it has openings."""
     openings: list[str] | dict[str, Annotated[list[Position], Field(min_length=2)]] | None = None
-    """Of an outline: names of open curves in the file, or curves in its units by name; default: its open curves."""
+    """Openings of an outline: names of open curves in the file, or curves in its units by name; by default all."""
     holes: bool | None = None
-    """Of an outline: whether closed curves inside are holes; default: those that follow the outline are sewn lines."""
+    """Whether closed curves inside an outline are holes; by default those that follow the outline are sewn lines."""
     size: tuple[Side, Side] | None = None
     """Width and length that it is scaled to [m]."""
     spacing: Annotated[float, AfterValidator(_spacing)] | None = None
     """Edge length of the mesh [m]."""
     fabric: str | None = None
-    """Name of a preset; instead there may be a table [material]."""
+    """Name of a preset; a table [material] may replace it."""
     weld: bool = False
     """Join vertices at one place."""
     remesh: bool = False

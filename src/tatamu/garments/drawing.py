@@ -1,4 +1,4 @@
-"""Drawings of garments: pieces made of curves, and the unit that they are drawn in."""
+"""Drawings of garments: pieces made of curves, and their unit."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class DrawnCurve:
     """A polyline of a drawing: x to the right, y up, in the drawing's unit."""
 
     name: str
-    """The name its author gave it; empty where there is none."""
+    """The name given by its author; empty if there is none."""
     points: np.ndarray
     """Shape (k, 2); of a closed curve without the closing point."""
     closed: bool
@@ -40,7 +40,7 @@ class Piece:
     fold: np.ndarray | None = None
     """Two points of the line on which the cloth is folded when the piece is cut, shape (2, 2): the piece is a half."""
     remarks: tuple[str, ...] = ()
-    """The choice that was made where there was one."""
+    """Notes on choices made while reading."""
 
     @property
     def extent(self) -> tuple[float, float]:

@@ -38,7 +38,7 @@ def read_dxf(path: Path) -> DrawnPieces:
     """The pieces of a DXF file; lines and arcs of one layer that meet are one curve.
 
     Raises:
-        InputError: The file cannot be read or is no DXF.
+        InputError: If the file cannot be read or is no DXF.
     """
     from ezdxf.filemanagement import readfile
 
@@ -101,7 +101,7 @@ def _texts(entities: Iterable[Any]) -> list[str]:
 
 
 def _unit(document: Any, entities: list[Any], path: Path) -> Unit:
-    """The unit in the text of the pattern goes before $INSUNITS of the header, which many programs leave as it is."""
+    """The unit in the text of the pattern overrides $INSUNITS of the header, which many programs do not set."""
     from ezdxf.enums import InsertUnits
     from ezdxf.units import conversion_factor
 
@@ -182,7 +182,7 @@ def _merged(lines: list[np.ndarray], near: float) -> list[np.ndarray]:
 
 
 def _pattern(blocks: list[tuple[str, list[Any]]], loose: list[Any], scale: float) -> tuple[Piece, ...]:
-    """The pieces of a pattern in the apparel industry's form; none if it is no such pattern."""
+    """Return the pieces of a pattern in the apparel industry's form; none if it is no such pattern."""
     made = []
     for block, entities in blocks:
         curves = {layer: _curves({layer: lines}, scale) for layer, lines in _layers(entities, scale).items()}

@@ -1,7 +1,8 @@
 """The direction of the warp in each triangle, where panels have directions of their own.
 
-What is cut from one outline has the warp along its length, +x, and needs none. A pattern drawn as a UV map has it along
-+v in every panel, as patterns are drawn along the grain; a sleeve that was set in has it along the sleeve.
+A garment cut from one outline has its warp along its length, +x, and needs no fibres. In a UV map that is the pattern
+the warp is along +v of every panel, because patterns are drawn along the grain. In a set-in sleeve it is along the
+sleeve.
 """
 
 from __future__ import annotations

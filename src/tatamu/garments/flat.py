@@ -61,7 +61,7 @@ def flat_garment(name: str, plan: np.ndarray, faces: np.ndarray, material: Mater
 
 
 def meshed_anew(garment: Garment, spacing: float | None) -> Garment:
-    """The same outline and openings with a mesh of our own.
+    """Return the same outline and openings with a new mesh.
 
     Raises:
         InputError: Front and back differ, or the outline cannot be meshed.
@@ -90,7 +90,7 @@ def meshed_anew(garment: Garment, spacing: float | None) -> Garment:
 
 
 def _lower_openings(garment: Garment, back: shapely.Polygon) -> dict[str, np.ndarray]:
-    """Edges of the back at openings where the front ends lower, as at a neck, shape (k, 2), by the opening's name."""
+    """Return edges of the back, shape (k, 2), at openings where the front ends lower, such as a neck, by name."""
     plan = garment.vertices[:, :2]
     found = {}
     for name in garment.openings:
@@ -115,7 +115,7 @@ def typical_edge(points: np.ndarray, faces: np.ndarray) -> float:
 
 
 def _facing(plan: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles, those of a single layer turned to face up, and which of them do, shape (m,)."""
+    """Return the triangles, a single layer turned to face up, and whether each faces up, shape (m,)."""
     a, b, c = (plan[faces[:, k]] for k in range(3))
     up = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0] > 0
     return (faces, up) if up.any() else (faces[:, ::-1], ~up)

@@ -1,10 +1,10 @@
-"""A garment that is not flat, flattened: front and back laid into the plane, one over the other, with least distortion.
+"""Flattening of a worn garment: front and back in one plane, one over the other, with little distortion.
 
 Triangles are divided into those of the front, which shall face up, and those of the back, which shall face down; where
 the two meet, at the side seams and along the top of the sleeves, the garment is folded. Then all vertices are placed in
 the plane so that every triangle comes as near as it can to a rotated copy of itself, or of its mirror image where it
-faces down ("as rigid as possible": Sorkine and Alexa 2007; Liu et al. 2008 for the plane). What a triangle itself is
-the mesh says, or the pattern that it was cut from, where the file has one as its UV map.
+faces down ("as rigid as possible": Sorkine and Alexa 2007; Liu et al. 2008 for the plane). The undeformed triangle is
+that of the mesh, or that of the pattern if the file has one as its UV map.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from tatamu.topology import Topology
 
 ROUNDS = 400
 PASSES, TENSE = 3, 0.3
-"""So often the plan is made, each time with more weight on triangles whose sides changed by about this part."""
+"""Number of passes, each with more weight on triangles whose sides changed by about this part."""
 SMOOTHINGS, SLIVER = 60, 0.12
-"""How often triangles that face the wrong way are mended, and those whose height is below this part of their length."""
+"""Number of passes that correct triangles facing the wrong way, or with a height below this part of their length."""
 STILL = 1e-6
 """Vertices that move by less than this part of the garment's extent are in their places."""
 LEAST_WEIGHT = 0.05
@@ -43,10 +43,10 @@ class Flattened:
     plan: np.ndarray
     """Positions of the vertices [m], shape (n, 2)."""
     strain: np.ndarray
-    """By which part the edges of triangles are longer than in the mesh or pattern, shape (m, 3)."""
+    """Relative elongation of the edges of triangles against the mesh or pattern, shape (m, 3)."""
 
     wrong: int
-    """How many triangles face the wrong way."""
+    """Number of triangles that face the wrong way."""
 
     @property
     def median(self) -> float:
@@ -65,7 +65,7 @@ def flattened(points: np.ndarray, faces: np.ndarray, lengths: np.ndarray, panels
     Args:
         points: Vertices in a garment's frame [m], its front upwards, shape (n, 3).
         faces: Triangles whose normals point out of the garment, shape (m, 3).
-        lengths: Of the sides opposite each corner that the triangles shall have [m], shape (m, 3).
+        lengths: Desired lengths of the sides opposite each corner [m], shape (m, 3).
         panels: Number of the panel that each triangle belongs to, shape (m,).
     """
     divisions = [facing_up(points, faces, panels, price) for price in PRICES]
@@ -109,7 +109,7 @@ def panel_numbers(faces: np.ndarray, uv: np.ndarray | None) -> np.ndarray:
 def facing_up(points: np.ndarray, faces: np.ndarray, panels: np.ndarray, price: float) -> np.ndarray:
     """Which triangles belong to the front, shape (m,), where a long border between front and back has a `price`.
 
-    A panel that faces one way as a whole is of that side. The others are divided by the shortest border between
+    A panel that mostly faces one way belongs to that side. Others are divided along the shortest border between
     triangles that face up and down: a minimum cut of the graph of neighbouring triangles.
     """
     a, b, c = (points[faces[:, k]] for k in range(3))
@@ -131,7 +131,7 @@ def inside_out(points: np.ndarray, faces: np.ndarray) -> bool:
 
 
 def _cut(points: np.ndarray, faces: np.ndarray, wish: np.ndarray, price: float) -> np.ndarray:
-    """Triangles on the source's side of the minimum cut: those with a positive wish, but for a short border."""
+    """Return the triangles on the source's side of the minimum cut: mostly those with a positive wish."""
     topology = Topology(faces)
     count = len(faces)
     owner = np.tile(np.arange(count), 3)
@@ -164,7 +164,7 @@ def _cut(points: np.ndarray, faces: np.ndarray, wish: np.ndarray, price: float) 
 
 
 def _templates(lengths: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """Each triangle by itself in the plane, as complex numbers, counter-clockwise where it faces up, shape (m, 3)."""
+    """Return each triangle in the plane, as complex numbers, counter-clockwise if it faces up, shape (m, 3)."""
     opposite, b, c = lengths.T  # of corners 0, 1 and 2: corner 0 lies at 0, corner 1 on the real axis at c
     x = (b**2 + c**2 - opposite**2) / (2.0 * c)
     y = np.sqrt(np.maximum(b**2 - x**2, 1e-6 * c**2))
@@ -223,10 +223,10 @@ def _in_one_piece(faces: np.ndarray, up: np.ndarray) -> bool:
 
 
 def _turned_right(plan: np.ndarray, faces: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """The plan with triangles that face the wrong way, or are slivers, turned right by moving their corners.
+    """Return the plan with the corners of inverted or thin triangles moved until they are correct.
 
-    A corner goes towards the middle of its neighbours; one at which front and back meet, towards that of its neighbours
-    along the fold.
+    A corner moves towards the middle of its neighbours. If front and back meet there, only neighbours along the fold
+    count.
     """
     plan = plan.copy()
     topology = Topology(faces)
@@ -259,7 +259,7 @@ def _narrow(plan: np.ndarray, faces: np.ndarray, up: np.ndarray, least: float) -
 
 
 def _cotangents(templates: np.ndarray) -> np.ndarray:
-    """Half the cotangent of each corner, shape (m, 3), at least `LEAST_WEIGHT`."""
+    """Return half the cotangent of each corner, shape (m, 3), at least `LEAST_WEIGHT`."""
     out = np.empty(templates.shape)
     for k in range(3):
         a, b = (templates[:, (k + j) % 3] - templates[:, k] for j in (1, 2))

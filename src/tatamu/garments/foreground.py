@@ -1,7 +1,7 @@
-"""Regions of a picture that stand out from a plain table: that of a garment, or several that belong to it.
+"""Regions of a picture that differ from a plain table: a garment, or several parts of it.
 
-The table's colour is modelled as a smooth surface over the photo, fitted to a frame along the photo's border; so uneven
-light does no harm. What is farther from it than Otsu's threshold stands out.
+The table's colour is modelled as a smooth surface over the photo, fitted to a frame along the photo's border, so uneven
+light does no harm. Pixels that differ from it by more than Otsu's threshold belong to a region.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ FRAME = 0.04
 LIGHTNESS = 0.6
 """Weight of lightness against colour: a shadow darkens, it does not tint."""
 FAINTEST = 6.0
-"""A garment differs from its table by at least this much [CIELAB units]."""
+"""Least difference of a garment from its table [CIELAB units]."""
 SMALLEST, LARGEST = 0.02, 0.9
 """Part of the photo that a garment covers."""
 EDGE = 4
@@ -37,18 +37,18 @@ class Foreground:
     mask: np.ndarray
     """Its pixels, holes filled, shape (h, w)."""
     others: tuple[float, ...]
-    """Areas of other regions that stand out, as parts of its area, the largest first."""
+    """Areas of other regions, as parts of its area, the largest first."""
 
 
 def stand_out(
     image: np.ndarray, path: Path, join: bool, apart: np.ndarray, ignored: np.ndarray | None = None
 ) -> Foreground:
-    """Find the largest region that stands out from the table.
+    """Find the largest region that differs from the table.
 
     Args:
         image: Red, green and blue from 0 to 1, shape (h, w, 3).
         path: The file, for messages.
-        join: Whether other regions that stand out belong to the garment.
+        join: Whether other regions that differ from the table belong to the garment.
         apart: Places on things that do not belong to it, such as a sheet of paper [pixels], shape (k, 2).
         ignored: Pixels that show neither table nor garment, shape (h, w); None if there are none.
 
@@ -89,7 +89,7 @@ def _holds(region: np.ndarray, places: np.ndarray) -> bool:
 
 
 def _difference(image: np.ndarray, usable: np.ndarray) -> np.ndarray:
-    """How much each pixel differs from the table [CIELAB units], shape (h, w); only usable ones tell its colour."""
+    """Return the difference of each pixel from the table [CIELAB units], shape (h, w)."""
     from scipy.ndimage import gaussian_filter
     from skimage.color import rgb2lab
 
@@ -123,7 +123,7 @@ def _joined(regions: list[np.ndarray]) -> np.ndarray:
 
 
 def _facing(one: np.ndarray, other: np.ndarray) -> tuple[float, np.ndarray]:
-    """How far apart two regions are [pixels], and the points of both that face each other, shape (k, 2)."""
+    """Return the distance of two regions [pixels], and the points of both that face each other, shape (k, 2)."""
     from scipy.spatial import cKDTree
 
     borders = [_border(one), _border(other)]

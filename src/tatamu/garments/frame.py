@@ -1,4 +1,4 @@
-"""From the axes of a file to those of a garment: x away from the hem, y to the left, z up from the table."""
+"""Rotation from the axes of a file to those of a garment: x away from the hem, y to the left, z up from the table."""
 
 from __future__ import annotations
 

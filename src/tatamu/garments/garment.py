@@ -13,7 +13,7 @@ from tatamu.topology import facing_down
 
 @dataclass(frozen=True)
 class GarmentSource:
-    """What a garment was made from: the arguments of `make_garment`, by which it can be meshed again."""
+    """The arguments of `make_garment` for a garment, by which it can be meshed again."""
 
     name: str
     """Name or file."""
@@ -48,25 +48,25 @@ class Garment:
     seams: np.ndarray = field(default_factory=lambda: np.empty((0, 2), dtype=np.int64))
     """Edges that hinge freely, shape (s, 2)."""
     rest: np.ndarray | None = None
-    """The unstrained shape [m], shape (n, 3); None: `vertices`. Of two layers: both panels at z = 0."""
+    """The unstrained shape [m], shape (n, 3); None for `vertices`. Both panels of two layers are at z = 0."""
     fibre: np.ndarray | None = None
-    """Direction of the warp in the unstrained shape, shape (m, 3) or (1, 3); None: along x, its length."""
+    """Direction of the warp in the unstrained shape, shape (m, 3) or (1, 3); None for x, along its length."""
     edges: dict[str, np.ndarray] = field(default_factory=dict)
-    """Named parts of the flat outline, each a path of vertices; of two layers those of the upper one."""
+    """Named parts of the flat outline, each a path of vertices, in the upper of two layers."""
     openings: tuple[str, ...] = ()
-    """Which of `edges` are open: not sewn, though two layers meet there."""
+    """Names of those `edges` at which two layers are not sewn together."""
 
     own: bool = False
-    """Whether it came from a file of the user's: it then knows the plans of its `kind`, or those of any garment."""
+    """Whether it came from a user's file; it then has the plans of its `kind`, or those of any garment."""
     kind: str = ""
-    """The built-in garment whose plans one from a file of the user's knows; empty if none."""
+    """The built-in garment whose plans a garment from a user's file has; empty if none."""
     reading: str = ""
-    """How the size of one that came from a file was understood, such as "read in inches (DXF, $INSUNITS 1)"."""
+    """How the size of a file was read, such as "read in inches (DXF, $INSUNITS 1)"."""
     notes: tuple[str, ...] = ()
     """Changes that were made to a garment from a file, for its user to read."""
 
     source: GarmentSource | None = None
-    """What it was made from; None if not by `make_garment`."""
+    """The arguments of `make_garment`; None if it was made in another way."""
 
     @property
     def spacing_given(self) -> bool:
@@ -75,7 +75,7 @@ class Garment:
 
     @property
     def layers(self) -> int:
-        """How many layers lie on each other: two if some triangles face down."""
+        """Number of layers: two if some triangles face down."""
         return 2 if facing_down(self.vertices, self.faces).any() else 1
 
     @property

@@ -19,7 +19,7 @@ from tatamu.presets import load_preset
 SUFFIXES = (".toml", *READERS, *FORMATS)
 """Endings of files that describe a garment."""
 FABRIC = "jersey"
-"""The preset that it is of unless it says otherwise."""
+"""Default preset of its fabric."""
 
 
 def load_garment(
@@ -29,10 +29,10 @@ def load_garment(
     spacing: float | None = None,
     scale: float | None = None,
 ) -> Garment:
-    """The garment of a file; what is given here goes before what the file says.
+    """Return the garment of a file; arguments override the fields of the file.
 
     Raises:
-        InputError: The file or one that it names cannot be read, or no garment can be made of it; the message says why.
+        InputError: If a file cannot be read or does not describe a garment; the message has the reason.
     """
     given, fabric = _read(path)
     material = material or fabric
@@ -53,7 +53,7 @@ def files_of(path: Path) -> list[Path]:
     """The files that a garment is made from: this one, and the outline or mesh that it names.
 
     Raises:
-        InputError: The file is no garment file.
+        InputError: If the file is no garment file.
     """
     given, _ = _read(path)
     source = path.parent / str(given.outline or given.mesh)
@@ -61,7 +61,7 @@ def files_of(path: Path) -> list[Path]:
 
 
 def _read(path: Path) -> tuple[GarmentFile, Material]:
-    """The description in a TOML file, or that of a bare outline or mesh; and the fabric."""
+    """Return the description in a TOML file, or one of a plain outline or mesh, and the fabric."""
     kind = path.suffix.lower()
     if kind != ".toml":
         given = GarmentFile(name=path.stem, **{"outline" if kind in READERS else "mesh": path.name})

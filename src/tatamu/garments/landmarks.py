@@ -15,7 +15,7 @@ import shapely
 from tatamu.errors import InputError
 
 DEEP = 0.05
-"""The pocket under a sleeve is at least this part of the outline's width deep."""
+"""Least depth of the pocket under a sleeve, as part of the outline's width."""
 CENTRAL = 0.25
 """The middle of the neck is at most this part of the width from the middle."""
 DIP = 0.01
@@ -27,7 +27,7 @@ NARROWEST, WIDEST = 0.08, 0.6
 STRAIGHT = 0.02
 """A side may bend by this part of the outline's width."""
 ALIKE = 2.0
-"""Of two sleeves one is at most this many times as wide as the other."""
+"""Largest ratio of the widths of two sleeves."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def tshirt_openings(outline: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def _neck(points: np.ndarray, pockets: list[_Pocket]) -> tuple[int, ...]:
-    """The ends of the neck, the left one first; none if there is none."""
+    """Return the ends of the neck, the left one first; none if no neck is found."""
     low, (width, height) = points.min(axis=0), np.ptp(points, axis=0)
     centre = low[0] + 0.5 * width
     top = [p for p in pockets if abs(p.middle[0] - centre) < CENTRAL * width and p.middle[1] - low[1] < height / 3.0]
@@ -114,7 +114,7 @@ def _level_part(points: np.ndarray, centre: float) -> np.ndarray:
 
 
 def _pockets(points: np.ndarray) -> list[_Pocket]:
-    """Where a closed curve leaves its convex hull."""
+    """Return the parts of a closed curve that leave its convex hull."""
     hull = shapely.MultiPoint(points).convex_hull
     on_hull = np.flatnonzero(shapely.distance(hull.exterior, shapely.points(points)) < 1e-9 * float(np.ptp(points)))
     found = []
@@ -151,7 +151,7 @@ def _sleeve_end(points: np.ndarray, underarm: int, neck: int) -> tuple[int, int]
 
 
 def _shorter_way(points: np.ndarray, start: int, end: int) -> np.ndarray:
-    """Numbers of the points from one to another, along the shorter way around, both included."""
+    """Return the numbers of the points from one to another, both included, along the shorter part of the curve."""
     count = len(points)
     ways = [np.arange(start, end + 1 + (count if end < start else 0)) % count]
     ways.append((np.arange(end, start + 1 + (count if start < end else 0)) % count)[::-1])

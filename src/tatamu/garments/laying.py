@@ -20,7 +20,7 @@ DRAG = 2.0
 FALL = 0.01
 """It starts this far over the table [m]."""
 LYING, HIGHEST = 0.02, 0.04
-"""Higher than this over the table it does not lie flat; higher than that it is a heap that no fold is made of [m]."""
+"""Heights above which a garment does not lie flat, and above which it is a heap that cannot be folded [m]."""
 
 ADVICE = (
     "give up under [garment], the file's axis from hem to top, if it was turned wrongly, or its pattern: as the UV map "
@@ -39,7 +39,7 @@ def laid_flat(name: str, points: np.ndarray, faces: np.ndarray, material: Materi
         material: The fabric.
 
     Raises:
-        InputError: The simulation of its fall fails, or it comes to lie in a heap.
+        InputError: If the simulation of its fall fails, or it ends as a heap.
     """
     start = points - [*(0.5 * (points.min(axis=0) + points.max(axis=0)))[:2], points[:, 2].min() - FALL]
     falling = material.model_copy(update={"air_drag": max(DRAG, material.air_drag)})
@@ -76,7 +76,7 @@ def laid_flat(name: str, points: np.ndarray, faces: np.ndarray, material: Materi
 
 
 def _silhouette(lying: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Vertices around the garment as seen from above, of the uppermost layer there, counter-clockwise, shape (k,)."""
+    """Return the vertices around the garment seen from above, in the top layer, counter-clockwise, shape (k,)."""
     near = 0.35 * typical_edge(lying, faces)
     around = shapely.union_all(shapely.polygons(lying[faces][..., :2])).buffer(0)
     largest = max(shapely.get_parts(around), key=lambda part: float(part.area))

@@ -1,4 +1,4 @@
-"""Meshes of garments from files: read as they are, and what is wrong with them said in words."""
+"""Meshes of garments from files, and the reasons why a mesh is wrong."""
 
 from __future__ import annotations
 
@@ -166,7 +166,7 @@ def _turned(topology: Topology) -> int:
 
 
 def pieces(faces: np.ndarray) -> np.ndarray:
-    """A number for each triangle, the same for those that hang together, those of most triangles first, shape (m,)."""
+    """Return the piece to which each triangle belongs, the largest piece first, shape (m,)."""
     rows, columns = faces.ravel(), np.roll(faces, 1, axis=1).ravel()
     count = int(faces.max()) + 1
     joined = csr_array((np.ones(len(rows)), (rows, columns)), shape=(count, count))

@@ -12,11 +12,11 @@ from tatamu.files import MIB, read_bytes
 from tatamu.garments.polygons import triangulate
 
 LARGEST_MESH = 64 * MIB
-"""Files of meshes are no larger [bytes]."""
+"""Largest size of a file of a mesh [bytes]."""
 MOST_TRIANGLES = 200_000
 """Meshes have no more triangles: a simulation of a tenth of them takes minutes."""
 MOST_VERTICES = 3 * MOST_TRIANGLES
-"""Meshes have no more vertices, those of each triangle counted apart as STL does."""
+"""Largest number of vertices of a mesh, counted for each triangle separately as in STL."""
 LONGEST_LINE = 100_000
 """No line of an OBJ file has more characters."""
 
@@ -26,7 +26,7 @@ class TriangleMesh:
     """A mesh as a file has it."""
 
     vertices: np.ndarray
-    """In the file's unit, shape (n, 3)."""
+    """Positions in the file's unit, shape (n, 3)."""
     faces: np.ndarray
     """Triangles, shape (m, 3)."""
     uv: np.ndarray | None = None

@@ -1,4 +1,4 @@
-"""The sides of a flat mesh divided where seams end and openings begin."""
+"""The sides of a flat mesh, divided into seams and openings."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def divided(
 ) -> tuple[dict[str, np.ndarray], tuple[str, ...]]:
     """The sides in parts that are sewn and parts that are open, and the names of those that are open.
 
-    The longest sewn part of a side keeps its name; what is open beside it is "top opening" and so on.
+    The longest sewn part of a side keeps its name; open parts are called "top opening" and so on.
 
     Args:
         sides: Paths of vertices around the garment by name, one after the other.
@@ -71,7 +71,7 @@ def _parts(is_open: np.ndarray, lengths: np.ndarray, shortest: float) -> list[_P
 
 
 def _name(parts: list[_Part], side: str, taken: set[str]) -> None:
-    """Name the parts of a side: the longest of those that are sewn, or the only one, as the side."""
+    """Name the parts of a side: the longest sewn part, or the only part, gets the name of the side."""
     main = max(parts, key=lambda part: (not part.is_open, part.last - part.first))
     main.name = side
     for part in parts:

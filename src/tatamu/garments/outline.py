@@ -10,9 +10,9 @@ import numpy as np
 from shapely import Polygon
 
 CORNER = np.radians(30.0)
-"""Where an outline turns by more than this it has a corner, which the mesh keeps."""
+"""Least turn of an outline at a corner, which the mesh keeps."""
 FEWEST = 4
-"""A closed curve has at least so many points."""
+"""Least number of points of a closed curve."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Outline:
         return replace(self, holes=holes), (note,)
 
     def fitted(self, size: tuple[float, float] | None) -> Outline:
-        """Scaled to width (y) and length (x) [m], and centred; None: only centred."""
+        """Return the outline scaled to width (y) and length (x) [m], and centred; None to centre it only."""
         low = self.points.min(axis=0)
         high = self.points.max(axis=0)
         scale = np.ones(2) if size is None else np.array(size[::-1]) / (high - low)
@@ -73,14 +73,14 @@ class Outline:
 
 
 def counted(rings: Sequence[Polygon], what: str) -> str:
-    """How many closed curves there are, and their area, in words."""
+    """Return the number of closed curves and their area as text."""
     area = sum(ring.area for ring in rings)
     size = f"{area:.4f} m2" if area >= 1e-3 else f"{1e6 * area:.0f} mm2"
     return f"1 {what} of {size}" if len(rings) == 1 else f"{len(rings)} {what}s of {size} in all"
 
 
 def mirrored(half: list[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Sides of an outline symmetric about y = 0, from those of its right half (y < 0), counter-clockwise.
+    """Return the sides of an outline symmetric about y = 0 from those of its right half (y < 0), counter-clockwise.
 
     Sides named "right_.." get a "left_.." twin; the others end on y = 0 and are joined with their image.
     """

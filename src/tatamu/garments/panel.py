@@ -35,7 +35,7 @@ CLEAR = 0.01
 """Parts of the outline that are nearer to each other than this are refused before any mesh is tried [spacings]: the
 triangles between them have edges shorter than `SHORTEST`, however often the outline is split."""
 SPLITS = 4
-"""How often edges of the outline that Delaunay misses are halved."""
+"""Largest number of times that edges of the outline missed by Delaunay are halved."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ def panel(outline: Outline, spacing: float) -> Panel:
     """Mesh the inside of an outline with triangles of side `spacing` [m].
 
     Raises:
-        InputError: Parts of the outline are nearer to each other than the mesh can tell apart.
+        InputError: If parts of the outline are too near to each other for the spacing.
     """
     curves = _sampled(outline, spacing)
     _check_possible(curves, spacing)
@@ -69,7 +69,7 @@ def panel(outline: Outline, spacing: float) -> Panel:
 
 
 def _check_possible(curves: dict[str, np.ndarray], spacing: float) -> None:
-    """Refuse an outline of which no try could make a mesh, before many are made.
+    """Refuse an outline that cannot be meshed, before many attempts are made.
 
     Raises:
         InputError: If it has too many corners, or parts of it nearly touch.
@@ -168,7 +168,7 @@ def _relaxed(
     border: shapely.MultiLineString,
     spacing: float,
 ) -> np.ndarray:
-    """All points, those of the lattice next to the border moved to the middle of their neighbours."""
+    """Return all points, with those next to the border moved to the middle of their neighbours."""
     points = np.concatenate([fixed, inner])
     loose = len(fixed) + np.flatnonzero(shapely.distance(shapely.points(inner), border) < RELAXED * spacing)
     for _ in range(PASSES if len(loose) else 0):
@@ -203,10 +203,10 @@ def _split(curve: np.ndarray, path: np.ndarray, missing: list[tuple[int, int]]) 
 
 
 def without_chords(mesh: Panel, sewn: np.ndarray) -> Panel:
-    """The mesh without inner edges between two `sewn` vertices: two layers sewn together there would share them.
+    """Return the mesh without inner edges between two `sewn` vertices, which two sewn layers would share.
 
-    In a corner the chord is flipped to join the corner with the inside; where that gives no better triangles, the
-    chord gets a vertex in its middle.
+    In a corner the edge is flipped to join the corner with the inside. If that gives no better triangles, the edge gets
+    a vertex in its middle.
     """
     points = mesh.points
     faces = mesh.faces.copy()

@@ -24,7 +24,7 @@ from tatamu.material import Material
 READERS = {".svg": read_svg, ".dxf": read_dxf}
 """The reader of a drawing, by the ending of its name."""
 ONE_LAYER = "one layer, as no opening is named: give openings under [garment] for a front and a back, or layers = 1"
-"""A note on a closed outline about which nobody said anything."""
+"""A note on a closed outline for which no openings were given."""
 
 
 def from_outline(given: GarmentFile, source: Path, material: Material) -> Garment:

@@ -1,4 +1,4 @@
-"""The outline of a garment on a photo: of what stands out from the table, or of what the picture's alpha channel keeps.
+"""The outline of a garment on a photo, by its difference from the table or by the picture's alpha channel.
 
 An alpha channel is an exact mask, as programs that cut a garment out of its background write it.
 """
@@ -19,7 +19,7 @@ from tatamu.files import MIB, foreign, opened
 from tatamu.garments.foreground import SMALLEST, stand_out
 
 LARGEST_PICTURE = 256 * MIB
-"""Files of pictures are no larger [bytes]."""
+"""Largest size of a picture's file [bytes]."""
 MOST_PIXELS = 100_000_000
 """Pictures have no more pixels."""
 FORMATS = ("JPEG", "PNG", "WEBP", "BMP", "TIFF", "GIF")
@@ -49,9 +49,8 @@ def find_outline(path: Path, join: bool = False, apart: np.ndarray | None = None
 
     Args:
         path: The file.
-        join: Whether all regions that stand out are the garment's, as of one in several colours.
-        apart: Places on things that are no garment, such as a sheet of paper [pixels], shape (k, 2); None if there are
-            none.
+        join: Whether all regions that differ from the table belong to the garment, for one in several colours.
+        apart: Places on other things, such as a sheet of paper [pixels], shape (k, 2); None if there are none.
 
     Raises:
         InputError: If scikit-image is missing, the file is not a picture, or no garment stands out from a plain table.
@@ -138,7 +137,7 @@ def reduction(pixels: np.ndarray) -> int:
 
 
 def _kept(share: np.ndarray, path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
-    """How much of each pixel the largest region of an alpha channel covers, holes filled, and a note."""
+    """Return the coverage of each pixel by the largest region of an alpha channel, holes filled, and a note."""
     from scipy.ndimage import binary_fill_holes
     from skimage.measure import label
 
@@ -168,7 +167,7 @@ def softened(mask: np.ndarray) -> np.ndarray:
 
 
 def contour(share: np.ndarray) -> np.ndarray:
-    """The border of what a region covers, between the pixels, x and y, shape (k, 2)."""
+    """Return the border of a region between the pixels, x and y, shape (k, 2)."""
     from skimage.measure import find_contours
 
     longest = max(find_contours(np.pad(share, 1), 0.5), key=len)

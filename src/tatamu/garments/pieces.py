@@ -20,7 +20,7 @@ MARK = 1e-3
 
 
 def grouped(curves: Sequence[DrawnCurve]) -> tuple[Piece, ...]:
-    """Every closed curve that lies in no other one is a piece, with what lies inside and beside it; largest first.
+    """Return the pieces, largest first: every closed curve outside all others, with the curves inside and next to it.
 
     A drawing without closed curves is one piece.
 
@@ -78,7 +78,7 @@ def _region(loop: DrawnCurve) -> shapely.Geometry:
 
 
 def distinct(names: Sequence[str]) -> list[str]:
-    """The names, those that were there before with a number behind."""
+    """Return the names, with a number appended to repeated ones."""
     return [
         name if name not in names[:number] else f"{name} {names[:number].count(name) + 1}"
         for number, name in enumerate(names)
@@ -95,7 +95,7 @@ def chosen(drawing: DrawnPieces, name: str | None, scale: float, path: Path) -> 
         path: The file, for messages.
 
     Raises:
-        InputError: There is no curve, or no piece of that name, or no name for one of several: they are listed.
+        InputError: If there is no curve or no such piece, or no name is given for one of several.
     """
     if not drawing.pieces:
         raise InputError(where(path, "has no curve"))

@@ -42,7 +42,7 @@ def triangulate(corners: Sequence[int], vertices: np.ndarray) -> list[tuple[int,
 
 
 def _in_plane(points: np.ndarray) -> np.ndarray:
-    """The points of a face seen against its normal, counter-clockwise, shape (k, 2)."""
+    """Return the points of a face in its plane, counter-clockwise about its normal, shape (k, 2)."""
     with np.errstate(all="ignore"):
         around = points - points.mean(axis=0)
         around /= max(float(np.abs(around).max()), 1e-300)
@@ -56,7 +56,7 @@ def _in_plane(points: np.ndarray) -> np.ndarray:
 
 
 def _divided(flat: np.ndarray) -> list[tuple[int, int, int]]:
-    """Triangles of a concave outline (k, 2), none of which leaves it."""
+    """Return triangles that fill a concave outline (k, 2) without leaving it."""
     outline = shapely.Polygon(flat)
     place = {(float(x), float(y)): k for k, (x, y) in enumerate(flat)}
     if not outline.is_valid or len(place) < len(flat):

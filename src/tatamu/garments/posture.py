@@ -1,9 +1,9 @@
-"""How a garment that is not flat is turned onto its back: which way is up from the hem, and where its front is.
+"""The rotation that lays a garment on its back, from the directions of its hem and its front.
 
 The thinnest direction of the mesh goes through front and back. Of the other two, the one in which the garment is its
 own mirror image is the width. The hem is the longest opening in the middle; trousers have two openings, the legs, off
-the middle. The front has the lower neckline. What the mesh leaves open the axes of the file decide: z up and front
-towards -y where y is thinnest, else y up and front towards +z.
+the middle. The front has the lower neckline. If this is ambiguous, the axes of the file decide: z up and front towards
+-y if y is thinnest, otherwise y up and front towards +z.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from tatamu.garments.meshfile import border_loops
 ALIGNED = np.cos(np.radians(30.0))
 """A direction this near to an axis of the file is that axis."""
 CLEAR = 0.6
-"""A direction is the width where its mirror image fits better by this factor than that of the other."""
+"""Factor by which the mirror image along the width must fit better than along the other direction."""
 MIDDLE = 0.12
 """Openings whose middle is this part of the width from the middle plane are in the middle."""
 LONGER = 1.1
@@ -37,9 +37,9 @@ class Posture:
     turn: np.ndarray
     """Rotation, shape (3, 3)."""
     up: str
-    """The file's direction away from the hem, in words."""
+    """The file's direction away from the hem, as text."""
     front: str
-    """The file's direction out of the front, in words."""
+    """The file's direction out of the front, as text."""
 
     @property
     def words(self) -> str:
@@ -48,12 +48,12 @@ class Posture:
 
 
 def posture(vertices: np.ndarray, faces: np.ndarray, up: str | None = None) -> Posture:
-    """How a mesh is to be turned so that it lies on its back with its hem at -x.
+    """Return the rotation with which a mesh lies on its back with its hem at -x.
 
     Args:
         vertices: Positions in the file's frame, shape (n, 3).
         faces: Triangles of consistent orientation, shape (m, 3).
-        up: The file's direction away from the hem, as the user says; None: found.
+        up: The file's direction away from the hem, as given by the user; None to find it.
     """
     middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
     points = vertices - middle
@@ -90,7 +90,7 @@ def _thinnest(points: np.ndarray, faces: np.ndarray, across: np.ndarray | None =
 
 
 def _snapped(way: np.ndarray) -> np.ndarray:
-    """The axis of the file that a direction is near to, else the direction itself; its largest part is positive."""
+    """Return the axis of the file near a direction, otherwise the direction itself, with its largest part positive."""
     largest = int(np.abs(way).argmax())
     way = way * np.sign(way[largest])
     return np.eye(3)[largest] if way[largest] > ALIGNED else way

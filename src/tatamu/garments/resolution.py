@@ -1,4 +1,4 @@
-"""How fine a garment's mesh is, and which sizes and spacings no garment has."""
+"""The default spacing of a garment's mesh, and the limits of sizes and spacings."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ FINEST_GIVEN = 1e-3
 SMALLEST_SIDE, LARGEST_SIDE = 0.05, 5.0
 MOST_VERTICES = 50_000
 MOST_BY_DEFAULT = 3_000
-"""A spacing that nobody chose makes at most about this many vertices in two layers, so that a study takes minutes."""
+"""Approximate largest number of vertices in two layers with a default spacing, so that a study takes minutes."""
 CELL = np.sqrt(0.75)
 """Area per vertex of an equilateral mesh, in squares of the spacing."""
 

@@ -25,7 +25,7 @@ from tatamu.material import Material
 from tatamu.topology import Topology
 
 FINER, STEP = 4, 0.75
-"""Where the outline cannot be meshed, a spacing that nobody chose is tried this often, each time this part of it."""
+"""Number of finer default spacings tried if the outline cannot be meshed, and the ratio of one to the one before."""
 
 
 def one_layer(name: str, outline: Outline, material: Material, spacing: float | None = None) -> Garment:
@@ -49,7 +49,7 @@ def front_and_back(
     material: Material,
     spacing: float | None = None,
 ) -> Garment:
-    """Two panels of one mesh, one over the other, sewn and welded along all sides that are not `openings`.
+    """Return two panels of one mesh, one over the other, sewn and welded along all sides that are not `openings`.
 
     A line of the outline ends the front panel: it runs inside an opening of the back, as the neckline of a front does,
     and the front has nothing between the two.

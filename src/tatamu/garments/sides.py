@@ -1,4 +1,4 @@
-"""Names for the sides of an outline that came without: bottom, top, left and right, beside those that were named."""
+"""Names for the unnamed sides of an outline: bottom, top, left and right."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from shapely import LineString, Point, distance, line_interpolate_point, points
 from tatamu.errors import InputError
 
 QUARTERS = ("bottom", "right", "top", "left")
-"""Where a side faces: -x, -y, +x, +y."""
+"""Directions in which a side may face: -x, -y, +x, +y."""
 SHORTEST = 0.03
-"""A side that nobody named is at least this part of the outline; shorter ones belong to a neighbour."""
+"""Least length of an unnamed side, as part of the outline; shorter ones belong to a neighbour."""
 FARTHEST = 0.03
 """Ends of a named curve may be this part of the outline's larger extent away from it."""
 BESIDE = 0.15
@@ -56,7 +56,7 @@ def named_sides(loop: np.ndarray, named: Mapping[str, np.ndarray] | None = None)
 
 
 def lies_along(loop: np.ndarray, curve: np.ndarray) -> bool:
-    """Whether a curve begins and ends at two places of the loop [m], shape (k, 2), and stays beside it in between."""
+    """Return whether a curve (k, 2) starts and ends on the loop [m] and stays next to it in between."""
     extent = float(np.ptp(loop, axis=0).max())
     ring = LineString(np.vstack([loop, loop[:1]]))
     places = line_interpolate_point(LineString(curve), np.linspace(0.0, 1.0, 33), normalized=True)
@@ -66,7 +66,7 @@ def lies_along(loop: np.ndarray, curve: np.ndarray) -> bool:
 
 
 def _along(loop: np.ndarray, name: str, curve: np.ndarray) -> np.ndarray:
-    """Segments of the loop that a curve goes along."""
+    """Return the segments of the loop that a curve follows."""
     extent = float(np.ptp(loop, axis=0).max())
     away = np.linalg.norm(loop[:, None] - curve[[0, -1]], axis=2)
     start, end = (int(k) for k in away.argmin(axis=0))
@@ -121,7 +121,7 @@ def _main_first(
 
 
 def with_ends(loop: np.ndarray, named: Mapping[str, np.ndarray]) -> np.ndarray:
-    """The loop with a point more wherever a named curve begins or ends beside it."""
+    """Return the loop with an additional point at each end of a named curve."""
     ring = LineString(np.vstack([loop, loop[:1]]))
     corners = [ring.project(Point(p)) for p in loop]
     ends = [ring.project(Point(p)) for curve in named.values() for p in np.asarray(curve, dtype=float)[[0, -1]]]

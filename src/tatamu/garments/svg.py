@@ -45,7 +45,7 @@ GIVEN_BY_PROGRAM = re.compile(
     r"[\s_.-]*[0-9][0-9\s_.-]*|(path|line|polyline|polygon|rect|rectangle|ellipse|circle|vector|shape|curve)",
     re.IGNORECASE,
 )
-"""Names that drawing programs give to what its author did not name, such as path1234, Rectangle_2 or Vector."""
+"""Names that drawing programs give automatically, such as path1234, Rectangle_2 or Vector."""
 NUMBER = re.compile(r"[0-9.]+(?:[eE][+-]?[0-9]+)?")
 XLINK = "{http://www.w3.org/1999/xlink}href"
 INKSCAPE = "{http://www.inkscape.org/namespaces/inkscape}"
@@ -57,14 +57,14 @@ class _Program:
 
     name: str
     pixels: int = 96
-    """How many of its px are an inch."""
+    """Number of its px per inch."""
 
 
 def read_svg(path: Path) -> DrawnPieces:
     """The curves of an SVG file.
 
     Raises:
-        InputError: The file cannot be read or is no SVG.
+        InputError: If the file cannot be read or is no SVG.
     """
     text = read_text(path, LARGEST_DRAWING)
     with foreign(path, "an SVG file"):
@@ -99,7 +99,7 @@ def _curves(root: ElementTree.Element) -> list[DrawnCurve]:
 
 
 def _style(text: str) -> str:
-    """A style sheet without comments; none if it is long, as reading it takes time that grows with its square."""
+    """Return a style sheet without comments; empty if it is long, because reading takes time in its square."""
     plain = re.sub(r"/\*.*?(?:\*/|\Z)", "", text, flags=re.DOTALL)
     return plain if len(plain) <= LONGEST_STYLE else ""
 
@@ -147,7 +147,7 @@ def _name(shape: Any) -> str:
 
 
 def _viewbox(root: ElementTree.Element) -> tuple[float, float] | None:
-    """Width and height of what is seen, in units of the drawing."""
+    """Return width and height of the visible area, in units of the drawing."""
     numbers = [float(number) for number in re.split(r"[\s,]+", root.get("viewBox", "").strip()) if number]
     if len(numbers) == 4 and numbers[2] > 0.0 and numbers[3] > 0.0:
         return numbers[2], numbers[3]
@@ -167,7 +167,7 @@ def _program(root: ElementTree.Element, text: str) -> _Program:
 
 
 def _unit(root: ElementTree.Element, text: str, path: Path) -> Unit:
-    """How long a unit of the drawing's coordinates is."""
+    """Return the length of a unit of the drawing's coordinates."""
     program = _program(root, text)
     pixel = INCH / program.pixels
     pixels = "points of 1/72 inch" if program.pixels == 72 else f"pixels of 1/{program.pixels} inch"
@@ -189,7 +189,7 @@ def _unit(root: ElementTree.Element, text: str, path: Path) -> Unit:
 def _per_unit(
     root: ElementTree.Element, given: dict[str, re.Match[str]], seen: tuple[float, float], pixel: float, path: Path
 ) -> float:
-    """Metres per unit of a drawing of which an extent `seen` is fitted into its width and height."""
+    """Return metres per unit of a drawing whose visible extent `seen` is fitted into its width and height."""
     extent = dict(zip(("width", "height"), seen, strict=True))
     scales = []
     for side, found in given.items():

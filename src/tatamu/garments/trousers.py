@@ -10,15 +10,17 @@ from tatamu.garments.sewing import front_and_back
 from tatamu.material import Material
 from tatamu.presets import load_preset
 
-FABRIC = "denim"
+FABRIC = "usual-trousers"
 """A preset."""
 SIZE = (0.34, 0.60)
 """Width over both hems and length [m] of a child of three to four: waist 10 in (25.4 cm) laid flat, full length 23.5 in
 (60 cm) (Stone Harbor, chart of garment measurements)."""
 OPENINGS = ("waist", "right_hem", "left_hem")
 CORNERS = {"inner_hem": (0.0, 0.035), "outer_hem": (0.0, 0.17), "hip": (0.44, 0.157), "waist": (0.60, 0.127)}
-"""Corners of the left half [m], x from the hems, y from the middle: waist and length as said; hem 13.5 cm, hip 31 cm
-laid flat and the crotch 19 cm below the waist: assumed. The legs lie a little apart, as hands lay them."""
+"""Corners of the left half [m], x from the hems, y from the middle; waist and length are those of the chart.
+
+Hem (13.5 cm), hip (31 cm laid flat) and crotch (19 cm below the waist) are assumed. There is a small gap between the
+legs, as when hands lay them out."""
 CROTCH = (0.41, 0.012)
 """Height of the crotch and half the distance of the legs just below it [m]; the crotch is round."""
 
@@ -36,7 +38,7 @@ def trousers(
 
 
 def pattern() -> Outline:
-    """The outline of front and back, as SIZE has it."""
+    """Return the outline of front and back in the size SIZE."""
     inner, outer, hip, waist = (np.array(corner) * [1, -1] for corner in CORNERS.values())
     height, gap = CROTCH
     angle = np.linspace(0.0, 0.5 * np.pi, 9)

@@ -12,7 +12,7 @@ from tatamu.garments.sewing import front_and_back
 from tatamu.material import Material
 from tatamu.presets import load_preset
 
-FABRIC = "jersey"
+FABRIC = "usual-tshirt"
 """A preset."""
 SIZE = (0.54, 0.46)
 """Width over both sleeves and length from shoulder to hem [m] of a child of four: half chest 32 cm, length 46 cm
@@ -28,7 +28,7 @@ CORNERS = {
 """Corners of the left half [m], x from the hem, y from the middle: half chest and length as said; assumed: sleeve 16 cm
 along its top and 10 cm at its hem, neck 14 cm wide."""
 NECK_DEPTH = {"front": 0.055, "back": 0.015}
-"""How far the necklines lie below the shoulder [m]: assumed."""
+"""Depths of the necklines below the shoulder [m], which are assumed."""
 
 
 def tshirt(
@@ -62,7 +62,7 @@ def _fibre(shirt: Garment) -> np.ndarray:
 
 
 def pattern() -> Outline:
-    """The outline of the back, with the neckline of the front, as SIZE has it."""
+    """Return the outline of the back, with the neckline of the front, in the size SIZE."""
     hem, underarm, shoulder, neck = (
         np.array(CORNERS[name]) * [1, -1] for name in ("hem", "underarm", "shoulder", "neck")
     )

@@ -1,4 +1,4 @@
-"""Units of length in files of garments: how many metres one is, how it is known, and which one was probably meant."""
+"""Units of length in files of garments: their metres, their sources, and the unit that was probably meant."""
 
 from __future__ import annotations
 
@@ -24,28 +24,28 @@ class Unit:
     name: str
     """The plural name of the unit that the file states."""
     source: str
-    """Where that stands: what kind of file it is, and the words in it."""
+    """Source of the unit: the kind of file, and the words in it."""
     given: bool = False
     """Whether the user gave it, so that it is not doubted."""
 
     @property
     def words(self) -> str:
-        """The unit and how it is known, such as "read in millimetres (Inkscape SVG, width 620mm)"."""
+        """Return the unit and its source, such as "read in millimetres (Inkscape SVG, width 620mm)"."""
         return f"read in {self.name} ({self.source})"
 
     def reading(self, size: tuple[float, float] | None) -> str:
-        """The same, with the size [m] that a user asked for."""
+        """Return the same with the size [m] that the user gave."""
         return f"{self.words}{'; scaled to that size' if size else ''}"
 
     def scaled(self, scale: float | None) -> Unit:
-        """The unit of a user who gives metres per unit of the file; None: this one."""
+        """Return the unit with the user's metres per unit of the file; None for this one."""
         if scale is None:
             return self
         return Unit(scale, NAMES.get(scale, f"units of {scale:g} m"), f"scale {scale:g}", given=True)
 
 
 def probable_scale(longest: float) -> float | None:
-    """Metres per unit with which a garment has a usual size; None: none of the usual units does.
+    """Return metres per unit with which a garment has a usual size; None if no usual unit does.
 
     Args:
         longest: Its longer side in units of the file.
@@ -55,7 +55,7 @@ def probable_scale(longest: float) -> float | None:
 
 
 def how_to_scale(longest: float, otherwise: float) -> str:
-    """Where a scale is given, with the one that was probably meant; `otherwise` where none is known."""
+    """Return advice on where to give the scale, with the probable one; `otherwise` if none is known."""
     scale = probable_scale(longest) or otherwise
     return (
         f"give scale = {scale:g} under [garment] in a garment file, or --scale {scale:g}: "
@@ -80,7 +80,7 @@ def check_size_of_file(sides: tuple[float, float], what: str, unit: Unit) -> Non
 def doubts(sides: tuple[float, float], unit: Unit) -> list[str]:
     """The note on a width and length [m] that are unusual in a unit that the user did not give.
 
-    What a file states is doubted as well: many programs leave the unit in the header as it is, whatever they draw in.
+    The unit that a file states is doubted as well, because many programs write a wrong unit into the header.
     """
     longest = max(sides)
     probable = probable_scale(longest / unit.metres)

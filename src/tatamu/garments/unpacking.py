@@ -9,7 +9,7 @@ from tatamu.errors import InputError
 from tatamu.files import MIB
 
 LARGEST_DRAWING = 16 * MIB
-"""Files of drawings are no larger [bytes]."""
+"""Largest size of a drawing's file [bytes]."""
 MOST_PARTS = 500_000
 """Drawings unpack to no more elements and numbers of paths."""
 DEEPEST = 100

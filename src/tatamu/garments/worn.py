@@ -1,4 +1,4 @@
-"""A garment from a mesh: one that lies flat is kept as it is, one that stands, as worn on a body, is laid flat."""
+"""A garment from a mesh: a flat mesh is kept, and one as worn on a body is laid flat."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from tatamu.garments.units import DOUBTFUL, Unit, check_size_of_file, doubts, ho
 from tatamu.material import Material
 
 OFTEN_UNWELDED = (".stl", ".glb")
-"""Formats in which a vertex stands once for each triangle, or for each place in the texture."""
+"""Formats that repeat a vertex for each triangle, or for each place in the texture."""
 GENTLE, MOST, DOUBTED = 0.05, 0.20, 0.10
 """A garment is flattened if half of its edges change by less than the first of these parts, 95 in 100 by the second; if
-they change by more than the third, a note asks to look at it."""
+they change by more than the third, a note asks the user to check it."""
 DOUBT = ": look at it; a UV map that is its pattern would do better"
 ALIKE = 0.06
 """A UV map is the pattern if half of its edges fit those of the mesh to this part, with one scale for all panels."""
@@ -36,17 +36,17 @@ squeezed to fill a square picture, and cloth that was not stretched shows by how
 SQUARE = 0.3
 """Scales along u and v that differ by less than this from their common one are the same [%]."""
 ROUNDS = 5
-"""So often both scales are fitted."""
+"""Number of times that both scales are fitted."""
 SIDE_VIEW = {0: ("z", "x"), 1: ("z", "-y"), 2: ("y", "z")}
-"""Of a flat mesh by its thin axis: what is up where nobody says so, and towards which side it faces up."""
+"""Default up direction of a flat mesh by its thin axis, and the side that faces up."""
 
 
 @dataclass(frozen=True)
 class _Laid:
-    """Where a mesh lies, before it is a garment."""
+    """The placement of a mesh before it becomes a garment."""
 
     points: np.ndarray
-    """In a garment's frame [m], shape (n, 3)."""
+    """Positions in the garment's frame [m], shape (n, 3)."""
     faces: np.ndarray
     notes: tuple[str, ...]
 
@@ -55,7 +55,7 @@ def from_mesh(given: GarmentFile, source: Path, material: Material) -> Garment:
     """The garment of a mesh file.
 
     Raises:
-        InputError: The file cannot be read, or its mesh is no cloth, or cannot be laid flat.
+        InputError: If the file cannot be read, or its mesh is no cloth or cannot be laid flat.
     """
     if given.spacing is not None and not given.remesh:
         raise InputError("spacing: a mesh has its own; give remesh = true under [garment] for a new one")
@@ -86,7 +86,7 @@ def _unit(source: Path) -> Unit:
 
 
 def _cloth(given: GarmentFile, mesh: TriangleMesh, source: Path, unit: Unit) -> tuple[TriangleMesh, list[str]]:
-    """The one piece of cloth in a mesh [m], and what was done to it."""
+    """Return the single piece of cloth in a mesh [m], and notes on changes."""
     mesh = replace(mesh, vertices=mesh.vertices * unit.metres)
     notes = []
     if given.weld or source.suffix.lower() in OFTEN_UNWELDED:
@@ -142,7 +142,7 @@ def _lying(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garmen
 
 
 def _laid(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garment:
-    """The garment of a mesh that stands: flattened if that hardly strains it, else let go of over the table."""
+    """Return the garment of a worn mesh: flattened if that hardly strains it, otherwise dropped over the table."""
     stance = posture(mesh.vertices, mesh.faces, given.up)
     points = (mesh.vertices - mesh.vertices.mean(axis=0)) @ stance.turn.T
     faces = mesh.faces[:, ::-1] if inside_out(points, mesh.faces) else mesh.faces
@@ -194,9 +194,9 @@ class _Pattern:
     panels: np.ndarray
     """Number of each triangle's panel, shape (m,)."""
     words: str
-    """Where both were taken from."""
+    """Source of both."""
     uv: np.ndarray | None = None
-    """Corners in the pattern, shape (m, 3, 2); None: there is none."""
+    """Corners in the pattern, shape (m, 3, 2); None if there is none."""
 
     def woven(self, garment: Garment) -> Garment:
         """The garment of these triangles, in this order, with the warp along the pattern's +v."""
@@ -207,7 +207,7 @@ class _Pattern:
 
 
 def _pattern(points: np.ndarray, faces: np.ndarray, uv: np.ndarray | None) -> _Pattern:
-    """The UV map as the pattern, where one scale makes its edges as long as those of the mesh; else the mesh itself."""
+    """Return the UV map as the pattern if one scale fits its edges to the mesh, otherwise the mesh itself."""
     worn = side_lengths(points[faces])
     itself = _Pattern(worn, panel_numbers(faces, None), "its own shape")
     if uv is None:
@@ -232,7 +232,7 @@ def _pattern(points: np.ndarray, faces: np.ndarray, uv: np.ndarray | None) -> _P
 
 
 def _median_misfit(worn: np.ndarray, drawn: np.ndarray) -> float:
-    """Half of the edges of a mesh differ from those of its pattern by less than this part."""
+    """Return the median relative difference between the edges of a mesh and of its pattern."""
     return float(np.median(np.abs(worn / drawn - 1.0)))
 
 

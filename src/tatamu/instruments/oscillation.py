@@ -35,7 +35,7 @@ class FreeSwing:
 
 
 def swings(times: np.ndarray, signal: np.ndarray, least: float) -> list[FreeSwing]:
-    """Return all periods of a signal [m] about 0 whose extremes are at least this far out [m].
+    """Return all periods of a signal [m] about 0 with an amplitude of at least this [m].
 
     Args:
         times: Increasing times [s], shape (k,).

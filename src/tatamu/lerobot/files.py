@@ -15,7 +15,7 @@ from tatamu.lerobot.video import VideoWriter
 
 
 class NumberFiles:
-    """The files of all features that are no pictures: a row for each frame, a row group for each episode."""
+    """The files of all features except pictures: a row for each frame, a row group for each episode."""
 
     def __init__(self, folder: Path, largest: int) -> None:
         """Start without a file.

@@ -218,7 +218,7 @@ class LeRobotWriter:
         return {name: each.cast("float64") if each.type == empty else each for name, each in arrays.items()}
 
     def _write_tasks(self) -> None:
-        """Write the table of tasks, whose index is the column `task`, as pandas keeps it."""
+        """Write the table of tasks, with the column `task` as its index in the format of pandas."""
         columns = {"task_index": list(self._tasks.values()), "task": list(self._tasks)}
         kinds = {"task_index": ("int64", "int64"), "task": ("unicode", "object")}
         described = [

@@ -1,4 +1,4 @@
-"""After the fold: what was measured of it, what that tells of the set-up, and the correction of the next fold."""
+"""After the fold: its measurement, the inferred errors of the set-up, and the correction of the next fold."""
 
 from tatamu.observation.correction import Correction, Expected
 from tatamu.observation.folder import ObservedFolder

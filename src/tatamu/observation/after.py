@@ -24,18 +24,18 @@ TRIALS = 20
 
 @dataclass(frozen=True)
 class Known:
-    """What a study takes from observed folds."""
+    """The inputs of a study from observed folds."""
 
     disturbances: Disturbances
     """The posterior."""
     shift: tuple[HandShift, ...]
     """The correction of every manipulation of the study."""
     first: list[Parameters]
-    """The folds that were observed, as parameters of the study's task."""
+    """The observed folds, as parameters of the study's task."""
 
 
 def known_of(runs: Sequence[Result], task: Task, grasps: Grasps = "integer") -> Known:
-    """Return what a study takes from observed folds of one set-up.
+    """Return the inputs of a study from observed folds of one set-up.
 
     Args:
         runs: Learned folds that were observed; the search starts from the last.
@@ -54,7 +54,7 @@ def known_of(runs: Sequence[Result], task: Task, grasps: Grasps = "integer") -> 
 
 
 def _posterior(runs: Sequence[Result]) -> Disturbances:
-    """Return the posterior of one fold as its file has it, that of several from all that was observed of them."""
+    """Return the posterior of one fold from its file, or of several from all their observations."""
     folders = [_folder(run) for run in runs]
     if len(runs) == 1:
         return read_disturbances(folders[0].posterior_file)

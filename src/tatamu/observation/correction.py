@@ -27,20 +27,20 @@ INTERVAL = (0.05, 0.95)
 
 @dataclass(frozen=True)
 class Expected:
-    """How the next fold is expected to end."""
+    """The expected outcome of the next fold."""
 
     marks: np.ndarray
     """Means of the marks [m], shape (m,)."""
     intervals: np.ndarray
     """90 % intervals of the marks [m], shape (m, 2)."""
     distance: float
-    """Mean vertex distance [m], the mean over what is uncertain."""
+    """Expected mean vertex distance [m]."""
     distance_interval: tuple[float, float]
     """Its 90 % interval [m]."""
 
     @classmethod
     def of(cls, posterior: Posterior, emulator: Emulator, correction: np.ndarray) -> Expected:
-        """Return what is expected of a fold that is carried out with a correction, shape (k,)."""
+        """Return the expected outcome of a fold with a correction, shape (k,)."""
         ends = posterior.ends(emulator, correction)
         distances = emulator.distances(ends)
         low, high = np.quantile(distances, INTERVAL)
@@ -58,7 +58,7 @@ class Expected:
 
 @dataclass(frozen=True)
 class Correction:
-    """The correction of the next fold, and what is expected of it."""
+    """The correction of the next fold, and its expected outcomes."""
 
     change: np.ndarray
     """The correction as a change of disturbances, shape (k,)."""
@@ -67,7 +67,7 @@ class Correction:
     before: Expected
     """Without it."""
     after: Expected
-    """With it."""
+    """Expected outcome with the correction."""
 
     @property
     def is_none(self) -> bool:

@@ -29,7 +29,7 @@ WIDER = 2.0
 """Their deviations over those that are stated."""
 
 Progress = Callable[[int, int], None]
-"""Called with how many simulations have ended, and how many there are."""
+"""Callback with the number of finished simulations, and their total."""
 
 
 @dataclass(frozen=True)
@@ -40,11 +40,11 @@ class Draws:
     """The fold on the mesh of the draws."""
     worlds: list[tuple[World, Verdict]]
     nominal: Verdict
-    """How it ends in the world of the means, on the fine mesh."""
+    """Verdict in the world of the means, on the fine mesh."""
     difference: np.ndarray
     """Marks in that world on the fine mesh less those on the mesh of the draws [m], shape (m,)."""
     simulated: int
-    """How many simulations were new."""
+    """Number of new simulations."""
 
 
 def draw(
@@ -54,7 +54,7 @@ def draw(
     executor: Executor | None = None,
     progress: Progress = lambda done, total: None,
 ) -> Draws:
-    """Simulate a fold in disturbed worlds; those that are known are not simulated again.
+    """Simulate a fold in disturbed worlds; kept simulations are not repeated.
 
     Args:
         learned: The fold.

@@ -29,7 +29,7 @@ HEAD = (
 
 @dataclass(frozen=True)
 class ObservedFolder:
-    """The folder of a learned fold, and what was observed of it."""
+    """The folder of a learned fold, and its observations."""
 
     path: Path
 
@@ -53,7 +53,7 @@ class ObservedFolder:
 
     @property
     def has_draws(self) -> bool:
-        """Whether simulations are kept, as `tatamu margins` and observed folds leave them."""
+        """Whether the folder has simulations by `tatamu margins` or `tatamu observe`."""
         return (ResultFolder(self.path).margins_folder / KEPT).exists()
 
     def corrected(self, number: int) -> Path:

@@ -1,4 +1,4 @@
-"""What was measured of one real fold: the numbers of a ruler, or those read from a photograph."""
+"""The measurement of one real fold, by a ruler or from a photograph."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ RULER = 0.0015
 FARTHEST = 2.0
 """Largest deviation that is taken for a measurement [m]; beyond it the unit is wrong."""
 PLACES = ("left", "right", "slip")
-"""What a person measures, each along the fold and across it."""
+"""Places that a person measures, each along the fold and across it."""
 RULER_SOURCE = "ruler"
 
 Side = Literal["left", "right"]
@@ -30,7 +30,7 @@ class MeasuredNumber(OpenRecord):
     """One measured number."""
 
     name: str
-    """Of `folding.marks.MARKS`."""
+    """A name of `folding.marks.MARKS`."""
     value: Annotated[Number, Field(ge=-FARTHEST, le=FARTHEST)]
     """Deviation from the target [m]."""
     deviation: Annotated[Number, Field(gt=0.0, le=FARTHEST)]
@@ -55,7 +55,7 @@ class Observation(OpenRecord):
     source: str
     """"ruler", or the digest of the photograph."""
     turned_in: list[Side] = Field(default_factory=list)
-    """Corners that lie turned in, of which nothing is measured."""
+    """Corners that are turned in and therefore not measured."""
 
     @model_validator(mode="after")
     def _check(self) -> Observation:

@@ -26,7 +26,7 @@ BEYOND = "beyond everything that was drawn: check the grasp or the scale; nothin
 
 @dataclass(frozen=True)
 class Observed:
-    """All observed folds of a set-up, what they tell, and the correction that follows."""
+    """All observed folds of a set-up, their posterior, and the correction that follows."""
 
     learned: Result
     """The fold as it was learned."""
@@ -36,11 +36,11 @@ class Observed:
     draws: Draws
     posterior: Posterior
     correction: Correction
-    """Of the next fold."""
+    """Correction of the next fold."""
 
     @property
     def number(self) -> int:
-        """How many folds were observed."""
+        """Number of observed folds."""
         return len(self.folds)
 
     @property
@@ -63,14 +63,14 @@ def observe(
     executor: Executor | None = None,
     progress: Progress = lambda done, total: None,
 ) -> Observed:
-    """Observe a real fold, and return what all observed folds of the set-up tell.
+    """Observe a real fold, and return the posterior of all observed folds of the set-up.
 
-    With a folder, simulations are kept there, the observation is added to those that are there, and `posterior.toml` is
-    written. Without one, it is the only observation.
+    With a folder, simulations are kept, the observation is added to earlier ones, and `posterior.toml` is written.
+    Without a folder, it is the only observation.
 
     Args:
         learned: The fold as it was carried out, with its correction if it had one.
-        observation: What was measured; None to use those that are there.
+        observation: The measurement; None to use earlier ones only.
         executor: Where simulations run; None for threads on every processor.
         progress: Called after every simulation.
 
@@ -94,11 +94,11 @@ def observe(
 
 @dataclass(frozen=True)
 class Evidence:
-    """What is known of a learned fold: its emulator, and the folds that were observed."""
+    """The emulator of a learned fold, and its observed folds."""
 
     base: Result
     disturbances: Disturbances
-    """Those before anything was observed."""
+    """The disturbances before any observation."""
     draws: Draws
     emulator: Emulator
     folds: list[Fold]
@@ -115,7 +115,7 @@ def evidence_of(
     executor: Executor | None = None,
     progress: Progress = lambda done, total: None,
 ) -> Evidence:
-    """Return what is known of a learned fold; draws that are not there are simulated.
+    """Return the evidence on a learned fold; missing draws are simulated.
 
     Args:
         base: The fold as it was learned.
@@ -148,8 +148,8 @@ def shift_of(path: Path, base: Result) -> tuple[HandShift, ...]:
 def write_corrected(observed: Observed, out: Path | None = None) -> Result:
     """Write the folder of the corrected fold, which robot plans take, and return the fold.
 
-    Its rollout is that of the learned fold, which the correction is to bring about; its scene is that of the corrected
-    hands with the errors that are expected of them.
+    Its rollout is that of the learned fold, which the correction aims at. Its scene has the corrected hands with their
+    expected errors.
 
     Args:
         observed: What was observed.

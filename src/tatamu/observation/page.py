@@ -1,4 +1,4 @@
-"""The page of an observed fold: what was measured, what it tells of the set-up, and what the correction is to gain."""
+"""The page of an observed fold: the measurement, the inferred errors, and the expected gain of the correction."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def _predicted(observed: Observed, fold: Fold) -> np.ndarray:
 
 
 def _rows(observed: Observed, fold: Fold) -> list[tuple[str, list[str]]]:
-    """Return each mark of an observed fold: measured, its deviation, before anything was known, and as explained."""
+    """Return each mark of an observed fold: measured, its deviation, the prior mean and the posterior mean."""
     measured = {number.name: number for number in fold.observation.measured}
     prior = fold.emulator.marks(observed.posterior.prior.mean + fold.correction)
     known = _predicted(observed, fold)
@@ -109,7 +109,7 @@ def _rows(observed: Observed, fold: Fold) -> list[tuple[str, list[str]]]:
 
 
 def _expected(observed: Observed) -> list[tuple[str, list[str]]]:
-    """Return what is expected of the next fold, without and with the correction."""
+    """Return the expected outcome of the next fold, without and with the correction."""
     both = (observed.correction.before, observed.correction.after)
     rows = [
         (

@@ -17,7 +17,7 @@ from tatamu.photographs.reading import FoldReading, view_fold
 from tatamu.study import Result
 
 LARGEST = 256 * MIB
-"""Photographs are no larger [bytes]."""
+"""Largest size of a photograph's file [bytes]."""
 
 
 def read_photo(
@@ -32,7 +32,7 @@ def read_photo(
     failed: bool = False,
     turned_in: Sequence[str] = (),
 ) -> tuple[Observation, FoldReading]:
-    """Return what a photograph tells of a real fold, and what was found in it.
+    """Return the observation of a real fold from a photograph, and the reading with its picture.
 
     Args:
         learned: The learned fold that was carried out.
@@ -41,9 +41,9 @@ def read_photo(
         before: Photograph of the cloth before the fold, with the same board; None if `frame` is given.
         frame: Pose of the fold's frame on the board; None to find it in `before`.
         lens: File of the camera's lens; None if it is not known.
-        corners: Pixels of corners by name, shape (2,), that take the place of what is found.
+        corners: Pixels of corners by name, shape (2,), that replace those found.
         failed: Whether the fold failed.
-        turned_in: Corners that lie turned in; what is read of them is dropped.
+        turned_in: Corners that are turned in; their values are dropped.
 
     Raises:
         InputError: If a file or a corner is wrong, or no corner of the hem is seen.

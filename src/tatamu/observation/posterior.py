@@ -1,4 +1,4 @@
-"""The posterior: what all observed folds of a set-up tell of its systematic disturbances.
+"""The posterior of the systematic disturbances of a set-up, given all its observed folds.
 
 An observed fold n of a set-up measured the marks
 
@@ -30,16 +30,16 @@ from tatamu.observation.sampling import sample
 WIDTH = 0.7
 """Standard deviation of the logarithm of the factor by which the deviations of a file may be wrong: a factor of two."""
 TAILS = 5.0
-"""Degrees of freedom of the errors: some draws end unlike what the emulator says."""
+"""Degrees of freedom of the errors; few, because the emulator is wrong for some draws."""
 UNSURE_DISTANCE = 0.003
-"""How far an emulated mean distance may be wrong when a fold is said to have failed [m]."""
+"""Standard deviation of an emulated mean distance when a fold is observed as failed [m]."""
 IMPLAUSIBLE = 1e-3
-"""An observation is beyond what was drawn if fewer set-ups than this end like it, twice as uncertain as stated."""
+"""An observation is implausible if fewer set-ups than this share end like it, with twice the stated deviations."""
 
 
 @dataclass(frozen=True)
 class Fold:
-    """An observed fold: what was measured, and of which learned fold."""
+    """An observed fold: its measurement, and the learned fold."""
 
     observation: Observation
     emulator: Emulator
@@ -76,7 +76,7 @@ class Fold:
         return total
 
     def chance(self, prior: Split) -> float:
-        """Return the probability that a set-up, `WIDER` times as uncertain as stated, ends at least as far off."""
+        """Return the probability that a set-up with `WIDER` times the stated deviations ends at least as far off."""
         if not self.places:
             return 1.0
         slopes = self.emulator.slopes / self.emulator.scale[:, None]
@@ -88,7 +88,7 @@ class Fold:
 
 @dataclass(frozen=True)
 class Alike:
-    """Two disturbances that the observations cannot tell apart."""
+    """Two disturbances that the observations cannot distinguish."""
 
     one: str
     other: str
@@ -116,7 +116,7 @@ class Posterior:
 
     @property
     def used(self) -> int:
-        """How many observed folds it depends on."""
+        """Number of observed folds on which it depends."""
         return sum(chance >= IMPLAUSIBLE for chance in self.chances)
 
     @property
@@ -152,7 +152,7 @@ class Posterior:
         return [name for name, before, after in self.deviations if after >= share * before]
 
     def alike(self, least: float = 0.4) -> list[Alike]:
-        """Return pairs that look alike: correlated by the observations, the most first."""
+        """Return pairs that cannot be distinguished, the most correlated first."""
         if not self.used:
             return []
         scale = np.sqrt(np.clip(np.diag(self.covariance), 1e-30, None))
@@ -171,7 +171,7 @@ class Posterior:
         """Return the marks at which the next fold may end [m], shape (members, m), with random parts and errors.
 
         Args:
-            emulator: Of the learned fold.
+            emulator: Emulator of the learned fold.
             correction: With which it is carried out, as a change of disturbances, shape (k,).
         """
         generator = np.random.default_rng(0)

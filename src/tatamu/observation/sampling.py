@@ -88,13 +88,13 @@ def _effective(logarithms: np.ndarray) -> float:
 
 
 def _weights(logarithms: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return weights that sum to 1, and the logarithm of the mean of what they come from."""
+    """Return weights that sum to 1, and the logarithm of the mean of the unnormalised weights."""
     most = logarithms.max()
     raw = np.exp(logarithms - most)
     return raw / raw.sum(), float(most + np.log(raw.mean()))
 
 
 def _resampled(weights: np.ndarray, generator: np.random.Generator) -> np.ndarray:
-    """Return indices of members, as many as there are, by systematic resampling (Kitagawa 1996)."""
+    """Return one index per member, by systematic resampling (Kitagawa 1996)."""
     places = (generator.random() + np.arange(len(weights))) / len(weights)
     return np.minimum(np.searchsorted(np.cumsum(weights), places), len(weights) - 1)

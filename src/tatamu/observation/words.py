@@ -29,7 +29,7 @@ MARK_TITLES = dict(
 """Meaning of each measured number."""
 UNITS = {channel.name: channel.unit for channel in CHANNELS}
 NAMED = 4
-"""How many disturbances the terminal names."""
+"""Number of disturbances that the terminal lists."""
 
 
 def shown(name: str, value: float) -> str:
@@ -48,7 +48,7 @@ def title(name: str) -> str:
 
 
 def learned_most(observed: Observed) -> list[tuple[str, float, float, float]]:
-    """Return name, mean, prior and posterior deviation of what is told, the most certain first."""
+    """Return name, mean, prior and posterior deviation of the inferred disturbances, the most certain first."""
     posterior = observed.posterior
     means = dict(zip(posterior.names, posterior.mean, strict=True))
     rows = [(name, float(means[name]), before, after) for name, before, after in posterior.deviations]
@@ -56,7 +56,7 @@ def learned_most(observed: Observed) -> list[tuple[str, float, float, float]]:
 
 
 def posterior_lines(observed: Observed) -> Iterator[str]:
-    """Yield what the observed folds tell, as the console prints it."""
+    """Yield the lines on the posterior for the console."""
     posterior = observed.posterior
     count = observed.number
     yield (
@@ -77,7 +77,7 @@ def posterior_lines(observed: Observed) -> Iterator[str]:
 
 
 def correction_lines(observed: Observed) -> Iterator[str]:
-    """Yield what is changed, and what is expected of it."""
+    """Yield the lines on the correction and its expected outcome."""
     correction = observed.correction
     if correction.is_none:
         yield "no correction is expected to bring the fold nearer"

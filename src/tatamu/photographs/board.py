@@ -1,4 +1,4 @@
-"""The printed board that gives a photograph its scale: a ChArUco pattern of known size beside the cloth.
+"""The printed board that gives a photograph its scale: a ChArUco pattern of known size next to the cloth.
 
 A ChArUco pattern (Garrido-Jurado et al. 2014) is a chessboard with a coded marker in every white square. Its corners
 are found to a fraction of a pixel, and each is known by its number even if others are covered.
@@ -46,7 +46,7 @@ HEAD = """\
 
 
 class Board(Record):
-    """A printed board, as its file describes it."""
+    """The description of a printed board."""
 
     paper: Paper = "a4"
     bar: float = Field(BAR, gt=0.5 * BAR, lt=2.0 * BAR)

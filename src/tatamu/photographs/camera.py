@@ -1,12 +1,12 @@
-"""The camera of one photograph: from places on the table to pixels and back, with what remains unknown of it.
+"""The camera of one photograph: from places on the table to pixels and back, with its uncertainty.
 
 The parameters are the focal length, the centre, two terms of distortion, the pose of the board's first page before the
 camera, and the place of every further page on the table. They minimise
 
     sum |seen - projected|^2 / sigma^2  +  sum ((parameter - expected) / deviation)^2
 
-The second sum has what is known of the lens beforehand. A board covers a small part of the picture, so this prior
-decides how far beyond the board a place is trusted: the covariance of the parameters tells it.
+The second sum is the prior of the lens. A board covers a small part of the picture, so this prior determines the
+uncertainty of places beyond the board, which the covariance of the parameters describes.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ class View:
     rms: float
     """Deviation of the corners [pixels]."""
     penalty: float
-    """What the search minimised: how badly corners and lens fit."""
+    """Minimum of the sum above."""
     lens: Lens | None
     size: tuple[int, int]
     """Width and height of the photograph [pixels]."""
@@ -140,7 +140,7 @@ def estimate(
     """Find the camera from the corners of a board.
 
     Args:
-        pages: What is seen of each page; the first defines the frame.
+        pages: The visible corners of each page; the first defines the frame.
         size: Width and height of the photo [pixels].
         lens: The lens; None if it is not known.
         focal: Focal length that the photo states [pixels]; None if it does not.

@@ -14,7 +14,7 @@ STEP = 0.5
 FAINT = 4.0
 """Difference of colour between both sides of an edge that counts [8-bit levels]."""
 NEIGHBOURS = 9
-"""Lines beside one another whose colours are taken together."""
+"""Number of neighbouring lines whose colours are averaged."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Edges:
     points: np.ndarray
     """Places of the edge [pixels], shape (n, 2); of the given curve if nothing was found."""
     found: np.ndarray
-    """Where an edge was found, shape (n,)."""
+    """Whether an edge was found, shape (n,)."""
     width: np.ndarray
     """Width of the edge [pixels], shape (n,)."""
 

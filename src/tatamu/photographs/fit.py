@@ -23,16 +23,16 @@ GIVEN = 0.001
 LARGEST = 1.5
 """Logarithm of the largest scale."""
 TIE = 0.001
-"""Two ways to lay an outline fit equally well if their scores differ by less [m]."""
+"""Largest difference of scores at which two poses count as equally good [m]."""
 STRETCH = 0.02
 """Score of a unit of the logarithm of length over width [m]: the way that keeps proportions is the likelier."""
 CORRELATED = 0.05
-"""Length of an outline over which its errors are alike [m]."""
+"""Length of an outline over which its errors are correlated [m]."""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """How an outline lies."""
+    """The fitted pose and size of an outline."""
 
     shape: Shape
     parameters: np.ndarray
@@ -40,7 +40,7 @@ class Fit:
     off: np.ndarray
     """Signed distance of each found point from the outline, outwards [m], shape (n,)."""
     covariance: np.ndarray
-    """Of the parameters, because of the outline, shape (5, 5)."""
+    """Covariance of the parameters because of the outline, shape (5, 5)."""
 
     @property
     def pose(self) -> Pose:

@@ -31,7 +31,7 @@ CLEAR = 6.0
 LEAST = 0.25
 """Least slope of brightness of an edge [8-bit levels per resolution]."""
 RIM = 0.0045
-"""Places nearer to the outline than this are not looked at [m]."""
+"""Places nearer to the outline than this are ignored [m]."""
 WIDE = 0.006
 """An edge's two slopes, of a dark or bright line, lie within this distance [m]."""
 SEEN = 0.7
@@ -42,10 +42,10 @@ SECOND = 0.35
 
 @dataclass(frozen=True)
 class Window:
-    """Where an edge is expected, in the fold's frame."""
+    """The area in which an edge is expected, in the fold's frame."""
 
     corner: np.ndarray
-    """Where it begins [m], shape (2,)."""
+    """Its starting corner [m], shape (2,)."""
     along: np.ndarray
     """Unit vector along it, shape (2,)."""
     outward: np.ndarray
@@ -70,7 +70,7 @@ class Window:
 def inner_edge(
     photograph: Photograph, frame: Pose, window: Window, height: float, cloth: shapely.Polygon
 ) -> Line | None:
-    """Find the edge of a layer on other cloth; None if none stands out.
+    """Return the edge of a layer on other cloth; None if none is clear.
 
     Args:
         photograph: The photograph.
@@ -115,7 +115,7 @@ def inner_edge(
 
 
 def _rim(across: np.ndarray, slopes: np.ndarray, best: int, soft: float) -> float:
-    """Return where a layer ends whose rim is a dark or bright band between two slopes, of which one is the strongest.
+    """Return the end of a layer whose rim is a dark or bright band between two slopes, one of them the strongest.
 
     The slopes at the ends of a band of width w are steepest sqrt(soft^2 + w^2/4) from its middle.
     """

@@ -39,7 +39,7 @@ Distortion = Annotated[tuple[Annotated[float, Field(ge=-5.0, le=5.0)], ...], Fie
 
 
 class Lens(Record):
-    """A lens, as its file describes it."""
+    """The description of a lens."""
 
     width: int = Field(ge=16, le=100_000)
     """Width of its pictures [pixels]."""

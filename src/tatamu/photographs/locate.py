@@ -1,4 +1,4 @@
-"""From a photograph of a garment on the table to its pose, size and outline."""
+"""Pose, size and outline of a garment on the table from a photograph."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from tatamu.study.result import Result
 TURNED_IN = 0.015
 """A corner whose outline stays this far inside the garment's is turned in [m]."""
 OTHER = 0.15
-"""Cloth whose sides differ by this part from what was learned is not the same, or not all of it is seen."""
+"""Relative difference of sides above which cloth is not the learned garment, or is partly invisible."""
 MOST_TURNED = 2
-"""With more corners turned in, an outline is of another garment."""
+"""Largest number of corners turned in; with more, the outline is that of another garment."""
 UNLIKE = 0.010
 """An outline that deviates by more than this is of another garment, or wrinkled [m]."""
 
@@ -54,7 +54,7 @@ def locate(
         touched: Places of the board's marks A, B and C that the robot touched, in its base frame [m], shape (3, 2) or
             (3, 3); None if it touched none.
         lens: File of the camera's lens; None if it is not known.
-        corners: Pixels of corners by name, shape (2,), that correct what is found.
+        corners: Pixels of corners by name, shape (2,), that replace those found.
         join: Whether all regions that stand out belong to the cloth.
 
     Raises:

@@ -1,4 +1,4 @@
-"""A garment found on the table: its pose, size and outline, and how it differs from what was learned."""
+"""A garment found on the table: its pose, size and outline, and its difference from the learned garment."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Comparison:
     """[m2]"""
 
     def lines(self, located: Located) -> list[str]:
-        """Return how a garment differs from this one, in words."""
+        """Return the differences of a garment from this one as text."""
         sides = [
             f"{name} {100 * (now / then - 1):+.1f} %"
             for name, now, then in zip(("width", "length"), located.size, self.size, strict=True)
@@ -71,7 +71,7 @@ class Located:
     rms: float
     """Usual distance of the outline from the garment's [m]."""
     learned: Comparison | None
-    """How it differs from what was learned; None if no learned fold was given."""
+    """The learned garment for comparison; None if no learned fold was given."""
     fit: Fit = field(repr=False)
     photograph: Photograph = field(repr=False)
     edge: np.ndarray = field(repr=False)
@@ -98,7 +98,7 @@ class Located:
         }
 
     def lines(self) -> list[str]:
-        """Return what was found, in words."""
+        """Return the result as lines of text."""
         x, y, yaw = self.deviation
         width, length = self.size
         lens = "" if self.photograph.view.lens is not None else " or --lens"

@@ -1,4 +1,4 @@
-"""What was found, drawn over the photograph for a person to check, and the table seen from above."""
+"""Pictures for checking: results drawn over the photograph, and the table seen from above."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ ARROW = 0.08
 MARGIN = 0.05
 """Table around the cloth in the view from above [m]."""
 FINEST = 0.0005
-"""A pixel of the view from above is no smaller [m]."""
+"""Least size of a pixel of the view from above [m]."""
 
 
 class Overlay:
@@ -43,7 +43,7 @@ class Overlay:
 
         Args:
             photograph: The photograph.
-            around: Pixels that are shown with some room around them, shape (n, 2); None for the whole photograph.
+            around: Pixels that the picture must contain, with a margin, shape (n, 2); None for the whole photograph.
         """
         self._photograph = photograph
         image = Image.fromarray(photograph.pixels)
@@ -111,7 +111,7 @@ def draw_located(located: Located) -> Image.Image:
 
 
 def draw_reading(reading: FoldReading) -> Image.Image:
-    """Return the photograph with the outline, the corners that were found and where those of the moved hem belong."""
+    """Return the photograph with the outline, the corners found, and the targets of those of the moved hem."""
     overlay = Overlay(reading.photograph, reading.outline)
     overlay.curve(reading.outline, OUTLINE, 1.0, closed=True)
     for target in reading.targets.values():

@@ -1,4 +1,4 @@
-"""A photograph with its scale: what tells pixels from millimetres, the camera, the outline of the cloth."""
+"""A photograph with its scale, its camera and the outline of the cloth."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from tatamu.photographs.opencv import opencv
 from tatamu.photographs.sheet import SHEETS, Sheet, find_sheet
 
 ROOM = 0.004
-"""Table around paper that is not looked at [m]."""
+"""Width of the table around paper that is ignored [m]."""
 SMALLEST = 400
-"""Photos have at least this many pixels along their shorter side."""
+"""Least number of pixels along the shorter side of a photo."""
 WIDEST, WIDEST_PIXELS = 0.006, 10.0
 """Edges of cloth that are wider than this are blurred [m, pixels]; colours of JPEG files alone are 4 pixels wide."""
 SPACING = 2.0
 """Distance of points along the outline, in reduced pixels."""
 
 Scale = Board | Sheet
-"""What gives a photograph its scale."""
+"""The object that gives a photograph its scale."""
 
 
 def load_scale(name: Path | str) -> Scale:

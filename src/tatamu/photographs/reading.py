@@ -1,8 +1,9 @@
-"""How a fold ended, read from a photograph: where the corners of the moved hem lie, and how far the lower hem slipped.
+"""A reading of a fold from a photograph: places of the corners of the moved hem, and the slip of the lower hem.
 
 The moved hem lies on top. If an edge of a layer is seen inside the outline, it is the moved hem's, and the outline is
-that of the lower hem. Otherwise the outline is the moved hem's, and the lower hem is hidden under it. The crease tells
-whether that can be: cloth that is longer than what is seen between crease and hem has a hem that was not seen.
+that of the lower hem. Otherwise the outline is the moved hem's, and the lower hem is hidden under it. The crease shows
+whether that is possible: if the cloth is longer than the visible part between crease and hem, there is a hem that is
+not seen.
 """
 
 from __future__ import annotations
@@ -28,25 +29,25 @@ from tatamu.study.result import Result
 REACH = 0.06
 """Edges lie this near to their targets [m]."""
 LENGTH = 0.12
-"""Length of an edge from its corner that is looked at [m]."""
+"""Length of an edge from its corner that is searched [m]."""
 UNSEEN = 0.012
-"""A hem that may lie this far from the outline without being seen is left out [m]."""
+"""A hem that may be this far from the outline without being seen is left out [m]."""
 WIDER = 0.006
-"""A hem that is seen wider than its target by more than this is that of two layers [m]."""
+"""A hem that appears wider than its target by more than this consists of two layers [m]."""
 GIVEN = 1.5
 """Deviation of a pixel that the user gives."""
 ROUND = 0.3
-"""Part of the thickness by which the rim of cloth is seen beside its edge."""
+"""Distance of the visible rim of cloth from its edge, as part of the thickness."""
 CORNERS = ("left", "right", "lower-left", "lower-right")
 """Corners that can be given: of the moved hem, and of the lower hem."""
 
 Measured = dict[str, tuple[float, float]]
-"""Value and standard deviation of what was measured [m], by name."""
+"""Value and standard deviation of each measured mark [m], by name."""
 
 
 @dataclass(frozen=True)
 class FoldReading:
-    """What a photograph tells of a finished fold."""
+    """The reading of a finished fold from a photograph."""
 
     values: Measured
     """Deviations from the target by the names of `folding.marks.MARKS`, as far as they are seen."""
@@ -55,7 +56,7 @@ class FoldReading:
     outline: np.ndarray
     """Outline of the cloth in the photograph [pixels], shape (n, 2)."""
     targets: Mapping[str, np.ndarray]
-    """Where the corners of the moved hem belong, in the photograph [pixels], shape (2,)."""
+    """Targets of the corners of the moved hem in the photograph [pixels], shape (2,)."""
     photograph: Photograph = field(repr=False)
 
 
@@ -66,7 +67,7 @@ class _Corner:
     place: np.ndarray
     """[m], shape (2,)."""
     deviation: np.ndarray
-    """Along and across [m], shape (2,)."""
+    """Standard deviations along and across [m], shape (2,)."""
     height: float
     """[m]"""
 
@@ -93,7 +94,7 @@ def view_fold(
     lens: Path | str | None = None,
     corners: Mapping[str, np.ndarray] | None = None,
 ) -> FoldReading:
-    """Read how a fold ended, with what was found in the photograph.
+    """Read a fold from a photograph.
 
     Args:
         photo: File of the photo after the fold.
@@ -145,7 +146,7 @@ class FoldReader:
         return [int(self._fold.left[0]), int(self._fold.right[0])]
 
     def read(self, given: Mapping[str, np.ndarray]) -> FoldReading:
-        """Return what is seen of the fold.
+        """Return the visible marks of the fold.
 
         Raises:
             InputError: If a corner that is given has another name, or no corner of the hem is seen.
@@ -175,7 +176,7 @@ class FoldReader:
         return FoldReading(values, pixels, self._edge, targets, self._photograph)
 
     def _drop_doubtful(self, found: dict[str, _Corner]) -> None:
-        """Drop places across if the hem is seen wider than it is: one of its corners is the lower layer's."""
+        """Drop places across the fold if the hem appears too wide, because one of its corners is in the lower layer."""
         if "left" not in found or "right" not in found:
             return
         left, right = (self._fold.target[vertex, :2] for vertex in self._hem)
@@ -245,7 +246,7 @@ class FoldReader:
         return outer_edge(self._outlines["upper"], window), None
 
     def _unseen(self, edge: Line, hem: Window) -> float:
-        """Return how far from the outline's hem another one may lie, hidden or not seen [m]; inf without a crease."""
+        """Return how far from the outline's hem a hidden hem may be [m]; inf without a crease."""
         crease = self._crease()
         if crease is None:
             return np.inf
@@ -268,7 +269,7 @@ class FoldReader:
         return _Corner(place, deviation, self._heights[layer])
 
     def _lower(self, side: str, hem: Line | None, flank: Line | None) -> _Corner:
-        """Return a corner of the lower hem; what is not seen of it has an infinite deviation."""
+        """Return a corner of the lower hem; coordinates that are not seen have an infinite deviation."""
         if hem is not None and flank is not None:
             return self._met(hem, flank, "lower")
         seen, k = (hem, 0) if hem is not None else (flank, 1)

@@ -73,7 +73,7 @@ def shape_of(garment: Garment, lying: np.ndarray | None = None) -> Shape:
 
 
 def silhouette(points: np.ndarray, faces: np.ndarray) -> shapely.Polygon:
-    """Return what triangles cover from above, holes filled; of several parts the largest."""
+    """Return the region that triangles cover from above, holes filled; the largest of several parts."""
     triangles = shapely.polygons(points[faces][:, :, :2])
     whole = shapely.union_all(triangles[shapely.area(triangles) > 1e-12], grid_size=1e-6)
     parts = shapely.get_parts(whole)

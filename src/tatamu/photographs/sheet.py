@@ -1,4 +1,4 @@
-"""A plain white sheet of paper beside the cloth as scale.
+"""A plain white sheet of paper next to the cloth, which gives the scale.
 
 The sheet's frame: the origin is its middle, x points along its long side, of the two senses to the one nearer to the
 photo's right, z out of the table.
@@ -25,9 +25,9 @@ SMALLEST, LARGEST = 0.002, 0.4
 PLAIN, SPOTS = 0.75, 0.02
 """Pixels of a plain sheet are brighter than this part of its median, except for so large a share of them."""
 LEVELS = (0.6, 0.7, 0.8, 0.88)
-"""Brightnesses at which the sheet is parted from what is darker."""
+"""Brightnesses that separate the sheet from darker areas."""
 RESIDUAL = 3.0
-"""A quadrangle is no such sheet if its corners deviate by more than this from one [pixels]."""
+"""Largest deviation of a quadrangle's corners from those of a sheet [pixels]."""
 SIDE = 60
 """Places along each side at which its edge is found."""
 

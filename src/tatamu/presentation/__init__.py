@@ -10,6 +10,6 @@ plan. A package with a page collects the data and names a template that extends 
 - `raster`, `shading`, `tube`, `image`: pictures of cloth without a browser;
 - `palette`: every colour, by day and by night.
 
-The pages themselves stand where their data are: `report` (a learned fold, a plan, a garment), `calibration`,
-`validation`, `crosscheck`, `robots`; each is a `page.py` beside its `page.html`.
+The pages themselves are in the packages of their data: `report` (a learned fold, a plan, a garment), `calibration`,
+`validation`, `crosscheck`, `robots`; each has a `page.py` and a `page.html`.
 """

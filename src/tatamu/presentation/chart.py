@@ -92,7 +92,7 @@ def layout(**more: Any) -> dict[str, Any]:
 
 
 def note(x: float, y: float, text: str, **more: Any) -> dict[str, Any]:
-    """A word in a chart, at data coordinates unless `xref` or `yref` say otherwise."""
+    """Return a text in a chart, at data coordinates or those of `xref` and `yref`."""
     font = {"size": 11.5, "color": "@muted"}
     return {"x": x, "y": y, "text": text, "showarrow": False, "font": font, **more}
 

@@ -35,7 +35,7 @@ class Drawing(Projection):
     """Lines of text under the drawing."""
     background: str | None = "card"
     words: str = ""
-    """The drawing in words, for readers who cannot see it."""
+    """A description of the drawing for readers who cannot see it."""
 
     @classmethod
     def around(cls, points: np.ndarray, width: float, height: float, *, margin: float = 34.0) -> Drawing:
@@ -46,7 +46,7 @@ class Drawing(Projection):
         return cls(low, high, scale, margin=margin)
 
     def add(self, *shapes: Shape) -> None:
-        """Draw shapes over what is there."""
+        """Draw shapes over those drawn before."""
         self.shapes.extend(shapes)
 
     def line(self, points: Any, colour: str = "ink", width: float = 1.5, **more: Any) -> None:

@@ -1,4 +1,4 @@
-"""Bytes that travel in a page: deflated, as text; packing.js reads them.
+"""Data inside a page: deflated and encoded as text; packing.js reads them.
 
 Plotly and the replay shrink to a third of their size.
 """

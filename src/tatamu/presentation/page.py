@@ -92,7 +92,7 @@ def inline(value: Any) -> Markup:
 
 @cache
 def script(entry: str) -> Markup:
-    """An ES module of scripts/ and all that it imports, each once and before its users, as one module.
+    """Return an ES module of scripts/ and its imports as one module, each once and before its users.
 
     The modules share one scope there: their top-level names differ.
     """

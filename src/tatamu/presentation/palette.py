@@ -65,7 +65,7 @@ COLOURS = {
     "robot": ("#8d939c", "#8d939c"),
     **{f"scale-{number}": (stop, stop) for number, stop in enumerate(SCALE)},
 }
-"""By name, as "#rrggbb": by day and by night. Style sheet, charts, drawings and viewer use the names."""
+"""Colours by name, as "#rrggbb" by day and by night. Style sheet, charts, drawings and viewer use the names."""
 
 
 def rgb(colour: str) -> np.ndarray:

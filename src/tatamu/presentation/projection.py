@@ -1,4 +1,4 @@
-"""The projection of a drawing: which rectangle of a plane is shown, at which scale, and which way is up."""
+"""The projection of a drawing: the visible rectangle of a plane, its scale and its orientation."""
 
 from __future__ import annotations
 

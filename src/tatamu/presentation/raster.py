@@ -1,4 +1,4 @@
-"""Triangles to pixels: which triangle is seen where. A z-buffer, for pictures without a browser.
+"""A z-buffer for pictures without a browser: the triangle that is visible at each pixel.
 
 Notation: image x to the right, y down [pixels]; depth grows towards the eye.
 """

@@ -64,7 +64,7 @@ def shade(view: View, mesh: PaintedMesh, visible: Visible, sunlit: np.ndarray | 
 
 
 def _threads(flat: np.ndarray) -> np.ndarray:
-    """Return 1 on the lines every 5 cm to 0 between them, shape (p,), for places on the flat cloth [m], (p, 2)."""
+    """Return the intensity of a pattern with lines every 5 cm, 1 on a line and 0 between, for places (p, 2) [m]."""
     off = np.abs(flat / 0.05 - np.rint(flat / 0.05)).min(axis=1) * 0.05
     return np.clip(1.5 - off / 0.0008, 0.0, 1.0)
 
@@ -78,8 +78,8 @@ def _facing(view: View, mesh: PaintedMesh) -> np.ndarray:
 def occlusion(depth: np.ndarray, ground: float, radius: float, reach: float) -> np.ndarray:
     """Measure how much lower a pixel lies than its surroundings, 0 to 1 at `reach`, shape (h, w).
 
-    Flat layers differ by a millimetre; darkening what lies lower than its neighbourhood makes them visible
-    (Luft, Colditz and Deussen 2006, depth darkening).
+    The heights of flat layers differ by a millimetre. Darkening pixels that are lower than their neighbours makes them
+    visible (Luft, Colditz and Deussen 2006, depth darkening).
 
     Args:
         depth: Height of each pixel [m], -inf if there is only ground.

@@ -28,7 +28,7 @@ def solid(body: Body) -> tuple[np.ndarray, np.ndarray]:
 
 
 def moving(bodies: Sequence[Body], times: np.ndarray) -> MovingMesh | None:
-    """All bodies as one mesh at times [s], shape (f,); None if there are none."""
+    """Return all bodies as one mesh at times [s], shape (f,); None if there are none."""
     parts = []
     faces = []
     count = 0
@@ -43,7 +43,7 @@ def moving(bodies: Sequence[Body], times: np.ndarray) -> MovingMesh | None:
 
 
 def together(*meshes: MovingMesh | None) -> MovingMesh | None:
-    """Several moving meshes as one; None if there is none."""
+    """Return several moving meshes as one; None if there is none."""
     given = [mesh for mesh in meshes if mesh is not None]
     if not given:
         return None

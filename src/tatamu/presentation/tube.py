@@ -6,7 +6,7 @@ import numpy as np
 
 
 def tube(path: np.ndarray, radius: float, sides: int = 10) -> tuple[np.ndarray, np.ndarray]:
-    """Points (k, 3) and triangles (m, 3) of a tube [m] around a path (f, 3) with at least two places."""
+    """Return points (k, 3) and triangles (m, 3) of a tube [m] around a path (f, 3) with at least two places."""
     path = _spaced(path, radius)
     along = np.gradient(path, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)

@@ -1,4 +1,4 @@
-"""A learned fold in a notebook: its picture, its measures, and the replay in a frame of its own."""
+"""A learned fold in a notebook: its picture, its measures, and the replay in an iframe."""
 
 from __future__ import annotations
 

@@ -15,9 +15,9 @@ Lengths [m], angles [rad], speeds [rad/s], accelerations [rad/s^2], masses [kg].
          xarm_gripper.urdf.xacro, driven to 0.85 rad (its link_tcp, 0.172, is 2.5 mm inside)
 Fingertips: `tatamu.folding.fingers` has their sizes and sources
 
-Plans accelerate by at most 5 rad/s^2: below Franka's own limits (7.5 for Panda, 10 for FR3) and within what MoveIt's
-configurations of UR arms have (5 to 10); no figure of UFACTORY's was found. Boxes come from
-`python -m benchmarks.link_boxes`, rounded outwards to millimetres.
+Plans accelerate by at most 5 rad/s^2: below Franka's own limits (7.5 for Panda, 10 for FR3) and within MoveIt's
+configurations of UR arms (5 to 10). No number of UFACTORY was found. Boxes come from `python -m benchmarks.link_boxes`,
+rounded outwards to millimetres.
 """
 
 from __future__ import annotations
@@ -50,11 +50,11 @@ class Hinge(NamedTuple):
     upper: float
     speed: float
     mass: float
-    """Of the link that it moves [kg]."""
+    """Mass of the link that it moves [kg]."""
     boxes: tuple[Box, ...]
     """Round that link, in its frame [m]."""
     axis: Vector = (0.0, 0.0, 1.0)
-    """In the frame of the link."""
+    """Axis in the frame of the link."""
 
 
 class ParallelGripper(NamedTuple):
@@ -69,7 +69,7 @@ class ParallelGripper(NamedTuple):
     widest: float
     """Widest opening between the fingertips [m]."""
     fingertip: float
-    """From the flange to the ends of the closed fingers [m]."""
+    """Distance from the flange to the ends of the closed fingers [m]."""
     mass: float
 
 
@@ -85,7 +85,7 @@ class SerialArm:
     ready: tuple[float, ...]
     """A pose in which the gripper points straight down, before the arm [rad]."""
     acceleration: float
-    """What plans keep to [rad/s^2]."""
+    """Largest acceleration in plans [rad/s^2]."""
     lerobot: LeRobotNames = LEROBOT
     lerobot_type: str = ""
     """Type of a pair in LeRobot."""

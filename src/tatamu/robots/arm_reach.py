@@ -1,7 +1,7 @@
-"""How one arm follows one hand's path from many placements, in many ways to hold.
+"""The motion of one arm along the path of one hand, for many placements and holds.
 
-An arm follows the path from point to point by damped least squares, each from the last one's angles, so a path that
-would need a jump counts as unreachable.
+An arm follows the path from point to point by damped least squares. Each point starts from the angles of the last one,
+so a path that would need a jump counts as unreachable.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ GOOD_SINGULARITY = 0.2
 HOPELESS = -1.0
 """Worse than this is not followed up."""
 CLEAR = 3
-"""Ways to hold that are kept of each arm, the best first."""
+"""Number of holds that are kept of each arm, the best first."""
 
 
 @dataclass(frozen=True)
 class ArmReach:
-    """How one arm follows one hand, for every placement and hold."""
+    """The motion of one arm along the path of one hand, for every placement and hold."""
 
     quality: np.ndarray
     """1 is comfortable, 0 just possible, negative not; shape (placements, holds)."""
     reached: np.ndarray
-    """How many of the points were reached in a row, shape (placements, holds)."""
+    """Number of points reached in a row, shape (placements, holds)."""
     angles: np.ndarray
     """[rad], shape (placements, holds, points, k)."""
 
     def best(self, placement: int) -> np.ndarray:
-        """The best ways to hold, the best first."""
+        """Return the best holds, the best first."""
         order = np.argsort(-self.quality[placement], kind="stable")[:CLEAR]
         return order[self.quality[placement][order] > HOPELESS]
 
@@ -77,7 +77,7 @@ def follow(
 
 
 def _track(chain: Chain, targets: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Angles (n, m, k) along targets (n, m, 4, 4), and how many points in a row were reached (n,)."""
+    """Return angles (n, m, k) along targets (n, m, 4, 4), and the number of points reached in a row (n,)."""
     count, points = targets.shape[:2]
     angles = np.full((count, points, len(start)), np.nan)
     reached = np.zeros(count, dtype=np.int64)
@@ -92,7 +92,7 @@ def _track(chain: Chain, targets: np.ndarray, start: np.ndarray) -> tuple[np.nda
 
 
 def _quality(chain: Chain, arm: Arm, angles: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """From angles (n, m, k): the least of the margins, less for folds that would have to be slowed down."""
+    """Return the smallest margin for angles (n, m, k), reduced for folds that must be slowed down."""
     count, points, width = angles.shape
     margin = chain.margin(angles.reshape(-1, width)).reshape(count, points).min(axis=1) / GOOD_MARGIN
     some = angles[:, ::2]
@@ -101,7 +101,7 @@ def _quality(chain: Chain, arm: Arm, angles: np.ndarray, steps: np.ndarray) -> n
 
 
 def slowing(arm: Arm, angles: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """How many times slower the path (n, m, k), `steps` (m - 1,) [s] apart, must be driven: about, at least 1."""
+    """Estimate the factor, at least 1, by which the path (n, m, k) with `steps` (m - 1,) [s] must be slowed down."""
     speed = np.diff(angles, axis=1) / steps[:, None]
     rate = np.diff(speed, axis=1) / ((steps[1:] + steps[:-1]) / 2)[:, None]
     fast = (np.abs(speed) / arm.planned_speed).max(axis=(1, 2))

@@ -1,8 +1,8 @@
 """A motion as ROS bags: trajectory_msgs/JointTrajectory for each controller, control_msgs/GripperCommand for grippers.
 
-How hrpsys_ros_bridge reads trajectories (start-jsk/rtmros_common: HrpsysJointTrajectoryBridge.cpp): it reads positions
-and time_from_start only, needs every joint of the group, and takes the first point's time as the time to get there from
-wherever the robot is.
+How hrpsys_ros_bridge reads trajectories (start-jsk/rtmros_common: HrpsysJointTrajectoryBridge.cpp): it reads only
+positions and time_from_start, needs every joint of the group, and uses the time of the first point for the motion from
+the robot's present pose to that point.
 
 ros_control's controllers of ROS 1 listen on `CONTROLLER/command`, ros2_control's on `CONTROLLER/joint_trajectory`.
 Trajectories are stamped with the start of the motion and grippers' commands with their times, so a player sends each
@@ -53,7 +53,7 @@ def write_ros2(plan: RobotPlan, folder: Path) -> None:
 
 
 def typestore(name: str) -> Any:
-    """The message types of a ROS release, with that of grippers."""
+    """Return the message types of a ROS release, with those of grippers."""
     typesys = needed("rosbags.typesys")
     store = typesys.get_typestore(typesys.Stores[name])
     if GRIPPER not in store.types:

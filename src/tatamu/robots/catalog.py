@@ -27,7 +27,7 @@ def load(name: str, wrist_offset: float | None = None, fingertip: float | None =
         fingertip: Last joint to fingertip, HIRONX and NEXTAGE Open only [m]; see `kawada`.
 
     Raises:
-        InputError: There is no such robot, or the description is wrong.
+        InputError: If there is no such robot, or the description is wrong.
     """
     robot = _named(name, wrist_offset, fingertip)
     check_kinematics(robot)

@@ -1,6 +1,6 @@
 """One arm as a chain of revolute joints: tool poses, Jacobians and inverse kinematics for many configurations at once.
 
-The placement search asks for thousands of them, which numpy answers together. The plan itself is solved by mink.
+The placement search needs thousands of solutions, which numpy computes together. mink solves the plan itself.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Chain:
     """
 
     offsets: np.ndarray
-    """From B to the first joint's origin, then from each joint's to the next one's, at rest, in B [m], shape (k, 3)."""
+    """Offsets from B to the first joint's origin, then from joint to joint, at rest, in B [m], shape (k, 3)."""
     axes: np.ndarray
     """Unit vectors at rest, in B, shape (k, 3)."""
     rest: np.ndarray
@@ -106,11 +106,11 @@ class Chain:
     def solve(
         self, targets: np.ndarray, start: np.ndarray, steps: int = 12, tolerance: float = 1e-3
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Damped least squares from `start`, kept inside the limits (Wampler 1986).
+        """Solve by damped least squares from `start`, inside the limits (Wampler 1986).
 
         Args:
             targets: X_BT, shape (n, 4, 4).
-            start: Joint angles to begin from [rad], shape (n, k).
+            start: Initial joint angles [rad], shape (n, k).
             steps: Iterations.
             tolerance: Largest error that counts as reached [m, and rad times LENGTH].
 
@@ -147,7 +147,7 @@ class Chain:
 
     @property
     def turns_freely(self) -> bool:
-        """Whether the tool may turn about the jaw's opening axis, as the arm has no joint to keep it from that."""
+        """Whether the tool may turn about the jaw's opening axis, because the arm has too few joints to prevent it."""
         return demand.turns_freely(len(self.axes))
 
     @property
@@ -170,7 +170,7 @@ class Chain:
         return (np.linalg.norm(positions - self.shoulder, axis=2) <= self.reach).all(axis=1)
 
     def singularity(self, angles: np.ndarray) -> np.ndarray:
-        """Distance from a singularity: least singular value of the Jacobian, metres over LENGTH, shape (n,).
+        """Return the smallest singular value of the Jacobian, with metres divided by LENGTH, shape (n,).
 
         Only the directions that the arm must keep count; see `demand`.
         """

@@ -21,7 +21,7 @@ from tatamu.robots.planfile import PlanCheck
 from tatamu.robots.pose import into, rotation_vector
 
 EVERY = 4
-"""Samples from one distance query to the next: 50 queries a second. MuJoCo's contacts are asked of every sample."""
+"""Samples between two distance queries (50 queries a second); MuJoCo's contacts are tested at every sample."""
 TO_CLOTH = "to the cloth"
 LEAST_DISTANCE = {
     "between arms": 0.015,
@@ -69,7 +69,7 @@ class Checks:
         }
 
     def _at(self, row: int) -> tuple[str, int]:
-        """Time of a sample in words, and its frame: the fold's first before it, its last after it."""
+        """Return the time of a sample as text, and its frame of the fold, the first before it and the last after it."""
         motion = self._motion
         time = motion.times[row]
         part = [part for part in motion.parts if part.start <= time + 1e-9][-1]
@@ -132,7 +132,7 @@ class Checks:
         return self._check(np.max(turned), TURN_ERROR, "rad", int(self._fold[row]), name)
 
     def _speed(self) -> PlanCheck:
-        """Speed of the tools, which must not exceed that of the simulated hands."""
+        """Check the speed of the tools, which must not exceed that of the simulated hands."""
         p_BT = self._tools[:, :, :3, 3][:, self._fold]
         speed = np.linalg.norm(np.diff(p_BT, axis=1), axis=2) / self._motion.times[1]
         arm, row = np.unravel_index(int(speed.argmax()), speed.shape)
@@ -140,7 +140,7 @@ class Checks:
         return self._check(speed.max(), limit, "m/s", int(self._fold[row]), self._task.robot.folding[arm].name)
 
     def _grasps(self) -> dict[str, PlanCheck]:
-        """How the hands take their hems: of each figure, the worse hand's."""
+        """Check how the hands take their hems; each value is that of the worse hand."""
         row, takes = grasp.takes(self._task, self._motion, self._tools)
 
         def worst(
@@ -178,7 +178,7 @@ class Checks:
         }
 
     def _nearest(self) -> dict[str, Distance]:
-        """The least distance of each kind: of some samples, and of all where anything comes too near."""
+        """Return the smallest distance of each kind: of some samples, and of all that MuJoCo reports as too near."""
         robot, height, angles = self._task.robot, self._task.table, self._motion.angles
         clearance = Clearance(robot)
         clearance.set_table(height)
@@ -210,7 +210,7 @@ class Checks:
 
 
 def in_words(value: float, limit: float, unit: str, ok: bool) -> tuple[str, str, str]:
-    """A check as text: value, unit (millimetres for metres) and limit."""
+    """Return a check as text: value, unit (millimetres for metres) and limit."""
     scale, unit = (1e3, "mm") if unit == "m" else (1.0, "" if unit == "1" else unit)
     bound = "at least" if ok == (value > limit) else "at most"
     return f"{scale * value:.4g}", unit, f"{bound} {scale * limit:.4g}"

@@ -1,6 +1,6 @@
 """Clearance of the robot from itself, its surroundings and the table: MuJoCo's distances between collision shapes.
 
-The robot's own controller does not check itself, so this must. `pairs` says which shapes are held against which. A
+The robot's own controller does not check collisions, so plans must. `pairs` defines which shapes are compared. A
 broad phase rules out pairs whose bounds are farther apart than the least distance found: bounding spheres, and planes
 as they are. A shape without a bound is never ruled out.
 """
@@ -22,7 +22,7 @@ FAR = 0.15
 
 @dataclass(frozen=True)
 class Distance:
-    """The least distance of one kind over many configurations."""
+    """The smallest distance of one kind over many configurations."""
 
     value: float
     """Distance [m]; FAR if everything was farther away."""
@@ -95,7 +95,7 @@ class Clearance:
         return probe + min(self._distance(int(geom), self._table, 20.0) for geom in arms)
 
     def least(self, configurations: np.ndarray) -> dict[str, Distance]:
-        """The least distance of each kind over configurations (n, nq) [rad]."""
+        """Return the smallest distance of each kind over configurations (n, nq) [rad]."""
         best: dict[str, Distance] = {}
         for row, q in enumerate(configurations):
             self._move(q)
@@ -107,7 +107,7 @@ class Clearance:
         return best
 
     def nearest(self, configurations: np.ndarray) -> float:
-        """The least distance of any kind over configurations (n, nq) [rad], at most FAR [m]."""
+        """Return the smallest distance of any kind over configurations (n, nq) [rad], at most FAR [m]."""
         return min((found.value for found in self.least(configurations).values()), default=FAR)
 
     def _move(self, configuration: np.ndarray) -> None:
@@ -128,7 +128,7 @@ class Clearance:
         return value, names
 
     def _bounds(self, pairs: np.ndarray) -> np.ndarray:
-        """A distance that each pair is at least apart [m], shape (n,); only the second of a pair may be a plane."""
+        """Return a lower bound of the distance of each pair [m], shape (n,); only its second shape may be a plane."""
         first, second = pairs.T
         between = self._data.geom_xpos[first] - self._data.geom_xpos[second]
         normal = self._data.geom_xmat[second].reshape(-1, 3, 3)[:, :, 2]

@@ -1,4 +1,4 @@
-"""How near palms and forearms come to the cloth of the learned fold, as it was simulated."""
+"""The distance of palms and forearms from the simulated cloth of the learned fold."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tatamu.study import ResultFolder
 AT_THE_JAW = 0.04
 """Cloth as near to a tool as this is held or lifted by the fingers [m]."""
 FAR = 0.15
-"""Distances above this are not told apart [m]."""
+"""Largest distance that is computed [m]."""
 EVERY = 20
 """Samples from one query to the next."""
 
@@ -27,9 +27,9 @@ def simulated_cloth(task: PlacedFold) -> Rollout | None:
 
 
 def nearest_cloth(task: PlacedFold, motion: Motion, tools: np.ndarray, cloth: Rollout) -> Distance:
-    """The least distance of shapes other than fingers from the cloth, from lowering to leaving.
+    """Return the smallest distance of shapes other than fingers from the cloth, from lowering to leaving.
 
-    Shapes count as the boxes that contain them, the cloth as its vertices. It lies still until the fold begins, and
+    Shapes are represented by boxes that contain them, the cloth by its vertices. It rests before the fold starts and
     after it ends.
 
     Args:

@@ -1,4 +1,4 @@
-"""What a player of a plan does besides moving joints: commands to the grippers, and the places where it may stop.
+"""Commands to the grippers, and the places at which a player of a plan may stop.
 
     approach ─▶ close ─▶ fold ─▶ open ─▶ leave
 

@@ -17,11 +17,11 @@ from tatamu.robots.reach import best_placements, search, table_heights
 from tatamu.robots.refusal import Refused, out_of_reach, table_too_high
 
 REMEMBERED = 8
-"""Placements that served earlier folds are tried first: trials of one study are much alike."""
+"""Number of placements of earlier folds that are tried first, because trials of one study are similar."""
 
 
 class ReachConstraint:
-    """How well a robot can do a fold; placements remembered of earlier folds make answers faster, not better."""
+    """The quality with which a robot can do a fold; placements of earlier folds make it faster, not better."""
 
     def __init__(self, robot: Robot) -> None:
         self._starting = [robot.starting(start) for start in robot.poses]
@@ -46,7 +46,7 @@ class ReachConstraint:
         return max(self._searched(robot, hands) for robot in self._ways(hands))
 
     def refusal(self, manipulation: Manipulation) -> str | None:
-        """Why the robot cannot do a fold, None where it can; asking leaves no memory.
+        """Return why the robot cannot do a fold, or None if it can; nothing is remembered.
 
         Args:
             manipulation: The hands' paths, on Bezier curves.
@@ -87,7 +87,7 @@ class ReachConstraint:
 
 
 def find_reach(name: str) -> Reach:
-    """Return what a robot can do, as a task has it.
+    """Return the reach of a robot for a task.
 
     Args:
         name: Name of a robot, or a .toml that describes one.

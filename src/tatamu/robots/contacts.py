@@ -1,4 +1,4 @@
-"""What comes too near along a motion, by MuJoCo's collision detection: a second opinion on `clearance`.
+"""Pairs that come too near along a motion, by MuJoCo's collision detection: a second opinion on `clearance`.
 
 It shares the pairs, and nothing else: no broad phase of ours, and every sample.
 """
@@ -26,7 +26,7 @@ def touches(
         robot: The robot.
         table_height: Height of the table top in B [m].
         configurations: Configurations [rad], shape (n, nq).
-        limits: Least distance of each kind [m].
+        limits: Smallest allowed distance of each kind [m].
     """
     mujoco = needed("mujoco")
     model = stage(robot, table_height, limits).compile()

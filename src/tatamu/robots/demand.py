@@ -1,4 +1,4 @@
-"""What an arm must be able to do: the one place that says which of a tool's six directions a fold needs.
+"""The directions of motion that a fold needs of an arm; they are defined only here.
 
 A hand keeps its place in three directions, and its orientation. An arm of six joints or more keeps all of it. An arm
 of five keeps the jaw's opening axis, which lies across the hem and has the jaw's tilt: two directions. The fifth joint
@@ -19,7 +19,7 @@ OPENING = 1
 
 
 def turns_freely(joints: int) -> bool:
-    """Whether an arm of so many joints may turn its tool about the jaw's opening axis."""
+    """Return whether an arm with this number of joints may turn its tool about the jaw's opening axis."""
     return joints < ALL
 
 

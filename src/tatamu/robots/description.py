@@ -38,7 +38,7 @@ class Frame(Record):
 
     @property
     def matrix(self) -> np.ndarray:
-        """As a matrix, shape (4, 4)."""
+        """The pose as a matrix, shape (4, 4)."""
         return pose(from_rpy(*self.rpy), np.array(self.xyz))
 
 
@@ -46,7 +46,7 @@ class ArmDescription(Record):
     """Description of one arm."""
 
     model: str | None = None
-    """URDF or MJCF of this arm alone, when two single arms make a pair; beside the description."""
+    """URDF or MJCF of this single arm of a pair, relative to the description."""
     mount: Frame = Frame()
     """Pose of that arm's model in the pair's base."""
     joints: list[str]
@@ -68,7 +68,7 @@ class ArmDescription(Record):
     lerobot: LeRobotNames = LeRobotNames()
     """Keys and units of the arm in LeRobot."""
     standing: dict[str, float] = Field(default_factory=dict)
-    """Where joints of this arm's model outside `joints` stand [rad, m], when two single arms make a pair."""
+    """Positions of joints of this arm's model outside `joints` [rad, m], for single arms of a pair."""
 
     jaw: Jaw = Jaw()
     """The fingers, and how they take a hem."""
@@ -102,7 +102,7 @@ class Description(Record):
 
     name: str
     model: str | None = None
-    """URDF or MJCF of the whole robot; beside the description."""
+    """URDF or MJCF of the whole robot, relative to the description."""
     base: str = "world"
     """The body that plans are written in; it must not move."""
     table_heights: tuple[Length, Length] = (0.0, 0.0)
@@ -114,9 +114,9 @@ class Description(Record):
     packages: dict[str, str] = Field(default_factory=dict)
     """Folders of ROS packages that URDFs name; relative to the description."""
     standing: dict[str, float] = Field(default_factory=dict)
-    """Where joints outside the arms stand [rad, m], by their names in the model of the whole robot."""
+    """Positions of joints outside the arms [rad, m], by their names in the model of the whole robot."""
     disturbances: str | dict[str, Any] | None = None
-    """Of this robot: a file of disturbances beside the description, or what such a file holds."""
+    """Disturbances of this robot: a file relative to the description, or the contents of such a file."""
     larm: ArmDescription
     rarm: ArmDescription
 
@@ -168,7 +168,7 @@ def files_of(path: Path) -> list[Path]:
 
 
 def disturbances_of(path: Path) -> Disturbances | None:
-    """The disturbances that a robot's description names or holds; None where it has none of its own.
+    """Return the disturbances that a robot's description names or contains; None if it has none.
 
     Raises:
         InputError: The description or the file that it names cannot be read, or a field is wrong.
@@ -186,7 +186,7 @@ def read_description(path: Path) -> Description:
 
 
 def disturbances_in_description(path: Path, description: Description) -> Disturbances | None:
-    """The disturbances of a description that was read; None if it has none of its own."""
+    """Return the disturbances of a description; None if it has none."""
     own = description.disturbances
     if own is None:
         return None
@@ -196,7 +196,7 @@ def disturbances_in_description(path: Path, description: Description) -> Disturb
 
 
 def model_of(path: Path, description: Description, model: str) -> ModelFile:
-    """Read a model that a description names, with every file that it names in turn.
+    """Read a model that a description names, with all files that the model names.
 
     Raises:
         InputError: If one of them cannot be read.

@@ -1,6 +1,6 @@
 """A plan as one episode of a LeRobotDataset, in the robot's own keys and units, which LeRobot's replay plays.
 
-`observation.state` is the plan at each frame, `action` the plan one frame later: what the robot is sent to get there.
+`observation.state` is the plan at each frame, `action` the plan one frame later: the command that leads there.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def _gripper(arm: Arm, widths: np.ndarray) -> np.ndarray:
 
 
 def _task(plan: RobotPlan) -> str:
-    """The task in words."""
+    """Return the task as text."""
     learned = ResultFolder(plan.task.source)
     if not learned.result_file.exists():
         return "Fold the cloth."

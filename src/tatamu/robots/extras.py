@@ -15,7 +15,7 @@ def needed(module: str) -> Any:
     """Import an optional package.
 
     Raises:
-        InputError: It is not installed; the message says how to install it.
+        InputError: If it is not installed; the message has the command that installs it.
     """
     try:
         return import_module(module)
@@ -28,7 +28,7 @@ def needed(module: str) -> Any:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Keep MuJoCo's warnings off standard error: those that it writes by itself, and those that Python shows for it."""
+    """Suppress MuJoCo's warnings on standard error: those that it writes itself, and those that Python shows."""
     mujoco = needed("mujoco")
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda _: None)
@@ -41,5 +41,5 @@ def quiet() -> Iterator[None]:
 
 
 def one_line(error: Exception) -> str:
-    """The text of another package's error in one line."""
+    """Return the text of another package's error in one line."""
     return " ".join(str(error).split())

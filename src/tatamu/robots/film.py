@@ -23,9 +23,9 @@ RATE = 10
 WIDTH, HEIGHT = 480, 360
 """[pixels]."""
 MARGIN = 0.12
-"""From the way of the tools to the edge of the table that is drawn [m]."""
+"""Margin between the path of the tools and the edge of the drawn table [m]."""
 LOOKS = 12
-"""Poses of the robot that the camera has in view."""
+"""Number of poses of the robot that the camera shows."""
 ACROSS = 1.4
 """Robots that are wider than deep by this are two arms that face each other."""
 SIDES = {"tatamu_front": FRONT, "tatamu_back": BACK}
@@ -70,7 +70,7 @@ def _frames(rehearsal: Rehearsal, fold: Rollout | None) -> list[np.ndarray]:
 
 
 def _camera(model: Any, poser: Poser, rehearsal: Rehearsal, mujoco: Any) -> Any:
-    """A camera as near as shows the robot in all its poses and the table, between arms that face each other."""
+    """Return the nearest camera that shows the robot and the table all the time, between arms that face each other."""
     shown = [k for k in range(model.ngeom) if model.geom(k).name not in (TABLE, *SIDES)]
     shown = [k for k in shown if model.geom_type[k] != mujoco.mjtGeom.mjGEOM_PLANE]
     poses = np.linspace(0, poser.poses - 1, LOOKS).astype(int)

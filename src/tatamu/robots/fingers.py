@@ -12,7 +12,7 @@ from tatamu.robots.jaw import HELD, Jaw
 from tatamu.robots.pose import to_quaternion
 
 MASS = 0.01
-"""Of one finger [kg]."""
+"""Mass of one finger [kg]."""
 
 
 class FingerShape(NamedTuple):
@@ -25,7 +25,7 @@ class FingerShape(NamedTuple):
     length: float
     """Length of the finger, with its tip."""
     depth: float = Jaw().depth
-    """How far beyond the hem's edge the tips meet: more for thick ones, because cloth goes up to them."""
+    """Distance beyond the hem's edge at which the tips meet; more for thick fingers, because cloth rises to them."""
 
 
 def jaw_of(arm: str, shape: FingerShape, widest: float) -> Jaw:

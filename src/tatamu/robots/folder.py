@@ -34,7 +34,7 @@ FOLD_FILES = (MANIPULATION, SCENE, ROLLOUT, RESULT)
 
 
 def check_out(out: Path) -> None:
-    """Refuse an existing path that is no plan, before any work is done.
+    """Refuse an existing path that is not a plan, before any work is done.
 
     Raises:
         InputError: The path holds something else.
@@ -46,10 +46,10 @@ def check_out(out: Path) -> None:
 
 
 def save(plan: RobotPlan, out: Path) -> None:
-    """Write the plan's folder; an earlier plan there is replaced, anything else is left alone.
+    """Write the plan's folder; an earlier plan there is replaced, other folders are not touched.
 
     Raises:
-        InputError: `out` cannot be written, or holds something that is no plan.
+        InputError: If `out` cannot be written, or contains something other than a plan.
     """
     check_out(out)
     with _replacing(out) as folder:
@@ -77,7 +77,7 @@ def _carry_fold(source: Path, folder: Path) -> None:
 
 @contextmanager
 def _replacing(out: Path) -> Iterator[Path]:
-    """A temporary folder beside `out` that takes its place when the block ends well."""
+    """Yield a temporary folder next to `out` that replaces it if the block succeeds."""
     try:
         out = out.resolve()  # a link stays one
         out.parent.mkdir(parents=True, exist_ok=True)
@@ -150,7 +150,7 @@ def _jaw(arm: Arm, hold: Hold) -> JawFile:
 
 
 def _via_points(plan: RobotPlan) -> ToolViaPoints:
-    """The simulated hands at the via-points, and when the joints are there."""
+    """Return the simulated hands at the via-points, and the times at which the joints are there."""
     task = plan.task
     fold = plan.motion.part("fold")
     times = plan.via_times

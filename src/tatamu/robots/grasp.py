@@ -1,4 +1,4 @@
-"""How a plan's hands take the hem, measured from the poses that the robot reaches. See docs/theory/grasp.md."""
+"""The grasp of the hem in a plan, measured from the poses that the robot reaches. See docs/theory/grasp.md."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from tatamu.robots.motion import Motion
 from tatamu.robots.paths import PlacedFold
 
 UNDERNEATH = 0.003
-"""Greatest height of the lower finger over the table [m]: above it, the finger goes over a hem and not under it."""
+"""Largest height of the lower finger over the table [m]; a higher finger would pass over the hem."""
 ASKEW = 5e-3
-"""How much farther than `Jaw.yaw` the jaw's plane may stand from the plane across the hem [rad]."""
+"""Largest excess of the jaw's angle to the plane across the hem over `Jaw.yaw` [rad]."""
 
 
 @dataclass(frozen=True)
 class Take:
-    """One hand at the moment in which its jaw begins to close."""
+    """One hand at the moment when its jaw starts to close."""
 
     arm: str
     jaw: Jaw
     depth: float
-    """How far beyond the hem's edge the fingertips will meet, across the hem [m]."""
+    """Distance beyond the hem's edge at which the fingertips will meet, across the hem [m]."""
     height: float
-    """Of T over the table [m]."""
+    """Height of T over the table [m]."""
     askew: float
     """Angle between the jaw's opening, seen from above, and the direction across the hem [rad]."""
     rise: float
@@ -43,7 +43,7 @@ class Take:
 
 
 def takes(task: PlacedFold, motion: Motion, tools: np.ndarray) -> tuple[int, list[Take]]:
-    """The row in which the jaws begin to close, and how each hand takes its hem.
+    """Return the row at which the jaws start to close, and the grasp of each hand.
 
     Args:
         task: The fold before the robot.

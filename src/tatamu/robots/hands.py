@@ -18,7 +18,7 @@ from tatamu.scene import Gripper, Scene
 from tatamu.study import ResultFolder
 
 Travel = Callable[[np.ndarray], np.ndarray]
-"""From times [s] to how far a hand has come along its curve [m]."""
+"""Function from times [s] to the distance of a hand along its curve [m]."""
 
 
 @dataclass(frozen=True)
@@ -29,9 +29,9 @@ class HandMotion:
     every_frames: int
     timing: Timing
     times: np.ndarray
-    """Of the via-points [s], from the last still one before the motion to the first after it, shape (v,)."""
+    """Times of the via-points [s], from the last one at rest before the motion to the first after it, shape (v,)."""
     curves: tuple[Bezier, ...]
-    """Of each hand, the left one first."""
+    """Curve of each hand, the left one first."""
     travelled: tuple[Travel, ...]
 
     @classmethod
@@ -103,7 +103,7 @@ def grippers_by_hand(scene: Scene) -> list[list[Gripper]]:
     """Return the grippers of the left and of the right hand of a scene; the first of each moves as the hand does.
 
     Raises:
-        InputError: If a gripper does not say whose hand it is.
+        InputError: If a gripper has no hand.
     """
     for number, gripper in enumerate(scene.grippers):
         if gripper.hand is None:
@@ -128,7 +128,7 @@ def _check_moves(curve: Bezier, name: str, source: Path | str) -> None:
 
 
 def _no_fold(folder: ResultFolder) -> str:
-    """Why a folder without manipulation.json is no learned fold."""
+    """Return why a folder without manipulation.json is no learned fold."""
     steps = folder.learned_steps()
     if not steps:
         return "must be the folder of a learned fold, and has no manipulation.json"

@@ -8,7 +8,7 @@ The numbers are facts read from public models; no mesh and no text of them is sh
 [N-WRL]  tork-a/rtmros_nextage e605274: nextage_description/models/main.wrl
 [CLIENT] start-jsk/rtmros_hironx f2de65e: hironx_ros_bridge/src/hironx_ros_bridge/hironx_client.py
 
-Three numbers on which these disagree, and what is used here:
+These sources disagree on three numbers:
 - the wrist offset (J4 to J5 along x): -0.047 on NEXTAGE Open and in CAD since 2016 (pull request 461), -0.040 in
   [H-URDF] and [H-WRL]: a parameter. A wrong one misplaces the fingertip by 7 mm;
 - LARM_JOINT3: [H-URDF] repeats the right arm's range, [H-WRL] and [N-WRL] mirror it: mirrored for NEXTAGE Open,
@@ -100,7 +100,7 @@ BOXES: dict[str, tuple[tuple[Vector, Vector], ...]] = {
 }
 """Smallest boxes around the visible links in their frames [m], computed from [H-DAE]; the right arm mirrors y.
 
-The chest's box, |y| up to 0.2226, holds the shoulders too, and the hanging arms would stand in it: the arms' first
+The chest's box, |y| up to 0.2226, holds the shoulders too, and the hanging arms would intersect it: the arms' first
 links themselves begin at |y| = 0.105. So below the shoulders (z < 0.42) the chest is taken as |y| <= 0.105.
 """
 

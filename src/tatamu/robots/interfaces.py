@@ -1,4 +1,4 @@
-"""What the drivers of an arm call its joints and its gripper: in ROS, and in LeRobot."""
+"""The names that the drivers of an arm use for its joints and gripper, in ROS and in LeRobot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The jaw of a hand, and the one place that says how it takes a hem. See docs/theory/grasp.md, which has the drawing.
+"""The jaw of a hand, and the geometry of taking a hem. docs/theory/grasp.md has a drawing.
 
 T is the tool: the point between the ends of the closed fingertips, z the direction of approach, y the jaw's opening.
 One finger goes under the hem, the other over it. The ends meet `depth` beyond the hem's edge, across the hem.
@@ -29,11 +29,11 @@ class Jaw(FingerSize):
     widest: Length = 0.05
     """The farthest that the hand opens [m]."""
     force: Annotated[float, Field(gt=0, le=500)] = 20.0
-    """With which the fingers hold cloth [N]."""
+    """Force with which the fingers hold cloth [N]."""
     depth: Length = 0.011
-    """How far beyond the hem's edge the fingertips meet, across the hem [m]."""
+    """Distance beyond the hem's edge at which the fingertips meet, across the hem [m]."""
     tilt: tuple[Angle, Angle] = (0.17, 1.05)
-    """Least and greatest angle of the approach from straight down [rad]."""
+    """Smallest and largest angle of the approach from straight down [rad]."""
     yaw: Angle = 1.05
     """Greatest turn of the jaw's plane from the plane across the hem, towards the other hand [rad]."""
     fingers: dict[str, tuple[float, float]] = Field(default_factory=dict)
@@ -52,7 +52,7 @@ class Jaw(FingerSize):
     def held(self, depth: float, height: float) -> float:
         """Depth of cloth between the closed fingertips that meet so deep beyond the hem and so high over the table [m].
 
-        The cloth that goes up to them, at 45 degrees, is that much longer than the way below it.
+        The cloth rises to them at 45 degrees, which takes that much more length than lying flat.
         """
         return depth - (float(np.sqrt(2)) - 1) * height
 
@@ -65,7 +65,7 @@ class Jaw(FingerSize):
         return float(GAP + (self.opening / 2 + self.thickness) * np.sin(tilt))
 
     def prefixed(self, prefix: str) -> Jaw:
-        """The same jaw in a model whose names have a prefix."""
+        """Return the same jaw for a model whose names have a prefix."""
         return self.model_copy(
             update={
                 "fingers": {prefix + name: positions for name, positions in self.fingers.items()},

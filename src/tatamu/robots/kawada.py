@@ -29,8 +29,8 @@ def kawada(
 
     Args:
         name: Name in plans.
-        wrist_offset: From J4 to J5 along x [m]; None: -0.047.
-        fingertip: From the origin of the last link to the fingertip, along its -x [m]; None: the stock hand's.
+        wrist_offset: Offset from J4 to J5 along x [m]; None for -0.047.
+        fingertip: From the origin of the last link to the fingertip, along its -x [m]; None for that of the stock hand.
         nextage: NEXTAGE Open's speeds, range of LARM_JOINT3 and tool.
 
     Raises:

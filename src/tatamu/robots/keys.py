@@ -11,8 +11,8 @@ from tatamu.robots.model import Arm, Robot
 def state_names(robot: Robot) -> tuple[str, ...]:
     """Return the names of the joints and the gripper of the left arm, then of the right one; then the trunk's, if any.
 
-    Joints are named as the description's `lerobot` has them, otherwise as the robot names them, without what all joints
-    of an arm begin with, such as `larm_`.
+    Joints have the names in `lerobot` of the description. Otherwise they have those of the robot, without a common
+    prefix such as `larm_`.
     """
     names = [name for side, arm in zip(("left", "right"), robot.arms, strict=True) for name in _keys(side, arm)]
     return (*names, *(() if robot.trunk is None else (f"{robot.trunk.lower()}.pos",)))

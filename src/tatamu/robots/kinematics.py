@@ -16,7 +16,7 @@ REACHED = 2e-6
 """Error at which a tool pose counts as solved [m, and rad times LENGTH]."""
 STEPS = 60
 NEAR, ALIGNED = 1e-4, 1e-3
-"""Less than this between a tool and its pose is no reason for anything [m, rad]."""
+"""Differences between a tool and its pose below this are ignored in messages [m, rad]."""
 
 
 @dataclass(frozen=True)
@@ -27,15 +27,15 @@ class Missed:
     """Index of the pose."""
     arm: str
     distance: float
-    """How far the tool is from the pose [m]."""
+    """Distance of the tool from the pose [m]."""
     turn: float
-    """How far it is turned from the pose [rad]."""
+    """Angle between the tool and the pose [rad]."""
     joint: str | None
-    """A joint that stands at its limit there, if any."""
+    """A joint that is at its limit there, if any."""
 
     @property
     def reason(self) -> str:
-        """Why the pose has no solution, in words."""
+        """Return as text why the pose has no solution."""
         if self.joint:
             why = f"{self.joint} stands at its limit"
         elif self.distance > NEAR:
@@ -77,10 +77,10 @@ class Kinematics:
         Args:
             tools: X_BT of each arm that folds, shape (arms, n, 4, 4).
             trunk: The trunk's angle, which is given, not solved for [rad], shape (n,).
-            start: Configuration to begin from [rad], shape (nq,).
+            start: Initial configuration [rad], shape (nq,).
 
         Returns:
-            Configurations [rad] (m, nq), and what was missed if m < n.
+            Configurations [rad] (m, nq), and the pose that was missed if m < n.
         """
         found: list[np.ndarray] = []
         q = start

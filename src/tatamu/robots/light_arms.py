@@ -145,7 +145,7 @@ _PEDESTAL: tuple[Box, ...] = (
     ((-0.030, -0.061, -0.398), (0.030, -0.001, -0.148)),
     ((-0.085, -0.111, -0.148), (0.065, 0.049, 0.075)),
 )
-"""In the frame of the left arm's foot, which is 0.031 m beside its middle [m]."""
+"""The pedestal in the frame of the left arm's foot, which is 0.031 m from its middle [m]."""
 
 
 def _openarm(side: float) -> SerialArm:
@@ -241,4 +241,4 @@ def _mirrored_box(box: Box, side: float) -> Box:
 
 
 OPENARM = _openarm(1.0)
-"""Both arms hang from a pedestal, whose top is the base; the gripper's value in LeRobot is taken to be linear."""
+"""Both arms hang from a pedestal, whose top is the base; the gripper's value in LeRobot is assumed to be linear."""

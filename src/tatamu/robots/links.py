@@ -16,7 +16,7 @@ _SIDES = [(axis, sign) for axis in range(3) for sign in (-1.0, 1.0)]
 
 
 def _side(axis: int, sign: float) -> list[list[float]]:
-    """Four corners of a side of the cube of half size 1, anticlockwise as seen from outside."""
+    """Return four corners of a side of the cube of half size 1, anticlockwise seen from outside."""
     corners = []
     for first, second in ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)):
         corner = [0.0, 0.0, 0.0]
@@ -36,8 +36,8 @@ def link_boxes(planned: Planned, angles: np.ndarray, times: np.ndarray) -> tuple
 
     Args:
         planned: The plan.
-        angles: Of the plan's joints at each frame [rad], shape (f, j).
-        times: Of the frames [s], shape (f,): when they are, the fingers are open or closed.
+        angles: Angles of the plan's joints at each frame [rad], shape (f, j).
+        times: Times of the frames [s], shape (f,), which determine whether the fingers are open.
     """
     mujoco = needed("mujoco")
     model = load_stage(planned.folder).compile()

@@ -101,13 +101,13 @@ class Robot:
     front: float
     """Near edge of the table, along x of B [m]."""
     standing: Mapping[str, float] = field(default_factory=dict)
-    """Angles or positions of joints outside the arms that do not stand where the model draws them [rad, m]."""
+    """Positions of joints outside the arms that differ from those of the model [rad, m]."""
     lerobot_type: str = ""
     """Type of the robot in LeRobot; empty for its name here."""
     notes: tuple[str, ...] = ()
-    """What the user should know of how the robot's files were read, one line each."""
+    """Notes for the user on how the robot's files were read, one line each."""
     alone: str = ""
-    """Name of the arm that folds alone, while the other one stays as it stands at the start; empty if both fold."""
+    """Name of the arm that folds alone, while the other one stays in its initial pose; empty if both fold."""
 
     @property
     def arms(self) -> tuple[Arm, Arm]:
@@ -124,7 +124,7 @@ class Robot:
         return (self,) if hands == 2 else tuple(replace(self, alone=arm.name) for arm in self.arms)
 
     def starting(self, start: StartPose) -> Robot:
-        """The same robot, starting from another pose."""
+        """Return the same robot with another initial pose."""
         larm, rarm = replace(self.larm, initial=start.larm), replace(self.rarm, initial=start.rarm)
         return replace(self, larm=larm, rarm=rarm)
 
@@ -155,10 +155,10 @@ class Robot:
 
     @cached_property
     def rest(self) -> np.ndarray:
-        """Configuration with every joint where it stands when no arm moves it [rad, m], shape (nq,).
+        """Return the configuration of the robot at rest [rad, m], shape (nq,).
 
-        A joint stands at the allowed value nearest to where the model draws it, unless `standing` names it; fingers
-        stand as far open as for a grasp. Joints that follow others by an equality of the model do so.
+        A joint has the allowed value nearest to that of the model, or that of `standing`; fingers are open for a grasp.
+        Joints coupled by an equality of the model follow.
         """
         model = self.model
         qpos = np.array(model.qpos0)

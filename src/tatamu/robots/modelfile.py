@@ -1,4 +1,4 @@
-"""A robot's URDF or MJCF with every file that it names, read into memory: a model that stands alone."""
+"""A robot's URDF or MJCF with every file that it names, read into memory as one independent model."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from tatamu.robots.urdf import read_urdf
 MESHES = (".stl", ".obj", ".msh")
 """Formats of meshes that MuJoCo reads; of .stl the binary one."""
 CONVERTED = (".ply", ".off")
-"""Formats that are turned into binary STL, as ASCII STL is: lengths in them have no unit to mistake."""
+"""Formats that are converted to binary STL, like ASCII STL; their lengths have no unit."""
 LARGEST_FILE = 64 * MIB
-"""A model, and each file that it names, is no larger [bytes]."""
+"""Largest size of a model, and of each file that it names [bytes]."""
 
 
 @dataclass(frozen=True)
@@ -119,7 +119,7 @@ class _Store:
 
 
 def _is_ascii(content: bytes) -> bool:
-    """Whether an STL is text: a binary one is as long as its count of triangles says."""
+    """Return whether an STL is text; the length of a binary one follows from its number of triangles."""
     count = int.from_bytes(content[80:84], "little")
     return content.lstrip()[:5] == b"solid" and len(content) != 84 + 50 * count
 
@@ -169,7 +169,7 @@ def _parsed(path: Path) -> ElementTree.Element:
 
 
 def _included(path: Path, root: ElementTree.Element) -> list[Path]:
-    """The files that an MJCF includes, and that these include in turn."""
+    """Return the files that an MJCF includes, directly or through others."""
     found: list[Path] = []
     todo = [root]
     while todo:

@@ -20,17 +20,16 @@ ORDER = ("lead", "approach", "lower", "enter", "close", "fold", "settle", "open"
 """Stages and waits, one after another."""
 AT_THE_TABLE = ("lower", "enter", "raise")
 GENTLE = 0.25
-"""Fraction of the joints' accelerations that plans keep to where fingers pass a millimetre over the table, as
-drives follow an acceleration late."""
+"""Fraction of the joints' accelerations used close above the table, because drives follow with a delay."""
 JOINT_MOVE = 20.0
-"""Rate of stages from pose to pose, whose s goes from 0 to 1: only the joints' limits hold them back [1/s]."""
+"""Rate of stages from pose to pose, with s from 0 to 1 [1/s]; only the joints' limits slow them down."""
 
 
 class Pace(Record):
-    """How careful the motion is. Times [s], speeds [m/s]."""
+    """Speeds [m/s] and waiting times [s] of a motion."""
 
     lead: float = Field(3.0, ge=0.1)
-    """Still at the start: a robot that is not quite there has this long to come."""
+    """Rest at the start, in which a robot that is not quite at its initial pose moves there."""
     closing: float = Field(1.0, ge=0.0)
     """Fingers take this long to close."""
     opening: float = Field(1.5, ge=0.0)
@@ -38,12 +37,12 @@ class Pace(Record):
     lower_speed: float = Field(0.10, gt=0)
     raise_speed: float = Field(0.05, gt=0)
     speed_scale: float = Field(1.0, ge=0.05, le=1.0)
-    """Speed of the whole motion, waits included, over that of a plan."""
+    """Ratio of the speed of the whole motion, waits included, to that of a plan."""
 
 
 @dataclass(frozen=True)
 class TimedStage:
-    """A stage or a wait, and when it begins."""
+    """A stage or a wait, and its start time."""
 
     name: str
     start: float
@@ -114,7 +113,7 @@ def motion(robot: Robot, hands: HandMotion, stages: list[Stage], pace: Pace, hov
 
 
 def closing(times: np.ndarray, close: TimedStage, opening: TimedStage) -> np.ndarray:
-    """How far the jaws are closed at times (n,): 0 open as for the grasp, 1 closed."""
+    """Return the closing of the jaws at times (n,): 0 for open as before the grasp, 1 for closed."""
     knots = [part.start + elapsed for part in (close, opening) for elapsed in (0.0, max(part.timed.duration, 1e-6))]
     return np.interp(times, knots, [0.0, 1.0, 1.0, 0.0])
 

@@ -1,4 +1,4 @@
-"""Files that a URDF names by `package://NAME/PATH`, found as ROS finds them, or beside the URDF."""
+"""Files that a URDF names by `package://NAME/PATH`, found as in ROS or next to the URDF."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ DEPTH = 3
 def located(uri: str, urdf: Path, packages: Mapping[str, Path]) -> Path:
     """Find the file of a URI in a URDF: `package://`, `file://`, or a path relative to the URDF.
 
-    Packages are looked for in the description's own table, then above the URDF, then where ROS says that they are.
+    Packages are searched in the description's own table, then above the URDF, then in the paths of ROS.
 
     Args:
         uri: As the URDF has it.

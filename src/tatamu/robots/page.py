@@ -1,4 +1,4 @@
-"""The page of a rehearsal: the robot and the cloth in one replay, how the fold came out, how the joints followed."""
+"""The page of a rehearsal: the robot and the cloth in one replay, the result of the fold, the errors of the joints."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ POINTS = 400
 
 
 def write_page(rehearsal: Rehearsal, figures: dict[str, Any], fold: Refold | None, folder: Path) -> Path:
-    """Write `report.html`; `figures` is what rehearsal.json holds. Returns the page."""
+    """Write `report.html` and return it; `figures` is the contents of rehearsal.json."""
     write_text(folder / "report.html", page(rehearsal, figures, fold))
     return folder / "report.html"
 

@@ -2,13 +2,13 @@
 
 - *between arms*: every shape of one arm with every shape of the other;
 - *within an arm*: shapes with three or more of the arm's joints between them;
-- *to the trunk*: what an arm hangs on, and what else moves with it, with links beyond the arm's second joint;
-- *to obstacles*: everything else that stands still (walls, floors, furniture, the other arm's foot), with every link;
+- *to the trunk*: the body that carries the arm, and bodies fixed to it, with links beyond the arm's second joint;
+- *to obstacles*: everything else at rest (walls, floors, furniture, the other arm's foot), with every link;
 - *to the table*: the table of the plan, with every link but the fingers;
 - *of fingers to the table*: with the fingers, which go under a hem that lies on it.
 
-Shapes that a joint or two connect are left out, as the joints' ranges keep them apart. Likewise an obstacle that an
-arm's first or second link touches at the pose in which motions start: the arm stands on it.
+Shapes that are connected by one or two joints are left out, because the joints' ranges separate them. An obstacle that
+an arm's first or second link touches at the initial pose is left out, too: the arm stands on it.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from tatamu.robots.model import TABLE, Robot
 ON_TABLE, FINGERS, OBSTACLES = "to the table", "of fingers to the table", "to obstacles"
 KINDS = ("between arms", "to the trunk", "within an arm", OBSTACLES, ON_TABLE, FINGERS)
 STANDS_ON = 0.005
-"""An arm's first links that start this near to an obstacle are taken to stand on it [m]."""
+"""Distance from an obstacle within which an arm's first links are assumed to stand on it [m]."""
 JOINTS_BETWEEN = 3
-"""With fewer of an arm's joints between them, two shapes are not held against each other."""
+"""Least number of an arm's joints between two shapes that are compared."""
 
 
 @dataclass(frozen=True)
@@ -41,21 +41,21 @@ class ShapePairs:
 
 @dataclass(frozen=True)
 class _Shape:
-    """A collision shape and what moves it."""
+    """A collision shape and the joints that move it."""
 
     geom: int
     arm: str
     """The arm that moves it; empty if none does."""
     depth: int
-    """How many of the arm's joints carry it."""
+    """Number of the arm's joints that carry it."""
     carries: frozenset[str]
-    """The arms that hang on its body."""
+    """The arms that its body carries."""
     still: bool
     """Whether no joint at all moves it."""
 
 
 def pairs_of(robot: Robot, only: str | None = None) -> ShapePairs:
-    """The pairs of a robot, those of one arm alone if it is given."""
+    """Return the pairs of a robot, or those of one arm if it is given."""
     model = robot.model
     shapes = _shapes(robot)
     rows: dict[str, list[tuple[int, int]]] = {kind: [] for kind in KINDS}
@@ -79,7 +79,7 @@ def pairs_of(robot: Robot, only: str | None = None) -> ShapePairs:
 
 
 def link_name(model: Any, geom: int) -> str:
-    """The name of a shape in words: of its link, or its own if it stands in the world."""
+    """Return the name of a shape as text: that of its link, or its own if it is fixed to the world."""
     if model.geom(geom).name == TABLE:
         return "table"
     body = int(model.geom_bodyid[geom])

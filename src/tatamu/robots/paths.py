@@ -65,7 +65,7 @@ class PlacedFold:
         return self.placement.z - self.hover
 
     def hovering(self, height: float) -> PlacedFold:
-        """The same fold that far above the table [m]."""
+        """Return the same fold at this height above the table [m]."""
         placement = replace(self.placement, z=self.table + height)
         return replace(self, placement=placement, hover=height)
 
@@ -81,7 +81,7 @@ class PlacedFold:
 
     @cached_property
     def grips(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-        """Of each arm, in B: R_BT, from the simulated hand to T [m], and the horizontal direction in under the hem."""
+        """Return for each arm, in B: R_BT, the offset from the hand to T [m], the direction under the hem."""
         ends = self.hands.at(self.hands.times[[0, -1]])
         grips = [Grip.of(arm.jaw, path) for arm, path in zip(self.robot.folding, ends, strict=True)]
         return [grip.tool(self.placement, hold) for grip, hold in zip(grips, self.holds, strict=True)]
@@ -133,7 +133,7 @@ class Paths:
         ]
 
     def _before(self) -> np.ndarray:
-        """A configuration beside the hems and above them, near the initial pose; arms that find none are left."""
+        """Return a configuration next to the hems and above them, near the initial pose."""
         targets = self._beside(float(self.task.hands.times[0]), np.array([UNDER]), LIFT)
         trunk = self.task.trunk(self.task.hands.times[:1])
         angles = [
@@ -155,12 +155,12 @@ class Paths:
         return tools
 
     def _lower(self, time: float, start: np.ndarray) -> CubicSpline:
-        """Down beside the hem, along the tool's axis."""
+        """Move down next to the hem, along the tool's axis."""
         s = np.linspace(0, LIFT, 7)
         return self._line(time, s, self._beside(time, np.full(len(s), UNDER), LIFT - s), start, 0.0)
 
     def _enter(self, time: float, start: np.ndarray) -> CubicSpline:
-        """In, one finger under the hem and one over it."""
+        """Move in, one finger under the hem and one over it."""
         s = np.linspace(0, UNDER, 5)
         return self._line(time, s, self._beside(time, UNDER - s), start, 0.0)
 

@@ -1,7 +1,7 @@
-"""The reachability picture: the ground before the robot from above, as SVG that opens anywhere.
+"""The reachability picture: the ground in front of the robot from above, as SVG.
 
-Each square is a place for the middle of the fold, at the chosen height and turn: green where both arms do the whole
-fold with room to spare, yellow where just so, red where not. The lines are the hands' paths at the chosen place.
+Each square is a place for the middle of the fold, at the chosen height and turn: green if both arms can do the whole
+fold easily, yellow if only just, red if not. The lines are the hands' paths at the chosen place.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ LEFT = 0.55
 RIGHT = -0.55
 NEAR = -0.15
 FAR = 0.85
-"""Edges of the picture, y and x of B [m]; x points up and y to the left, as the robot sees it from behind."""
+"""Edges of the picture, y and x of B [m]; x points up and y to the left, as seen from behind the robot."""
 CELL = 0.034
 """Side of a square [m]."""
 COLOURS = {"larm": "left", "rarm": "right"}
 
 
 def reach_svg(plan: RobotPlan) -> str:
-    """The picture of a plan, as text."""
+    """Return the picture of a plan as text."""
     name = plan.task.robot.name
     squares = "squares: the middle of the fold; green well within reach, yellow just so, red not; "
     caption = (
@@ -67,7 +67,7 @@ def _middle(plan: RobotPlan) -> np.ndarray:
 
 
 def _colour(quality: float) -> str:
-    """From yellow to green with the room that is left; red where there is none."""
+    """Return a colour from yellow to green by the quality; red if the place is out of reach."""
     if quality < 0:
         return "#f3c6c0"
     hue = (60 + 60 * min(1.0, quality / 0.5)) / 360
@@ -75,7 +75,7 @@ def _colour(quality: float) -> str:
 
 
 def _draw_robot(drawing: Drawing, plan: RobotPlan) -> None:
-    """Shoulders and what they span."""
+    """Draw the shoulders and their reach."""
     turn = np.linspace(0.0, 2 * np.pi, 97)
     around = np.column_stack([np.cos(turn), np.sin(turn)])
     for arm in plan.task.robot.folding:

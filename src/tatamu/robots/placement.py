@@ -18,7 +18,7 @@ from tatamu.robots.pose import pose, turn
 LIFT = 0.06
 """Retreat of the tool from the cloth before the grasp and after the release, along its approach [m]."""
 UNDER = 0.02
-"""How far outside the place of its grasp the tool comes down, before its lower finger goes in under the hem [m]."""
+"""Distance outside the place of the grasp at which the tool comes down before it moves in [m]."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Placement:
 
 @dataclass(frozen=True)
 class Hold:
-    """How one hand takes the hem, constant from grasp to release. The hem is turned over on the way, the jaw is not."""
+    """The orientation of one hand, constant from grasp to release, while the hem is turned over."""
 
     tilt: float
     """Angle of the approach from straight down, towards the cloth [rad]."""
@@ -83,10 +83,10 @@ class Hold:
         return np.array([np.cos(heading + self.yaw), np.sin(heading + self.yaw), 0.0])
 
     def offset(self, jaw: Jaw, heading: float, over: float) -> np.ndarray:
-        """From the simulated hand to T in B [m], shape (3,): constant, as the orientation is.
+        """Return the constant offset from the simulated hand to T in B [m], shape (3,).
 
-        The simulated hand holds the hem's edge. The fingertips meet `jaw.depth` beyond it, across the hem, at the least
-        height that the lower finger allows.
+        The simulated hand holds the hem's edge. The fingertips meet at `jaw.depth` beyond it, across the hem, at the
+        lowest height that the lower finger allows.
 
         Args:
             jaw: The hand's jaw.
@@ -103,7 +103,7 @@ class Grip:
 
     jaw: Jaw
     heading: float
-    """Where the hand folds to, about z from x of F [rad]."""
+    """Direction of the fold, as an angle about z from x of F [rad]."""
     over: float
     """Height of the simulated hand over the table at the grasp [m]."""
 
@@ -120,7 +120,7 @@ class Grip:
 
 
 def tool_paths(placements: Sequence[Placement], holds: Sequence[Hold], points: np.ndarray, jaw: Jaw) -> np.ndarray:
-    """X_BT for a hand's points in F (n, 3) [m]; before them the tool beside the hem and above it, after them drawn out.
+    """Return X_BT for a hand's points in F (n, 3) [m], preceded by the approach and followed by the retreat.
 
     Returns:
         Shape (placements, holds, n + 2, 4, 4).
@@ -154,7 +154,7 @@ TILTS, YAWS = (15, 30, 45), (0, 30, 60)
 FINE_TILTS, FINE_YAWS = (12, 20, 30, 42), (0, 15, 30, 45, 60)
 """Tilts and yaws that are tried [degrees]."""
 SHALLOW, ASIDE = 0.3, 0.3
-"""What a tilt of a right angle less than level, and a yaw of 1 rad, take from a hold's quality."""
+"""Reduction of a hold's quality for a vertical instead of a level tool, and for a yaw of 1 rad."""
 
 
 TURNS = [
@@ -169,8 +169,7 @@ TURNS = [
         (-75, (0.5, 1.0)),
     )
 ]
-"""Headings of the fold in B, from straight ahead [rad], each with the fraction by which the trunk may turn: a fold that
-goes sideways needs it."""
+"""Headings of the fold in B, from straight ahead [rad], each with the fraction by which the trunk may turn."""
 
 
 def grid(
@@ -212,7 +211,7 @@ def neighbours(best: Placement, points: np.ndarray, heights: tuple[float, float]
 
 
 def _heading(points: np.ndarray) -> float:
-    """Heading of the hands, about z from x of F [rad]: not every step of a plan goes along x."""
+    """Return the direction of the hands, as an angle about z from x of F [rad]."""
     x, y = (points[:, -1] - points[:, 0]).mean(axis=0)[:2]
     return float(np.arctan2(y, x))
 

@@ -41,7 +41,7 @@ class RobotPlan:
     motion: Motion
     checks: dict[str, PlanCheck]
     reach: PlacementRanking | None
-    """The search's answer; None where the place was given."""
+    """Result of the search; None if the place was given."""
 
     @property
     def via_times(self) -> np.ndarray:
@@ -75,16 +75,16 @@ def plan_fold(
     """Plan a learned fold.
 
     Args:
-        folder: Of the learned fold.
+        folder: Folder of the learned fold.
         robot: Which robot.
-        place: x, y [m] and yaw [rad] of the fold's frame in the robot's base; None: search.
-        table_height: Of the table top in the robot's base [m]; None: search.
+        place: x, y [m] and yaw [rad] of the fold's frame in the robot's base; None to search it.
+        table_height: Height of the table top in the robot's base [m]; None to search it.
         pace: How careful the motion is.
         hover: Height above the table at which the motion of the plan is made with open jaws [m]; 0 to fold.
 
     Raises:
-        NoPlacement: No placement lets the robot do it; the message says why.
-        InputError: The folder is no learned fold, or the place that is given does not let the robot do it.
+        NoPlacement: If the robot cannot do it from any placement; the message has the reason.
+        InputError: If the folder is no learned fold, or the robot cannot do it from the given place.
     """
     hands = HandMotion.load(folder)
     refusals: list[Refused] = []
@@ -116,7 +116,7 @@ def _candidates(
     heights: tuple[float, float],
     refusals: list[Refused],
 ) -> list[tuple[PlacedFold, PlacementRanking]]:
-    """The most promising tasks; if there are none, why goes to `refusals`."""
+    """Return the most promising tasks; if there are none, the reasons are added to `refusals`."""
     reach = best_placements(robot, hands, heights) if place is None else _at(robot, hands, place, heights)
     count = min(CANDIDATES, reach.good)
     if count == 0:
@@ -139,7 +139,7 @@ def _at(
 
 
 def _hovering(plan: RobotPlan, height: float, pace: Pace) -> RobotPlan:
-    """The same motion above the table, at the place where the plan folds.
+    """Return the same motion above the table, at the place of the fold.
 
     Raises:
         InputError: If the robot cannot do it at that height.

@@ -60,7 +60,7 @@ class Segment(OpenRecord):
     duration: float = Field(ge=0)
     """[s]."""
     then: Literal["close", "open", ""]
-    """What the grippers do after it; empty for nothing."""
+    """The gripper event after it; empty if there is none."""
 
     @property
     def end(self) -> float:
@@ -69,7 +69,7 @@ class Segment(OpenRecord):
 
 
 class StageTime(OpenRecord):
-    """When a stage of the motion begins, and how long it lasts [s]."""
+    """Start and duration of a stage of the motion [s]."""
 
     name: str
     start: float
@@ -84,9 +84,9 @@ class PlanCheck(OpenRecord):
     unit: str
     ok: bool
     where: str = ""
-    """In words: which joint, which links, when."""
+    """The joint or the links, and the time, as text."""
     frame: int = 0
-    """The simulation's frame where the value stands; the fold's first or last for what is before or after it."""
+    """The simulation's frame of the value; the fold's first or last frame for values before or after it."""
 
     def failed(self, name: str) -> str:
         """The line that refuses a plan."""
@@ -97,7 +97,7 @@ class PlanCheck(OpenRecord):
 
 
 class JawFile(OpenRecord):
-    """How one hand takes its hem."""
+    """The grasp of the hem by one hand."""
 
     tilt: float
     """Angle of the approach from straight down [rad]."""
@@ -106,13 +106,13 @@ class JawFile(OpenRecord):
     opening: float = Field(ge=0)
     """Between the fingertips before they close and after they open [m]."""
     thickness: float = Field(0.008, gt=0, le=0.05)
-    """Of one finger at its tip, along the opening [m]."""
+    """Thickness of one finger at its tip, along the opening [m]."""
     width: float = Field(0.03, gt=0, le=0.15)
-    """Of one finger along the hem [m]."""
+    """Width of one finger along the hem [m]."""
     length: float = Field(0.02, ge=0.005, le=0.2)
-    """Of one finger along its axis, as far as it is straight [m]."""
+    """Length of one finger along its axis, as far as it is straight [m]."""
     depth: float
-    """How far beyond the hem's edge the fingertips meet [m]."""
+    """Distance beyond the hem's edge at which the fingertips meet [m]."""
     height: float
     """Height over the table at which they meet [m]."""
     fingertips_in_wrist: list[list[float]] = Field(default_factory=list)
@@ -128,9 +128,9 @@ class ToolViaPoints(OpenRecord):
     frames: list[int]
     """The simulation's frames."""
     simulated_times: list[float]
-    """When the hands of the simulation were there [s]."""
+    """Times at which the hands of the simulation were there [s]."""
     times: list[float]
-    """When the robot is there [s]."""
+    """Times at which the robot is there [s]."""
     larm: Points | None = None
     """[m], shape (v, 3); None if the other arm folds alone."""
     rarm: Points | None = None
@@ -146,15 +146,15 @@ class PlanFile(OpenRecord):
     base_frame: str
     task_in_base: FoldPose
     notes: list[str] = Field(default_factory=list)
-    """What the user should know of how the robot's files were read."""
+    """Notes for the user on how the robot's files were read."""
     initial_pose: str = ""
     """Name of the pose that the motion starts from."""
     trunk_turning: float = 0.0
-    """How far the trunk turns with the hands [-]."""
+    """Fraction by which the trunk turns with the hands [-]."""
     tool_in_wrist: dict[str, list[list[float]]] = Field(default_factory=dict)
     """The point of each arm's hand that follows the simulated hand, which holds the hem's edge, shape (4, 4)."""
     jaws: dict[str, JawFile] = Field(default_factory=dict)
-    """How each arm takes its hem."""
+    """The grasp of the hem by each arm."""
     wrist_frame: dict[str, str] = Field(default_factory=dict)
     """Link of each arm's last joint."""
     joints: list[str]

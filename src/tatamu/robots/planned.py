@@ -16,7 +16,7 @@ from tatamu.study import ResultFolder
 
 ARMS = ("larm", "rarm")
 FOLD = "fold"
-"""Where the plan's folder carries the learned fold along."""
+"""Folder of the learned fold inside the plan's folder."""
 
 LONGEST = 3600.0
 """A plan that lasts longer is none [s]."""
@@ -33,7 +33,7 @@ class Planned:
     times: np.ndarray
     """[s], shape (n,)."""
     angles: np.ndarray
-    """Of `plan.joints` [rad], shape (n, j)."""
+    """Angles of `plan.joints` [rad], shape (n, j)."""
 
     @classmethod
     def load(cls, folder: Path) -> Planned:

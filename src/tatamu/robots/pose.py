@@ -16,7 +16,7 @@ def turn(axis: int, angle: float) -> np.ndarray:
 
 
 def from_rpy(roll: float, pitch: float, yaw: float) -> np.ndarray:
-    """Rotation about fixed x, then y, then z [rad], as URDF writes it, shape (3, 3)."""
+    """Return the rotation about fixed x, then y, then z [rad], as in URDF, shape (3, 3)."""
     return turn(2, yaw) @ turn(1, pitch) @ turn(0, roll)
 
 

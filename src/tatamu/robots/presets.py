@@ -1,6 +1,6 @@
 """Pairs of single arms by name, each mounted as it folds most: facing each other across the cloth, or side by side.
 
-B is the middle between both feet, on the plane that they stand on; x is the way that the fold goes, y to the left arm.
+The origin of B is the middle between both feet, on the table; x is the direction of the fold, y points to the left arm.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ FASTEST = 3.0
 
 @dataclass(frozen=True)
 class Mount:
-    """Where the feet of a pair stand; the right arm mirrors the left one."""
+    """Places of the feet of a pair; the right arm mirrors the left one."""
 
     x: float
     """[m]."""
     y: float
-    """Of the left foot, in front of which x of its own frame points [m]."""
+    """y of the left foot [m]; x of its own frame points forward."""
     yaw: float
-    """Of the left foot: 0 side by side, -pi / 2 facing the right arm [rad]."""
+    """Yaw of the left foot [rad]: 0 for arms side by side, -pi / 2 for facing the right arm."""
     front: float
     """Near edge of the table, along x of B [m]."""
     z: float = 0.0
@@ -48,7 +48,7 @@ def side_by_side(y: float) -> Mount:
 
 
 def facing(y: float, front: float, z: float = 0.0) -> Mount:
-    """Feet 2 y apart, facing each other; the table begins at `front`."""
+    """Return arms that face each other, with feet 2 y apart; the table begins at `front`."""
     return Mount(0.0, y, -np.pi / 2, front, z)
 
 
@@ -157,7 +157,7 @@ def _spec(arm: SerialArm, mount: Mount) -> Any:
 
 
 _SMALL: tuple[Box, ...] = (((-0.03, -0.03, -0.02), (0.03, 0.03, 0.0)),)
-"""For a link that has no shape in its source: a flange."""
+"""Box for a flange, which has no shape in its source."""
 
 
 def _add_gripper(wrist: Any, side: str, arm: SerialArm, mujoco: Any) -> None:

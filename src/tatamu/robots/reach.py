@@ -1,7 +1,7 @@
 """Which placements both arms can follow the whole fold from, and which of them best.
 
-Each candidate placement is tried with each hold (`arm_reach`). What is reached is then asked for its distance from the
-trunk and the table, and both arms from one another.
+Each candidate placement is tried with each hold (`arm_reach`). Then the distances from the trunk and the table, and
+between both arms, are computed for paths that are reached.
 """
 
 from __future__ import annotations
@@ -32,15 +32,15 @@ DISTANCES = {
 ALONE = ("to the trunk", "within an arm", "to obstacles", "to the table", "of fingers to the table")
 """Kinds of distances that one arm alone decides."""
 TABLE_ROOM = 0.01
-"""A table is chosen at least this far below the robot at its start [m]."""
+"""Least distance of a table below the robot at its initial pose [m]."""
 ON_THE_WAY = (0.25, 0.5, 0.75)
-"""Parts of the way from the initial pose to the first point of a fold, and back from the last, that are asked too."""
+"""Fractions of the way from the initial pose to the first point, and back from the last, that are also tested."""
 REFINED = 2
 """Placements, the best first, whose neighbourhoods are searched too."""
 ASKED = 80
-"""Placements, the best first, that are asked for distances."""
+"""Number of best placements whose distances are computed."""
 TRIED = 8
-"""Holds that are tried at most until CLEAR of them touch nothing."""
+"""Largest number of holds of an arm that are tested until CLEAR of them touch nothing."""
 
 
 @dataclass(frozen=True)
@@ -55,16 +55,16 @@ class PlacementRanking:
     reached: np.ndarray
     """Points that each arm reached in a row, shape (arms, n)."""
     times: np.ndarray
-    """Simulated time of each point [s]; the first and the last stand for approach and retreat."""
+    """Simulated time of each point [s]; the first and the last are approach and retreat."""
 
     @property
     def good(self) -> int:
-        """How many placements both arms can follow the fold from; they come first."""
+        """Number of placements from which both arms can follow the fold; they come first."""
         return int((self.quality >= 0).sum())
 
 
 def table_heights(robot: Robot, given: float | None = None) -> tuple[float, float] | None:
-    """Between which heights the table top may stand in B [m] without touching the robot at its start; None: nowhere."""
+    """Return the range of heights of a table in B [m] that does not touch the robot at its start, or None."""
     lowest = Clearance(robot, kinds=("to the table",)).lowest(robot.initial)
     low, high = robot.table_heights if given is None else (given, given)
     if given is None:
@@ -99,7 +99,7 @@ def joined(first: PlacementRanking, second: PlacementRanking) -> PlacementRankin
 
 
 def search(robot: Robot, hands: HandMotion, placements: list[Placement], fine: bool = False) -> PlacementRanking:
-    """Try every placement, with few ways to hold or with more; the best comes first."""
+    """Try every placement with few or with all holds; the best comes first."""
     times = hands.evenly(SAMPLES)
     if not placements:
         return PlacementRanking([], [], np.empty(0), np.empty((len(robot.folding), 0), dtype=np.int64), times)
@@ -151,9 +151,9 @@ def _keep_clear(
 def _alone(
     robot: Robot, arm: Arm, clearance: Clearance, trunk: np.ndarray, quality: np.ndarray, angles: np.ndarray
 ) -> None:
-    """Lower the quality of holds (h,) by how near the arm comes to the trunk, itself and the table.
+    """Lower the quality of holds (h,) by the distances of the arm from the trunk, itself and the table.
 
-    The best are asked first; what is not asked, because enough are clear or too many are not, is hopeless.
+    The best holds are tested first. Once enough are clear or too many are not, the others count as impossible.
     """
     clear = 0
     for rank, hold in enumerate(np.argsort(-quality, kind="stable")):
@@ -184,14 +184,14 @@ def _together(
 
 
 def _from_start(angles: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """Angles (m, ..) with some on the way to the first of them and back from the last, shape (m + 2 n, ..) [rad]."""
+    """Return angles (m, ..) with some on the way to the first and back from the last, shape (m + 2 n, ..) [rad]."""
     way = np.array(ON_THE_WAY).reshape(-1, *([1] * start.ndim))
     there, back = start + way * (angles[0] - start), start + way[::-1] * (angles[-1] - start)
     return np.concatenate([there, angles, back])
 
 
 def _room(clearance: Clearance, configurations: np.ndarray) -> float:
-    """The least distance of configurations (n, nq): 1 is as good as can be, negative too near."""
+    """Return the quality of the smallest distance of configurations (n, nq): at most 1, negative if too near."""
     worst = 1.0
     for kind, found in clearance.least(configurations).items():
         low, high = DISTANCES[kind]

@@ -31,28 +31,28 @@ class Refold:
 
     simulator: str
     halvings: int
-    """How often the edges of the learned mesh were halved for the simulation."""
+    """Number of halvings of the learned mesh's edges for the simulation."""
     simulated_vertices: int
     scene: Scene
-    """With the robot's hands."""
+    """The scene with the robot's hands."""
     robot: Rollout
     floating: Rollout
-    """As learned: the hands move as fast as they did then, which may be faster than the robot."""
+    """The fold by floating hands, which move as fast as learned, perhaps faster than the robot."""
     target: np.ndarray | None
     """The wanted shape [m], shape (n, 3), where the plan carries it."""
     learned: Result | None = None
-    """The learned fold with its task; None: it cannot be scored."""
+    """The learned fold with its task; None if it cannot be scored."""
     unscored: str | None = None
     """Why not."""
 
     @property
     def apart(self) -> np.ndarray:
-        """How far each vertex ends from where floating hands leave it [m], shape (n,)."""
+        """Final distance of each vertex from its place after the fold by floating hands [m], shape (n,)."""
         return np.asarray(np.linalg.norm(self.robot.positions[-1] - self.floating.positions[-1], axis=1))
 
     @property
     def scores(self) -> dict[str, Score]:
-        """By the functions that score learned folds; empty where there is no task to score with."""
+        """Return the scores, by the functions for learned folds; empty if there is no task."""
         if self.learned is None:
             return {}
         return {
@@ -63,7 +63,7 @@ class Refold:
 
 
 def halvings_for(scene: Scene, simulator: str) -> int:
-    """How often the edges of a scene's mesh must be halved until the simulator can fold it."""
+    """Return the number of halvings of a scene's mesh that the simulator needs."""
     coarsest = capabilities(simulator).usable_cell or np.inf
     lengths = edge_lengths(scene.cloth.rest, Topology(scene.cloth.faces).edges)
     cells = lengths.mean() / max(scene.material.bending_length, 1e-9)
@@ -77,7 +77,7 @@ def refold(rehearsal: Rehearsal, simulator: str, halvings: int | None = None) ->
     Args:
         rehearsal: How the robot moved.
         simulator: Which one folds.
-        halvings: How often to halve the edges of the mesh; None: as often as the simulator needs.
+        halvings: Number of halvings of the mesh's edges; None for as many as the simulator needs.
 
     Raises:
         InputError: No such simulator, or a file of the fold is broken.

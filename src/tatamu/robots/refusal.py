@@ -12,7 +12,7 @@ from tatamu.robots.reach import PlacementRanking
 
 
 class Refused(TatamuError):
-    """A placement that cannot be, with how far it came."""
+    """A placement that was refused, and how far its planning came."""
 
     def __init__(self, message: str, progress: float) -> None:
         super().__init__(message)
@@ -20,7 +20,7 @@ class Refused(TatamuError):
 
 
 def table_too_high(robot: Robot) -> Refused:
-    """The table would be where the robot stands at the pose that it starts from."""
+    """Return the refusal of a table that would touch the robot at its initial pose."""
     lowest = Clearance(robot, kinds=("to the table",)).lowest(robot.initial)
     return Refused(
         f"the table top must be below {np.floor(1e3 * lowest) / 1e3:.3f} m: at its pose '{robot.start}' the robot "

@@ -1,10 +1,9 @@
 """A plan rehearsed: the robot's joints driven through it in MuJoCo, under gravity and with contacts.
 
-Each joint has position and velocity control, as a robot's drives have; links weigh what they weigh, with gravity
-compensated as the robot's own controller does. Contacts act between every pair that the plan checked, so that
-unwanted contacts show. The cloth is light against the arms (a towel weighs less than a tenth of what an arm
-may carry), so it follows the hands and does not move them: `rehearsed_scene` gives
-the hands' rehearsed motion to any simulator.
+Each joint has position and velocity control like a robot's drives. Links have their masses, and gravity is compensated
+as by the robot's own controller. Contacts act between every pair that the plan checked, so that unwanted contacts show.
+The cloth is light (a towel weighs less than a tenth of the load of an arm), so it follows the hands and does not move
+them. `rehearsed_scene` passes the rehearsed motion of the hands to any simulator.
 """
 
 from __future__ import annotations
@@ -76,7 +75,7 @@ class Rehearsal:
 
     @property
     def closes(self) -> float:
-        """Time at which the first hand closes [s], where a rehearsed fold begins."""
+        """Time at which the first hand closes [s]; the rehearsed fold begins there."""
         return min(self.planned.event(arm, "close") for arm in self.planned.arms)
 
     @property
@@ -180,13 +179,13 @@ def _stage(planned: Planned, mujoco: Any) -> Any:
 
 
 def _others(model: Any, planned: Planned) -> list[str]:
-    """Names of the joints that the plan does not move, which hold where they stand."""
+    """Return the names of the joints that the plan does not move."""
     names = [str(model.joint(number).name) for number in range(model.njnt)]
     return [name for name in names if name not in planned.plan.joints]
 
 
 def _hold(model: Any, data: Any, planned: Planned) -> None:
-    """Let the joints that the plan does not move hold where they stand."""
+    """Let the joints that the plan does not move keep their positions."""
     for joint in _others(model, planned):
         data.actuator(f"{joint}_position").ctrl[0] = data.joint(joint).qpos[0]
 

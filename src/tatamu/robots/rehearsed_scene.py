@@ -1,7 +1,7 @@
 """The scene of a learned fold with the hands of a rehearsed robot in place of the learned ones.
 
-Time begins when the fingers close. Each gripper follows the actual motion of its tool, and cloth that a jaw takes goes
-up to the place where the fingertips meet. If hands have fingers in the learned fold, the robot's fingers are bodies.
+Time 0 is when the fingers close. Each gripper follows the actual motion of its tool, and cloth that a jaw takes is
+lifted to the fingertips. If hands have fingers in the learned fold, the robot's fingers are bodies.
 """
 
 from __future__ import annotations
@@ -61,14 +61,14 @@ class _HandOfRobot:
         self._jaw: JawFile | None = planned.plan.jaws.get(arm)
 
     def raised(self, learned: Scene, gripper: Gripper) -> np.ndarray:
-        """How far the jaw lifts the cloth that it takes [m], shape (3,)."""
+        """Return the displacement by which the jaw lifts the cloth that it takes [m], shape (3,)."""
         if self._jaw is None:
             return np.zeros(3)
         lies = learned.cloth.vertices[gripper.vertices][:, 2].mean()
         return np.array([0.0, 0.0, self._tools[0, 2] - lies])
 
     def gripper(self, learned: Gripper, taken: np.ndarray) -> Gripper:
-        """The gripper that moves as the tool does, once what it holds has been moved by `taken` [m]."""
+        """Return the gripper that moves with the tool, after its vertices have been moved by `taken` [m]."""
         share = np.clip((self._times - self._times[0]) / WAIT, 0.0, 1.0)[:, None]
         return Gripper(
             hand=learned.hand,

@@ -1,4 +1,4 @@
-"""What a robot must be for its plans to be right: checked when it is loaded, and refused in one line otherwise.
+"""Requirements of a robot for correct plans, which are checked when it is loaded.
 
 Names that the model has, joints that move on their own and reach every direction, one kinematics. Figures come from the
 arms' whole ranges: configurations are drawn evenly from them, with a fixed seed.
@@ -30,9 +30,9 @@ NUMBERS = (
 SAME_POSE = 1e-6
 """Chain and MuJoCo put a tool in one place to within this [m, and as an entry of the rotation]."""
 FOLLOWS = 1e-3
-"""An equality of the model is broken if it is off by more [m, rad]."""
+"""Largest deviation of an equality of the model [m, rad]."""
 LEAST_RANK = 1e-4
-"""An arm whose Jacobian's least singular value is nowhere above this lacks a direction; see `Chain.singularity`."""
+"""Least singular value that the Jacobian of a usable arm reaches somewhere; see `Chain.singularity`."""
 
 
 def check_description(path: Path, robot: Robot, prefixes: dict[str, str]) -> None:
@@ -41,7 +41,7 @@ def check_description(path: Path, robot: Robot, prefixes: dict[str, str]) -> Non
     Args:
         path: The description, for messages.
         robot: The robot made from it.
-        prefixes: What stands before the names of each arm's model in the robot's.
+        prefixes: Prefixes of the names of each arm's model in the robot's model.
 
     Raises:
         InputError: If a name is unknown, a value is out of range, or the arms cannot be planned.
@@ -71,7 +71,7 @@ def check_kinematics(robot: Robot) -> None:
     """Hold the chains that plans are made with against MuJoCo's kinematics, which rehearsals use.
 
     Raises:
-        InputError: If they put a tool in different places; the message says how far apart.
+        InputError: If they put a tool in different places; the message has the distance.
     """
     mujoco = needed("mujoco")
     data = robot.at_rest()
@@ -203,7 +203,7 @@ def _check_base(path: Path, robot: Robot) -> None:
 
 
 def _check_standing(path: Path, robot: Robot) -> None:
-    """Refuse joints that would stand outside their range."""
+    """Refuse joints with positions outside their range."""
     model = robot.model
     for number in range(model.njnt):
         name, (low, high) = model.joint(number).name, model.jnt_range[number]
@@ -231,7 +231,7 @@ def _check_equalities(path: Path, robot: Robot) -> None:
 
 
 def _equality(model: Any, number: int) -> str:
-    """An equality constraint in words."""
+    """Return an equality constraint as text."""
     kinds, body = needed("mujoco").mjtEq, int(needed("mujoco").mjtObj.mjOBJ_BODY)
     kind, first, second = int(model.eq_type[number]), int(model.eq_obj1id[number]), int(model.eq_obj2id[number])
     if kind == int(kinds.mjEQ_JOINT):

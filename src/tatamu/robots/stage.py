@@ -1,4 +1,4 @@
-"""The robot with its tools and the table, as one MuJoCo model that stands alone: a file and a folder of its meshes."""
+"""The robot with its tools and the table as one independent MuJoCo model: a file and a folder of its meshes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tatamu.robots.planned import Planned
 
 MODEL = "robot.xml"
 ASSETS = "assets"
-"""Folder of meshes, height fields and textures beside the model."""
+"""Folder of meshes, height fields and textures next to the model."""
 START = "start"
 """Keyframe of the pose in which motions start."""
 
@@ -25,7 +25,7 @@ START = "start"
 def stage(robot: Robot, table_height: float, margins: Mapping[str, float] | None = None) -> Any:
     """Build the model with the table top at a height in B [m].
 
-    What a plan checks, and nothing else, can touch.
+    Only pairs that the plan checks can touch.
 
     Args:
         robot: The robot.

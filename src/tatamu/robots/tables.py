@@ -23,9 +23,9 @@ class Group(NamedTuple):
 
     controller: str
     joints: tuple[str, ...]
-    """As the plan names them."""
+    """Names of the joints in the plan."""
     names: tuple[str, ...]
-    """As the controller names them."""
+    """Names of the joints in the controller."""
 
 
 def joint_csv(robot: Robot, motion: Motion) -> str:
@@ -64,8 +64,8 @@ def groups(plan: RobotPlan) -> list[Group]:
 def points(plan: RobotPlan, joints: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Trajectory points of some joints: times from the start [s] (n,), and angles [rad] (n, k).
 
-    The first point is the initial pose after the lead time: a bridge that times its first point from wherever the
-    robot stands then brings it there in that time, and never by a jump.
+    The first point is the initial pose after the lead time. A bridge that moves from the robot's present pose to the
+    first point then has that time and does not jump.
     """
     motion = plan.motion
     first = int(np.ceil(motion.part("approach").start / motion.times[1] - 1e-6))
@@ -80,7 +80,7 @@ def angles_at(plan: RobotPlan, joints: tuple[str, ...], rows: np.ndarray) -> np.
 
 
 def trajectory_json(plan: RobotPlan) -> dict[str, Any]:
-    """The fields of trajectory_msgs/JointTrajectory for each controller's command topic, and those of the grippers."""
+    """Return the fields of trajectory_msgs/JointTrajectory for each controller's topic, and those of the grippers."""
     topics = {}
     for group in groups(plan):
         times, angles = points(plan, group.joints)

@@ -36,7 +36,7 @@ class Timed:
     """Path parameter s (n,) at times (n,)."""
 
     def slowed(self, scale: float) -> Timed:
-        """The same motion at `scale` times its speed."""
+        """Return the same motion at `scale` times its speed."""
         return Timed(
             self.duration / scale,
             lambda times: self.angles(times * scale),
@@ -45,7 +45,7 @@ class Timed:
 
 
 class _Path:
-    """Some values of q(s), and s itself as a last coordinate, as toppra asks for paths."""
+    """The path q(s) for toppra, with s itself as the last coordinate."""
 
     def __init__(self, spline: CubicSpline, columns: np.ndarray) -> None:
         self._spline, self._columns = spline, columns

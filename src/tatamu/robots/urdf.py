@@ -25,12 +25,12 @@ class Urdf:
 
 
 def read_urdf(path: Path, root: ElementTree.Element, keep: Callable[[str], str]) -> Urdf:
-    """Prepare a URDF for MuJoCo; shapes that are only seen are left out, as distances are taken between collisions.
+    """Prepare a URDF for MuJoCo without its visual shapes, because distances are those of collision shapes.
 
     Args:
         path: The file, for messages.
         root: Its root element, which is changed.
-        keep: From the name of a mesh file, as the URDF has it, to the name that MuJoCo shall find it by.
+        keep: Returns the name of a mesh file for MuJoCo from its name in the URDF.
 
     Raises:
         InputError: If the file is xacro, or a field is wrong.
@@ -50,7 +50,7 @@ def read_urdf(path: Path, root: ElementTree.Element, keep: Callable[[str], str])
 
 
 def _meshes_of(root: ElementTree.Element) -> tuple[str, bool]:
-    """Folder of relative mesh names and whether their paths are dropped, as MuJoCo's extension of URDF says them."""
+    """Return the folder of relative mesh names, and whether their paths are dropped (MuJoCo's extension)."""
     folder, strip = "", False
     for compiler in root.iterfind("mujoco/compiler"):
         folder = compiler.attrib.pop("meshdir", compiler.attrib.pop("assetdir", folder))
@@ -59,7 +59,7 @@ def _meshes_of(root: ElementTree.Element) -> tuple[str, bool]:
 
 
 def _speeds(path: Path, root: ElementTree.Element) -> dict[str, float]:
-    """Speed limits by joint; many exporters write 0 for a limit that nobody gave."""
+    """Return the speed limits by joint; many exporters write 0 for a missing limit."""
     found = {}
     for joint in root.iterfind("joint"):
         limit = joint.find("limit")

@@ -15,7 +15,7 @@ from tatamu.robustness.meshes import FoldOnMesh, MeshVerdict, SlackRange, select
 from tatamu.robustness.verdict import Verdict
 
 Progress = Callable[[int, int], None]
-"""Called with how many simulations have ended, and how many are known to be needed."""
+"""Callback with the number of finished simulations, and the number known to be needed."""
 WorldSearch = Generator[World, Verdict, float | None]
 """Yields worlds, is sent the verdicts on them, and returns its finding."""
 
@@ -28,7 +28,7 @@ class Judged:
     worlds: list[MeshVerdict]
     """On the given worlds, in their order."""
     findings: list[float | None]
-    """What the searches returned, in their order."""
+    """Results of the searches, in their order."""
     seen: list[MeshVerdict]
     """All of these, and those on the worlds of the searches."""
 
@@ -77,12 +77,12 @@ class Judge:
 
     @property
     def simulations(self) -> int:
-        """How many simulations were needed, those from the cache among them."""
+        """Number of simulations, those from the cache included."""
         return self.fine_simulations + (len(self._coarse.requested) if self._coarse else 0)
 
     @property
     def fine_simulations(self) -> int:
-        """How many of them were on the fine mesh."""
+        """Number of simulations on the fine mesh."""
         return len(self._fine.requested)
 
     def judge(
@@ -98,7 +98,7 @@ class Judge:
             worlds: The worlds.
             limits: The limits of success.
             searches: Starts the searches; they start again whenever more is known about the meshes.
-            nominal: The nominal world: that of the means, if disturbances have means other than zero.
+            nominal: The nominal world, with the means of the disturbances if they are not zero.
         """
         everything = [nominal, *worlds]
         slack = SlackRange(limits)
@@ -150,7 +150,7 @@ class Judge:
         ]
 
     def _simulate(self, mesh: _Mesh, worlds: Sequence[World]) -> list[Verdict]:
-        """Return the verdicts on worlds on one mesh, from the cache if they are there."""
+        """Return the verdicts on worlds on one mesh, from the cache if possible."""
         keys = [mesh.key(world) for world in worlds]
         mesh.requested.update(keys)
         missing = {key: world for key, world in zip(keys, worlds, strict=True) if self._cache.get(key) is None}
@@ -188,7 +188,7 @@ def simulate_missing(
 
 
 def verdict_in(evaluator: Evaluator, parameters: Mapping[str, int | float], world: World) -> Verdict:
-    """Simulate a manipulation in a world, unless a hand cannot do its part there whatever the cloth does."""
+    """Simulate a manipulation in a world, unless a hand fails there whatever the cloth does."""
     task = evaluator.task
     failure = hand_failure(task.fold, task.manipulation(parameters), world)
     if failure is not None:

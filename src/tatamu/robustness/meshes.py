@@ -1,4 +1,4 @@
-"""Two meshes of one fold: which verdicts of the coarse one are final, and what its distances are on the fine one.
+"""Two meshes of one fold: final verdicts of the coarse mesh, and estimates of distances on the fine mesh.
 
 All worlds are simulated on the coarse mesh, some of them, and the nominal one, on the fine mesh as well. The largest
 differences between both show which other verdicts the fine mesh could change. Those worlds are simulated there too, and
@@ -24,9 +24,9 @@ PAIRS = 12
 DRAWS_PER_PAIR = 8
 """One draw in this many runs on both meshes, if that is fewer."""
 VERSION = 2
-"""Version of what a verdict contains; those of other versions are not used again."""
+"""Version of the contents of a verdict; verdicts of other versions are not reused."""
 FEWEST = 3
-"""Least number of pairs, and of those that a line is fitted to."""
+"""Least number of pairs, and of pairs for the fit of a line."""
 
 
 DistanceOf = Callable[[Verdict], float | None]
@@ -115,7 +115,7 @@ def fit_distances(
 ) -> Callable[[float], float]:
     """Fit mean distances on the fine mesh [m] to those on the coarse one: a line through the pairs.
 
-    Distances beyond twice the limit count as twice the limit, as it does not matter how far beyond they are.
+    Distances beyond twice the limit count as twice the limit.
     """
     known = [(distance_of(one.pair[1]), distance_of(one.pair[0])) for one in judged if one.pair is not None]
     pairs = np.array([pair for pair in known if None not in pair], dtype=float).reshape(-1, 2)

@@ -19,7 +19,7 @@ from tatamu.robustness.meshes import MeshVerdict, fit_distances, moving_distance
 
 
 class AloneMargin(OpenRecord):
-    """The range of one disturbance within which a fold succeeds, without any other."""
+    """The range of one disturbance alone within which a fold succeeds."""
 
     UNSAID: ClassVar[frozenset[str]] = frozenset({"mean"})
 
@@ -53,7 +53,7 @@ class Spread(OpenRecord):
 
 
 class SuccessRate(OpenRecord):
-    """In how many disturbed worlds a fold succeeded."""
+    """The share of disturbed worlds in which a fold succeeded."""
 
     draws: int
     held: int
@@ -82,7 +82,7 @@ class SuccessRate(OpenRecord):
 
     @property
     def headline(self) -> str:
-        """The share in words: "held in 196 of 200 disturbed simulations (98 %, 95 % interval 95 to 99 %)"."""
+        """The share as text: "held in 196 of 200 disturbed simulations (98 %, 95 % interval 95 to 99 %)"."""
         low, high = self.interval
         return (
             f"held in {self.held} of {self.draws} disturbed simulations "
@@ -91,7 +91,7 @@ class SuccessRate(OpenRecord):
 
     @property
     def tone(self) -> str:
-        """How good that is, as a grade of the page."""
+        """The grade of this share on the page."""
         return "near-perfect" if self.interval[0] >= SURE else "fair" if self.share >= LIKELY else "failed"
 
 
@@ -102,7 +102,7 @@ def interval_of(held: int, draws: int) -> tuple[float, float]:
 
 
 def failures_of(judged: Sequence[MeshVerdict]) -> dict[str, int]:
-    """Return in how many worlds there was no fold to score, by the reason, the commonest first."""
+    """Return the number of worlds without a fold to score, by reason, the commonest first."""
     return dict(Counter(one.verdict.error.split(":")[0] for one in judged if one.verdict.error).most_common())
 
 
@@ -115,7 +115,7 @@ def distances_of(fold: Fold, judged: Sequence[MeshVerdict], limits: Limits, *, m
         fold: The fold on the fine mesh.
         judged: Verdicts on worlds.
         limits: The limits of success.
-        moving: Of the part that moves, not of the whole.
+        moving: Return the distances of the moving part instead of the whole.
     """
     distance_of = moving_distance if moving else whole_distance
     predict = fit_distances(judged, limits, distance_of)
@@ -128,25 +128,25 @@ def distances_of(fold: Fold, judged: Sequence[MeshVerdict], limits: Limits, *, m
 CONFIDENCE = 0.95
 """Confidence level of the interval of a share."""
 SURE, LIKELY = 0.9, 0.8
-"""A fold is sure if the interval of its share lies above the first, likely if the share lies above the second."""
+"""A fold is graded sure if the interval of its share is above the first, likely if the share is above the second."""
 
 
 class MeshUsed(OpenRecord):
     """The meshes that were simulated."""
 
     spacing: float
-    """Of the mesh on which all was simulated [m]."""
+    """Spacing of the mesh on which all worlds were simulated [m]."""
     vertices: int
     coarser: bool
-    """Than the one that the fold was learned on; then all verdicts that hang on the mesh are from the latter."""
+    """Whether this mesh is coarser than the fold's own, from which all uncertain verdicts then come."""
     own_spacing: float | None = None
-    """Of the fold's own mesh [m]; None: written before it was said."""
+    """Spacing of the fold's own mesh [m]; None in files of earlier versions."""
     own_simulations: int | None = None
-    """How many simulations ran on the fold's own mesh; None: written before it was said."""
+    """Number of simulations on the fold's own mesh; None in files of earlier versions."""
     checked: int = 0
-    """How many worlds were simulated on both meshes."""
+    """Number of worlds simulated on both meshes."""
     same: int = 0
-    """In how many of these both agree whether the fold holds."""
+    """Number of these in which both meshes agree whether the fold holds."""
     apart: float = 0.0
     """Largest difference of the mean vertex distance in these [m]."""
 
@@ -161,13 +161,13 @@ class MarginsResult(OpenRecord):
     seed: int
     limits: Limits
     undisturbed: float | None
-    """Mean vertex distance where nothing is off [m]; None: the simulation failed."""
+    """Mean vertex distance without disturbances [m]; None if the simulation failed."""
     alone: list[AloneMargin]
     joint: SuccessRate
     moving_vertex_distance: Spread | None = None
-    """Of the part that moves, in all draws; None in files of earlier versions."""
+    """Distances of the moving part in all draws; None in files of earlier versions."""
     failures: dict[str, int] = Field(default_factory=dict)
-    """In how many draws there was no fold to score, by the reason."""
+    """Number of draws without a fold to score, by reason."""
     mesh: MeshUsed
     simulations: Annotated[int, Field(ge=0)]
     """How many there were."""
@@ -176,7 +176,7 @@ class MarginsResult(OpenRecord):
 
     @property
     def reasons(self) -> str:
-        """Why there was no fold to score, in words; empty if there always was."""
+        """Return the reasons of missing scores as text; empty if there are none."""
         return ", ".join(f"{reason} in {count}" for reason, count in self.failures.items())
 
     @classmethod

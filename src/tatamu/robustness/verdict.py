@@ -1,4 +1,4 @@
-"""How a fold ends in one disturbed world, and in what share of worlds it succeeds."""
+"""The result of a fold in one disturbed world, and the share of worlds in which it succeeds."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tatamu.folding.marks import marks
 
 @dataclass(frozen=True)
 class Verdict:
-    """How a fold ended in one world."""
+    """The result of a fold in one world."""
 
     mean_vertex_distance: FiniteFloat | None
     """[m]; None if the simulation failed."""
@@ -24,8 +24,7 @@ class Verdict:
     moving_vertex_distance: FiniteFloat | None = None
     """Mean over the part that moves [m]; None if the simulation failed."""
     marks: dict[str, FiniteFloat] | None = None
-    """Where the fold ended, by the names of `folding.marks.MARKS` [m]; None if there is no rollout, and in verdicts of
-    older versions."""
+    """Marks of the fold by the names of `folding.marks.MARKS` [m]; None without a rollout, and in older verdicts."""
 
     @classmethod
     def of(cls, evaluation: Evaluation, fold: Fold | None = None) -> Verdict:

@@ -1,4 +1,4 @@
-"""Searches: ask for parameters, tell what was found. They know vectors only: neither cloth nor simulators."""
+"""Searches with the methods ask and tell. They use only vectors, and do not depend on cloth or simulators."""
 
 from tatamu.search.registry import check_search, find_search, register_search, search_names
 from tatamu.search.schedule import Schedule, Trials

@@ -1,6 +1,6 @@
 """Expected improvement (Jones et al. 1998), as a logarithm: far from the best it is smaller than any number.
 
-With b the least objective so far, and the objective at a point either a normal variable or a known part plus a
+With b the lowest objective so far, and the objective at a point either a normal variable or a known part plus a
 log-normal one,
 
     C = Y,          Y ~ N(m, s^2):      EI = s (z Phi(z) + phi(z)),                      z = (b - m) / s
@@ -37,13 +37,13 @@ def log_expected_improvement(best: float, mean: np.ndarray, deviation: np.ndarra
 def log_expected_improvement_beyond(
     best: float, known: np.ndarray, mean: np.ndarray, deviation: np.ndarray
 ) -> np.ndarray:
-    """Log EI of objectives that are a known part plus a log-normal one; minus infinity where the known part is no less.
+    """Return log EI of a known part plus a log-normal one; minus infinity if the known part is not below `best`.
 
     Args:
-        best: Least objective so far.
+        best: Lowest objective so far.
         known: The known part, shape (p,).
-        mean: Of the logarithm of the other part, shape (p,).
-        deviation: Of the same, shape (p,).
+        mean: Mean of the logarithm of the other part, shape (p,).
+        deviation: Standard deviation of that logarithm, shape (p,).
     """
     room = best - known
     hopeful = room > 0.0

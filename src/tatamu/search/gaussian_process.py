@@ -40,7 +40,7 @@ class GaussianProcess:
     """A function known at n points of the unit cube of d dimensions."""
 
     points: np.ndarray
-    """Where it was observed, shape (n, d)."""
+    """Points of the observations, shape (n, d)."""
     values: np.ndarray
     """The observations, shape (n,)."""
     lengths: np.ndarray
@@ -59,7 +59,7 @@ class GaussianProcess:
         """Fit the lengths, the mean and the variance.
 
         Args:
-            points: Where the function was observed, in the unit cube, shape (n, d), n at least 1.
+            points: Points of the observations in the unit cube, shape (n, d), n at least 1.
             values: What was observed, standardised, shape (n,).
         """
         dimensions = points.shape[1]
@@ -92,7 +92,7 @@ class GaussianProcess:
         return mean, np.sqrt(self.variance * np.maximum(1.0 + JITTER - explained, 1e-12))
 
     def believing(self, points: np.ndarray) -> GaussianProcess:
-        """The process after observations of just what it expects at some points, shape (p, d).
+        """Return the process after observing its own mean at some points, shape (p, d).
 
         The "kriging believer" (Ginsbourger et al. 2010): the mean stays, the deviation near the points shrinks, so that
         a search keeps away from trials that are still running.

@@ -1,8 +1,8 @@
 """The paper's search: Gaussian process, Matern kernel, expected improvement, no noise (beta = 0).
 
-Two things are more than the paper's. The kernel has a length of its own for each parameter. And if a part of the
-objective is known before a trial runs, as l_x of Eq. (10) is, the process models the logarithm of the rest alone: good
-folds differ by hundredths and bad ones by ones, and what is known need not be learned.
+This search differs from the paper's in two ways. The kernel has its own length for each parameter. And if a part of the
+objective is known before a trial runs, such as l_x of Eq. (10), the process models the logarithm of the rest.
+Objectives of good folds differ by hundredths and those of bad ones by ones, and a known part need not be learned.
 
 A proposal takes a few milliseconds.
 """
@@ -21,28 +21,27 @@ from tatamu.search.search import Search
 from tatamu.search.space import KnownPart, Parameters, Space
 
 THREADS = ThreadpoolController()
-"""Of linear algebra. One is enough for small matrices: threads that wait for one another cost ten times the work."""
+"""Number of threads of linear algebra; for small matrices more threads take ten times as long."""
 LEAST_UNKNOWN = 1e-6
-"""The rest of an objective counts as this if rounding leaves nothing beside the known part."""
+"""Least value of an objective minus its known part, if rounding leaves nothing."""
 LEAST_DEVIATION = 0.1
-"""Of the observed logarithms: nearly equal ones are not blown up to unit variance."""
+"""Least standard deviation of the observed logarithms, so that nearly equal ones are not scaled to unit variance."""
 APART = 0.03
-"""A proposal differs from every known and pending point by this part of a side in one parameter at least: nearer, it
-would hardly tell more than they do."""
+"""Least difference of a proposal from every known and pending point, in at least one parameter, as part of a side."""
 TAKEN = 1e9
 """Taken from log expected improvement nearer than that: such a point is proposed only where no other may win."""
 
 
 @dataclass(frozen=True)
 class Maximisation:
-    """How the maximum of an acquisition function is searched: scattered points first, then ever narrower clouds."""
+    """The search of the maximum of an acquisition function: scattered points, then narrower and narrower clouds."""
 
     scattered: int = 1024
     """Points all over the cube."""
     around_best: int = 512
     """Points around the best trials."""
     best_trials: int = 4
-    """How many trials these are."""
+    """Number of these trials."""
     spreads: tuple[float, ...] = (0.02, 0.1, 0.3)
     """Spreads of the points around the best trials, in sides of the cube."""
     kept: int = 6
@@ -132,7 +131,7 @@ def fit_standardised(
         points: Where the values were observed, in the unit cube, shape (n, d).
         values: What was observed, shape (n,).
         pending: Points of trials that are still running, shape (p, d).
-        least: Least spread; nearly equal values are not blown up to unit variance.
+        least: Least standard deviation, so that nearly equal values are not scaled to unit variance.
 
     Returns:
         The process, and the centre and the spread of the values.

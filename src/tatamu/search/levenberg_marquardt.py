@@ -2,9 +2,9 @@
 
     minimise  |r(p)|^2,   (J'J + lambda diag(J'J)) step = -J'r,   J_k = (r(p + h e_k) - r(p)) / h
 
-within the unit cube. Nothing is evaluated here: a search yields the points that it wants to know, several where they do
-not depend on each other, and is sent their residuals. `next_point` runs such searches on what is known already, so
-that the whole state of a search is the points that were evaluated.
+within the unit cube. Nothing is evaluated here. A search yields the points that it needs, several if they do not depend
+on each other, and is sent their residuals. `next_point` runs such searches on known residuals, so the whole state of a
+search is the set of evaluated points.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ SHORTEST_STEP = 1e-3
 LEAST_GAIN = 1e-3
 """Or when a step has led down by less than this part of the sum of squares."""
 DIGITS = 9
-"""Points that agree in so many digits are the same."""
+"""Number of digits in which equal points agree."""
 
 Residuals = np.ndarray | None
-"""Residuals at a point, shape (n,); None where there are none, as the evaluation failed."""
+"""Residuals at a point, shape (n,); None if the evaluation failed."""
 Key = tuple[float, ...]
 """A point by which residuals are looked up."""
 
@@ -40,14 +40,14 @@ def key_of(point: np.ndarray) -> Key:
 
 
 def next_point(starts: Iterable[np.ndarray], known: Mapping[Key, Residuals], pending: Set[Key]) -> np.ndarray:
-    """The point that searches want to know next, shape (d,).
+    """Return the next point that the searches need, shape (d,).
 
-    The searches are run one after the other. While all that one wants is pending, the neighbours of the step that it
-    tries are looked at, as it will want them if the step leads down; then the next search begins.
+    The searches are run one after the other. While all points that one needs are pending, the neighbours of its trial
+    step follow, because it needs them if the step succeeds; then the next search starts.
 
     Args:
-        starts: Where the searches begin, in the unit cube, shape (d,) each; as many as may ever be needed.
-        known: Residuals where they were evaluated.
+        starts: Starting points of the searches in the unit cube, shape (d,) each; enough for all searches.
+        known: Residuals at evaluated points.
         pending: Where they are being evaluated.
     """
     for start in starts:
@@ -66,9 +66,9 @@ def next_point(starts: Iterable[np.ndarray], known: Mapping[Key, Residuals], pen
 
 
 def least_squares(start: np.ndarray) -> Generator[list[np.ndarray], list[Residuals], None]:
-    """A search from a point of the unit cube, shape (d,), until it has converged or cannot go on.
+    """Search from a point of the unit cube, shape (d,), until it has converged or cannot continue.
 
-    Yields the points that it wants to know and is sent their residuals in the same order.
+    It yields the points that it needs and is sent their residuals in the same order.
     """
     point = start
     residuals, *around = yield [point, *neighbours(point)]
@@ -116,7 +116,7 @@ def _step(jacobian: np.ndarray, residuals: np.ndarray, damping: float) -> np.nda
 
 
 def _sent(search: Generator[list[np.ndarray], list[Residuals], None], residuals: list[Residuals]) -> list[np.ndarray]:
-    """The next points that a search wants to know; none if it has ended."""
+    """Return the next points that a search needs; none if it has ended."""
     try:
         return search.send(residuals)
     except StopIteration:

@@ -2,12 +2,11 @@
 
 Levenberg-Marquardt on the inner control points P1 and P2 of the Bezier curve, over the vector of errors e_i, Eq. (12);
 derivatives by finite differences, each of which is a trial; hands at the corners; from three starting curves. Their
-paper does not say how steps and damping are chosen, nor which curves these are: here one is the curve that was shipped
-with their code, the others are a high and a low arch. When all three have converged, further searches start from the
-points of a Halton sequence.
+paper does not state steps, damping and curves. Here one curve is that shipped with their code, the others are a high
+and a low arch. When all three have converged, further searches start from the points of a Halton sequence.
 
-The squares of the residuals sum to the objective, so the method minimises what it is judged by. Observations are its
-only state: each proposal runs the searches again on them.
+The squares of the residuals sum to the objective. Observations are the only state: each proposal runs the searches
+again on them.
 """
 
 from __future__ import annotations

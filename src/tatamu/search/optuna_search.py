@@ -27,8 +27,8 @@ def distributions(space: Space) -> dict[str, BaseDistribution]:
 class OptunaSearch(Search):
     """Base of searches that let a sampler of Optuna propose; subclasses make the sampler of one proposal from a seed.
 
-    Each proposal has a sampler of its own, seeded by the study's seed and the number of the proposal, so that it does
-    not depend on how often a study was interrupted.
+    Each proposal has its own sampler, seeded by the study's seed and the number of the proposal, so interruptions do
+    not change it.
     """
 
     def __init__(self, space: Space, seed: int = 0, first: Sequence[Parameters] = ()) -> None:
@@ -58,7 +58,7 @@ class OptunaSearch(Search):
         return proposal
 
     def tell(self, proposal: Mapping[str, int | float], found: Evaluated | float) -> None:
-        """Report what was found."""
+        """Report an observation."""
         super().tell(proposal, found)
         objective = self.told[-1].objective
         asked = self._asked.pop(id(proposal), None)

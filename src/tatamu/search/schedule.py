@@ -10,7 +10,7 @@ from typing import Literal
 from tatamu.search.search import HIGH, LOW, Proposal
 
 Trials = int | Literal["auto"]
-"""How many trials a study has in the end: a number, or "auto" for as many as bring something."""
+"""Number of trials of a study, or "auto" to stop when little improvement is expected."""
 
 
 @dataclass(frozen=True)
@@ -23,9 +23,9 @@ class Schedule:
     high_share: float = 0.12
     """With two fidelities, the part of the trials that runs at high fidelity, after those at low fidelity."""
     least_high: int = 5
-    """The least number of these trials."""
+    """Least number of these trials."""
     least_gain: float = 0.001
-    """With "auto": a search has converged if less than this part of the best objective is expected to be gained ..."""
+    """With "auto": a search has converged if the expected gain is below this part of the best objective ..."""
     in_a_row: int = 3
     """... by this many proposals in a row."""
     most_auto: int = 100

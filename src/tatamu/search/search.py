@@ -1,13 +1,13 @@
-"""A search proposes points of a space and is told what was found there: `ask` and `tell`.
+"""A search proposes points of a space (`ask`) and receives their values (`tell`).
 
-A search knows vectors only. It depends on neither cloth nor simulators, so it serves any objective:
+A search uses only vectors. It does not depend on cloth or simulators, so it works for any objective:
 
     search = GPSearch(space, seed=0)
     x = search.ask()
     search.tell(x, objective(x))
 
-A proposal depends on what was told, on what is pending, on the seed and on the number of the proposal only. A search
-that is told the same again proposes the same again, so an interrupted study continues as if nothing had happened.
+A proposal depends only on the observations, the pending proposals, the seed and its number. A search with the same
+observations makes the same proposals, so an interrupted study continues as if it had not been interrupted.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Proposal(Mapping[str, int | float]):
 
     parameters: Parameters
     fidelity: int = HIGH
-    """Of the model that is to be evaluated."""
+    """Fidelity of the model to be evaluated."""
     gain: float | None = None
     """Expected improvement as a part of the best objective; None if the search does not estimate it."""
 
@@ -48,12 +48,12 @@ class Proposal(Mapping[str, int | float]):
 
 @dataclass(frozen=True)
 class Observation:
-    """What a search was told about one proposal."""
+    """The observation of one proposal."""
 
     parameters: Parameters
     objective: float
     residuals: np.ndarray | None = None
-    """The vector whose squares sum to the unknown part of the objective, shape (n,); None if it was not told."""
+    """The vector whose squares sum to the unknown part of the objective, shape (n,); None if it is missing."""
 
 
 class Evaluated(Protocol):
@@ -71,7 +71,7 @@ class Evaluated(Protocol):
 
 
 class Search(ABC):
-    """Base of all searches: keeps what was told and what is pending; subclasses implement `propose`."""
+    """Base of all searches, with their observations and pending proposals; subclasses implement `propose`."""
 
     needs_residuals = False
     """Whether the search needs the residuals of an evaluation as well as its objective."""
@@ -82,12 +82,12 @@ class Search(ABC):
         Args:
             space: Bounds of the parameters.
             seed: Random seed of the search.
-            first: Parameters of the first proposals. The next one is random: from given points that all fail alike, a
-                search would learn only the part of the objective that needs no simulation.
+            first: Parameters of the first proposals; repeated ones are proposed once. The next one is random, because
+                from given points that all fail a search would learn only the known part of the objective.
         """
         self.space = space
         self.seed = seed
-        self.first = [dict(each) for each in first]
+        self.first = [dict(each) for number, each in enumerate(first) if each not in first[:number]]
         self.told: list[Observation] = []
         self.pending: list[Proposal] = []
 
@@ -109,7 +109,7 @@ class Search(ABC):
         """Return the next proposal; it is pending until it is told.
 
         Args:
-            fidelity: Of the model that will be evaluated. Searches with one fidelity pass it on.
+            fidelity: Fidelity of the model that will be evaluated; searches with one fidelity pass it on.
         """
         given = self.number < len(self.first)
         parameters, gain = (self.first[self.number], None) if given else self.propose()
@@ -118,14 +118,14 @@ class Search(ABC):
         return proposal
 
     def expect(self, proposal: Proposal) -> None:
-        """Take a proposal as asked for, such as one of an interrupted study."""
+        """Add a pending proposal, such as one of an interrupted study."""
         self.pending.append(proposal)
 
     def tell(self, proposal: Mapping[str, int | float], found: Evaluated | float) -> None:
-        """Report what was found.
+        """Report an observation.
 
         Args:
-            proposal: Parameters that were asked for, or others.
+            proposal: A pending proposal, or other parameters.
             found: An evaluation, or its objective.
 
         Raises:

@@ -15,7 +15,7 @@ from tatamu.errors import InputError
 Parameters = dict[str, int | float]
 """A point of a search space by name; whole numbers are `int`."""
 KnownPart = Callable[[Mapping[str, np.ndarray]], np.ndarray]
-"""The part of an objective that is known without a simulation: from parameters by name, shape (p,) each, to (p,)."""
+"""Function for the part of an objective that needs no simulation, from parameters by name, (p,) each, to (p,)."""
 ROUNDING = 1e-9
 """Part of a range by which rounding may take a value beyond a bound."""
 
@@ -54,7 +54,7 @@ class Bounds:
 
 @dataclass(frozen=True, eq=False)
 class Space:
-    """Bounds of named parameters, and the unit cube that stands for them.
+    """Bounds of named parameters, and the unit cube that represents them.
 
     In the cube, whole numbers are the middles of equal parts of a side. Parameters with a single value have no side.
     """
@@ -111,17 +111,17 @@ class Space:
 
     @property
     def dimensions(self) -> int:
-        """How many parameters have more than one value."""
+        """Number of parameters with more than one value."""
         return len(self._names)
 
     def points(self, parameters: Sequence[Mapping[str, Any]]) -> np.ndarray:
-        """Return the points of the unit cube that stand for parameters, shape (n, d)."""
+        """Return the points of the unit cube for parameters, shape (n, d)."""
         rows = np.array([[float(each[name]) for name in self._names] for each in parameters])
         rows = rows.reshape(len(parameters), self.dimensions)
         return np.asarray((rows - self._low + 0.5 * self._whole) / self._size)
 
     def snap(self, points: np.ndarray) -> np.ndarray:
-        """Return the nearest points that stand for parameters, shape (p, d)."""
+        """Return the nearest points that represent parameters, shape (p, d)."""
         inside = np.clip(points, 0.0, 1.0)
         middles = (np.minimum(np.floor(inside * self._size), self._size - 1.0) + 0.5) / self._size
         return np.where(self._whole, middles, inside)

@@ -37,7 +37,7 @@ class CoKriging:
     """Settings of the model of both fidelities."""
 
     handful: int = 3
-    """How many trials of high fidelity must be known before the difference d is modelled."""
+    """Number of known trials of high fidelity from which on the difference d is modelled."""
     different: float = 0.1
     """Two trials are different if one parameter differs by this part of its range."""
     least_difference: float = 1.0
@@ -45,7 +45,7 @@ class CoKriging:
 
 
 class TwoFidelitySearch(Search):
-    """Proposes at low fidelity what another search proposes, and at high fidelity what both fidelities suggest."""
+    """A search over two fidelities: another search proposes at low fidelity, co-kriging of both at high fidelity."""
 
     settings = CoKriging()
     maximisation = Maximisation()
@@ -85,11 +85,11 @@ class TwoFidelitySearch(Search):
         return proposal
 
     def expect(self, proposal: Proposal) -> None:
-        """Take a proposal as asked for, such as one of an interrupted study."""
+        """Add a pending proposal, such as one of an interrupted study."""
         (self.low.pending if proposal.fidelity == LOW else self.pending).append(proposal)
 
     def tell(self, proposal: Mapping[str, int | float], found: Evaluated | float) -> None:
-        """Report what was found."""
+        """Report an observation."""
         if getattr(proposal, "fidelity", HIGH) == LOW:
             self.low.tell(proposal, found)
         else:

@@ -1,4 +1,4 @@
-"""Simulators by name. A simulator is a function from a Scene to a Rollout; each lives in a folder of its own."""
+"""Simulators by name. A simulator is a function from a Scene to a Rollout; each has its own folder."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ class Simulator(Protocol):
     """The names that the module of a simulator has."""
 
     CAPABILITIES: Capabilities
-    """The simulator's own statement of what it can; callers ask for it instead of comparing names."""
+    """The simulator's capabilities; callers read them instead of comparing names."""
 
     def require(self) -> None:
-        """Find what it needs beside tatamu, such as another program.
+        """Check for programs that it needs in addition to tatamu.
 
         Raises:
             InputError: It is not installed.
@@ -27,11 +27,11 @@ class Simulator(Protocol):
         ...
 
     def prepare(self) -> None:
-        """Do now what the first rollout would wait for, such as compiling."""
+        """Do the work that the first rollout would wait for, such as compiling."""
         ...
 
     def compilation(self) -> tuple[int, int]:
-        """How many of its functions are on disk, 0 where this process had to compile none; and how many there are."""
+        """Return the number of its compiled functions on disk (0 if none had to be compiled), and their total."""
         ...
 
     def simulate(self, scene: Scene) -> Rollout:
@@ -92,10 +92,10 @@ def capabilities(name: str) -> Capabilities:
 
 
 def require(*names: str) -> None:
-    """Refuse simulators that do not run here, before any work is done for them.
+    """Refuse simulators that cannot run here, before any work is done for them.
 
     Raises:
-        InputError: There is none of that name, or what it needs is not installed.
+        InputError: If there is none of that name, or a program that it needs is not installed.
     """
     for name in names:
         named(name).require()

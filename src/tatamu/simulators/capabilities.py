@@ -1,4 +1,4 @@
-"""The abilities and limits of a simulator, stated by itself, so that callers ask instead of knowing names."""
+"""The capabilities and limits that a simulator states, so that callers need not know its name."""
 
 from __future__ import annotations
 
@@ -14,30 +14,27 @@ class Capabilities:
     """The abilities and limits of a simulator; the defaults are the usual case."""
 
     parallel: bool = False
-    """Whether `simulate` may be called in several threads of one process at a time, and then gives the same positions
-    whatever runs beside it."""
+    """Whether `simulate` may be called in several threads of one process, with the same results."""
     coarse_search: bool = False
-    """Whether folds on a coarser mesh are ranked nearly as on the default one, so that a search may begin there."""
+    """Whether a coarser mesh ranks folds nearly as the default one does, so that a search may start there."""
     compression: bool = False
-    """Whether cloth may resist compression less than tension (`Material.compression`); else it resists both alike."""
+    """Whether cloth may resist compression less than tension (`Material.compression`); otherwise equally."""
     orthotropy: bool = False
-    """Whether warp, weft, shear and bias may each have a stiffness of its own; else all directions are alike."""
+    """Whether warp, weft, shear and bias may have separate stiffnesses; otherwise cloth is isotropic."""
     hysteresis: bool = False
-    """Whether bending may have friction (`Material.bending_hysteresis`); else it springs back as it was bent."""
+    """Whether bending may have friction (`Material.bending_hysteresis`); otherwise it is elastic."""
     directional_air: bool = False
-    """Whether air may drag by direction and by the square of a velocity, and be carried (`Material.air_added_mass` and
-    its like); else only `Material.air_drag` acts."""
+    """Whether air has directional and quadratic drag and added mass; otherwise only `air_drag` acts."""
     bodies: bool = False
     """Whether cloth may collide with rigid bodies (`Scene.bodies`); otherwise scenes with bodies are refused."""
     sound_cell: float | None = None
-    """Mean edge of the largest cells, in bending lengths, whose folds have the right shape; None: not limited."""
+    """Mean edge of the largest cells, in bending lengths, whose folds have the right shape; None if not limited."""
     usable_cell: float | None = None
-    """Mean edge of the largest cells, in bending lengths, on which two folds may be compared with one another, though
-    neither has quite the right shape. None: not limited."""
+    """Mean edge of the largest cells, in bending lengths, on which two folds may be compared; None if not limited."""
     friction_table: float | None = None
-    """Largest Coulomb coefficient between cloth and table; larger ones are cut to it. None: not limited."""
+    """Largest Coulomb coefficient between cloth and table; larger ones are cut to it. None if not limited."""
     friction_cloth: float | None = None
-    """Largest Coulomb coefficient between layers of cloth; larger ones are cut to it. None: not limited."""
+    """Largest Coulomb coefficient between layers of cloth; larger ones are cut to it. None if not limited."""
 
     def refuse(self, scene: Scene, name: str) -> None:
         """Refuse a scene that the simulator of that name cannot simulate at all.

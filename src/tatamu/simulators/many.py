@@ -12,13 +12,13 @@ from tatamu.scene import Scene
 
 
 def processors() -> int:
-    """How many processors this process may use."""
+    """Return the number of processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @contextmanager
 def executor_of(given: Executor | None, most: int) -> Iterator[Executor]:
-    """The executor given, or threads: as many as there are processors, and no more than there is work for at a time."""
+    """Return the given executor, or threads: one per processor, but no more than there are tasks at a time."""
     if given is not None:
         yield given
         return
@@ -31,6 +31,6 @@ def executor_of(given: Executor | None, most: int) -> Iterator[Executor]:
 
 
 def side_by_side(simulate: Callable[[Scene], Rollout], scenes: Sequence[Scene]) -> list[Rollout]:
-    """Run scenes in threads, as many at a time as this process may use processors; rollouts in the order given."""
+    """Run scenes in threads, one per available processor; return rollouts in the given order."""
     with ThreadPoolExecutor(max(1, min(len(scenes), processors()))) as pool:
         return list(pool.map(simulate, scenes))

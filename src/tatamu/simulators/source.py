@@ -1,4 +1,4 @@
-"""The source on which a rollout depends, so that what was simulated by another version is simulated again."""
+"""The digest of the source on which a rollout depends, by which simulations of other versions are recognised."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def source_digest() -> str:
 
 
 def code_of(source: str) -> str:
-    """Return what a module does, as text: its syntax tree without strings that stand alone, such as docstrings."""
+    """Return the syntax tree of a module as text, without standalone strings such as docstrings."""
     tree = ast.parse(source)
     for node in ast.walk(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):

@@ -28,7 +28,7 @@ class Segment:
 
     @property
     def duration(self) -> float:
-        """How long it lasts [s]."""
+        """Duration [s]."""
         return self.end - self.start
 
 

@@ -27,21 +27,21 @@ from tatamu.errors import InputError, UnavailableError
 Value = TypeVar("Value")
 
 OPENING_SECONDS = 10.0
-"""How long the first connection is tried."""
+"""Time for which the first connection is tried [s]."""
 RETRY_SECONDS = 120.0
-"""How long a connection that was lost is tried again."""
+"""Time for which a lost connection is tried again [s]."""
 HOLD_SECONDS = 15.0
-"""How long another client may take to end, which held the study before."""
+"""Time for which another client that held the study may take to end [s]."""
 PAUSE = 0.25
 """Seconds between two tries."""
 CONNECTIONS = 4
-"""Connections of one client at most, beside the one that holds its studies."""
+"""Largest number of connections of one client, in addition to the one that locks its studies."""
 SERVER_OPTIONS = "-c tcp_keepalives_idle=60 -c tcp_keepalives_interval=10 -c tcp_keepalives_count=3"
-"""So that the server lets go of what a machine held that went away without a word."""
+"""Options with which the server releases the locks of a machine that disappeared."""
 LOST_STATES = ("08", "57P", "53300")
-"""SQLSTATEs, or how they begin, of a connection that cannot be had now: lost, shutdown, too many clients."""
+"""SQLSTATEs, or their beginnings, of a connection that is not available now: lost, shutdown, too many clients."""
 PASSING_STATES = (*LOST_STATES, "40001", "40P01", "42P07", "42710", "23505")
-"""The same of errors that pass: also conflicts, and another client that makes the tables at this moment."""
+"""The same for temporary errors, which include conflicts and another client that creates the tables."""
 PASSING_WORDS = (
     "refused",
     "starting up",
@@ -56,7 +56,7 @@ PASSING_WORDS = (
     "reset by peer",
     "no such file or directory",
 )
-"""A connection that cannot be had now, in words, where the driver gives no state."""
+"""Texts of such errors, if the driver gives no state."""
 
 
 class ConnectionLostError(Exception):
@@ -97,7 +97,7 @@ class SharedDatabase:
 
     @property
     def storage(self) -> RDBStorage:
-        """The storage for Optuna, connected when first asked for.
+        """The storage for Optuna, connected at the first use.
 
         Raises:
             InputError: The database refuses.
@@ -113,7 +113,7 @@ class SharedDatabase:
 
         Args:
             operation: Reads, or writes in one transaction.
-            done: Whether the operation was done by a try whose answer was lost; it is asked before each new try.
+            done: Returns whether an earlier try, whose answer was lost, did the operation; called before each new try.
 
         Returns:
             The result of the operation; None if its answer was lost.
@@ -156,7 +156,7 @@ class SharedDatabase:
                     self._drop_holding()  # it ended with its connection
 
     def close(self) -> None:
-        """Close all connections; what was held is let go of."""
+        """Close all connections and release all locks."""
         with self._lock:
             self._drop_holding()
             if self._storage is not None:
@@ -175,7 +175,7 @@ class SharedDatabase:
                 raise
 
     def _hold_again(self) -> None:
-        """Hold what was held before the connection was lost."""
+        """Lock the studies again that were locked before the connection was lost."""
         with self._lock:
             try:
                 if self._holding is not None:

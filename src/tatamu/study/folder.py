@@ -34,7 +34,7 @@ MARGINS = "margins"
 """The folder of its margins."""
 
 LEARNED = (RESULT, MANIPULATION, SCENE, ROLLOUT, REPORT)
-"""Everything that a study leaves beside its database."""
+"""All files of a study except its database."""
 STEP = "step-"
 """The folders of a plan's steps are called so, with their numbers."""
 

@@ -38,12 +38,12 @@ from tatamu.version import __version__
 
 @dataclass(frozen=True)
 class Places:
-    """Where learning runs, is kept and is reported."""
+    """The executor, the folder or database, and the callback of a study."""
 
     out: Path | None = None
     """Folder of the result; None to keep it in memory."""
     executor: Executor | None = None
-    """Where trials run; None for threads on every processor."""
+    """Executor of the trials; None for threads on every processor."""
     database: SharedDatabase | None = None
     """Keeps the studies; None for the file `study.db` of each folder."""
     progress: Callable[[Progress], object] = field(default=lambda _: None)
@@ -70,8 +70,8 @@ def learn(
 ) -> Result | PlanResult:
     """Learn a task, or resume where it stopped.
 
-    The first step of a plan of several learns them all, each from the state that the one before it left; its search
-    starts with what the steps before it found. Cloth that no hand carries is reported by an `UncarriedWarning`.
+    The first step of a plan of several learns all of them, each from the final state of the one before it. Each search
+    starts with the best folds of the earlier steps. Cloth that no hand carries is reported by an `UncarriedWarning`.
 
     Args:
         task: The fold, the garment and the simulator.
@@ -120,7 +120,7 @@ class _Learning:
     """Resolved."""
     evaluate: Evaluator | None
     places: Places
-    """Those of the whole."""
+    """Places of the whole plan."""
     known: tuple[Parameters, ...] = ()
     """Further parameters with which the search of the first step starts; the last is the first on the fine mesh."""
 
@@ -149,7 +149,7 @@ class _Learning:
         return self._whole(task, results)
 
     def _first_of_step(self, task: Task, results: Sequence[Result]) -> list[Parameters]:
-        """Return the first parameters of a step: in later ones, what the steps before it found, for this fold."""
+        """Return the first parameters of a step; in later steps, the best of the earlier steps adapted to this fold."""
         if not results:
             return self.first(task)
         grasps = self.options.grasps
@@ -157,7 +157,7 @@ class _Learning:
         return [*later_curves(task.fold), *found]
 
     def _whole(self, task: Task, results: Sequence[Result]) -> PlanResult:
-        """Join the steps, and write what belongs to the whole unless it is there."""
+        """Join the steps, and write the missing files of the whole plan."""
         whole = PlanResult.of(task, results, self.places.out)
         folder = self.places.folder
         if folder is None:

@@ -27,7 +27,7 @@ from tatamu.study.trial import Baseline, Trial
 Stage = Literal["trials", "baselines", "validation", "report"]
 """Stages of a study: trials, fixed trajectories, held-out validation of the best fold, files and page."""
 VALIDATION_WORLDS = 36
-"""Worlds in which the best fold is validated: if it holds in all, the interval of its share begins at 90 %."""
+"""Number of worlds in which the best fold is validated; if it holds in all, the interval starts at 90 %."""
 
 
 @dataclass(frozen=True)
@@ -36,13 +36,13 @@ class Progress:
 
     done: int
     trials: int
-    """How many trials there will be, at most."""
+    """Largest number of trials."""
     best: float | None = None
-    """Lowest objective so far, of trials that can be compared: those on the task's own mesh once there are any."""
+    """Lowest objective so far, on the task's own mesh if there are trials on it, otherwise on the coarser one."""
     best_distance: float | None = None
     """Mean vertex distance of that trial [m]."""
     coarse: bool = False
-    """Whether that trial ran on the coarser mesh, whose objectives are not those of the fine one."""
+    """Whether that trial ran on the coarser mesh."""
     stage: Stage = "trials"
     disturbed: bool = False
     """Whether the objective is one over disturbed worlds; otherwise it is C of Eq. (10)."""
@@ -108,12 +108,12 @@ class Study:
     def run(self, schedule: Schedule, baselines: bool) -> Iterator[Stage]:
         """Run the trials that are left, and the fixed trajectories.
 
-        A proposal knows all trials before it except the last `parallel` - 1, whether these have ended or not; the first
-        after the scouts knows all of these. So a study does not depend on the number of processors, and one that is
-        resumed repeats the same asks and tells.
+        A proposal uses all trials before it except the last `parallel` - 1, even if some of these have ended; the first
+        one after the scouts uses all of them. So a study does not depend on the number of processors, and a resumed
+        study repeats the same asks and tells.
 
         Args:
-            schedule: How many trials there are, and at which fidelity.
+            schedule: Number of trials, and their fidelities.
             baselines: Also score the fixed trajectories, unless they were scored before.
 
         Yields:
@@ -151,7 +151,7 @@ class Study:
         return HIGH if len(proposals) < self._stored else schedule.next_fidelity(proposals)
 
     def _replay(self, number: int) -> tuple[Proposal, Future[Evaluation]] | None:
-        """Return a trial that was run before; the search takes it as asked for. None if it was not run."""
+        """Return a trial that was run before, and add it to the search as pending; None if it was not run."""
         if number >= self._stored:
             return None
         trial = self.trials[number]

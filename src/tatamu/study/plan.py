@@ -1,4 +1,4 @@
-"""The result of learning a plan of several steps: one after the other, each from the state that the last one left."""
+"""The result of learning a plan of several steps, each from the final state of the one before."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ class PlanResult:
     rollout: Rollout
     """The motion of the cloth in all steps; `extra` has the `target` and `step_starts`."""
     folder: Path | None = field(default=None)
-    """Where it is kept; None if it is in memory only."""
+    """Folder of the result; None if it is in memory only."""
 
     @property
     def final(self) -> FromFlat:
-        """How far the garment is from the ideal of all folds, made from the flat garment."""
+        """Deviation of the garment from the flat garment folded ideally in all steps."""
         return self.record.final
 
     def save(self, path: Path | str) -> ResultFolder:
@@ -71,7 +71,7 @@ class PlanResult:
         Args:
             task: The first step.
             steps: Results of the steps in order, at least one.
-            folder: Where it is kept; None if it is in memory only.
+            folder: Folder of the result; None if it is in memory only.
         """
         ideals = [fold.target for fold in ideal_folds(task.garment, task.plan, task.hands)]
         faces = task.garment.faces

@@ -13,7 +13,7 @@ from tatamu.study.trial import Scored
 
 
 class FromFlat(OpenRecord):
-    """How far a state is from the ideal of all folds so far, made from the flat garment."""
+    """Deviation of a state from the flat garment folded ideally in all steps so far."""
 
     mean_vertex_distance: float
     """[m]."""
@@ -24,7 +24,7 @@ class FromFlat(OpenRecord):
 
     @property
     def moving_vertex_distance(self) -> None:
-        """None: the folds of a plan together leave little cloth where it was."""
+        """Return None, because the folds of a plan together leave little cloth at its place."""
         return None
 
 
@@ -36,9 +36,9 @@ class StepRecord(Scored):
     title: str
     """The fold in a few words."""
     hands: int
-    """How many hands fold."""
+    """Number of folding hands."""
     trials: int
-    """How many there were."""
+    """Number of trials."""
     best: Index
     """Number of the complete trial of lowest objective."""
     crossings: Crossings

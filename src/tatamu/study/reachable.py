@@ -9,17 +9,17 @@ from tatamu.folding.fold import Fold, ideal_folds
 from tatamu.folding.task import Reach, Task
 
 HEIGHTS = (0.2, 0.5)
-"""Of P1 and P2 of the folds that are asked for, in spans: a low curve and a high one."""
+"""Heights of P1 and P2 of the tested folds, in spans: a low curve and a high one."""
 
 
 def check_reach(task: Task) -> None:
-    """Refuse a plan with a step that its robot cannot do, each step from what the one before it ideally leaves.
+    """Refuse a plan with a step that its robot cannot do, each step after the ideal result of the one before.
 
     Typical folds are tried, easy ones first: with grasps at the corners, at the last candidates and half-way, on a low
-    curve and a high one. The first within reach will do.
+    curve and a high one. One within reach is enough.
 
     Raises:
-        InputError: If none of them is within reach, or the fold is pressed; the message says why.
+        InputError: If none of them is within reach, or the fold is pressed; the message has the reason.
     """
     if task.reach is None:
         return

@@ -56,11 +56,11 @@ class TaskDescription(OpenRecord):
     fold_line: list[list[float]] | None = None
     """Two points [m], shape (2, 2)."""
     translation: Annotated[list[float], Field(min_length=3, max_length=3)] | None = None
-    """From grasp to release [m]."""
+    """Displacement from grasp to release [m]."""
     candidates: int | None = None
-    """M: how many grasps there are to choose from."""
+    """Number M of grasp candidates."""
     hands: int = 2
-    """How many hands fold."""
+    """Number of folding hands."""
     fingers: Fingers | None = None
     """The fingers of the hands; None for fingers without thickness."""
     robot: str | None = None
@@ -109,7 +109,7 @@ def describe_task(task: Task) -> TaskDescription:
 
 
 def _digest(task: Task) -> str:
-    """Return the digest of what else makes a task: mesh to the micrometre, grasps, ratio of areas, robot's file."""
+    """Return a digest of the rest of a task: mesh to the micrometre, grasps, ratio of areas, robot's file."""
     fold = task.fold
     ratio = fold.area_ratio or 0.0
     robot = task.reach.description if task.reach else b""
@@ -123,7 +123,7 @@ class SharedStudyRecord(OpenRecord):
     storage: str
     """`postgresql://USER@HOST/DB`, never with a password."""
     name: str
-    """Of the study there."""
+    """Name of the study there."""
 
 
 class StudyRecord(OpenRecord):
@@ -137,7 +137,7 @@ class StudyRecord(OpenRecord):
     grasps: Grasps = "integer"
     seed: int
     parallel: int = 1
-    """How many trials are pending at a time."""
+    """Number of trials pending at a time."""
     first: list[Parameters] = Field(default_factory=list)
     """Parameters of the first trials that are not the search's. With `coarse`, the last of them are those of the first
     trial on the task's own mesh."""
@@ -152,12 +152,12 @@ class StudyRecord(OpenRecord):
 
 
 class Crossings(OpenRecord):
-    """How many edges pass through triangles."""
+    """Numbers of edges that pass through triangles."""
 
     final: int
     """At the end."""
     most: int
-    """In the worst frame."""
+    """Number in the worst frame."""
 
     @classmethod
     def of(cls, rollout: Rollout) -> Self:
@@ -175,19 +175,19 @@ class ResultRecord(StudyRecord):
     tatamu: str = ""
     """The version that wrote it."""
     until_gain: float | None = None
-    """The search ended by itself when less than this part of the best objective was expected; None if it did not."""
+    """Expected gain below which the search ended, as part of the best objective; None for a fixed number of trials."""
     bounds: dict[str, list[float]] = Field(default_factory=dict)
     """Lowest and highest value of each parameter of the search; empty in files of older versions."""
     judged: SuccessRate | None = None
-    """How often the best fold succeeded in worlds in which it was not learned; None without disturbances."""
+    """Success of the best fold in worlds in which it was not learned; None without disturbances."""
     asked: TaskOptions | None = None
-    """What the task was made from; None if it was made from objects."""
+    """Names and files of the task as given by the user; None if it was made from objects."""
     wall_seconds: float | None = None
     """Sum of the trials' seconds [s]."""
     best: Index | None
     """Number of the complete trial of lowest objective on the task's own mesh; None if all failed."""
     crossings: Crossings | None = None
-    """Of the best trial; None if all failed."""
+    """Crossings of the best trial; None if all failed."""
     trials: Annotated[list[Trial], Field(min_length=1)]
     baselines: list[Baseline] = Field(default_factory=list)
 
@@ -228,7 +228,7 @@ class ResultRecord(StudyRecord):
 
     @property
     def best_given(self) -> Trial | None:
-        """The best of the trials of first parameters on the task's own mesh; None if none is complete there."""
+        """The best given first trial on the task's own mesh; None if none is complete there."""
         given = [trial for trial in self.trials if trial.state == "complete" and trial.parameters in self.first]
         here = [trial for trial in given if not self.is_coarse(trial)]
         return min(here, key=lambda trial: (trial.minimised, trial.number), default=None)

@@ -45,7 +45,7 @@ class Result:
     rollout: Rollout
     """The motion of the cloth without disturbances; `extra` has the `target` and errors of earlier trials."""
     folder: Path | None = None
-    """Where it is kept; None if it is in memory only."""
+    """Folder of the result; None if it is in memory only."""
     made_from: Task | None = field(default=None, repr=False)
     """The task; None if it is to be made again from the record."""
 
@@ -56,7 +56,7 @@ class Result:
 
     @property
     def held(self) -> SuccessRate | None:
-        """How often the fold succeeded in disturbed worlds in which it was not learned; None without disturbances."""
+        """Success of the fold in disturbed worlds in which it was not learned; None without disturbances."""
         return self.record.judged
 
     @property
@@ -65,7 +65,7 @@ class Result:
         return self.record.trials
 
     def table(self) -> dict[str, list[object]]:
-        """Return the trials as columns, as `pandas.DataFrame` takes them: parameters, measures and how it ended."""
+        """Return the trials as columns for `pandas.DataFrame`: parameters, measures and state."""
         names = list(self.best.parameters)
         columns: dict[str, list[object]] = {"number": [trial.number for trial in self.trials]}
         columns |= {name: [trial.parameters[name] for trial in self.trials] for name in names}
@@ -168,7 +168,7 @@ class Result:
 
     @property
     def score(self) -> Score:
-        """How good the fold is in the simulator in which it was learned, without disturbances."""
+        """Measures of the fold in the simulator in which it was learned, without disturbances."""
         return self.rate(self.final)
 
     def rate(self, final: np.ndarray) -> Score:
@@ -247,7 +247,7 @@ def _check_arrays(folder: ResultFolder) -> None:
 
 
 def _check_order(folder: ResultFolder) -> None:
-    """Refuse times that do not increase, and faces of vertices that are not there."""
+    """Refuse times that do not increase, and faces with unknown vertices."""
     times = folder.rollout.times
     faces = folder.rollout.faces
     count = len(folder.scene.cloth.vertices)

@@ -1,4 +1,4 @@
-"""What a study is made of: options with every default decided, evaluator, search, schedule, and their record."""
+"""The parts of a study: options with all defaults, evaluator, search, schedule, and their record."""
 
 from __future__ import annotations
 
@@ -17,10 +17,9 @@ from tatamu.simulators import SIMULATORS, capabilities
 from tatamu.study.record import StudyRecord, describe_task
 
 ROBUST_SHARE = 0.24
-"""Part of the trials at high fidelity in disturbed worlds: a coarser mesh says less surely where a fold fails
-(docs/notes/learning.md)."""
+"""Part of the trials at high fidelity with disturbances; a coarser mesh predicts failures less surely."""
 LATER_SHARE = 0.3
-"""The same in later steps of plans, which coarser meshes rank least surely."""
+"""The same in later steps of plans, which coarser meshes rank worst."""
 
 
 def resolve(options: LearnOptions, task: Task, held: StudyRecord | None) -> LearnOptions:

@@ -51,7 +51,7 @@ class StudyStore:
 
         Args:
             label: Name of the storage, for messages.
-            run: Runs an operation on the storage, with errors as those of tatamu.
+            run: Runs an operation on the storage, and converts its errors to those of tatamu.
             open_storage: Opens the storage.
             name: Name of the study in it.
         """

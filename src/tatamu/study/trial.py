@@ -1,4 +1,4 @@
-"""Trials and fixed trajectories, as `result.json` and the study keep them. See docs/reference/result-folder.md."""
+"""Trials and fixed trajectories in `result.json` and in the study. See docs/reference/result-folder.md."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ OWN_VALUES = ("objective", "trajectory_length")
 
 
 class Scored(OpenRecord):
-    """Base of records that have the measures of a fold among their own fields, as files do."""
+    """Base of records that have the measures of a fold among their own fields."""
 
     objective: float | None = None
     """C = l_x + alpha D of Eq. (10) without disturbances, or a penalty if the fold failed."""
@@ -71,10 +71,13 @@ class Trial(Scored):
     expected_gain: float | None = None
     """Improvement that was expected of it, as a part of the best objective; None if the search did not estimate it."""
     worlds: int | None = None
-    """How many worlds were simulated, the nominal one among them; None without disturbances."""
+    """Number of simulated worlds, the nominal one included; None without disturbances."""
     expected_objective: float | None = None
-    """What was minimised: C if the fold holds in most of them, otherwise more; or the mean of C over them. A bound if
-    the trial could not win. Of an evaluator of the user's own: what it minimises. None if that is `objective`."""
+    """The minimised value, or a bound of it if the trial could not win.
+
+    None if it is `objective`. With disturbances it is C if the fold holds in most worlds, otherwise more, or the mean
+    over the worlds. With a user's evaluator it is the value of that evaluator.
+    """
     hardest: list[Index] = Field(default_factory=list, exclude=True)
     """Numbers of the disturbed worlds that were simulated, hardest first; empty if it could not win."""
     packed_errors: str | None = Field(None, exclude=True)
@@ -141,9 +144,9 @@ class Trial(Scored):
         )
 
     def attributes(self) -> dict[str, Any]:
-        """Return what a study keeps of the trial as well as its parameters and the value that is minimised.
+        """Return the data of the trial that a study keeps in addition to parameters and the minimised value.
 
-        Its number is among them, since a storage may lose trials and number the others anew.
+        Its number is among them, because a storage may lose trials and renumber the others.
         """
         plain = self.model_dump(exclude={"parameters"})
         if self.expected_objective is None:

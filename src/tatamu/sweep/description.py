@@ -31,7 +31,7 @@ Options = dict[str, Any]
 
 
 class SweepFile(Record):
-    """A sweep file as it is written; the options are those of `tatamu learn`, by their long names."""
+    """The contents of a sweep file; the options are those of `tatamu learn`, by their long names."""
 
     version: Literal[1] = 1
     all: Options = Field(default_factory=dict)

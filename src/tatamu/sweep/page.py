@@ -59,7 +59,7 @@ def page(records: Sequence[TaskRecord]) -> str:
 
 
 def grouped(records: Sequence[TaskRecord], names: Sequence[str]) -> dict[str, list[TaskRecord]]:
-    """Return the tasks by the options with those names, as text; seeds of the same task stand together."""
+    """Return the tasks grouped by these options, as text; seeds of the same task are in one group."""
     groups: dict[str, list[TaskRecord]] = {}
     for record in records:
         words = ", ".join(_shown(record.options[name]) for name in names if name in record.options)

@@ -27,7 +27,7 @@ class Check:
     """Name that `--only` takes."""
     title: str
     reference: str
-    """Where the right answer comes from, one line."""
+    """Source of the reference, one line."""
     cases: tuple[Case, ...]
     figures: dict[str, Figure] = field(default_factory=dict)
     remark: str = ""

@@ -63,7 +63,7 @@ class BentSection:
 
 
 def loop(material: Material, curvatures: Sequence[float]) -> np.ndarray:
-    """Moments per width [N] along a path of curvatures [1/m] that begins flat, shape (k,) each."""
+    """Return moments per width [N] along a path of curvatures [1/m] that starts flat, shape (k,) each."""
     section = BentSection(material, 1)
     moments = []
     for curvature in curvatures:
@@ -117,7 +117,7 @@ def turned_strip(material: Material, length: float, clamps: Sequence[float], gra
 def _equilibrium(
     joints: BentSection, lengths: np.ndarray, torque: np.ndarray, angles: np.ndarray, clamp: float
 ) -> np.ndarray:
-    """Angles of the links below the horizontal [rad] of least work, by Newton's method with a line search."""
+    """Return the angles of the links below the horizontal [rad] with minimum work, by Newton's method."""
 
     def energy(angles: np.ndarray) -> float:
         return float(joints.work(np.diff(angles, prepend=clamp) / lengths) @ lengths - torque @ np.sin(angles))

@@ -30,7 +30,7 @@ class RandomFold:
     control: np.ndarray
     """Bezier points P1, P2, P3 of each hand, relative to P0, (x, y, z) [m], shape (2, 3, 3)."""
     seconds: float
-    """How long the hands move."""
+    """Time that the hands move [s]."""
 
     @classmethod
     def random(cls, seed: int, fast: bool) -> RandomFold:

@@ -49,7 +49,7 @@ def irregular(length: float, width: float, spacing: float, seed: int = 1) -> Mes
 
 
 def turned(length: float, width: float, spacing: float, degrees: float) -> Mesh:
-    """Right triangles, the whole lattice turned; the border has even points of its own."""
+    """Return right triangles in a turned lattice; the border has its own evenly spaced points."""
     if degrees == 0:
         return right(length, width, spacing)
     angle = np.radians(degrees)

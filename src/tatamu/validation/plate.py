@@ -14,7 +14,7 @@ from scipy.signal import find_peaks
 from tatamu.material import Material
 
 LEAST_TURN = 1e-9
-"""Angle since a turn that is taken at least [rad]."""
+"""Least angle since a turn [rad]."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Pushed:
         return 2.0 * self.force / (self.linear + root) if root > 0.0 else np.inf
 
     def distance(self, time: float) -> float:
-        """How far it went after a time [s] from rest [m], for drag that is not zero.
+        """Return the distance after a time [s] from rest [m], for nonzero drag.
 
         With the roots v1 and -v2 of the right side and beta = (c + 2 q v1) / M the speed is
         v1 (1 - e) / (1 + v1 / v2 e), e = exp(-beta t), whose integral is v1 t - (v1 / beta) (1 + 1 / r) ln(..).
@@ -53,7 +53,7 @@ class Pushed:
 
 
 def falling(material: Material, tilt: float, gravity: float) -> tuple[Pushed, Pushed]:
-    """A plate that falls at a tilt [rad] against the horizontal: what moves it along its normal and along itself.
+    """Return the laws of motion of a plate falling at a tilt [rad], along its normal and along its surface.
 
     Every part of it has the same velocity and normal, so nothing turns it.
     """
@@ -147,7 +147,7 @@ class Swing:
 def swing_of(times: np.ndarray, signal: np.ndarray) -> Swing:
     """The swing in a signal, shape (k,), at even times [s], shape (k,), by its turning points.
 
-    The signal swings about zero, through which it passes four times at least; what is before the first is left out.
+    The signal swings about zero and passes it at least four times; the part before the first time is left out.
     """
     begin = int(np.argmax(signal * signal[0] < 0.0))
     turns, values = _turning_points(times[begin:], signal[begin:])

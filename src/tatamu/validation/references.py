@@ -1,4 +1,4 @@
-"""Closed-form references: what an ideal cloth does, solved here from first principles.
+"""Closed-form references for an ideal cloth, solved from first principles.
 
 Symbols: g gravity [m/s^2], rho areal density [kg/m^2], Y membrane stiffness [N/m], nu Poisson ratio [-],
 mu Coulomb coefficient [-], L length [m]. Longer solutions have modules of
@@ -96,7 +96,7 @@ def catenary(span: float, length: float, count: int = 201) -> np.ndarray:
 
 
 def incline_threshold(mu: float) -> float:
-    """Tilt at which a resting sheet begins to slide [rad]: tan(theta) = mu."""
+    """Return the tilt at which a resting sheet starts to slide [rad]: tan(theta) = mu."""
     return float(np.arctan(mu))
 
 

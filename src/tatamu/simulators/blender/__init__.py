@@ -27,7 +27,7 @@ CAPABILITIES = Capabilities(
     friction_table=MOST_FRICTION / TABLE_FRICTION,
     friction_cloth=MOST_FRICTION / SELF_FRICTION,
 )
-"""Blender folds on any cells; its numbers for friction end early. Each rollout is a process with threads of its own."""
+"""Blender folds on any mesh, but its friction is limited. Each rollout is a process with its own threads."""
 
 
 def require() -> None:
@@ -52,7 +52,7 @@ def simulate(scene: Scene) -> Rollout:
     """Run one scene in Blender.
 
     Raises:
-        InputError: There is no Blender, the material's `blender` table is wrong, or the scene has rigid bodies.
+        InputError: If there is no Blender, the material's `blender` table is wrong, or the scene has rigid bodies.
         SimulationError: The rollout is not finite, or Blender ends in the middle of it each time.
     """
     begin = time.perf_counter()

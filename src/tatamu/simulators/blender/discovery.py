@@ -45,7 +45,7 @@ def command() -> list[str]:
     """The command that starts a worker.
 
     Raises:
-        InputError: There is no Blender, or the variable names something else.
+        InputError: If there is no Blender, or the variable names something else.
     """
     named = os.environ.get(VARIABLE)
     if named:
@@ -67,7 +67,7 @@ def _named(name: str) -> str:
 
 
 def started_by(program: str) -> list[str]:
-    """The command that starts a worker in a Python, known by its name, or in a Blender executable."""
+    """Return the command that starts a worker, in a Python (recognised by its name) or in a Blender executable."""
     if Path(program).name.lower().startswith(("python", "pypy")):
         return [program, str(WORKER)]
     return [program, "--background", "--factory-startup", "--python-exit-code", "3", "--python", str(WORKER)]

@@ -19,7 +19,7 @@ def install(folder: Path | None = None) -> Path:
     """Make the environment, or leave a working one alone; returns its Python.
 
     Raises:
-        InputError: There is no Python that the wheel is built for, or the packages cannot be installed.
+        InputError: If there is no Python for which the wheel is built, or the packages cannot be installed.
     """
     folder = folder or environment_folder()
     python = python_of(folder)

@@ -21,8 +21,10 @@ UNIT = float(np.sqrt(1e-3))
 THICKNESS = 0.01
 """Thickness to which the scene is enlarged for Blender [m], whose least contact distance is 1 mm."""
 REACH = 2e-3
-"""Cloth and table keep at least this distance each [m], and the table's plane is lowered by as much: less lets cloth
-that falls 1 m through."""
+"""Least distance of cloth and of the table [m]; the table's plane is lowered by as much.
+
+With less, cloth that falls 1 m passes through.
+"""
 REST = 0.93
 """Fraction of those distances that cloth on a table keeps: 1 under no load, 8/9 under load [measured]."""
 LAYERS = 1.125
@@ -60,7 +62,7 @@ class Mapping:
     scale: float = 1.0
     """Lengths in Blender over lengths in metres."""
     clock: float | None = None
-    """Blender's time per frame of the rollout, where a raw `time_scale` gives it; None: Blender runs in real time."""
+    """Blender's time per frame of the rollout, if a raw `time_scale` gives it; None for real time."""
     standoff: float = 0.0
     """Distance that Blender keeps between the table's plane and the cloth [m]."""
     warnings: list[str] = field(default_factory=list)

@@ -1,7 +1,7 @@
-"""Blender as a process of its own: started when first needed, started again when it dies, ended with us.
+"""Blender as a separate process: started when first needed, restarted if it dies, ended with tatamu.
 
 Blender is GPL and has global state, so it is never imported here; a recipe goes in and positions come out by pipes.
-The worker ends itself when its standard input does, so it does not outlive us even where we are killed.
+The worker ends when its standard input closes, so it ends even if tatamu is killed.
 """
 
 from __future__ import annotations
@@ -137,7 +137,7 @@ class Workers:
         """Run one recipe, again if Blender crashes: the answer, the positions, Blender's version.
 
         Raises:
-            InputError: There is no Blender.
+            InputError: If there is no Blender.
             SimulationError: Blender refuses the recipe, or crashes on every attempt.
         """
         for _ in range(ATTEMPTS):

@@ -1,7 +1,7 @@
 """Triangles joined to quadrilaterals, for Blender's linear bending model.
 
-That model, the only one when the paper was written, wants quadrilaterals: on triangles a strip hangs over an edge as if
-it had no bending, and stretches up to ten times as far [measured, 5.0.1].
+That model, the only one when the paper was written, needs quadrilaterals. On triangles a strip hangs over an edge as if
+it had no bending stiffness, and stretches up to ten times as far [measured, 5.0.1].
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ ROWS = 0.2
 def joined(points: np.ndarray, faces: np.ndarray) -> list[list[int]]:
     """Faces with pairs of triangles joined to quadrilaterals.
 
-    Pairs are taken greedily, the most nearly rectangular first and, among equals, those whose sides run along y, as
-    the rows of garments do and threads may; a triangle whose neighbours are all taken stays one.
+    Pairs are joined greedily, the most nearly rectangular first. Among equals, those with sides along y come first,
+    like the rows of garments. A triangle whose neighbours are all joined stays a triangle.
 
     Args:
         points: Unstrained positions [m], shape (n, 3).

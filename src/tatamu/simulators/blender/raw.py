@@ -36,7 +36,7 @@ RANGES: dict[str, tuple[float, float]] = {
     "thickness_outer": (1e-3, 1.0),
     "cloth_friction": (0.0, 80.0),
 }
-"""Least and greatest value of each number."""
+"""Smallest and largest value of each number."""
 CHOICES = {"bending_model": ("ANGULAR", "LINEAR")}
 SWITCHES = ("use_self_collision",)
 WHOLE = ("quality", "collision_quality")
@@ -50,7 +50,7 @@ COLLISION = (
     "self_friction",
     "use_self_collision",
 )
-"""Names that belong to the cloth's contacts; those of COLLIDER to the table; all others to the cloth."""
+"""Names of the cloth's contacts; those of COLLIDER belong to the table, all others to the cloth."""
 COLLIDER = ("thickness_outer", "cloth_friction")
 LENGTHS = ("distance_min", "self_distance_min", "thickness_outer", "impulse_clamp", "self_impulse_clamp")
 """Properties that are lengths [m] or speeds."""
@@ -67,7 +67,7 @@ def checked(table: Mapping[str, Value]) -> dict[str, Value]:
     """Validate a `blender` table and return it.
 
     Raises:
-        InputError: A name is unknown or a value out of range; the message names it and says what is allowed.
+        InputError: If a name is unknown or a value out of range; the message has the allowed values.
     """
     return {name: _checked(name, value) for name, value in table.items()}
 

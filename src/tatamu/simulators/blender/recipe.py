@@ -18,7 +18,7 @@ LONGEST_FRAME = 1.0 / 50.0
 
 @dataclass(frozen=True)
 class Recipe:
-    """A recipe for the worker, with what is needed to convert its answer back."""
+    """A recipe for the worker, with the numbers that convert its answer back."""
 
     request: dict[str, Any]
     scale: float
@@ -74,7 +74,10 @@ def _faces(scene: Scene, mapping: Mapping) -> list[list[int]]:
 
 
 def _bending(scene: Scene) -> list[int] | None:
-    """The vertices that lie on no seam, if there are seams: Blender's bending stiffness is then a vertex weight."""
+    """Return the vertices that are on no seam, if there are seams.
+
+    Blender's bending stiffness is then a vertex weight.
+    """
     if not len(scene.cloth.seams):
         return None
     bends: list[int] = np.setdiff1d(np.arange(len(scene.cloth.vertices)), scene.cloth.seams).tolist()
@@ -110,7 +113,7 @@ def _collider(scene: Scene, origin: np.ndarray, mapping: Mapping) -> dict[str, A
 
 
 def _table_corners(scene: Scene, table: Table, drop: float) -> np.ndarray:
-    """A triangle `drop` [m] under the table's plane, as large as the cloth can get to, shape (3, 3).
+    """Return a triangle `drop` [m] under the table's plane, as large as the cloth can reach, shape (3, 3).
 
     One triangle, not two: Blender tries each of the cloth's against every one of the table's in every round of contact.
     """

@@ -36,7 +36,7 @@ class Springs:
 
     @cached_property
     def _directions(self) -> np.ndarray:
-        """Direction of each triangle's three sides in a frame of its own plane, shape (m, 3, 2).
+        """Return the directions of each triangle's three sides in its own plane, shape (m, 3, 2).
 
         The frame is the world's x axis laid into the plane (y where the plane is normal to x), so that flat cloth has
         one frame throughout.
@@ -101,7 +101,8 @@ class Springs:
     def bending_frequency(self) -> float:
         """Largest angular frequency of the hinges, for b = 1 and a vertex mass of 1 [1/time unit].
 
-        From the linear force b L theta / 30 on the opposite vertices, the reverse on the edge's, by power iteration.
+        It follows from the linear force b L theta / 30 on the opposite vertices and the reverse on the edge's vertices,
+        by power iteration.
         """
         hinges = self._hinges
         if not len(hinges.length):

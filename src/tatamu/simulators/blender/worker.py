@@ -112,8 +112,8 @@ def weigh(cloth: Any, name: str, vertices: list[int]) -> Any:
 class HookedVertices:
     """One gripper: a weight that holds its vertices, and hooks that carry them.
 
-    A hand that closes at the start carries all its vertices with one hook; a later one has a hook for each vertex, as
-    they are no longer where the mesh has them.
+    A hand that closes at the start carries all its vertices with one hook. A later one has a hook for each vertex,
+    because the vertices have moved.
     """
 
     def __init__(self, cloth: Any, number: int, grip: dict[str, Any]) -> None:
@@ -137,7 +137,10 @@ class HookedVertices:
         return empty
 
     def move(self, now: array[float], displacement: list[float] | None) -> None:
-        """Carry the vertices to where they closed plus `displacement`; None: let go. `now`: present positions."""
+        """Carry the vertices by `displacement` from where the hand closed, or release them if it is None.
+
+        `now` has the present positions.
+        """
         if displacement is not None and not self.closed and self.late:
             self.offsets = [
                 tuple(now[3 * vertex + k] - start[k] for k in range(3))
@@ -207,7 +210,7 @@ def curves(action: Any) -> Iterator[Any]:
 
 
 def key(owner: Any, name: str, values: list[float]) -> None:
-    """Keyframes for frames 2, 3, .. wherever the value changes; frame 1 has the first."""
+    """Set keyframes for frames 2, 3, ... whenever the value changes; frame 1 has the first."""
     setattr(owner, name, values[0])
     if len(set(values)) == 1:
         return

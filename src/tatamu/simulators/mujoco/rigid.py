@@ -12,7 +12,7 @@ import numpy as np
 from tatamu.body import Body
 
 CONTACT = 'solref="0.004 1" solimp="0.95 0.99 0.0002"'
-"""Contact stiffness and softness: MuJoCo's contacts are springs and dampers, here of 4 ms over 0.2 mm."""
+"""Contact parameters: MuJoCo's contacts are springs and dampers, here with 4 ms over 0.2 mm."""
 HEAVY = 1e3
 """Mass of a body [kg]: cloth does not move it within a step."""
 RIGID = 2

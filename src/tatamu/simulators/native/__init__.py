@@ -29,11 +29,11 @@ CAPABILITIES = Capabilities(
     directional_air=True,
     bodies=True,
 )
-"""A rollout runs on one core and holds no lock; the discrete bending is right on cells that other simulators crease."""
+"""A rollout runs on one core without a lock; bending is accurate on cells on which other simulators crease."""
 
 
 def require() -> None:
-    """Find what it needs: nothing beside tatamu."""
+    """Do nothing, because `native` needs no other program."""
 
 
 def prepare() -> None:

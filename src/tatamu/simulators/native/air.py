@@ -4,14 +4,14 @@ Per area, with the unit normal n, the velocity v, v_n = n.v and v_t = v - v_n n:
 
     f_n = -(c_n + q |v_n|) v_n n - m_a (d v_n / dt) n        drag and added mass along the normal
     f_t = -(c_t + q_t |v_t|) v_t                             drag along the surface
-    q = max(q_n, k_n s^(-1/3))                               s: way along the normal since v_n changed its sign
+    q = max(q_n, k_n s^(-1/3))                               s: path along the normal since v_n changed its sign
 
-The added mass gives cloth the mass rho + m_a along n, and rho, which alone has weight, across it. Its inverse is that
-of Sherman and Morrison: accelerations lose the part alpha = m_a / (rho + m_a) of what they have along n. As
-d v_n / dt = n.a + (d n / dt).v, a turning normal changes the velocity as well, by -alpha (d n . v) n. Then
-rho v^2 / 2 + m_a v_n^2 / 2 is conserved. Derived in docs/theory/air.md.
+With the added mass, cloth has the inertia rho + m_a along n and rho across it; only rho has weight. By the
+Sherman-Morrison formula, accelerations lose the part alpha = m_a / (rho + m_a) of their component along n. Because d
+v_n / dt = n.a + (d n / dt).v, a turning normal changes the velocity as well, by -alpha (d n . v) n. Then rho v^2 / 2 +
+m_a v_n^2 / 2 is conserved. Derived in docs/theory/air.md.
 
-What touches something carries no air: no air is between it and what it touches.
+Cloth in contact carries no air, because there is none between the surfaces.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from tatamu.simulators.native.geometry import Vector, normal_of, unit
 
 
 class Air(NamedTuple):
-    """Forces that act on all of the cloth alike, and what air does to a surface by its direction."""
+    """Gravity and isotropic drag, and the constants of air that acts by direction."""
 
     gravity: float
     """[m/s^2]."""
     drag: float
     """Linear drag in every direction, per areal density [1/s]."""
     directional: bool
-    """Whether any of what follows is not zero."""
+    """Whether any of the following constants is not zero."""
     density: float
     """Areal density of the cloth, rho [kg/m^2]."""
     added_mass: float
@@ -57,9 +57,9 @@ class AirSurface(NamedTuple):
     normals: np.ndarray
     """Unit normals at the last look, shape (3, slots)."""
     carried: np.ndarray
-    """alpha = m_a / (rho + m_a), 0 of what is held or touches something [-], shape (slots,)."""
+    """alpha = m_a / (rho + m_a), 0 for cloth that is held or in contact [-], shape (slots,)."""
     along: np.ndarray
-    """Scratch: what a step takes from velocities, along the normals [m/s], shape (slots,)."""
+    """Scratch: reduction of velocities along the normals in a step [m/s], shape (slots,)."""
     path: np.ndarray
     """Way along the normal since the velocity along it changed its sign, with that sign [m], shape (slots,)."""
     sums: np.ndarray
@@ -83,13 +83,13 @@ def air_of(gravity: float, material: Material) -> Air:
 
 
 SHORTEST = 1e-9
-"""Way since a turn that is taken at least [m]: without any there is no velocity to be slowed."""
+"""Least path since a turn [m]; the velocity there is near zero."""
 EVERY = 2
 """Outer steps between two looks at where the surface faces: a look costs as much as a few substeps."""
 
 
 def surface_of(slots: int, vertices: int, air: Air) -> AirSurface:
-    """Room for what is measured of a surface of so many slots and vertices."""
+    """Return the scratch arrays of a surface with these numbers of slots and vertices."""
     room = slots if air.directional else 0
     sums = np.zeros((vertices if air.directional else 0, 3))
     return AirSurface(np.zeros((3, room)), np.zeros(room), np.zeros(room), np.zeros(room), sums)
@@ -110,7 +110,7 @@ def _sum_normals(x: np.ndarray, faces: np.ndarray, sums: np.ndarray) -> None:
 
 @kernel
 def _quadratic(path: np.ndarray, s: int, un: float, air: Air, step: float) -> float:
-    """Quadratic drag of slot s along its normal [kg/m^3], which goes on with the velocity un [m/s] for `step` [s]."""
+    """Return the quadratic drag of slot s along its normal [kg/m^3], with the velocity un [m/s] for `step` [s]."""
     if path[s] * un < 0.0:
         path[s] = 0.0
     path[s] += step * un
@@ -173,9 +173,9 @@ def meet(
 
     Args:
         V: Velocities by slot [m/s], shape (3, slots).
-        surface: Its normals and what each vertex carries are set.
+        surface: Surface whose normals and carried air are updated.
         air: The air.
-        positions: Of the vertices; where contact moved one, it touches something.
+        positions: Positions of the vertices; a vertex moved by contact touches something.
         faces: Triangles, shape (m, 3).
         slot: Slot of each vertex, shape (n,).
         free: 0 of held vertices, by slot.
@@ -210,16 +210,16 @@ def meet(
 def resist(
     V: np.ndarray, F: np.ndarray, inverse_mass: np.ndarray, surface: AirSurface, step: float, fall: float, slower: float
 ) -> None:
-    """Take from the velocities what forces, gravity and isotropic drag are about to give to the air that is carried.
+    """Subtract from velocities the part of forces, gravity and isotropic drag that accelerates the carried air.
 
     Args:
         V: Velocities by slot [m/s], shape (3, slots).
         F: Forces by slot and copy [N], shape (3, width).
-        inverse_mass: Of the cloth alone, by slot [1/kg].
-        surface: Normals, and what is carried.
+        inverse_mass: Inverse mass of the cloth alone, by slot [1/kg].
+        surface: Normals and carried air.
         step: For how long the forces act [s].
         fall: What gravity adds to a velocity downwards [m/s].
-        slower: What drag adds to a velocity, as part of it [-].
+        slower: Change of a velocity by drag, as part of it [-].
     """
     n = V.shape[1]
     along = surface.along

@@ -1,8 +1,8 @@
-"""How kernels are compiled: by numba, kept on disk, without fast-math.
+"""Compilation of kernels by numba, without fast-math; the results are kept on disk.
 
-Products and sums are neither reordered nor fused, so a rollout has the same bytes however often and beside whatever it
-is made. With numpy's error model a division by zero is an infinity instead of an exception, whose check would keep a
-loop from being computed eight numbers at a time. `boundscheck` stays off.
+Products and sums are neither reordered nor fused, so a rollout always has the same bytes. With numpy's error model a
+division by zero is an infinity instead of an exception, whose check would keep a loop from being computed eight numbers
+at a time. `boundscheck` stays off.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 from numba import njit, typeof
 
 _KERNELS: list[Any] = []
-"""Every function that is compiled by itself, as numba's dispatcher."""
+"""The numba dispatchers of all functions that are compiled separately."""
 
 
 def _compiler(**options: Any) -> Callable[[Callable[..., Any]], Any]:
@@ -31,8 +31,11 @@ def _compiler(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 kernel = _compiler()
 """A compiled function; the compiler inlines it where it finds that worth while."""
 inlined = njit(cache=True, error_model="numpy", inline="always")
-"""One that is always inlined: where loops that call it are then computed several numbers at a time, and where it takes
-many records and is called in one place, as it would otherwise be compiled for itself and once more there."""
+"""Compile a function that is always inlined.
+
+It is used if calling loops can then be vectorised, or if a function with many records is called in one place and would
+otherwise be compiled twice.
+"""
 unlocked = _compiler(nogil=True)
 """One that lets other threads of Python run meanwhile: the outermost loop."""
 
@@ -48,9 +51,9 @@ def for_types_of(kernel: Any, arguments: tuple[Any, ...]) -> Callable[..., Any]:
 
 
 def compilation() -> tuple[int, int]:
-    """How many kernels are on disk, 0 where this process had to compile none; and how many there are.
+    """Return the number of kernels on disk (0 if this process had to compile none), and their total.
 
-    Another process may compile some of them at the same time (`precompile`), so what counts is what is on disk.
+    Another process may compile some of them at the same time (`precompile`), so the files on disk are counted.
     """
     if not any(each.stats.cache_misses for each in _KERNELS):
         return 0, len(_KERNELS)
@@ -60,5 +63,5 @@ def compilation() -> tuple[int, int]:
 
 
 def _name(kernel: Any) -> str:
-    """How its file on disk begins."""
+    """Return the beginning of the name of its file on disk."""
     return f"{kernel.py_func.__module__.rpartition('.')[2]}.{kernel.__name__}"

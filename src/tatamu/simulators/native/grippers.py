@@ -1,4 +1,4 @@
-"""The grippers of a scene under way: which are closed, what they hold, and where it moves."""
+"""The grippers of a running scene: their states, their held vertices and their motion."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Led:
 
 @dataclass(frozen=True)
 class GripperState:
-    """What changes of the grippers in the course of a rollout, by number."""
+    """The changing state of the grippers, by number."""
 
     grips: dict[int, Grip]
     led: dict[int, Led]
@@ -93,7 +93,7 @@ class Grippers:
 
         Args:
             hands: A target for each gripper; None if it has no new one.
-            number: Outer step at which grippers open, close and begin to move.
+            number: Outer step at which grippers open, close and start to move.
             stop: Outer step at which they have arrived.
             fastest: Highest speed of a hand [m/s].
 
@@ -167,7 +167,7 @@ class Grippers:
         )
 
     def state(self) -> GripperState:
-        """Copy what changes."""
+        """Return a copy of the changing state."""
         return GripperState(dict(self._grips), dict(self._led))
 
     def restore(self, state: GripperState) -> None:

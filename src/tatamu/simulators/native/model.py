@@ -30,7 +30,7 @@ from tatamu.simulators.native.options import ContactOptions, Options, StepOption
 from tatamu.topology import Topology, among, areas, edge_lengths, lumped
 
 CENTROID_TO_CORNER = 0.58
-"""A bound on the distance from the centroid of a triangle to a corner, as part of its longest edge: 1 / sqrt(3)."""
+"""Bound on the distance from the centroid of a triangle to a corner, over its longest edge: 1 / sqrt(3)."""
 
 
 class ElasticModel(NamedTuple):
@@ -59,15 +59,15 @@ class Model:
     bending_frequency: float
     """Largest angular frequency of bending at rest [1/s], without friction."""
     sticking_frequency: float
-    """The same while all friction of bending sticks [1/s]; 0 where there is none."""
+    """The same while all friction of bending sticks [1/s]; 0 without friction."""
     rest_measures: np.ndarray
     """g of the unstrained shape by place of the hinges' bands [-]."""
     lengths: np.ndarray
-    """Of the edges at rest [m], shape (e,)."""
+    """Lengths of the edges at rest [m], shape (e,)."""
 
     @property
     def thickness(self) -> float:
-        """How far layers rest apart [m]."""
+        """Distance of layers at rest [m]."""
         return self.mesh.thickness
 
     @property
@@ -79,7 +79,7 @@ class Model:
 _kept: dict[bytes, Model] = {}
 _keeping = Lock()  # simulate_many runs scenes in threads
 _MOST_KEPT = 48
-"""A study has some 20 disturbed worlds, each with a material of its own, on two meshes."""
+"""Number of kept models: a study has about 20 disturbed worlds, each with its own material, on two meshes."""
 
 
 def model_of(cloth: Cloth, material: Material, options: Options) -> Model:
@@ -103,7 +103,7 @@ def model_of(cloth: Cloth, material: Material, options: Options) -> Model:
 
 
 def _give_back_memory() -> None:
-    """Return to the system what building took: glibc would keep it, some 25 MB at 13,000 vertices."""
+    """Return the memory used for building to the system; glibc would keep it, about 25 MB at 13,000 vertices."""
     if sys.platform == "linux":
         getattr(ctypes.CDLL(None), "malloc_trim", int)(0)
 
@@ -188,7 +188,7 @@ def _faces_of_edges(topology: Topology) -> np.ndarray:
 
 
 def _near_faces(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles with a corner that is the vertex or shares an edge with it, as start and list."""
+    """Return the triangles with a corner that is the vertex or its neighbour, as starts and a list."""
     rows = np.repeat(np.arange(len(faces)), 3)
     incident = sparse.csr_array((np.ones(3 * len(faces)), (faces.ravel(), rows)), shape=(count, len(faces)))
     adjacent = incident @ incident.T

@@ -1,8 +1,8 @@
 """Settings that a study may vary: one frozen record, handed to `simulate`.
 
-The defaults are what every figure of the documentation was made with; the calibrated material is no option but part of
-the scene. Each part is a NamedTuple, as these can be handed to compiled loops, which read them as numbers: other values
-need no new compilation, and cost nothing (see docs/theory/native-symbols.md for symbols and names).
+All numbers in the documentation were made with the defaults. The calibrated material is part of the scene, not of the
+options. Each part is a NamedTuple, which compiled loops accept; other values need no new compilation (see
+docs/theory/native-symbols.md for symbols and names).
 
     simulate(scene, options=Options(contact=ContactOptions(clearing_speed=0.25)))
 """
@@ -24,16 +24,19 @@ class StepOptions(NamedTuple):
     outer_step: float = 1e-3
     """Longest outer step H [s]: contact and friction are resolved at least this often."""
     membrane_phase: float = 1.25
-    """Largest h omega of the membrane's steps [-]; 2 is the limit of stability, the rest is room for large strains."""
+    """Largest h omega of the membrane's steps [-].
+
+    2 is the limit of stability; the difference allows for large strains.
+    """
     bending_phase: float = 1.0
     """Largest h omega of the bending steps [-]; as above, for large angles."""
     sticking_phase: float = 1.5
-    """Largest h omega of the bending steps while all friction of bending sticks [-]; where that is too much it slips,
-    which takes energy, so that it needs less room."""
+    """Largest h omega of the bending steps while all friction of bending sticks [-]; it may be larger, because friction
+    that slips takes energy."""
     membrane_damping: float = 5e-5
     """Time constant tau_d of the membrane's Kelvin-Voigt damping [s]."""
     damping_part: float = 0.3
-    """Largest tau_d, as part of the membrane's step: more would be unstable [-]."""
+    """Largest tau_d, as part of the membrane's step [-]; more would be unstable."""
 
 
 class ElasticOptions(NamedTuple):
@@ -51,19 +54,19 @@ class ContactOptions(NamedTuple):
 
     # Candidates.
     margin_thicknesses: float = 3.0
-    """Margin of the broad phase beyond a thickness [t], where the next two do not ask for less or more."""
+    """Margin of the broad phase beyond a thickness [t], unless the next two options change it."""
     margin_edges: float = 0.75
     """A wider margin, as part of the longest edge [-]: coarse cloth moves farther between two searches."""
     margin_limit: float = 0.01
-    """Widest margin that the longest edge asks for [m]."""
+    """Largest margin because of the longest edge [m]."""
     margin_wear: float = 0.8
     """Candidates are searched again once this part of their margin may be used up [-]."""
     crease_cosine: float = 0.5
-    """Cloth whose normals have a cosine below this is folded [-]: vertices are kept from triangles beside them."""
+    """Cosine of normals below which cloth counts as folded [-], so that vertices avoid neighbouring triangles."""
     ridge_cosine: float = 0.94
     """Edges whose triangles' normals have a cosine below this are guarded like borders [-]: creased by 20 degrees."""
     level_cosine: float = 0.7
-    """Of a triangle more level with a vertex than this, the plane tells on which side of the vertex it is [-]."""
+    """Cosine above which the plane of a triangle determines its side of a vertex [-]."""
     same_direction_cosine: float = 0.8
     """Two triangles that a vertex is kept from in directions with a larger cosine count as one sheet [-]."""
     touching: float = 1.1
@@ -73,23 +76,26 @@ class ContactOptions(NamedTuple):
     pressed_searches: int = 4
     """Searches for which the edges at a pressed vertex stay guarded."""
     pairs_per_edge: int = 24
-    """Edge pairs kept at most, per edge of the mesh: room in memory."""
+    """Largest number of edge pairs per edge of the mesh, for which memory is reserved."""
 
     # How far positions are corrected.
     barycentric_tolerance: float = 0.02
-    """A projection outside a triangle by no more than this, in barycentric coordinates, counts as inside [-]."""
+    """Largest distance outside a triangle, in barycentric coordinates, that counts as inside [-]."""
     edge_gap: float = 0.75
     """Edges are kept this far from edges [t]; vertices are kept a whole thickness from triangles."""
     clearing_speed: float = 0.5
-    """Layers that begin a step too close come apart at this speed [m/s]: what begins in a tangle does not explode."""
+    """Speed at which layers that are too close are separated [m/s], so that tangled cloth does not explode."""
     recovery_speed: float = 0.1
     """The part of that speed which they keep as velocity [m/s]; the rest is position only (split impulse)."""
     restored: tuple[float, ...] | np.ndarray = (1.0, 0.5, 0.5, 0.3, 0.3, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2)
-    """Part of the gap that each Gauss-Seidel sweep restores [-], one sweep at most for each. The first wants all of it;
-    later ones, made only while some pair is still closer, want less: layers that a hand crushes have no room for all,
-    but always for not passing through. Compiled loops get it as an array, so that any length is the same type."""
+    """Part of the gap that each Gauss-Seidel sweep restores [-]; its length is the largest number of sweeps.
+
+    The first sweep restores the whole gap. Later ones, made only while a pair is still closer, restore less, because
+    layers that a hand crushes have no room for the whole gap. Compiled loops get an array, so that any length has the
+    same type.
+    """
     noticeable: float = 0.02
-    """Corrections beyond this make the next sweep look again at what they moved [t]."""
+    """Corrections beyond this make the next sweep test the moved vertices again [t]."""
 
     # How often, where layers are crushed.
     restless: float = 0.25
@@ -100,27 +106,29 @@ class ContactOptions(NamedTuple):
     sweeps_of_many: int = 5
     """Sweeps at most in each of several rounds per outer step: the next round is soon."""
     hard: float = 0.08
-    """A correction beyond this makes vertices restless [t]: only they can pass through something in spite of contact,
-    and are looked at for impact zones."""
+    """Corrections beyond this make vertices restless [t].
+
+    Only restless vertices can pass through cloth, and are tested for impact zones.
+    """
     restless_steps: int = 3
     """Outer steps for which they then are."""
     zone_passes: int = 30
-    """An impact zone may run into what is beside it; after this many passes the rest is left to the next step."""
+    """Largest number of passes in which impact zones may grow; the rest is left to the next step."""
 
 
 class UntangleOptions(NamedTuple):
-    """How layers are taken apart that went through one another while a hand was closed."""
+    """Options for untangling layers that passed through each other while a hand was closed."""
 
     step: float = 0.3
-    """How far one pass moves an edge against a triangle [t]."""
+    """Distance by which one pass moves an edge against a triangle [t]."""
     most_passes: int = 60
     """Passes, at most."""
     flattest: float = 1e-3
     """An edge less steep on a triangle than this sine counts as this steep [-]."""
     blunt: float = 0.1
-    """Where the sum of the directions is not longer than this, it tells little, and the pass moves less [-]."""
+    """Length of the sum of directions below which a pass moves less, because the direction is uncertain [-]."""
     shortest: float = 0.7
-    """Edges keep at least this part of their rest length meanwhile [-]; shorter, and the membrane would throw them."""
+    """Least part of their rest length that edges keep meanwhile [-]; shorter edges would be thrown by the membrane."""
     longest: float = 1.1
     """Edges keep at most this part of their rest length [-]."""
     slimmest: float = 0.1
@@ -142,10 +150,10 @@ class RestOptions(NamedTuple):
 
 
 class LimitOptions(NamedTuple):
-    """Where a rollout is refused or ended."""
+    """Limits at which a rollout is refused or ended."""
 
     largest_stretch: float = 1.5
-    """Edges longer than this times their rest length end the rollout [-]: the membrane model means nothing there."""
+    """Largest stretch of an edge [-]; beyond it the rollout ends, because the membrane model is not valid."""
     farthest: float = 1e4
     """Cloth farther than this from the origin ends the rollout [m]."""
     thickest: float = 0.9

@@ -1,8 +1,8 @@
 """Compilation of kernels in two processes side by side, the first time, when there are none on disk.
 
-The compiler holds a lock: threads would wait for one another. So a second process compiles what time stepping calls,
-all but the search of candidates, and keeps it on disk; this one compiles that search meanwhile, then waits, and has
-little more to compile than the outermost loop around all of it. What the other did not get done is compiled here.
+The compiler holds a lock: threads would wait for one another. So a second process compiles the functions of time
+stepping, except the search of candidates, and keeps them on disk. Meanwhile this process compiles that search. Then it
+waits, and compiles the outermost loop and anything that the other process did not finish.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from tatamu.simulators.native.step import advance
 from tatamu.simulators.native.system import System
 
 LONGEST = 300.0
-"""How long the second process may take [s]."""
+"""Largest time of the second process [s]."""
 COMMAND = f"from {__name__} import compile_but_search; compile_but_search()"
 
 
@@ -43,7 +43,7 @@ def smallest_scene() -> Scene:
 
 
 class Unsearched(Simulation):
-    """A simulation whose candidates are not searched, as another process compiles the search."""
+    """A simulation without the search of candidates, which another process compiles."""
 
     def search(self) -> None:
         """Search nothing."""
@@ -53,10 +53,10 @@ class Unsearched(Simulation):
 def compiling_beside(folder: str | None = advance.stats.cache_path) -> Iterator[None]:
     """Let a second process run `compile_but_search` while the body of this context runs, and wait for it.
 
-    There is none where kernels are on disk, or where there is only one processor.
+    There is none if kernels are on disk, or if there is only one processor.
 
     Args:
-        folder: Where time stepping is kept once it is compiled; None where nothing is kept.
+        folder: Folder of the compiled time stepping; None if nothing is kept.
     """
     if folder is None or any(Path(folder).glob("*.advance-*.nbi")) or processors() < 2:
         yield
@@ -73,7 +73,7 @@ def compiling_beside(folder: str | None = advance.stats.cache_path) -> Iterator[
 
 
 def compile_but_search() -> None:
-    """Compile what time stepping calls, or read it from disk; all but the search of candidates."""
+    """Compile time stepping without the search of candidates, or read it from disk."""
     for kernel, arguments in calls(Unsearched(smallest_scene()).system):
         kernel.compile(tuple(map(typeof, arguments)))
 

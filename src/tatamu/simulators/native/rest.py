@@ -1,4 +1,4 @@
-"""When cloth that all hands have let go rests: displacement tells, where kinetic energy would only tell of jitter."""
+"""The test whether released cloth is at rest, by displacement, because kinetic energy only shows jitter."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Rest:
-    """What is known of the cloth's rest."""
+    """The state of the test whether the cloth is at rest."""
 
     look_at: int = -1
     """Outer step of the next look; -1 while a hand holds the cloth, will take it again, or nothing is left to see."""
@@ -19,7 +19,7 @@ class Rest:
     """Whether the cloth rests."""
 
     def looked(self, number: int, x: np.ndarray, wait: int, still: float) -> Rest:
-        """Return what is known after a look.
+        """Return the state after a test.
 
         Args:
             number: The present outer step.

@@ -1,4 +1,4 @@
-"""One scene under way: what `simulate` runs to the end, and what a controller steps.
+"""One running scene, which `simulate` runs to the end and a controller advances step by step.
 
 Time advances in outer steps of H, a whole fraction of a frame. Nothing depends on where a run is cut: a scene that is
 advanced in pieces, or continued from a state, passes through the same bytes as one that is simulated in one go.
@@ -36,11 +36,11 @@ from tatamu.simulators.native.targets import HandTarget
 from tatamu.topology import Topology, edge_lengths, principal_stretches
 
 FRAMES_AT_ONCE = 8
-"""Frames between two looks at what else goes on: compiled loops hear no interrupt."""
+"""Number of frames between two checks for interrupts, which compiled loops do not notice."""
 RECENT = 0.1
-"""A hand that moved too fast is named as the cause of what ends a rollout this soon after [s]."""
+"""Time after a too fast motion of a hand within which it is named as the cause of an error [s]."""
 LOCKED = 3000.0
-"""Cells whose Y h^2 / B is above this may drape too stiffly, which is said in a warning [-]."""
+"""Y h^2 / B above which cells may drape too stiffly, so that a warning is given [-]."""
 THICK = 0.5
 """Cloth thicker than this part of its shortest edge is simulated with a warning."""
 
@@ -143,11 +143,11 @@ class Simulation:
     def advance(self, seconds: float, hands: Sequence[HandTarget | None] | None = None) -> None:
         """Simulate that much longer, to the outer step that is nearest to all the time requested so far.
 
-        What else a controller may lead, such as bodies, belongs into further arguments like `hands`: checked and
-        written for the steps up to `stop` before the first of them is made.
+        Further controlled objects, such as bodies, should become arguments like `hands`, which are checked and written
+        before the first step.
 
         Args:
-            seconds: How much longer [s], at least one outer step; not beyond the end of the scene.
+            seconds: Time to simulate [s], at least one outer step, and not beyond the end of the scene.
             hands: Target of each gripper, in the order of the scene; None, for one or for all, if there is no new one.
                 A gripper follows the motion of the scene until its first target, and its targets from then on: it
                 opens or closes at once, moves to the displacement at constant velocity until the end of this call, and
@@ -232,7 +232,7 @@ class Simulation:
         return floor(time / self.sizes.outer_step + 0.5)
 
     def _advance_to(self, last: int) -> None:
-        """Advance until something happens, for a few frames, or to step `last`; `_latest` is what frames it passed."""
+        """Advance to the next event, by a few frames, or to step `last`; `_latest` has the frames passed."""
         self._work_grippers()
         end = min(last, self.number + FRAMES_AT_ONCE * self.per_frame)
         if self._rest.reached:
@@ -265,7 +265,7 @@ class Simulation:
         return lines
 
     def _work_grippers(self) -> None:
-        """Open, then close grippers that are due: one may take at once what another lets go."""
+        """Open, then close grippers that are due, so that one can take at once the cloth that another releases."""
         opened = self._grippers.open_due(self.number)
         for vertices in opened:
             self._set_free(vertices, 1.0)
@@ -292,9 +292,9 @@ class Simulation:
             self.system.state.V[:] = 0.0
 
     def _untangle(self) -> None:
-        """Take apart layers that are within one another, as after a pinch; candidates are then searched again.
+        """Untangle layers, for example after a pinch; candidates are then searched again.
 
-        What does not come apart at once may do so when the cloth has moved on; what came apart may have snapped back.
+        Crossings that remain may disappear later when the cloth has moved; others may have come back.
         """
         x = self.system.state.positions.x
         apart, left = untangle(x, self.mesh, self.model.lengths, self.options.untangle)
@@ -345,7 +345,7 @@ class Simulation:
             )
 
     def _refuse(self) -> None:
-        """Refuse what cannot end well."""
+        """Refuse scenes that cannot be simulated."""
         thickness = self.model.thickness
         shortest = self.model.shortest
         limits = self.options.limits
@@ -363,7 +363,7 @@ class Simulation:
 
 
 def locking(cloth: Cloth, material: Material) -> float:
-    """How much harder it is to stretch a cell than to bend it, Y h^2 / B [-], h the mean edge; infinite without B."""
+    """Return Y h^2 / B with the mean edge h, the ratio of stretching to bending [-]; infinite without B."""
     edge = float(edge_lengths(cloth.rest, Topology(cloth.faces).edges).mean())
     stiffness = max(material.stretch_stiffness, material.weft_stiffness)
     rigidity = min(material.bending_rigidity, material.weft_rigidity)

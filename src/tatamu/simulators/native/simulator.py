@@ -1,4 +1,4 @@
-"""From a Scene to a Rollout."""
+"""The functions from a Scene to a Rollout."""
 
 from __future__ import annotations
 
@@ -48,16 +48,16 @@ def simulate(scene: Scene, options: Options | None = None) -> Rollout:
 
 
 def simulate_many(scenes: Sequence[Scene], options: Options | None = None) -> list[Rollout]:
-    """Run several scenes, as many at a time as there are processors; the compiled loops let one another run.
+    """Run several scenes in parallel, one per processor; the compiled loops hold no lock.
 
     Raises:
-        SimulationError: Of the first scene that failed, in the order given.
+        SimulationError: If a scene fails; the error is that of the first one in the given order.
     """
     return side_by_side(partial(simulate, options=options), scenes)
 
 
 def load_kernels() -> None:
-    """Compile what is compiled, or read it from disk, once per process; the other threads wait."""
+    """Compile the kernels or read them from disk, once per process; the other threads wait."""
     with _LOADING:
         _loaded()
 

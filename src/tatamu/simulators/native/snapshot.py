@@ -1,4 +1,4 @@
-"""The state of a scene under way, copied out of the arrays that compiled loops work on, and back into them."""
+"""The state of a running scene, copied out of the arrays of the compiled loops and back into them."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ class SimulationState:
 
 
 def digest(scene: Scene, options: Options) -> str:
-    """Hash what decides a rollout: scene, options and source; hexadecimal."""
+    """Return a hexadecimal hash of everything that determines a rollout: scene, options and source."""
     text = f"{scene.model_dump_json()}{options!r}{source_digest()}"
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def copy_arrays(system: System) -> tuple[np.ndarray, ...]:
-    """Copy what outer steps change and later ones read; scratch is left out, and room that is not in use."""
+    """Copy everything that outer steps change and later ones read, without scratch and unused memory."""
     return tuple(array.copy() for array in _changing(system))
 
 
@@ -57,8 +57,8 @@ def _changing(system: System, counters: np.ndarray | None = None) -> Iterator[np
     """The arrays that outer steps change and later ones read, the counters first.
 
     Args:
-        system: The scene under way.
-        counters: Counters that say how much of the room for pairs of edges is in use; None for those of the system.
+        system: The running scene.
+        counters: Counters of the pairs of edges in use; None for those of the system.
     """
     state, contact = system.state, system.contact
     own = np.asarray(contact.counters)

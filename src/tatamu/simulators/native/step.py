@@ -1,8 +1,8 @@
 """Time stepping: symplectic Euler at three rates.
 
 Per outer step: bending kicks the velocities (once or more); between the kicks membrane, gravity and drag run in small
-substeps, as gravity given in one blow per outer step would ring in the membrane and fall 0.2 % too far in half a
-second; then contact and the table correct the positions, and the velocities by the same corrections. Where layers are
+substeps. (Gravity applied once per outer step would excite the membrane, and cloth would fall 0.2 % too far in half a
+second.) Then contact and the table correct the positions, and the velocities by the same corrections. If layers are
 crushed, contact is resolved several times per outer step. There is no linear solve, no iteration to a tolerance. Held
 vertices have inverse mass zero and follow their path at constant velocity within an outer step.
 
@@ -154,7 +154,7 @@ def _scatter(x: np.ndarray, predicted: np.ndarray, slot: np.ndarray, X: np.ndarr
 
 @kernel
 def _longest_way(V: np.ndarray, seconds: float) -> float:
-    """How far the fastest vertex goes in a time [s], at its present velocity [m]."""
+    """Return the distance of the fastest vertex in a time [s], at its present velocity [m]."""
     square = 0.0
     for s in range(V.shape[1]):
         square = max(square, V[0, s] * V[0, s] + V[1, s] * V[1, s] + V[2, s] * V[2, s])
@@ -163,7 +163,7 @@ def _longest_way(V: np.ndarray, seconds: float) -> float:
 
 @kernel
 def _gather_near(X: np.ndarray, slot: np.ndarray, bodies: Bodies, to_start: bool) -> None:
-    """Positions of the vertices near bodies from slots, as those at the start of a membrane step or at its end."""
+    """Copy the positions of the vertices near bodies from slots, for the start or the end of a membrane step."""
     positions = bodies.near.positions
     for b in range(bodies.radius.shape[0]):
         for i in range(bodies.near.narrow.counts[b, 0]):

@@ -57,7 +57,7 @@ class Hands(NamedTuple):
 
 
 class StepSizes(NamedTuple):
-    """Of the three rates at which time goes on."""
+    """The step sizes of the three rates."""
 
     outer_step: float
     """H [s]."""
@@ -74,7 +74,7 @@ class StepSizes(NamedTuple):
 
 
 class System(NamedTuple):
-    """A scene under way, but for its hands: all that a step reads and writes."""
+    """A running scene without its hands: everything that a step reads and writes."""
 
     state: State
     elastic: ElasticModel

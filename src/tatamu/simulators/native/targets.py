@@ -1,4 +1,4 @@
-"""Targets that a controller gives the grippers of a scene under way, and what is checked of them."""
+"""Targets that a controller gives the grippers of a running scene, with their checks."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class HandTarget:
     """Vertices on which it closes; None for those of the scene."""
 
     def place(self, name: str) -> Place | None:
-        """The displacement in plain numbers [m]; None if there is none.
+        """Return the displacement in plain numbers [m]; None if there is none.
 
         Raises:
             InputError: If it is not three finite numbers; the message begins with `name`.

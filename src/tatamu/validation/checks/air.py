@@ -49,7 +49,7 @@ RATE = 200.0
 
 
 def fall(subject: Subject, tilt: float) -> Findings:
-    """A sheet falls at a tilt, which nothing changes: along its normal and along itself it meets air of its own."""
+    """A sheet falls at a constant tilt, with different drag along its normal and along its surface."""
     material = CLOTH.model_copy(update=DIRECTED)
     plan, faces = staggered(0.2, 0.15, 0.02)
     slope = np.array([np.cos(tilt), 0.0, -np.sin(tilt)])

@@ -1,4 +1,4 @@
-"""Cloth on rigid bodies: friction on what stands and on what moves, penetration, symmetry and energy.
+"""Cloth on rigid bodies: friction on bodies at rest and in motion, penetration, symmetry and energy.
 
 Capstan: around a cylinder that a strip touches over an angle theta, tensions per width on both sides differ by
 
@@ -32,19 +32,19 @@ from tatamu.validation.subject import Subject
 
 FABRIC = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-6, poisson_ratio=0.0)
 DRAPED = FABRIC.model_copy(update={"bending_rigidity": 1e-4, "air_drag": 2.0})
-"""It comes to rest soon."""
+"""Cloth that comes to rest soon."""
 HALF = 0.5 * FABRIC.thickness
 RADIUS = 0.03
-"""Of the cylinder [m]."""
+"""Radius of the cylinder [m]."""
 FREE = 0.1
 """Length of each straight part of the strip around the cylinder [m]."""
 ROW = 0.005
 STRAIN = 0.02
-"""Of the strip before it is moved [-]."""
+"""Strain of the strip before it is moved [-]."""
 PULL = 0.1
 """The strip is stretched until then [s]."""
 SPEED = 0.05
-"""Of the strip along the cylinder [m/s]."""
+"""Speed of the strip along the cylinder [m/s]."""
 ALONG_Y = [np.sqrt(0.5), -np.sqrt(0.5), 0.0, 0.0]
 """Orientation that turns z to y."""
 TIPPED = 0.5 * np.arccos(np.sqrt(1.0 / 3.0))
@@ -56,7 +56,7 @@ for long [m]."""
 POKE = 0.6
 """Speed of a finger that is pushed into cloth [m/s]."""
 SLIPPED = 1e-3
-"""Way against the box after which a strip is said to have been left behind [m]."""
+"""Displacement relative to the box after which a strip counts as left behind [m]."""
 
 
 def strip_around(mu: float, angle: float) -> Scene:
@@ -139,7 +139,7 @@ def on_moving_box(mu: float, acceleration: float) -> Scene:
 
 
 def left_behind(subject: Subject, mu: float, acceleration: float) -> float:
-    """How far a strip has stayed behind a box after half a second [m]."""
+    """Return how far a strip has stayed behind a box after half a second [m]."""
     scene = on_moving_box(mu, acceleration)
     moved = subject.simulate(scene).positions[-1] - scene.cloth.vertices
     return float(scene.bodies[0].path(np.array([0.5]))[0][0, 0] - 0.05 - moved[:, 0].mean())
@@ -155,7 +155,7 @@ def carried(subject: Subject, mu: float) -> Findings:
 
 
 def drawn_out(mu: float, table: float) -> Scene:
-    """A cloth on three boxes with level tops, of which the middle one, a long finger, is drawn away along y."""
+    """Return a cloth on three boxes with level tops; the middle one, a long finger, is drawn away along y."""
     mesh = right(0.2, 0.1, 0.02)
     fixed = [
         Body(name=side, shape="box", size=[0.2, 0.5, 0.01], friction=table, positions=[[x, 0.05, -0.01]])
@@ -173,7 +173,7 @@ def drawn_out(mu: float, table: float) -> Scene:
 
 
 def dragged(subject: Subject, mu: float, table: float) -> Findings:
-    """How far a finger that is drawn out from under a cloth drags it: a = g (phi mu - (1 - phi) mu_table)."""
+    """A finger drawn out from under a cloth drags it along: a = g (phi mu - (1 - phi) mu_table)."""
     scene = drawn_out(mu, table)
     under = np.abs(scene.cloth.vertices[:, 0] - 0.1) < 0.03
     share = masses(scene)[under].sum() / masses(scene).sum()
@@ -201,7 +201,7 @@ OBSTACLES = {
 
 
 def over(obstacle: str, height: float, duration: float, side: float = 0.1) -> Scene:
-    """A square cloth, symmetric in x and in y, that falls over an obstacle; `side` is half of its own [m]."""
+    """Return a square cloth, symmetric in x and y, that falls over an obstacle; `side` is half of its side [m]."""
     quarter = right(side, side, 0.2 * side)
     half = mirrored(quarter)
     plan, faces = mirrored((half[0][:, ::-1], half[1][:, ::-1]))
@@ -210,7 +210,7 @@ def over(obstacle: str, height: float, duration: float, side: float = 0.1) -> Sc
 
 
 def penetration(scene: Scene, points: np.ndarray) -> float:
-    """How far a cloth reaches into a body, as part of its thickness [-]; 0 if it is where it rests, or farther."""
+    """Return the depth of a cloth in a body over its thickness [-]; 0 at its distance of rest, or beyond."""
     gap = distances(
         scene.bodies[0], points, scene.cloth.faces, scene.duration, below=0.45 * scene.material.thickness
     ).min()
@@ -218,7 +218,7 @@ def penetration(scene: Scene, points: np.ndarray) -> float:
 
 
 def draped(subject: Subject, obstacle: str) -> Findings:
-    """Penetration of a cloth that came to rest on an obstacle, and over the way there."""
+    """Penetration of a cloth at rest on an obstacle, and during its motion there."""
     scene = over(obstacle, 0.0, 1.5, SMALL if obstacle == "sphere" else 0.1)
     rollout = subject.simulate(scene)
     limit = subject.limit("penetration")
@@ -230,7 +230,7 @@ def draped(subject: Subject, obstacle: str) -> Findings:
 
 
 def asymmetry(scene: Scene, points: np.ndarray) -> float:
-    """How far a vertex is from the mirror image of its partner in x = 0 and in y = 0, at most [m]."""
+    """Return the largest distance of a vertex from the mirror image of its partner in x = 0 and in y = 0 [m]."""
     start = scene.cloth.vertices
     worst = 0.0
     for mirror in ([-1.0, 1.0, 1.0], [1.0, -1.0, 1.0]):
@@ -278,7 +278,7 @@ def poked(seed: int) -> Scene:
 
 
 def deepest_poke(simulate: Callable[[Scene], Rollout], seed: int) -> float | None:
-    """How far the finger of `poked` is in the cloth at most, in thicknesses; None if the rollout ended in an error."""
+    """Return the largest depth of the finger of `poked` in the cloth, in thicknesses; None after an error."""
     scene = poked(seed)
     try:
         rollout = simulate(scene)

@@ -20,7 +20,7 @@ from tatamu.validation.subject import Subject
 
 
 def different(first: Rollout, second: Rollout) -> float:
-    """How many bytes of the positions differ; all, when there are not as many."""
+    """Return the number of different bytes of the positions; all if their numbers differ."""
     a = first.positions.tobytes()
     b = second.positions.tobytes()
     if len(a) != len(b):
@@ -38,7 +38,7 @@ def again(subject: Subject) -> Findings:
 
 
 def elsewhere(subject: Subject) -> Findings:
-    """Here and in a process of its own."""
+    """Compare a rollout here with one in another process."""
     if subject.name not in SIMULATORS:
         return
     scene = folded()

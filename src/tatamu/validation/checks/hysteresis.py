@@ -1,4 +1,4 @@
-"""Hysteresis of bending: what stays of a roll, and a heavy strip that is loaded and unloaded by turning its clamp."""
+"""Hysteresis of bending: a roll that is released, and a heavy strip loaded and unloaded by turning its clamp."""
 
 from __future__ import annotations
 
@@ -21,16 +21,17 @@ FRICTION = 10.0
 """HB / B of the strips [1/m]; cotton has about 50, worsteds 20 (Matsudaira et al. 2015)."""
 SPACING = 0.01
 ROLLS = (1.0, 30.0)
-"""Curvatures at which rolls begin [1/m]: within the first yield curvature, and far beyond the last. In between, what
-stays depends on the order in which ends and middle open."""
+"""Initial curvatures of rolls [1/m]: within the first yield curvature, and far beyond the last.
+
+In between, the remaining curvature depends on the order in which ends and middle open."""
 ROLL_DRAG = 60.0
 """Above critical [N s/m^3]."""
 TURNING_DRAG = 1.0
 """Drag of the turning strip [N s/m^3], which moves so slowly that drag is a hundredth of its weight."""
 CLAMPS = ((5.0, 45.0), (11.0, 0.0), (17.0, 45.0))
-"""When the clamp stops [s], and at what angle below the horizontal [degrees]; it begins at 90 degrees."""
+"""Times at which the clamp stops [s], and its angles below the horizontal [degrees]; it starts at 90 degrees."""
 REST = 1.0
-"""Time for which the clamp stands [s]."""
+"""Time for which the clamp rests [s]."""
 
 
 def frictional(plain: Material) -> Material:
@@ -55,7 +56,7 @@ def unroll(subject: Subject, curvature: float) -> Findings:
 
 
 def _mean_curvature(along: np.ndarray, points: np.ndarray) -> float:
-    """How much the middle of a strip turns per length [1/m]; `along` is the unstrained distance from its end [m]."""
+    """Return the mean curvature of the middle of a strip [1/m]; `along` is the unstrained distance from its end [m]."""
     rows = np.unique(along)
     centres = np.array([points[along == row].mean(axis=0) for row in rows])
     links = np.diff(centres, axis=0)

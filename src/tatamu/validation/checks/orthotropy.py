@@ -1,4 +1,4 @@
-"""Woven cloth: a shear stiffness of its own, and stiffness and bending that depend on the angle to the warp."""
+"""Woven cloth: separate shear stiffness, and stretching and bending that depend on the angle to the warp."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ class Change:
     """A scene that must have the same answer in other words."""
 
     points: Callable[[np.ndarray], np.ndarray]
-    """Where a point of the first scene is in the second, shape (.., 3)."""
+    """Function from points of the first scene to those of the second, shape (.., 3)."""
     order: np.ndarray
     """Vertex of the first scene at each place of the second, shape (n,)."""
     flips: bool = False
@@ -78,7 +78,7 @@ def renumber(count: int) -> Change:
 
 
 def enlarge(count: int) -> Change:
-    """A billionth larger: what a change of rounding alone does to a fold."""
+    """Return the scene a billionth larger, which shows the effect of rounding alone."""
     return Change(lambda points: points * (1.0 + 1e-9), np.arange(count))
 
 
@@ -131,7 +131,7 @@ def changed(subject: Subject, change: Callable[[int], Change]) -> Findings:
 
 
 def _explained(apart: np.ndarray, frame_rate: float) -> str:
-    """Which distance is stated, of those of each vertex in each frame [m], shape (f, n)."""
+    """Return the stated distance from those of each vertex in each frame [m], shape (f, n)."""
     worst = int(apart.max(axis=1).argmax())
     return (
         f"one vertex, after {worst / frame_rate:.2g} s; all of them then {apart[worst].mean():.2g} m on average, at "

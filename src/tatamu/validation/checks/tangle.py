@@ -38,7 +38,7 @@ def dragged(speed: float, press: float) -> tuple[Scene, np.ndarray, np.ndarray]:
 
     Args:
         speed: Speed of the hand [m/s].
-        press: How far the hand goes down [m].
+        press: Distance by which the hand goes down [m].
     """
     lower = staggered(SIDE, SIDE, 0.01)
     upper = irregular(0.7 * SIDE, 0.7 * SIDE, 0.01)

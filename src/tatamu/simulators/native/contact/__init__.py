@@ -1,17 +1,17 @@
 """Contact of cloth with itself and with the table, in positions.
 
 Contact takes the positions that elastic forces, gravity and hands predict for the end of a time step, and moves them so
-that no layer passes through another, that layers stay a thickness apart, and that friction holds what it can. What it
-moves positions by becomes velocity. The start of the step, where contact left the cloth the step before, is *legal*:
-everything is on the side of what is near it on which it belongs.
+that no layer passes through another, that layers stay a thickness apart, and that friction acts. Its changes of
+positions become velocity. The start of the step, where contact left the cloth before, is *legal*: every vertex is on
+the correct side of its neighbours.
 
 The algorithm is that of position-based dynamics (Mueller et al. 2007) with the layers of robust cloth collision around
 it (Bridson, Fedkiw and Anderson 2002): proximity, repulsion, friction, and rigid impact zones (Provot 1997) as last
-resort. It has no continuous collision detection, Bridson's middle layer: candidates remember the side that they were on
-when the step began, so a pair that has passed within a step has a negative gap, and is pushed back where it came from.
-Unguarded, and thus not sure to stay apart, are flat edges that nothing presses, sheets beyond the three partners of a
-vertex, and edges that come near from beyond half of the margin; `make tangle` counts how often anything passes. One
-round of contact is `gauss_seidel.resolve`:
+resort. It has no continuous collision detection, the middle layer of Bridson et al. Instead, candidates remember their
+side at the start of the step. A pair that has passed through within a step has a negative gap, and is pushed back.
+Three kinds of pairs are not guarded: flat edges that are not pressed, sheets beyond the three partners of a vertex, and
+edges that approach from beyond half of the margin. `make tangle` counts how often anything passes through. One round of
+contact is `gauss_seidel.resolve`:
 
     motion           `motion.follow`            paths of the vertices grow, by which pairs that are apart sleep
     broad phase      `broad_phase.refresh`      candidates are searched again only when two parts of the cloth may have
@@ -36,14 +36,12 @@ be tangled, and is tried again.
 
 Invariants, held by tests/test_native_contact.py, test_native_vertex_face.py and test_native_edge_edge.py:
 
-1. Legal positions, those at the start of a step, decide on which side something is, never predicted ones.
-2. A partner follows the cloth from triangle to neighbouring triangle, but neither around a fold that lies back to back
-   nor onto another partner; only a search changes it otherwise.
-3. A pair sleeps no longer than until the paths of its own vertices (`motion`) say that it may be near.
-4. A pair that hands hold on both sides is never corrected.
-5. The correction of a pair is shared by inverse masses, so it changes no momentum; of what comes apart because it was
-   too close when the step began, no more than the recovery speed becomes velocity.
-6. Nothing depends on anything but the input: a rollout has the same bytes however often it is made.
+1. Legal positions, those at the start of a step, decide on which side something is, never predicted ones. 2. A partner
+follows the cloth from triangle to neighbouring triangle, but neither around a fold that lies back to back nor onto
+another partner; only a search changes it otherwise. 3. A pair sleeps only until the paths of its own vertices
+(`motion`) show that it may be near. 4. A pair that hands hold on both sides is never corrected. 5. The correction of a
+pair is distributed by inverse masses, so it changes no momentum. If the pair was too close at the start of the step, at
+most the recovery speed becomes velocity. 6. Everything depends only on the input: a rollout always has the same bytes.
 
 Who writes what of `state.ContactState`:
 

@@ -17,7 +17,7 @@ from tatamu.simulators.native.contact.state import ContactMesh, ContactState
 from tatamu.simulators.native.options import ContactOptions
 
 KEPT_APART = 1.5
-"""Thicknesses of the search distance that motion may not use up: pairs are known before they are too close."""
+"""Thicknesses of the search distance that remain for contact, so that pairs are found before they are too close."""
 
 
 @kernel

@@ -1,11 +1,11 @@
 """Narrow phase and correction of edges against edges, without friction.
 
-Guarded edges and those near them, found by `edge_edge_search`, are kept apart along the line of their closest points
-at the start of the step, as vertices are from triangles.
+Guarded edges and edges near them (`edge_edge_search`) are kept apart along the line of their closest points at the
+start of the step, like vertices and triangles.
 
-Most pairs are near but not too near. How near they are is therefore computed for many pairs at a time, eight at once,
-and they are looked at one by one only from the first on that is too near, as its correction may bring others too near:
-the result is that of one pair after the other, as Gauss-Seidel has it.
+Most pairs are near but not too near. Distances are therefore computed for many pairs at a time. From the first pair
+that is too near, pairs are treated one by one, because its correction may bring others too near. The result is that of
+Gauss-Seidel, one pair after another.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ MANY = 32
 FIRST_FRACTION = MANY
 SECOND_FRACTION = 2 * MANY
 GAP = 3 * MANY
-"""Where rows of measures begin, after that of distances."""
+"""First row of measures, after that of distances."""
 SLEEP = 0.9
-"""A pair that is far enough apart sleeps until it may have used up this part of what it is farther."""
+"""Part of the excess distance after which a sleeping pair is tested again."""
 FARTHEST = 3.0
 """The first sweep passes over pairs that were farther apart than this at the start of the step, in gaps that edges
 keep; a later one looks at them where the sweep before moved something."""
@@ -46,9 +46,9 @@ def _gather(x: np.ndarray, pairs: np.ndarray, chosen: np.ndarray, n: int, first:
 
 @kernel
 def _measure(n: int, m: np.ndarray, out: np.ndarray) -> None:
-    """Distances at the start, where along both edges, and what is left of them at x: four rows of `out`.
+    """Write the distances at the start, the places along both edges and the distances at x to four rows of `out`.
 
-    In m are twelve rows of coordinates at the start, and twelve at x; n pairs.
+    The array m has twelve rows of coordinates at the start and twelve at x, for n pairs.
     """
     for i in range(n):
         ax, ay, az = m[i], m[i + MANY], m[i + 2 * MANY]
@@ -79,7 +79,7 @@ def _choose(contact: ContactState, p: int, chosen: np.ndarray) -> tuple[int, int
     """Fill `chosen` with the next pairs from number p on that may be too near.
 
     Returns:
-        How many they are, and the number of the pair to go on with.
+        Their number, and the number of the next pair.
     """
     pairs = contact.edge_edge.pairs
     wake = contact.edge_edge.wake
@@ -104,7 +104,7 @@ def _choose(contact: ContactState, p: int, chosen: np.ndarray) -> tuple[int, int
 
 @kernel
 def _choose_again(contact: ContactState, i: int, chosen: np.ndarray) -> tuple[int, int]:
-    """Fill `chosen` with pairs that are awake, from the i-th on, and of which the sweep before moved something."""
+    """Fill `chosen` with awake pairs from the i-th on that the last sweep moved."""
     pairs = contact.edge_edge.pairs
     awake = contact.edge_edge.awake
     touched = contact.activity.touched
@@ -157,7 +157,7 @@ def _first_too_near(gap: np.ndarray, n: int, wanted: float) -> int:
 
 @kernel
 def _combined(x: np.ndarray, pair: tuple[int, int, int, int], weights: tuple[float, float, float, float]) -> Vector:
-    """Vector between the closest points of two edges [m], of which the weights are the barycentric coordinates."""
+    """Return the vector between the closest points of two edges [m], from their barycentric weights."""
     a, b, c, d = pair
     wa, wb, wc, wd = weights
     return (
@@ -183,14 +183,14 @@ def _push_apart(
 
     Args:
         positions: Positions to correct.
-        inverse_mass: Of the vertices [1/kg].
+        inverse_mass: Inverse masses of the vertices [1/kg].
         activity: Written where the push is noticeable or hard.
         pair: Ends of both edges.
         closest: Distance at the start [m], and the fractions along both edges where it is reached.
         wanted: How far apart they should be [m].
         speeds: How far they may come apart, and how far of that as velocity, see `projection.correction` [m].
         thresholds: Pushes from which on vertices count as touched and as restless [m].
-        numbers: Of this sweep, and of the outer step until which vertices are then restless.
+        numbers: Number of this sweep, and of the outer step until which vertices are then restless.
 
     Returns:
         The gap that it had [m], infinity if that was enough.
@@ -235,7 +235,7 @@ def sweep(
     """One Gauss-Seidel sweep over the edge pairs, in the order of their numbers.
 
     Args:
-        positions: Positions to correct, and those that they came from.
+        positions: Positions to correct, and those at the start.
         mesh: The mesh.
         contact: Pairs are put to sleep; activity is written.
         options: How far positions are corrected.

@@ -1,4 +1,4 @@
-"""Broad phase of edges against edges: which edges are guarded, and what is near them.
+"""Broad phase of edges against edges: guarded edges, and the edges near them.
 
 Borders are guarded, creased edges, and the edges of layers that are pressed together: between flatter ones that are not
 pressed, an edge cannot come through before a vertex does.
@@ -67,19 +67,19 @@ def search(
     options: ContactOptions,
     count: int,
 ) -> int:
-    """Pair each newly guarded edge with the edges of triangles near it, but for what is level beside it on the cloth.
+    """Pair each newly guarded edge with edges of triangles near it, except its neighbours in the same flat cloth.
 
     Args:
         x: Legal positions [m], shape (n, 3).
         mesh: The mesh.
         edge_edge: To be filled.
         pressed: Searches for which the edges at each vertex are guarded yet, shape (n,).
-        shape: Of the cloth at x.
+        shape: Shape of the cloth at x.
         options: What is a candidate.
-        count: How many pairs there are already.
+        count: Present number of pairs.
 
     Returns:
-        How many pairs there are.
+        New number of pairs.
     """
     edges = mesh.edges
     face_edges = mesh.face_edges

@@ -1,8 +1,8 @@
 """Contact of one time step: nonlinear Gauss-Seidel sweeps over all pairs, and the table, with impact zones at the end.
 
-A sweep corrects pair after pair, each on the positions that the one before left. There is no iteration to a tolerance:
-the first sweep restores the whole thickness, later ones less, and none is made once every pair has what the next one
-would restore. Where layers are crushed, contact is resolved in several rounds per outer step.
+A sweep corrects pair after pair, each from the positions that the one before left. There is no iteration to a
+tolerance. The first sweep restores the whole thickness and later ones less; they end when every pair has the distance
+that the next one would restore. If layers are crushed, contact is resolved in several rounds per outer step.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def _sweep(
     step: float,
     restored: float,
 ) -> float:
-    """One sweep over edges, vertices, bodies and the table; the smallest gap before, as part of what it should be."""
+    """Make one sweep over edges, vertices, bodies and the table; return the smallest gap before it."""
     contact.counters.sweep += 1
     edge_gap = edge_edge.sweep(positions, mesh, contact, options, step, restored)
     gap = vertex_face.sweep(positions, mesh, contact, options, step, restored)
@@ -66,7 +66,7 @@ def resolve(
     """Resolve all contact of one round.
 
     Args:
-        positions: Positions to correct, and those that they came from.
+        positions: Positions to correct, and those at the start.
         mesh: The mesh.
         contact: What contact remembers.
         bodies: Rigid bodies, placed for this round.
@@ -75,7 +75,7 @@ def resolve(
         step: Time since the start of the round [s].
 
     Returns:
-        The longest distance by which contact moved a vertex, but for what is position only [m].
+        The longest distance by which contact moved a vertex, without the part that is position only [m].
     """
     counters = contact.counters
     broad_phase.refresh(positions, mesh, contact, options)
@@ -102,9 +102,9 @@ def rounds_of_next_step(rounds: int, longest: float, thickness: float, most: int
     Args:
         rounds: In this one.
         longest: Longest correction in any of them [m].
-        thickness: Of the cloth [m].
-        most: How many there may be.
-        options: When cloth is restless or calm.
+        thickness: Thickness of the cloth [m].
+        most: Largest number of rounds.
+        options: Limits at which cloth counts as restless.
     """
     if longest > options.restless * thickness:
         return min(2 * rounds, most)

@@ -22,7 +22,7 @@ class Grid(NamedTuple):
     shape: np.ndarray
     """Cells along x, y, z, shape (3,)."""
     start: np.ndarray
-    """Where each cell begins in `order`, shape (cells + 1,)."""
+    """Start of each cell in `order`, shape (cells + 1,)."""
     order: np.ndarray
     """Points by cell, shape (points,)."""
 
@@ -78,7 +78,7 @@ def grid_cell(point: np.ndarray, grid: Grid) -> tuple[int, int, int]:
 def cells_around(
     cell: tuple[int, int, int], rings: int, column: int, shape: np.ndarray, start: np.ndarray
 ) -> tuple[int, int]:
-    """Where in `Grid.order` one column of the cells around a cell begins and ends.
+    """Return the start and end in `Grid.order` of one column of the cells around a cell.
 
     Cells that follow one another along z lie together, so a block of 2 rings + 1 cells a side is that number squared of
     runs.
@@ -87,8 +87,8 @@ def cells_around(
         cell: The cell in the middle.
         rings: How many cells to look to each side.
         column: Number of the run, from 0 to (2 rings + 1)^2 - 1, by x, then y.
-        shape: Of the grid.
-        start: Of the grid.
+        shape: Numbers of cells of the grid.
+        start: Starts of the grid's cells.
 
     Returns:
         The first place and the one behind the last; the same where the column is outside the grid.

@@ -74,7 +74,7 @@ def _edges_passed(x: np.ndarray, start: np.ndarray, a: int, b: int, c: int, d: i
 def _vertex_passed(x: np.ndarray, v: int, a: int, b: int, c: int, side: int, tolerance: float) -> bool:
     """Whether v is over the inside of triangle (a, b, c), but not on that side of it.
 
-    Inside is what is beyond no edge by more than a tolerance, in barycentric coordinates.
+    A point counts as inside if it is beyond no edge by more than a tolerance, in barycentric coordinates.
     """
     nx, ny, nz = normal_of(x, a, b, c)
     px, py, pz = difference(x, v, a)
@@ -151,7 +151,7 @@ def _join_passed_vertices(
 
 @kernel
 def _move_as_one(positions: Positions, inverse_mass: np.ndarray, zone: np.ndarray) -> None:
-    """Move every zone from where it was by its mean motion, or by that of its held vertices."""
+    """Move every zone from its legal positions by its mean motion, or by that of its held vertices."""
     x = positions.x
     start = positions.start
     n = x.shape[0]
@@ -180,15 +180,15 @@ def _move_as_one(positions: Positions, inverse_mass: np.ndarray, zone: np.ndarra
 
 @kernel
 def hold(positions: Positions, mesh: ContactMesh, contact: ContactState, options: ContactOptions) -> int:
-    """Undo what passed through something else; zones grow until nothing has.
+    """Undo the motion of cloth that passed through cloth; zones grow until nothing passes through.
 
-    Only restless vertices, which contact has pushed hard lately or which are in a zone, are looked at.
+    Only restless vertices are tested: those that contact has recently pushed hard, or that are in a zone.
 
     Args:
         positions: Positions to correct; those at the start of the step are legal.
         mesh: The mesh.
-        contact: Its pairs are looked at; vertices of zones become restless.
-        options: How often zones may grow, what counts as inside.
+        contact: Contact whose pairs are tested; vertices of zones become restless.
+        options: Number of times that zones may grow, and the tolerance of inside.
 
     Returns:
         Number of passes that it took; 0 when nothing had passed.

@@ -1,9 +1,9 @@
-"""How far the cloth has moved since the search, by which pairs that are apart sleep.
+"""The motion of the cloth since the search, which determines how long distant pairs sleep.
 
-A pair need not be looked at before it can have come too near. How far its two sides may have come closer is bounded by
-the lengths of their own paths: that a hand shakes one vertex wakes the pairs of that vertex, not those of all others.
-Paths lead through legal positions, where contact left the cloth, and what a round predicts is added for that round
-only: layers that a hand presses are predicted within one another in every round and put back, and go nowhere.
+A pair need not be tested before it can have come too near. The approach of its two sides is bounded by the lengths of
+their own paths, so a fast vertex wakes only its own pairs. Paths lead through legal positions, where contact left the
+cloth; the predicted motion of a round is added for that round only: layers that a hand presses are predicted within one
+another in every round and put back, and go nowhere.
 
 All of it is motion against the mean: a cloth that is carried as a whole wakes nothing.
 """
@@ -18,18 +18,18 @@ from tatamu.simulators.native.contact.state import ContactState
 from tatamu.simulators.native.geometry import Vector
 
 EVERY = 16
-"""The mean is taken over every so many-th vertex: against whatever vector motion is counted, the bound holds."""
+"""Step between the vertices over which the mean is taken; the bound holds for any reference vector."""
 
 
 @kernel
 def of_edges(length: np.ndarray, a: int, b: int, c: int, d: int) -> float:
-    """How much closer edges (a, b) and (c, d) may have come by vertices that went these lengths [m]."""
+    """Return the largest approach of edges (a, b) and (c, d) for path lengths of their vertices [m]."""
     return max(length[a], length[b]) + max(length[c], length[d])
 
 
 @kernel
 def of_vertex_and_face(length: np.ndarray, v: int, a: int, b: int, c: int) -> float:
-    """How much closer vertex v and triangle (a, b, c) may have come by vertices that went these lengths [m].
+    """Return the largest approach of vertex v and triangle (a, b, c) for path lengths of their vertices [m].
 
     A vertex that slides onto a neighbouring triangle meanwhile is not covered to the letter; it gets no farther there
     than it has slid, where that triangle is still about where the two corners that it shares are.
@@ -50,9 +50,9 @@ def begin(x: np.ndarray, contact: ContactState) -> None:
 
 @kernel
 def follow(positions: Positions, contact: ContactState) -> None:
-    """Add the way to the legal positions at the start of this round to the paths, and reach from there.
+    """Add the motion to the legal positions at the start of this round to the paths, then update the reach.
 
-    Where the search found nothing near anything, there is nothing to wake, and only `worn_out` looks at motion.
+    If the search found no pairs, nothing can wake, and only `worn_out` uses the motion.
     """
     counters = contact.counters
     if counters.ordered == 0 and counters.pairs == 0:
@@ -103,7 +103,7 @@ def _mean_motion(start: np.ndarray, end: np.ndarray) -> Vector:
 
 @kernel
 def _distance(start: np.ndarray, end: np.ndarray, v: int, mean: Vector) -> float:
-    """How far vertex v moved against the mean [m]."""
+    """Return the motion of vertex v relative to the mean [m]."""
     x = end[v, 0] - start[v, 0] - mean[0]
     y = end[v, 1] - start[v, 1] - mean[1]
     z = end[v, 2] - start[v, 2] - mean[2]
@@ -114,7 +114,7 @@ def _distance(start: np.ndarray, end: np.ndarray, v: int, mean: Vector) -> float
 def worn_out(x: np.ndarray, contact: ContactState, limit: float) -> bool:
     """Whether any two vertices may have come closer than a limit [m] since the search.
 
-    What swings to and fro adds to paths, by which pairs that sleep are woken, but wears nothing out.
+    Oscillations add to paths, which wake sleeping pairs, but they do not make the candidates stale.
     """
     counters = contact.counters
     if counters.travelled <= counters.due:

@@ -1,8 +1,8 @@
 """Position-based correction of a pair that is too close, by split impulse.
 
-Contact moves positions; what it moves them by, over the time step, becomes velocity. A pair that was too close already
-when the step began would be thrown apart by that. It therefore comes apart at a limited speed only, and of that
-correction a part moves the predicted positions along, from which velocities are taken: it is *position only*.
+Contact moves positions, and this motion over the time step becomes velocity. A pair that was already too close at the
+start of the step would then be thrown apart. It is therefore separated at a limited speed, and a part of the correction
+also moves the predicted positions, from which velocities are computed. That part is *position only*.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Positions(NamedTuple):
 
 @kernel
 def correction(gap: float, gap_at_start: float, wanted: float, clearing: float, recovery: float) -> tuple[float, float]:
-    """How far to push a pair apart, and the part of it that is position only.
+    """Return the distance by which a pair is pushed apart, and the part of it that is position only.
 
     Args:
         gap: How far apart the pair is, negative when it has passed [m].

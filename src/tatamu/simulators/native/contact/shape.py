@@ -1,4 +1,4 @@
-"""The shape of the cloth, as both searches need it: normals, centroids, radii."""
+"""The shape of the cloth for both searches: normals, centroids, radii."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from tatamu.simulators.native.geometry import TINY_LENGTH, dot, normal_of
 
 
 class Shape(NamedTuple):
-    """Of every triangle and vertex, at some positions."""
+    """Normals, centroids and radii of the triangles and vertices at some positions."""
 
     face_normal: np.ndarray
     """Unit normals, shape (m, 3)."""
     vertex_normal: np.ndarray
     """Unit normals, means of the triangles around weighted by area, shape (n, 3)."""
     centroid: np.ndarray
-    """Of every triangle [m], shape (m, 3)."""
+    """Centroid of every triangle [m], shape (m, 3)."""
     radius: np.ndarray
     """Longest distance from the centroid of a triangle to a corner [m], shape (m,)."""
 

@@ -1,7 +1,7 @@
-"""The state of contact: the mesh, candidate pairs, what was active lately, and a few counters.
+"""The state of contact: the mesh, candidate pairs, recent activity, and counters.
 
-Everything lies in arrays that are allocated once, as NamedTuples of arrays, which compiled loops take as they are.
-Each record has one owner that writes it in the course of a step; see the table in the docstring of this package.
+All arrays are allocated once and grouped in NamedTuples, which compiled loops accept. One module writes each record in
+the course of a step; see the table in the docstring of this package.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class ContactMesh(NamedTuple):
     neighbours: np.ndarray
     """Triangle across the edge opposite each corner, -1 at a border, shape (m, 3)."""
     near_start: np.ndarray
-    """Where a vertex's entries in `near` begin, shape (n + 1,)."""
+    """Start of each vertex's entries in `near`, shape (n + 1,)."""
     near: np.ndarray
     """Triangles within two rings of each vertex."""
     edges: np.ndarray
@@ -40,7 +40,7 @@ class ContactMesh(NamedTuple):
     friction: float
     """Coulomb coefficient mu of cloth on cloth [-]."""
     thickness: float
-    """How far layers rest apart, t [m]."""
+    """Distance t of layers at rest [m]."""
     search_distance: float
     """A thickness and the margin [m]: whatever is nearer than this in a search becomes a candidate."""
     triangle_radius: float
@@ -53,13 +53,13 @@ class VertexFace(NamedTuple):
     triangle: np.ndarray
     """Partners of each vertex, -1 for none, shape (n, PARTNERS)."""
     side: np.ndarray
-    """Side of the triangle's normal on which the vertex is, +1 or -1; 0 while not known; shape (n, PARTNERS)."""
+    """Side of the triangle's normal on which the vertex is, +1 or -1, or 0 if unknown; shape (n, PARTNERS)."""
     wake: np.ndarray
     """Value of `counters.travelled` before which the pair cannot be too near [m], shape (n, PARTNERS)."""
     meets: np.ndarray
     """Lengths of both its paths, together, before which it cannot be [m], shape (n, PARTNERS)."""
     awake: np.ndarray
-    """Pairs that the last first sweep looked at, as PARTNERS v + k; `counters.partners_awake` of them are in use."""
+    """Pairs that the last first sweep tested, as PARTNERS v + k; `counters.partners_awake` of them are in use."""
     anchor_triangle: np.ndarray
     """Triangle that friction holds the vertex to, -1 for none, shape (n, PARTNERS)."""
     anchor: np.ndarray
@@ -84,7 +84,7 @@ class EdgeEdge(NamedTuple):
 
 
 class VertexMotion(NamedTuple):
-    """Of the vertices since the search, against the mean motion; see `motion`.
+    """Motion of the vertices since the search, relative to the mean; see `motion`.
 
     Written at the start of each round, and the reach once more before impact zones.
     """
@@ -92,7 +92,7 @@ class VertexMotion(NamedTuple):
     path: np.ndarray
     """Length of each vertex's path through legal positions [m], shape (n,)."""
     reach: np.ndarray
-    """That, and how far from there it is predicted, or was corrected to, in this round [m], shape (n,)."""
+    """Path plus the distance to the predicted or corrected position in this round [m], shape (n,)."""
     legal: np.ndarray
     """Positions at the start of the round [m], shape (n, 3)."""
     searched_at: np.ndarray
@@ -107,7 +107,7 @@ class Activity(NamedTuple):
     restless: np.ndarray
     """Number of the outer step until which the vertex may pass through something in spite of contact."""
     pressed: np.ndarray
-    """Searches to come for which all edges at the vertex are guarded."""
+    """Number of further searches for which all edges at the vertex are guarded."""
 
 
 COUNTERS = np.dtype(
@@ -126,7 +126,7 @@ COUNTERS = np.dtype(
     ],
     align=True,
 )
-"""Numbers that change: a record, as compiled loops can write to its fields but not to those of a NamedTuple."""
+"""Changing numbers, in a record because compiled loops cannot write to fields of a NamedTuple."""
 
 
 class ContactState(NamedTuple):
@@ -141,7 +141,7 @@ class ContactState(NamedTuple):
 
 
 def initial_state(mesh: ContactMesh, pairs_per_edge: int) -> ContactState:
-    """The state in which nothing has been searched yet, with room for that many edge pairs per edge of the mesh."""
+    """Return the state before any search, with memory for this number of edge pairs per edge of the mesh."""
     count = len(mesh.inverse_mass)
     room = pairs_per_edge * len(mesh.edges)
     counters = np.zeros(1, dtype=COUNTERS).view(np.recarray)[0]

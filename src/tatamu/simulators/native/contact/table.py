@@ -46,8 +46,8 @@ def sweep(
     """Lift all vertices that are too low, by split impulse as `projection.correction` does, and hold them by friction.
 
     Args:
-        positions: Positions to correct, and those that they came from.
-        inverse_mass: Of the vertices [1/kg].
+        positions: Positions to correct, and those at the start.
+        inverse_mass: Inverse masses of the vertices [1/kg].
         contact: What is pushed hard becomes restless.
         plane: The table.
         options: How far positions are corrected.

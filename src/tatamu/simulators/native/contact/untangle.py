@@ -1,14 +1,14 @@
 """Layers that went through one another in a pinch come apart when the hand opens.
 
-A hand keeps the arrangement of what it holds, while the cloth beside it may turn over, as a hem does when the garment
-is folded: the layers then lie in one order in the pinch and in the other beside it. Real cloth leaves a tongue as deep
-as the fingers and turns around it; on a mesh the pinch may be a single row of vertices, which has no depth, and edges
-pass through triangles. Contact, which keeps every vertex on its side, would keep them so.
+A hand keeps the orientation of the held cloth, while the cloth next to it may turn over, such as a hem when the garment
+is folded. The layers in the pinch are then in the opposite order to those next to it. Real cloth turns over gradually
+along the depth of the fingers. On a mesh the pinch may be a single row of vertices without depth, so edges pass through
+triangles. Contact keeps every vertex on its side, and so would keep these crossings.
 
-Where an edge passes through a triangle, the curve along which the two layers meet begins, ends or goes on. The edge is
-moved against the triangle in the direction in which that curve gets shorter fastest (Volino and Magnenat-Thalmann 2006,
-"Resolving surface collisions through intersection contour minimization"), which needs no memory of which layer was on
-which side; then the edges get back their lengths, which takes the cloth around along.
+If an edge passes through a triangle, the two layers meet along a curve. The edge is moved against the triangle in the
+direction in which that curve shortens fastest (Volino and Magnenat-Thalmann 2006, "Resolving surface collisions through
+intersection contour minimization"), which needs no memory of the layers' sides. Then the lengths of edges are restored,
+which moves the cloth around as well.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from tatamu.topology import areas, edge_lengths, longest_sides
 
 
 def untangle(x: np.ndarray, mesh: ContactMesh, lengths: np.ndarray, options: UntangleOptions) -> tuple[np.ndarray, int]:
-    """Move the cloth out of itself; what is not tangled stays where it is to the last bit.
+    """Untangle the cloth; cloth without crossings is not moved at all.
 
     Args:
         x: Positions [m], shape (n, 3).
         mesh: The mesh; held vertices stay where they are.
-        lengths: Of its edges at rest [m], shape (e,).
+        lengths: Lengths of its edges at rest [m], shape (e,).
         options: How far and how often it is moved.
 
     Returns:
@@ -99,7 +99,7 @@ def _shortening(x: np.ndarray, e: int, t: int, mesh: ContactMesh, flattest: floa
 
 @kernel
 def _meeting(x: np.ndarray, e: int, t: int, mesh: ContactMesh) -> tuple[float, float, float, float]:
-    """Where edge e passes through triangle t: the fraction along the edge, barycentric coordinates in the triangle."""
+    """Return where edge e passes through triangle t: the fraction along the edge, and barycentric coordinates."""
     p, q = mesh.edges[e, 0], mesh.edges[e, 1]
     a, b, c = mesh.faces[t, 0], mesh.faces[t, 1], mesh.faces[t, 2]
     nx, ny, nz = normal_of(x, a, b, c)
@@ -147,7 +147,7 @@ def _part(x: np.ndarray, pairs: np.ndarray, mesh: ContactMesh, step: float, flat
 def _keep_lengths(
     x: np.ndarray, edges: np.ndarray, shortest: np.ndarray, longest: np.ndarray, inverse_mass: np.ndarray, sweeps: int
 ) -> None:
-    """Bring every edge between its lengths [m], in turn: position-based, Gauss-Seidel."""
+    """Bring every edge between its limits of length [m], one after another (position-based Gauss-Seidel)."""
     for number in range(sweeps * edges.shape[0]):
         e = number % edges.shape[0]
         p, q = edges[e, 0], edges[e, 1]

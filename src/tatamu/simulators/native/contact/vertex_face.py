@@ -8,9 +8,9 @@ tangential part of a correction is friction:
     W   = w_v + sum b_k^2 w_k                       inverse mass seen by the contact, barycentric b
     l_n = (target - gap) / W,   l_t = min(|slip| / W, mu l_n)
 
-Slip is measured from the *friction anchor*, the point of the triangle where the vertex began to stick, not from the
-start of the step: what the table or another layer undoes of a correction is then corrected in the next step, so that
-layers at rest do not creep.
+Slip is measured from the *friction anchor*, the point of the triangle where the vertex started to stick, not from the
+start of the step. If the table or another layer undoes a correction, the next step corrects it again, so layers at rest
+do not creep.
 
 Pairs that a hand holds on both sides are left to the hand: near it a push has no lever, and would turn the pinch
 into a clamp that bends the layers as one plate. Derived in docs/theory/contact.md.
@@ -30,9 +30,9 @@ from tatamu.simulators.native.options import ContactOptions
 MOST_TRIANGLES = 4
 """Triangles that a partner may be followed over in one sweep."""
 AWAKE = 1.1
-"""A pair no farther apart than this, in thicknesses, is looked at in every sweep; others sleep."""
+"""Distance in thicknesses up to which a pair is tested in every sweep; others sleep."""
 SLEEP = 0.8
-"""A pair sleeps until it may have used up this part of what it is farther apart than a thickness."""
+"""Part of the distance beyond a thickness after which a sleeping pair is tested again."""
 
 
 @kernel
@@ -67,7 +67,7 @@ def _height(x: np.ndarray, v: int, a: int, b: int, c: int) -> float:
 
 @kernel
 def _slip(x: np.ndarray, v: int, a: int, b: int, c: int, at: Vector, nx: float, ny: float, nz: float) -> Vector:
-    """How far v is from the point with barycentric coordinates `at` on triangle (a, b, c), along the triangle [m]."""
+    """Return the offset of v from the point `at` (barycentric) on triangle (a, b, c), in its plane [m]."""
     sx = x[v, 0] - at[0] * x[a, 0] - at[1] * x[b, 0] - at[2] * x[c, 0]
     sy = x[v, 1] - at[0] * x[a, 1] - at[1] * x[b, 1] - at[2] * x[c, 1]
     sz = x[v, 2] - at[0] * x[a, 2] - at[1] * x[b, 2] - at[2] * x[c, 2]
@@ -77,7 +77,7 @@ def _slip(x: np.ndarray, v: int, a: int, b: int, c: int, at: Vector, nx: float, 
 
 @kernel
 def _back_to_back(x: np.ndarray, faces: np.ndarray, s: int, t: int) -> bool:
-    """Whether two triangles lie back to back, as at a seam: what is above one is not above the other."""
+    """Return whether two triangles lie back to back, as at a seam."""
     ax, ay, az = normal_of(x, faces[s, 0], faces[s, 1], faces[s, 2])
     bx, by, bz = normal_of(x, faces[t, 0], faces[t, 1], faces[t, 2])
     return ax * bx + ay * by + az * bz < 0.0
@@ -122,12 +122,12 @@ def sweep(
 ) -> float:
     """One Gauss-Seidel sweep over all vertices with partners.
 
-    From the highest vertex down, so that each layer of a stack hands all of its weight to the next.
-    In one piece, long as it is: with its narrow phase and its friction cut out as functions of arrays and numbers, a
-    rollout took 1.08 to 1.19 times as long, inlined or not; with functions that hand the records on, 1.8 times.
+    Vertices are visited from the highest down, so that each layer of a stack passes all of its weight to the next. The
+    function is long for speed: with narrow phase and friction as functions of arrays and numbers, a rollout took 1.08
+    to 1.19 times as long, inlined or not; with functions of records, 1.8 times.
 
     Args:
-        positions: Positions to correct, and those that they came from.
+        positions: Positions to correct, and those at the start.
         mesh: The mesh.
         contact: Partners are followed, anchors set; activity is written.
         options: How far positions are corrected.

@@ -26,8 +26,8 @@ def search(x: np.ndarray, mesh: ContactMesh, vertex_face: VertexFace, shape: Sha
     Args:
         x: Legal positions [m], shape (n, 3).
         mesh: The mesh.
-        vertex_face: To be filled; the partners until now are what is looked at first.
-        shape: Of the cloth at x.
+        vertex_face: Partners to update; the present ones are tested first.
+        shape: Shape of the cloth at x.
         options: What is a candidate.
     """
     nearest = _nearest_on_both_sides(x, mesh, vertex_face.triangle, shape, options)
@@ -125,8 +125,9 @@ def _keep_what_would_be_lost(
 ) -> None:
     """Make the nearest triangles partners, and the nearest of those that a vertex has touched and would lose to them.
 
-    In a crumple of three sheets the third would else be let go, and passed. One in the same direction as another
-    partner is not lost: it is of the same sheet, or behind it. The side of what is kept is kept.
+    In a crumple of three sheets the third would otherwise be forgotten and could pass through. A partner in the same
+    direction as another one need not be kept, because it belongs to the same sheet or lies behind it. Kept partners
+    keep their side.
     """
     faces = mesh.faces
     partners = vertex_face.triangle

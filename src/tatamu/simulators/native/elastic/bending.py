@@ -27,7 +27,7 @@ HALF: Any = np.float32(0.5)
 ONE: Any = np.float32(1.0)
 FOUR: Any = np.float32(4.0)
 WIDE: Any = np.float32(0.4)
-"""Least cosine of a half angle that is divided by; where it is smaller, the other half-angle formula is taken."""
+"""Least cosine of a half angle used as a divisor; below it, the other half-angle formula is used."""
 
 
 class Bending(NamedTuple):
@@ -47,13 +47,13 @@ class Bending(NamedTuple):
     coupling_copies: np.ndarray
     """Places of hinges that are copied behind the last one for these bands."""
     friction: Friction
-    """Of cloth with hysteresis."""
+    """Friction of cloth with hysteresis."""
     K: np.ndarray
     """K_T of each triangle, packed [N m], single, shape (6, places of couplings)."""
 
 
 class HingeMeasures(NamedTuple):
-    """Scratch: what is measured of all hinges at once, per place; g and moment have room for copies behind."""
+    """Scratch arrays of all hinges, per place; g and moment have additional memory for copies."""
 
     gradients: np.ndarray
     """Per block of a band, eight rows of BLOCK: d theta / d c (0 to 2) and d theta / d d (3 to 5) [1/m], and the feet
@@ -71,14 +71,14 @@ class HingeMeasures(NamedTuple):
 def scratch(
     hinges: np.ndarray, places: int, copies: int, real: type = np.float32, slip: Slip | None = None
 ) -> HingeMeasures:
-    """Room for what is measured of hinges.
+    """Return the scratch arrays of hinges.
 
     Args:
         hinges: Their band table.
         places: How many places the bands have.
         copies: How many places are copied behind the last one.
         real: Precision in which forces are computed.
-        slip: What the friction of bending remembers; None: there is no friction.
+        slip: State of the friction of bending; None without friction.
     """
     if slip is None:
         slip = hysteresis.unslipped(hysteresis.none(real), np.zeros(0), np.zeros((0, 5), dtype=np.int64))
@@ -219,7 +219,7 @@ def _moments(bending: Bending, measures: HingeMeasures) -> None:
 
 @kernel
 def _push_apex(F: np.ndarray, c: int, n: int, moment: np.ndarray, gradients: np.ndarray, row: int) -> None:
-    """Force on the apex whose gradient stands in rows row .. row + 2."""
+    """Add the force on the apex whose gradient is in rows `row` to `row` + 2."""
     fx, fy, fz = F[0, c : c + n], F[1, c : c + n], F[2, c : c + n]
     d = gradients[row * BLOCK :]
     for j in range(n):

@@ -1,4 +1,4 @@
-"""From the dihedral angles of a triangle's edges to its curvatures, and the stiffness that follows.
+"""Curvatures of a triangle from the dihedral angles of its edges, and the resulting stiffness.
 
     Q   = a C + (1 - a) R^-1                    from the three angles of triangle T to its curvatures (k_uu, k_vv, k_uv)
     K_T = A_T Q' D Q                            D = B diag(1, 1, 2), or diag(B, B_weft, twist) along the fibres
@@ -12,8 +12,8 @@ triangle of Onate and Zarate 2000, with s_e = 1/2); of theta_e a triangle of hei
 which is exact for curvature across the edge. Both shares make 1, so the forces of a constant moment cancel on any mesh;
 but the curvature is not exact, and cloth is too stiff.
 
-In regular rows both are the same; elsewhere their mean is nearer than either. At a border or a seam, which carries no
-moment, the curvature across it is none. Derived in docs/theory/bending.md.
+In regular rows both are equal; elsewhere their mean is more accurate than either. A border or a seam carries no moment,
+so the curvature across it is zero. Derived in docs/theory/bending.md.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ from tatamu.material import Material
 from tatamu.topology import Topology, areas
 
 LARGEST_CONDITION = 1e6
-"""Patches whose R has a larger condition number have no useful inverse; those of garments stay below a thousandth."""
+"""Largest condition number of R with a useful inverse; those of garments are less than a thousandth of it."""
 
 
 class CurvatureMaps(NamedTuple):
-    """From dihedral angles to curvatures, of the triangles that have any hinge."""
+    """Matrices from dihedral angles to curvatures, for all triangles with a hinge."""
 
     Q: np.ndarray
     """Curvatures of each triangle from the measures g of its hinges [1/m], shape (t, 3 curvatures, 3 hinges); zero
     where an edge carries no moment."""
     area: np.ndarray
-    """Of each triangle [m^2], shape (t,)."""
+    """Area of each triangle [m^2], shape (t,)."""
     hinges: np.ndarray
     """Hinges of each triangle, shape (t, 3); of an edge that carries no moment, another hinge of the triangle."""
 
@@ -61,7 +61,7 @@ def _operators(
 ) -> tuple[np.ndarray, np.ndarray]:
     """R, shape (m, 3 edges, 3 curvatures), and C, shape (m, 3 curvatures, 3 edges), of every triangle.
 
-    Where an edge is no hinge (at < 0) the row of R is the curvature across it, and the column of C is zero.
+    If an edge is no hinge (at < 0), the row of R is the curvature across it and the column of C is zero.
     """
     feet = [_feet(rest, hinges, 2), _feet(rest, hinges, 3)]
     rows = np.zeros((len(faces), 3, 3))
@@ -123,7 +123,7 @@ def maps(
 
     Args:
         rest: Unstrained positions [m], shape (n, 3).
-        topology: Of the mesh, with h hinges.
+        topology: Topology of the mesh, with h hinges.
         frames: Corners of each triangle in its plane [m], shape (m, 3, 2).
         free: Which hinges carry no moment (seams), shape (h,).
         angle_sum_part: a [-].
@@ -144,7 +144,7 @@ def stiffness(curved: CurvatureMaps, D: np.ndarray) -> np.ndarray:
     """K_T = A_T Q' D Q of every triangle [N m], shape (t, 3, 3).
 
     Args:
-        curved: Of the mesh.
+        curved: Curvature maps of the mesh.
         D: From curvatures to moments [N m], shape (3, 3).
     """
     return np.asarray(curved.area[:, None, None] * (curved.Q.transpose(0, 2, 1) @ D @ curved.Q))

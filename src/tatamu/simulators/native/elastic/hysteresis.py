@@ -23,16 +23,16 @@ from tatamu.simulators.native.elastic.curvature import CurvatureMaps, rigidities
 from tatamu.simulators.native.memory.bands import Bands
 
 COMPONENTS = 3
-"""Of a triangle's curvature."""
+"""Number of components of a triangle's curvature."""
 
 
 class Friction(NamedTuple):
-    """Constants of the elements, per place of the triangles' bands; without places where there is no hysteresis."""
+    """Constants of the elements, per place of the triangles' bands; empty without hysteresis."""
 
     Q: np.ndarray
     """Curvatures from the measures of three hinges, row by row [1/m], shape (9, places)."""
     area: np.ndarray
-    """Of each triangle [m^2], shape (places,)."""
+    """Area of each triangle [m^2], shape (places,)."""
     stiffness: np.ndarray
     """s_j [N m], shape (elements,)."""
     limit: np.ndarray
@@ -62,7 +62,7 @@ def in_bands(couplings: Bands, curved: CurvatureMaps, material: Material, real: 
 
     Args:
         couplings: Bands of triangles over places of hinges.
-        curved: Of the mesh.
+        curved: Curvature maps of the mesh.
         material: The cloth.
         real: Precision in which forces are computed.
     """
@@ -168,7 +168,7 @@ def add_moments(g: np.ndarray, friction: Friction, slip: Slip, triangles: np.nda
         friction: Constants.
         slip: What the elements remember.
         triangles: Band table of triangles over places of hinges.
-        moment: Of the hinges by place [N m], copies included.
+        moment: Moments of the hinges by place [N m], copies included.
     """
     _curvatures(g, friction.Q, triangles, slip.curvature)
     for k in range(3):

@@ -46,7 +46,7 @@ class Membrane(NamedTuple):
 
 
 def rest_frames(rest: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Corners of every triangle in a plane of its own [m], shape (m, 3, 2): corner 0 at 0, corner 1 on +x."""
+    """Return the corners of every triangle in its own plane [m], shape (m, 3, 2): corner 0 at 0, corner 1 on +x."""
     a, b, c = (rest[faces[:, k]] for k in range(3))
     length = np.linalg.norm(b - a, axis=1)
     along = (b - a) / length[:, None]
@@ -97,7 +97,7 @@ def plane_stress(material: Material) -> np.ndarray:
 
 
 def constants(frames: np.ndarray, material: Material) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Stiffness, rest lengths and what cloth that wrinkles needs of every triangle.
+    """Return stiffness, rest lengths and the constants of wrinkling for every triangle.
 
     Args:
         frames: Corners of each triangle in its plane [m], the warp along +x, shape (m, 3, 2).
@@ -181,9 +181,9 @@ def _forces(
 ) -> None:
     """Forces on corners a + j, b + j, c + j, j < n, of the triangles at place e: nine rows of BLOCK in `out` [N].
 
-    Rows are cut out one by one, as only a one-dimensional cut is known to be contiguous when this is compiled. `out` is
-    one array with rows a known distance apart: each further one that is written would have to be checked against each
-    that is read, every time, before anything may be computed eight at a time.
+    Rows are cut out one by one, because the compiler only knows one-dimensional slices to be contiguous. `out` is one
+    array with a fixed distance between rows: the compiler must check each written array against all read ones before it
+    may vectorise the loop.
     """
     xa, ya, za = X[0, a : a + n], X[1, a : a + n], X[2, a : a + n]
     xb, yb, zb = X[0, b : b + n], X[1, b : b + n], X[2, b : b + n]
@@ -206,7 +206,7 @@ def _forces(
 def _forces_of_wrinkled(
     X: np.ndarray, a: int, b: int, c: int, L2: np.ndarray, membrane: Membrane, e: int, n: int, out: np.ndarray
 ) -> None:
-    """`_forces` of cloth that gives way under compression."""
+    """Compute `_forces` for cloth with reduced compression."""
     R = membrane.relaxed
     compression = membrane.compression
     crowding = membrane.crowding

@@ -44,7 +44,7 @@ def _derivatives(values: np.ndarray, vertices: np.ndarray, count: int) -> sparse
     Args:
         values: Derivatives by the positions of its vertices, shape (r, k, 3).
         vertices: The vertices of each, shape (r, k).
-        count: How many vertices there are.
+        count: Number of vertices.
     """
     rows, each = vertices.shape
     columns = (3 * vertices[..., None] + np.arange(3)).astype(np.int32)

@@ -10,13 +10,13 @@ from __future__ import annotations
 import numpy as np
 
 UPPER = [0, 1, 2, 4, 5, 8]
-"""Where the upper triangle stands among the nine elements of a matrix, row by row."""
+"""Indices of the upper triangle among the nine elements of a matrix, row by row."""
 FULL = [0, 1, 2, 1, 3, 4, 2, 4, 5]
-"""Where each of the nine elements stands among the six."""
+"""Index of each of the nine elements among the six."""
 
 
 def pack(matrices: np.ndarray) -> np.ndarray:
-    """Upper triangles of symmetric matrices, shape (m, 3, 3), as rows, shape (6, m)."""
+    """Return the upper triangles of symmetric matrices, shape (m, 3, 3), as rows, shape (6, m)."""
     return matrices.reshape(-1, 9).T[UPPER]
 
 

@@ -1,4 +1,4 @@
-"""Tension field: a membrane that resists compression less than tension, as cloth wrinkles finer than its mesh.
+"""Tension field: a membrane that resists compression less than tension, for wrinkles finer than the mesh.
 
 A sheet that is pushed does not shorten, it buckles; waves shorter than two cells are not on the mesh, and the mesh
 would hold the load of a plate. As in tension field theory (Pipkin 1986; Choi and Ko 2002 for cloth) the energy is
@@ -34,7 +34,7 @@ def constants(inverse: np.ndarray, area: np.ndarray, material: Material) -> np.n
 
     Args:
         inverse: P^-1 of each triangle [1/m^2], shape (m, 3, 3).
-        area: Of each triangle [m^2], shape (m,).
+        area: Area of each triangle [m^2], shape (m,).
         material: The cloth.
 
     Returns:

@@ -1,1 +1,1 @@
-"""Where data lie: vertices on lattices, elements in bands, compiled kernels on disk. Knows nobody above."""
+"""Memory layout: vertices on lattices, elements in bands, compiled kernels on disk."""

@@ -1,10 +1,10 @@
-"""Where the vertices lie in memory, so that forces are computed over long contiguous runs.
+"""The layout of vertices in memory, with which forces are computed over long contiguous runs.
 
 A processor computes eight or sixteen neighbouring numbers at once, if they are neighbours in memory. Rows of vertices
-that lie like those of a lattice (`lattice`) are therefore stored with one stride, even rows apart from odd rows: then
-all triangles of one kind are (a + j, b + j, c + j) for j = 0, 1, .., a *band*. Slots without a vertex, and band
-elements without a triangle, are fillers with zero mass and zero stiffness. Elements that fit in no band are computed on
-copies of their vertices, laid out as one more band; so the kernels know bands only.
+that form a lattice (`lattice`) are therefore stored with one stride, even rows separate from odd rows. Then all
+triangles of one kind are (a + j, b + j, c + j) for j = 0, 1, .., a *band*. Slots without a vertex, and band elements
+without a triangle, are fillers with zero mass and zero stiffness. Elements that fit in no band are computed on copies
+of their vertices, which form one more band, so the kernels only see bands.
 """
 
 from __future__ import annotations
@@ -16,8 +16,10 @@ import numpy as np
 from tatamu.simulators.native.memory.lattice import patches
 
 BLOCK = 528
-"""Elements of a band that are computed together: what they need in between stays in the nearest cache, and its rows
-do not begin a power of two apart, which processors take for the same place."""
+"""Number of elements of a band that are computed together, so that intermediate values stay in the nearest cache.
+
+The distance of rows is no power of two, because such rows would share cache lines.
+"""
 SHORTEST_BAND = 24
 """Fewer elements are not worth a band of their own."""
 FULLEST = 2.0
@@ -41,7 +43,7 @@ class Bands:
         return len(self.element)
 
     def spread(self, values: np.ndarray) -> np.ndarray:
-        """Values per mesh element, shape (.., e), as values per place, fillers zero; contiguous."""
+        """Return values per mesh element, shape (.., e), as contiguous values per place, zero for fillers."""
         out = np.zeros((*values.shape[:-1], self.size))
         filled = self.element >= 0
         out[..., filled] = values[..., self.element[filled]]
@@ -88,7 +90,7 @@ def turned(faces: np.ndarray, slot: np.ndarray) -> np.ndarray:
 
 
 def turned_hinges(hinges: np.ndarray, slot: np.ndarray) -> np.ndarray:
-    """Hinges seen from the side that puts the lower slot of the shared edge first."""
+    """Return hinges from the side on which the lower slot of the shared edge comes first."""
     back = slot[hinges[:, 0]] > slot[hinges[:, 1]]
     return np.where(back[:, None], hinges[:, [1, 0, 3, 2]], hinges)
 
@@ -125,5 +127,5 @@ def bands(elements: np.ndarray, total: int) -> Bands:
 
 
 def blocks(table: np.ndarray) -> int:
-    """How many blocks the bands of a table have."""
+    """Return the number of blocks of the bands of a table."""
     return int((-(-table[:, 1] // BLOCK)).sum())

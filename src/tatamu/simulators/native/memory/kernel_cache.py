@@ -1,7 +1,7 @@
-"""Compiled kernels are kept on disk beside their sources; this forgets them when any source has changed.
+"""The cache of compiled kernels next to their sources, which is cleared when any source has changed.
 
-Numba looks only at the file of the function itself, but a kernel contains everything that it calls, from whatever file
-of whatever room. One stamp therefore holds for all of them: it stands in the `__pycache__` of the topmost folder.
+Numba checks only the file of the function itself, but a kernel contains everything that it calls, from other files as
+well. One stamp for all of them is therefore kept in the `__pycache__` of the topmost folder.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from hashlib import blake2b
 from pathlib import Path
 
 NATIVE = Path(__file__).parent.parent
-"""The folder of the embedded simulator, whose rooms all have kernels."""
+"""The folder of the embedded simulator, whose packages all have kernels."""
 
 
 def forget_stale_kernels(folder: Path = NATIVE) -> None:
@@ -34,7 +34,7 @@ def forget_stale_kernels(folder: Path = NATIVE) -> None:
 
 
 def _stamp(folder: Path) -> str:
-    """Digest of all sources, with their places: a file that moves from room to room is another one."""
+    """Return a digest of all sources with their paths."""
     digest = blake2b(digest_size=16)
     for source in sorted(folder.rglob("*.py")):
         digest.update(source.relative_to(folder).as_posix().encode())

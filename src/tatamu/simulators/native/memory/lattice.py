@@ -1,7 +1,8 @@
-"""Which vertices of a mesh lie like those of a triangular lattice, and where on it.
+"""The vertices of a mesh that form a triangular lattice, and their places on it.
 
 Two triangles that share an edge make a parallelogram: three corners placed on the lattice place the fourth. From a
-first triangle this goes on until borders, seams and irregular vertices stop it; what is left may hold another patch.
+first triangle this continues until borders, seams and irregular vertices. The remaining triangles may form another
+patch.
 """
 
 from __future__ import annotations
@@ -15,9 +16,9 @@ import numpy as np
 SMALLEST_PATCH = 40
 """Patches of fewer vertices are not worth a band of their own."""
 SKEW = 0.35
-"""A fourth corner farther than this part of the shared edge from where the lattice wants it is not on it."""
+"""Largest distance of a fourth corner from its place on the lattice, as part of the shared edge."""
 EDGE_SKEW = 0.7
-"""The same for the last vertices, at a border that cuts through cells, from where the lattice does not go on."""
+"""The same for the last vertices at a border that cuts through cells."""
 
 Places = dict[int, tuple[int, int]]
 
@@ -58,7 +59,7 @@ class _Mesh(NamedTuple):
     """Vertices that are in a patch, or in too small a one."""
 
     def skew(self, a: int, b: int, c: int, d: int) -> float:
-        """How far d is from a + b - c, in lengths of the edge (a, b)."""
+        """Return the distance of d from a + b - c, in lengths of the edge (a, b)."""
         p, q, r, s = (self.points[v] for v in (a, b, c, d))
         return dist([i + j - k for i, j, k in zip(p, q, r, strict=True)], s) / dist(p, q)
 
@@ -78,7 +79,7 @@ def _grow(seed: list[int], mesh: _Mesh) -> Places:
 
 
 def _place_around(v: int, mesh: _Mesh, places: Places, full: set[tuple[int, int]], skew: float) -> list[int]:
-    """Place what a hinge at v allows to place; the vertices that were."""
+    """Place the vertices that a hinge at v determines, and return them."""
     new = []
     for h in mesh.around[v]:
         a, b, c, d = mesh.quads[h]

@@ -6,8 +6,8 @@ serves all shapes:
 
     q = |p| - h,   d(p) = |max(q, 0)| + min(max(q_x, q_y, q_z), 0) - r        p in the body's frame
 
-The distance is convex. The part of a triangle that is nearest to a body is therefore at a vertex, inside an edge, or
-inside the face, and each is found by itself:
+The distance is convex. The point of a triangle that is nearest to a body is therefore a vertex, a point inside an edge,
+or a point inside the face. These are tested separately:
 
     vertex   d at the vertex
     edge     the minimum of d along the edge, by bisection of its derivative
@@ -21,9 +21,9 @@ so that a body that moves or turns carries the cloth along:
 
     s = R1' (x - c1) - R0' (x0 - c0),   s_t = s - (n s) n,   s_t shrinks by min(1, mu push / |s_t|)
 
-The side of a body on which cloth lies is that at the start of the round, which is legal, as everywhere in contact: what
-came nearer than its path is long, and now has a normal that points against the earlier one, has passed through the
-body, and is measured from the tangent plane of the earlier side.
+As everywhere in contact, the side of a body on which cloth lies is that at the legal start of the round. A point has
+passed through the body if its path is longer than its distance and its new normal points against the old one. Its
+distance is then measured from the tangent plane of the earlier side.
 
     state        the bodies as arrays: shapes, paths, poses of the round, candidates
     rounded_box  the distance and its normal, and its minimum along an edge

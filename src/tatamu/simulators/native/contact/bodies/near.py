@@ -1,8 +1,8 @@
 """Broad phase of bodies: which vertices, edges and faces are near each of them.
 
-In two steps: *wide* candidates are searched among all faces with a margin, and again once cloth and bodies together may
-have used it up; *narrow* ones are those of them that may meet the body in a round. Faces and edges are compared with a
-body as boxes in the frame of the body.
+The search has two steps. *Wide* candidates are found among all faces with a margin, and again when cloth and bodies
+together may have moved by this margin. *Narrow* candidates are the wide ones that may touch the body in a round. Faces
+and edges are compared with a body as boxes in its frame.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from tatamu.simulators.native.contact.state import ContactMesh
 MARGIN = 0.01
 """Wide candidates are this much farther than those in contact, at most [m]."""
 WEAR = 0.7
-"""They are searched again once this part of the margin may be used up [-]; the rest is for what contact moves."""
+"""Part of the margin after which they are searched again [-]; the rest is for motion by contact."""
 SLACK = 5e-4
-"""Narrow candidates may come nearer than their velocities say, by forces and contact, but by no more than this [m]."""
+"""Largest additional approach of narrow candidates by forces and contact, beyond their velocities [m]."""
 
 
 @kernel
 def _longest_motion(x: np.ndarray, start: np.ndarray) -> float:
-    """The longest way of a vertex between two sets of positions [m]."""
+    """Return the longest motion of a vertex between two sets of positions [m]."""
     square = 0.0
     for v in range(x.shape[0]):
         dx = x[v, 0] - start[v, 0]
@@ -36,7 +36,7 @@ def _longest_motion(x: np.ndarray, start: np.ndarray) -> float:
 
 @kernel
 def _body_motion(bodies: Bodies, before: Pose, after: Pose) -> float:
-    """A bound on the way of any point on or near a body between two poses [m]."""
+    """Return a bound on the motion of any point on or near a body between two poses [m]."""
     longest = 0.0
     for b in range(bodies.radius.shape[0]):
         half = bodies.half[b]
@@ -141,7 +141,7 @@ def _filter(
     b: int,
     out: Candidates,
 ) -> None:
-    """List those of some faces, edges and vertices that reach into the box around body b, in the same order.
+    """List the faces, edges and vertices that reach into the box around body b, in the same order.
 
     Those at vertices that are held by the hand of the body are left out.
     """

@@ -1,7 +1,7 @@
 """One body in one round, and the correction of one point of the cloth against it, with Coulomb friction.
 
-All vectors are in the frame of the body, at the end of the round or, with a 0, at its start. In that frame the body
-rests, so that one slip holds for bodies that stand, move and turn.
+All vectors are in the frame of the body, at the end of the round or, with a 0, at its start. The body rests in that
+frame, so the slip is the same for bodies that rest, move and turn.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Frame(NamedTuple):
     rotation: np.ndarray
     """To the world, at the end of the round, shape (3, 3)."""
     position: np.ndarray
-    """Of the centre, at the end of the round [m], shape (3,)."""
+    """Position of the centre at the end of the round [m], shape (3,)."""
     rotation0: np.ndarray
     """At the start of the round."""
     position0: np.ndarray
@@ -41,14 +41,14 @@ class Frame(NamedTuple):
 
 
 class Rule(NamedTuple):
-    """How far pairs are pushed in a sweep, and what is noted of it."""
+    """The rule by which pairs are pushed in a sweep."""
 
     wanted: float
     """Gap that this sweep restores [m]."""
     clearing: float
-    """How far a pair may come apart that was too close at the start [m]."""
+    """Largest separation of a pair that was too close at the start [m]."""
     recovery: float
-    """How far of that as velocity [m]."""
+    """Part of it that becomes velocity [m]."""
     friction: float
     """Coulomb coefficient [-]."""
     noticeable: float
@@ -60,7 +60,7 @@ class Rule(NamedTuple):
     restless_until: int
     """Number of an outer step."""
     passing: float
-    """How far beyond a gap a pair may be that has passed through the body in this round [m]; 0 if none can have."""
+    """Largest depth of a pair that has passed through the body in this round [m]; 0 if none can have."""
 
 
 @kernel
@@ -75,7 +75,7 @@ def to_frame(rotation: np.ndarray, position: np.ndarray, x: np.ndarray, v: int, 
 
 @kernel
 def enter(frame: Frame, positions: Positions, near: np.ndarray) -> float:
-    """Write the vertices near a body in its frame; the longest way of one in it [m]."""
+    """Write the vertices near a body in its frame; return the longest motion of one [m]."""
     longest = 0.0
     for i in range(near.shape[0]):
         v = near[i]
@@ -115,8 +115,8 @@ def between(local: np.ndarray, corners: tuple[int, int, int], weights: Vector) -
 def gap_of(frame: Frame, corners: tuple[int, int, int], weights: Vector) -> tuple[float, float, Vector]:
     """Gap of a point of the cloth [m], its gap at the start [m], and the normal that both are measured along.
 
-    A point that passed through the body is measured from the tangent plane of the side that it came from. It did if its
-    way is longer than both of its distances, and the normals at both ends point against one another.
+    A point that passed through the body is measured from the tangent plane of the side from which it came. It passed
+    through if its path is longer than both of its distances and the normals at both ends point against each other.
     """
     px, py, pz = between(frame.local, corners, weights)
     qx, qy, qz = between(frame.local0, corners, weights)
@@ -148,7 +148,7 @@ def correct(
 
     Args:
         positions: Positions to correct.
-        inverse_mass: Of the vertices [1/kg].
+        inverse_mass: Inverse masses of the vertices [1/kg].
         activity: Written where the push is noticeable or hard.
         frame: The body; its positions of the vertices are kept up to date.
         rule: How far to push.

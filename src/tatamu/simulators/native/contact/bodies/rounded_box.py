@@ -47,7 +47,7 @@ def distance(half: np.ndarray, radius: float, x: float, y: float, z: float) -> t
 
 @kernel
 def along_edge(half: np.ndarray, radius: float, a: np.ndarray, b: np.ndarray, within: float) -> float:
-    """Where along an edge the distance is smallest, if that is inside the edge and the distance may be small enough.
+    """Return the fraction along an edge at which the distance is smallest, if it is inside and may be small enough.
 
     Args:
         half: Half sizes of the core [m], shape (3,).

@@ -23,10 +23,10 @@ CORNERS = 8
 
 
 class Pose(NamedTuple):
-    """Where the bodies are, at some instant."""
+    """The poses of the bodies at one instant."""
 
     rotation: np.ndarray
-    """From the frame of each body to the world, shape (b, 3, 3)."""
+    """Rotation from the frame of each body to the world, shape (b, 3, 3)."""
     position: np.ndarray
     """Its centre [m], shape (b, 3)."""
 
@@ -41,7 +41,7 @@ class Candidates(NamedTuple):
     faces: np.ndarray
     """Shape (b, m); `counts[:, 2]` of them are in use."""
     counts: np.ndarray
-    """How many vertices, edges and faces are near each body, shape (b, 3)."""
+    """Numbers of vertices, edges and faces near each body, shape (b, 3)."""
 
 
 class Near(NamedTuple):
@@ -50,12 +50,12 @@ class Near(NamedTuple):
     wide: Candidates
     """Within a margin, kept over many rounds."""
     narrow: Candidates
-    """Those of them that may meet the body in the present round."""
+    """Wide candidates that may touch the body in the present round."""
     searched_at: np.ndarray
     """Positions of the vertices [m], shape (n, 3); not finite before the first search."""
     searched_pose: Pose
     positions: Positions
-    """Of the vertices near any body in a membrane step; of others they are old."""
+    """Positions of the vertices near any body in a membrane step; those of others are not updated."""
     local: np.ndarray
     """Scratch: positions in the frame of a body at the end of the round [m], shape (n, 3)."""
     local0: np.ndarray
@@ -80,8 +80,7 @@ class Bodies(NamedTuple):
     orientations: np.ndarray
     """Unit quaternions (w, x, y, z) at the beginning of each outer step, shape (b, steps + 1, 4)."""
     held: np.ndarray
-    """Whether the hand that a body belongs to holds a vertex at some time, shape (b, n): the body does not meet the
-    cells there."""
+    """Whether the hand of a body holds a vertex at some time, shape (b, n); the body ignores triangles there."""
     start: Pose
     """At the start of the round."""
     end: Pose
@@ -92,7 +91,7 @@ class Bodies(NamedTuple):
 def bodies_of(
     bodies: Sequence[Body], grippers: Sequence[Gripper], outer_step: float, steps: int, mesh: ContactMesh
 ) -> Bodies:
-    """The bodies of a scene, with room for candidates.
+    """Return the bodies of a scene, with memory for candidates.
 
     Args:
         bodies: The scene's.

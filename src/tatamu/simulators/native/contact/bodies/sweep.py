@@ -14,8 +14,7 @@ from tatamu.simulators.native.geometry import TINY_LENGTH, Vector, cross, differ
 from tatamu.simulators.native.options import ContactOptions
 
 CONE = 0.1
-"""A corner counts as the one nearest to a triangle if the normal leaves its normal cone by no more than this sine:
-several corners of a face that is nearly level with the triangle then share the load."""
+"""Sine by which a triangle's normal may leave the normal cone of a corner, so that several corners share the load."""
 CLEAR = 0.98
 """Edges and faces beyond a face of the core by this part of the gap are left to their vertices."""
 
@@ -164,7 +163,7 @@ def sweep(
     """One Gauss-Seidel sweep over all bodies: vertices, then edges, then faces of the cloth near each.
 
     Args:
-        positions: Positions to correct, and those that they came from.
+        positions: Positions to correct, and those at the start.
         mesh: The mesh.
         contact: Activity is written.
         bodies: The bodies, with their poses of this round and candidates.

@@ -1,0 +1,83 @@
+"""Pixels of a photo in options of `tatamu outline` and `tatamu measure`: the scale that they give, and the outline."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+
+import numpy as np
+
+from tatamu.errors import InputError
+from tatamu.garments.photo import Photo, homography
+from tatamu.size import parse_size
+
+FARTHEST = 1e6
+"""Largest coordinate of a given pixel."""
+
+
+def to_metres(photo: Photo, width: float | None, ruler: str | None, sheet: str | None) -> np.ndarray:
+    """Return the matrix from pixels to metres, shape (3, 3)."""
+    if sheet is not None:
+        return homography(corners_of(sheet), *parse_size(sheet.split()[-1], "sheet"))
+    if ruler is not None:
+        *ends, length = ruler.split() or [""]
+        if len(ends) != 2:
+            raise InputError(f"ruler: must be two pixels X,Y and a length in metres, given {ruler!r}")
+        start, end = (_pixel("ruler", pixel) for pixel in ends)
+        apart, metres = float(np.linalg.norm(end - start)), _number("ruler", length)
+    else:
+        apart, metres = float(np.ptp(photo.outline[:, 0])), width or 0.0
+    if not apart > 0.0:
+        raise InputError("ruler: its two pixels must be different ones")
+    if not 0.0 < metres < np.inf:
+        raise InputError(f"{'width' if ruler is None else 'ruler'}: must be a length above zero, given {metres:g} m")
+    return np.diag([metres / apart, metres / apart, 1.0])
+
+
+def corners_of(sheet: str) -> np.ndarray:
+    """Return the corners of a sheet [pixels], shape (4, 2)."""
+    corners = sheet.split()[:-1]
+    if len(corners) != 4:
+        raise InputError(f"sheet: must be four corners X,Y and WxH, given {sheet!r}")
+    return np.array([_pixel("sheet", corner) for corner in corners])
+
+
+def _pixel(option: str, text: str) -> np.ndarray:
+    parts = text.split(",")
+    if len(parts) != 2:
+        raise InputError(f"{option}: must be pixels X,Y, given {text!r}")
+    place = np.array([_number(option, part) for part in parts])
+    if not (np.abs(place) <= FARTHEST).all():
+        raise InputError(f"{option}: must be pixels from {-FARTHEST:g} to {FARTHEST:g}, given {text!r}")
+    return place
+
+
+def _number(option: str, text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = np.nan
+    if not np.isfinite(value):
+        raise InputError(f"{option}: must be a number, given {text!r}")
+    return value
+
+
+def drawn_over(photo: Photo, openings: Mapping[str, np.ndarray]) -> bytes:
+    """Return the photo with the outline and its openings drawn on it, as a JPEG file."""
+    from PIL import Image, ImageDraw
+
+    image = Image.fromarray(photo.pixels)
+    points = [tuple(p) for p in np.vstack([photo.outline, photo.outline[:2]])]
+    wide = max(2, round(max(image.size) / 300))
+    canvas = ImageDraw.Draw(image)
+    canvas.line(points, "#ffffff", 2 * wide, joint="curve")
+    canvas.line(points, "#d02090", wide, joint="curve")
+    for name, numbers in openings.items():
+        along = photo.outline[numbers]
+        canvas.line([tuple(p) for p in along], "#ffffff", 4 * wide, joint="curve")
+        canvas.line([tuple(p) for p in along], "#1f6fd0", 3 * wide, joint="curve")
+        middle = tuple(along[[0, -1]].mean(axis=0))
+        canvas.text(middle, name, "#1f6fd0", anchor="mm", font_size=8 * wide, stroke_width=wide, stroke_fill="#ffffff")
+    buffer = io.BytesIO()
+    image.save(buffer, "JPEG", quality=88)
+    return buffer.getvalue()

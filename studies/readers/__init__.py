@@ -1,0 +1,1 @@
+"""The readers' test: random docstrings and pages for people who do not know the project."""
