@@ -82,14 +82,16 @@ class Fingers(FingerSize):
     thickness: Annotated[Number, Field(ge=0.0, le=0.05)] = 0.0
     """Thickness of each finger [m]; 0 for a hand without fingers."""
     opening: Annotated[Number, Field(ge=0.002, le=0.2)] = 0.02
-    """How far the upper finger stands off before it closes and after it has opened [m]; the lower one stays."""
+    """Distance of the upper finger from the lower one before it closes and after it has opened [m]."""
     tilt: Annotated[Number, Field(ge=0.0, le=1.4)] = 0.5
     """Angle of the fingers below the horizontal [rad]."""
     friction: Annotated[Number, Field(ge=0.0, le=10.0)] = 0.5
     """Coulomb coefficient of cloth on the fingers [-]."""
     compliance: Annotated[Number, Field(ge=0.0, le=0.1)] = 0.0067
-    """How far a hand may be commanded below the table's top before it has failed [m]. Default: an arm of 3000 N/m that
-    stops at 20 N, as `setDefaultBehavior` of frankaemika/libfranka has it (examples/examples_common.cpp)."""
+    """Largest depth below the table's top to which a hand may be commanded without failing [m].
+
+    The default is that of an arm of 3000 N/m that stops at 20 N (`setDefaultBehavior` in examples/examples_common.cpp
+    of frankaemika/libfranka)."""
 
     @property
     def stated(self) -> bool:
