@@ -44,8 +44,8 @@ COSTS = {**GARMENTS, "limp towel half": {**GARMENTS["towel half"], "material": "
 """Garments whose simulations are timed."""
 HANDS = {
     "bare": Fingers(),
-    "8 mm": Fingers.model_validate({"preset": "robotiq-2f-85"}),
-    "15.2 mm": Fingers.model_validate({"preset": "franka-hand"}),
+    "8 mm": Fingers(thickness=0.008, width=0.022, length=0.0375),
+    "15.2 mm": Fingers.of_hand("franka-hand"),
 }
 LEARNED = ("bare", "15.2 mm")
 """Hands with which folds are learned."""

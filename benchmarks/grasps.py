@@ -1,10 +1,12 @@
-"""How each robot takes a small towel by the hem, folds it and comes out: one row each, for docs/notes/robots.md.
+"""How each robot takes a small towel and a T-shirt by the hem, folds it and comes out, for docs/notes/robots.md.
 
-    python -m benchmarks.grasps --out runs/grasps [--only panda] [--trials 4] [--no-cloth] [--write-docs]
+    python -m benchmarks.grasps --out runs/grasps [--only panda] [--garment towel] [--no-cloth] [--write-docs]
 
-Each towel is learned within its robot's reach on a coarse mesh, planned, and rehearsed by the embedded simulator. What
-is there already is not run again. A row takes a few minutes. With `--no-cloth` nothing is learned or simulated but the
-robot: the fold is the one in the middle of the search space, held at the corners.
+Each garment is learned within its robot's reach on a coarse mesh, planned, and rehearsed by the embedded simulator.
+What is there already is not run again, and rows that are not run keep their place in the table. A row takes a few
+minutes.
+With `--no-cloth` nothing is learned or simulated but the robot: the fold is the one in the middle of the search space,
+held at the corners.
 """
 
 from __future__ import annotations
@@ -12,16 +14,17 @@ from __future__ import annotations
 import argparse
 import math
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from benchmarks.tables import markdown, publish
+from benchmarks.tables import markdown, merged, publish, published
 
 from tatamu.api import Result, learn
 from tatamu.errors import TatamuError
 from tatamu.files import read_json, write_json
-from tatamu.folding.task import Reach, make_task
+from tatamu.folding.task import Task, make_task
 from tatamu.options import LearnOptions
-from tatamu.robots import ReachConstraint, load, plan_fold, save
+from tatamu.robots import load, plan_fold, save
+from tatamu.robots.constraint import find_reach
 from tatamu.robots.planned import Planned
 from tatamu.robots.refold import refold
 from tatamu.robots.rehearsal import rehearse
@@ -30,42 +33,67 @@ from tatamu.study.folder import MANIPULATION
 
 SPACING = 0.03
 """Of the meshes [m]."""
-TOWELS = {
-    "hironx": (0.30, 0.36),
-    "nextage": (0.30, 0.36),
-    "fr3-pair": (0.50, 0.70),
-    "panda-pair": (0.50, 0.70),
-    "ur5e-pair": (0.50, 0.70),
-    "xarm7-pair": (0.50, 0.70),
-    "so101-pair": (0.24, 0.18),
-    "aloha2": (0.34, 0.40),
-    "openarm": (0.34, 0.40),
-}
-"""Width and length of each robot's towel [m]."""
+LIMP = "polyester"
+"""Material of towels that are too small to be creased in terry."""
 
 
-def row(name: str, out: Path, trials: int) -> dict[str, Any]:
-    """Learn, plan and rehearse one robot's towel."""
-    size = TOWELS[name]
-    head = {"robot": name, "towel [m]": f"{size[0]:.2f} x {size[1]:.2f}"}
+class Trial(NamedTuple):
+    """A garment for a robot."""
+
+    robot: str
+    garment: str
+    size: tuple[float, float]
+    """Width and length [m]."""
+    hands: int = 2
+    material: str | None = None
+
+    @property
+    def text(self) -> str:
+        """The garment in words."""
+        return f"{self.garment} {self.size[0]:.2f} x {self.size[1]:.2f}{', one hand' if self.hands == 1 else ''}"
+
+    def task(self) -> Task:
+        """The task within the robot's reach."""
+        spacing = min(SPACING, self.size[1] / 8)
+        return make_task(
+            self.garment,
+            size=self.size,
+            spacing=spacing,
+            hands=self.hands,
+            material=self.material,
+            reach=find_reach(self.robot),
+        )
+
+
+TRIALS = (
+    *(Trial(robot, "towel", (0.30, 0.36)) for robot in ("hironx", "nextage")),
+    *(Trial(f"{arm}-pair", "towel", (0.50, 0.70)) for arm in ("fr3", "panda", "ur5e", "xarm7")),
+    Trial("so101-pair", "towel", (0.24, 0.24), hands=1, material=LIMP),
+    Trial("aloha2", "towel", (0.34, 0.40)),
+    Trial("openarm", "towel", (0.30, 0.24), material=LIMP),
+    *(Trial(robot, "tshirt", (0.40, 0.34)) for robot in ("hironx", "nextage", "aloha2", "openarm")),
+    *(Trial(f"{arm}-pair", "tshirt", (0.54, 0.46)) for arm in ("fr3", "panda", "ur5e", "xarm7")),
+)
+
+
+def row(trial: Trial, out: Path, trials: int) -> dict[str, str]:
+    """Learn, plan and rehearse a garment."""
+    head = {"robot": trial.robot, "garment [m]": trial.text}
     try:
-        return {**head, **_row(name, size, out / name, trials)}
+        return {**head, **_row(trial, out / f"{trial.robot}-{trial.garment}", trials)}
     except TatamuError as error:
         return {**head, "result": f"refused: {str(error).replace(f'{out}/', '')}"}
 
 
-def _row(name: str, size: tuple[float, float], out: Path, trials: int) -> dict[str, Any]:
-    robot = load(name)
-    constraint = ReachConstraint(robot)
-    reach = Reach(robot.name, constraint, constraint.refusal, constraint.forget)
-    task = make_task("towel", size=size, spacing=SPACING, reach=reach)
+def _row(trial: Trial, out: Path, trials: int) -> dict[str, str]:
+    task = trial.task()
     if trials:
         result = learn(task, LearnOptions(trials=trials, disturbances="none", baselines=False), out=out / "fold")
-        assert isinstance(result, Result), "a towel has one step"
+        assert isinstance(result, Result), "these folds have one step"
     else:
         task.manipulation({**task.space.middle(), "g1": 0, "g2": 0}).save(out / "fold" / MANIPULATION)
     if not (out / "plan").is_dir():
-        save(plan_fold(out / "fold", robot), out / "plan")
+        save(plan_fold(out / "fold", load(trial.robot)), out / "plan")
     planned = Planned.load(out / "plan")
     note = out / "rehearsal" / "rehearsal.json"
     if not note.is_file():
@@ -98,6 +126,28 @@ def _score(fold: dict[str, Any] | None, name: str) -> str:
     return f"{1e3 * score['mean_vertex_distance']:.1f} mm, {score['mask_iou']:.3f}"
 
 
+def before() -> list[dict[str, str]]:
+    """HIRONX's figures with fingers side by side along the hem, from the page's first table, which is kept."""
+    rows = []
+    for trial in TRIALS:
+        size = f"{trial.size[0]:.2f} x {trial.size[1]:.2f}"
+        for old in published("garments within reach") if trial.robot == "hironx" else []:
+            if (old["garment"], old["size [m]"], old["fold"]) == (trial.garment, size, "half"):
+                apart, robots, floating = old["rehearsed in native"].replace("(", ",").replace(";", ",").split(",")[:3]
+                rows.append(
+                    {
+                        "robot": "hironx, as it was",
+                        "garment [m]": trial.text,
+                        "plan": old["plan"].split(";")[0].replace("fold ", ""),
+                        "mean distance, IoU: learned": f"{old['mean distance [mm]']} mm",
+                        "floating hands": f"IoU {floating.strip()}",
+                        "the robot's hands": f"{apart.strip()} mm from floating hands, IoU {robots.strip()}",
+                        "result": "no finger under the cloth",
+                    }
+                )
+    return rows
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -105,14 +155,17 @@ def main() -> None:
     parser.add_argument("--trials", type=int, default=4)
     parser.add_argument("--no-cloth", action="store_true", help="the robot alone")
     parser.add_argument("--only", default="", help="a word in the robots' names")
+    parser.add_argument("--garment", choices=("towel", "tshirt"), help="only this garment")
     parser.add_argument("--write-docs", action="store_true")
     options = parser.parse_args()
-    rows: list[dict[str, Any]] = []
-    for name in TOWELS:
-        if options.only in name:
-            rows.append(row(name, options.out, 0 if options.no_cloth else options.trials))
+    rows: list[dict[str, str]] = []
+    for trial in TRIALS:
+        if options.only in trial.robot and options.garment in (None, trial.garment):
+            rows.append(row(trial, options.out, 0 if options.no_cloth else options.trials))
             print(rows[-1], flush=True)
+    rows = merged(published("grasps"), [*rows, *before()], "robot", "garment [m]")
     columns = list(dict.fromkeys(key for each in rows for key in each))
+    columns.append(columns.pop(columns.index("result")))
     text = markdown([{key: each.get(key, "-") for key in columns} for each in rows])
     write_json(options.out / "table.json", rows)
     print(text)

@@ -109,8 +109,10 @@ def test_a_plan_with_a_press_is_read_as_it_was_written(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_pressed_crease_stays_flatter_with_hysteresis(tmp_path: Path) -> None:
-    # the half width of the cloth has no fingers on it, so the loop is free
+    """Friction of 50 per metre of rigidity is that of the first of four woven fabrics (presets/usual-tshirt.toml)."""
+
     def loop(press: str, hysteresis: float) -> float:
+        """Height of the loop, mean of the last quarter of a second: elastic cloth still swings [m]."""
         material = Material(
             areal_density=0.2,
             stretch_stiffness=100.0,
@@ -118,11 +120,11 @@ def test_a_pressed_crease_stays_flatter_with_hysteresis(tmp_path: Path) -> None:
             bending_hysteresis=hysteresis,
             thickness=0.001,
         )
-        made = scene(tmp_path, press, spacing=0.02, material=material)
-        final = simulate(made).positions[-1]
-        return float(final[:, 2].max())
+        made = task(tmp_path, press, spacing=0.012, size=(0.14, 0.4), material=material)
+        curve = {"x1": 0.04, "z1": 0.16, "x2": 0.32, "z2": 0.08, "g1": 0, "g2": 0}
+        last = simulate(scene_of(made.fold, made.manipulation(curve))).positions[-15:]
+        return float(last[:, :, 2].max(axis=1).mean())
 
-    free, pressed = (loop(press, 3e-4) for press in ("", "gap = 0.004, seconds = 0.5"))
-    assert pressed < 0.8 * free
-    elastic = [loop(press, 0.0) for press in ("", "gap = 0.004, seconds = 0.5")]
-    assert elastic[1] > 0.9 * elastic[0]
+    press = "gap = 0.004, seconds = 0.5"
+    assert loop(press, 1.5e-3) < 0.8 * loop("", 1.5e-3)
+    assert loop(press, 0.0) > 0.9 * loop("", 0.0)

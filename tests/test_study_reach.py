@@ -51,9 +51,12 @@ def test_a_later_step_out_of_reach_is_refused_before_the_first_is_learned(tmp_pa
     assert not (tmp_path / "out").exists()
 
 
-def test_one_hand_is_refused_for_a_robot(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"hands: short folds with both.*--hands 2"):
-        learn(task(Short(1.0), hands=1), TWO, out=tmp_path / "out")
+def test_a_pressed_fold_is_refused_for_a_robot(tmp_path: Path) -> None:
+    plan = tmp_path / "pressed.toml"
+    plan.write_text('[[step]]\nline = [[0.0, -0.5], [0.0, 0.5]]\nmoves = "-x"\npress = {weight = 5.0}\n')
+    with pytest.raises(InputError, match=r"press: short cannot press the fold pressed; leave"):
+        learn(task(Short(1.0), str(plan)), TWO, out=tmp_path / "out")
+    assert not (tmp_path / "out").exists()
 
 
 def test_what_is_within_reach_is_asked_before_a_study_starts_and_not_again(tmp_path: Path) -> None:

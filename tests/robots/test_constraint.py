@@ -38,17 +38,3 @@ def test_it_says_why_not() -> None:
     constraint = ReachConstraint(load("hironx"))
     assert constraint.refusal(exact()) is None
     assert "cannot follow its hand beyond frame" in (constraint.refusal(exact(span=0.8)) or "")
-
-
-def test_a_fold_of_one_hand_is_refused_in_these_words() -> None:
-    fold = exact()
-    assert fold.control_points is not None
-    one = replace(
-        fold,
-        grasps=fold.grasps[:1],
-        positions=fold.positions[:1],
-        paths=fold.paths[:1],
-        control_points=fold.control_points[:1],
-    )
-    with pytest.raises(InputError, match=r"arms: must be two, and the fold has one.*--hands 2"):
-        ReachConstraint(load("hironx"))(one)

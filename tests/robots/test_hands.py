@@ -75,7 +75,7 @@ def test_the_motion_of_the_file_is_that_of_the_manipulation_to_the_last_bit(tmp_
     [
         (lambda fold: fold["via_points"]["left"].pop(), "via_points"),
         (lambda fold: fold["via_points"]["left"][5].__setitem__(2, 0.9), "via_points.left"),
-        (lambda fold: fold["arms"].pop(), "arms"),
+        (lambda fold: fold["arms"].clear(), "arms"),
         (lambda fold: fold["arms"][0].update(name="right"), "arms"),
         (lambda fold: fold["arms"][0]["control_points"].pop(), "control_points"),
         (lambda fold: fold["timing"].update(arrives=0.0), "timing"),

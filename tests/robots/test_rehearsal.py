@@ -20,7 +20,7 @@ from tatamu.material import Material
 from tatamu.options import LearnOptions
 from tatamu.robots import load, plan_fold
 from tatamu.robots import save as save_plan
-from tatamu.robots.film import save_film
+from tatamu.robots.film import HEIGHT, WIDTH, framed, save_film
 from tatamu.robots.links import CORNERS, FACES, link_boxes
 from tatamu.robots.page import page
 from tatamu.robots.planned import Planned
@@ -107,11 +107,11 @@ def test_fingers_of_the_learned_hands_are_the_robots_in_the_rehearsed_fold(done:
     assert [body.name for body in rehearsed.bodies] == [f"{h} {f} finger" for h in HANDS for f in ("lower", "upper")]
     jaw = done.planned.plan.jaws["larm"]
     lower = rehearsed.bodies[0]
-    assert 2 * lower.size[2] == pytest.approx(jaw.thickness) and lower.size[:2] == size[:2]
+    assert lower.size == pytest.approx([jaw.length / 2, jaw.width / 2, jaw.thickness / 2])
     middle = 0.5 * (done.planned.event("larm", "close") + done.planned.event("larm", "open")) - done.closes
     position, R = lower.pose(middle)
     assert R[2, 0] == pytest.approx(-np.cos(jaw.tilt), abs=1e-6), "the finger's axis is tilted as the tool is"
-    tip = position + R @ [size[0], 0, jaw.thickness / 2]
+    tip = position + R @ [jaw.length / 2, 0, jaw.thickness / 2]
     row = int(np.searchsorted(done.times, middle + done.closes))
     X_BF = done.planned.plan.task_in_base.matrix
     assert np.linalg.norm(tip - (done.tools[0, row] - X_BF[:3, 3]) @ X_BF[:3, :3]) < 0.003
@@ -334,3 +334,17 @@ def test_a_plan_without_a_scene_says_that_no_cloth_is_folded(
     with pytest.raises(SystemExit) as end:
         main()
     assert end.value.code == 0 and "fold/scene.json: there is no such file" in capsys.readouterr().out
+
+
+def test_the_camera_is_as_near_as_shows_everything() -> None:
+    points = np.random.default_rng(0).uniform([-1, -0.3, 0], [0.5, 2, 1], (50, 3))
+    middle, distance = framed(points, np.full(50, 0.05), (215.0, -28.0), 45.0)
+    a, e = np.radians([215.0, -28.0])
+    ahead = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+    seen = points - (middle - distance * ahead)
+    depth = seen @ ahead
+    right = np.cross(ahead, [0, 0, 1]) / np.cos(e)
+    up = np.cross(right, ahead)
+    high = np.tan(np.radians(22.5))
+    share = (np.abs(seen @ np.array([right, up]).T) + 0.05) / depth[:, None] / [high * WIDTH / HEIGHT, high]
+    assert share.max() == pytest.approx(1.0)

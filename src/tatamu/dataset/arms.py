@@ -144,7 +144,7 @@ class Arms:
         left, right = (len(arm.joints) for arm in self.robot.arms)
         angles = numbers.astype(float)
         trunk = angles[:, -1] if self.robot.trunk else 0.0
-        q = self.robot.configuration(angles[:, :left], angles[:, left + 1 : left + 1 + right], trunk)
+        q = self.robot.configuration([angles[:, :left], angles[:, left + 1 : left + 1 + right]], trunk)
         X_BF = self.placement.matrix
         offsets = np.array([offset for _, offset in self._tools])[:, None]
         points = (tool_poses(self.robot, self._chains, q)[:, :, :3, 3] - offsets - X_BF[:3, 3]) @ X_BF[:3, :3]
@@ -184,7 +184,7 @@ class Arms:
                     raise OutOfReachError(f"{arm.name} does not reach step {number}")
                 angles.append(found[0])
             both.append(np.array(angles[1:]))
-        return self.robot.configuration(both[0], both[1], trunk)
+        return self.robot.configuration(both, trunk)
 
     def _check_clearance(self, q: np.ndarray) -> None:
         clearance = Clearance(self.robot)

@@ -15,7 +15,8 @@ from tatamu import curves
 from tatamu.disturbances.channels import FIELDS
 from tatamu.disturbances.world import World
 from tatamu.errors import SimulationError
-from tatamu.folding.fold import PINCH, Fold
+from tatamu.folding.fingers import PAD
+from tatamu.folding.fold import Fold
 from tatamu.folding.manipulation import HANDS, Manipulation
 from tatamu.folding.trial_scene import Carry, carries_of, scene_of, scene_with
 from tatamu.material import Material
@@ -218,10 +219,10 @@ def _covered(fold: Fold, place: np.ndarray) -> float:
     """Return the part of a pad that is over cloth, seen from above; the middle of its outer edge is at a place [m]."""
     along, into = (np.arange(count) + 0.5 for count in PAD_POINTS)
     along = (along / PAD_POINTS[0] - 0.5) * fold.fingers.width
-    into = into / PAD_POINTS[1] * PINCH
+    into = into / PAD_POINTS[1] * PAD
     points = place + (into[:, None, None] * fold.normal + along[None, :, None] * fold.crease.along).reshape(-1, 2)
     corners = fold.start[fold.garment.faces, :2]
-    far = fold.fingers.width + PINCH
+    far = fold.fingers.width + PAD
     near = ((corners.min(axis=1) < place + far) & (corners.max(axis=1) > place - far)).all(axis=1)
     a, b, c = np.moveaxis(corners[near], 1, 0)
     turns = [_side_of(p, q, points) for p, q in ((a, b), (b, c), (c, a))]

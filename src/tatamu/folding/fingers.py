@@ -1,4 +1,6 @@
-"""The two equal fingers of a hand, one under the hem and one over it. Their shape is defined here.
+"""The two equal fingers of a hand, one under the hem and one over it. Their sizes are defined here.
+
+`Fingers` are those of a simulated hand, `tatamu.robots.jaw.Jaw` those of a robot. Both have a `FingerSize`.
 
     a   axis of the fingers, from the hand to their tips: towards the side that stays, `tilt` below the horizontal
     u   opening axis, from the lower finger to the upper one: in the vertical plane across the hem, as a is
@@ -10,7 +12,7 @@ its thickness: by so much a closing hand lifts the hem, and so much above the la
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -18,39 +20,39 @@ from pydantic import Field, model_validator
 from tatamu.material import Number
 from tatamu.records import Record
 
+PAD = 0.01
+"""Depth of cloth under the pads of a hand that takes a hem as it should [m]."""
 PRESETS = {
     # the box of the rubber tip in franka_description/robots/common/franka_hand.xacro of frankaemika/franka_ros
     "franka-hand": {"thickness": 0.0152, "width": 0.0175, "length": 0.0185},
     # the pad with the plate behind it in hironx_moveit_config/models/meshes/LHAND_JOINT1_Link_mesh.dae of
     # start-jsk/rtmros_hironx: y from 0.0085 to 0.0180, z from -0.014 to 0.014
-    "hironx": {"thickness": 0.0095, "width": 0.028},
-    # the pad's two boxes, one behind the other, in robotiq_2f85/2f85.xml of google-deepmind/mujoco_menagerie: half
-    # sizes 0.011, 0.004 and 0.009375
-    "robotiq-2f-85": {"thickness": 0.008, "width": 0.022, "length": 0.0375},
+    "hironx": {"thickness": 0.0095, "width": 0.028, "length": 0.030},
+    # the inner finger with its tip and pad in grippers/robotiq_gripper_85.xml of robosuite 1.5.2; the pad alone is 8 mm
+    "robotiq-2f-85": {"thickness": 0.0136, "width": 0.022, "length": 0.030},
+    # the finger's mesh in grippers/xarm7_gripper.xml of robosuite 1.5.2
+    "xarm-gripper": {"thickness": 0.014, "width": 0.032, "length": 0.040},
+    # the jaws' meshes in so_arm_description/urdf/so101.urdf of example-robot-data 6.0.0
+    "so101": {"thickness": 0.0101, "width": 0.013, "length": 0.015},
+    # the finger's mesh in assets/vx300s_left.xml of gym-aloha 0.1.5
+    "viperx-300": {"thickness": 0.0081, "width": 0.021, "length": 0.020},
+    # the finger's collision mesh in v2/openarm_bimanual.xml of openarm-mujoco 2.3.0
+    "openarm": {"thickness": 0.021, "width": 0.055, "length": 0.0235},
 }
-"""Fingers of known hands [m], each from the collision shapes of a published model."""
+"""Fingers of known hands [m], each from the shapes of a published model."""
 
 
-class Fingers(Record):
-    """Shape of the fingers of a hand; by default hands are points, without fingers."""
+class FingerSize(Record):
+    """Size of both fingers of a hand at their tips, and how far they open."""
 
-    thickness: Annotated[Number, Field(ge=0.0, le=0.05)] = 0.0
-    """Thickness of each finger [m]; 0 for a hand without fingers."""
+    thickness: Annotated[Number, Field(ge=0.0, le=0.05)] = 0.008
+    """Thickness of each finger, along the opening [m]."""
     width: Annotated[Number, Field(gt=0.0, le=0.15)] = 0.03
     """Width of a finger along the edge [m]."""
     length: Annotated[Number, Field(ge=0.005, le=0.2)] = 0.02
-    """Length of the straight part of a finger [m]."""
-    opening: Annotated[Number, Field(ge=0.002, le=0.2)] = 0.02
-    """Distance of the upper finger from the lower one before it closes and after it has opened [m]."""
-    tilt: Annotated[Number, Field(ge=0.0, le=1.4)] = 0.5
-    """Angle of the fingers below the horizontal [rad]."""
-    friction: Annotated[Number, Field(ge=0.0, le=10.0)] = 0.5
-    """Coulomb coefficient of cloth on the fingers [-]."""
-    compliance: Annotated[Number, Field(ge=0.0, le=0.1)] = 0.0067
-    """Largest depth below the table's top to which a hand may be commanded without failing [m].
-
-    The default is that of an arm of 3000 N/m that stops at 20 N (`setDefaultBehavior` in examples/examples_common.cpp
-    of frankaemika/libfranka)."""
+    """Length of a finger along its axis, as far as it is straight [m]."""
+    opening: Annotated[Number, Field(ge=0.002, le=0.2)] = 0.012
+    """Distance of the fingertips before they close and after they have opened [m]."""
 
     @model_validator(mode="before")
     @classmethod
@@ -62,6 +64,34 @@ class Fingers(Record):
         if not isinstance(name, str) or name not in PRESETS:
             raise ValueError(f"preset must be one of {', '.join(PRESETS)}, given {name!r}")
         return {**PRESETS[name], **own}
+
+    @classmethod
+    def of_hand(cls, preset: str, **others: Any) -> Self:
+        """Return the fingers of a known hand.
+
+        Args:
+            preset: Name of the hand, one of `PRESETS`.
+            others: Fields that the preset does not have, or has differently.
+        """
+        return cls.model_validate({"preset": preset, **others})
+
+
+class Fingers(FingerSize):
+    """Fingers of a simulated hand; by default hands are points, without fingers."""
+
+    thickness: Annotated[Number, Field(ge=0.0, le=0.05)] = 0.0
+    """Thickness of each finger [m]; 0 for a hand without fingers."""
+    opening: Annotated[Number, Field(ge=0.002, le=0.2)] = 0.02
+    """Distance of the upper finger from the lower one before it closes and after it has opened [m]."""
+    tilt: Annotated[Number, Field(ge=0.0, le=1.4)] = 0.5
+    """Angle of the fingers below the horizontal [rad]."""
+    friction: Annotated[Number, Field(ge=0.0, le=10.0)] = 0.5
+    """Coulomb coefficient of cloth on the fingers [-]."""
+    compliance: Annotated[Number, Field(ge=0.0, le=0.1)] = 0.0067
+    """Largest depth below the table's top to which a hand may be commanded without failing [m].
+
+    The default is that of an arm of 3000 N/m that stops at 20 N (`setDefaultBehavior` in examples/examples_common.cpp
+    of frankaemika/libfranka)."""
 
     @property
     def stated(self) -> bool:

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from tatamu.errors import InputError
-from tatamu.folding.fingers import Fingers
+from tatamu.folding.fingers import PAD, Fingers
 from tatamu.folding.grasps import candidates
 from tatamu.folding.ideal import FoldLine, Stack, crease_of, ideal_fold, stack
 from tatamu.folding.pinch import outermost
@@ -17,9 +17,6 @@ from tatamu.folding.plans import make_plan
 from tatamu.folding.press import Press
 from tatamu.garments import Garment
 from tatamu.topology import Topology
-
-PINCH = 0.01
-"""Depth to which the finger pad reaches in from the edge [m]."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +105,7 @@ class Fold:
         sideways = np.abs(along - along[vertex]) <= max(
             self.fingers.width / 2, 1.3 * spacing
         )  # On a coarse mesh also neighbours.
-        inwards = np.abs(across - across[vertex]) <= PINCH + 1e-9
+        inwards = np.abs(across - across[vertex]) <= PAD + 1e-9
         under = np.flatnonzero(sideways & inwards & (across < 0))
         held = outermost(across[under], along[under], self._links(under), spacing)
         return under[held | (under == vertex)].tolist()

@@ -13,8 +13,7 @@ Lengths [m], angles [rad], speeds [rad/s], accelerations [rad/s^2], masses [kg].
          google-deepmind/mujoco_menagerie, robotiq_2f85/2f85.xml, driven to 0.8 rad with parallel pads
 [XARM-G] robosuite 1.5.2, grippers/xarm7_gripper.xml, open: boxes; closed length: linkage of xArm-Developer/xarm_ros2,
          xarm_gripper.urdf.xacro, driven to 0.85 rad (its link_tcp, 0.172, is 2.5 mm inside)
-Fingertips: of Franka's hand, the rubber tip (17.5 x 15.2 x 18.5 mm) of franka_description, franka_hand.xacro; of the
-2F-85, the inner finger with its tip and pad in [2F-85], of UFACTORY's gripper, the finger's mesh in [XARM-G]
+Fingertips: `tatamu.folding.fingers` has their sizes and sources
 
 Plans accelerate by at most 5 rad/s^2: below Franka's own limits (7.5 for Panda, 10 for FR3) and within MoveIt's
 configurations of UR arms (5 to 10). No number of UFACTORY was found. Boxes come from `python -m benchmarks.link_boxes`,
@@ -150,7 +149,7 @@ _FRANKA_HAND = ParallelGripper(
     xyz=(0.0, 0.0, 0.107),
     rpy=(0.0, 0.0, -np.pi / 4),
     palm=((-0.032, -0.104, -0.026), (0.032, 0.104, 0.066)),
-    finger=FingerShape(thickness=0.0152, width=0.022, tip=0.0185, root=0.026, length=0.0474),
+    finger=FingerShape("franka-hand", root=(0.026, 0.022), length=0.0474),
     widest=0.08,
     fingertip=0.1134,
     mass=0.76,
@@ -265,7 +264,7 @@ XARM7 = SerialArm(
         xyz=(0.0, 0.0, 0.0),
         rpy=(0.0, 0.0, 0.0),
         palm=((-0.038, -0.087, -0.009), (0.038, 0.087, 0.108)),
-        finger=FingerShape(thickness=0.014, width=0.032, tip=0.040, root=0.045, length=0.0665),
+        finger=FingerShape("xarm-gripper", root=(0.045, 0.032), length=0.0665),
         widest=0.084,
         fingertip=0.1745,
         mass=0.8,
@@ -336,7 +335,7 @@ UR5E = SerialArm(
         xyz=(0.0, 0.0996, 0.0),
         rpy=(-RIGHT, 0.0, 0.0),
         palm=((-0.038, -0.075, 0.0), (0.038, 0.075, 0.122)),
-        finger=FingerShape(thickness=0.0136, width=0.022, tip=0.030, root=0.0325, length=0.0516),
+        finger=FingerShape("robotiq-2f-85", root=(0.0325, 0.022), length=0.0516),
         widest=0.085,
         fingertip=0.1736,
         mass=0.9,

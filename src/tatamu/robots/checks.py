@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from tatamu.folding.fingers import PAD
 from tatamu.robots import demand, grasp
 from tatamu.robots.clearance import Clearance, Distance
 from tatamu.robots.cloth import nearest_cloth, simulated_cloth
@@ -119,15 +120,15 @@ class Checks:
         curves = self._task.hands.curves
         error = np.array([curve.nearest(points)[1] for curve, points in zip(curves, p_FT, strict=True)])
         arm, row = np.unravel_index(int(error.argmax()), error.shape)
-        return self._check(error.max(), PATH_ERROR, "m", int(self._fold[row]), self._task.robot.arms[arm].name)
+        return self._check(error.max(), PATH_ERROR, "m", int(self._fold[row]), self._task.robot.folding[arm].name)
 
     def _turn(self) -> PlanCheck:
         turned = []
-        for X_BT, (R_BT, _, _), arm in zip(self._tools, self._task.grips, self._task.robot.arms, strict=True):
+        for X_BT, (R_BT, _, _), arm in zip(self._tools, self._task.grips, self._task.robot.folding, strict=True):
             turn = rotation_vector(R_BT.T @ X_BT[self._fold, :3, :3]) * demand.weights(len(arm.joints))
             turned.append(np.linalg.norm(turn, axis=1))
         worst, row = np.unravel_index(int(np.argmax(turned)), np.shape(turned))
-        name = self._task.robot.arms[worst].name
+        name = self._task.robot.folding[worst].name
         return self._check(np.max(turned), TURN_ERROR, "rad", int(self._fold[row]), name)
 
     def _speed(self) -> PlanCheck:
@@ -136,7 +137,7 @@ class Checks:
         speed = np.linalg.norm(np.diff(p_BT, axis=1), axis=2) / self._motion.times[1]
         arm, row = np.unravel_index(int(speed.argmax()), speed.shape)
         limit = 1.005 * self._task.hands.top_speed
-        return self._check(speed.max(), limit, "m/s", int(self._fold[row]), self._task.robot.arms[arm].name)
+        return self._check(speed.max(), limit, "m/s", int(self._fold[row]), self._task.robot.folding[arm].name)
 
     def _grasps(self) -> dict[str, PlanCheck]:
         """Check how the hands take their hems; each value is that of the worse hand."""
@@ -149,7 +150,7 @@ class Checks:
             return self._check(value(take), limit, unit, row, take.arm, least=least)
 
         return {
-            "hem_in_the_open_jaw": worst(lambda take: take.depth, grasp.LEAST_DEPTH, least=True),
+            "hem_in_the_open_jaw": worst(lambda take: take.depth, PAD, least=True),
             "cloth_in_the_closed_jaw": worst(lambda take: take.held, LEAST_HELD, least=True),
             "lower_finger_under_the_hem": worst(lambda take: take.lowest, grasp.UNDERNEATH),
             "jaw_across_the_hem": worst(
@@ -192,11 +193,11 @@ class Checks:
         worst = np.array(
             [
                 chain.singularity(self._motion.angles[self._fold][:, self._columns(arm)])
-                for chain, arm in zip(self._paths.chains, self._task.robot.arms, strict=True)
+                for chain, arm in zip(self._paths.chains, self._task.robot.folding, strict=True)
             ]
         )
         arm, row = np.unravel_index(int(worst.argmin()), worst.shape)
-        name = self._task.robot.arms[arm].name
+        name = self._task.robot.folding[arm].name
         return self._check(worst.min(), LEAST_SINGULARITY, "1", int(self._fold[row]), name, least=True)
 
     def _scaling(self) -> PlanCheck:

@@ -35,7 +35,7 @@ def nearest_cloth(task: PlacedFold, motion: Motion, tools: np.ndarray, cloth: Ro
     Args:
         task: The fold before the robot.
         motion: The robot's motion.
-        tools: X_BT of both arms at its samples, shape (2, n, 4, 4).
+        tools: X_BT of each arm at its samples, shape (arms, n, 4, 4).
         cloth: The rollout of the learned fold, in F.
     """
     mujoco, model = needed("mujoco"), task.robot.model

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 from tatamu.files import read_bytes
@@ -30,30 +31,32 @@ class ReachConstraint:
         """Return the quality of the best placement, from 0 (just possible) to 1; negative if impossible.
 
         Args:
-            manipulation: Both hands' paths, on Bezier curves.
+            manipulation: The hands' paths, on Bezier curves.
 
         Raises:
-            InputError: If the manipulation has not two hands.
+            InputError: If a hand does not move.
         """
         hands = HandMotion.exact(manipulation)
         for robot, placement in self._known:
+            if len(robot.folding) != len(hands.curves):
+                continue
             quality = float(search(robot, hands, [placement], fine=True).quality[0])
             if quality >= 0:
                 return quality
-        return max(self._searched(robot, hands) for robot in self._starting)
+        return max(self._searched(robot, hands) for robot in self._ways(hands))
 
     def refusal(self, manipulation: Manipulation) -> str | None:
         """Return why the robot cannot do a fold, or None if it can; nothing is remembered.
 
         Args:
-            manipulation: Both hands' paths, on Bezier curves.
+            manipulation: The hands' paths, on Bezier curves.
 
         Raises:
-            InputError: If the manipulation has not two hands.
+            InputError: If a hand does not move.
         """
         hands = HandMotion.exact(manipulation)
         refusals: list[Refused] = []
-        for robot in self._starting:
+        for robot in self._ways(hands):
             heights = table_heights(robot)
             if heights is None:
                 refusals.append(table_too_high(robot))
@@ -67,6 +70,11 @@ class ReachConstraint:
     def forget(self) -> None:
         """Forget all placements."""
         self._known = []
+
+    def _ways(self, hands: HandMotion) -> Iterator[Robot]:
+        """The robot from each pose that it may start from, and if one hand folds, with either arm."""
+        for robot in self._starting:
+            yield from robot.with_hands(len(hands.curves))
 
     def _searched(self, robot: Robot, hands: HandMotion) -> float:
         heights = table_heights(robot)

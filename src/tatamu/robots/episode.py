@@ -55,7 +55,7 @@ def state(plan: RobotPlan, times: np.ndarray) -> np.ndarray:
 def widths(plan: RobotPlan, arm: Arm, times: np.ndarray) -> np.ndarray:
     """Planned distance between the fingertips [m] at times [s], shape (n,)."""
     commands = [command for command in plan.gripper_commands if command.arm == arm.name]
-    found = np.full(len(times), commands[0].width)
+    found = np.full(len(times), arm.jaw.opening)
     for before, command in itertools.pairwise(commands):
         done = np.clip((times - command.time) / max(command.duration, 1e-9), 0.0, 1.0)
         found += done * (command.width - before.width)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 from pathlib import Path
 from typing import Any
 
@@ -23,8 +24,8 @@ WIDTH, HEIGHT = 480, 360
 """[pixels]."""
 MARGIN = 0.12
 """Margin between the path of the tools and the edge of the drawn table [m]."""
-CLOSE_UP = 1.35
-"""Distance of the camera over the extent of the scene."""
+LOOKS = 12
+"""Number of poses of the robot that the camera shows."""
 ACROSS = 1.4
 """Robots that are wider than deep by this are two arms that face each other."""
 SIDES = {"tatamu_front": FRONT, "tatamu_back": BACK}
@@ -69,17 +70,45 @@ def _frames(rehearsal: Rehearsal, fold: Rollout | None) -> list[np.ndarray]:
 
 
 def _camera(model: Any, poser: Poser, rehearsal: Rehearsal, mujoco: Any) -> Any:
-    """Return a camera that shows the whole robot and the path of its tools, between arms that face each other."""
+    """Return the nearest camera that shows the robot and the table all the time, between arms that face each other."""
     shown = [k for k in range(model.ngeom) if model.geom(k).name not in (TABLE, *SIDES)]
     shown = [k for k in shown if model.geom_type[k] != mujoco.mjtGeom.mjGEOM_PLANE]
-    points = np.concatenate([poser.pose(0).geom_xpos[shown], rehearsal.tools.reshape(-1, 3)])
-    low, high = points.min(axis=0), points.max(axis=0)
+    poses = np.linspace(0, poser.poses - 1, LOOKS).astype(int)
+    links = np.concatenate([poser.pose(int(row)).geom_xpos[shown] for row in poses])
+    table = model.geom(TABLE)
+    corners = table.pos + table.size * np.array(list(itertools.product((-1, 1), repeat=3)))
+    points = np.concatenate([links, corners])
+    around = np.concatenate([np.tile(model.geom_rbound[shown], LOOKS), np.zeros(len(corners))])
     camera = mujoco.MjvCamera()
-    camera.lookat[:] = (low + high) / 2
-    camera.distance = CLOSE_UP * float(np.linalg.norm(high - low))
-    apart = high[1] - low[1] > ACROSS * (high[0] - low[0])
+    apart = np.ptp(links[:, 1]) > ACROSS * np.ptp(np.append(links[:, 0], corners[:, 0]))
     camera.azimuth, camera.elevation = (190.0 if apart else 215.0), -28.0
+    direction = camera.azimuth, camera.elevation
+    camera.lookat[:], camera.distance = framed(points, around, direction, model.vis.global_.fovy)
     return camera
+
+
+def framed(
+    points: np.ndarray, around: np.ndarray, direction: tuple[float, float], view: float
+) -> tuple[np.ndarray, float]:
+    """Return what a camera has to look at, and from how far [m], to show spheres in the whole of its picture.
+
+    Args:
+        points: Middles of the spheres [m], shape (n, 3).
+        around: Their radii [m], shape (n,).
+        direction: Where the camera looks, about z from x and above the horizontal [degrees].
+        view: Angle of the picture's height [degrees].
+    """
+    a, e = np.radians(direction)
+    ahead = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+    right = np.array([np.sin(a), -np.cos(a), 0.0])
+    axes = np.array([right, np.cross(right, ahead), ahead])
+    seen = points @ axes.T
+    middle = (seen.min(axis=0) + seen.max(axis=0)) / 2
+    high = np.tan(np.radians(view) / 2)
+    wide = high * WIDTH / HEIGHT
+    across, up = (np.abs(seen - middle) + around[:, None]).T[:2]
+    depth = (seen - middle)[:, 2]
+    return middle @ axes, float(max((across / wide - depth).max(), (up / high - depth).max()))
 
 
 def _dressed(spec: Any, rehearsal: Rehearsal, fold: Rollout | None, mujoco: Any) -> None:

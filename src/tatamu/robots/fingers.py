@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tatamu.folding.fingers import FingerSize
 from tatamu.robots.extras import needed
 from tatamu.robots.jaw import HELD, Jaw
 from tatamu.robots.pose import to_quaternion
@@ -17,14 +18,10 @@ MASS = 0.01
 class FingerShape(NamedTuple):
     """One finger as boxes, from its tip upwards [m]."""
 
-    thickness: float
-    """At the tip, along the opening."""
-    width: float
-    """Width along the hem [m]."""
-    tip: float
-    """Length of the tip."""
-    root: float
-    """Thickness above the tip."""
+    hand: str
+    """Name of the hand in `tatamu.folding.fingers.PRESETS`, which has the size of the tip."""
+    root: tuple[float, float]
+    """Thickness and width above the tip."""
     length: float
     """Length of the finger, with its tip."""
     depth: float = Jaw().depth
@@ -33,13 +30,12 @@ class FingerShape(NamedTuple):
 
 def jaw_of(arm: str, shape: FingerShape, widest: float) -> Jaw:
     """The jaw of an arm's hand whose fingers `add_fingers` makes."""
-    opening = Jaw().opening
     names = finger_names(arm)
-    return Jaw(
-        thickness=shape.thickness,
+    return Jaw.of_hand(
+        shape.hand,
         widest=widest,
         depth=shape.depth,
-        fingers={name: (opening / 2, HELD) for name in names},
+        fingers={name: (Jaw().opening / 2, HELD) for name in names},
         links=list(names),
     )
 
@@ -52,16 +48,17 @@ def finger_names(arm: str) -> tuple[str, str]:
 def add_fingers(wrist: Any, arm: str, X_WT: np.ndarray, shape: FingerShape, widest: float) -> None:
     """Add both fingers to a wrist; T is between the ends of the closed fingertips, y the opening."""
     mujoco = needed("mujoco")
+    tip = FingerSize.of_hand(shape.hand)
+    parts = (("tip", 0.0, tip.length, tip.thickness, tip.width), ("root", tip.length, shape.length, *shape.root))
     for name, side in zip(finger_names(arm), (-1.0, 1.0), strict=True):
         body = wrist.add_body(name=name, pos=X_WT[:3, 3], quat=to_quaternion(X_WT[:3, :3]))
         body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[0, side, 0], range=[0.0, widest / 2])
-        parts = ((0.0, shape.tip, shape.thickness), (shape.tip, shape.length, shape.root))
-        for number, (start, end, thick) in enumerate(parts):
+        for part, start, end, thick, width in parts:
             if end > start:
                 body.add_geom(
-                    name=f"{name}_{'tip' if number == 0 else 'root'}",
+                    name=f"{name}_{part}",
                     type=mujoco.mjtGeom.mjGEOM_BOX,
-                    size=[shape.width / 2, thick / 2, (end - start) / 2],
+                    size=[width / 2, thick / 2, (end - start) / 2],
                     pos=[0.0, side * thick / 2, -(start + end) / 2],
                     mass=MASS * (end - start) / shape.length,
                     rgba=[0.3, 0.3, 0.35, 1],

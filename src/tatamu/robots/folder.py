@@ -111,10 +111,10 @@ def plan_file(plan: RobotPlan) -> PlanFile:
         trunk_turning=placement.turning,
         tool_in_wrist={
             arm.name: _hand_in_wrist(arm, R_BT, offset).tolist()
-            for arm, (R_BT, offset, _) in zip(robot.arms, task.grips, strict=True)
+            for arm, (R_BT, offset, _) in zip(robot.folding, task.grips, strict=True)
         },
-        jaws={arm.name: _jaw(arm, hold) for arm, hold in zip(robot.arms, task.holds, strict=True)},
-        wrist_frame={arm.name: arm.link for arm in robot.arms},
+        jaws={arm.name: _jaw(arm, hold) for arm, hold in zip(robot.folding, task.holds, strict=True)},
+        wrist_frame={arm.name: arm.link for arm in robot.folding},
         joints=list(robot.joints),
         duration=float(motion.times[-1]),
         events=list(plan.events),
@@ -140,6 +140,8 @@ def _jaw(arm: Arm, hold: Hold) -> JawFile:
         yaw=hold.yaw,
         opening=jaw.opening,
         thickness=jaw.thickness,
+        width=jaw.width,
+        length=jaw.length,
         depth=jaw.depth,
         height=jaw.height(hold.tilt),
         fingertips_in_wrist=arm.tool_in_wrist.tolist(),
@@ -148,14 +150,14 @@ def _jaw(arm: Arm, hold: Hold) -> JawFile:
 
 
 def _via_points(plan: RobotPlan) -> ToolViaPoints:
-    """Return both simulated hands at the via-points, and the times at which the joints are there."""
+    """Return the simulated hands at the via-points, and the times at which the joints are there."""
     task = plan.task
     fold = plan.motion.part("fold")
     times = plan.via_times
     fine = np.linspace(0, fold.timed.duration, 20001)
     driven = fold.start + np.interp(times, fold.timed.parameter(fine), fine)
     q = np.array([fold.timed.angles(np.array([time - fold.start]))[0] for time in driven])
-    chains = tuple(Chain.of(task.robot, arm) for arm in task.robot.arms)
+    chains = tuple(Chain.of(task.robot, arm) for arm in task.robot.folding)
     offsets = np.array([offset for _, offset, _ in task.grips])
     tools = tool_poses(task.robot, chains, q)[:, :, :3, 3] - offsets[:, None]
     return ToolViaPoints(
@@ -163,6 +165,5 @@ def _via_points(plan: RobotPlan) -> ToolViaPoints:
         frames=[task.hands.frame(float(time)) for time in times],
         simulated_times=times.tolist(),
         times=driven.tolist(),
-        larm=tools[0],
-        rarm=tools[1],
+        **{arm.name: points for arm, points in zip(task.robot.folding, tools, strict=True)},
     )

@@ -42,8 +42,8 @@ def write_goals(plan: RobotPlan, folder: Path) -> None:
 
 
 def _grip(plan: RobotPlan, word: str, number: int) -> dict[str, Any]:
-    """A step of both grippers: the `number`-th command of each."""
-    arms = plan.task.robot.arms
+    """A step of the grippers: the `number`-th command of each."""
+    arms = plan.task.robot.folding
     commands = plan.gripper_commands[len(arms) * number : len(arms) * (number + 1)]
     return {
         "do": "grip",

@@ -10,8 +10,6 @@ from tatamu.robots.jaw import Jaw
 from tatamu.robots.motion import Motion
 from tatamu.robots.paths import PlacedFold
 
-LEAST_DEPTH = 0.010
-"""Least depth of hem in the open jaw [m]."""
 UNDERNEATH = 0.003
 """Largest height of the lower finger over the table [m]; a higher finger would pass over the hem."""
 ASKEW = 5e-3
@@ -50,12 +48,12 @@ def takes(task: PlacedFold, motion: Motion, tools: np.ndarray) -> tuple[int, lis
     Args:
         task: The fold before the robot.
         motion: The robot's motion.
-        tools: X_BT of both arms at its samples, shape (2, n, 4, 4).
+        tools: X_BT of each arm at its samples, shape (arms, n, 4, 4).
     """
     row = int(motion.rows("close")[0])
     X_BF = task.placement.matrix
     found = []
-    for arm, curve, X_BT in zip(task.robot.arms, task.hands.curves, tools[:, row], strict=True):
+    for arm, curve, X_BT in zip(task.robot.folding, task.hands.curves, tools[:, row], strict=True):
         control = curve.control
         across = X_BF[:2, :2] @ (control[-1] - control[0])[:2]
         across = across / np.linalg.norm(across)

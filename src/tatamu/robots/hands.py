@@ -17,25 +17,22 @@ from tatamu.folding.manipulation import FRAME_RATE, HANDS, VIA_EVERY, Manipulati
 from tatamu.scene import Gripper, Scene
 from tatamu.study import ResultFolder
 
-ONE_HAND = "arms: must be two, and the fold has one: robots here fold with both; learn it with --hands 2"
-
 Travel = Callable[[np.ndarray], np.ndarray]
 """Function from times [s] to the distance of a hand along its curve [m]."""
 
 
 @dataclass(frozen=True)
 class HandMotion:
-    """Both hands' motion from the grasp to the place of release; the left hand is `larm`'s."""
+    """The motion of one hand or two from the grasp to the place of release; of two, the left one is `larm`'s."""
 
     frame_rate: float
     every_frames: int
     timing: Timing
     times: np.ndarray
     """Times of the via-points [s], from the last one at rest before the motion to the first after it, shape (v,)."""
-    curves: tuple[Bezier, Bezier]
-    """Left, right."""
-    travelled: tuple[Travel, Travel]
-    """Left, right."""
+    curves: tuple[Bezier, ...]
+    """Curve of each hand, the left one first."""
+    travelled: tuple[Travel, ...]
 
     @classmethod
     def load(cls, path: Path) -> HandMotion:
@@ -49,6 +46,7 @@ class HandMotion:
             raise InputError(f"{path}: must be the folder of a learned fold, and is no folder")
         if not folder.manipulation_file.exists():
             raise InputError(f"{path}: {_no_fold(folder)}")
+        _check_unpressed(folder)
         manipulation = folder.manipulation
         try:
             return cls.exact(manipulation)
@@ -60,21 +58,21 @@ class HandMotion:
         """The motion of a manipulation: minimum jerk along its Bezier curves.
 
         Raises:
-            InputError: If it has not two hands, or one that does not move.
+            InputError: If there is no hand, or one that does not move.
         """
         curves = manipulation.curves
-        if len(curves) != 2:
-            raise InputError(f"manipulation: {ONE_HAND if len(curves) == 1 else 'arms: must be two, given none'}")
-        for name, curve in zip(HANDS, curves, strict=True):
+        if not curves:
+            raise InputError("manipulation: arms: must be one or two, given none")
+        for name, curve in zip(HANDS, curves, strict=False):
             _check_moves(curve, name, "manipulation")
         knots, _ = manipulation.motion()
         every = np.arange(0, len(knots), VIA_EVERY)
         times = knots[np.unique(np.append(every, len(knots) - 1))]
-        left, right = (_minimum_jerk(curve, manipulation.timing) for curve in curves)
-        return cls(FRAME_RATE, VIA_EVERY, manipulation.timing, times, (curves[0], curves[1]), (left, right))
+        travelled = tuple(_minimum_jerk(curve, manipulation.timing) for curve in curves)
+        return cls(FRAME_RATE, VIA_EVERY, manipulation.timing, times, curves, travelled)
 
     def at(self, times: np.ndarray) -> np.ndarray:
-        """Positions of the hands at simulated times [s] (n,): in F [m], shape (2, n, 3)."""
+        """Positions of the hands at simulated times [s] (n,): in F [m], shape (hands, n, 3)."""
         times = np.clip(times, self.times[0], self.times[-1])
         points = []
         for curve, travelled in zip(self.curves, self.travelled, strict=True):
@@ -112,6 +110,16 @@ def grippers_by_hand(scene: Scene) -> list[list[Gripper]]:
             raise InputError(f"scene.json: grippers.{number}.hand: must be left or right, given none; learn it again")
     hands = [[gripper for gripper in scene.grippers if gripper.hand == name] for name in HANDS]
     return [each for each in hands if each]
+
+
+def _check_unpressed(folder: ResultFolder) -> None:
+    """Refuse a fold that something other than the hands helps to make."""
+    others = [body.name for body in folder.scene.bodies if body.hand is None] if folder.scene_file.is_file() else []
+    if others:
+        raise InputError(
+            f"{folder.scene_file}: bodies: robots do not press, and this fold has a {others[0]}; learn it from a fold "
+            "plan without press"
+        )
 
 
 def _check_moves(curve: Bezier, name: str, source: Path | str) -> None:

@@ -11,7 +11,7 @@ from typing import Annotated, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from tatamu.records import Record
+from tatamu.folding.fingers import FingerSize
 
 GAP = 0.001
 """Height at which the lower finger of the open jaw passes over the table [m]: nearer than the cloth is thick."""
@@ -23,13 +23,9 @@ Length = Annotated[float, Field(ge=0, le=0.2)]
 Angle = Annotated[float, Field(ge=0, le=float(np.pi / 2))]
 
 
-class Jaw(Record):
+class Jaw(FingerSize):
     """Two fingers that open and close in parallel, and how they take a hem."""
 
-    thickness: Length = 0.008
-    """Thickness of one finger at its tip, along the opening [m]."""
-    opening: Length = 0.012
-    """Between the fingertips when they go under and over the hem, and after the release [m]."""
     widest: Length = 0.05
     """The farthest that the hand opens [m]."""
     force: Annotated[float, Field(gt=0, le=500)] = 20.0

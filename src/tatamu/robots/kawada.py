@@ -16,8 +16,8 @@ from tatamu.robots.pose import pose, turn
 HAND_HALF = (0.042, 0.016)
 """Half the width of the open hand along y and half its depth along z [m]: finger links of [H-DAE] at 30 degrees."""
 FINGER_LENGTH = 0.030
-FINGERS = FingerShape(thickness=0.0095, width=0.028, tip=FINGER_LENGTH, root=0.0095, length=FINGER_LENGTH)
-"""The pad with the plate behind it: `folding/fingers.py` has the source."""
+FINGERS = FingerShape("hironx", root=(0.0, 0.0), length=FINGER_LENGTH)
+"""One box, the pad with the plate behind it."""
 WIDEST = 0.1
 """The hand's widest opening [m], of [CLIENT] setHandWidth."""
 

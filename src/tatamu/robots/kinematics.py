@@ -1,4 +1,4 @@
-"""Inverse kinematics of both arms at once along tool paths, by mink."""
+"""Inverse kinematics of the arms that fold, at once along tool paths, by mink."""
 
 from __future__ import annotations
 
@@ -58,12 +58,12 @@ class Kinematics:
         mink = needed("mink")
         self._mink, self._robot = mink, robot
         model = robot.model
-        moving = {model.joint(name).dofadr[0] for arm in robot.arms for name in arm.joints}
+        moving = {model.joint(name).dofadr[0] for arm in robot.folding for name in arm.joints}
         still = [dof for dof in range(model.nv) if dof not in moving]
-        self._counted = [demand.weights(len(arm.joints)) for arm in robot.arms]
+        self._counted = [demand.weights(len(arm.joints)) for arm in robot.folding]
         self._tasks = [
             mink.FrameTask(arm.site, "site", position_cost=1.0, orientation_cost=LENGTH * counted)
-            for arm, counted in zip(robot.arms, self._counted, strict=True)
+            for arm, counted in zip(robot.folding, self._counted, strict=True)
         ]
         self._limits = [mink.ConfigurationLimit(model)]
         self._frozen = [mink.DofFreezingTask(model, still)] if still else None
@@ -71,14 +71,11 @@ class Kinematics:
         base = robot.at_rest().body(robot.base)
         self.R_WB, self.p_WB = base.xmat.reshape(3, 3).copy(), base.xpos.copy()
 
-    def path(
-        self, larm: np.ndarray, rarm: np.ndarray, trunk: np.ndarray, start: np.ndarray
-    ) -> tuple[np.ndarray, Missed | None]:
-        """Full configurations along both arms' tool poses.
+    def path(self, tools: np.ndarray, trunk: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, Missed | None]:
+        """Full configurations along the arms' tool poses.
 
         Args:
-            larm: X_BT of the left arm, shape (n, 4, 4).
-            rarm: Poses of the right arm, shape (n, 4, 4).
+            tools: X_BT of each arm that folds, shape (arms, n, 4, 4).
             trunk: The trunk's angle, which is given, not solved for [rad], shape (n,).
             start: Initial configuration [rad], shape (nq,).
 
@@ -87,7 +84,7 @@ class Kinematics:
         """
         found: list[np.ndarray] = []
         q = start
-        for point, targets in enumerate(zip(larm, rarm, strict=True)):
+        for point, targets in enumerate(tools.swapaxes(0, 1)):
             if self._robot.trunk is not None:
                 q = q.copy()
                 q[self._robot.columns[self._robot.trunk]] = trunk[point]
@@ -97,9 +94,7 @@ class Kinematics:
             found.append(q)
         return np.array(found), None
 
-    def _solve(
-        self, start: np.ndarray, targets: tuple[np.ndarray, ...], point: int
-    ) -> tuple[np.ndarray, Missed | None]:
+    def _solve(self, start: np.ndarray, targets: np.ndarray, point: int) -> tuple[np.ndarray, Missed | None]:
         self._configuration.update(start)
         for task, X_BT in zip(self._tasks, targets, strict=True):
             task.set_target(self._target(X_BT))
@@ -143,7 +138,7 @@ class Kinematics:
 
     def _missed(self, point: int, errors: list[float]) -> Missed:
         worst = int(np.argmax(errors))
-        arm = self._robot.arms[worst]
+        arm = self._robot.folding[worst]
         angles = self._configuration.q[[self._robot.columns[name] for name in arm.joints]]
         room = np.abs(angles[:, None] - self._robot.limits(arm)).min(axis=1)
         joint = arm.joints[int(room.argmin())] if room.min() < 1e-4 else None

@@ -26,16 +26,6 @@ _JAW, _JAW_TURN = 0.083, 1.92
 """SO-101's moving jaw: from its axis to its tip [m], and how far it turns from closed to open [rad]."""
 
 
-_OPEN = 0.05
-"""Opening at which the outer sides of fingers were measured [m]; no larger opening is known."""
-
-
-def _finger(outer: float, width: float, length: float) -> FingerShape:
-    """A finger of one thickness, from the distance of its outer side from the middle at `_OPEN` [m]."""
-    thickness = outer - _OPEN / 2
-    return FingerShape(thickness=thickness, width=width, tip=length, root=thickness, length=length)
-
-
 def _so101_opening(width: float) -> float:
     """LeRobot's value of SO-101's gripper at a width [m]."""
     return 100 * float(np.arcsin(min(1.0, width / _JAW))) / _JAW_TURN
@@ -82,7 +72,7 @@ SO101 = SerialArm(
         xyz=(-0.0079, -0.0002, 0.0),
         rpy=(np.pi, 0.0, RIGHT),
         palm=((-0.028, -0.029, 0.013), (0.025, 0.039, 0.052)),
-        finger=FingerShape(thickness=0.0101, width=0.013, tip=0.015, root=0.025, length=0.052),
+        finger=FingerShape("so101", root=(0.025, 0.013), length=0.052),
         widest=0.08,
         fingertip=0.1044,
         mass=0.012,
@@ -138,7 +128,7 @@ VIPERX = SerialArm(
         xyz=(0.0, 0.0, -0.0033),
         rpy=(0.0, RIGHT, 0.0),
         palm=((-0.036, -0.076, 0.077), (0.036, 0.076, 0.100)),
-        finger=FingerShape(thickness=0.0081, width=0.021, tip=0.020, root=0.0212, length=0.069),
+        finger=FingerShape("viperx-300", root=(0.0212, 0.021), length=0.069),
         widest=0.0586,
         fingertip=0.146,
         mass=0.17,
@@ -222,7 +212,7 @@ def _openarm(side: float) -> SerialArm:
             xyz=(0.0, 0.0, 0.0),
             rpy=(0.0, np.pi, 0.0),
             palm=((-0.046, -0.053, 0.039), (0.032, 0.053, 0.111)),
-            finger=FingerShape(thickness=0.021, width=0.055, tip=0.0235, root=0.0265, length=0.060, depth=0.017),
+            finger=FingerShape("openarm", root=(0.0265, 0.055), length=0.060, depth=0.017),
             widest=0.14,
             fingertip=0.171,
             mass=0.24,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -106,11 +106,22 @@ class Robot:
     """Type of the robot in LeRobot; empty for its name here."""
     notes: tuple[str, ...] = ()
     """Notes for the user on how the robot's files were read, one line each."""
+    alone: str = ""
+    """Name of the arm that folds alone, while the other one stays in its initial pose; empty if both fold."""
 
     @property
     def arms(self) -> tuple[Arm, Arm]:
         """The left arm, then the right arm."""
         return self.larm, self.rarm
+
+    @property
+    def folding(self) -> tuple[Arm, ...]:
+        """The arms that fold, the left one first."""
+        return tuple(arm for arm in self.arms if self.alone in ("", arm.name))
+
+    def with_hands(self, hands: int) -> tuple[Robot, ...]:
+        """Return the robot in each of the ways in which it can fold with one hand or with two."""
+        return (self,) if hands == 2 else tuple(replace(self, alone=arm.name) for arm in self.arms)
 
     def starting(self, start: StartPose) -> Robot:
         """Return the same robot with another initial pose."""
@@ -169,11 +180,21 @@ class Robot:
         mujoco.mj_kinematics(self.model, data)
         return data
 
-    def configuration(self, larm: np.ndarray, rarm: np.ndarray, trunk: np.ndarray | float | None = None) -> np.ndarray:
-        """Full qpos from both arms' angles [rad], shapes (.., k) each, and the trunk's (..); the others at rest."""
-        qpos = np.broadcast_to(self.rest, (*larm.shape[:-1], self.model.nq)).copy()
-        for arm, angles in zip(self.arms, (larm, rarm), strict=True):
-            qpos[..., [self.columns[name] for name in arm.joints]] = angles
+    def configuration(
+        self, angles: Sequence[np.ndarray], trunk: np.ndarray | float | None = None, arms: tuple[Arm, ...] = ()
+    ) -> np.ndarray:
+        """Return full configurations, shape (.., nq).
+
+        Args:
+            angles: Angles of each of the arms [rad], shape (.., k).
+            trunk: Angle of the trunk [rad], shape (..); None if it stands at rest.
+            arms: The arms that stand so, the others as at the start; none for the arms that fold.
+        """
+        qpos = np.broadcast_to(self.rest, (*angles[0].shape[:-1], self.model.nq)).copy()
+        stands = {arm.name: arm.initial for arm in self.arms}
+        stands |= {arm.name: given for arm, given in zip(arms or self.folding, angles, strict=True)}
+        for arm in self.arms:
+            qpos[..., [self.columns[name] for name in arm.joints]] = stands[arm.name]
         if self.trunk is not None and trunk is not None:
             qpos[..., self.columns[self.trunk]] = trunk
         return qpos
@@ -197,7 +218,7 @@ class Robot:
     @property
     def initial(self) -> np.ndarray:
         """The full initial pose [rad], shape (nq,)."""
-        return self.configuration(self.larm.initial, self.rarm.initial)
+        return self.configuration([arm.initial for arm in self.folding])
 
 
 @dataclass(frozen=True)

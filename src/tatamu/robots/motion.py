@@ -106,7 +106,7 @@ def motion(robot: Robot, hands: HandMotion, stages: list[Stage], pace: Pace, hov
     angles = _sampled(parts, times)
     by_part = {part.name: part for part in parts}
     closed = 0.0 * times if hovers else closing(times, by_part["close"], by_part["open"])
-    for arm in robot.arms:
+    for arm in robot.folding:
         for joint, (opened, shut) in arm.jaw.fingers.items():
             angles[:, robot.finger_columns[joint]] = opened + closed * (shut - opened)
     return Motion(times, angles, tuple(parts), _events(robot, parts), pace.speed_scale)
@@ -134,5 +134,5 @@ def _events(robot: Robot, parts: list[TimedStage]) -> tuple[FingerEvent, ...]:
     return tuple(
         FingerEvent.model_validate({"time": round(starts[name], 6), "arm": arm.name, "event": name})
         for name in ("close", "open")
-        for arm in robot.arms
+        for arm in robot.folding
     )

@@ -20,7 +20,6 @@ from tatamu.report.tables import Column
 from tatamu.report.topview import TopView, beside
 from tatamu.robots.checks import in_words
 from tatamu.robots.links import link_boxes
-from tatamu.robots.planned import ARMS
 from tatamu.robots.pose import into
 from tatamu.robots.refold import Refold
 from tatamu.robots.rehearsal import Rehearsal
@@ -101,7 +100,7 @@ def _replay(rehearsal: Rehearsal, fold: Refold) -> dict[str, Any]:
     tools = into(rehearsal.planned.plan.task_in_base.matrix, rehearsal.tools[:, moved])
     hands = [
         HandTrack(colour, path, [(rehearsal.planned.event(arm, "close"), rehearsal.planned.event(arm, "open"))])
-        for colour, path, arm in zip(HAND_COLOURS, tools, ARMS, strict=True)
+        for colour, path, arm in zip(HAND_COLOURS, tools, rehearsal.planned.arms, strict=False)
     ]
     scale = largest(np.linalg.norm(fold.robot.positions[-1] - goal, axis=1))
     return replay_data(rollout, fold.scene, hands, scale, link_boxes(rehearsal.planned, rehearsal.angles[moved], times))
@@ -109,7 +108,10 @@ def _replay(rehearsal: Rehearsal, fold: Refold) -> dict[str, Any]:
 
 def _events(rehearsal: Rehearsal) -> list[tuple[float, str]]:
     """Marks under the slider, at parts of the whole time: when the fingers close and open."""
-    return [(rehearsal.planned.event(ARMS[0], name) / rehearsal.times[-1], name) for name in ("close", "open")]
+    return [
+        (rehearsal.planned.event(rehearsal.planned.arms[0], name) / rehearsal.times[-1], name)
+        for name in ("close", "open")
+    ]
 
 
 def _following(rehearsal: Rehearsal) -> list[Chart]:
@@ -120,8 +122,8 @@ def _following(rehearsal: Rehearsal) -> list[Chart]:
         for name, column in zip(rehearsal.planned.plan.joints, rehearsal.joint_distances[::every].T, strict=True)
         if np.ptp(column) > 1e-6
     }
-    tools = dict(zip(ARMS, 1e3 * rehearsal.tool_distances[:, ::every], strict=True))
-    marks = [rehearsal.planned.event(ARMS[0], name) for name in ("close", "open")]
+    tools = dict(zip(rehearsal.planned.arms, 1e3 * rehearsal.tool_distances[:, ::every], strict=True))
+    marks = [rehearsal.planned.event(rehearsal.planned.arms[0], name) for name in ("close", "open")]
     return [
         Chart("Joints", _curves(times, joints, "off the plan [mrad]", marks)),
         Chart("Tools", _curves(times, tools, "off the plan [mm]", marks)),

@@ -52,8 +52,8 @@ class PlacedFold:
     robot: Robot
     hands: HandMotion
     placement: Placement
-    holds: tuple[Hold, Hold]
-    """Tool orientations of the left and the right hand."""
+    holds: tuple[Hold, ...]
+    """Tool orientation of each hand."""
     source: Path
     """The folder of the fold, for messages."""
     hover: float = 0.0
@@ -74,26 +74,26 @@ class PlacedFold:
         return self.placement.trunk(self.hands.at(times))
 
     def tools(self, times: np.ndarray) -> np.ndarray:
-        """X_BT of both arms at simulated times (n,), shape (2, n, 4, 4)."""
+        """X_BT of each arm at simulated times (n,), shape (arms, n, 4, 4)."""
         X_BF = self.placement.matrix
         points = self.hands.at(times) @ X_BF[:3, :3].T + X_BF[:3, 3]
         return np.array([pose(R, p + offset) for (R, offset, _), p in zip(self.grips, points, strict=True)])
 
     @cached_property
     def grips(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-        """Return for both arms, in B: R_BT, the offset from the hand to T [m], the direction under the hem."""
+        """Return for each arm, in B: R_BT, the offset from the hand to T [m], the direction under the hem."""
         ends = self.hands.at(self.hands.times[[0, -1]])
-        grips = [Grip.of(arm.jaw, path) for arm, path in zip(self.robot.arms, ends, strict=True)]
+        grips = [Grip.of(arm.jaw, path) for arm, path in zip(self.robot.folding, ends, strict=True)]
         return [grip.tool(self.placement, hold) for grip, hold in zip(grips, self.holds, strict=True)]
 
 
 def tool_poses(robot: Robot, chains: tuple[Chain, ...], q: np.ndarray) -> np.ndarray:
-    """X_BT of both arms (2, n, 4, 4) at full configurations (n, nq) [rad]."""
+    """X_BT of each arm (arms, n, 4, 4) at full configurations (n, nq) [rad]."""
     trunk = q[:, robot.columns[robot.trunk]] if robot.trunk else np.zeros(len(q))
     return np.array(
         [
             chain.trunk_pose(trunk) @ chain.tool(q[:, [robot.columns[name] for name in arm.joints]])[0]
-            for chain, arm in zip(chains, robot.arms, strict=True)
+            for chain, arm in zip(chains, robot.folding, strict=True)
         ]
     )
 
@@ -103,7 +103,7 @@ class Paths:
 
     def __init__(self, task: PlacedFold) -> None:
         self.task = task
-        self.chains = tuple(Chain.of(task.robot, arm) for arm in task.robot.arms)
+        self.chains = tuple(Chain.of(task.robot, arm) for arm in task.robot.folding)
         self._kinematics = Kinematics(task.robot)
 
     def stages(self, lower_speed: float, raise_speed: float, rate: float) -> list[Stage]:
@@ -136,19 +136,19 @@ class Paths:
         """Return a configuration next to the hems and above them, near the initial pose."""
         targets = self._beside(float(self.task.hands.times[0]), np.array([UNDER]), LIFT)
         trunk = self.task.trunk(self.task.hands.times[:1])
-        larm, rarm = (
+        angles = [
             chain.solve(chain.before_trunk(X, trunk), arm.initial[None], steps=30)[0][0]
-            for chain, X, arm in zip(self.chains, targets, self.task.robot.arms, strict=True)
-        )
-        return self.task.robot.configuration(larm, rarm, trunk[0])
+            for chain, X, arm in zip(self.chains, targets, self.task.robot.folding, strict=True)
+        ]
+        return self.task.robot.configuration(angles, trunk[0])
 
     def _back(self, time: float, distances: np.ndarray) -> np.ndarray:
-        """Tool poses (2, n, 4, 4) at a time, drawn back along the tools' axes by distances [m]."""
+        """Tool poses (arms, n, 4, 4) at a time, drawn back along the tools' axes by distances [m]."""
         offsets = pose(np.eye(3), np.outer(-distances, [0.0, 0.0, 1.0]))
         return self.task.tools(np.array([time])) @ offsets
 
     def _beside(self, time: float, distances: np.ndarray, back: np.ndarray | float = 0.0) -> np.ndarray:
-        """Tool poses (2, n, 4, 4), out from under the hems by distances [m], and drawn back by others."""
+        """Tool poses (arms, n, 4, 4), out from under the hems by distances [m], and drawn back by others."""
         tools = self._back(time, np.broadcast_to(back, np.broadcast_shapes(np.shape(back), distances.shape)))
         ahead = np.array([ahead for _, _, ahead in self.task.grips])
         tools[:, :, :3, 3] -= distances[None, :, None] * ahead[:, None, :]
@@ -171,7 +171,7 @@ class Paths:
 
     def _line(self, time: float, s: np.ndarray, tools: np.ndarray, start: np.ndarray, progress: float) -> CubicSpline:
         trunk = np.full(len(s), self.task.trunk(np.array([time]))[0])
-        q, missed = self._kinematics.path(tools[0], tools[1], trunk, start)
+        q, missed = self._kinematics.path(tools, trunk, start)
         if missed:
             raise self._unreachable(missed, time, progress)
         return CubicSpline(s, q)
@@ -180,7 +180,7 @@ class Paths:
         times = self.task.hands.times
         for _ in range(ROUNDS):
             tools = self.task.tools(times)
-            q, missed = self._kinematics.path(tools[0], tools[1], self.task.trunk(times), start)
+            q, missed = self._kinematics.path(tools, self.task.trunk(times), start)
             if missed:
                 time = float(times[missed.point])
                 raise self._unreachable(missed, time, (time - times[0]) / (times[-1] - times[0]))

@@ -78,7 +78,7 @@ def _draw_robot(drawing: Drawing, plan: RobotPlan) -> None:
     """Draw the shoulders and their reach."""
     turn = np.linspace(0.0, 2 * np.pi, 97)
     around = np.column_stack([np.cos(turn), np.sin(turn)])
-    for arm in plan.task.robot.arms:
+    for arm in plan.task.robot.folding:
         chain = Chain.of(plan.task.robot, arm)
         shoulder = chain.shoulder[:2]
         down = plan.task.placement.z - chain.shoulder[2]
@@ -90,7 +90,7 @@ def _draw_robot(drawing: Drawing, plan: RobotPlan) -> None:
 def _draw_hands(drawing: Drawing, plan: RobotPlan) -> None:
     task = plan.task
     points = task.hands.at(plan.via_times) @ task.placement.matrix[:3, :3].T + task.placement.matrix[:3, 3]
-    for arm, path in zip(task.robot.arms, points, strict=True):
+    for arm, path in zip(task.robot.folding, points, strict=True):
         colour = COLOURS[arm.name]
         drawing.line(path[:, :2], colour, 2.5)
         drawing.add(*(Dot(point, colour, 3.0) for point in path[:, :2]))

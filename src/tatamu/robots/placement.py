@@ -36,7 +36,7 @@ class Placement:
     """Part of the turn towards the middle between the hands that the trunk makes, from 0 to 1."""
 
     def trunk(self, points: np.ndarray) -> np.ndarray:
-        """The trunk's angle [rad] (n,) when the hands are at points (2, n, 3) of F."""
+        """The trunk's angle [rad] (n,) when the hands are at points (arms, n, 3) of F."""
         middle = points.mean(axis=0) @ self.matrix[:3, :3].T + self.matrix[:3, 3]
         return self.turning * np.arctan2(middle[:, 1], middle[:, 0])
 
@@ -173,13 +173,13 @@ TURNS = [
 
 
 def grid(
-    chains: tuple[Chain, Chain], points: np.ndarray, heights: tuple[float, float], front: float, trunk: bool
+    chains: tuple[Chain, ...], points: np.ndarray, heights: tuple[float, float], front: float, trunk: bool
 ) -> list[Placement]:
     """Placements before the robot: near to far, left to right, low to high, and turned.
 
     Args:
-        chains: Both arms.
-        points: Both hands' paths in F [m], shape (2, n, 3).
+        chains: The arms that fold.
+        points: Their hands' paths in F [m], shape (arms, n, 3).
         heights: Lowest and highest table top in B [m].
         front: Near edge of the table, along x of B [m].
         trunk: Whether the robot can turn its trunk; it does for folds that go sideways.

@@ -56,7 +56,7 @@ class RobotPlan:
     @property
     def gripper_commands(self) -> tuple[GripperCommand, ...]:
         """Commands to the grippers in the order of time."""
-        return gripper_commands(self.motion, self.task.robot.arms, self.task.hover)
+        return gripper_commands(self.motion, self.task.robot.folding, self.task.hover)
 
     @property
     def segments(self) -> tuple[Segment, ...]:
@@ -88,8 +88,8 @@ def plan_fold(
     """
     hands = HandMotion.load(folder)
     refusals: list[Refused] = []
-    for start in robot.poses:
-        starting = robot.starting(start)
+    starts = [way.starting(start) for start in robot.poses for way in robot.with_hands(len(hands.curves))]
+    for starting in starts:
         heights = table_heights(starting, table_height)
         if heights is None:
             refusals.append(table_too_high(starting))

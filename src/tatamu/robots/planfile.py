@@ -107,6 +107,10 @@ class JawFile(OpenRecord):
     """Between the fingertips before they close and after they open [m]."""
     thickness: float = Field(0.008, gt=0, le=0.05)
     """Thickness of one finger at its tip, along the opening [m]."""
+    width: float = Field(0.03, gt=0, le=0.15)
+    """Width of one finger along the hem [m]."""
+    length: float = Field(0.02, ge=0.005, le=0.2)
+    """Length of one finger along its axis, as far as it is straight [m]."""
     depth: float
     """Distance beyond the hem's edge at which the fingertips meet [m]."""
     height: float
@@ -127,9 +131,9 @@ class ToolViaPoints(OpenRecord):
     """Times at which the hands of the simulation were there [s]."""
     times: list[float]
     """Times at which the robot is there [s]."""
-    larm: Points
-    """[m], shape (v, 3)."""
-    rarm: Points
+    larm: Points | None = None
+    """[m], shape (v, 3); None if the other arm folds alone."""
+    rarm: Points | None = None
 
 
 class PlanFile(OpenRecord):

@@ -54,9 +54,14 @@ class Planned:
         if times[-1] < max((event.time for event in plan.events), default=0.0):
             raise InputError(f"{table}: ends at {times[-1]:.2f} s, before the last event of plan.json")
         planned = cls(folder, plan, times, angles)
-        if any(planned.event(arm, "open") <= planned.event(arm, "close") for arm in ARMS):
+        if any(planned.event(arm, "open") <= planned.event(arm, "close") for arm in planned.arms):
             raise InputError(f"{path}: events: each arm must open after it closes")
         return planned
+
+    @property
+    def arms(self) -> tuple[str, ...]:
+        """Names of the arms that fold, the left one first."""
+        return _arms(self.plan)
 
     @property
     def fold(self) -> ResultFolder:
@@ -68,7 +73,7 @@ class Planned:
         lasting = {stage.name: stage.duration for stage in self.plan.stages}
         found: dict[str, np.ndarray] = {}
         for arm, jaw in self.plan.jaws.items():
-            if arm in ARMS:
+            if arm in self.arms:
                 close, opening = (self.event(arm, event) for event in ("close", "open"))
                 knots = [close, close + lasting.get("close", 0.0), opening, opening + lasting.get("open", 0.0)]
                 closed = np.interp(times, np.maximum.accumulate(knots), [0.0, 1.0, 1.0, 0.0])
@@ -82,15 +87,21 @@ class Planned:
         return next(found.time for found in self.plan.events if (found.arm, found.event) == (arm, event))
 
 
+def _arms(plan: PlanFile) -> tuple[str, ...]:
+    """Names of the arms that fold: those with events, or with jaws if the plan hovers."""
+    named = set(plan.jaws) if plan.hover else {event.arm for event in plan.events}
+    return tuple(arm for arm in ARMS if arm in named)
+
+
 def _check_events(path: Path, plan: PlanFile) -> None:
     """Refuse a plan whose fingers do not close and open once, or that hovers and lacks its segments."""
     if plan.hover:
         if [segment.name for segment in plan.segments] != ["approach", "fold", "leave"]:
             raise InputError(f"{path}: segments: must be approach, fold and leave in a plan that hovers")
-    elif sorted((event.arm, event.event) for event in plan.events) != [
-        (arm, event) for arm in ARMS for event in ("close", "open")
+    elif not plan.events or sorted((event.arm, event.event) for event in plan.events) != [
+        (arm, event) for arm in _arms(plan) for event in ("close", "open")
     ]:
-        raise InputError(f"{path}: events: must be one close and one open of each arm")
+        raise InputError(f"{path}: events: must be one close and one open of each arm that folds")
 
 
 def _table(path: Path, joints: list[str]) -> tuple[np.ndarray, np.ndarray]:

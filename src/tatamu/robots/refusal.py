@@ -34,12 +34,14 @@ def out_of_reach(robot: Robot, hands: HandMotion, reach: PlacementRanking) -> Re
     placement, reached = reach.placements[0], reach.reached[:, 0]
     last = len(reach.times) - 1
     if reached.min() > last:
-        return Refused(f"the arms would touch something wherever both reach; least at {placement}", -0.5)
+        who = f"{robot.alone} would touch something wherever it reaches"
+        both = "the arms would touch something wherever both reach"
+        return Refused(f"{who if robot.alone else both}; least at {placement}", -0.5)
     worst = int(reached.argmin())
     frame = hands.frame(float(reach.times[reached[worst]]))
     length = np.linalg.norm(hands.curves[0].control[3] - hands.curves[0].control[0])
     return Refused(
-        f"{robot.arms[worst].name} cannot follow its hand beyond frame {frame} of the fold, "
+        f"{robot.folding[worst].name} cannot follow its hand beyond frame {frame} of the fold, "
         f"{1e3 * length:.0f} mm long, even at the best place ({placement})",
         float(reached.min()) / last - 2,
     )

@@ -19,7 +19,7 @@ import numpy as np
 from tatamu.errors import InputError
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.pairs import link_name
-from tatamu.robots.planned import ARMS, Planned
+from tatamu.robots.planned import Planned
 from tatamu.robots.stage import MODEL, data_of, load_stage
 
 STEP = 0.001
@@ -55,9 +55,9 @@ class Rehearsal:
     angles: np.ndarray
     """Angles of the plan's joints [rad], shape (n, j)."""
     tools: np.ndarray
-    """Positions of both tools in B [m], shape (2, n, 3)."""
+    """Positions of each tool in B [m], shape (arms, n, 3)."""
     wanted_tools: np.ndarray
-    """Planned positions of both tools [m], shape (2, n, 3)."""
+    """Planned positions of each tool [m], shape (arms, n, 3)."""
     contacts: list[Contact]
     wall_seconds: float
 
@@ -76,18 +76,20 @@ class Rehearsal:
     @property
     def closes(self) -> float:
         """Time at which the first hand closes [s]; the rehearsed fold begins there."""
-        return min(self.planned.event(arm, "close") for arm in ARMS)
+        return min(self.planned.event(arm, "close") for arm in self.planned.arms)
 
     @property
     def tool_distances(self) -> np.ndarray:
-        """Distance of each tool from the plan [m], shape (2, n)."""
+        """Distance of each tool from the plan [m], shape (arms, n)."""
         return np.asarray(np.linalg.norm(self.tools - self.wanted_tools, axis=2))
 
     @property
     def tool_error(self) -> float:
         """Largest distance of a tool from the plan while it holds the cloth [m]."""
         distance = self.tool_distances
-        return float(max(distance[number, self.holding(arm)].max(initial=0.0) for number, arm in enumerate(ARMS)))
+        return float(
+            max(distance[number, self.holding(arm)].max(initial=0.0) for number, arm in enumerate(self.planned.arms))
+        )
 
     def holding(self, arm: str) -> np.ndarray:
         """Which samples are from an arm's closing to its opening, shape (n,)."""
@@ -191,7 +193,7 @@ def _hold(model: Any, data: Any, planned: Planned) -> None:
 def _check_names(spec: Any, planned: Planned) -> None:
     """Refuse a model without the base or the tools of the plan."""
     missing = [] if spec.body(planned.plan.base_frame) else [planned.plan.base_frame]
-    missing += [f"{arm}_tool" for arm in ARMS if spec.site(f"{arm}_tool") is None]
+    missing += [f"{arm}_tool" for arm in planned.arms if spec.site(f"{arm}_tool") is None]
     if missing:
         raise ValueError(f"it has no {missing[0]}")
 
@@ -206,14 +208,14 @@ def _commands(planned: Planned) -> Iterator[tuple[np.ndarray, np.ndarray]]:
 
 
 def _tools(data: Any, planned: Planned) -> np.ndarray:
-    """Positions of both tools in B [m], shape (2, 3)."""
+    """Positions of each tool in B [m], shape (arms, 3)."""
     base = data.body(planned.plan.base_frame)
     R_WB = base.xmat.reshape(3, 3)
-    return np.array([R_WB.T @ (data.site(f"{arm}_tool").xpos - base.xpos) for arm in ARMS])
+    return np.array([R_WB.T @ (data.site(f"{arm}_tool").xpos - base.xpos) for arm in planned.arms])
 
 
 def _wanted(planned: Planned, model: Any, columns: list[int], times: np.ndarray, mujoco: Any) -> np.ndarray:
-    """Planned positions of the tools at times [m], shape (2, n, 3)."""
+    """Planned positions of the tools at times [m], shape (arms, n, 3)."""
     data, found = data_of(model), []
     wanted = np.array([np.interp(times, planned.times, column) for column in planned.angles.T]).T
     for row in wanted:

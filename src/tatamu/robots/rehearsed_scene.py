@@ -10,12 +10,11 @@ import numpy as np
 
 from tatamu.body import Body
 from tatamu.errors import InputError
-from tatamu.folding.fingers import Fingers
+from tatamu.folding.fingers import Fingers, FingerSize
 from tatamu.folding.hand import HandPath, finger_bodies
 from tatamu.folding.manipulation import HANDS, WAIT, Hand
 from tatamu.robots.hands import grippers_by_hand
 from tatamu.robots.planfile import JawFile
-from tatamu.robots.planned import ARMS
 from tatamu.robots.pose import into
 from tatamu.robots.rehearsal import Rehearsal
 from tatamu.scene import Gripper, Scene
@@ -30,21 +29,22 @@ def rehearsed_scene(rehearsal: Rehearsal, learned: Scene) -> Scene:
             the fingers close, and the others are pressed onto it.
 
     Raises:
-        InputError: If the scene is not of two hands.
+        InputError: If the scene has not one hand for each arm that folds.
     """
     hands = grippers_by_hand(learned)
-    if len(hands) != 2:
-        raise InputError(f"scene.json: grippers: must be of two hands, left and right, given {len(hands)}")
+    arms = rehearsal.planned.arms
+    if len(hands) != len(arms):
+        raise InputError(f"scene.json: grippers: must be of {len(arms)}, as many as arms fold, given {len(hands)}")
     grippers: list[Gripper] = []
     bodies: list[Body] = []
-    for number, (arm, name, hand) in enumerate(zip(ARMS, HANDS, hands, strict=True)):
+    for number, (arm, name, hand) in enumerate(zip(arms, HANDS, hands, strict=False)):
         made = _HandOfRobot(rehearsal, number, arm)
         raised = made.raised(learned, hand[0])
         grippers += [made.gripper(one, one.displacements[-1] - hand[0].displacements[-1] + raised) for one in hand]
         bodies += made.fingers(name, learned, hand)
     ends = [gripper.opens for gripper in learned.grippers if gripper.opens is not None]
     rest = max(1.0, learned.duration - max(ends, default=learned.duration))
-    opens = max(rehearsal.planned.event(arm, "open") for arm in ARMS)
+    opens = max(rehearsal.planned.event(arm, "open") for arm in arms)
     changed = {"grippers": grippers, "bodies": bodies, "duration": opens - rehearsal.closes + rest}
     return learned.model_copy(update=changed)
 
@@ -80,16 +80,12 @@ class _HandOfRobot:
         )
 
     def fingers(self, name: Hand, learned: Scene, grippers: list[Gripper]) -> list[Body]:
-        """Both fingers as bodies, with the robot's thickness and tilt; none if the learned hand has none."""
+        """Both fingers as bodies, with the robot's sizes and tilt; none if the learned hand has none."""
         known = [body for body in learned.bodies if body.hand == name]
         if not known or self._jaw is None:
             return []
-        length, width, _ = (2.0 * half for half in known[0].size)
         shape = Fingers(
-            thickness=self._jaw.thickness,
-            width=width,
-            length=length,
-            opening=self._jaw.opening,
+            **{name: getattr(self._jaw, name) for name in FingerSize.model_fields},
             tilt=np.pi / 2 - self._jaw.tilt,
             friction=known[0].friction,
         )

@@ -97,9 +97,9 @@ def check_kinematics(robot: Robot) -> None:
 def _draws(robot: Robot) -> np.ndarray:
     """Configurations of the arms, and of the trunk, all over their ranges, shape (DRAWS, nq)."""
     random = np.random.default_rng(0)
-    larm, rarm = (_within(robot.limits(arm), random) for arm in robot.arms)
+    angles = [_within(robot.limits(arm), random) for arm in robot.arms]
     trunk = None if robot.trunk is None else _within(robot.model.joint(robot.trunk).range[None], random)[:, 0]
-    return robot.configuration(larm, rarm, trunk)
+    return robot.configuration(angles, trunk)
 
 
 def _within(limits: np.ndarray, random: np.random.Generator) -> np.ndarray:

@@ -105,6 +105,11 @@ class Poser:
         self._model, self._columns = model, columns
         self._positions = np.column_stack([angles, *fingers.values()])
 
+    @property
+    def poses(self) -> int:
+        """Number of the poses."""
+        return len(self._positions)
+
     def pose(self, row: int) -> Any:
         """Return the mujoco.MjData in one of the poses, with its kinematics."""
         self.data.qpos[self._columns] = self._positions[row]

@@ -55,7 +55,7 @@ def _csv(header: list[str], rows: Any) -> str:
 def groups(plan: RobotPlan) -> list[Group]:
     """The ROS controllers that the motion needs."""
     robot = plan.task.robot
-    found = [Group(arm.controller, arm.joints, arm.ros_joints) for arm in robot.arms]
+    found = [Group(arm.controller, arm.joints, arm.ros_joints) for arm in robot.folding]
     if robot.trunk is not None and plan.task.placement.turning:
         found.append(Group("torso_controller", (robot.trunk,), (robot.trunk,)))
     return found

@@ -19,7 +19,7 @@ def check_reach(task: Task) -> None:
     curve and a high one. One within reach is enough.
 
     Raises:
-        InputError: If none of them is within reach, or the fold has one hand; the message has the reason.
+        InputError: If none of them is within reach, or the fold is pressed; the message has the reason.
     """
     if task.reach is None:
         return
@@ -29,8 +29,8 @@ def check_reach(task: Task) -> None:
 
 
 def _check_step(task: Task, reach: Reach) -> None:
-    if task.fold.hands == 1:
-        raise InputError(f"hands: {reach.robot} folds with both, and {_name(task)} has one; give --hands 2")
+    if task.fold.press is not None:
+        raise InputError(f"press: {reach.robot} cannot press {_name(task)}; leave press out of the fold plan")
     refusals = []
     for parameters in _typical(task.fold):
         refusal = reach.refusal(task.manipulation(parameters))

@@ -1,0 +1,109 @@
+"""The motion of one arm along the path of one hand, for many placements and holds.
+
+An arm follows the path from point to point by damped least squares. Each point starts from the angles of the last one,
+so a path that would need a jump counts as unreachable.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tatamu.robots.chain import Chain
+from tatamu.robots.model import Arm, Robot
+from tatamu.robots.placement import ASIDE, SHALLOW, Hold, Placement, tool_paths
+
+GOOD_MARGIN = 0.2
+"""More distance than this from joint limits [rad] counts no further."""
+GOOD_SINGULARITY = 0.2
+"""More distance than this from singularities (see `Chain.singularity`) counts no further."""
+HOPELESS = -1.0
+"""Worse than this is not followed up."""
+CLEAR = 3
+"""Number of holds that are kept of each arm, the best first."""
+
+
+@dataclass(frozen=True)
+class ArmReach:
+    """The motion of one arm along the path of one hand, for every placement and hold."""
+
+    quality: np.ndarray
+    """1 is comfortable, 0 just possible, negative not; shape (placements, holds)."""
+    reached: np.ndarray
+    """Number of points reached in a row, shape (placements, holds)."""
+    angles: np.ndarray
+    """[rad], shape (placements, holds, points, k)."""
+
+    def best(self, placement: int) -> np.ndarray:
+        """Return the best holds, the best first."""
+        order = np.argsort(-self.quality[placement], kind="stable")[:CLEAR]
+        return order[self.quality[placement][order] > HOPELESS]
+
+
+def follow(
+    robot: Robot,
+    arm: Arm,
+    placements: list[Placement],
+    holds: Sequence[Hold],
+    trunk: np.ndarray,
+    path: np.ndarray,
+    steps: np.ndarray,
+) -> ArmReach:
+    """Follow one hand's path from every placement.
+
+    Args:
+        robot: The robot.
+        arm: Its arm.
+        placements: Where the fold may lie.
+        holds: How the hand may take the hem.
+        trunk: The trunk's angle from each placement at each point [rad], shape (placements, n + 2).
+        path: The hand's path in F [m], shape (n, 3).
+        steps: From point to point [s], shape (n - 1,).
+    """
+    chain = Chain.of(robot, arm)
+    shape = (len(placements), len(holds))
+    targets = chain.before_trunk(tool_paths(placements, holds, path, arm.jaw), trunk[:, None])
+    targets = targets.reshape(-1, len(path) + 2, 4, 4)
+    angles, reached = _track(chain, targets, arm.initial)
+    whole = np.flatnonzero(reached == targets.shape[1])
+    quality = np.full(len(targets), 2 * HOPELESS)
+    quality[whole] = _quality(chain, arm, angles[whole], steps)
+    shallow = np.array([SHALLOW * (1 - hold.tilt / (np.pi / 2)) + ASIDE * abs(hold.yaw) for hold in holds])
+    quality = quality.reshape(shape)
+    quality = np.where(quality > 0, quality / (1 + shallow), quality)
+    return ArmReach(quality, reached.reshape(shape), angles.reshape(*shape, *angles.shape[1:]))
+
+
+def _track(chain: Chain, targets: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return angles (n, m, k) along targets (n, m, 4, 4), and the number of points reached in a row (n,)."""
+    count, points = targets.shape[:2]
+    angles = np.full((count, points, len(start)), np.nan)
+    reached = np.zeros(count, dtype=np.int64)
+    alive = np.flatnonzero(chain.near(targets[:, :, :3, 3]))
+    last = np.tile(start, (len(alive), 1))
+    for point in range(points):
+        last, there = chain.solve(targets[alive, point], last, steps=25 if point == 0 else 6)
+        alive, last = alive[there], last[there]
+        angles[alive, point] = last
+        reached[alive] = point + 1
+    return angles, reached
+
+
+def _quality(chain: Chain, arm: Arm, angles: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """Return the smallest margin for angles (n, m, k), reduced for folds that must be slowed down."""
+    count, points, width = angles.shape
+    margin = chain.margin(angles.reshape(-1, width)).reshape(count, points).min(axis=1) / GOOD_MARGIN
+    some = angles[:, ::2]
+    singular = chain.singularity(some.reshape(-1, width)).reshape(some.shape[:2]).min(axis=1) / GOOD_SINGULARITY
+    return np.minimum(1.0, np.minimum(margin, singular)) / np.sqrt(slowing(arm, angles[:, 1:-1], steps))
+
+
+def slowing(arm: Arm, angles: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """Estimate the factor, at least 1, by which the path (n, m, k) with `steps` (m - 1,) [s] must be slowed down."""
+    speed = np.diff(angles, axis=1) / steps[:, None]
+    rate = np.diff(speed, axis=1) / ((steps[1:] + steps[:-1]) / 2)[:, None]
+    fast = (np.abs(speed) / arm.planned_speed).max(axis=(1, 2))
+    hard = (np.abs(rate) / arm.planned_acceleration).max(axis=(1, 2))
+    return np.maximum(1.0, np.maximum(fast, np.sqrt(hard)))
