@@ -15,7 +15,7 @@ ORDER = [
     ["compiled", "options", "rest", "targets"],
     ["geometry", "memory"],
     ["elastic", "contact"],
-    ["air"],
+    ["air", "led_bodies"],
     ["model"],
     ["system"],
     ["step", "grippers"],

@@ -162,7 +162,7 @@ def test_a_failed_trial_is_a_finite_penalty_that_the_search_keeps(
     assert [t["state"] for t in trials] == ["complete", "failed", "complete"]
     assert trials[1]["error"] == "blew up"
     assert trials[1]["mean_vertex_distance"] is None
-    assert max(t["objective"] for t in trials) == trials[1]["objective"] < 1e3
+    assert trials[0]["objective"] < trials[1]["objective"] < 1e3
 
 
 def test_a_study_that_is_killed_while_it_writes_is_written_the_next_time(

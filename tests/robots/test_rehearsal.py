@@ -135,7 +135,7 @@ def test_layers_that_fingers_press_down_go_with_the_hand(done: Rehearsal) -> Non
     assert pressed.displacements[-1] - first.displacements[-1] == pytest.approx(down)
     assert pressed.displacements[0] == pytest.approx(np.zeros(3), abs=1e-9)
     assert other.displacements[-1] == pytest.approx(np.array([0.34, 0, 0.001 + lifted(done)]), abs=1e-3)
-    with pytest.raises(InputError, match="of two hands, left and right, given 1"):
+    with pytest.raises(InputError, match="must be of 2, as many as arms fold, given 1"):
         rehearsed_scene(done, held.model_copy(update={"grippers": parts[:2]}))
 
 
