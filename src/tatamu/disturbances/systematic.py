@@ -49,8 +49,9 @@ def _usual() -> Disturbances:
 
 
 def share(disturbances: Disturbances, name: str) -> float:
-    """Return the systematic share of a disturbance's variance: that of errors which all folds of a set-up have in
-    common.
+    """Return the systematic share of a disturbance's variance.
+
+    Systematic errors are the same in every fold of a set-up.
 
     Args:
         disturbances: The disturbances; `systematic.toml` has the defaults.

@@ -22,7 +22,7 @@ class Verdict:
     error: str | None = None
     """Reason of the failure."""
     moving_vertex_distance: FiniteFloat | None = None
-    """Mean over the part that moves Mean of e_i, Eq. (12) [m]; None if the simulation failed."""
+    """Mean of e_i over the part that moves [m]; None if the simulation failed."""
     marks: dict[str, FiniteFloat] | None = None
     """Marks of the fold by the names of `folding.marks.MARKS` [m]; None without a rollout, and in older verdicts."""
 
