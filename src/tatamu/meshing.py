@@ -17,7 +17,8 @@ from scipy.spatial import Delaunay
 ROW = np.sqrt(0.75)
 """Distance between the rows of an equilateral lattice, in spacings."""
 SHEAR = 0.25
-"""Shift of even rows to the left and odd rows to the right, in parts of a cell, so that no triangle is very small."""
+"""Shift of even rows to the left and odd rows to the right, as a fraction of a cell, so that no triangle is very
+small."""
 SLIVER = 1e-3
 """Twice the area below which triangles are left out, over that of a square; Delaunay makes them at straight sides."""
 

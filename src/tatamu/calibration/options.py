@@ -16,7 +16,7 @@ class CalibrationOptions:
     longest: float = 8.0
     """Largest duration of a scene over the duration that its test sets."""
     within: float = 1e-3
-    """Largest difference between the simulated and the measured reading, as a part of the reading."""
+    """Largest difference between the simulated and the measured reading, as a fraction of the reading."""
     finest: float = 1e-5
     """Largest difference between the simulated and the measured reading, if larger than `within` gives [m]."""
     agreement: float = 5e-3

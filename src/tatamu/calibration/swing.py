@@ -47,11 +47,11 @@ SIMULATED = 4
 PINCH = 0.03
 """Width of each of the two grips [m]."""
 FARTHEST = 0.7
-"""Largest distance aside, as a part of the cloth's length."""
+"""Largest distance aside, as a fraction of the cloth's length."""
 FRAMES = 60.0
 """Per second."""
 LEAST = 0.004
-"""Smallest swing that counts, as a part of the first."""
+"""Smallest swing that counts, as a fraction of the first swing."""
 WITHIN = 2e-3
 """The period is matched to this part of itself."""
 DRAG = 0.7

@@ -14,7 +14,7 @@ def parameters_of(drawn: DrawnFold, task: Task, spread: float) -> Parameters:
     Args:
         drawn: The fold.
         task: Its task.
-        spread: Largest distance from the curve in the middle, in parts of the search space.
+        spread: Largest distance from the curve in the middle, as a fraction of the search space.
     """
     middle = drawn.middle or arched_curve(task.fold)
     bounds = task.space.bounds

@@ -29,7 +29,7 @@ class DrawnFold:
     source: str
     subject: Subject
     unit: tuple[float, ...]
-    """Distance from the curve in the middle, in parts of `spread`, from -1 to 1: x1, z1, x2, z2, g1, g2."""
+    """Distance from the curve in the middle, as fractions of `spread`, from -1 to 1: x1, z1, x2, z2, g1, g2."""
     middle: Parameters | None = None
     """Parameters of the learned fold; None for the arched curve."""
     known: tuple[int, int, str] | None = None

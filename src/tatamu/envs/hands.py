@@ -134,7 +134,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         """Lead the hands for one step, a tenth of a second by default.
 
         Args:
-            action: From -1 to 1, for each hand its motion along x, y and z in parts of the largest, and its jaw:
+            action: From -1 to 1, for each hand its motion along x, y and z as fractions of the largest, and its jaw:
                 closed above 0; shape (4 hands,).
 
         Raises:

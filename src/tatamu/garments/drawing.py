@@ -15,7 +15,7 @@ FARTHEST = 1e9
 MOST_POINTS = 100_000
 """No curve of a drawing has more points."""
 SAME = 1e-3
-"""Largest distance of two ends that are one point, as a part of the curve's length."""
+"""Largest distance of two ends that count as one point, as a fraction of the curve's length."""
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ PASSES, TENSE = 3, 0.3
 SMOOTHINGS, SLIVER = 60, 0.12
 """Number of passes that correct triangles facing the wrong way, or with a height below this part of their length."""
 STILL = 1e-6
-"""Motion below which a vertex has reached its place, as part of the garment's extent."""
+"""Motion below which a vertex has reached its place, as a fraction of the garment's extent."""
 LEAST_WEIGHT = 0.05
 """Smallest cotangent weight of an edge: obtuse triangles would have negative ones."""
 PRICES = (0.35, 1.0, 3.0)

@@ -15,17 +15,17 @@ import shapely
 from tatamu.errors import InputError
 
 DEEP = 0.05
-"""Least depth of the pocket under a sleeve, as part of the outline's width."""
+"""Least depth of the pocket under a sleeve, as a fraction of the outline's width."""
 CENTRAL = 0.25
-"""The middle of the neck is at most this part of the width from the middle."""
+"""Largest distance of the middle of the neck from the middle, as a fraction of the width."""
 DIP = 0.01
-"""Least depth of a neckline that is a pocket, as a part of the outline's height; others are level."""
+"""Least depth of a neckline that is a pocket, as a fraction of the outline's height; other necklines are level."""
 LEVEL = np.tan(np.radians(12.0))
 """Steeper sides belong to the shoulders."""
 NARROWEST, WIDEST = 0.08, 0.6
-"""Width of the neck in parts of the outline's."""
+"""Smallest and largest width of the neck, as fractions of the outline's width."""
 STRAIGHT = 0.02
-"""A side may bend by this part of the outline's width."""
+"""Largest bend of a side, as a fraction of the outline's width."""
 ALIKE = 2.0
 """Largest ratio of the widths of two sleeves."""
 

@@ -18,7 +18,7 @@ import numpy as np
 MEMBERS = 4000
 """Number of members."""
 KEPT = 0.5
-"""Effective sample size of one step, as a part of the members."""
+"""Effective sample size of one step, as a fraction of the members."""
 MOVES = 20
 """Moves of each member in each step."""
 ACCEPTED = 0.3

@@ -23,7 +23,7 @@ FINEST = 0.0005
 SOFT = 0.0012
 """Deviation of the smoothing across an edge [m]."""
 TURN = 0.14
-"""Steepest line, in parts of its length."""
+"""Largest rise of a line, as a fraction of its length."""
 TURNS = 29
 """Number of directions that are tried."""
 CLEAR = 6.0
@@ -37,7 +37,7 @@ WIDE = 0.006
 SEEN = 0.7
 """Deviation by which a camera blurs [pixels]."""
 SECOND = 0.35
-"""Least strength of the weaker slope, as part of the stronger one."""
+"""Least strength of the weaker slope, as a fraction of the stronger one."""
 
 
 @dataclass(frozen=True)

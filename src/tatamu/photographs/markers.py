@@ -79,8 +79,8 @@ def saddles(grey: np.ndarray, corners: np.ndarray) -> np.ndarray:
     """Return corners of a chessboard to a few hundredths of a pixel: the saddles of brightness, shape (n, 2).
 
     A quadric is fitted to the brightness about each corner (Lucchese and Mitra 2002, Asia-Pacific Conference on
-    Circuits and Systems). OpenCV's own refinement takes in the edges of markers beside the corner, which cost it a
-    quarter of a pixel.
+    Circuits and Systems). OpenCV's own refinement is not used: it includes the edges of markers beside the corner,
+    which adds an error of a quarter of a pixel.
 
     Args:
         grey: The photograph, uint8, shape (h, w).

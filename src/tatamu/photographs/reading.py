@@ -37,7 +37,7 @@ WIDER = 0.006
 GIVEN = 1.5
 """Deviation of a pixel that the user gives."""
 ROUND = 0.3
-"""Distance of the visible rim of cloth from its edge, as part of the thickness."""
+"""Distance of the visible rim of cloth from its edge, as a fraction of the thickness."""
 CORNERS = ("left", "right", "lower-left", "lower-right")
 """Corners that can be given: of the moved hem, and of the lower hem."""
 

@@ -25,11 +25,12 @@ class FingerShape(NamedTuple):
     length: float
     """Length of the finger, with its tip."""
     depth: float = Jaw().depth
-    """Distance beyond the hem's edge at which the tips meet; more for thick fingers, because cloth rises to them."""
+    """Distance beyond the hem's edge at which the tips meet [m]; larger for thick fingers, because cloth rises to the
+    tips."""
 
 
 def jaw_of(arm: str, shape: FingerShape, widest: float) -> Jaw:
-    """The jaw of an arm's hand whose fingers `add_fingers` makes."""
+    """Return the jaw of an arm's hand, with the fingers that `add_fingers` adds to the model."""
     names = finger_names(arm)
     return Jaw.of_hand(
         shape.hand,

@@ -60,8 +60,9 @@ PASSING_WORDS = (
 
 
 class ConnectionLostError(Exception):
-    """The connection to the database was lost. This is no error of SQLAlchemy, so that Optuna does not repeat the
-    operation without a check whether it was done.
+    """The connection to the database was lost.
+
+    This is no error of SQLAlchemy, so that Optuna does not repeat the operation without a check whether it was done.
     """
 
 
