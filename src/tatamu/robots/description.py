@@ -22,7 +22,7 @@ from tatamu.robots.modelfile import ModelFile, read_model
 from tatamu.robots.pose import from_rpy, pose
 
 Length = Annotated[float, Field(ge=-10, le=10)]
-"""Within ten metres [m]."""
+"""A length within ten metres [m]."""
 Vector = tuple[Length, Length, Length]
 """Lengths [m] or angles [rad]."""
 Numbers = Annotated[list[Annotated[float, Field(ge=-1000, le=1000)]], Field(min_length=1)]

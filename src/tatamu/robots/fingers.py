@@ -21,9 +21,9 @@ class FingerShape(NamedTuple):
     hand: str
     """Name of the hand in `tatamu.folding.fingers.PRESETS`, which has the size of the tip."""
     root: tuple[float, float]
-    """Thickness and width above the tip."""
+    """Thickness and width above the tip [m]."""
     length: float
-    """Length of the finger, with its tip."""
+    """Length of the finger, with its tip [m]."""
     depth: float = Jaw().depth
     """Distance beyond the hem's edge at which the tips meet [m]; larger for thick fingers, because cloth rises to the
     tips."""

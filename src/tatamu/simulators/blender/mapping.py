@@ -79,7 +79,7 @@ class Mapping:
 
 
 def mapped(scene: Scene, longest: float) -> Mapping:
-    """Blender's numbers for a scene whose longest segment lasts `longest` [s]."""
+    """Return Blender's numbers for a scene; `longest` is the duration of its longest segment [s]."""
     if scene.material.blender is not None:
         return _raw(scene, longest)
     springs = Springs(scene.cloth)
@@ -192,10 +192,10 @@ def _substeps(mapping: Mapping, springs: Springs, longest: float) -> None:
 
 
 def _raw(scene: Scene, longest: float) -> Mapping:
-    """Raw numbers of a material, converted to the enlarged scene.
+    """Return the raw numbers of a material, converted to the enlarged scene.
 
-    Properties of the cloth that it leaves out keep Blender's defaults, quality counted per unit of Blender's time;
-    contacts that it leaves out come from the SI fields.
+    If the material leaves out a property of the cloth, Blender's default is used. The default of the quality depends on
+    the unit of Blender's time. If it leaves out a property of contacts, this is derived from the material's SI fields.
     """
     raw = DEFAULTS | checked(scene.material.blender or {})
     growing = [name for name in raw if _grows(name, raw.get("bending_model") == "LINEAR")]
