@@ -69,8 +69,8 @@ class Checks:
         }
 
     def _at(self, row: int) -> tuple[str, int]:
-        """Return the time of a sample as text, and its frame of the fold; 0 before the fold, the last frame after
-        it.
+        """Return the time of a sample as text, and its frame of the fold: before the fold the first, after it the
+        last.
         """
         motion = self._motion
         time = motion.times[row]

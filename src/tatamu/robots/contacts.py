@@ -1,5 +1,4 @@
-"""Pairs of shapes that come too near along a motion, by MuJoCo's collision detection: a second check besides
-`clearance`.
+"""Pairs that come too near along a motion, by MuJoCo's collision detection: a second check besides `clearance`.
 
 Both checks share only the list of pairs. This one has no broad phase of its own, and tests every sample.
 """

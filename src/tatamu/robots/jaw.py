@@ -50,10 +50,10 @@ class Jaw(FingerSize):
         return self
 
     def held(self, depth: float, height: float) -> float:
-        """Return the depth of cloth between the fingertips from where they meet: beyond the hem, and over the table
-        [m].
+        """Return the depth of cloth between the closed fingertips [m].
 
-        The cloth rises to the fingertips at 45 degrees. This takes more length than cloth that lies flat.
+        The fingertips meet `depth` beyond the hem and `height` over the table [m]. The cloth rises to them at 45
+        degrees, which takes more length than cloth that lies flat.
         """
         return depth - (float(np.sqrt(2)) - 1) * height
 

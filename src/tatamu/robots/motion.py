@@ -78,8 +78,9 @@ class Motion:
 
 
 def motion(robot: Robot, hands: HandMotion, stages: list[Stage], pace: Pace, hovers: bool = False) -> Motion:
-    """Compute the times of all stages under the robot's limits, with waits between them. A motion that hovers keeps its
-    jaws open.
+    """Compute the times of all stages under the robot's limits, with waits between them.
+
+    If the motion hovers, the jaws stay open.
     """
     speed, acceleration = robot.planned()
     by_name = {stage.name: stage for stage in stages}

@@ -19,9 +19,9 @@ FOLD = "fold"
 """Folder of the learned fold inside the plan's folder."""
 
 LONGEST = 3600.0
-"""A plan that lasts longer is none [s]."""
+"""Longest duration of a valid plan [s]."""
 FARTHEST = 100.0
-"""A joint that turns farther is none of a robot's [rad]."""
+"""Largest angle of a joint in a valid plan [rad]."""
 
 
 @dataclass(frozen=True)
