@@ -60,7 +60,7 @@ class BiasReadings(TestEntry):
     L1: Lengths
     """Distance from the grip straight down to the end, hanging [m]."""
     L2: Lengths
-    """The same distance on the lying strip [m]."""
+    """Distance between the same two places on the lying strip [m]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -49,7 +49,7 @@ PINCH = 0.03
 FARTHEST = 0.7
 """Largest distance aside, as a fraction of the cloth's length."""
 FRAMES = 60.0
-"""Per second."""
+"""Frames per second [1/s]."""
 LEAST = 0.004
 """Smallest swing that counts, as a fraction of the first swing."""
 WITHIN = 2e-3

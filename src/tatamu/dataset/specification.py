@@ -133,7 +133,7 @@ class DatasetSpecification(Record):
     """Garment of drawn folds; None for the towel of `tatamu learn towel`."""
     fold: FoldDraw = FoldDraw()
     robot: RobotDraw | None = None
-    """None for floating hands."""
+    """Robot that carries out the folds; None for floating hands."""
     record: RecordOptions = RecordOptions()
     outcome: OutcomeOptions = OutcomeOptions()
 

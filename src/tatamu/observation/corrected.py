@@ -26,7 +26,7 @@ FILE = "correction.json"
 
 
 class End(OpenRecord):
-    """How the next fold is expected to end."""
+    """The expected end of the next fold."""
 
     mean_vertex_distance: Number
     """Mean vertex distance [m]."""

@@ -45,7 +45,7 @@ class Window:
     """The area in which an edge is expected, in the fold's frame."""
 
     corner: np.ndarray
-    """Its starting corner [m], shape (2,)."""
+    """Starting corner of the window [m], shape (2,)."""
     along: np.ndarray
     """Unit vector along it, shape (2,)."""
     outward: np.ndarray

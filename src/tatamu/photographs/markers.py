@@ -16,7 +16,7 @@ FEWEST = 8
 WINDOW = 0.13
 """Half the side of the window about a corner, in squares: markers leave this much white around them."""
 WINDOWS = (2, 10)
-"""Its least and largest value [pixels]."""
+"""Least and largest half side of that window [pixels]."""
 LOST = 2.0
 """A corner that would move farther than this has been misled [pixels]."""
 ROUNDS = 8

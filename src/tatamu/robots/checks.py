@@ -69,9 +69,7 @@ class Checks:
         }
 
     def _at(self, row: int) -> tuple[str, int]:
-        """Return the time of a sample as text, and its frame of the fold: before the fold the first, after it the
-        last.
-        """
+        """Return the time of a sample as text, and its frame; the fold's first frame before it, the last after it."""
         motion = self._motion
         time = motion.times[row]
         part = [part for part in motion.parts if part.start <= time + 1e-9][-1]

@@ -50,7 +50,7 @@ class RobotPlan:
 
     @property
     def events(self) -> tuple[FingerEvent, ...]:
-        """When fingers close and open; none if the plan hovers."""
+        """Times at which fingers close and open; none if the plan hovers."""
         return () if self.task.hover else self.motion.events
 
     @property
@@ -131,7 +131,7 @@ def _candidates(
 def _at(
     robot: Robot, hands: HandMotion, place: tuple[float, float, float], heights: tuple[float, float]
 ) -> PlacementRanking:
-    """Return the holds at a given place, and the table heights if these are not given."""
+    """Rank placements at a given place, with table heights between two bounds [m]."""
     levels = np.linspace(*heights, 1 if heights[0] == heights[1] else 7)
     turning = (0.0, 0.6, 1.0) if robot.trunk else (0.0,)
     places = [Placement(*place[:2], float(z), place[2], turn) for z in levels for turn in turning]

@@ -32,7 +32,7 @@ class StepRecord(Scored):
     """A step: the error of its own fold, and the deviation of the garment from the ideal of all folds so far."""
 
     folder: str
-    """Its name within the plan's folder."""
+    """Name of the step's folder within the plan's folder."""
     title: str
     """The fold in a few words."""
     hands: int
