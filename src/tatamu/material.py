@@ -48,9 +48,10 @@ ORTHOTROPIC_BENDING = ("bending_rigidity_weft", "bending_rigidity_bias")
 FRICTION_OF_BENDING = ("bending_hysteresis", "bending_rigidity_initial")
 """Fields of the friction of bending."""
 FRICTION_ELEMENTS = ((0.5, 0.4), (0.3, 1.0), (0.2, 2.5))
-"""Elements of the friction of bending: parts of its stiffness, and yield curvatures.
+"""Elements of the friction of bending: fractions of its stiffness, and yield curvatures as multiples of k_y.
 
-Their products sum to 1. The moment of a sheet bent for the first time is HB (1 - exp(-k / k_y)) within 0.09 HB."""
+Their products sum to 1. The moment of a sheet bent for the first time is HB (1 - exp(-k / k_y)) within 0.09 HB.
+"""
 STEEPER = 4.0
 """Default ratio of the slope of a bending moment after a reversal to its slope later."""
 UNSAID = (

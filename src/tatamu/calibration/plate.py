@@ -1,6 +1,7 @@
 """Test *plate*: the drape of a disc of cloth over a round plate determines the bending rigidity.
 
-Not in the paper. A disc hangs over a smaller plate, in folds, and is seen from above. The drape coefficient
+This test is not in the paper. A disc hangs over a smaller plate, in folds, and is seen from above. The drape
+coefficient
 
     DC = (A_outline - A_plate) / (A_disc - A_plate)
 
@@ -40,7 +41,7 @@ from tatamu.scene import Cloth, Gripper, Scene
 HALF, POWER = 0.2545, 2.95
 """Bending length over overhang at DC = 1/2, and the power by which DC / (1 - DC) grows with it."""
 DISCS = 2
-"""Simulated side by side."""
+"""Number of discs that are simulated side by side."""
 APART = 2.6
 """Distance between the middles of the two discs, in radii."""
 CELL = 0.45

@@ -1,4 +1,4 @@
-"""The curve of a drawn fold: near the arched one, or near a learned one."""
+"""The curve of a drawn fold: near the arched curve, or near that of a learned fold."""
 
 from __future__ import annotations
 

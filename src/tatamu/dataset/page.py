@@ -106,7 +106,7 @@ def _words(record: EpisodeRecord) -> str:
 
 
 def _distances(records: Sequence[EpisodeRecord]) -> Chart:
-    """Return how many episodes end how far from the target."""
+    """Return a histogram of the episodes' distances from the target."""
     values = np.array([max(_distance(record), LEAST) for record in records]) * 1e3
     edges = np.geomspace(0.9 * values.min(), 1.1 * values.max(), 31)
     counts, _ = np.histogram(values, edges)

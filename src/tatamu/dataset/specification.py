@@ -133,7 +133,7 @@ class DatasetSpecification(Record):
     """Garment of drawn folds; None for the towel of `tatamu learn towel`."""
     fold: FoldDraw = FoldDraw()
     robot: RobotDraw | None = None
-    """Robot that carries out the folds; None for floating hands."""
+    """The robot whose arms fold; None for floating hands."""
     record: RecordOptions = RecordOptions()
     outcome: OutcomeOptions = OutcomeOptions()
 

@@ -3,8 +3,8 @@
 The boundary of a piece, along which it is cut, is on layer 1, lines along which it is sewn on layer 14, cut-outs on 11,
 the grain line on 7, the line of a piece that is cut on a fold on 6. A flat garment does not need the rest: turn points
 (2), curve points (3), notches (4 and 80 to 83), reference lines (5, 9, 10), lines that are only drawn (8), drill holes
-(13), annotations (15) and the finer copies for checking (84 to 87). Text says what a piece is called and what the unit
-is: METRIC is millimetres, ENGLISH inches.
+(13), annotations (15) and the finer copies for checking (84 to 87). Texts state the name of a piece and the unit:
+METRIC is millimetres, ENGLISH is inches.
 """
 
 from __future__ import annotations

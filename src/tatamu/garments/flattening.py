@@ -30,8 +30,8 @@ STILL = 1e-6
 LEAST_WEIGHT = 0.05
 """Smallest cotangent weight of an edge: obtuse triangles would have negative ones."""
 PRICES = (0.35, 1.0, 3.0)
-"""The cost of an edge between front and back, in triangles that face the wrong way: the higher, the shorter the border,
-and the less it follows wrinkles. Each is tried, and the plan that strains the garment least is kept."""
+"""Costs of an edge between front and back, in triangles that face the wrong way. A higher cost makes the border
+shorter, and it follows wrinkles less. Each cost is tried, and the plan that strains the garment least is kept."""
 ONE_SIDED = 0.5
 """Share of agreeing triangles above which a whole panel belongs to the front or the back."""
 
@@ -175,8 +175,8 @@ def _templates(lengths: np.ndarray, up: np.ndarray) -> np.ndarray:
 def _rigid(plan: np.ndarray, faces: np.ndarray, templates: np.ndarray, stress: np.ndarray) -> np.ndarray:
     """Return the plan after local and global steps until convergence; triangles have the weights `stress`, shape (m,).
 
-    In complex numbers the best turn of a triangle is the phase of a weighted sum over its corners (local step), and the
-    best places of the vertices for given turns solve a system whose matrix stays (global step).
+    In complex numbers, the best turn of a triangle is the phase of a weighted sum over its corners (local step). The
+    best places of the vertices for given turns solve a linear system with a constant matrix (global step).
     """
     count = len(plan)
     weights = _cotangents(templates) * stress[:, None]

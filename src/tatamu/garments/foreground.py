@@ -15,13 +15,13 @@ import shapely
 from tatamu.errors import InputError
 
 FRAME = 0.04
-"""Part of the photo's width and height, on each side, that shows the table only."""
+"""Width of the border that shows only the table, on each side, as a fraction of the photo's width and height."""
 LIGHTNESS = 0.6
 """Weight of lightness against colour: a shadow darkens, it does not tint."""
 FAINTEST = 6.0
 """Least difference of a garment from its table [CIELAB units]."""
 SMALLEST, LARGEST = 0.02, 0.9
-"""Part of the photo that a garment covers."""
+"""Smallest and largest fraction of the photo that a garment covers."""
 EDGE = 4
 """Distance from the photo's border within which a garment touches it [pixels]."""
 SIMILAR = 0.05

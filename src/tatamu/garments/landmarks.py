@@ -1,8 +1,8 @@
 """Hem, sleeves and neck of a T-shirt, found from its outline alone.
 
-The outline leaves its convex hull open under either sleeve. The lower end of this pocket is the hem's corner, its
-deepest point the underarm. The neck is a pocket as well or, if it is straight, the level part of the top. Of the sides
-of the outline from underarm to neck, the end of the sleeve is the one farthest from the middle of both.
+Under each sleeve the outline leaves its convex hull: this gap is a pocket. Its lower end is the corner of the hem, and
+its deepest point is the underarm. The neck is a pocket as well or, if it is straight, the level part of the top. The
+end of a sleeve is the side of the outline, between underarm and neck, that is farthest from the middle of both.
 """
 
 from __future__ import annotations

@@ -25,11 +25,11 @@ from tatamu.material import Material
 OFTEN_UNWELDED = (".stl", ".glb")
 """Formats that repeat a vertex for each triangle, or for each place in the texture."""
 GENTLE, MOST, DOUBTED = 0.05, 0.20, 0.10
-"""A garment is flattened if half of its edges change by less than the first of these parts, 95 in 100 by the second; if
-they change by more than the third, a note asks the user to check it."""
+"""Relative changes of edges. A garment is flattened if half of its edges change by less than the first, and 95 in 100
+by less than the second. If half of them change by more than the third, a note asks the user to check the garment."""
 DOUBT = ": look at it; a UV map that is its pattern would do better"
 ALIKE = 0.06
-"""A UV map is the pattern if half of its edges fit those of the mesh to this part, with one scale for all panels."""
+"""Relative misfit of half of the edges up to which a UV map counts as the pattern, with one scale for all panels."""
 DEVELOPABLE = 0.01
 """Relative misfit of half of the edges up to which a UV map gets separate scales along u and v."""
 SQUARE = 0.3

@@ -31,9 +31,7 @@ def simulated(observed: Observed, correction: np.ndarray) -> np.ndarray | None:
 
 
 def draw_explained(observed: Observed, reading: FoldReading) -> Image.Image:
-    """Return the photograph of the newest fold, with the marks read from it and the outline that the posterior
-    gives.
-    """
+    """Return the photograph of the newest fold, with its reading and the outline that the posterior gives."""
     final = simulated(observed, observed.folds[observed.newest].correction) if observed.posterior.used else None
     if final is None:
         return draw_reading(reading)
