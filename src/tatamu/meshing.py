@@ -2,8 +2,9 @@
 
 There are two ways to end staggered rows at a straight side, and both are needed:
 
-- `staggered_rectangle`: all rows have the same number of points, and all inner rows are shifted by a quarter cell, to the left and to the right in turn. No triangle at the side is much smaller than the others, which would slow an explicit
-  simulator down. It is used for garments and the strips of calibration.
+- `staggered_rectangle`: all rows have the same number of points, and all inner rows are shifted by a quarter cell, to
+  the left and to the right in turn. No triangle at the side is much smaller than the others, which would slow an
+  explicit simulator down. It is used for garments and the strips of calibration.
 - `staggered`: every other row is shifted by half a cell and has one point more. All inner triangles are equal, those at
   the side are halves. Validation uses it, because textbooks use this mesh.
 """

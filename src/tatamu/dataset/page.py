@@ -16,7 +16,7 @@ from tatamu.presentation.page import render
 from tatamu.robustness.record import interval_of
 
 LEAST = 1e-4
-"""Smallest distance that is drawn, because the axis is logarithmic [m]; smaller ones are drawn here."""
+"""Smallest distance on the logarithmic axis [m]; smaller distances are drawn at this place."""
 MOST_POINTS = 5000
 """Largest number of episodes in a chart."""
 UNITS = {

@@ -24,7 +24,7 @@ MOST_RUNS = 10_000
 
 @dataclass(frozen=True)
 class DrawnFold:
-    """A fold before its garment is made: the names of everything, and numbers that were drawn for its curve."""
+    """A fold before its garment is made: names of garment, plan and material, and numbers drawn for its curve."""
 
     source: str
     subject: Subject

@@ -25,8 +25,8 @@ from tatamu.material import Material
 OFTEN_UNWELDED = (".stl", ".glb")
 """Formats that repeat a vertex for each triangle, or for each place in the texture."""
 GENTLE, MOST, DOUBTED = 0.05, 0.20, 0.10
-"""Relative changes of edges. A garment is flattened if half of its edges change by less than the first, and 95 in 100
-by less than the second. If half of them change by more than the third, a note asks the user to check the garment."""
+"""Relative changes of edges. A garment is flattened if half of its edges change by at most the first, and 95 in 100 by
+at most the second. If more than 5 in 100 change by more than the third, a note asks the user to check the garment."""
 DOUBT = ": look at it; a UV map that is its pattern would do better"
 ALIKE = 0.06
 """Relative misfit of half of the edges up to which a UV map counts as the pattern, with one scale for all panels."""

@@ -172,9 +172,7 @@ def _replayed(measured: Measured) -> list[Replayed]:
 
 
 def _simulated(subject: FoldOnMesh, draw: Draw) -> Replayed | None:
-    """Simulate a draw again on the fine mesh; None if that fails, as may happen if only the coarse mesh was
-    simulated.
-    """
+    """Simulate a draw again on the fine mesh; None if that fails where only the coarse mesh was simulated before."""
     try:
         task = subject.evaluator.task
         scene = disturbed_scene(task.fold, task.manipulation(subject.parameters), draw.world)
