@@ -76,7 +76,7 @@ def _minimum(body: Body, corners: np.ndarray) -> np.ndarray:
     a, b, c = (corners[:, k] for k in range(3))
 
     def along(part: np.ndarray) -> np.ndarray:
-        """Return the minimum on a line parallel to the side b-c, at this part of the distance from a."""
+        """Return the minimum on a line parallel to the side b-c, at a fraction of the distance from a."""
         start = a + part[:, None] * (b - a)
         side = part[:, None] * (c - b)
         return _golden(lambda s: body.distance(start + s[:, None] * side), len(a))

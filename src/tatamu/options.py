@@ -14,12 +14,12 @@ from tatamu.errors import InputError, describe
 from tatamu.records import Record
 
 MOST_PARALLEL = 16
-"""Largest number of pending trials; with more trials pending, each would be proposed without too many results."""
+"""Largest number of pending trials; if more were pending, each would be proposed with too few results."""
 USUAL_PENDING = 2
 """Default number of pending trials, the same on every machine, because results depend on it.
 
-If more trials are pending, each new trial can use fewer results of earlier ones. Fewer results make its proposal worse,
-and show later that it cannot beat the best trial.
+If more trials are pending, a new trial starts with fewer results of earlier ones. Its parameters are then chosen less
+well. It is also raced less well: the best known trial is worse, so a bad trial is stopped later.
 """
 USUAL_QUANTILE = 0.975
 """Default share of the disturbed worlds in which a fold is to hold."""

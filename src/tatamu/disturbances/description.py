@@ -146,7 +146,8 @@ class Disturbances(Record):
     material: dict[str, Relative] = Field(default_factory=dict)
     """Relative deviations by field."""
     correlation: Correlation | None = None
-    """Correlations of fields of `material`, or of disturbances by the names of `CHANNELS`; None if there are none."""
+    """Correlations of fields of `material`, or of disturbances by the names of `CHANNELS`; None if all are
+    independent."""
     mean: Annotated[dict[str, Number], BeforeValidator(_flat)] = Field(default_factory=dict)
     """Means other than zero, by the names of `CHANNELS`; for relative disturbances, means of the logarithm."""
     systematic: Annotated[dict[str, Share], BeforeValidator(_flat)] = Field(default_factory=dict)

@@ -80,10 +80,11 @@ def _soften(material: Material, times: float) -> Material:
 
 
 def coarser_task(task: Task, settings: CoarseMesh | None = None) -> Task | None:
-    """Return the same task on a coarser mesh; None if there is none.
+    """Return the same task on a coarser mesh; None if the task has no coarser mesh.
 
     A task has no coarser mesh if the simulator folds differently on coarser cells, if the mesh is small already, or if
-    the step is a late one of its plan. It has none either if the garment cannot be meshed or grasped with larger cells.
+    the step is a late one of its plan. It has no coarser mesh either if the garment cannot be meshed or grasped with
+    larger cells.
     """
     settings = settings or CoarseMesh()
     if task.number >= settings.steps:
@@ -154,7 +155,7 @@ class CoarseFirst(Wrapper):
 
     @cached_property
     def coarse(self) -> Evaluator | None:
-        """The inner evaluator on the coarser mesh; None if there is none."""
+        """The inner evaluator on the coarser mesh; None if the task has no coarser mesh."""
         task = None if self.task.garment.spacing_given else coarser_task(self.task, self.settings)
         return None if task is None else self.inner.on(task)
 

@@ -1,7 +1,7 @@
 """The objective under disturbances: C of folds that hold, or the mean of C over disturbed worlds.
 
-A world is one random draw of the disturbances; the nominal world has none. A fold holds in a world if it succeeds
-there, within the limits of `folding.score.Limits`.
+A world is one random draw of the disturbances; the nominal world has no disturbances. A fold holds in a world if it
+succeeds there, within the limits of `folding.score.Limits`.
 
 By default the search minimises C subject to a chance constraint (Charnes and Cooper 1959): the fold is to hold in 97.5
 % of the disturbed worlds. In a world where the fold holds, the objective is the nominal C; in another world it is l_x +

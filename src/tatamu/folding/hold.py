@@ -40,7 +40,7 @@ def grasp_for(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[tupl
 
 
 def other_grasp(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[str, ...] | None:
-    """Return one edge for both hands, or one for each, that carries all moving cloth; None if there is none."""
+    """Return one edge for both hands, or one for each, that carries all moving cloth; None if no edges do."""
     far = distances(garment, state, line)
     names = sorted(far, key=lambda name: -far[name])[:MOST_EDGES]
     middle = {name: float(line.split(state[garment.edges[name]])[1].mean()) for name in names}

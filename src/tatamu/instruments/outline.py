@@ -112,7 +112,7 @@ def centroid(curve: np.ndarray) -> np.ndarray:
 
 
 def _reach(segments: np.ndarray, angles: int) -> np.ndarray:
-    """Return the farthest crossing of each ray from the origin with segments [m], shape (k,); 0 if there is none.
+    """Return the farthest crossing of each ray from the origin with segments [m], shape (k,); 0 without a crossing.
 
     Args:
         segments: Ends of the segments [m], shape (s, 2, 2).

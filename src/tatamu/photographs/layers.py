@@ -132,7 +132,7 @@ def _rim(across: np.ndarray, slopes: np.ndarray, best: int, soft: float) -> floa
 
 
 def outer_edge(points: np.ndarray, window: Window) -> Line | None:
-    """Return the outline's line in a window; None if it has none that runs along it.
+    """Return the outline's line in a window; None if no part of the outline runs along the window.
 
     Args:
         points: The outline in the fold's frame [m], shape (n, 2).

@@ -21,7 +21,7 @@ EVERY = 20
 
 
 def simulated_cloth(task: PlacedFold) -> Rollout | None:
-    """The rollout of the learned fold; None if the folder has none."""
+    """Return the rollout of the learned fold; None if the folder has no rollout."""
     folder = ResultFolder(task.source)
     return folder.rollout if folder.rollout_file.is_file() else None
 

@@ -168,7 +168,7 @@ def files_of(path: Path) -> list[Path]:
 
 
 def disturbances_of(path: Path) -> Disturbances | None:
-    """Return the disturbances that a robot's description names or contains; None if it has none.
+    """Return the disturbances that a robot's description names or contains; None if it has no disturbances.
 
     Raises:
         InputError: If the description or the file that it names cannot be read, or a field is wrong.
@@ -186,7 +186,7 @@ def read_description(path: Path) -> Description:
 
 
 def disturbances_in_description(path: Path, description: Description) -> Disturbances | None:
-    """Return the disturbances of a description; None if it has none."""
+    """Return the disturbances of a description; None if it has no disturbances."""
     own = description.disturbances
     if own is None:
         return None

@@ -81,7 +81,7 @@ class _HandOfRobot:
         )
 
     def fingers(self, name: Hand, learned: Scene, grippers: list[Gripper]) -> list[Body]:
-        """Both fingers as bodies, with the robot's sizes and tilt; none if the learned hand has none."""
+        """Return both fingers as bodies, with the robot's sizes and tilt; none if the learned hand has no fingers."""
         known = [body for body in learned.bodies if body.hand == name]
         if not known or self._jaw is None:
             return []

@@ -1,8 +1,8 @@
 """Decides which verdicts of a coarse mesh are final, and estimates distances on the fine mesh from it.
 
-A world is one random draw of the disturbances; the nominal world has none. All worlds are simulated on the coarse mesh.
-The nominal world and some others are simulated on the fine mesh too: these are the pairs. The slack of a fold
-(`Limits.slack`) differs between the two meshes of a pair. If differences as large as those of the pairs could turn
+A world is one random draw of the disturbances; the nominal world has no disturbances. All worlds are simulated on the
+coarse mesh. The nominal world and some others are simulated on the fine mesh too: these are the pairs. The slack of a
+fold (`Limits.slack`) differs between the two meshes of a pair. If differences as large as those of the pairs could turn
 success into failure in another world, or failure into success, the fine mesh could change its verdict. That world is
 then simulated on the fine mesh too, and becomes a pair. This is repeated until the coarse verdicts of all other worlds
 are final.
