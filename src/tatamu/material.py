@@ -89,8 +89,8 @@ class Material(BaseModel):
     bending_rigidity_weft: Number | None = Field(None, ge=0.0, le=1.0)
     """Bending rigidity along the weft [N m]; None for that along the warp."""
     bending_rigidity_bias: Number | None = Field(None, ge=0.0, le=1.0)
-    """Bending rigidity of a wide sheet that is bent to a cylinder at 45 degrees to warp and weft [N m], at least a
-    quarter of the sum of both; None for that of an isotropic sheet, (B + B_weft + 2 sqrt(B B_weft)) / 4."""
+    """Bending rigidity of a wide sheet that is bent to a cylinder at 45 degrees to warp and weft [N m]. It is at least
+    a quarter of the sum of both. None for the value of an isotropic sheet, (B + B_weft + 2 sqrt(B B_weft)) / 4."""
     bending_hysteresis: Number = Field(0.0, ge=0.0, le=1.0)
     """Frictional moment of bending per width, HB [N]: half of the width 2HB of the loop of moment against curvature, as
     Kawabata's test reports it."""

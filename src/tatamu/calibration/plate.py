@@ -7,8 +7,8 @@ coefficient
 
 is matched as a length, the radius of the circle with the outline's area. It grows with the bending length l_b over the
 overhang a: about as DC / (1 - DC) = (l_b / a / 0.255)^2.95, by simulations of discs of 1.7 and 2 plates with 300 N/m,
-from which the search starts. Chance decides where folds form, so two discs are simulated side by side and their mean is
-taken; the differences between the two in all simulations are part of the uncertainty.
+from which the search starts. Chance decides where folds form. Therefore two discs are simulated side by side, and the
+mean of both is used. The differences between the two in all simulations are part of the uncertainty.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ whole. With friction mu rho g per area, the cloth from the ruler to a far edge t
 
     s - p = mu rho g L^2 / (2 c Y)
 
-for a push s after which the edge has moved by p over a length L (the pressure grows evenly from the far edge). The
+for a push s, after which the far edge of a length L has moved by p. (The pressure grows evenly from the far edge.) The
 part c of the stretch stiffness Y that resists compression stands for the wrinkles that a coarse mesh cannot show.
 """
 

@@ -1,10 +1,10 @@
 """Flattening of a worn garment: front and back in one plane, one over the other, with little distortion.
 
-Triangles are divided into those of the front, which shall face up, and those of the back, which shall face down; where
-the two meet, at the side seams and along the top of the sleeves, the garment is folded. Then all vertices are placed in
-the plane so that every triangle comes as near as it can to a rotated copy of itself, or of its mirror image where it
-faces down ("as rigid as possible": Sorkine and Alexa 2007; Liu et al. 2008 for the plane). The undeformed triangle is
-that of the mesh, or that of the pattern if the file has one as its UV map.
+Triangles are divided into those of the front and those of the back. The front shall face up, and the back shall face
+down. Where the two meet, at the side seams and along the top of the sleeves, the garment is folded. Then all vertices
+are placed in the plane. Every triangle is to be as near as possible to a rotated copy of itself, or of its mirror image
+if it faces down ("as rigid as possible": Sorkine and Alexa 2007; Liu et al. 2008 for the plane). The undeformed
+triangle is that of the mesh, or that of the pattern if the file has one as its UV map.
 """
 
 from __future__ import annotations

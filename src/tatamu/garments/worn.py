@@ -238,8 +238,8 @@ def _median_misfit(worn: np.ndarray, drawn: np.ndarray) -> float:
 def _scales(worn: np.ndarray, uv: np.ndarray) -> np.ndarray:
     """Metres per unit of u and of v with which a UV map fits the edges of the mesh best, shape (2,).
 
-    An edge has the squared length a u^2 + b v^2; a and b are fitted to the edges' relative errors, which are weighted
-    down where they are large, as at seams.
+    An edge has the squared length a u^2 + b v^2; a and b are fitted to the edges' relative errors. Large errors, such
+    as those at seams, have less weight.
     """
     across = (np.roll(uv, -2, axis=1) - np.roll(uv, -1, axis=1)).reshape(-1, 2) ** 2
     wanted = worn.ravel() ** 2

@@ -5,8 +5,8 @@ camera, and the place of every further page on the table. They minimise
 
     sum |seen - projected|^2 / sigma^2  +  sum ((parameter - expected) / deviation)^2
 
-The second sum is the prior of the lens. A board covers a small part of the picture, so this prior determines the
-uncertainty of places beyond the board, which the covariance of the parameters describes.
+The second sum is the prior of the lens. A board covers a small part of the picture. This prior therefore determines the
+uncertainty of places beyond the board. The covariance of the parameters describes this uncertainty.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Edges of cloth that lies on cloth: faint straight lines inside an outline.
 
-The table about an expected edge is resampled as a patch with the edge along one side. For every line through the patch
-the mean slope of brightness across it is compared with that of all other lines: an edge of a layer stands out, because
-its rim has another light and casts a shadow.
+The table about an expected edge is resampled as a patch with the edge along one side. For every line through the patch,
+the mean slope of brightness across it is compared with that of all other lines. An edge of a layer stands out, because
+its rim has another brightness and casts a shadow.
 """
 
 from __future__ import annotations

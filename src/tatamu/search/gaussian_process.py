@@ -3,9 +3,9 @@
     k(x, x') = s^2 (1 + sqrt(5) r + 5/3 r^2) exp(-sqrt(5) r),   r^2 = sum_k ((x_k - x'_k) / l_k)^2      Matern 5/2
     f(x)     ~ GP(mu, k)
 
-The lengths l_k are those of largest posterior density, under a log-normal prior; for given lengths, mu (generalised
-least squares) and s^2 have closed forms, so that only the lengths are searched. With R = k / s^2, r = y - mu and the
-prior of s^2 worth PRIOR_OBSERVATIONS observations of unit variance,
+The lengths l_k are those of largest posterior density, under a log-normal prior. For given lengths, mu (generalised
+least squares) and s^2 have closed forms, so only the lengths are searched. The prior of s^2 is worth n0 =
+PRIOR_OBSERVATIONS observations of unit variance. Let R = k / s^2 and r = y - mu:
 
     -log p = (n + n0)/2 log s^2 + 1/2 log |R| + sum_k (log l_k - m)^2 / (2 v^2),    s^2 = (r' R^-1 r + n0) / (n + n0)
 

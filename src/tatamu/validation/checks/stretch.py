@@ -1,7 +1,7 @@
 """Stretch: hanging strain, shear, contraction and the catenary.
 
-Waves in a membrane die slowly by themselves, so these static scenes carry air drag near critical damping
-of their slowest wave; it does not change where the cloth comes to rest.
+Waves in a membrane die slowly by themselves, so these static scenes have air drag near critical damping of their
+slowest wave. The drag does not change where the cloth comes to rest.
 """
 
 from __future__ import annotations
