@@ -24,8 +24,8 @@ class CalibrationOptions:
     passes: int = 5
     """Largest number of passes over the tests at rest."""
     passes_with_friction: int = 10
-    """Largest number of passes if friction of bending is measured. Friction changes a sag about as much as bending
-    rigidity does, so matching both takes more passes."""
+    """Largest number of passes if friction of bending is measured. Friction changes the rigidity that follows from a
+    sag by about as much again, so matching both takes more passes."""
 
 
 DEFAULTS = CalibrationOptions()

@@ -135,8 +135,8 @@ class Disturbed(Wrapper):
     def __call__(self, parameters: Mapping[str, int | float], beat: Incumbent = NOTHING) -> Evaluation:
         """Evaluate a manipulation.
 
-        If the nominal fold of a trial is worse than the incumbent, its objective is raised by the incumbent's cost of
-        disturbances. Such a trial then ranks behind the incumbent.
+        If a trial is stopped early because it cannot beat the incumbent, its objective is at least its nominal value
+        plus the incumbent's cost of disturbances.
         """
         nominal = self.inner(parameters)
         floor = self._penalise(nominal)

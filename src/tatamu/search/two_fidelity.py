@@ -63,7 +63,7 @@ class TwoFidelitySearch(Search):
             make: Makes the search of low fidelity from a space, a seed and first parameters.
             space: Bounds of the parameters, with the part of the objective that is known.
             seed: Random seed of the search.
-            first: Parameters of the first proposals; the last ones are proposed first at high fidelity.
+            first: Parameters of the first proposals; the last of these is the first proposal at high fidelity.
         """
         super().__init__(space, seed, first[-1:])
         self.low = make(space, seed, first[:-1])
